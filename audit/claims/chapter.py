@@ -6,17 +6,9 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from crosscheck.audit.claims import rule
 from crosscheck.audit.claims.judged import Judged, Varied, models_of, strips
-from crosscheck.audit.claims.rule import (
-    FEW,
-    MOST,
-    PARTS,
-    Answer,
-    Verdict,
-    VerdictKind,
-    answers,
-    ends,
-)
+from crosscheck.audit.claims.rule import Answer, Verdict, VerdictKind
 from crosscheck.audit.claims.settings import Plan, plan_of
 from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN, VARIANTS, GearModel
 from crosscheck.audit.experiments.scale import Scale
@@ -83,7 +75,7 @@ def rows(material: Material) -> list[ClaimRow]:
     for one in material.judged.values():
         variants = []
         for model, settings in material.variations.items():
-            other = Judged(one.claim, tuple(answers(one.claim, settings)))
+            other = Judged(one.claim, tuple(rule.answers(one.claim, settings)))
             if other.answers and not one.claim.static:
                 own = one.by_model[VARIANTS[model]].kind
                 variants.append(Varied(model, other.verdict.kind, own))
@@ -112,10 +104,10 @@ def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:
         alike=ALIKE,
         plan=plan,
         starts=scale.most_starts,
-        few=FEW,
-        most=MOST,
-        most_no=ends(scale.most_starts)[0],
-        least_yes=ends(scale.most_starts)[1],
+        few=rule.FEW,
+        most=rule.MOST,
+        most_no=rule.ends(scale.most_starts)[0],
+        least_yes=rule.ends(scale.most_starts)[1],
         on_a_start=[r.judged.claim.id for r in found if r.judged.hangs_on_a_start],
         moved=[r.judged.claim.id for r in found if r.judged.moved_by_a_coarser_grid],
         differing=[(r.judged.claim.id, one) for r in found for one in r.variants if one.differs],
@@ -241,7 +233,7 @@ def record(judged: Judged, variants: Sequence[Varied]) -> dict[str, object]:
         "hangs_on_one_start": judged.hangs_on_a_start,
         "moved_by_a_coarser_grid": judged.moved_by_a_coarser_grid,
         "variants": {one.model.id: {"verdict": one.kind, "beside": one.own} for one in variants},
-        "quantile_parts": list(PARTS),
+        "quantile_parts": list(rule.PARTS),
         "settings": ANSWERS.json(judged.answers),
     }
 

@@ -10,17 +10,8 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from crosscheck.audit.claims.rule import (
-    Answer,
-    Claim,
-    State,
-    Verdict,
-    VerdictKind,
-    ends,
-    kind_of,
-    state,
-    verdict,
-)
+from crosscheck.audit.claims import rule
+from crosscheck.audit.claims.rule import Answer, Claim, State, Verdict, VerdictKind
 from crosscheck.audit.experiments.cells import MODELS, READINGS, GearModel
 from crosscheck.audit.measures.shares import Share
 
@@ -47,24 +38,22 @@ class Judged:
     @cached_property
     def verdict(self) -> Verdict:
         """Over all settings of all models of the gears."""
-        return verdict(self.answers, self.claim.free)
+        return rule.verdict(self.answers, self.claim.free)
 
     @cached_property
     def by_model(self) -> dict[GearModel, Verdict]:
         """Over the settings of each model of the gears; none where static."""
         if self.claim.static:
             return {}
-        return {
-            model: verdict([a for a in self.answers if a.place.model == model], self.claim.free)
-            for model in MODELS
-        }
+        found = {model: [a for a in self.answers if a.place.model == model] for model in MODELS}
+        return {model: rule.verdict(own, self.claim.free) for model, own in found.items()}
 
     def coarser(self, left_out: int) -> Verdict:
         """With every second damping ratio left out, beginning with the first (0) or second (1)."""
         zetas = sorted({a.place.zeta for a in self.answers if a.place.zeta is not None})
         out = set(zetas[left_out::2])
         kept = [answer for answer in self.answers if answer.place.zeta not in out]
-        return verdict(kept, self.claim.free)
+        return rule.verdict(kept, self.claim.free)
 
     @cached_property
     def moved_by_a_coarser_grid(self) -> bool:
@@ -80,7 +69,7 @@ class Judged:
             return False
         stated = [answer.state for answer in self.answers]
         return any(
-            kind_of([*stated[:at], said, *stated[at + 1 :]]) != self.verdict.kind
+            rule.kind_of([*stated[:at], said, *stated[at + 1 :]]) != self.verdict.kind
             for at, answer in enumerate(self.answers)
             for said in _one_more(answer) - {answer.state}
         )
@@ -101,7 +90,8 @@ class Judged:
             for at in candidates:
                 beyond: dict[str, Any] = {end: math.nextafter(at, towards)}
                 moved = replace(self.claim.limits, **beyond)
-                if kind_of([state(a.share_at(moved)) for a in self.answers]) != self.verdict.kind:
+                said = [rule.state(a.share_at(moved)) for a in self.answers]
+                if rule.kind_of(said) != self.verdict.kind:
                     return at
             return None
 
@@ -116,7 +106,7 @@ class Judged:
         values, limits = np.array(answer.values), self.claim.limits
         inside = values[values < limits.high][::-1] if end == "low" else values[values > limits.low]
         if values.size:
-            most_no, least_yes = ends(values.size)
+            most_no, least_yes = rule.ends(values.size)
             for count in (most_no + 1, least_yes):
                 if 1 <= count <= inside.size:
                     yield float(inside[count - 1])
@@ -127,7 +117,7 @@ def _one_more(answer: Answer) -> set[State]:
     share = answer.share
     if share is None:
         return set()
-    return {state(Share(share.yes + yes, share.of + 1)) for yes in (0, 1)}
+    return {rule.state(Share(share.yes + yes, share.of + 1)) for yes in (0, 1)}
 
 
 @dataclass(frozen=True)

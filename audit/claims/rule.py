@@ -22,13 +22,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.audit.claims.quantities import (
-    Choices,
-    Known,
-    NotSimulatedError,
-    Quantity,
-    ReadExperiments,
-)
+from crosscheck.audit.claims import quantities
+from crosscheck.audit.claims.quantities import Choices, Known, Quantity
 from crosscheck.audit.experiments.cells import Cell, GearModel, Law
 from crosscheck.audit.experiments.variant import Planets
 from crosscheck.audit.measures.shares import Share
@@ -222,10 +217,10 @@ def answers(claim: Claim, settings: Iterable[tuple[Cell, Known]]) -> list[Answer
                 place = Place(None, cell.arm, None, choice)
             if place in found:
                 continue
-            asked = ReadExperiments(known)
+            asked = quantities.ReadExperiments(known)
             try:
                 values = np.atleast_1d(quantity(asked))
-            except NotSimulatedError:
+            except quantities.NotSimulatedError:
                 continue
             own = tuple(map(float, np.sort(values[np.isfinite(values)])))
             found[place] = Answer(place, own, values.size, claim.limits, asked.not_run)

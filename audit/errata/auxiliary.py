@@ -12,13 +12,9 @@ from collections.abc import Iterator
 import numpy as np
 import sympy as sp
 
+from crosscheck.analytic.paper import mesh_frequency
 from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
 from crosscheck.analytic.paper.kinematics import gear_angles
-from crosscheck.analytic.paper.mesh_frequency import (
-    meshing_frequency,
-    ring_mesh_rate,
-    sun_mesh_rate,
-)
 from crosscheck.analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
 from crosscheck.audit.errata.erratum import Erratum, ErratumPair, PhysicalSide, tex
 from crosscheck.audit.measures.stage import PaperStage, paper_stage, without_backlash
@@ -83,9 +79,9 @@ def sense_of_the_gears(stage: PaperStage) -> Iterator[Erratum]:
     joint, geometry = stage.joint, stage.geometry
     sun, planet = gear_angles(0.0, 0.0, 1.0, geometry.r_s, geometry.r_p, geometry.r_cp)
     rates = {
-        "sun": meshing_frequency(sun, 1.0, joint.sun_teeth),
-        "planet": meshing_frequency(planet, 1.0, joint.planet_teeth),
-        "ring": meshing_frequency(0.0, 1.0, joint.ring_teeth),
+        "sun": mesh_frequency.meshing_frequency(sun, 1.0, joint.sun_teeth),
+        "planet": mesh_frequency.meshing_frequency(planet, 1.0, joint.planet_teeth),
+        "ring": mesh_frequency.meshing_frequency(0.0, 1.0, joint.ring_teeth),
     }
     spread = float(np.ptp(list(rates.values())))
     if spread > 1e-9 * max(rates.values()):
@@ -104,8 +100,10 @@ def ring_mesh_frequency(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
     joint, geometry = stage.joint, stage.geometry
     numbers = {z_p: joint.planet_teeth, r_p: geometry.r_p, r_cp: geometry.r_cp, dtheta: 1}
     stated, true = (float(e.subs(numbers)) for e in (printed, derived))
-    sun = sun_mesh_rate(joint, geometry)
-    own, right = (ring_mesh_rate(joint, geometry, rate) for rate in ("eq13", "corrected"))
+    sun = mesh_frequency.sun_mesh_rate(joint, geometry)
+    own, right = (
+        mesh_frequency.ring_mesh_rate(joint, geometry, rate) for rate in ("eq13", "corrected")
+    )
     if not np.isclose(stated, sun) and np.isclose(true, sun):
         yield Erratum(
             "eq13-rate",

@@ -7,17 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from crosscheck.audit.experiments import starts
 from crosscheck.audit.experiments.cells import Cell
 from crosscheck.audit.experiments.lyapunov import Lyapunov
-from crosscheck.audit.experiments.starts import (
-    RECORDED_S,
-    BackAndForth,
-    ConstantTorque,
-    Measured,
-    Perturbed,
-    TransientPd,
-    WholePd,
-)
+from crosscheck.audit.experiments.starts import Measured, Perturbed
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.models.interface import Model
 from crosscheck.registry import build
@@ -51,10 +44,10 @@ class Source:
     kind: str
     size_um: float | None = None
     words: str = ""
-    asked: type[Perturbed[Measured]] | None = TransientPd
+    asked: type[Perturbed[Measured]] | None = starts.TransientPd
     scenario: str = "pd"
     duration_s: float | None = SHORT_S
-    every_s: float = RECORDED_S
+    every_s: float = starts.RECORDED_S
     meshes: tuple[tuple[str, float], ...] = ()
     settings: tuple[str, ...] = ()
     harmonics: int = 0
@@ -80,11 +73,11 @@ class Family(NamedTuple):
 
 
 _BACKLASH, _ERROR, _AMPLITUDE = "backlash_m", "tooth_error_m", "stiffness.amplitude_N_per_m"
-PD = Source("pd", asked=WholePd, duration_s=None)
+PD = Source("pd", asked=starts.WholePd, duration_s=None)
 CONSTANT = Source(
     "constant torque",
     scenario="constant-torque",
-    asked=ConstantTorque,
+    asked=starts.ConstantTorque,
     duration_s=None,
     every_s=SLOW_RECORD_S,
 )
@@ -138,7 +131,7 @@ BACKLASH = Family("backlash", "b", _BACKLASH)  # Figs. 16-18
 ERROR = Family("tooth error", "E", _ERROR)  # Figs. 19-20
 DEFAULTS = (BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM))  # the PD run as a member of both sweeps
 BACKLASH_NO_ERROR = Family("backlash, no error", "b", _BACKLASH, NO_ERROR)
-_BACK = replace(CONSTANT, scenario="back-and-forth", asked=BackAndForth)
+_BACK = replace(CONSTANT, scenario="back-and-forth", asked=starts.BackAndForth)
 _EVENLY = replace(_BACK, settings=("scenario.drive.argument=time",))
 # Fig. 15, by sin(20 pi sqrt(t)) as printed and by sin(20 pi t).
 BACK = Family("back and forth, backlash", "b", _BACKLASH, _BACK)
