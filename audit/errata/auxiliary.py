@@ -139,22 +139,19 @@ def phases(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
     between_planets = max(sun_lag(joint, planet) % 1.0 for planet in range(joint.planet_count))
     behind = ring_behind_sun(joint)
     if between_planets or behind:
+        joints = list(arm.joints)
+        for place, other in enumerate(arm.joints):
+            if isinstance(other, Planetary):
+                lag = {"phase_rad": 2 * math.pi * behind}
+                late = {"ring_mesh": other.ring_mesh.model_copy(update=lag)}
+                joints[place] = other.model_copy(update=late)
+        phased = arm.model_copy(update={"joints": tuple(joints)})
         yield Erratum(
             "eq8-eq14-one-phase",
             size=behind,
             quoted={"between_planets": between_planets},
-            trial=ErratumPair(PhysicalSide(arm), PhysicalSide(_ring_behind(arm, behind))),
+            trial=ErratumPair(PhysicalSide(arm), PhysicalSide(phased)),
         )
-
-
-def _ring_behind(arm: Arm, cycles: float) -> Arm:
-    """The arm whose ring meshes lag by so much."""
-    joints = list(arm.joints)
-    for place, joint in enumerate(arm.joints):
-        if isinstance(joint, Planetary):
-            mesh = joint.ring_mesh.model_copy(update={"phase_rad": 2 * math.pi * cycles})
-            joints[place] = joint.model_copy(update={"ring_mesh": mesh})
-    return arm.model_copy(update={"joints": tuple(joints)})
 
 
 def force_without_clearance(arm: Arm) -> Iterator[Erratum]:

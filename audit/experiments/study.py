@@ -19,7 +19,7 @@ import xarray as xr
 from pydantic import TypeAdapter
 
 from crosscheck.audit.experiments.question import Question, spelled_out
-from crosscheck.audit.experiments.variant import Company, Variant, company, simulate_together
+from crosscheck.audit.experiments.variant import Variant, simulate_together
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.provenance import version
 from crosscheck.registry import MODELS, entry_of
@@ -131,7 +131,7 @@ class Study:
 
 def run_key(variant: Variant, keep: Reduction | None = None) -> str:
     """Of a variant's trajectory, or of what a function of a module keeps of it."""
-    modules = [company.__module__, MODELS[variant.model].module]
+    modules = [Variant.__module__, MODELS[variant.model].module]
     inputs = [spelled_out(variant.case(), variant.model)]
     if keep is not None:
         inputs.append(keep.__qualname__)
@@ -225,9 +225,11 @@ def integrations(
 
     jobs: processes that share the work.
     """
-    alike: dict[Company, list[str]] = {}
+    alike: dict[tuple[object, ...], list[str]] = {}  # by what a model may step side by side
     for key, variant in wanted.items():
-        alike.setdefault(company(variant), []).append(key)
+        _, scenario, chosen = variant.case()
+        grid = scenario.step_s, scenario.steps, scenario.drive.kind
+        alike.setdefault((variant.model, chosen, *grid), []).append(key)
     batches = list[list[AuditTask]]()
     for keys in alike.values():
         model, scenario = wanted[keys[0]].model, wanted[keys[0]].case().scenario

@@ -43,6 +43,7 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
     late = signals.window(time, SETTLED_S, np.inf)
     start = slice(0, late.start)
     speed = np.abs(run.theta_dot[:, 0])
+    others = (run.F_pr, *run.F_outer.T)  # pairs that the paper does not show, of first planets
     error = geared_joint(run.case.arm).sun_mesh.of_planet(0).tooth_error_m
     return finite(
         {
@@ -54,9 +55,9 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
             "force_at_start_N": abs(force[0]),
             "ringing_N": signals.amplitude(fast(time, force, RINGING_S, start)),
             "force_decay": _calming(force, start, late),
-            "others_decay": np.min([_calming(pair, start, late) for pair in _others(run)]),
-            "others_decay_s": np.max([_ringing_s(time, pair) for pair in _others(run)]),
-            "others_ripple_N": np.max([ripple(pair[late]) for pair in _others(run)]),
+            "others_decay": np.min([_calming(pair, start, late) for pair in others]),
+            "others_decay_s": np.max([_ringing_s(time, pair) for pair in others]),
+            "others_ripple_N": np.max([ripple(pair[late]) for pair in others]),
             "theta_1_rad": run.theta[-1, 0],
             "stroke_1": np.ptp(run.theta[:, 0]) / np.pi,
             "stroke_2": np.ptp(run.theta[:, 1]) / np.pi,
@@ -66,11 +67,6 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
             "torque_gain": _torque_gain(run, late),
         }
     )
-
-
-def _others(run: Course) -> tuple[np.ndarray, ...]:
-    """Mesh forces [N] of the pairs that the paper does not show, of the first planets."""
-    return run.F_pr, *run.F_outer.T
 
 
 def _ringing_s(time: np.ndarray, force: np.ndarray) -> float:
