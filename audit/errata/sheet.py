@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -123,9 +123,16 @@ class ArmErratum:
 
 @dataclass(frozen=True)
 class FormulaColumn(TableColumn[ArmErratum]):
-    """Words, or a formula where there is one."""
+    """What is printed or derived: words, or a formula where there is one."""
 
-    tex: Callable[[ArmErratum], str] = lambda row: ""
+    def value(self, row: ArmErratum) -> str:
+        words: str = getattr(row.found.erratum, self.name)
+        return words
+
+    def tex(self, row: ArmErratum) -> str:
+        """Empty where there is no formula."""
+        formula: str = getattr(row.found.erratum, f"{self.name}_tex")
+        return formula
 
     def html(self, row: ArmErratum) -> str:
         return _drawn(self.tex(row)) if self.tex(row) else self.text(row)
@@ -153,16 +160,6 @@ def _of(name: str, title: str | None, attribute: str = "") -> TableColumn[ArmErr
     return TableColumn(name, title, lambda row: getattr(row.found.erratum, attribute or name))
 
 
-def _formula(name: str, title: str) -> FormulaColumn:
-    """The same, as words or as TeX."""
-    return FormulaColumn(
-        name,
-        title,
-        lambda row: getattr(row.found.erratum, name),
-        tex=lambda row: getattr(row.found.erratum, f"{name}_tex"),
-    )
-
-
 def _effect(name: str, title: str | None, scenario: str, part: str) -> TableColumn[ArmErratum]:
     """One of an erratum's effects in a scenario, by the name of its attribute."""
 
@@ -175,8 +172,8 @@ def _effect(name: str, title: str | None, scenario: str, part: str) -> TableColu
 
 _TEXTS = (
     _of("where", "where"),
-    _formula("printed", "printed"),
-    _formula("derived", "should read"),
+    FormulaColumn("printed", "printed"),
+    FormulaColumn("derived", "should read"),
     _of("remark", "remark"),
 )
 _SIZES = (_of("size", "size"), _of("unit", "in"))

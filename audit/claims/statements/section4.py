@@ -8,7 +8,7 @@ import numpy as np
 
 from crosscheck.audit.claims import quantities as q
 from crosscheck.audit.claims.rule import READ_OFF, Decided, Limits, about, above, below, read_off
-from crosscheck.audit.claims.statements import control
+from crosscheck.audit.claims.statements import section3
 from crosscheck.audit.experiments import experiments as run
 from crosscheck.audit.measures.thresholds import (
     DOUBLED,
@@ -103,7 +103,9 @@ def _at_large(name: str) -> q.Quantity:
 
 def _where_large(quantity: q.Quantity) -> q.Quantity:
     """Where there is a fluctuation at b = 1000 um."""
-    return control.in_third(q.where(q.of(run.BACKLASH(run.CHAOTIC_UM), "third"), EVIDENT, quantity))
+    return section3.in_third(
+        q.where(q.of(run.BACKLASH(run.CHAOTIC_UM), "third"), EVIDENT, quantity)
+    )
 
 
 _WORST = "largest mesh force of impact and third fluctuation"
@@ -134,7 +136,7 @@ _DRAMATIC = above(DOUBLED, "a quarter more error, twice the fluctuation")
 
 def _at_largest(quantity: q.Quantity) -> q.Quantity:
     """Where the largest error makes a third fluctuation."""
-    return q.where(q.difference(_AT_LARGEST, control.ANY_WITHOUT_ERROR), EVIDENT, quantity)
+    return q.where(q.difference(_AT_LARGEST, section3.ANY_WITHOUT_ERROR), EVIDENT, quantity)
 
 
 def _decays(known: q.Known) -> tuple[np.ndarray, np.ndarray]:
@@ -159,7 +161,7 @@ WIDER = q.Quantity(
 _AT_DEFAULT = q.largest(q.pd("first_decay_s"), q.pd("second_decay_s"))
 AS_WIDE = q.where_below(
     _AT_DEFAULT,
-    control.SUDDEN_S,
+    section3.SUDDEN_S,
     q.over(
         q.Quantity(
             f"longer(backlash {SMALL:g} um: first_decay_s, second_decay_s)",
@@ -187,8 +189,8 @@ DECIDED: Decided = {
         SEEN,
     ),
     # position
-    "4.1-01": (q.pd("deviation_rad"), control.ON_SCALE),
-    "4.1-02": (q.of(run.WIDE, "deviation_rad"), control.ON_SCALE),
+    "4.1-01": (q.pd("deviation_rad"), section3.ON_SCALE),
+    "4.1-02": (q.of(run.WIDE, "deviation_rad"), section3.ON_SCALE),
     "4.1-03": (q.static("tooth_thickness_share"), about(1 / 3, 0.1, "nearly: a tenth of it")),
     "4.1-04": (
         q.of(run.WIDE, "gap_end_rad"),
@@ -205,7 +207,7 @@ DECIDED: Decided = {
     ),
     "4.1-28": (
         q.over(q.of(run.TURNING, "gap_end_rad"), q.of(run.TURNING, "deviation_rad")),
-        below(control.VANISHED, "a tenth is left for the next swing"),
+        below(section3.VANISHED, "a tenth is left for the next swing"),
     ),
     # the size of an impact
     "4.1-08": (q.rank_among(run.BACKLASH, "second_force_N", "side_change_s", 0.0), RISES),
@@ -214,31 +216,31 @@ DECIDED: Decided = {
     "4.1-11": (q.rank_among(run.BACKLASH, "flight_s", "side_change_s", 0.0), RISES),
     # the fluctuation
     "4.1-12": (
-        control.in_third(q.spread(run.BACKLASH, "third")),
+        section3.in_third(q.spread(run.BACKLASH, "third")),
         above(DOUBLED, "a change that no scatter explains"),
     ),
     "4.1-13": (
-        control.in_third(q.over(AT_SMALL, NONE)),
+        section3.in_third(q.over(AT_SMALL, NONE)),
         Limits(0.5, 2.0, "alike to a factor of two"),
     ),
-    "4.1-14": (control.in_third(q.rank(run.BACKLASH, "third")), FALLS),
-    "4.1-15": (control.in_third(q.rank(run.BACKLASH, "third_force_fast_N")), FALLS),
+    "4.1-14": (section3.in_third(q.rank(run.BACKLASH, "third")), FALLS),
+    "4.1-15": (section3.in_third(q.rank(run.BACKLASH, "third_force_fast_N")), FALLS),
     "4.1-16": (
-        control.in_third(q.of(run.BACKLASH(SMALL), "side_changes")),
+        section3.in_third(q.of(run.BACKLASH(SMALL), "side_changes")),
         above(70, "every 10 ms: one in fifteen periods of 1500 Hz"),
     ),
-    "4.1-17": (control.in_third(q.over(AT_SMALL, control.THIRD)), control.LARGER),
-    "4.1-18": (control.in_third(q.where(MOST, SEVERE, q.over(LEAST, MOST))), control.GONE),
+    "4.1-17": (section3.in_third(q.over(AT_SMALL, section3.THIRD)), section3.LARGER),
+    "4.1-18": (section3.in_third(q.where(MOST, SEVERE, q.over(LEAST, MOST))), section3.GONE),
     # spectra
-    "4.1-19": (control.in_third(q.pd("frequency_Hz")), FREQUENCY),
-    "4.1-20": (control.in_third(q.pd("frequency_elbow_Hz")), FREQUENCY),
-    "4.1-21": (control.in_third(q.pd("overtones")), above(1.5, "several are two at least")),
+    "4.1-19": (section3.in_third(q.pd("frequency_Hz")), FREQUENCY),
+    "4.1-20": (section3.in_third(q.pd("frequency_elbow_Hz")), FREQUENCY),
+    "4.1-21": (section3.in_third(q.pd("overtones")), above(1.5, "several are two at least")),
     "4.1-22": (
-        control.in_third(q.over(q.pd("line_elbow"), q.pd("line"))),
+        section3.in_third(q.over(q.pd("line_elbow"), q.pd("line"))),
         above(DOUBLED, "much: at least twice"),
     ),
     "4.1-23": (
-        control.in_third(q.rank_among(run.BACKLASH, "frequency_Hz", "third", EVIDENT)),
+        section3.in_third(q.rank_among(run.BACKLASH, "frequency_Hz", "third", EVIDENT)),
         FALLS,
     ),
     "4.1-24": (
@@ -246,8 +248,8 @@ DECIDED: Decided = {
         above(23.0, "neighbouring motions part tenfold in every tenth of a second"),
     ),
     "4.1-30": (_at_large("line_share"), below(0.2, "no line holds a fifth of the energy")),
-    "4.1-29": (control.in_third(q.pd("line_share")), control.MOSTLY),
-    "4.1-25": (_at_large("low_share"), control.MOSTLY),
+    "4.1-29": (section3.in_third(q.pd("line_share")), section3.MOSTLY),
+    "4.1-25": (_at_large("low_share"), section3.MOSTLY),
     "4.1-26": (EDGES, above(1.05, _AS_GOOD)),
     "4.1-27": (DEFAULT, below(1.05, _AS_GOOD)),
     # the size of the tooth error
@@ -260,7 +262,7 @@ DECIDED: Decided = {
         about(1.0, 0.1, "a tenth, while the error grows fourfold"),
     ),
     "4.2-03": (q.static("error_over_backlash"), Limits(0.05, 0.2, "a tenth, to a factor of two")),
-    "4.2-04": (WIDER, control.QUICKLY),
+    "4.2-04": (WIDER, section3.QUICKLY),
     "4.2-17": (
         AS_WIDE,
         above(1.5, "half as long again: less is the moment at which a ringing passes its tenth"),
@@ -277,33 +279,33 @@ DECIDED: Decided = {
     "4.2-08": (_at_largest(q.rank(run.ERROR, _FAST)), _GROWS),
     "4.2-09": (
         q.smallest(*(q.of(source, "static_over_line") for source in _BELOW_5)),
-        control.LARGER,
+        section3.LARGER,
     ),
     "4.2-10": (q.largest(*(q.of(source, "third") for source in _BELOW_5)), _MINOR),
     "4.2-11": (
         q.largest(*(q.of(source, "static_over_line_elbow") for source in _BELOW_5)),
-        control.SMALLER,
+        section3.SMALLER,
     ),
-    "4.2-12": (_AT_LARGEST, control.SEVERELY),
+    "4.2-12": (_AT_LARGEST, section3.SEVERELY),
     "4.2-13": (
-        control.in_third(q.over(q.of(run.ERROR(6.3), "frequency_Hz"), q.pd("frequency_Hz"))),
+        section3.in_third(q.over(q.of(run.ERROR(6.3), "frequency_Hz"), q.pd("frequency_Hz"))),
         about(1.0, READ_OFF, "basically the same: as well as a plot tells"),
     ),
-    "4.2-14": (_at_largest(q.over(_AT_LARGEST, control.THIRD)), _DRAMATIC),
+    "4.2-14": (_at_largest(q.over(_AT_LARGEST, section3.THIRD)), _DRAMATIC),
     "4.2-15": (
-        q.where(control.THIRD, EVIDENT, q.over(q.of(run.NO_ERROR, _FAST), q.pd(_FAST))),
-        control.GONE,
+        q.where(section3.THIRD, EVIDENT, q.over(q.of(run.NO_ERROR, _FAST), q.pd(_FAST))),
+        section3.GONE,
     ),
-    "4.2-16": (q.greatest(run.ERROR, "third"), control.SEVERELY),
+    "4.2-16": (q.greatest(run.ERROR, "third"), section3.SEVERELY),
     # the conclusion
-    "5-01": (q.pd("after_start"), control.EXISTS),
+    "5-01": (q.pd("after_start"), section3.EXISTS),
     "5-02": (
-        q.over(q.of(run.NO_BACKLASH, "second"), control.SECOND),
+        q.over(q.of(run.NO_BACKLASH, "second"), section3.SECOND),
         below(HALVED, "most of it is gone without backlash"),
     ),
     "5-03": (WITH_BACKLASH, RISES),
-    "5-04": (control.OWED, control.EXISTS),
-    "5-05": (control.in_third(q.difference(AT_SMALL, control.THIRD)), control.EXISTS),
+    "5-04": (section3.OWED, section3.EXISTS),
+    "5-05": (section3.in_third(q.difference(AT_SMALL, section3.THIRD)), section3.EXISTS),
     "5-06": (_at_largest(q.rank(run.ERROR, "third")), _GROWS),
     # the abstract
     "Abstract-01": (
@@ -311,7 +313,7 @@ DECIDED: Decided = {
         ON_AND_ON,
     ),
     "Abstract-02": (
-        control.OWED,
+        section3.OWED,
         above(SEVERE, "what no start has without the tooth error is itself severe"),
     ),
     "Abstract-03": (
