@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from crosscheck.audit.claims import rule
-from crosscheck.audit.claims.judged import Judged, Varied, models_of, strips
+from crosscheck.audit.claims.judged import Judged, Varied
 from crosscheck.audit.claims.rule import Answer, Verdict, VerdictKind
 from crosscheck.audit.claims.settings import Plan, plan_of
 from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN, VARIANTS, GearModel
@@ -90,10 +90,12 @@ def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:
     asked = [row.judged for row in found if not row.judged.claim.static]
     by_model = Counter((model, one.by_model[model].kind) for one in asked for model in COLUMNS)
     static = Counter(row.judged.verdict.kind for row in found if row.judged.claim.static)
+    # Failures and what hangs on the start first; else in the paper's order.
+    by_kind = sorted(found, key=lambda row: ORDER.index(row.judged.verdict.kind))
     kinds = [kind for kind in ORDER if any(counts[section, kind] for section in sections)]
     return text(
         "claims/chapter",
-        rows={s: _sorted([r for r in found if r.judged.claim.section == s]) for s in sections},
+        rows={s: [row for row in by_kind if row.judged.claim.section == s] for s in sections},
         counts=counts,
         kinds=kinds,
         columns=COLUMNS,
@@ -113,17 +115,10 @@ def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:
         differing=[(r.judged.claim.id, one) for r in found for one in r.variants if one.differs],
         colours=COLOURS,
         model_words=model_words,
-        models_of=models_of,
-        strips=strips,
         verdict=verdict_words,
         turning=turning_words,
         seen=seen_words,
     )
-
-
-def _sorted(found: Sequence[ClaimRow]) -> list[ClaimRow]:
-    """Failures and what hangs on the start first; else in the paper's order."""
-    return sorted(found, key=lambda row: ORDER.index(row.judged.verdict.kind))
 
 
 def verdict_words(found: Verdict) -> str:

@@ -111,6 +111,27 @@ class Judged:
                 if 1 <= count <= inside.size:
                     yield float(inside[count - 1])
 
+    @property
+    def models(self) -> tuple[GearModel | None, ...]:
+        """Those of the gears that the claim was asked of; None alone where it is static."""
+        return (None,) if self.claim.static else MODELS
+
+    def strips(self, model: GearModel | None) -> list[ClaimStrip]:
+        """Readings with the same states are told together, by the first one's numbers."""
+        by_place: dict[tuple[str, str], list[Answer]] = {}
+        for answer in self.answers:
+            if answer.place.model == model:
+                by_place.setdefault((answer.place.choice, answer.place.arm), []).append(answer)
+        found: dict[tuple[str, tuple[State, ...]], ClaimStrip] = {}
+        for (choice, arm), answers in by_place.items():
+            ordered = tuple(sorted(answers, key=lambda a: a.place.zeta or 0.0))
+            own = ClaimStrip(model, (READINGS[arm],), choice, ordered)
+            first = found.get((choice, own.states))
+            if first is not None:
+                own = replace(first, readings=(*first.readings, *own.readings))
+            found[choice, own.states] = own
+        return list(found.values())
+
 
 def _one_more(answer: Answer) -> set[State]:
     """What the setting could say after one more start."""
@@ -141,28 +162,6 @@ class ClaimStrip:
     def typical(self) -> list[Answer]:
         """At TYPICAL_ZETAS; the one there is, where no damping enters."""
         return [a for a in self.answers if a.place.zeta in (None, *TYPICAL_ZETAS)]
-
-
-def strips(judged: Judged, model: GearModel | None) -> list[ClaimStrip]:
-    """Readings with the same states are told together, by the first one's numbers."""
-    by_place: dict[tuple[str, str], list[Answer]] = {}
-    for answer in judged.answers:
-        if answer.place.model == model:
-            by_place.setdefault((answer.place.choice, answer.place.arm), []).append(answer)
-    found: dict[tuple[str, tuple[State, ...]], ClaimStrip] = {}
-    for (choice, arm), answers in by_place.items():
-        ordered = tuple(sorted(answers, key=lambda a: a.place.zeta or 0.0))
-        own = ClaimStrip(model, (READINGS[arm],), choice, ordered)
-        first = found.get((choice, own.states))
-        if first is not None:
-            own = replace(first, readings=(*first.readings, *own.readings))
-        found[choice, own.states] = own
-    return list(found.values())
-
-
-def models_of(judged: Judged) -> tuple[GearModel | None, ...]:
-    """Those that the claim was asked of; none where it is static."""
-    return (None,) if judged.claim.static else MODELS
 
 
 @dataclass(frozen=True)

@@ -84,17 +84,8 @@ def plan_of(scale: Scale) -> Plan:
     return QUICK if scale.quick else FULL
 
 
-def settings(study: Study, scale: Scale) -> Settings:
-    """Every setting of the claims with planets free, with its experiments."""
-    return _of_cells(study, scale, plan_of(scale).settings(), "claims")
-
-
-def as_modelled(study: Study, scale: Scale) -> Settings:
-    """Every setting of the paper's own model with its experiments."""
-    return _of_cells(study, scale, plan_of(scale).of(cells.AS_MODELLED), "claims, as modelled")
-
-
-def _of_cells(study: Study, scale: Scale, chosen: Sequence[Cell], what: str) -> Settings:
+def with_experiments(study: Study, scale: Scale, chosen: Sequence[Cell], what: str) -> Settings:
+    """Settings of the claims, each with its experiments and what follows from the arm's data."""
     plan = plan_of(scale)
     wanted = [(cell, source) for cell in chosen for source in plan.sources(cell)]
     found = samples(study, scale, wanted, what)
