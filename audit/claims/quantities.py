@@ -79,17 +79,9 @@ class Quantity:
 
 def of(source: Source, name: str) -> Quantity:
     """A number of an experiment. Raises KeyError for a name that is not in MEASURED."""
-    number = MEASURED[name]
-    words = f"{number.words} {source.words}".strip()
-    static = source in (STATIC, PLANTED)
-    return Quantity(
-        f"{source}: {name}",
-        words,
-        number.unit,
-        lambda known: known[source][name],
-        number.window,
-        static,
-    )
+    number, words = MEASURED[name], f"{MEASURED[name].words} {source.words}".strip()
+    formula, static = lambda known: known[source][name], source in (STATIC, PLANTED)
+    return Quantity(f"{source}: {name}", words, number.unit, formula, number.window, static)
 
 
 # Of the experiments that most statements are about, a number by its name.

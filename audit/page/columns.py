@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 
 from pydantic import JsonValue
 
-from crosscheck.audit.measures.undefined import JsonObject
+from crosscheck.audit.measures.undefined import JsonObject, recorded
 from crosscheck.report import fragments
 
 Row = TypeVar("Row")
@@ -37,7 +37,7 @@ class TableColumn(Generic[Row]):
 
     def json(self, row: Row) -> JsonValue:
         """The value; None for what is undefined."""
-        return _plain(self.value(row))
+        return recorded(self.value(row))
 
     def text(self, row: Row) -> str:
         """The value as it is read."""
@@ -80,14 +80,6 @@ class Columns(Generic[Row]):
 
     def _shown(self) -> list[TableColumn[Row]]:
         return [column for column in self.columns if column.title is not None]
-
-
-def _plain(value: Value) -> JsonValue:
-    if isinstance(value, tuple):
-        return [_plain(part) for part in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value
 
 
 def _text(value: Value, form: str) -> str:
