@@ -12,8 +12,8 @@ from crosscheck.audit.figures.plate import Drawing, Plate
 from crosscheck.audit.figures.shelf import Shelf
 from crosscheck.audit.figures.views import MICRO, Curve, Panel, panels
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.models.loading import load_arm
+from crosscheck.report import fragments
 from crosscheck.report.fragments import COLOURS
 
 ARM = "paper-labelled"
@@ -39,11 +39,14 @@ def figure_4(shelf: Shelf) -> Plate:
     closely = {"xlim": (0.4 * edge, 1.6 * edge), "ylim": (-0.2 * edge, 0.6 * edge)}
     close = Panel(curves, {**labels, **closely, "title": "the edge of the clearance"})
     rows = [sharpness(x, b, sigma) for sigma in SHARPNESS_PER_M]
+    deviations = ("largest deviation [µm]", "deviation times sigma", "pull outside contact [µm]")
+    told = [(r.sigma, MICRO * r.gap_m, r.gap_m * r.sigma, MICRO * r.pull_m) for r in rows]
+    cells = [[f"{value:.3g}" for value in row] for row in told]
     caption = f"b {edge:g} µm; sigma as in the legend, the paper gives none."
     return Plate(
         4,
         [Drawing(panels(2.8, Panel(curves, labels), close), caption)],
-        tables={"sharpness": SHARPNESS.html(rows)},
+        tables={"sharpness": fragments.table(["sigma [1/m]", *deviations], cells)},
         numbers={"deviation_um": {f"{row.sigma:g}": MICRO * row.gap_m for row in rows}},
     )
 
@@ -61,17 +64,6 @@ def sharpness(x: np.ndarray, b: float, sigma: float) -> Sharpness:
     smooth = dead_zone_tanh(x, b, sigma)
     gap = np.abs(smooth - dead_zone(x, b)).max()
     return Sharpness(sigma, float(gap), float(-smooth[x > 0].min()))
-
-
-SHARPNESS = Columns[Sharpness](
-    lambda row: f"{row.sigma:g}",
-    (
-        TableColumn("sigma", "sigma [1/m]"),
-        TableColumn("gap_um", "largest deviation [µm]", lambda row: MICRO * row.gap_m),
-        TableColumn("gap_sigma", "deviation times sigma", lambda row: row.gap_m * row.sigma),
-        TableColumn("pull_um", "pull outside contact [µm]", lambda row: MICRO * row.pull_m),
-    ),
-)
 
 
 def figure_5(shelf: Shelf) -> Plate:
@@ -92,11 +84,16 @@ def figure_5(shelf: Shelf) -> Plate:
     labels = {"xlabel": "t / T", "ylabel": "k [N/m]"}
     drawn = [Panel([square, *shown[1:]], labels), Panel([square, shown[0], sine], labels)]
     smooth = np.abs(np.mod(2 * cycle + 0.5, 1) - 0.5) > 2 * AWAY
+    head = ("contact ratio", "phase of the fundamental [deg]", "k_max - k_min [N/m]", "mean [N/m]")
+    ratios = [
+        [f"{ratio:.3g}", f"{phase:.3g}", f"{swing:.4g}", f"{mean:.4g}"]
+        for ratio, phase, swing, mean in (ratio_row(ratio, k_m, k_a) for ratio in OTHER_RATIOS)
+    ]
     caption = f"k_m {k_m:g} N/m, k_a {k_a:g} N/m; all pairs in phase (gamma = 0)."
     return Plate(
         5,
         [Drawing(panels(2.8, *drawn), caption)],
-        tables={"ratios": RATIOS.html([ratio_row(ratio, k_m, k_a) for ratio in OTHER_RATIOS])},
+        tables={"ratios": fragments.table(head, ratios)},
         numbers={
             "k_max_N_per_m": high,
             "k_min_N_per_m": low,
@@ -124,17 +121,6 @@ class Ratio(NamedTuple):
     phase_deg: float
     swing_N_per_m: float
     mean_N_per_m: float
-
-
-RATIOS = Columns[Ratio](
-    lambda row: f"{row.contact_ratio:g}",
-    (
-        TableColumn("contact_ratio", "contact ratio"),
-        TableColumn("phase_deg", "phase of the fundamental [deg]"),
-        TableColumn("swing", "k_max - k_min [N/m]", lambda row: row.swing_N_per_m, ".4g"),
-        TableColumn("mean", "mean [N/m]", lambda row: row.mean_N_per_m, ".4g"),
-    ),
-)
 
 
 def ratio_row(contact_ratio: float, k_m: float, k_a: float) -> Ratio:

@@ -27,8 +27,8 @@ from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.reading import arm_of
 from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.words import LAW_NAMES
+from crosscheck.report import fragments
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import legend, log_y, new_figure, not_reached, to_svg
 from crosscheck.signals import envelope
@@ -91,10 +91,14 @@ FIGURES = {
 def figure_17(shelf: Shelf) -> Plate:
     """F_sp1 over b in the third fluctuation, with runs that have more energy than was put in."""
     plate = over_sizes(shelf, 17)
-    runs = shelf.runs(shelf.members(BACKLASH, LOW_ZETA), 17)
-    energies = (Energy(law, b, *energy_peak(run)) for (law, b), run in runs.items())
-    fed = [one for one in energies if one.peak_J > one.work_J]
-    return replace(plate, tables={"energy": ENERGY.html(fed)} if fed else {})
+    fed = []
+    for (law, b_um), run in shelf.runs(shelf.members(BACKLASH, LOW_ZETA), 17).items():
+        peak_J, work_J = energy_peak(run)
+        if peak_J > work_J:
+            fed.append([LAW_NAMES[law], f"{b_um:g}", f"{peak_J:.4g}", f"{work_J:.4g}"])
+    energies = ("largest kinetic energy [J]", "work of the drive until then [J]")
+    table = fragments.table(["phase law", "b [µm]", *energies], fed)
+    return replace(plate, tables={"energy": table} if fed else {})
 
 
 def over_sizes(shelf: Shelf, number: int) -> Plate:
@@ -166,26 +170,6 @@ def _force_svg(
             axes.tick_params(labelbottom=axes is grid[-1, column])
     same_scale(grid)
     return to_svg(figure)
-
-
-class Energy(NamedTuple):
-    """Of a run: largest kinetic energy [J], and what the drive has worked by then [J]."""
-
-    law: Law
-    size_um: float
-    peak_J: float
-    work_J: float
-
-
-ENERGY = Columns[Energy](
-    lambda row: f"{row.law.id}/{row.size_um:g}",
-    (
-        TableColumn("law", "phase law", lambda row: LAW_NAMES[row.law]),
-        TableColumn("b_um", "b [µm]", lambda row: row.size_um, "g"),
-        TableColumn("peak_J", "largest kinetic energy [J]", form=".4g"),
-        TableColumn("work_J", "work of the drive until then [J]", form=".4g"),
-    ),
-)
 
 
 def energy_peak(run: xr.Dataset) -> tuple[float, float]:
