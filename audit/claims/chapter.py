@@ -6,19 +6,11 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from crosscheck.audit.claims.judged import Judged, Varied, models_of, strips, varied
-from crosscheck.audit.claims.rule import (
-    FEW,
-    MOST,
-    PARTS,
-    Answer,
-    Verdict,
-    VerdictKind,
-    answers,
-    ends,
-)
+from crosscheck.audit.claims import rule
+from crosscheck.audit.claims.judged import Judged, Varied
+from crosscheck.audit.claims.rule import Answer, Verdict, VerdictKind
 from crosscheck.audit.claims.settings import Plan, plan_of
-from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN, GearModel
+from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN, VARIANTS, GearModel
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import ALIKE, FIRST
 from crosscheck.audit.measures.undefined import JsonObject, defined, shown
@@ -78,14 +70,16 @@ def chapter(material: Material) -> AuditChapter:
 
 
 def rows(material: Material) -> list[ClaimRow]:
-    """Of every claim, in the paper's order."""
+    """Of every claim, in the paper's order, with what VARIANTS say that have its experiments."""
     found = []
     for one in material.judged.values():
-        variants = {
-            model: Judged(one.claim, tuple(answers(one.claim, settings)))
-            for model, settings in material.variations.items()
-        }
-        found.append(ClaimRow(one, tuple(varied(one, variants))))
+        variants = []
+        for model, settings in material.variations.items():
+            other = Judged(one.claim, tuple(rule.answers(one.claim, settings)))
+            if other.answers and not one.claim.static:
+                own = one.by_model[VARIANTS[model]].kind
+                variants.append(Varied(model, other.verdict.kind, own))
+        found.append(ClaimRow(one, tuple(variants)))
     return found
 
 
@@ -96,10 +90,12 @@ def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:
     asked = [row.judged for row in found if not row.judged.claim.static]
     by_model = Counter((model, one.by_model[model].kind) for one in asked for model in COLUMNS)
     static = Counter(row.judged.verdict.kind for row in found if row.judged.claim.static)
+    # Failures and what hangs on the start first; else in the paper's order.
+    by_kind = sorted(found, key=lambda row: ORDER.index(row.judged.verdict.kind))
     kinds = [kind for kind in ORDER if any(counts[section, kind] for section in sections)]
     return text(
         "claims/chapter",
-        rows={s: _sorted([r for r in found if r.judged.claim.section == s]) for s in sections},
+        rows={s: [row for row in by_kind if row.judged.claim.section == s] for s in sections},
         counts=counts,
         kinds=kinds,
         columns=COLUMNS,
@@ -110,26 +106,19 @@ def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:
         alike=ALIKE,
         plan=plan,
         starts=scale.most_starts,
-        few=FEW,
-        most=MOST,
-        most_no=ends(scale.most_starts)[0],
-        least_yes=ends(scale.most_starts)[1],
+        few=rule.FEW,
+        most=rule.MOST,
+        most_no=rule.ends(scale.most_starts)[0],
+        least_yes=rule.ends(scale.most_starts)[1],
         on_a_start=[r.judged.claim.id for r in found if r.judged.hangs_on_a_start],
         moved=[r.judged.claim.id for r in found if r.judged.moved_by_a_coarser_grid],
         differing=[(r.judged.claim.id, one) for r in found for one in r.variants if one.differs],
         colours=COLOURS,
         model_words=model_words,
-        models_of=models_of,
-        strips=strips,
         verdict=verdict_words,
         turning=turning_words,
         seen=seen_words,
     )
-
-
-def _sorted(found: Sequence[ClaimRow]) -> list[ClaimRow]:
-    """Failures and what hangs on the start first; else in the paper's order."""
-    return sorted(found, key=lambda row: ORDER.index(row.judged.verdict.kind))
 
 
 def verdict_words(found: Verdict) -> str:
@@ -153,10 +142,9 @@ def model_words(model: GearModel) -> str:
 
 def value_words(answer: Answer) -> str:
     """Median and the outer quantiles, once where they are equal as printed."""
-    found = answer.quantiles
-    if found is None:
+    if answer.quantiles is None:
         return "undefined"
-    low, middle, high = map(number, found)
+    low, middle, high = map(number, answer.quantiles)
     return middle if low == high else f"{middle} ({low} … {high})"
 
 
@@ -184,17 +172,15 @@ def turning_words(judged: Judged) -> str:
     return "; ".join(shown(at) for at in sorted(places)) or "at none"
 
 
+def _answer_id(answer: Answer) -> str:
+    place = answer.place
+    zeta = "" if place.zeta is None else f"{place.zeta:g}"
+    parts = (place.model.id if place.model else "", place.arm, zeta, place.choice)
+    return "/".join(part for part in parts if part)
+
+
 ANSWERS = Columns[Answer](
-    lambda answer: "/".join(
-        part
-        for part in (
-            answer.place.model.id if answer.place.model else "",
-            answer.place.arm,
-            "" if answer.place.zeta is None else f"{answer.place.zeta:g}",
-            answer.place.choice,
-        )
-        if part
-    ),
+    _answer_id,
     (
         TableColumn("law", "law", lambda a: a.place.law.id if a.place.law else None),
         TableColumn("planets", "planets", lambda a: a.place.planets if a.place.law else None),
@@ -205,10 +191,10 @@ ANSWERS = Columns[Answer](
         TableColumn("yes", "yes", lambda a: a.share.yes if a.share else None),
         TableColumn("share", "share", lambda a: a.share.value if a.share else None),
         TableColumn("share_95", "95 % interval", lambda a: a.share.interval if a.share else None),
-        TableColumn("quantiles", "quantiles", lambda a: a.quantiles),
-        TableColumn("starts", "starts", lambda a: a.starts),
+        TableColumn("quantiles", "quantiles"),
+        TableColumn("starts", "starts"),
         TableColumn("run", "starts that were run", lambda a: a.starts - a.not_run),
-        TableColumn("undefined", "undefined", lambda a: a.undefined),
+        TableColumn("undefined", "undefined"),
     ),
 )
 
@@ -236,14 +222,13 @@ def record(judged: Judged, variants: Sequence[Varied]) -> dict[str, object]:
         **_verdict(judged.verdict),
         "models": {
             name: _verdict(judged.by_model[model])
-            for name, model in NAMED.items()
-            if model in judged.by_model
+            for name, model in ({} if claim.static else NAMED).items()
         },
         "turns_at": {"low": list(judged.turning.low), "high": list(judged.turning.high)},
         "hangs_on_one_start": judged.hangs_on_a_start,
         "moved_by_a_coarser_grid": judged.moved_by_a_coarser_grid,
         "variants": {one.model.id: {"verdict": one.kind, "beside": one.own} for one in variants},
-        "quantile_parts": list(PARTS),
+        "quantile_parts": list(rule.PARTS),
         "settings": ANSWERS.json(judged.answers),
     }
 

@@ -3,27 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import groupby
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from crosscheck.audit.claims.rule import (
-    Answer,
-    Claim,
-    Limits,
-    State,
-    Verdict,
-    VerdictKind,
-    ends,
-    kind_of,
-    state,
-    verdict,
-)
-from crosscheck.audit.experiments.cells import MODELS, READINGS, VARIANTS, GearModel
+from crosscheck.audit.claims import rule
+from crosscheck.audit.claims.rule import Answer, Claim, State, Verdict, VerdictKind
+from crosscheck.audit.experiments.cells import MODELS, READINGS, GearModel
 from crosscheck.audit.measures.shares import Share
 
 TYPICAL_ZETAS = (0.005, 0.05)  # of the figures, where the third fluctuation shows and where not
@@ -49,24 +38,22 @@ class Judged:
     @cached_property
     def verdict(self) -> Verdict:
         """Over all settings of all models of the gears."""
-        return verdict(self.answers, self.claim.free)
+        return rule.verdict(self.answers, self.claim.free)
 
     @cached_property
     def by_model(self) -> dict[GearModel, Verdict]:
         """Over the settings of each model of the gears; none where static."""
         if self.claim.static:
             return {}
-        return {
-            model: verdict([a for a in self.answers if a.place.model == model], self.claim.free)
-            for model in MODELS
-        }
+        found = {model: [a for a in self.answers if a.place.model == model] for model in MODELS}
+        return {model: rule.verdict(own, self.claim.free) for model, own in found.items()}
 
     def coarser(self, left_out: int) -> Verdict:
         """With every second damping ratio left out, beginning with the first (0) or second (1)."""
         zetas = sorted({a.place.zeta for a in self.answers if a.place.zeta is not None})
         out = set(zetas[left_out::2])
         kept = [answer for answer in self.answers if answer.place.zeta not in out]
-        return verdict(kept, self.claim.free)
+        return rule.verdict(kept, self.claim.free)
 
     @cached_property
     def moved_by_a_coarser_grid(self) -> bool:
@@ -82,7 +69,7 @@ class Judged:
             return False
         stated = [answer.state for answer in self.answers]
         return any(
-            kind_of([*stated[:at], said, *stated[at + 1 :]]) != self.verdict.kind
+            rule.kind_of([*stated[:at], said, *stated[at + 1 :]]) != self.verdict.kind
             for at, answer in enumerate(self.answers)
             for said in _one_more(answer) - {answer.state}
         )
@@ -90,44 +77,60 @@ class Judged:
     @cached_property
     def turning(self) -> Turning:
         """Where the verdict would turn."""
-        limits = self.claim.limits
-        return Turning(
-            low=self._turns(limits, "low", limits.low),
-            high=self._turns(limits, "high", limits.high),
-        )
+        return Turning(low=self._turns("low"), high=self._turns("high"))
 
-    def _turns(
-        self, limits: Limits, end: Literal["low", "high"], own: float
-    ) -> tuple[float | None, float | None]:
+    def _turns(self, end: Literal["low", "high"]) -> tuple[float | None, float | None]:
         """The nearest places below and above one end of the limits where the verdict turns."""
+        own: float = getattr(self.claim.limits, end)
         if math.isinf(own):
             return None, None
-        places = sorted({at for a in self.answers for at in _turning_places(a, limits, end)})
-        below = [at for at in reversed(places) if at < own]
-        beyond = [at for at in places if at > own]
+        places = sorted({at for a in self.answers for at in self._turning_places(a, end)})
 
         def first(candidates: Sequence[float], towards: float) -> float | None:
             for at in candidates:
-                beyond_it = math.nextafter(at, towards)
-                low, high = (beyond_it, limits.high) if end == "low" else (limits.low, beyond_it)
-                moved = replace(limits, low=low, high=high)
-                if kind_of([state(a.share_at(moved)) for a in self.answers]) != self.verdict.kind:
+                beyond: dict[str, Any] = {end: math.nextafter(at, towards)}
+                moved = replace(self.claim.limits, **beyond)
+                said = [rule.state(a.share_at(moved)) for a in self.answers]
+                if rule.kind_of(said) != self.verdict.kind:
                     return at
             return None
 
+        below, beyond = (
+            [at for at in reversed(places) if at < own],
+            [at for at in places if at > own],
+        )
         return first(below, -math.inf), first(beyond, math.inf)
 
+    def _turning_places(self, answer: Answer, end: str) -> Iterator[float]:
+        """Ends of the limits at which a setting's state changes: one of its starts' values each."""
+        values, limits = np.array(answer.values), self.claim.limits
+        inside = values[values < limits.high][::-1] if end == "low" else values[values > limits.low]
+        if values.size:
+            most_no, least_yes = rule.ends(values.size)
+            for count in (most_no + 1, least_yes):
+                if 1 <= count <= inside.size:
+                    yield float(inside[count - 1])
 
-def _turning_places(answer: Answer, limits: Limits, end: Literal["low", "high"]) -> Iterator[float]:
-    """Ends of the limits at which a setting's state changes: one of its starts' values each."""
-    values = np.array(answer.values)
-    inside = values[values < limits.high][::-1] if end == "low" else values[values > limits.low]
-    if not values.size:
-        return
-    most_no, least_yes = ends(values.size)
-    for count in (most_no + 1, least_yes):
-        if 1 <= count <= inside.size:
-            yield float(inside[count - 1])
+    @property
+    def models(self) -> tuple[GearModel | None, ...]:
+        """Those of the gears that the claim was asked of; None alone where it is static."""
+        return (None,) if self.claim.static else MODELS
+
+    def strips(self, model: GearModel | None) -> list[ClaimStrip]:
+        """Readings with the same states are told together, by the first one's numbers."""
+        by_place: dict[tuple[str, str], list[Answer]] = {}
+        for answer in self.answers:
+            if answer.place.model == model:
+                by_place.setdefault((answer.place.choice, answer.place.arm), []).append(answer)
+        found: dict[tuple[str, tuple[State, ...]], ClaimStrip] = {}
+        for (choice, arm), answers in by_place.items():
+            ordered = tuple(sorted(answers, key=lambda a: a.place.zeta or 0.0))
+            own = ClaimStrip(model, (READINGS[arm],), choice, ordered)
+            first = found.get((choice, own.states))
+            if first is not None:
+                own = replace(first, readings=(*first.readings, *own.readings))
+            found[choice, own.states] = own
+        return list(found.values())
 
 
 def _one_more(answer: Answer) -> set[State]:
@@ -135,7 +138,7 @@ def _one_more(answer: Answer) -> set[State]:
     share = answer.share
     if share is None:
         return set()
-    return {state(Share(share.yes + yes, share.of + 1)) for yes in (0, 1)}
+    return {rule.state(Share(share.yes + yes, share.of + 1)) for yes in (0, 1)}
 
 
 @dataclass(frozen=True)
@@ -156,40 +159,9 @@ class ClaimStrip:
         return tuple(answer.state for answer in self.answers)
 
     @property
-    def runs(self) -> list[tuple[State, tuple[float, ...]]]:
-        """States with the neighbouring damping ratios that say so."""
-        parts = groupby(self.answers, key=lambda answer: answer.state)
-        return [
-            (said, tuple(a.place.zeta for a in part if a.place.zeta is not None))
-            for said, part in parts
-        ]
-
-    @property
     def typical(self) -> list[Answer]:
         """At TYPICAL_ZETAS; the one there is, where no damping enters."""
         return [a for a in self.answers if a.place.zeta in (None, *TYPICAL_ZETAS)]
-
-
-def strips(judged: Judged, model: GearModel | None) -> list[ClaimStrip]:
-    """Readings with the same states are told together, by the first one's numbers."""
-    mine = [answer for answer in judged.answers if answer.place.model == model]
-    by_states: dict[tuple[str, tuple[State, ...]], list[ClaimStrip]] = {}
-    by_place: dict[tuple[str, str], list[Answer]] = {}
-    for answer in mine:
-        by_place.setdefault((answer.place.choice, answer.place.arm), []).append(answer)
-    for (choice, arm), answers in by_place.items():
-        ordered = tuple(sorted(answers, key=lambda a: a.place.zeta or 0.0))
-        strip = ClaimStrip(model, (READINGS[arm],), choice, ordered)
-        by_states.setdefault((choice, strip.states), []).append(strip)
-    return [
-        ClaimStrip(model, tuple(s.readings[0] for s in alike), alike[0].choice, alike[0].answers)
-        for alike in by_states.values()
-    ]
-
-
-def models_of(judged: Judged) -> tuple[GearModel | None, ...]:
-    """Those that the claim was asked of; none where it is static."""
-    return (None,) if judged.claim.static else MODELS
 
 
 @dataclass(frozen=True)
@@ -204,12 +176,3 @@ class Varied:
     def differs(self) -> bool:
         """Whether the variant says something else."""
         return self.kind != self.own
-
-
-def varied(judged: Judged, variants: Mapping[GearModel, Judged]) -> list[Varied]:
-    """By every variant that has the claim's experiments."""
-    return [
-        Varied(model, other.verdict.kind, judged.by_model[VARIANTS[model]].kind)
-        for model, other in variants.items()
-        if other.answers and not judged.claim.static
-    ]

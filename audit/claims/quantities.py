@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.stats import rankdata
 
 from crosscheck.audit.claims.measured import MEASURED
-from crosscheck.audit.experiments.experiments import PLANTED, STATIC, Family, Source
+from crosscheck.audit.experiments.experiments import CONSTANT, PD, PLANTED, STATIC, Family, Source
 from crosscheck.audit.experiments.pool import Sample
 
 FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
@@ -78,17 +79,13 @@ class Quantity:
 
 def of(source: Source, name: str) -> Quantity:
     """A number of an experiment. Raises KeyError for a name that is not in MEASURED."""
-    number = MEASURED[name]
-    words = f"{number.words} {source.words}".strip()
-    static = source in (STATIC, PLANTED)
-    return Quantity(
-        f"{source}: {name}",
-        words,
-        number.unit,
-        lambda known: known[source][name],
-        number.window,
-        static,
-    )
+    number, words = MEASURED[name], f"{MEASURED[name].words} {source.words}".strip()
+    formula, static = lambda known: known[source][name], source in (STATIC, PLANTED)
+    return Quantity(f"{source}: {name}", words, number.unit, formula, number.window, static)
+
+
+# Of the experiments that most statements are about, a number by its name.
+pd, torque, static = (partial(of, source) for source in (PD, CONSTANT, STATIC))
 
 
 def _made(
@@ -153,31 +150,24 @@ def diverged(source: Source) -> Quantity:
 
 def where(condition: Quantity, above: float, quantity: Quantity) -> Quantity:
     """The quantity where another is larger than so much; undefined elsewhere."""
-    words = f"{quantity.words}, where {condition.words} exceeds {above:g} {condition.unit}"
-    return _made(
-        f"where above {above:g}",
-        words,
-        quantity.unit,
-        (condition, quantity),
-        lambda n: np.where(condition(n) > above, quantity(n), np.nan),
-    )
+    return _conditioned(quantity, condition, "above", "exceeds", above, np.greater)
 
 
 def where_below(condition: Quantity, below: float, quantity: Quantity) -> Quantity:
     """The quantity where another is smaller than so much; undefined elsewhere."""
-    words = f"{quantity.words}, where {condition.words} is below {below:g} {condition.unit}"
+    return _conditioned(quantity, condition, "below", "is below", below, np.less)
+
+
+def _conditioned(
+    quantity: Quantity, condition: Quantity, side: str, verb: str, limit: float, holds: np.ufunc
+) -> Quantity:
     return _made(
-        f"where below {below:g}",
-        words,
+        f"where {side} {limit:g}",
+        f"{quantity.words}, where {condition.words} {verb} {limit:g} {condition.unit}",
         quantity.unit,
         (condition, quantity),
-        lambda n: np.where(condition(n) < below, quantity(n), np.nan),
+        lambda n: np.where(holds(condition(n), limit), quantity(n), np.nan),
     )
-
-
-def each(choices: Sequence[str], quantity: Callable[[str], Quantity]) -> dict[str, Quantity]:
-    """One quantity for every choice of a parameter that the paper does not give."""
-    return {choice: quantity(choice) for choice in choices}
 
 
 def along(family: Family, name: str, known: Known) -> tuple[np.ndarray, np.ndarray]:

@@ -17,17 +17,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from itertools import combinations
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.audit.claims.quantities import (
-    Choices,
-    Known,
-    NotSimulatedError,
-    Quantity,
-    ReadExperiments,
-)
+from crosscheck.audit.claims import quantities
+from crosscheck.audit.claims.quantities import Choices, Known, Quantity
 from crosscheck.audit.experiments.cells import Cell, GearModel, Law
 from crosscheck.audit.experiments.variant import Planets
 from crosscheck.audit.measures.shares import Share
@@ -221,10 +217,10 @@ def answers(claim: Claim, settings: Iterable[tuple[Cell, Known]]) -> list[Answer
                 place = Place(None, cell.arm, None, choice)
             if place in found:
                 continue
-            asked = ReadExperiments(known)
+            asked = quantities.ReadExperiments(known)
             try:
                 values = np.atleast_1d(quantity(asked))
-            except NotSimulatedError:
+            except quantities.NotSimulatedError:
                 continue
             own = tuple(map(float, np.sort(values[np.isfinite(values)])))
             found[place] = Answer(place, own, values.size, claim.limits, asked.not_run)
@@ -279,31 +275,22 @@ def verdict_of(given: Sequence[Stated], free: str = "") -> Verdict:
 
 def counts_of(said: Sequence[State]) -> Counts:
     """Of each state."""
-    return Counts(*(said.count(state) for state in COUNTED))
-
-
-COUNTED = (State.YES, State.NO, State.BISTABLE, State.UNDEFINED)
+    return Counts(*map(said.count, (State.YES, State.NO, State.BISTABLE, State.UNDEFINED)))
 
 
 def kind_of(said: Sequence[State]) -> VerdictKind:
     """Bistable settings counted as yes, and as no: `bistable` if that is not the same verdict."""
-    counts = counts_of(said)
+    yes, no, bistable, undefined = counts_of(said)
     if not said:
         return VerdictKind.NOT_SIMULATED
-    if counts.undefined == len(said):
+    if undefined == len(said):
         return VerdictKind.UNDEFINED
-    found = {
-        _kind(counts.yes + counts.bistable, counts.no, counts.undefined),
-        _kind(counts.yes, counts.no + counts.bistable, counts.undefined),
-    }
+    none_against = VerdictKind.WHERE_DEFINED if undefined else VerdictKind.HOLDS
+    found = set()
+    for with_it, against in ((yes + bistable, no), (yes, no + bistable)):
+        some = VerdictKind.DEPENDS if with_it else VerdictKind.FAILS
+        found.add(some if against else none_against)
     return found.pop() if len(found) == 1 else VerdictKind.BISTABLE
-
-
-def _kind(yes: int, no: int, undefined: int) -> VerdictKind:
-    """Of settings that all say yes or no, but for those without the event."""
-    if not no:
-        return VerdictKind.WHERE_DEFINED if undefined else VerdictKind.HOLDS
-    return VerdictKind.DEPENDS if yes else VerdictKind.FAILS
 
 
 def _deciding(given: Sequence[Stated], free: str) -> tuple[str, ...]:
@@ -312,14 +299,12 @@ def _deciding(given: Sequence[Stated], free: str) -> tuple[str, ...]:
     One foretells it if Goodman and Kruskal's lambda, the share of wrong guesses that knowing it
     saves, is FORETELLS or more. Settings that say yes or no.
     """
-    axes: dict[str, Callable[[Place], object]] = {
-        LAW: lambda place: place.law,
-        PLANETS: lambda place: place.planets,
-        READING: lambda place: place.arm,
-        DAMPING: lambda place: place.zeta,
-        free: lambda place: place.choice,
+    fields = {LAW: "law", PLANETS: "planets", READING: "arm", DAMPING: "zeta", free: "choice"}
+    axes = {
+        name: get
+        for name, get in zip(fields, map(attrgetter, fields.values()), strict=True)
+        if len({get(place) for place, _ in given}) > 1
     }
-    axes = {name: get for name, get in axes.items() if len({get(p) for p, _ in given}) > 1}
     blind = _wrong_guesses(given, lambda place: None)
     saved = {name: 1 - _wrong_guesses(given, get) / blind for name, get in axes.items()}
     telling = sorted((name for name in axes if saved[name] >= FORETELLS), key=lambda n: -saved[n])

@@ -10,52 +10,16 @@ import numpy as np
 
 from crosscheck.audit.claims.quantities import Known
 from crosscheck.audit.errata.planted import Planted, shown
-from crosscheck.audit.experiments.cells import (
-    AS_MODELLED,
-    LABELLED,
-    LAWS,
-    READINGS,
-    VARIANTS,
-    ZETAS,
-    Cell,
-    GearModel,
-)
-from crosscheck.audit.experiments.experiments import (
-    BACK,
-    BACK_EVEN,
-    BACKLASH,
-    BACKLASH_NO_ERROR,
-    CHAOTIC_UM,
-    CONSTANT,
-    CONSTANT_NO_ERROR,
-    CONSTANT_PRELOADED,
-    CONSTANT_SQUARE,
-    CONSTANT_STIFFNESS,
-    DEFAULT_B_UM,
-    DEFAULT_E_UM,
-    ERROR,
-    NEIGHBOURS,
-    NO_BACKLASH,
-    NO_ERROR,
-    PD,
-    PLANTED,
-    PRELOADED,
-    SQUARE,
-    STATIC,
-    TURNING,
-    TWO_PLANETS,
-    TWO_SOFTER,
-    WIDE,
-    WIDE_M,
-    Source,
-)
+from crosscheck.audit.experiments import cells
+from crosscheck.audit.experiments import experiments as run
+from crosscheck.audit.experiments.cells import Cell, GearModel
 from crosscheck.audit.experiments.pool import Sample, samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.statics.statics import Statics
 
-VARIED = (PD, NO_ERROR)  # the experiments that are made of VARIANTS
+VARIED = (run.PD, run.NO_ERROR)  # the experiments that are made of VARIANTS
 
 
 @dataclass(frozen=True)
@@ -69,8 +33,8 @@ class Plan:
     claims add 1000 and 3000 um.
     """
 
-    readings: tuple[str, ...] = tuple(READINGS)
-    zetas: tuple[float, ...] = ZETAS
+    readings: tuple[str, ...] = tuple(cells.READINGS)
+    zetas: tuple[float, ...] = cells.ZETAS
     shaken: tuple[float, ...] = (0.005, 0.02, 0.05)
     backlashes: tuple[float, ...] = (5.0, 10.0, 25.0, 500.0, 1000.0, 3000.0)
     errors: tuple[float, ...] = (0.8, 1.6, 3.2, 6.3)
@@ -79,38 +43,32 @@ class Plan:
 
     def settings(self) -> list[Cell]:
         """Of the claims: planets free, all laws."""
-        return [Cell(law, zeta, arm) for law, arm, zeta in product(LAWS, self.readings, self.zetas)]
-
-    def as_modelled(self) -> list[Cell]:
-        """Of the claims: the paper's own model."""
-        return self.of(AS_MODELLED)
+        every = product(cells.LAWS, self.readings, self.zetas)
+        return [Cell(law, zeta, arm) for law, arm, zeta in every]
 
     def of(self, model: GearModel) -> list[Cell]:
         """All settings of a model of the gears."""
         return [Cell(model.law, z, arm, model.planets) for arm in self.readings for z in self.zetas]
 
-    def variations(self) -> dict[GearModel, list[Cell]]:
-        """Of the claims that need no more than the PD run: further models of the gears."""
-        return {model: self.of(model) for model in VARIANTS} if self.variants else {}
-
-    def sources(self, cell: Cell) -> Iterator[Source]:
+    def sources(self, cell: Cell) -> Iterator[run.Source]:
         """What is simulated in a setting of the claims."""
-        yield from (PD, CONSTANT, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS, CONSTANT_NO_ERROR)
-        yield PRELOADED
+        yield from (run.PD, run.CONSTANT, run.NO_BACKLASH, run.NO_ERROR, run.CONSTANT_STIFFNESS)
+        yield from (run.CONSTANT_NO_ERROR, run.PRELOADED)
         if cell.arm == self.readings[0] or cell.zeta in self.zetas[::2]:
-            yield from (BACKLASH(size_um) for size_um in self.backlashes)
-            yield from (ERROR(size_um) for size_um in self.errors)
+            yield from (run.BACKLASH(size_um) for size_um in self.backlashes)
+            yield from (run.ERROR(size_um) for size_um in self.errors)
         if cell.zeta in self.shaken:
-            yield from (TWO_PLANETS, TWO_SOFTER) if self.variants else ()
-            for size_um in (*self.back, CHAOTIC_UM, 1e6 * WIDE_M):
-                yield from (BACK(size_um), BACK_EVEN(size_um))
-            yield from (WIDE, TURNING, CONSTANT_PRELOADED, NEIGHBOURS, BACKLASH_NO_ERROR(0.0))
-            yield from (SQUARE, CONSTANT_SQUARE) if self.variants else ()
+            yield from (run.TWO_PLANETS, run.TWO_SOFTER) if self.variants else ()
+            for size_um in (*self.back, run.CHAOTIC_UM, 1e6 * run.WIDE_M):
+                yield from (run.BACK(size_um), run.BACK_EVEN(size_um))
+            yield from (run.WIDE, run.TURNING, run.CONSTANT_PRELOADED, run.NEIGHBOURS)
+            yield run.BACKLASH_NO_ERROR(0.0)
+            yield from (run.SQUARE, run.CONSTANT_SQUARE) if self.variants else ()
 
 
 FULL = Plan()
 QUICK = Plan(
-    readings=(LABELLED,),
+    readings=(cells.LABELLED,),
     zetas=(0.005, 0.02),
     shaken=(0.02,),
     backlashes=(5.0, 500.0),
@@ -126,42 +84,34 @@ def plan_of(scale: Scale) -> Plan:
     return QUICK if scale.quick else FULL
 
 
-def settings(study: Study, scale: Scale) -> Settings:
-    """Every setting of the claims with planets free, with its experiments."""
-    return _of_cells(study, scale, plan_of(scale).settings(), "claims")
-
-
-def as_modelled(study: Study, scale: Scale) -> Settings:
-    """Every setting of the paper's own model with its experiments."""
-    return _of_cells(study, scale, plan_of(scale).as_modelled(), "claims, as modelled")
-
-
-def _of_cells(study: Study, scale: Scale, cells: Sequence[Cell], what: str) -> Settings:
+def with_experiments(study: Study, scale: Scale, chosen: Sequence[Cell], what: str) -> Settings:
+    """Settings of the claims, each with its experiments and what follows from the arm's data."""
     plan = plan_of(scale)
-    wanted = [(cell, source) for cell in cells for source in plan.sources(cell)]
+    wanted = [(cell, source) for cell in chosen for source in plan.sources(cell)]
     found = samples(study, scale, wanted, what)
-    asked = {STATIC: statics_of, PLANTED: planted_of} if plan.variants else {STATIC: statics_of}
-    static = {source: ask(study, plan.readings) for source, ask in asked.items()}
-    place = {arm: number for number, arm in enumerate(plan.readings)}
-    made = {
-        cell: Known({source: by_arm[place[cell.arm]] for source, by_arm in static.items()})
-        for cell in cells
-    }
+    static = {run.STATIC: statics_of(study, plan.readings)}
+    if plan.variants:
+        static[run.PLANTED] = planted_of(study, plan.readings)
+    made = {}
+    for cell in chosen:
+        place = plan.readings.index(cell.arm)
+        made[cell] = Known({source: by_arm[place] for source, by_arm in static.items()})
     for (cell, source), sample in found.items():
         made[cell][source] = sample
-    for known in made.values():  # the default run is a member of both sweeps
-        known[BACKLASH(DEFAULT_B_UM)] = known[ERROR(DEFAULT_E_UM)] = known[PD]
+    for known in made.values():
+        known.update(dict.fromkeys(run.DEFAULTS, known[run.PD]))
     return list(made.items())
 
 
 def variations(study: Study, scale: Scale) -> dict[GearModel, Settings]:
-    """The settings of VARIANTS with what is asked there."""
-    asked = plan_of(scale).variations()
-    wanted = [(cell, source) for cells in asked.values() for cell in cells for source in VARIED]
+    """The settings of VARIANTS with what is asked there; none if the plan asks for none."""
+    plan = plan_of(scale)
+    asked = {model: plan.of(model) for model in cells.VARIANTS} if plan.variants else {}
+    wanted = [(cell, source) for own in asked.values() for cell in own for source in VARIED]
     found = samples(study, scale, wanted, "claims, variants")
     return {
-        model: [(cell, Known({source: found[cell, source] for source in VARIED})) for cell in cells]
-        for model, cells in asked.items()
+        model: [(cell, Known({source: found[cell, source] for source in VARIED})) for cell in own]
+        for model, own in asked.items()
     }
 
 
@@ -178,7 +128,5 @@ def planted_of(study: Study, arms: Sequence[str]) -> list[Sample]:
 
 def _of(numbers: Numbers) -> Sample:
     """One value each."""
-    return Sample({name: np.array([value], float) for name, value in numbers.items()}, _NO_RUN)
-
-
-_NO_RUN = np.zeros(1, dtype=bool)
+    values = {name: np.array([value], float) for name, value in numbers.items()}
+    return Sample(values, diverged=np.zeros(1, dtype=bool))

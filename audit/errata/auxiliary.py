@@ -1,6 +1,6 @@
 """The auxiliary equations of the paper against first principles.
 
-Each function derives what should stand where something else is printed, and returns an Erratum only
+Each function derives what should stand where something else is printed, and yields an Erratum only
 if the two differ; texts/errata.toml has the words.
 """
 
@@ -12,24 +12,14 @@ from collections.abc import Iterator
 import numpy as np
 import sympy as sp
 
+from crosscheck.analytic.paper import mesh_frequency
 from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
 from crosscheck.analytic.paper.kinematics import gear_angles
-from crosscheck.analytic.paper.mesh_frequency import (
-    meshing_frequency,
-    ring_mesh_rate,
-    sun_mesh_rate,
-)
 from crosscheck.analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
 from crosscheck.audit.errata.erratum import Erratum, ErratumPair, PhysicalSide, tex
 from crosscheck.audit.measures.stage import PaperStage, paper_stage, without_backlash
+from crosscheck.audit.statics import teeth
 from crosscheck.audit.statics.surroundings import virtual_work
-from crosscheck.audit.statics.teeth import (
-    COUNTED,
-    conversion_error,
-    ring_contact_ratio,
-    stiffness_wave,
-    sun_contact_ratio,
-)
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.experiment.scenario import SinusoidDrive, switches
 from crosscheck.models.loading import load_scenario
@@ -40,39 +30,28 @@ TORQUE_N_M = 100.0  # Section 3.1's
 def equation_errata(arm: Arm) -> Iterator[Erratum]:
     """Errata of Eqs. 2 to 15, 22 and of the drives, for this arm."""
     stage = paper_stage(arm)
-    yield from sense_of_the_planets(stage)
-    yield from corners_called_jumps(stage)
-    yield from clearance_attracts(arm)
-    yield from fundamental_without_phase(stage)
+    yield from displacements(arm, stage)
     yield from sense_of_the_gears(stage)
-    yield from ring_mesh_frequency(arm)
-    yield from phase_of_a_varying_frequency(arm)
-    yield from one_phase_for_all(arm)
+    yield from ring_mesh_frequency(arm, stage)
+    yield from phases(arm, stage)
     yield from force_without_clearance(arm)
     yield from force_of_time(stage)
     yield from slope_of_the_root()
 
 
-def sense_of_the_planets(stage: PaperStage) -> Iterator[Erratum]:
-    """Eqs. 2, 3 hold for one way to count theta_p, which the paper does not name."""
-    errors = [conversion_error(stage.joint, stage.geometry, how) for how in COUNTED]
+def displacements(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
+    """Eqs. 2 to 8: what presses the teeth, their clearance and their stiffness."""
+    # Eqs. 2, 3 hold for one way to count theta_p, which the paper does not name.
+    errors = [teeth.conversion_error(stage.joint, stage.geometry, how) for how in teeth.COUNTED]
     if max(errors) > min(errors):
         yield Erratum("eq2-sense", size=max(errors))
-
-
-def corners_called_jumps(stage: PaperStage) -> Iterator[Erratum]:
-    """Eq. 5 at its two edges: its value on both sides, and its slope."""
-    b = stage.backlash_m
+    # Eq. 5 at its two edges: its value on both sides, and its slope.
+    b, sigma = stage.backlash_m, stage.tanh_sharpness_per_m
     beside = b * np.array([1 - 1e-9, 1 + 1e-9])
     jump, slope = np.ptp(dead_zone(beside, b)) / b, np.ptp(dead_zone(beside, b)) / np.ptp(beside)
     if jump < 1e-6 < slope:
         yield Erratum("discontinuous-points", size=0.0)
-
-
-def clearance_attracts(arm: Arm) -> Iterator[Erratum]:
-    """Eq. 6 against Eq. 5, which never pulls: the deepest pull outside contact."""
-    stage = paper_stage(arm)
-    b, sigma = stage.backlash_m, stage.tanh_sharpness_per_m
+    # Eq. 6 against Eq. 5, which never pulls: the deepest pull outside contact.
     outside = b - np.linspace(0, 10 / sigma, 100001)
     pull = -float(dead_zone_tanh(outside, b, sigma).min())
     if pull > 0:
@@ -80,22 +59,16 @@ def clearance_attracts(arm: Arm) -> Iterator[Erratum]:
             "eq6-attracts",
             size=pull * stage.mesh_stiffness_N_per_m,
             quoted={"pull": pull * sigma, "sigma": sigma},
-            trial=ErratumPair(
-                PhysicalSide(arm, switches(dead_zone="tanh")), PhysicalSide(arm, switches())
-            ),
+            trial=ErratumPair(PhysicalSide(arm, switches(dead_zone="tanh")), PhysicalSide(arm)),
         )
-
-
-def fundamental_without_phase(stage: PaperStage) -> Iterator[Erratum]:
-    """Eq. 8 against the fundamental of Eq. 7 at the contact ratio of the ring mesh."""
-    error = stiffness_wave(stage)["eq8_error_of the ring mesh"]
+    # Eq. 8 against the fundamental of Eq. 7 at the contact ratio of the ring mesh.
+    error = teeth.stiffness_wave(stage)["eq8_error_of the ring mesh"]
     if error:
-        joint = stage.joint
-        yield Erratum(
-            "eq8-no-phase",
-            size=error,
-            quoted={"sun": sun_contact_ratio(joint), "ring": ring_contact_ratio(joint)},
-        )
+        ratios = {
+            "sun": teeth.sun_contact_ratio(stage.joint),
+            "ring": teeth.ring_contact_ratio(stage.joint),
+        }
+        yield Erratum("eq8-no-phase", size=error, quoted=ratios)
 
 
 def sense_of_the_gears(stage: PaperStage) -> Iterator[Erratum]:
@@ -105,18 +78,17 @@ def sense_of_the_gears(stage: PaperStage) -> Iterator[Erratum]:
     """
     joint, geometry = stage.joint, stage.geometry
     sun, planet = gear_angles(0.0, 0.0, 1.0, geometry.r_s, geometry.r_p, geometry.r_cp)
-    teeth = (joint.sun_teeth, joint.planet_teeth, joint.ring_teeth)
-    gears = zip((sun, planet, 0.0), teeth, strict=True)
-    rates = [meshing_frequency(rate, 1.0, count) for rate, count in gears]
-    if np.ptp(rates) > 1e-9 * max(rates):
-        yield Erratum(
-            "eq10-sense",
-            size=float(np.ptp(rates)),
-            quoted=dict(zip(("sun", "planet", "ring"), rates, strict=True)),
-        )
+    rates = {
+        "sun": mesh_frequency.meshing_frequency(sun, 1.0, joint.sun_teeth),
+        "planet": mesh_frequency.meshing_frequency(planet, 1.0, joint.planet_teeth),
+        "ring": mesh_frequency.meshing_frequency(0.0, 1.0, joint.ring_teeth),
+    }
+    spread = float(np.ptp(list(rates.values())))
+    if spread > 1e-9 * max(rates.values()):
+        yield Erratum("eq10-sense", size=spread, quoted=rates)
 
 
-def ring_mesh_frequency(arm: Arm) -> Iterator[Erratum]:
+def ring_mesh_frequency(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
     """Eqs. 12, 13 against the rate at which teeth pass a mesh, seen from the carrier.
 
     Rolling without slip turns the planet against the carrier (Eq. 3 with x_pr = 0), so its rate
@@ -125,17 +97,19 @@ def ring_mesh_frequency(arm: Arm) -> Iterator[Erratum]:
     z_p, r_p, r_cp, dtheta = sp.symbols("z_p r_p r_cp dtheta_c", positive=True)
     printed = dtheta * z_p * (r_cp / r_p - 1)
     derived = dtheta * z_p * (r_cp / r_p + 1)
-    joint, geometry = paper_stage(arm).joint, paper_stage(arm).geometry
-    sun = sun_mesh_rate(joint, geometry)
-    rates = {rate: ring_mesh_rate(joint, geometry, rate) for rate in ("eq13", "corrected")}
+    joint, geometry = stage.joint, stage.geometry
     numbers = {z_p: joint.planet_teeth, r_p: geometry.r_p, r_cp: geometry.r_cp, dtheta: 1}
     stated, true = (float(e.subs(numbers)) for e in (printed, derived))
+    sun = mesh_frequency.sun_mesh_rate(joint, geometry)
+    own, right = (
+        mesh_frequency.ring_mesh_rate(joint, geometry, rate) for rate in ("eq13", "corrected")
+    )
     if not np.isclose(stated, sun) and np.isclose(true, sun):
         yield Erratum(
             "eq13-rate",
             printed_tex=tex(printed),
             derived_tex=tex(derived),
-            size=rates["corrected"] - rates["eq13"],
+            size=right - own,
             trial=ErratumPair(
                 PhysicalSide(arm, switches(phase="omega_t", ring_rate="eq13")),
                 PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
@@ -143,48 +117,41 @@ def ring_mesh_frequency(arm: Arm) -> Iterator[Erratum]:
         )
 
 
-def phase_of_a_varying_frequency(arm: Arm) -> Iterator[Erratum]:
-    """Eqs. 8, 14: the sine's argument must advance at the meshing frequency."""
+def phases(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
+    """Eqs. 8, 14: the sine's argument must advance at the meshing frequency, and every mesh's own.
+
+    Both have no phase, Fig. 5 a gamma: what the numbers of teeth say of it.
+    """
     t = sp.Symbol("t", positive=True)
     omega = sp.Function("omega_e")(t)
-    excess = sp.simplify(sp.diff(omega * t, t) - omega)
-    if excess != 0:
+    if sp.simplify(sp.diff(omega * t, t) - omega) != 0:
         yield Erratum(
             "eq8-eq14-phase",
             printed_tex=r"\sin(\omega_e t)",
             derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",
-            quoted={"work": virtual_work(paper_stage(arm), TORQUE_N_M), "torque": TORQUE_N_M},
+            quoted={"work": virtual_work(stage, TORQUE_N_M), "torque": TORQUE_N_M},
             trial=ErratumPair(
                 PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
                 PhysicalSide(arm, switches(phase="angle", ring_rate="corrected")),
             ),
         )
-
-
-def one_phase_for_all(arm: Arm) -> Iterator[Erratum]:
-    """Eqs. 8, 14 have no phase, Fig. 5 a gamma: what the numbers of teeth say of it."""
-    joint = paper_stage(arm).joint
+    joint = stage.joint
     between_planets = max(sun_lag(joint, planet) % 1.0 for planet in range(joint.planet_count))
     behind = ring_behind_sun(joint)
     if between_planets or behind:
+        joints = list(arm.joints)
+        for place, other in enumerate(arm.joints):
+            if isinstance(other, Planetary):
+                lag = {"phase_rad": 2 * math.pi * behind}
+                late = {"ring_mesh": other.ring_mesh.model_copy(update=lag)}
+                joints[place] = other.model_copy(update=late)
+        phased = arm.model_copy(update={"joints": tuple(joints)})
         yield Erratum(
             "eq8-eq14-one-phase",
             size=behind,
             quoted={"between_planets": between_planets},
-            trial=ErratumPair(
-                PhysicalSide(arm, switches()), PhysicalSide(_ring_behind(arm, behind), switches())
-            ),
+            trial=ErratumPair(PhysicalSide(arm), PhysicalSide(phased)),
         )
-
-
-def _ring_behind(arm: Arm, cycles: float) -> Arm:
-    """The arm whose ring meshes lag by so much."""
-    joints = list(arm.joints)
-    for place, joint in enumerate(arm.joints):
-        if isinstance(joint, Planetary):
-            mesh = joint.ring_mesh.model_copy(update={"phase_rad": 2 * math.pi * cycles})
-            joints[place] = joint.model_copy(update={"ring_mesh": mesh})
-    return arm.model_copy(update={"joints": tuple(joints)})
 
 
 def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
@@ -197,9 +164,7 @@ def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
             printed_tex=r"F = k \, (x - e)",
             derived_tex=r"F = k \, f_k(x - e, b)",
             size=force_at_edge,
-            trial=ErratumPair(
-                PhysicalSide(without_backlash(arm), switches()), PhysicalSide(arm, switches())
-            ),
+            trial=ErratumPair(PhysicalSide(without_backlash(arm)), PhysicalSide(arm)),
         )
 
 
@@ -221,6 +186,5 @@ def slope_of_the_root() -> Iterator[Erratum]:
         missed = 1 - (4 * at_half + at_end) / 6 / (2 / 3)
         turn = float(np.max(drive.rate_rad_per_s)) * math.sqrt(scenario.step_s)
         first = float(np.max(drive.amplitude_N_m)) * math.sin(turn)
-        yield Erratum(
-            "drive-root", size=missed, quoted={"torque": first, "step_us": 1e6 * scenario.step_s}
-        )
+        numbers = {"torque": first, "step_us": 1e6 * scenario.step_s}
+        yield Erratum("drive-root", size=missed, quoted=numbers)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Literal, get_args
@@ -39,19 +38,16 @@ class EntryDifference:
 
 
 def same(one: sp.Expr, other: sp.Expr) -> bool:
-    """Whether two entries are equal given the geometry of a planetary stage."""
-    return _reduced(one - other) == 0
+    """Whether two entries are equal given the geometry of a planetary stage.
 
-
-def _reduced(expression: sp.Expr) -> sp.Expr:
-    """Three planets, r_cp = r_s + r_p and n = 2 r_cp / r_s put in."""
+    That is three planets, r_cp = r_s + r_p and n = 2 r_cp / r_s.
+    """
     geometry: dict[sp.Symbol, sp.Expr] = {}
-    for joint in (1, 2):
-        stage = stage_symbols(joint)
+    for stage in map(stage_symbols, (1, 2)):
         geometry[stage.N] = sp.Integer(3)
         geometry[stage.n] = 2 * stage.r_cp / stage.r_s
         geometry[stage.r_p] = stage.r_cp - stage.r_s
-    return sp.expand(sp.expand(expression).subs(geometry))
+    return sp.expand(sp.expand(one - other).subs(geometry)) == 0
 
 
 def differences(printed: Form, derived: Form) -> list[EntryDifference]:
@@ -69,18 +65,15 @@ def differences(printed: Form, derived: Form) -> list[EntryDifference]:
                 left, right = (set(sp.Add.make_args(sp.expand(side))) for side in sides)
                 own = sp.Add(*(left - right)), sp.Add(*(right - left))
                 found.append(EntryDifference(matrix, ((row, column),), *own))
-    return list(_mirrored_together(found))
-
-
-def _mirrored_together(found: list[EntryDifference]) -> Iterator[EntryDifference]:
-    """M_ij with M_ji, where both differ alike."""
-    for difference in found:
-        row, column = difference.entries[0]
-        mirror = replace(difference, entries=((column, row),))
-        if row == column or mirror not in found or difference.matrix != "mass_matrix":
-            yield difference
+    together = []
+    for one in found:
+        row, column = one.entries[0]
+        mirror = replace(one, entries=((column, row),))
+        if row == column or mirror not in found or one.matrix != "mass_matrix":
+            together.append(one)
         elif row < column:
-            yield replace(difference, entries=((row, column), (column, row)))
+            together.append(replace(one, entries=((row, column), (column, row))))
+    return together
 
 
 def corrected(printed: Form, derived: Form, difference: EntryDifference) -> Form:

@@ -7,19 +7,14 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
+from crosscheck.analytic.derivation import symbols
 from crosscheck.analytic.derivation.bodies import Body, carried_bodies, link_bodies, spinning_bodies
 from crosscheck.analytic.derivation.forms import mass_matrix
 from crosscheck.analytic.derivation.lagrange import mass_terms
-from crosscheck.analytic.derivation.symbols import (
-    geared_variables,
-    m_payload,
-    stage_symbols,
-    symbolic_chain,
-)
 from crosscheck.analytic.paper.energies import JOINTS, kinetic_energies, without_sine_squares
 from crosscheck.audit.errata.compare import same
 
-CHAIN = symbolic_chain([True] * JOINTS)  # the paper's arm
+CHAIN = symbols.symbolic_chain([True] * JOINTS)  # the paper's arm
 
 
 @dataclass(frozen=True)
@@ -43,10 +38,10 @@ class EnergyDifference:
 
 def as_printed(energy: sp.Expr) -> sp.Expr:
     """An energy in the rates of the gears and with their inertias, as Eqs. 16-19 are written."""
-    variables = geared_variables(JOINTS)
+    variables = symbols.geared_variables(JOINTS)
     given: dict[sp.Expr, sp.Expr] = {}
     for joint in range(1, JOINTS + 1):
-        stage = stage_symbols(joint)
+        stage = symbols.stage_symbols(joint)
         dx_sp, dx_pr, dtheta = variables.v[3 * joint - 3 : 3 * joint]
         sun, planet = (sp.Symbol(f"dtheta_{gear}{joint}") for gear in "sp")
         given[dx_sp] = stage.r_s * sun - stage.r_p * planet - stage.r_cp * dtheta
@@ -96,15 +91,15 @@ def differences() -> Iterator[EnergyDifference]:
 
 def _parameters(expression: sp.Expr) -> frozenset[sp.Symbol]:
     """Masses and inertias of stages, links and payload in an expression."""
-    inertial = {m_payload}
-    for of in map(stage_symbols, (1, 2)):
+    inertial = {symbols.m_payload}
+    for of in map(symbols.stage_symbols, (1, 2)):
         inertial |= {of.M_s, of.M_p, of.M_c, of.m, of.I_l, of.m_s, of.m_p, of.m_c, of.m_r, of.J_r}
     return frozenset(expression.free_symbols & inertial)
 
 
 def _energies(bodies: list[Body]) -> dict[str, sp.Expr]:
     """Kinetic energy [J] of each body that has any."""
-    variables = geared_variables(JOINTS)
+    variables = symbols.geared_variables(JOINTS)
     rates = sp.Matrix(variables.v)
     shares: dict[str, sp.Expr] = {}
     for body in bodies:

@@ -10,7 +10,7 @@ from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.checks.states import LOOSEST
 from crosscheck.checks.trajectories import largest_difference
-from crosscheck.models.experiment.scenario import switches
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.comparison import Results, tasks_of
 from crosscheck.planning.state_suite import COUNT, geared
@@ -69,23 +69,20 @@ class PrintedBeside(Question[BesideEngine]):
         return load_arm(self.arm), *map(load_scenario, EXPERIMENTS)
 
     def answer(self) -> BesideEngine:
-        mass, acceleration = (self._apart(name) for name in ("mass_matrix", "acceleration"))
-        runs = {name: self._run(name) for name in EXPERIMENTS}
+        arm, runs = load_arm(self.arm), {}
+        mass, acceleration = (self._apart(arm, name) for name in ("mass_matrix", "acceleration"))
+        for name in EXPERIMENTS:  # as a cross-check runs and records them
+            own = load_scenario(name)
+            duration_s = min(own.duration_s, self.longest_s)
+            scenario = own.model_copy(update={"duration_s": duration_s})
+            sides = FormSide(arm, printed_form()), PhysicalSide(arm)
+            printed, right = (simulated(side, scenario) for side in sides)
+            sizes = (largest_difference(printed, right, each) for each in ("theta", "F_sp"))
+            runs[name] = RunsApart(duration_s, *sizes)
         return BesideEngine(mass, acceleration, COUNT, runs)
 
-    def _run(self, name: str) -> RunsApart:
-        """As a cross-check runs and records it."""
-        arm, own = load_arm(self.arm), load_scenario(name)
-        duration_s = min(own.duration_s, self.longest_s)
-        scenario = own.model_copy(update={"duration_s": duration_s})
-        sides = FormSide(arm, printed_form()), PhysicalSide(arm, switches())
-        printed, right = (simulated(side, scenario) for side in sides)
-        sizes = (largest_difference(printed, right, quantity) for quantity in ("theta", "F_sp"))
-        return RunsApart(duration_s, *sizes)
-
-    def _apart(self, quantity: str) -> float | None:
+    def _apart(self, arm: Arm, quantity: str) -> float | None:
         """As a cross-check measures it; None where a model gives no usable answer."""
-        arm = load_arm(self.arm)
         (comparison,) = (
             one
             for one in geared(arm, COUNT, SEED, arm.model_dump())

@@ -17,7 +17,7 @@ from crosscheck.analytic.paper.model import FormModel
 from crosscheck.audit.measures.undefined import defined
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Scenario, Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches, switches
 from crosscheck.models.interface import Model
 
 Side = Callable[[Scenario], Model]  # equal ones make equal models
@@ -86,17 +86,13 @@ def effect_of(
     run: may give again what it has given.
     """
     printed, right = (run(side, scenario) for side in (trial.as_printed, trial.put_right))
-    forces = ("F_sp", "F_pr")
-    return Effect(
-        largest_difference(printed, right, "theta"),
-        float(np.max([largest_difference(printed, right, force) for force in forces])),
-        float(np.max([_impulse(printed[force] - right[force]) for force in forces])),
-    )
-
-
-def _impulse(force: xr.DataArray) -> float:
-    """Largest magnitude [N s] of the integral of a force [N] from the start to any time."""
-    return float(np.abs(force.cumulative_integrate("time")).max())
+    sizes, impulses = list[float](), list[float]()
+    for force in ("F_sp", "F_pr"):
+        sizes.append(largest_difference(printed, right, force))
+        impulse = (printed[force] - right[force]).cumulative_integrate("time")
+        impulses.append(float(np.abs(impulse).max()))
+    angle = largest_difference(printed, right, "theta")
+    return Effect(angle, float(np.max(sizes)), float(np.max(impulses)))
 
 
 @dataclass(frozen=True)
@@ -121,10 +117,10 @@ def tried(erratum: Erratum, effects: Mapping[str, Effect]) -> SimulatedErratum:
 
 @dataclass(frozen=True)
 class PhysicalSide:
-    """The physical model."""
+    """The physical model, by default with the default switches."""
 
     arm: Arm
-    chosen: Switches
+    chosen: Switches = field(default_factory=switches)
 
     def __call__(self, scenario: Scenario) -> PhysicalModel:
         return PhysicalModel(self.arm, scenario, self.chosen)
@@ -143,17 +139,15 @@ class FormSide:
 
 def tex(expression: sp.Expr) -> str:
     """TeX of an expression in the paper's symbols: M_s2 as M_{s2}, dtheta_1 as a dotted theta."""
-    names = {symbol: _symbol(symbol.name) for symbol in expression.free_symbols}
+    names = {}
+    for symbol in expression.free_symbols:
+        stem, _, index = symbol.name.partition("_")
+        number = re.search(r"\d+$", symbol.name)
+        if not index and number:  # L2, d1: an index without a line
+            stem, index = symbol.name[: number.start()], number.group()
+        dotted = len(stem) > 1 and stem.startswith("d")
+        base = stem[1:] if dotted else stem
+        base = rf"\{base}" if base == "theta" else base
+        base = rf"\dot{{{base}}}" if dotted else base
+        names[symbol] = f"{base}_{{{index}}}" if index else base
     return str(sp.latex(expression, symbol_names=names))
-
-
-def _symbol(name: str) -> str:
-    stem, _, index = name.partition("_")
-    number = re.search(r"\d+$", name)
-    if not index and number:  # L2, d1: an index without a line
-        stem, index = name[: number.start()], number.group()
-    dotted = len(stem) > 1 and stem.startswith("d")
-    base = stem[1:] if dotted else stem
-    base = rf"\{base}" if base == "theta" else base
-    base = rf"\dot{{{base}}}" if dotted else base
-    return f"{base}_{{{index}}}" if index else base

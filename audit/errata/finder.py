@@ -11,7 +11,7 @@ from functools import cache
 import sympy as sp
 
 from crosscheck.analytic.derivation.forms import Form, christoffel_bias
-from crosscheck.analytic.derivation.symbols import geared_variables, parameter_values, stage_symbols
+from crosscheck.analytic.derivation.symbols import parameter_values, stage_symbols
 from crosscheck.analytic.paper.energies import JOINTS, energies_form
 from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.analytic.paper.printed import printed_form
@@ -74,10 +74,20 @@ def find_errata(
 
 
 def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
-    """Entries of M and F, and rows of C q', that do not follow from the energies."""
-    values = parameter_values(arm)
+    """Entries of M and F, and rows of C q', that do not follow from the energies.
+
+    Size: derived minus printed at theta = 0 and unit rates, forces and torques, and over the entry;
+    its unit by whether rows and columns are displacements [m] or angles.
+    """
+    at_zero = parameter_values(arm) | dict.fromkeys(derived.q, Fraction(0))
     for difference in compare.differences(printed, derived):
-        size, relative = _size(difference, derived, values)
+        row, column = difference.entries[0]
+        whole = _number(getattr(derived, difference.matrix)[row, column], at_zero)
+        size = _number(difference.derived - difference.printed, at_zero)
+        if difference.matrix == "mass_matrix":
+            unit = ("kg", "kg m", "kg m^2")[int(LAYOUT.angular[[row, column]].sum())]
+        else:
+            unit = ("N", "N m")[int(LAYOUT.angular[row])]
         right = compare.corrected(printed, derived, difference)
         yield Erratum(
             id=_slug(difference.where),
@@ -87,8 +97,8 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
             printed_tex=tex(difference.printed),
             derived_tex=tex(difference.derived),
             size=size,
-            unit=_unit(difference),
-            relative=relative,
+            unit=unit,
+            relative=size / abs(whole) if whole else None,
             trial=ErratumPair(FormSide(arm, printed), FormSide(arm, right)),
         )
 
@@ -98,52 +108,40 @@ def _slug(where: str) -> str:
     return "-".join(re.findall(r"[a-z]+|[0-9]+", where.lower())).replace("eq-", "eq", 1)
 
 
-def _size(
-    difference: compare.EntryDifference, derived: Form, values: Values
-) -> tuple[float | None, float | None]:
-    """Derived minus printed at theta = 0 and unit rates, forces and torques; and over the entry."""
-    at_zero = values | dict.fromkeys(derived.q, Fraction(0))
-    row, column = difference.entries[0]
-    whole = _number(getattr(derived, difference.matrix)[row, column], at_zero)
-    size = _number(difference.derived - difference.printed, at_zero)
-    return size, size / abs(whole) if whole else None
-
-
-def _unit(difference: compare.EntryDifference) -> str:
-    """By whether rows and columns are displacements [m] or angles."""
-    row, column = difference.entries[0]
-    if difference.matrix == "mass_matrix":
-        return ("kg", "kg m", "kg m^2")[int(LAYOUT.angular[[row, column]].sum())]
-    return ("N", "N m")[int(LAYOUT.angular[row])]
-
-
 def _number(expression: sp.Expr, values: Values) -> float:
     known = expression.subs(values)
     return float(known.subs(dict.fromkeys(known.free_symbols, 1.0)))
 
 
 def energy_errata(arm: Arm) -> Iterator[Erratum]:
-    """Bodies whose kinetic energy Eqs. 16-19 do not state."""
-    values = parameter_values(arm)
+    """Bodies whose kinetic energy Eqs. 16-19 do not state.
+
+    Size: what is missing of M_33 [kg m^2], and that over M_33 with the arm stretched.
+    """
+    values, form = parameter_values(arm), energies_form()
+    shoulder, elbow = LAYOUT.theta
+    stretched = form.mass_matrix[shoulder, shoulder].subs(form.q[elbow], 0)
     for difference in energy.differences():
-        stated = _thin_ring_if_unknown(values, difference.missing)
-        size, relative = _energy_size(difference.missing, stated)
+        missing = difference.missing
+        stated = _thin_ring_if_unknown(values, missing)
+        size = _number(sp.diff(missing, form.v[shoulder], 2), stated)
+        mass = sp.Matrix(form.mass_matrix) + sp.hessian(missing.subs(stated), form.v)
+        mass = sp.ImmutableMatrix(mass.applyfunc(sp.expand))
+        right = replace(form, mass_matrix=mass, bias=christoffel_bias(mass, form.q, form.v))
+        printed, derived = map(energy.as_printed, (difference.printed, difference.derived))
         where = f"{difference.where}, {difference.body}"
         yield Erratum(
             id=_slug(where),
             where=where,
-            printed=str(energy.as_printed(difference.printed)),
-            derived=str(energy.as_printed(difference.derived)),
+            printed=str(printed),
+            derived=str(derived),
             remark="" if stated == values else THIN_RING,
-            printed_tex=tex(energy.as_printed(difference.printed)),
-            derived_tex=tex(energy.as_printed(difference.derived)),
+            printed_tex=tex(printed),
+            derived_tex=tex(derived),
             size=size,
             unit="kg m^2 in M_33",
-            relative=relative,
-            trial=ErratumPair(
-                FormSide(arm, energies_form()),
-                FormSide(arm, _with_energy(difference.missing.subs(stated))),
-            ),
+            relative=size / _number(stretched, stated),
+            trial=ErratumPair(FormSide(arm, form), FormSide(arm, right)),
         )
 
 
@@ -156,24 +154,6 @@ def _thin_ring_if_unknown(values: Values, missing: sp.Expr) -> Values:
             radius = values[stage.r_s] + 2 * values[stage.r_p]
             guessed[stage.J_r] = values[stage.m_r] * radius**2
     return guessed
-
-
-def _energy_size(missing: sp.Expr, values: Values) -> tuple[float | None, float | None]:
-    """Share of M_33 [kg m^2] that is missing, and over M_33 with the arm stretched."""
-    shoulder, elbow = LAYOUT.theta
-    variables = geared_variables(JOINTS)
-    share = _number(sp.diff(missing, variables.v[shoulder], 2), values)
-    entry = energies_form().mass_matrix[shoulder, shoulder]
-    whole = _number(entry.subs(variables.q[elbow], 0), values)
-    return share, share / whole
-
-
-def _with_energy(missing: sp.Expr) -> Form:
-    """The energies form with this kinetic energy [J] added."""
-    form = energies_form()
-    mass = sp.Matrix(form.mass_matrix) + sp.hessian(missing, form.v)
-    mass = sp.ImmutableMatrix(mass.applyfunc(sp.expand))
-    return replace(form, mass_matrix=mass, bias=christoffel_bias(mass, form.q, form.v))
 
 
 def errata_records(

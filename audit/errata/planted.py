@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import get_args
 
 import sympy as sp
-import xarray as xr
 
 from crosscheck.analytic.derivation.forms import Form
 from crosscheck.analytic.paper.energies import energies_form
@@ -47,21 +46,17 @@ class Planted(Question[list[LeftOutEntry]]):
         return load_arm(self.arm), load_scenario(SCENARIO)
 
     def answer(self) -> list[LeftOutEntry]:
-        clean = energies_form()
-        right = self._run(clean)
-        return [
-            LeftOutEntry(matrix, entry, self._effect(right, without(clean, matrix, entry)))
-            for matrix, entry in entries(clean)
-        ]
-
-    def _run(self, form: Form) -> xr.Dataset:
-        return simulated(FormSide(load_arm(self.arm), form), load_scenario(SCENARIO))
-
-    def _effect(self, right: xr.Dataset, changed: Form) -> float | None:
-        try:
-            return largest_difference(right, self._run(changed), "theta")
-        except (Diverged, ZeroDivisionError):  # an M that cannot be inverted any more
-            return None
+        arm, scenario, clean = load_arm(self.arm), load_scenario(SCENARIO), energies_form()
+        right = simulated(FormSide(arm, clean), scenario)
+        found = []
+        for matrix, entry in entries(clean):
+            side = FormSide(arm, without(clean, matrix, entry))
+            try:
+                theta_rad = largest_difference(right, simulated(side, scenario), "theta")
+            except (Diverged, ZeroDivisionError):  # an M that cannot be inverted any more
+                theta_rad = None
+            found.append(LeftOutEntry(matrix, entry, theta_rad))
+        return found
 
 
 def shown(plants: Sequence[LeftOutEntry]) -> float:

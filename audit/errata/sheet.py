@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -11,7 +11,7 @@ import matplotlib as mpl
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from crosscheck.audit.errata.erratum import CLASSES, Class, Effect, SimulatedErratum
+from crosscheck.audit.errata.erratum import CLASSES, Class, SimulatedErratum
 from crosscheck.audit.errata.finder import EFFECT_S, Errata
 from crosscheck.audit.errata.words import Contradiction, Gap, in_words, notes
 from crosscheck.audit.experiments.cells import LABELLED, READINGS
@@ -56,11 +56,8 @@ def chapter(material: Material) -> ErrataSheet:
         contradictions=html(CONTRADICTIONS.html(noted.contradictions)),
         gaps=html(GAPS.html(noted.gaps)),
     )
-    records = [
-        *WHOLE.json(rows),
-        *CONTRADICTIONS.json(noted.contradictions),
-        *GAPS.json(noted.gaps),
-    ]
+    notes_json = [*CONTRADICTIONS.json(noted.contradictions), *GAPS.json(noted.gaps)]
+    records = [*WHOLE.json(rows), *notes_json]
     outcome = text("errata/outcome", counts=counted(own))
     return ErrataSheet(ID, TITLE, page, records, outcome, own)
 
@@ -126,9 +123,16 @@ class ArmErratum:
 
 @dataclass(frozen=True)
 class FormulaColumn(TableColumn[ArmErratum]):
-    """Words, or a formula where there is one."""
+    """What is printed or derived: words, or a formula where there is one."""
 
-    tex: Callable[[ArmErratum], str] = lambda row: ""
+    def value(self, row: ArmErratum) -> str:
+        words: str = getattr(row.found.erratum, self.name)
+        return words
+
+    def tex(self, row: ArmErratum) -> str:
+        """Empty where there is no formula."""
+        formula: str = getattr(row.found.erratum, f"{self.name}_tex")
+        return formula
 
     def html(self, row: ArmErratum) -> str:
         return _drawn(self.tex(row)) if self.tex(row) else self.text(row)
@@ -139,96 +143,61 @@ class FormulaColumn(TableColumn[ArmErratum]):
 
 @lru_cache
 def _drawn(tex: str) -> Markup:
-    return Markup(formula_svg(tex))  # by this package's own typesetter
-
-
-def formula_svg(text: str) -> str:
     """A TeX formula as an <svg> element, by Matplotlib's own typesetter."""
     with mpl.rc_context({"mathtext.fontset": "cm"}):
         figure = Figure(figsize=(0.1, 0.1))
         # The typesetter does not know these two commands.
-        known = text.replace(r"\left", "").replace(r"\right", "")
+        known = tex.replace(r"\left", "").replace(r"\right", "")
         drawn = figure.text(0, 0, f"${known}$", fontsize=13)
         box = drawn.get_window_extent()
         figure.set_size_inches((box.width + 8) / figure.dpi, (box.height + 8) / figure.dpi)
         drawn.set_position((4 / (box.width + 8), 4 / (box.height + 8) - box.y0 / (box.height + 8)))
-        return to_svg(figure)
+        return Markup(to_svg(figure))  # of this package's own
 
 
-def _effect(scenario: str, part: Callable[[Effect], float]) -> Callable[[ArmErratum], float | None]:
+def _of(name: str, title: str | None, attribute: str = "") -> TableColumn[ArmErratum]:
+    """What an erratum says of itself, by the name of its attribute."""
+    return TableColumn(name, title, lambda row: getattr(row.found.erratum, attribute or name))
+
+
+def _effect(name: str, title: str | None, scenario: str, part: str) -> TableColumn[ArmErratum]:
+    """One of an erratum's effects in a scenario, by the name of its attribute."""
+
     def of(row: ArmErratum) -> float | None:
         effect = row.found.effects.get(scenario)
-        return None if effect is None else part(effect)
+        return None if effect is None else getattr(effect, part)
 
-    return of
+    return TableColumn(name, title, of, ".2g")
+
+
+_TEXTS = (
+    _of("where", "where"),
+    FormulaColumn("printed", "printed"),
+    FormulaColumn("derived", "should read"),
+    _of("remark", "remark"),
+)
+_SIZES = (_of("size", "size"), _of("unit", "in"))
+_TORQUE, _PD = "effect under 100 N m: angle [rad]", "effect under PD control: angle [rad]"
+_EFFECTS = (
+    _of("relative", "over its own size"),
+    _effect("constant_torque_theta_rad", _TORQUE, "constant-torque", "theta_rad"),
+    _effect("constant_torque_force_N", "mesh force [N]", "constant-torque", "mesh_force_N"),
+    _effect("pd_theta_rad", _PD, "pd", "theta_rad"),
+    _effect("pd_impulse_N_s", "impulse of a mesh [N s]", "pd", "impulse_N_s"),
+)
+_UNSEEN = (
+    _of("class", None, "kind"),
+    _of("printed_tex", None),
+    _of("derived_tex", None),
+    _effect("constant_torque_impulse_N_s", None, "constant-torque", "impulse_N_s"),
+    _effect("pd_force_N", None, "pd", "mesh_force_N"),
+)
 
 
 def _id(row: ArmErratum) -> str:
     return f"erratum/{row.arm}/{row.found.erratum.id}"
 
 
-_TEXTS = (
-    TableColumn[ArmErratum]("where", "where", lambda row: row.found.erratum.where),
-    FormulaColumn(
-        "printed",
-        "printed",
-        lambda row: row.found.erratum.printed,
-        tex=lambda row: row.found.erratum.printed_tex,
-    ),
-    FormulaColumn(
-        "derived",
-        "should read",
-        lambda row: row.found.erratum.derived,
-        tex=lambda row: row.found.erratum.derived_tex,
-    ),
-    TableColumn[ArmErratum]("remark", "remark", lambda row: row.found.erratum.remark),
-)
-_SIZES = (
-    TableColumn[ArmErratum]("size", "size", lambda row: row.found.erratum.size),
-    TableColumn[ArmErratum]("unit", "in", lambda row: row.found.erratum.unit),
-)
-_EFFECTS = (
-    TableColumn[ArmErratum](
-        "relative", "over its own size", lambda row: row.found.erratum.relative
-    ),
-    TableColumn[ArmErratum](
-        "constant_torque_theta_rad",
-        "effect under 100 N m: angle [rad]",
-        _effect("constant-torque", lambda effect: effect.theta_rad),
-        ".2g",
-    ),
-    TableColumn[ArmErratum](
-        "constant_torque_force_N",
-        "mesh force [N]",
-        _effect("constant-torque", lambda effect: effect.mesh_force_N),
-        ".2g",
-    ),
-    TableColumn[ArmErratum](
-        "pd_theta_rad",
-        "effect under PD control: angle [rad]",
-        _effect("pd", lambda effect: effect.theta_rad),
-        ".2g",
-    ),
-    TableColumn[ArmErratum](
-        "pd_impulse_N_s",
-        "impulse of a mesh [N s]",
-        _effect("pd", lambda effect: effect.impulse_N_s),
-        ".2g",
-    ),
-)
-_UNSEEN = (
-    TableColumn[ArmErratum]("class", None, lambda row: row.found.erratum.kind),
-    TableColumn[ArmErratum]("printed_tex", None, lambda row: row.found.erratum.printed_tex),
-    TableColumn[ArmErratum]("derived_tex", None, lambda row: row.found.erratum.derived_tex),
-    TableColumn[ArmErratum](
-        "constant_torque_impulse_N_s",
-        None,
-        _effect("constant-torque", lambda effect: effect.impulse_N_s),
-    ),
-    TableColumn[ArmErratum](
-        "pd_force_N", None, _effect("pd", lambda effect: effect.mesh_force_N), ".2g"
-    ),
-)
 WHOLE = Columns[ArmErratum](_id, (*_UNSEEN, *_TEXTS, *_SIZES, *_EFFECTS))  # all of an erratum
 BY_CLASS: dict[Class, Columns[ArmErratum]] = {
     "equation": WHOLE,
@@ -238,17 +207,17 @@ BY_CLASS: dict[Class, Columns[ArmErratum]] = {
 CONTRADICTIONS = Columns[Contradiction](
     lambda row: f"contradiction/{row.id}",
     (
-        TableColumn("first", "here", lambda row: row.first),
-        TableColumn("first_says", "it says", lambda row: row.first_says),
-        TableColumn("second", "there", lambda row: row.second),
-        TableColumn("second_says", "it says", lambda row: row.second_says),
+        TableColumn("first", "here"),
+        TableColumn("first_says", "it says"),
+        TableColumn("second", "there"),
+        TableColumn("second_says", "it says"),
     ),
 )
 GAPS = Columns[Gap](
     lambda row: f"gap/{row.id}",
     (
-        TableColumn("quantity", "not given", lambda row: row.quantity),
-        TableColumn("needed_for", "needed for", lambda row: row.needed_for),
-        TableColumn("here", "here", lambda row: row.here),
+        TableColumn("quantity", "not given"),
+        TableColumn("needed_for", "needed for"),
+        TableColumn("here", "here"),
     ),
 )

@@ -17,18 +17,6 @@ WORDS, NOTES = FOLDER / "errata.toml", FOLDER / "notes.toml"
 
 
 @dataclass(frozen=True)
-class Misprint:
-    """An erratum that reading finds and that needs no number; fields as in ``Erratum``."""
-
-    id: str
-    kind: Class
-    where: str
-    printed: str
-    derived: str
-    remark: str = ""
-
-
-@dataclass(frozen=True)
 class Contradiction:
     """Two places of the paper that cannot both be right, paraphrased."""
 
@@ -51,9 +39,9 @@ class Gap:
 
 @dataclass(frozen=True)
 class Notes:
-    """What a careful reader finds in the text itself."""
+    """What a careful reader finds in the text itself; misprints need no number."""
 
-    misprints: tuple[Misprint, ...]
+    misprints: tuple[Erratum, ...]
     contradictions: tuple[Contradiction, ...]
     gaps: tuple[Gap, ...]
 
@@ -79,14 +67,14 @@ class Words:
 @cache
 def _words() -> dict[str, Words]:
     """By the errata's ids, or by what these begin with."""
-    content = tomllib.loads(WORDS.read_text(encoding="utf-8"))
-    return TypeAdapter(dict[str, Words]).validate_python(content)
+    known = tomllib.loads(WORDS.read_text(encoding="utf-8"))
+    return TypeAdapter(dict[str, Words]).validate_python(known)
 
 
 def in_words(computed: Sequence[SimulatedErratum]) -> tuple[SimulatedErratum, ...]:
     """With what the sheet says of each, and what is found by reading alone; by class."""
     found = [replace(one, erratum=told(one.erratum)) for one in computed]
-    found += [SimulatedErratum(Erratum(**vars(one)), {}) for one in notes().misprints]
+    found += [SimulatedErratum(one, {}) for one in notes().misprints]
     return tuple(sorted(found, key=lambda one: CLASSES.index(one.erratum.kind)))
 
 

@@ -40,20 +40,18 @@ class Bands(Perturbed[Between]):
     bins: int
 
     def answer(self) -> Between:
-        found = [self._of(run) for run in self._runs(self.seeds) if not isinstance(run, Diverged)]
-        if not found:
+        times, lows, highs = list[np.ndarray](), [], []
+        for run in self._runs(self.seeds):
+            if not isinstance(run, Diverged):
+                binned = [envelope(run.time, shoulder(run, n), self.bins) for n in SHOULDER]
+                times.append(binned[SHOULDER.index("torque")][0])
+                lows.append([low for _, low, _ in binned])
+                highs.append([high for _, _, high in binned])
+        if not times:
             return Between([], {name: Band([], []) for name in SHOULDER}, 0)
-        bands = {}
-        for name in SHOULDER:
-            low, high = np.array([one[name] for one in found]).transpose(1, 0, 2)
-            bands[name] = Band(low.min(axis=0).tolist(), high.max(axis=0).tolist())
-        return Between(found[0]["time"][0].tolist(), bands, len(found))
-
-    def _of(self, run: Course) -> dict[str, np.ndarray]:
-        """By quantity (2, bins): lowest and highest values of a run; of the time the middles."""
-        binned = {n: envelope(run.time, shoulder(run, n), self.bins) for n in SHOULDER}
-        times = {"time": np.array([binned["torque"][0]])}
-        return times | {name: np.array(found[1:]) for name, found in binned.items()}
+        low, high = np.min(lows, axis=0).tolist(), np.max(highs, axis=0).tolist()
+        bands = dict(zip(SHOULDER, map(Band, low, high), strict=True))
+        return Between(times[0].tolist(), bands, len(times))
 
 
 def shoulder(run: Course, name: str) -> np.ndarray:

@@ -7,17 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from crosscheck.audit.experiments import starts
 from crosscheck.audit.experiments.cells import Cell
 from crosscheck.audit.experiments.lyapunov import Lyapunov
-from crosscheck.audit.experiments.starts import (
-    RECORDED_S,
-    BackAndForth,
-    ConstantTorque,
-    Measured,
-    Perturbed,
-    TransientPd,
-    WholePd,
-)
+from crosscheck.audit.experiments.starts import Measured, Perturbed
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.models.interface import Model
 from crosscheck.registry import build
@@ -43,18 +36,18 @@ INSIDE_M = 1e-6  # so far into contact that a mesh's force is a straight line
 class Source:
     """An experiment: what it changes in a setting's scenario, and how it is measured.
 
-    size_um: of a family, what makes this member; words: what it changes; asked: None where no run
+    words: what it changes; size_um: of a family, what makes this member; asked: None where no run
     is made; meshes: fields of all meshes, with their values; harmonics: of the square wave that is
     the meshes' stiffness; preloaded: whether teeth carry the load from the start.
     """
 
     kind: str
-    size_um: float | None = None
     words: str = ""
-    asked: type[Perturbed[Measured]] | None = TransientPd
+    size_um: float | None = None
+    asked: type[Perturbed[Measured]] | None = starts.TransientPd
     scenario: str = "pd"
     duration_s: float | None = SHORT_S
-    every_s: float = RECORDED_S
+    every_s: float = starts.RECORDED_S
     meshes: tuple[tuple[str, float], ...] = ()
     settings: tuple[str, ...] = ()
     harmonics: int = 0
@@ -80,41 +73,41 @@ class Family(NamedTuple):
 
 
 _BACKLASH, _ERROR, _AMPLITUDE = "backlash_m", "tooth_error_m", "stiffness.amplitude_N_per_m"
-PD = Source("pd", asked=WholePd, duration_s=None)
+PD = Source("pd", asked=starts.WholePd, duration_s=None)
 CONSTANT = Source(
     "constant torque",
     scenario="constant-torque",
-    asked=ConstantTorque,
+    asked=starts.ConstantTorque,
     duration_s=None,
     every_s=SLOW_RECORD_S,
 )
-# One effect of the gears left out, under PD control and under constant torque.
-NO_BACKLASH = Source("no backlash", words="without backlash", meshes=((_BACKLASH, 0),))
-NO_ERROR = Source("no error", words="without tooth error", meshes=((_ERROR, 0),))
+# One effect of the gears left out.
+NO_BACKLASH = Source("no backlash", "without backlash", meshes=((_BACKLASH, 0),))
+NO_ERROR = Source("no error", "without tooth error", meshes=((_ERROR, 0),))
 CONSTANT_STIFFNESS = Source(
-    "constant stiffness", words="with constant stiffness", meshes=((_AMPLITUDE, 0),)
+    "constant stiffness", "with constant stiffness", meshes=((_AMPLITUDE, 0),)
 )
-CONSTANT_NO_ERROR = replace(
-    CONSTANT, kind="constant torque, no error", words="without tooth error", meshes=((_ERROR, 0),)
-)
-TWO_PLANETS = Source(
-    "two planets",
-    words="with two planets, each mesh 1.5 times as stiff",
-    settings=(*_TWO, *_AS_STIFF),
-)
+# Two planets, the meshes as they are or together as stiff as three.
 TWO_SOFTER = Source(
-    "two planets as they are", words="with two planets, each mesh as it is", settings=_TWO
+    "two planets as they are", "with two planets, each mesh as it is", settings=_TWO
 )
+_STIFFER = "with two planets, each mesh 1.5 times as stiff"
+TWO_PLANETS = Source("two planets", _STIFFER, settings=(*_TWO, *_AS_STIFF))
 # Fig. 5's wave in place of Eq. 8, its fundamental.
-_WAVE = "with the square wave of Fig. 5"
-SQUARE = Source("square wave", words=_WAVE, harmonics=HARMONICS)
-CONSTANT_SQUARE = replace(
-    CONSTANT, kind="constant torque, square wave", words=_WAVE, harmonics=HARMONICS
-)
+SQUARE = Source("square wave", "with the square wave of Fig. 5", harmonics=HARMONICS)
 _LOADED = "from teeth that already carry the load"
-PRELOADED = Source("preloaded", words=_LOADED, duration_s=START_ONLY_S, preloaded=True)
-CONSTANT_PRELOADED = replace(
-    CONSTANT, kind="constant torque, preloaded", words=_LOADED, preloaded=True
+PRELOADED = Source("preloaded", _LOADED, duration_s=START_ONLY_S, preloaded=True)
+# The same under constant torque.
+CONSTANT_NO_ERROR, CONSTANT_SQUARE, CONSTANT_PRELOADED = (
+    replace(
+        CONSTANT,
+        kind=f"{CONSTANT.kind}, {one.kind}",
+        words=one.words,
+        meshes=one.meshes,
+        harmonics=one.harmonics,
+        preloaded=one.preloaded,
+    )
+    for one in (NO_ERROR, SQUARE, PRELOADED)
 )
 # Section 4.1's 6 mm.
 WIDE = replace(
@@ -128,7 +121,7 @@ TURNING = replace(
 )
 NEIGHBOURS = Source(
     "neighbouring motions, b = 1000 um",
-    words="at b = 1000 µm",
+    "at b = 1000 µm",
     asked=Lyapunov,
     meshes=((_BACKLASH, 1e-6 * CHAOTIC_UM),),
 )
@@ -136,8 +129,9 @@ STATIC = Source("static", asked=None)  # follows from the arm's data alone
 PLANTED = Source("planted slips", asked=None)  # likewise
 BACKLASH = Family("backlash", "b", _BACKLASH)  # Figs. 16-18
 ERROR = Family("tooth error", "E", _ERROR)  # Figs. 19-20
+DEFAULTS = (BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM))  # the PD run as a member of both sweeps
 BACKLASH_NO_ERROR = Family("backlash, no error", "b", _BACKLASH, NO_ERROR)
-_BACK = replace(CONSTANT, scenario="back-and-forth", asked=BackAndForth)
+_BACK = replace(CONSTANT, scenario="back-and-forth", asked=starts.BackAndForth)
 _EVENLY = replace(_BACK, settings=("scenario.drive.argument=time",))
 # Fig. 15, by sin(20 pi sqrt(t)) as printed and by sin(20 pi t).
 BACK = Family("back and forth, backlash", "b", _BACKLASH, _BACK)

@@ -30,8 +30,8 @@ class Sample:
     @classmethod
     def of(cls, measured: Measured) -> Sample:
         """Undefined numbers as nan."""
-        numbers = {name: _floats(values) for name, values in measured.numbers.items()}
-        diverged = np.isfinite(_floats(measured.diverged_s))
+        numbers = {name: np.array(values, float) for name, values in measured.numbers.items()}
+        diverged = np.isfinite(np.array(measured.diverged_s, float))
         return cls(numbers, diverged, diverged.size - measured.ran)
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -39,10 +39,6 @@ class Sample:
         if self.diverged.all():
             return np.full(self.diverged.shape, math.nan)
         return self.numbers[name]
-
-
-def _floats(values: Iterable[float | None]) -> np.ndarray:
-    return np.array([math.nan if value is None else value for value in values])
 
 
 Wanted = tuple[Cell, Source]

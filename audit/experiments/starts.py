@@ -6,12 +6,11 @@ alone.
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple, TypeVar
+from typing import ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -23,7 +22,6 @@ from crosscheck.audit.experiments.variant import Numbers, Variant
 from crosscheck.audit.measures.course import Course, course_of, courses
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm, without_gears
 from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.registry import RIGID_LEVELS, build, entry_of
@@ -81,9 +79,14 @@ class Perturbed(Question[Kept]):
         case = self.case()
         cases = [perturbed(case, seed) for seed in seeds]
         model = build(self.variant.model, *case)
-        if isinstance(model, AnalyticModel):
-            return [_restarted(model, each.scenario) for each in cases]
-        return [build(self.variant.model, *each) for each in cases]
+        if not isinstance(model, AnalyticModel):
+            return [build(self.variant.model, *each) for each in cases]
+        restarted = []
+        for _, scenario, _ in cases:  # they share all but the start with the first
+            other = copy(model)
+            other.scenario, other.equations = scenario, model.equations
+            restarted.append(other)
+        return restarted
 
     def _runs(self, seeds: Sequence[int]) -> Iterator[Course | Diverged]:
         """The models', a few at a time."""
@@ -92,15 +95,11 @@ class Perturbed(Question[Kept]):
             yield from _side_by_side(models[first : first + AT_ONCE])
 
 
-def _restarted(model: AnalyticModel, scenario: Scenario) -> AnalyticModel:
-    """The model from the start of a scenario that is otherwise its own: it shares all else."""
-    other = copy(model)
-    other.scenario, other.equations = scenario, model.equations
-    return other
-
-
 class Starts(Perturbed[Measured]):
-    """Whole runs from every start, each measured by itself beside a rigid arm."""
+    """Whole runs from every start, each measured by itself beside rigid arms at some levels."""
+
+    levels: ClassVar[Sequence[str]] = (COUPLED,)
+    measure: ClassVar[Callable[..., Numbers]]
 
     @property
     def run_by(self) -> tuple[str, ...]:
@@ -108,10 +107,17 @@ class Starts(Perturbed[Measured]):
         return (*super().run_by, *(rigid.model for rigid in self.beside()))
 
     def answer(self) -> Measured:
-        found = self._measured(self.seeds[:FIRST])
-        if len(self.seeds) <= FIRST or alike(found):
-            return _standing_for(found, len(self.seeds))
-        return _joined(found, self._measured(self.seeds[FIRST:]))
+        found, count = self._measured(self.seeds[:FIRST]), len(self.seeds)
+        if count <= FIRST or alike(found):  # they stand for all, in turns
+            turns = [place % found.ran for place in range(count)]
+            numbers = {n: [values[place] for place in turns] for n, values in found.numbers.items()}
+            return Measured(numbers, [found.diverged_s[place] for place in turns], found.ran)
+        other = self._measured(self.seeds[FIRST:])
+        numbers = {  # where one part has no numbers at all, all of its runs diverged
+            name: [x for part in (found, other) for x in part.numbers.get(name, [None] * part.ran)]
+            for name in dict.fromkeys((*found.numbers, *other.numbers))
+        }
+        return Measured(numbers, [*found.diverged_s, *other.diverged_s], found.ran + other.ran)
 
     def _measured(self, seeds: Sequence[int]) -> Measured:
         """All of these starts, each run."""
@@ -128,16 +134,15 @@ class Starts(Perturbed[Measured]):
             found.append(self.numbers(run, beside))
             diverged.append(None)
         names = dict.fromkeys(name for numbers in found for name in numbers)
-        numbers = {name: [n.get(name) for n in found] for name in names}
-        return Measured(numbers, diverged, len(seeds))
+        return Measured({n: [one.get(n) for one in found] for n in names}, diverged, len(seeds))
 
-    @abstractmethod
     def beside(self) -> tuple[Variant, ...]:
         """The rigid arms that its runs are compared with."""
+        return tuple(rigid_arm(self.variant, level) for level in self.levels)
 
-    @abstractmethod
     def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
         """What is measured."""
+        return type(self).measure(run, *rigid)
 
 
 def alike(found: Measured) -> bool:
@@ -147,78 +152,48 @@ def alike(found: Measured) -> bool:
     """
     if any(time is not None for time in found.diverged_s):
         return False
-    told = [v for name, v in found.numbers.items() if name not in PERTURBATION_ITSELF]
-    return all(map(_same, told))
-
-
-def _same(values: Sequence[float | None]) -> bool:
-    defined = [value for value in values if value is not None]
-    if len(defined) < len(values):
-        return not defined
-    return float(np.ptp(defined)) <= ALIKE * float(np.abs(defined).max())
-
-
-def _standing_for(found: Measured, starts: int) -> Measured:
-    """Of so many starts, those that were run in turns."""
-    turns = [place % found.ran for place in range(starts)]
-    numbers = {name: [values[place] for place in turns] for name, values in found.numbers.items()}
-    return Measured(numbers, [found.diverged_s[place] for place in turns], found.ran)
-
-
-def _joined(one: Measured, other: Measured) -> Measured:
-    """All starts of both; where one has no numbers at all, all of its runs diverged."""
-    names = dict.fromkeys((*one.numbers, *other.numbers))
-    numbers = {
-        name: [x for part in (one, other) for x in part.numbers.get(name, [None] * part.ran)]
-        for name in names
-    }
-    return Measured(numbers, [*one.diverged_s, *other.diverged_s], one.ran + other.ran)
+    for name, values in found.numbers.items():
+        defined = [value for value in values if value is not None]
+        if name in PERTURBATION_ITSELF or not defined:
+            continue
+        apart, size = float(np.ptp(defined)), float(np.abs(defined).max())
+        if len(defined) < len(values) or apart > ALIKE * size:
+            return False
+    return True
 
 
 class TransientPd(Starts):
-    """The PD run as long as its variant has it, see ``transient``."""
+    """The PD run as long as its variant has it."""
 
-    def beside(self) -> tuple[Variant, ...]:
-        return (rigid_arm(self.variant, COUPLED),)
-
-    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
-        return transient(run, *rigid)
+    measure = staticmethod(transient)
 
 
 class WholePd(Starts):
-    """All 3 s of the PD run, see ``whole``."""
+    """All 3 s of the PD run."""
 
-    def beside(self) -> tuple[Variant, ...]:
-        return (rigid_arm(self.variant, COUPLED),)
-
-    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
-        return whole(run, *rigid)
+    measure = staticmethod(whole)
 
 
 class ConstantTorque(Starts):
-    """See ``constant_torque``."""
+    """The run under constant torque, beside every rigid level."""
 
-    def beside(self) -> tuple[Variant, ...]:
-        return tuple(rigid_arm(self.variant, level) for level in RIGID_LEVELS)
-
-    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
-        return constant_torque(run, *rigid)
+    levels = RIGID_LEVELS
+    measure = staticmethod(constant_torque)
 
 
 class BackAndForth(Starts):
-    """See ``back_and_forth``.
+    """Both joints driven back and forth.
 
     The rigid arm runs at the geared one's step: its torque's infinite slope at t = 0 then costs
-    both the same and drops out.
+    both the same and drops out. A second one starts a little away.
     """
+
+    measure = staticmethod(back_and_forth)
 
     def beside(self) -> tuple[Variant, ...]:
         rigid = without_gears(self.variant)
         shift = f"scenario.start.theta_rad={OWN_SHIFT_RAD!r}"
         return rigid, replace(rigid, settings=(*rigid.settings, shift))
-
-    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
-        return back_and_forth(run, *rigid)
 
 
 @lru_cache(maxsize=16)
@@ -233,11 +208,12 @@ def rigid_course(variant: Variant) -> Course:
 def _side_by_side(models: Sequence[Model]) -> list[Course | Diverged]:
     """Runs of one model."""
     analytic = [model for model in models if isinstance(model, AnalyticModel)]
-    return courses(analytic) if analytic else [_alone(model) for model in models]
-
-
-def _alone(model: Model) -> Course | Diverged:
-    try:
-        return course_of(model.simulate())
-    except Diverged as error:
-        return error
+    if analytic:
+        return courses(analytic)
+    found = list[Course | Diverged]()
+    for model in models:
+        try:
+            found.append(course_of(model.simulate()))
+        except Diverged as error:
+            found.append(error)
+    return found

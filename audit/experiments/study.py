@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import platform
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from itertools import zip_longest
 from pathlib import Path
-from typing import NamedTuple, TypeVar, get_type_hints
+from typing import Any, NamedTuple, TypeVar, get_type_hints
 
+import numpy as np
 import xarray as xr
 from pydantic import TypeAdapter
 
-from crosscheck.audit.experiments.packed import packed, unpacked
 from crosscheck.audit.experiments.question import Question, spelled_out
-from crosscheck.audit.experiments.variant import Company, Variant, company, simulate_together
+from crosscheck.audit.experiments.variant import Variant, simulate_together
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.provenance import version
 from crosscheck.registry import MODELS, entry_of
@@ -29,9 +30,7 @@ from crosscheck.runner.workers import perform_all
 
 Value = TypeVar("Value")
 Reduction = Callable[[xr.Dataset], xr.Dataset]
-Run = xr.Dataset | Diverged
 MOST_AT_ONCE = 300_000  # records of runs in one task: about 200 MB
-Content = bytes | Failure | InputError | Diverged
 
 
 @dataclass
@@ -63,23 +62,31 @@ class Study:
         wanted = {key: variant for variant, key in keys.items()}
 
         def planned(missing: Sequence[str]) -> list[AuditTask]:
-            left = {key: wanted[key] for key in missing}
-            return integrations(left, keep, self.store, self.jobs)
+            return integrations({key: wanted[key] for key in missing}, keep, self.store, self.jobs)
 
         found = self._results(dict.fromkeys(wanted, unpacked), planned, what)
         return {variant: whole(found[key]) for variant, key in keys.items()}
 
     def answers(self, questions: Sequence[Question[Value]], what: str) -> list[Value]:
         """Of each question, worked out once and kept."""
-        keyed = [(question_key(question), question) for question in questions]
-        wanted = dict(keyed)
+        keys = [question_key(question) for question in questions]
+        wanted = dict(zip(keys, questions, strict=True))
+        decoders = {key: partial(_decoded, question) for key, question in wanted.items()}
 
         def planned(missing: Sequence[str]) -> list[AuditTask]:
-            return [inquiry(key, wanted[key], self.store) for key in missing]
+            tasks = []
+            for key in missing:
+                one = wanted[key]
+                name, made, encoded = (
+                    type(one).__name__,
+                    partial(_asked, one),
+                    partial(_encoded, one),
+                )
+                tasks.append(AuditTask(key, name, one.cost, (key,), made, encoded, self.store))
+            return tasks
 
-        decoders = {key: partial(decoded, question) for key, question in wanted.items()}
         found = self._results(decoders, planned, what)
-        return [whole(found[key]) for key, _ in keyed]
+        return [whole(found[key]) for key in keys]
 
     def _results(
         self,
@@ -87,47 +94,44 @@ class Study:
         planned: Callable[[Sequence[str]], list[AuditTask]],
         what: str,
     ) -> dict[str, Value | Diverged]:
-        """By key, each with how it is read: kept already, or performed now as planned."""
+        """By key, each with how it is read: kept already, or performed now as planned.
+
+        Raises what went wrong, apart from a divergence.
+        """
         results: dict[str, Value | Diverged] = {}
         for key, read in wanted.items():
             with suppress(KeyError):
                 results[key] = self.store.get(key, read)
         self.found += len(results)
-        tasks = planned([key for key in wanted if key not in results])
-        for made in self._perform(tasks, len(results), what):
-            content, read = self._content(made, what), wanted[made.key]
-            results[made.key] = content if isinstance(content, Diverged) else read(content)
-        return results
-
-    def _perform(self, tasks: Sequence[AuditTask], done: int, what: str) -> list[Made]:
-        """What all tasks made."""
-        total = done + sum(len(task.keys) for task in tasks)
-        by_key = {task.key: task for task in tasks}
+        tasks = {task.key: task for task in planned([key for key in wanted if key not in results])}
+        done, total = len(results), len(results) + sum(len(task.keys) for task in tasks.values())
         self.told(what, done, total)
 
         def finished(key: str) -> None:
             nonlocal done
-            done += len(by_key[key].keys)
-            self.made += len(by_key[key].keys)
+            done += len(tasks[key].keys)
+            self.made += len(tasks[key].keys)
             self.told(what, done, total)
 
-        outcomes = perform_all(tasks, self.jobs, finished)
-        return [made for task in tasks for made in made_by(task, outcomes[task.key])]
-
-    def _content(self, made: Made, what: str) -> bytes | Diverged:
-        """What was made. Raises what went wrong, apart from a divergence."""
-        if isinstance(made.content, Failure):
-            raise Unfinished(f"{what}: {made.name}: {made.content}")
-        if isinstance(made.content, InputError):
-            raise made.content
-        if made.not_kept is not None:
-            self.store.give_up(made.not_kept)
-        return made.content
+        for task_key, outcome in perform_all(list(tasks.values()), self.jobs, finished).items():
+            task = tasks[task_key]
+            if isinstance(outcome, Failure):  # its process died
+                outcome = [Made(key, outcome) for key in task.keys]
+            for made in outcome:
+                if isinstance(made.content, Failure):
+                    raise Unfinished(f"{what}: {task.name}: {made.content}")
+                if isinstance(made.content, InputError):
+                    raise made.content
+                if made.not_kept is not None:
+                    self.store.give_up(made.not_kept)
+                diverged = isinstance(made.content, Diverged)
+                results[made.key] = made.content if diverged else wanted[made.key](made.content)
+        return results
 
 
 def run_key(variant: Variant, keep: Reduction | None = None) -> str:
     """Of a variant's trajectory, or of what a function of a module keeps of it."""
-    modules = [company.__module__, MODELS[variant.model].module]
+    modules = [Variant.__module__, MODELS[variant.model].module]
     inputs = [spelled_out(variant.case(), variant.model)]
     if keep is not None:
         inputs.append(keep.__qualname__)
@@ -165,120 +169,121 @@ def whole(result: Value | Diverged) -> Value:
 
 
 class Made(NamedTuple):
-    """Of a result's key and its task's name: its content, or why there is none or it is not kept.
+    """Of a result's key: its content, or why there is none or it is not kept.
 
     Errors that are the caller's come from another process as they are.
     """
 
     key: str
-    name: str
-    content: Content
+    content: bytes | Failure | InputError | Diverged
     not_kept: OSError | None = None
 
 
 @dataclass(frozen=True)
 class AuditTask:
-    """Work for another process, which keeps all its results by their keys."""
+    """Work for another process, which keeps all its results by their keys.
+
+    made: gives a result for every key; encoded: a result as it is kept.
+    """
 
     key: str
     name: str
     cost: float
     keys: tuple[str, ...]
-    make: Callable[[], list[Callable[[], bytes]]]
+    made: Callable[[], Sequence[Any]]
+    encoded: Callable[[Any], bytes]
     store: Store
 
     def perform(self) -> list[Made]:
+        """What became of every key, in their order."""
         try:
-            results = self.make()
+            results = self.made()
         except Exception as error:
-            return [Made(key, self.name, _reason(error)) for key in self.keys]
-        return [self._made(key, make) for key, make in zip(self.keys, results, strict=True)]
+            return [Made(key, _reason(error)) for key in self.keys]
+        return [self._kept(key, result) for key, result in zip(self.keys, results, strict=True)]
 
-    def _made(self, key: str, make: Callable[[], bytes]) -> Made:
+    def _kept(self, key: str, result: Any) -> Made:
         try:
-            content = make()
+            content = self.encoded(result)
         except Exception as error:
-            return Made(key, self.name, _reason(error))
+            return Made(key, _reason(error))
         try:
             self.store.put(key, content)
         except OSError as error:
-            return Made(key, self.name, content, error)
-        return Made(key, self.name, content)
+            return Made(key, content, error)
+        return Made(key, content)
 
 
 def _reason(error: Exception) -> Failure | InputError | Diverged:
     return error if isinstance(error, InputError | Diverged) else failure(error)
 
 
-def made_by(task: AuditTask, outcome: list[Made] | Failure) -> list[Made]:
-    """What a task made; its failure for every result if its process died."""
-    if isinstance(outcome, Failure):
-        return [Made(key, task.name, outcome) for key in task.keys]
-    return outcome
-
-
 def integrations(
     wanted: Mapping[str, Variant], keep: Reduction | None, store: Store, jobs: int = 1
 ) -> list[AuditTask]:
-    """Tasks for runs by their keys, as many side by side in one as fit.
+    """Tasks for runs by their keys, as many side by side in one as memory and jobs ask for.
 
     jobs: processes that share the work.
     """
-    alike: dict[Company, list[str]] = {}
+    alike: dict[tuple[object, ...], list[str]] = {}  # by what a model may step side by side
     for key, variant in wanted.items():
-        alike.setdefault(company(variant), []).append(key)
-    batches = [
-        [_batch({key: wanted[key] for key in some}, keep, store) for some in shared]
-        for shared in (_shared_out(keys, wanted[keys[0]], jobs) for keys in alike.values())
-    ]
+        _, scenario, chosen = variant.case()
+        grid = scenario.step_s, scenario.steps, scenario.drive.kind
+        alike.setdefault((variant.model, chosen, *grid), []).append(key)
+    batches = list[list[AuditTask]]()
+    for keys in alike.values():
+        model, scenario = wanted[keys[0]].model, wanted[keys[0]].case().scenario
+        entry = entry_of(model)
+        fit = max(1, MOST_AT_ONCE * scenario.stride // scenario.steps)
+        size = min(entry.abreast, fit, -(-len(keys) // jobs))
+        batches.append([])
+        for begin in range(0, len(keys), size):
+            some = tuple(keys[begin : begin + size])
+            made = partial(simulate_together, [wanted[key] for key in some])
+            cost = len(some) * scenario.steps * entry.call_s
+            task = AuditTask(some[0], model, cost, some, made, partial(_encoded_run, keep), store)
+            batches[-1].append(task)
     # In turns, so that processes begin with unlike kernels and none compiles what another does.
     return [task for turn in zip_longest(*batches) for task in turn if task is not None]
 
 
-def _shared_out(keys: Sequence[str], first: Variant, jobs: int) -> Iterator[Sequence[str]]:
-    """Runs that could all be made side by side, in as many tasks as memory and jobs ask for."""
-    scenario = first.case().scenario
-    fit = max(1, MOST_AT_ONCE * scenario.stride // scenario.steps)
-    size = min(entry_of(first.model).abreast, fit, -(-len(keys) // jobs))
-    for begin in range(0, len(keys), size):
-        yield keys[begin : begin + size]
-
-
-def _batch(wanted: Mapping[str, Variant], keep: Reduction | None, store: Store) -> AuditTask:
-    """One task for runs that are made side by side."""
-    keys, variants = tuple(wanted), tuple(wanted.values())
-    cost = sum(v.case().scenario.steps * entry_of(v.model).call_s for v in variants)
-    return AuditTask(
-        keys[0], variants[0].model, cost, keys, partial(_integrated, variants, keep), store
-    )
-
-
-def _integrated(variants: Sequence[Variant], keep: Reduction | None) -> list[Callable[[], bytes]]:
-    return [partial(_kept, keep, run) for run in simulate_together(variants)]
-
-
-def _kept(keep: Reduction | None, run: Run) -> bytes:
+def _encoded_run(keep: Reduction | None, run: xr.Dataset | Diverged) -> bytes:
     """A run as it is kept. Raises Diverged."""
-    this = whole(run)
-    return packed(this if keep is None else keep(this))
+    return packed(whole(run) if keep is None else keep(whole(run)))
 
 
-def inquiry(key: str, question: Question[object], store: Store) -> AuditTask:
-    """The task that answers a question."""
-    name = type(question).__name__
-    return AuditTask(key, name, question.cost, (key,), partial(_asked, question), store)
+def packed(dataset: xr.Dataset) -> bytes:
+    """An NPZ file of all variables, with their names, dimensions and attributes as JSON.
+
+    A NetCDF file takes thirty times as long.
+    """
+    content = io.BytesIO()
+    variables: dict[str, Any] = {
+        str(name): variable.values for name, variable in dataset.variables.items()
+    }
+    np.savez(content, about=json.dumps(dataset.to_dict(data=False)), **variables)
+    return content.getvalue()
 
 
-def _asked(question: Question[object]) -> list[Callable[[], bytes]]:
-    return [partial(_encoded, question)]
+def unpacked(content: bytes) -> xr.Dataset:
+    """The dataset. Raises ValueError or KeyError if the content is none."""
+    with np.load(io.BytesIO(content), allow_pickle=False) as file:
+        about = json.loads(str(file["about"]))
+        for variables in (about["coords"], about["data_vars"]):
+            for name, variable in variables.items():
+                variable["data"] = file[name]
+    return xr.Dataset.from_dict(about)
 
 
-def _encoded(question: Question[object]) -> bytes:
-    answer = _adapter(question).dump_python(question.answer())
-    return json.dumps(answer, allow_nan=False).encode()
+def _asked(question: Question[object]) -> list[object]:
+    return [question.answer()]
 
 
-def decoded(question: Question[Value], content: bytes) -> Value:
+def _encoded(question: Question[object], answer: object) -> bytes:
+    return json.dumps(_adapter(question).dump_python(answer), allow_nan=False).encode()
+
+
+def _decoded(question: Question[Value], content: bytes) -> Value:
     return _adapter(question).validate_python(json.loads(content))
 
 

@@ -43,6 +43,7 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
     late = signals.window(time, SETTLED_S, np.inf)
     start = slice(0, late.start)
     speed = np.abs(run.theta_dot[:, 0])
+    others = (run.F_pr, *run.F_outer.T)  # pairs that the paper does not show, of first planets
     error = geared_joint(run.case.arm).sun_mesh.of_planet(0).tooth_error_m
     return finite(
         {
@@ -54,9 +55,9 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
             "force_at_start_N": abs(force[0]),
             "ringing_N": signals.amplitude(fast(time, force, RINGING_S, start)),
             "force_decay": _calming(force, start, late),
-            "others_decay": np.min([_calming(pair, start, late) for pair in _others(run)]),
-            "others_decay_s": np.max([_ringing_s(time, pair) for pair in _others(run)]),
-            "others_ripple_N": np.max([ripple(pair[late]) for pair in _others(run)]),
+            "others_decay": np.min([_calming(pair, start, late) for pair in others]),
+            "others_decay_s": np.max([_ringing_s(time, pair) for pair in others]),
+            "others_ripple_N": np.max([ripple(pair[late]) for pair in others]),
             "theta_1_rad": run.theta[-1, 0],
             "stroke_1": np.ptp(run.theta[:, 0]) / np.pi,
             "stroke_2": np.ptp(run.theta[:, 1]) / np.pi,
@@ -66,11 +67,6 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
             "torque_gain": _torque_gain(run, late),
         }
     )
-
-
-def _others(run: Course) -> tuple[np.ndarray, ...]:
-    """Mesh forces [N] of the pairs that the paper does not show, of the first planets."""
-    return run.F_pr, *run.F_outer.T
 
 
 def _ringing_s(time: np.ndarray, force: np.ndarray) -> float:
@@ -129,17 +125,18 @@ def _tip(theta: np.ndarray, arm: Arm) -> np.ndarray:
 
 
 def _turns_gained(time: np.ndarray, values: np.ndarray) -> float:
-    """Turning points after HALFWAY_S less those before; nan if the run ends there."""
+    """Turning points after HALFWAY_S less those before; nan if the run ends there.
+
+    Of the slow course of values [m]: E's ripple, not ringing.
+    """
     if time[-1] <= HALFWAY_S:
         return np.nan
-    return _turns(time, values, HALFWAY_S, np.inf) - _turns(time, values, 0, HALFWAY_S)
-
-
-def _turns(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> int:
-    """Turning points of the slow course of values [m] in [begin, end), E's ripple, not ringing."""
-    part = signals.window(time, begin, end)
-    slow = values[part] - fast(time, values, part=part)
-    return sum(len(find_peaks(sign * slow, prominence=TURN_M)[0]) for sign in (1, -1))
+    counts = []
+    for part in (signals.window(time, HALFWAY_S, np.inf), signals.window(time, 0, HALFWAY_S)):
+        slow = values[part] - fast(time, values, part=part)
+        turns = [find_peaks(sign * slow, prominence=TURN_M)[0] for sign in (1, -1)]
+        counts.append(sum(map(len, turns)))
+    return counts[0] - counts[1]
 
 
 def _stiffness_follows(run: Course, part: slice) -> float:
@@ -175,10 +172,7 @@ def mesh_phase(run: Course) -> np.ndarray:
 
 
 def fast(
-    time: np.ndarray,
-    values: np.ndarray,
-    over_s: float = SMOOTHING_S,
-    part: slice = slice(None),
+    time: np.ndarray, values: np.ndarray, over_s: float = SMOOTHING_S, part: slice = slice(None)
 ) -> np.ndarray:
     """Values (times,) less their moving average over ``over_s``, taken twice; 0 at the very ends.
 

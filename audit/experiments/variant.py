@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import xarray as xr
 
 from crosscheck.models.arm.meshes import damped, squared
 from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import Case, load_case
 from crosscheck.registry import build
@@ -92,23 +91,6 @@ def simulate(variant: Variant) -> xr.Dataset:
     if isinstance(run, Diverged):
         raise run
     return run
-
-
-class Company(NamedTuple):
-    """What variants have in common that a model may step side by side."""
-
-    model: str
-    switches: Switches
-    step_s: float
-    steps: int
-    drive: str
-
-
-def company(variant: Variant) -> Company:
-    """Of a variant. Raises InputError."""
-    _, scenario, switches = variant.case()
-    drive = scenario.drive.kind
-    return Company(variant.model, switches, scenario.step_s, scenario.steps, drive)
 
 
 def simulate_together(variants: Sequence[Variant]) -> list[xr.Dataset | Diverged]:

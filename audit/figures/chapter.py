@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 
 from crosscheck.audit.experiments.cells import LABELLED, LAWS, Law
-from crosscheck.audit.experiments.experiments import BACKLASH, ERROR, PD
-from crosscheck.audit.figures import control, laws, open_loop, sweeps
+from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.figures import angles, laws, over_laws, sweeps
 from crosscheck.audit.figures.plate import Plate, Row, rows
-from crosscheck.audit.figures.runs import LOW_ZETA, ZETA
-from crosscheck.audit.figures.shelf import Shelf
-from crosscheck.audit.figures.views import MICRO, severe_over_zeta
-from crosscheck.audit.measures.events import THIRD_S
+from crosscheck.audit.figures.shelf import LOW_ZETA, ZETA, Shelf
+from crosscheck.audit.figures.views import severe_over_zeta
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import SEVERE
@@ -23,23 +22,16 @@ from crosscheck.models.errors import Diverged
 PLATES: dict[int, Callable[[Shelf], Plate]] = {
     4: laws.figure_4,
     5: laws.figure_5,
-    6: lambda shelf: open_loop.deviations(shelf, 6, "theta", "Δθ", "rad"),
-    7: lambda shelf: open_loop.deviations(shelf, 7, "theta_dot", "Δω", "rad/s"),
-    8: open_loop.figure_8,
-    9: open_loop.figure_9,
-    10: control.figure_10,
-    11: lambda shelf: control.whole_run(shelf, 11, "torque", "T [N m]"),
-    12: lambda shelf: control.whole_run(shelf, 12, "x_sp", "x_sp1 [µm]", MICRO),
-    13: lambda shelf: control.whole_run(shelf, 13, "F_sp", "F_sp1 [N]"),
-    14: control.figure_14,
-    15: open_loop.figure_15,
-    16: lambda shelf: sweeps.forces_over(
-        shelf, 16, BACKLASH, sweeps.IMPACT_WINDOW_S, sweeps.IMPACT_AXES
-    ),
+    6: partial(angles.deviations, number=6, quantity="theta", symbol="Δθ", unit="rad"),
+    7: partial(angles.deviations, number=7, quantity="theta_dot", symbol="Δω", unit="rad/s"),
+    **{number: partial(over_laws.over_laws, number=number) for number in (8, 9)},
+    10: angles.figure_10,
+    **{number: partial(over_laws.over_laws, number=number) for number in (11, 12, 13)},
+    14: over_laws.figure_14,
+    15: angles.figure_15,
+    16: partial(sweeps.over_sizes, number=16),
     17: sweeps.figure_17,
-    18: lambda shelf: sweeps.spectra_over(shelf, 18, BACKLASH, sweeps.BACKLASH_AXES),
-    19: lambda shelf: sweeps.forces_over(shelf, 19, ERROR, THIRD_S, sweeps.THIRD_AXES),
-    20: lambda shelf: sweeps.spectra_over(shelf, 20, ERROR, sweeps.ERROR_AXES),
+    **{number: partial(sweeps.over_sizes, number=number) for number in (18, 19, 20)},
 }
 NUMBERS = tuple(PLATES)
 ID, TITLE = "figures", "Figures 4 to 20"

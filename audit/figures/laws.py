@@ -10,12 +10,11 @@ from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
 from crosscheck.analytic.paper.stiffness import fundamental, square_wave, square_wave_series
 from crosscheck.audit.figures.plate import Drawing, Plate
 from crosscheck.audit.figures.shelf import Shelf
-from crosscheck.audit.figures.views import MICRO
+from crosscheck.audit.figures.views import MICRO, Curve, Panel, panels
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.models.loading import load_arm
+from crosscheck.report import fragments
 from crosscheck.report.fragments import COLOURS
-from crosscheck.report.plots.figures import legend, new_figure, to_svg
 
 ARM = "paper-labelled"
 SHARPNESS_PER_M = (2e4, 5e4, 2e5, 1e6)  # the paper gives no sigma
@@ -31,12 +30,23 @@ def figure_4(shelf: Shelf) -> Plate:
     """Eq. 6 for several sigma against Eq. 5."""
     b = paper_stage(load_arm(ARM)).backlash_m
     x = np.linspace(-3 * b, 3 * b, 3001)
+    edge = MICRO * b
+    curves = [Curve(MICRO * x, MICRO * dead_zone(x, b), "k", "Eq. 5", "--", 1.6)]
+    for sigma, colour in zip(SHARPNESS_PER_M, COLOURS, strict=False):
+        values = MICRO * dead_zone_tanh(x, b, sigma)
+        curves.append(Curve(MICRO * x, values, colour, f"Eq. 6, sigma {sigma:g} 1/m"))
+    labels = {"xlabel": "x [µm]", "ylabel": "f_k [µm]"}
+    closely = {"xlim": (0.4 * edge, 1.6 * edge), "ylim": (-0.2 * edge, 0.6 * edge)}
+    close = Panel(curves, {**labels, **closely, "title": "the edge of the clearance"})
     rows = [sharpness(x, b, sigma) for sigma in SHARPNESS_PER_M]
-    caption = f"b {MICRO * b:g} µm; sigma as in the legend, the paper gives none."
+    deviations = ("largest deviation [µm]", "deviation times sigma", "pull outside contact [µm]")
+    told = [(r.sigma, MICRO * r.gap_m, r.gap_m * r.sigma, MICRO * r.pull_m) for r in rows]
+    cells = [[f"{value:.3g}" for value in row] for row in told]
+    caption = f"b {edge:g} µm; sigma as in the legend, the paper gives none."
     return Plate(
         4,
-        [Drawing(_clearance_svg(x, b), caption)],
-        tables={"sharpness": SHARPNESS.html(rows)},
+        [Drawing(panels(2.8, Panel(curves, labels), close), caption)],
+        tables={"sharpness": fragments.table(["sigma [1/m]", *deviations], cells)},
         numbers={"deviation_um": {f"{row.sigma:g}": MICRO * row.gap_m for row in rows}},
     )
 
@@ -56,32 +66,6 @@ def sharpness(x: np.ndarray, b: float, sigma: float) -> Sharpness:
     return Sharpness(sigma, float(gap), float(-smooth[x > 0].min()))
 
 
-SHARPNESS = Columns[Sharpness](
-    lambda row: f"{row.sigma:g}",
-    (
-        TableColumn("sigma", "sigma [1/m]", lambda row: row.sigma),
-        TableColumn("gap_um", "largest deviation [µm]", lambda row: MICRO * row.gap_m),
-        TableColumn("gap_sigma", "deviation times sigma", lambda row: row.gap_m * row.sigma),
-        TableColumn("pull_um", "pull outside contact [µm]", lambda row: MICRO * row.pull_m),
-    ),
-)
-
-
-def _clearance_svg(x: np.ndarray, b: float) -> str:
-    figure, grid = new_figure(1, 2, 2.8)
-    for axes in grid[0]:
-        axes.plot(MICRO * x, MICRO * dead_zone(x, b), "k--", label="Eq. 5", linewidth=1.6)
-        for sigma, colour in zip(SHARPNESS_PER_M, COLOURS, strict=False):
-            values = MICRO * dead_zone_tanh(x, b, sigma)
-            axes.plot(MICRO * x, values, color=colour, label=f"Eq. 6, sigma {sigma:g} 1/m")
-        axes.set(xlabel="x [µm]", ylabel="f_k [µm]")
-    edge = MICRO * b
-    grid[0, 1].set(xlim=(0.4 * edge, 1.6 * edge), ylim=(-0.2 * edge, 0.6 * edge))
-    grid[0, 1].set_title("the edge of the clearance")
-    legend(figure, grid[0, 0])
-    return to_svg(figure)
-
-
 def figure_5(shelf: Shelf) -> Plate:
     """Eq. 7 with n harmonics, its fundamental, and Eq. 8."""
     stage = paper_stage(load_arm(ARM))
@@ -91,12 +75,25 @@ def figure_5(shelf: Shelf) -> Plate:
     series = {n: square_wave_series(cycle, low, high, CONTACT_RATIO, n) for n in (*HARMONICS, MANY)}
     eq8 = fundamental(np.sin(2 * np.pi * cycle), k_m, k_a)
     wave = square_wave(cycle, low, high, CONTACT_RATIO)
+    square = Curve(cycle, wave, "k", "square wave", "--", 1.6)
+    shown = [
+        Curve(cycle, series[n], colour, f"Eq. 7, n = {n}", width=1.0)
+        for n, colour in zip(HARMONICS, COLOURS, strict=False)
+    ]
+    sine = Curve(cycle, eq8, COLOURS[4], "Eq. 8", ":", 2.4)
+    labels = {"xlabel": "t / T", "ylabel": "k [N/m]"}
+    drawn = [Panel([square, *shown[1:]], labels), Panel([square, shown[0], sine], labels)]
     smooth = np.abs(np.mod(2 * cycle + 0.5, 1) - 0.5) > 2 * AWAY
+    head = ("contact ratio", "phase of the fundamental [deg]", "k_max - k_min [N/m]", "mean [N/m]")
+    ratios = [
+        [f"{ratio:.3g}", f"{phase:.3g}", f"{swing:.4g}", f"{mean:.4g}"]
+        for ratio, phase, swing, mean in (ratio_row(ratio, k_m, k_a) for ratio in OTHER_RATIOS)
+    ]
     caption = f"k_m {k_m:g} N/m, k_a {k_a:g} N/m; all pairs in phase (gamma = 0)."
     return Plate(
         5,
-        [Drawing(_stiffness_svg(cycle, wave, series, eq8), caption)],
-        tables={"ratios": RATIOS.html([ratio_row(ratio, k_m, k_a) for ratio in OTHER_RATIOS])},
+        [Drawing(panels(2.8, *drawn), caption)],
+        tables={"ratios": fragments.table(head, ratios)},
         numbers={
             "k_max_N_per_m": high,
             "k_min_N_per_m": low,
@@ -126,17 +123,6 @@ class Ratio(NamedTuple):
     mean_N_per_m: float
 
 
-RATIOS = Columns[Ratio](
-    lambda row: f"{row.contact_ratio:g}",
-    (
-        TableColumn("contact_ratio", "contact ratio", lambda row: row.contact_ratio),
-        TableColumn("phase_deg", "phase of the fundamental [deg]", lambda row: row.phase_deg),
-        TableColumn("swing", "k_max - k_min [N/m]", lambda row: row.swing_N_per_m, ".4g"),
-        TableColumn("mean", "mean [N/m]", lambda row: row.mean_N_per_m, ".4g"),
-    ),
-)
-
-
 def ratio_row(contact_ratio: float, k_m: float, k_a: float) -> Ratio:
     """Eq. 7 with mean k_m and a fundamental of amplitude k_a [N/m]."""
     low, high = limits(k_m, k_a, contact_ratio)
@@ -145,18 +131,3 @@ def ratio_row(contact_ratio: float, k_m: float, k_a: float) -> Ratio:
     sine = np.fft.rfft(wave)[1] * 1j  # of amplitude x sin(u + phase)
     phase = float(np.round(np.degrees(np.angle(sine)), 9)) + 0.0
     return Ratio(contact_ratio, phase, high - low, float(wave.mean()))
-
-
-def _stiffness_svg(
-    cycle: np.ndarray, wave: np.ndarray, series: dict[int, np.ndarray], eq8: np.ndarray
-) -> str:
-    figure, grid = new_figure(1, 2, 2.8)
-    for axes in grid[0]:
-        axes.plot(cycle, wave, "k--", label="square wave", linewidth=1.6)
-        axes.set(xlabel="t / T", ylabel="k [N/m]")
-    for n, colour in zip(HARMONICS, COLOURS, strict=False):
-        axes = grid[0, int(n == 1)]
-        axes.plot(cycle, series[n], color=colour, label=f"Eq. 7, n = {n}", linewidth=1.0)
-    grid[0, 1].plot(cycle, eq8, ":", color=COLOURS[4], label="Eq. 8", linewidth=2.4)
-    legend(figure, *grid[0])
-    return to_svg(figure)

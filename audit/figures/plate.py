@@ -96,15 +96,15 @@ class Row:
 def rows(shelf: Shelf, number: int, zeta: float) -> list[Row]:
     """Every claim of a figure."""
     known = [(Cell(law, zeta), one) for law, one in shelf.known(zeta).items()]
-    return [_row(shelf, claim, answers(claim, known)) for claim in CLAIMS if claim.figure == number]
-
-
-def _row(shelf: Shelf, claim: Claim, given: Sequence[Answer]) -> Row:
-    default = next(iter(claim.choices))
-    found = {
-        one.place.law: one
-        for one in given
-        if one.place.choice == default and one.place.arm == LABELLED
-    }
-    verdict = shelf.material.judged[claim.id].verdict if shelf.whole else None
-    return Row(claim, default, found, verdict)
+    found = []
+    for claim in CLAIMS:
+        if claim.figure == number:
+            choice = next(iter(claim.choices))
+            own = {
+                one.place.law: one
+                for one in answers(claim, known)
+                if (one.place.choice, one.place.arm) == (choice, LABELLED)
+            }
+            verdict = shelf.material.judged[claim.id].verdict if shelf.whole else None
+            found.append(Row(claim, choice, own, verdict))
+    return found

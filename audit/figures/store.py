@@ -17,7 +17,7 @@ from crosscheck.audit.experiments.experiments import BACK, BACKLASH, CONSTANT, E
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
-from crosscheck.audit.figures.runs import LOW_ZETA, SMOOTH_RECORD, ZETA, drawn, rigid_run
+from crosscheck.audit.figures.shelf import LOW_ZETA, SMOOTH_RECORD, ZETA, drawn, rigid_run
 from crosscheck.audit.measures.reading import first_planets
 from crosscheck.audit.measures.rigid import COUPLED
 from crosscheck.models.errors import Diverged
@@ -73,9 +73,16 @@ def reduced(run: xr.Dataset, windows: Windows, bin_s: float = BIN_S) -> xr.Datas
     Every sample of a window stays; outside, per bin and per column of every variable, the first
     sample with its smallest and with its largest value.
     """
-    kept = _extreme_samples(run, bin_s)
-    for begin, end in windows.values():
-        kept[signals.window(run["time"].values, begin, end)] = True
+    time = run["time"].values
+    kept = np.zeros(time.size, dtype=bool)
+    edges = np.flatnonzero(np.diff(np.floor(time / bin_s + 1e-9).astype(int), prepend=-1))
+    columns = np.hstack([x.values.reshape(time.size, -1) for x in run.data_vars.values()])
+    for sign in (1, -1):
+        sizes = np.nan_to_num(sign * columns, nan=-np.inf)
+        for begin, end in pairwise((*edges, time.size)):
+            kept[begin + sizes[begin:end].argmax(axis=0)] = True
+    for window in windows.values():
+        kept[signals.window(time, *window)] = True
     kept[[0, -1]] = True
     attributes = {
         "recording": "every sample in the windows; elsewhere per bin the samples of all extrema",
@@ -85,17 +92,3 @@ def reduced(run: xr.Dataset, windows: Windows, bin_s: float = BIN_S) -> xr.Datas
         "planets": "the first of every joint is kept",
     }
     return run.isel(time=np.flatnonzero(kept)).assign_attrs(attributes)
-
-
-def _extreme_samples(run: xr.Dataset, bin_s: float) -> np.ndarray:
-    """Which samples (times,) hold a bin's minimum or maximum of any column."""
-    time = run["time"].values
-    bins = np.floor(time / bin_s + 1e-9).astype(int)
-    edges = np.flatnonzero(np.diff(bins, prepend=-1))
-    kept = np.zeros(time.size, dtype=bool)
-    columns = np.hstack([x.values.reshape(time.size, -1) for x in run.data_vars.values()])
-    for sign in (1, -1):
-        sizes = np.nan_to_num(sign * columns, nan=-np.inf)
-        for begin, end in pairwise((*edges, time.size)):
-            kept[begin + sizes[begin:end].argmax(axis=0)] = True
-    return kept

@@ -19,24 +19,21 @@ from crosscheck.audit.experiments.experiments import (
     Family,
 )
 from crosscheck.audit.figures.plate import Drawing, Plate
-from crosscheck.audit.figures.runs import LOW_ZETA, drawn
-from crosscheck.audit.figures.shelf import Shelf, by_size
-from crosscheck.audit.figures.views import KILO, LAW_COLOURS, conditions, dots, line, same_scale
+from crosscheck.audit.figures.shelf import LOW_ZETA, Shelf, drawn
+from crosscheck.audit.figures.views import KILO, LAW_COLOURS, conditions, line, same_scale
 from crosscheck.audit.measures import events
 from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.reading import arm_of
 from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.words import LAW_NAMES
+from crosscheck.report import fragments
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import legend, log_y, new_figure, not_reached, to_svg
 from crosscheck.signals import envelope
 
-IMPACT_WINDOW_S = (0.34, 0.46)
 SMALL_BINS = 350
-DEFAULTS = {BACKLASH: DEFAULT_B_UM, ERROR: DEFAULT_E_UM}
 HIGHEST_HZ = 6000.0
 FAINTEST = 1e-6  # rad/s^2: what is drawn of a spectrum
 DRAWN = 300  # points of a spectrum: the largest line of every 20 Hz
@@ -52,40 +49,96 @@ class Axis(NamedTuple):
     log: bool = False
 
 
-IMPACT_AXES = (
+class Sweep(NamedTuple):
+    """Experiments of a family, the paper's own of this size [um], with numbers of all starts.
+
+    Of F_sp1 in a window [s]; without one the spectra of both joints' accelerations are drawn.
+    """
+
+    family: Family
+    default_um: float
+    numbers: tuple[Axis, ...]
+    window: tuple[float, float] | None = None
+
+
+_THIRD = (
+    Axis("third_force_fast_N", "fast part of F_sp1 [kN]", KILO, log=True),
+    Axis("third", "third fluctuation [rad/s²]", log=True),
+)
+_IMPACT = (
     Axis("side_change_s", "first contact [s]"),
     Axis("second_force_N", "impact [kN]", KILO, log=True),
     Axis("second_decay_s", "falls to a tenth in [s]"),
 )
-THIRD_AXES = (
-    Axis("third_force_fast_N", "fast part of F_sp1 [kN]", KILO, log=True),
-    Axis("third", "third fluctuation [rad/s²]", log=True),
+_LINES = (
+    Axis("frequency_Hz", "shoulder's frequency [Hz]"),
+    Axis("line_share", "share of energy in one line [1]"),
+    Axis("low_share", "share of energy below 500 Hz [1]"),
 )
+_JOINTS = (
+    Axis("third", "shoulder [rad/s²]", log=True),
+    Axis("third_elbow", "elbow [rad/s²]", log=True),
+)
+FIGURES = {
+    16: Sweep(BACKLASH, DEFAULT_B_UM, _IMPACT, (0.34, 0.46)),
+    17: Sweep(BACKLASH, DEFAULT_B_UM, _THIRD, THIRD_S),
+    18: Sweep(BACKLASH, DEFAULT_B_UM, _LINES),
+    19: Sweep(ERROR, DEFAULT_E_UM, _THIRD, THIRD_S),
+    20: Sweep(ERROR, DEFAULT_E_UM, _JOINTS),
+}
 
 
 def figure_17(shelf: Shelf) -> Plate:
-    """F_sp1 over b in the third fluctuation."""
-    plate = forces_over(shelf, 17, BACKLASH, THIRD_S, THIRD_AXES)
-    fed = [one for one in _energies(shelf) if one.peak_J > one.work_J]
-    return replace(plate, tables={"energy": ENERGY.html(fed)} if fed else {})
+    """F_sp1 over b in the third fluctuation, with runs that have more energy than was put in."""
+    plate = over_sizes(shelf, 17)
+    fed = []
+    for (law, b_um), run in shelf.runs(shelf.members(BACKLASH, LOW_ZETA), 17).items():
+        peak_J, work_J = energy_peak(run)
+        if peak_J > work_J:
+            fed.append([LAW_NAMES[law], f"{b_um:g}", f"{peak_J:.4g}", f"{work_J:.4g}"])
+    energies = ("largest kinetic energy [J]", "work of the drive until then [J]")
+    table = fragments.table(["phase law", "b [µm]", *energies], fed)
+    return replace(plate, tables={"energy": table} if fed else {})
 
 
-def forces_over(
-    shelf: Shelf, number: int, family: Family, window: tuple[float, float], axes: Sequence[Axis]
-) -> Plate:
-    """F_sp1 in a window [s] over the sizes of a family, with numbers of all starts."""
+def over_sizes(shelf: Shelf, number: int) -> Plate:
+    """One of FIGURES: numbers of all starts, then what one start gives."""
+    family, default_um, shown, window = FIGURES[number]
     sweep = shelf.sweep(number, family, LOW_ZETA)
-    own = sweep[INTEGRAL][DEFAULTS[family]]
-    more = f"{family.symbol} as at the panels."
-    one = Drawing(small_multiples(sweep, family.symbol, window), conditions(own, shelf.seed, more))
-    return Plate(number, [over_sizes(shelf, family, axes), one], LOW_ZETA, shelf.seed)
+    own = sweep[INTEGRAL][default_um]
+    if window is None:
+        where = "in the legend"
+        plain = drawn(family(default_um), Cell(INTEGRAL, LOW_ZETA), None)
+        beside = {"rigid": rigid_arm(replace(plain, duration_s=None))}
+        rigid = shelf.courses(beside, number)["rigid"]
+        lines = {
+            law: {size: spectra(run, rigid) for size, run in row.items()}
+            for law, row in sweep.items()
+        }
+        svg = _spectra_svg(lines, family.symbol)
+    else:
+        where = "at the panels"
+        svg = _force_svg(sweep, family.symbol, window)
+    caption = conditions(own, shelf.seed, f"{family.symbol} as {where}.")
+    drawings = [_numbers_of_all(shelf, family, shown), Drawing(svg, caption)]
+    return Plate(number, drawings, LOW_ZETA, shelf.seed)
 
 
-def over_sizes(shelf: Shelf, family: Family, shown: Sequence[Axis]) -> Drawing:
-    """Numbers of all starts against the size, a dot for every start."""
+def _numbers_of_all(shelf: Shelf, family: Family, shown: Sequence[Axis]) -> Drawing:
+    """Numbers of all starts, a dot each, laws beside each other; the size's axis by rank."""
     figure, grid = new_figure(1, len(shown), 2.9)
+    known = shelf.known(LOW_ZETA)
     for axes, one in zip(grid[0], shown, strict=True):
-        dots(axes, by_size(shelf.known(LOW_ZETA), family, one.name), one.scale)
+        for place, law in enumerate(known):
+            members = known[law].members(family)
+            for at, member in enumerate(members):
+                values = known[law][member][one.name]
+                values = one.scale * np.sort(values[np.isfinite(values)])
+                x = at + 0.27 * (place - 1) + np.linspace(-0.1, 0.1, values.size)
+                label = None if at else LAW_NAMES[law]
+                axes.plot(x, values, ".", ms=3.5, color=LAW_COLOURS[law], label=label)
+        ticks = [f"{member.size_um:g}" for member in members]
+        axes.set_xticks(range(len(members)), ticks, fontsize=7)
         axes.set(xlabel=f"{family.symbol} [µm]", ylabel=one.label)
         if one.log:
             log_y(axes)
@@ -98,7 +151,7 @@ def over_sizes(shelf: Shelf, family: Family, shown: Sequence[Axis]) -> Drawing:
     return Drawing(to_svg(figure), caption)
 
 
-def small_multiples(
+def _force_svg(
     sweep: Mapping[Law, Mapping[float, Course]], symbol: str, window: tuple[float, float]
 ) -> str:
     """F_sp1 [kN] in a window [s] from one start: a row per size, the laws side by side."""
@@ -119,33 +172,6 @@ def small_multiples(
     return to_svg(figure)
 
 
-class Energy(NamedTuple):
-    """Of a run: largest kinetic energy [J], and what the drive has worked by then [J]."""
-
-    law: Law
-    size_um: float
-    peak_J: float
-    work_J: float
-
-
-ENERGY = Columns[Energy](
-    lambda row: f"{row.law.id}/{row.size_um:g}",
-    (
-        TableColumn("law", "phase law", lambda row: LAW_NAMES[row.law]),
-        TableColumn("b_um", "b [µm]", lambda row: row.size_um, "g"),
-        TableColumn("peak_J", "largest kinetic energy [J]", lambda row: row.peak_J, ".4g"),
-        TableColumn("work_J", "work of the drive until then [J]", lambda row: row.work_J, ".4g"),
-    ),
-)
-
-
-def _energies(shelf: Shelf) -> list[Energy]:
-    """Of the drawn runs of Fig. 17."""
-    variants = shelf.members(BACKLASH, LOW_ZETA)
-    runs = shelf.runs(variants.values(), 17)
-    return [Energy(law, b, *energy_peak(runs[v])) for (law, b), v in variants.items()]
-
-
 def energy_peak(run: xr.Dataset) -> tuple[float, float]:
     """Largest kinetic energy [J], and what the drive has worked by then [J].
 
@@ -160,32 +186,6 @@ def energy_peak(run: xr.Dataset) -> tuple[float, float]:
     torque = run["torque"].values
     work = (torque[1:] + torque[:-1]) / 2 * np.diff(turned, axis=0)
     return float(energy[last]), float(work[:last].sum())
-
-
-BACKLASH_AXES = (
-    Axis("frequency_Hz", "shoulder's frequency [Hz]"),
-    Axis("line_share", "share of energy in one line [1]"),
-    Axis("low_share", "share of energy below 500 Hz [1]"),
-)
-ERROR_AXES = (
-    Axis("third", "shoulder [rad/s²]", log=True),
-    Axis("third_elbow", "elbow [rad/s²]", log=True),
-)
-
-
-def spectra_over(shelf: Shelf, number: int, family: Family, axes: Sequence[Axis]) -> Plate:
-    """Spectra of both joints' accelerations over the sizes of a family, with the same."""
-    sweep = shelf.sweep(number, family, LOW_ZETA)
-    plain = drawn(family(DEFAULTS[family]), Cell(INTEGRAL, LOW_ZETA), None)
-    beside = rigid_arm(replace(plain, duration_s=None))
-    rigid = shelf.courses([beside], number)[beside]
-    lines = {
-        law: {size: spectra(run, rigid) for size, run in row.items()} for law, row in sweep.items()
-    }
-    own = sweep[INTEGRAL][DEFAULTS[family]]
-    caption = conditions(own, shelf.seed, f"{family.symbol} as in the legend.")
-    one = Drawing(_spectra_svg(lines, family.symbol), caption)
-    return Plate(number, [over_sizes(shelf, family, axes), one], LOW_ZETA, shelf.seed)
 
 
 def spectra(run: Course, rigid: Course) -> list[Spectrum]:

@@ -9,7 +9,7 @@ from crosscheck.audit.claims.rule import State
 from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, Cell, Law
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.variant import Planets
-from crosscheck.audit.figures.runs import LOW_ZETA
+from crosscheck.audit.figures.shelf import LOW_ZETA
 from crosscheck.audit.hypotheses.damping_fit import reversals
 from crosscheck.audit.hypotheses.evidence.attribution import LadderVerdict, RigidResidual
 from crosscheck.audit.hypotheses.ladder import Climbed

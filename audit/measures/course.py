@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from crosscheck.analytic.ensemble import Chunk, Group, groups
 from crosscheck.analytic.model import AnalyticModel
-from crosscheck.audit.measures.reading import arm_of, scenario_of, switches_of
+from crosscheck.audit.measures.reading import case_of
 from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded_times
@@ -51,19 +52,13 @@ class Course:
         def taken(values: np.ndarray) -> np.ndarray:
             return np.array([np.interp(time, self.time, column) for column in values.T]).T
 
-        return replace(
-            self,
-            time=time,
-            theta=taken(self.theta),
-            theta_dot=taken(self.theta_dot),
-            theta_ddot=taken(self.theta_ddot),
-            torque=taken(self.torque),
-        )
+        joints: dict[str, Any] = {name: taken(getattr(self, name)) for name in JOINT_SIGNALS}
+        return replace(self, time=time, **joints)
 
 
 def course_of(run: xr.Dataset) -> Course:
     """Of a trajectory, as any model gives it."""
-    case = Case(arm_of(run), scenario_of(run), switches_of(run))
+    case = case_of(run)
     joints = [run[name].values for name in JOINT_SIGNALS]
     if "x_sp" not in run:
         return Course(case, run["time"].values, *joints, *_NO_MESHES)
@@ -83,29 +78,31 @@ def courses(models: Sequence[AnalyticModel]) -> list[Course | Diverged]:
 
 
 def _of_group(group: Group) -> list[Course | Diverged]:
+    """Of models that are stepped side by side, in the group's order."""
     time = recorded_times(group.models[0].scenario)
     geared = bool(group.models[0].layout.meshing)
     apart = np.zeros(len(group.models))
-    signals: list[np.ndarray] = []
+    signals: list[np.ndarray] = []  # each (..., members, times)
     first = 0
     for chunk in group.chunks():
         parts = _signals(chunk, geared)
-        signals = signals or [_room(part, time.size) for part in parts]
+        signals = signals or [np.empty((*part.shape[1:], time.size)) for part in parts]
         for whole, part in zip(signals, parts, strict=True):
             # Turned over in the processor's cache, then written: half the time of one assignment.
             whole[..., first : first + len(part)] = np.ascontiguousarray(np.moveaxis(part, 0, -1))
         first += len(chunk.time)
         if geared:
             apart = np.fmax(apart, _apart(chunk.x_pr))
-    return [
-        _of_member(model, time, [signal[..., place, :].T for signal in signals], apart[place], at)
-        for place, (model, at) in enumerate(zip(group.models, group.diverged_s, strict=True))
-    ]
-
-
-def _room(part: np.ndarray, times: int) -> np.ndarray:
-    """For a signal (records, ..., members) of a chunk, of the whole run: (..., members, times)."""
-    return np.empty((*part.shape[1:], times))
+    found = list[Course | Diverged]()
+    for place, (model, at) in enumerate(zip(group.models, group.diverged_s, strict=True)):
+        if not np.isnan(at):
+            found.append(Diverged(model.name, float(at)))
+            continue
+        theta, theta_dot, theta_ddot, *meshes = (signal[..., place, :].T for signal in signals)
+        joints = [theta, theta_dot, theta_ddot, model.torques(time, theta, theta_dot)]
+        case, size = Case(model.arm, model.scenario, model.switches), float(apart[place])
+        found.append(Course(case, time, *joints, *(meshes or _NO_MESHES), planets_apart_m=size))
+    return found
 
 
 def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
@@ -115,33 +112,13 @@ def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
     joints = [chunk.theta, chunk.theta_dot, chunk.theta_ddot]
     if not geared:
         return joints
-    forces = chunk.F_sp, chunk.F_pr
+    layout, forces = chunk.models[0].layout, (chunk.F_sp, chunk.F_pr)
     outer = np.concatenate([force[:, 1:, 0] for force in forces], axis=1)
-    first = [_first_sun_mesh(chunk), *(each[:, 0, 0] for each in (chunk.x_pr, *forces))]
-    return [*joints, *first, outer]
-
-
-def _first_sun_mesh(chunk: Chunk) -> np.ndarray:
-    """Displacement of the shoulder's first sun mesh (records, members) [m], no other worked out."""
-    layout = chunk.models[0].layout
-    if not layout.free:
-        return chunk.x_sp[:, 0, 0]
-    return chunk.records.q[:, layout.at("x_s", 0)] - chunk.x_pr[:, 0, 0]
-
-
-def _of_member(
-    model: AnalyticModel,
-    time: np.ndarray,
-    signals: Sequence[np.ndarray],
-    apart_m: float,
-    diverged_s: float,
-) -> Course | Diverged:
-    if not np.isnan(diverged_s):
-        return Diverged(model.name, float(diverged_s))
-    theta, theta_dot, theta_ddot, *meshes = signals
-    joints = [theta, theta_dot, theta_ddot, model.torques(time, theta, theta_dot)]
-    case = Case(model.arm, model.scenario, model.switches)
-    return Course(case, time, *joints, *(meshes or _NO_MESHES), planets_apart_m=float(apart_m))
+    x_pr, *first = (each[:, 0, 0] for each in (chunk.x_pr, *forces))
+    # With free planets no other sun mesh's displacement is worked out.
+    sun = chunk.records.q[:, layout.at("x_s", 0)] if layout.free else None
+    x_sp = chunk.x_sp[:, 0, 0] if sun is None else sun - x_pr
+    return [*joints, x_sp, x_pr, *first, outer]
 
 
 def _apart(x: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ import xarray as xr
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario, Switches
+from crosscheck.models.loading import Case
 
 
 def arm_of(run: xr.Dataset) -> Arm:
@@ -15,14 +16,10 @@ def arm_of(run: xr.Dataset) -> Arm:
     return Arm.model_validate(json.loads(run.attrs["arm"]))
 
 
-def scenario_of(run: xr.Dataset) -> Scenario:
-    """The scenario that a run was made with."""
-    return Scenario.model_validate(json.loads(run.attrs["scenario"]))
-
-
-def switches_of(run: xr.Dataset) -> Switches:
-    """The switches that a run was made with."""
-    return Switches.model_validate(json.loads(run.attrs["switches"]))
+def case_of(run: xr.Dataset) -> Case:
+    """Arm, scenario and switches that a run was made with."""
+    scenario, switches = (json.loads(run.attrs[name]) for name in ("scenario", "switches"))
+    return Case(arm_of(run), Scenario.model_validate(scenario), Switches.model_validate(switches))
 
 
 def first_planets(run: xr.Dataset) -> xr.Dataset:

@@ -1,6 +1,7 @@
 """The paper's third fluctuation over many starts: how often it is severe, and each branch alone.
 
-One definition for all chapters: the numbers of ``sampling.pd``, the claims' quantity and threshold.
+One definition for all chapters: the numbers of ``experiments.pd``, the claims' quantity and
+threshold.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 
 from pydantic import JsonValue
 
-from crosscheck.audit.measures.undefined import JsonObject
+from crosscheck.audit.measures.undefined import JsonObject, recorded
 from crosscheck.report import fragments
 
 Row = TypeVar("Row")
@@ -21,21 +21,27 @@ NONE = "-"
 class TableColumn(Generic[Row]):
     """name: in JSON; title: above a table, with its unit; None: not shown there.
 
-    of: a row's value, None or not finite for what is undefined; form: how a number is written.
+    of: a row's value, None or not finite for what is undefined; by default its attribute of this
+    name. form: how a number is written.
     """
 
     name: str
     title: str | None
-    of: Callable[[Row], Value]
+    of: Callable[[Row], Value] | None = None
     form: str = ".3g"
+
+    def value(self, row: Row) -> Value:
+        """Of a row."""
+        found: Value = getattr(row, self.name) if self.of is None else self.of(row)
+        return found
 
     def json(self, row: Row) -> JsonValue:
         """The value; None for what is undefined."""
-        return _plain(self.of(row))
+        return recorded(self.value(row))
 
     def text(self, row: Row) -> str:
         """The value as it is read."""
-        return _text(self.of(row), self.form)
+        return _text(self.value(row), self.form)
 
     def html(self, row: Row) -> str:
         """A cell of a table: text, or Markup that is html already."""
@@ -63,28 +69,17 @@ class Columns(Generic[Row]):
     def html(self, rows: Iterable[Row], caption: str = "") -> str:
         """A table of the page."""
         body = [[column.html(row) for column in self._shown()] for row in rows]
-        return fragments.table(self._head(), body, caption)
+        return fragments.table([column.title or "" for column in self._shown()], body, caption)
 
     def markdown(self, rows: Iterable[Row]) -> str:
         """The same as text."""
-        head = self._head()
+        head = [column.title or "" for column in self._shown()]
         body = [[column.markdown(row) for column in self._shown()] for row in rows]
         lines = [head, ["---"] * len(head), *body]
         return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
     def _shown(self) -> list[TableColumn[Row]]:
         return [column for column in self.columns if column.title is not None]
-
-    def _head(self) -> list[str]:
-        return [column.title or "" for column in self._shown()]
-
-
-def _plain(value: Value) -> JsonValue:
-    if isinstance(value, tuple):
-        return [_plain(part) for part in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value
 
 
 def _text(value: Value, form: str) -> str:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
-from crosscheck.audit.errata.erratum import SimulatedErratum
 from crosscheck.audit.errata.finder import SCHEMA_VERSION, errata_records
 from crosscheck.audit.errata.sheet import HEADINGS, WHOLE, ArmErratum, counted
 from crosscheck.audit.errata.words import in_words
@@ -35,7 +33,13 @@ def errata_command(arm_name: str, json_file: Path | None) -> None:
         require_file(json_file, ERRATA, "--json")
     with Console(stderr=True).status("errata") as status:
         found = in_words(errata_records(arm, lambda one: status.update(f"effect of {one}")))
-    Console().print(_table(found))
+    table = Table("where", "printed", "derived", "size", "effect: angle [rad], impulse [N s]")
+    for erratum, effects in ((one.erratum, one.effects) for one in found):
+        size = "" if erratum.size is None else f"{erratum.size:.3g} {erratum.unit}"
+        derived = f"{erratum.derived} {erratum.remark}".strip()
+        told = (f"{n}: {e.theta_rad:.2g}, {e.impulse_N_s:.2g}" for n, e in effects.items())
+        table.add_row(erratum.where, erratum.printed, derived, size, "\n".join(told))
+    Console().print(table)
     kinds = (f"{HEADINGS[kind]}: {count}" for kind, count in counted(found).by_class.items())
     print(f"{'; '.join(kinds)}; arm {arm.name}")
     if json_file is not None:
@@ -66,17 +70,3 @@ def paper_command(figures: list[int], out: Path, jobs: int, first_seed: int = 1)
     for chapter in made:
         print(f"{chapter.title}: {len(chapter.records)} records")
     print(f"wrote {out / PAGE}; {study.made} simulations made, {study.found} from the cache")
-
-
-def _table(found: Sequence[SimulatedErratum]) -> Table:
-    table = Table("where", "printed", "derived", "size", "effect: angle [rad], impulse [N s]")
-    for one in found:
-        erratum = one.erratum
-        size = "" if erratum.size is None else f"{erratum.size:.3g} {erratum.unit}"
-        effects = "\n".join(
-            f"{name}: {effect.theta_rad:.2g}, {effect.impulse_N_s:.2g}"
-            for name, effect in one.effects.items()
-        )
-        derived = f"{erratum.derived} {erratum.remark}".strip()
-        table.add_row(erratum.where, erratum.printed, derived, size, effects)
-    return table

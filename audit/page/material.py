@@ -9,8 +9,8 @@ from functools import cached_property
 from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.judged import Judged
 from crosscheck.audit.claims.rule import Claim, answers
-from crosscheck.audit.claims.settings import Settings, as_modelled, settings, variations
-from crosscheck.audit.experiments.cells import GearModel
+from crosscheck.audit.claims.settings import Settings, plan_of, variations, with_experiments
+from crosscheck.audit.experiments.cells import AS_MODELLED, GearModel
 from crosscheck.audit.experiments.pool import Sample, Wanted, samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
@@ -26,12 +26,14 @@ class Material:
     @cached_property
     def settings(self) -> Settings:
         """Every setting of the claims with planets free, with its experiments."""
-        return settings(self.study, self.scale)
+        chosen = plan_of(self.scale).settings()
+        return with_experiments(self.study, self.scale, chosen, "claims")
 
     @cached_property
     def as_modelled(self) -> Settings:
         """Every setting of the paper's own model, with its experiments."""
-        return as_modelled(self.study, self.scale)
+        chosen = plan_of(self.scale).of(AS_MODELLED)
+        return with_experiments(self.study, self.scale, chosen, "claims, as modelled")
 
     @cached_property
     def variations(self) -> Mapping[GearModel, Settings]:

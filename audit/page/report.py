@@ -49,12 +49,8 @@ CHAPTERS = (
 def paper_files(out: Path, scale: Scale = FULL) -> dict[Path, kinds.Kind]:
     """All that ``write_paper`` writes, with what kind it is of."""
     own = {PAGE: kinds.PAPER_PAGE, CLAIMS: kinds.CLAIMS, ERRATA: kinds.SHEET}
-    runs = dict.fromkeys(map(_file, stored_runs(scale)), kinds.TRAJECTORY)
+    runs = {f"{name}.nc": kinds.TRAJECTORY for name in stored_runs(scale)}
     return {out / name: kind for name, kind in {**own, **runs}.items()}
-
-
-def _file(run: str) -> str:
-    return f"{run}.nc"
 
 
 def _chapter(material: Material, name: str) -> AuditChapter:
@@ -63,14 +59,10 @@ def _chapter(material: Material, name: str) -> AuditChapter:
     try:
         made: AuditChapter = module.chapter(material)
     except Diverged as error:
-        return _without(module.ID, module.TITLE, str(error))
+        said = f"Undefined: a run that this chapter rests on has no result ({error})."
+        record = {"id": module.ID, "verdict": UNDEFINED}
+        return AuditChapter(module.ID, module.TITLE, paragraph(said), [record], said)
     return made
-
-
-def _without(chapter_id: str, title: str, reason: str) -> AuditChapter:
-    text = f"Undefined: a run that this chapter rests on has no result ({reason})."
-    record = {"id": chapter_id, "verdict": UNDEFINED}
-    return AuditChapter(chapter_id, title, paragraph(text), [record], text)
 
 
 def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[AuditChapter]:
@@ -79,7 +71,7 @@ def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[AuditChapt
     made = [_chapter(material, name) for name in CHAPTERS]
     errata = [one for chapter in made if isinstance(chapter, ErrataSheet) for one in chapter.found]
     contents: dict[Path, str | bytes] = {
-        out / _file(name): netcdf(run) for name, run in trajectories(study, scale).items()
+        out / f"{name}.nc": netcdf(run) for name, run in trajectories(study, scale).items()
     }
     contents[out / PAGE] = page(made, study)
     contents[out / CLAIMS] = records_json(made, study)

@@ -108,8 +108,7 @@ def test_statement_errata_vanish_when_the_paper_is_put_right(monkeypatch):
         for number in range(5)
     )
     monkeypatch.setattr(transcript, "DEFINITIONS", unique)
-    assert list(statements.symbols_used_twice()) == []
-    assert list(statements.quantities_with_two_symbols()) == []
+    assert list(statements.used_twice()) == []
     monkeypatch.setattr(transcript, "BACKLASHES_UM", (50.0, 100.0, 200.0, 300.0, 500.0))
     monkeypatch.setattr(transcript, "TOOTH_ERRORS_UM", (0.8, 1.6, 3.2))
     assert list(statements.where_nothing_was_run()) == []

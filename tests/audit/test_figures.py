@@ -27,12 +27,10 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.figures import chapter as figures
-from crosscheck.audit.figures.control import figure_14
 from crosscheck.audit.figures.laws import figure_4, figure_5, limits, ratio_row, sharpness
-from crosscheck.audit.figures.open_loop import statics
+from crosscheck.audit.figures.over_laws import figure_14, statics
 from crosscheck.audit.figures.plate import rows
-from crosscheck.audit.figures.runs import LOW_ZETA, drawn
-from crosscheck.audit.figures.shelf import Shelf
+from crosscheck.audit.figures.shelf import LOW_ZETA, Shelf, drawn
 from crosscheck.audit.figures.store import reduced, stored_runs
 from crosscheck.audit.figures.sweeps import energy_peak
 from crosscheck.audit.measures.course import course_of
@@ -198,6 +196,6 @@ def test_stored_runs_have_free_planets_and_the_scales_first_start() -> None:
 def test_shelf_reads_a_run_once(tmp_path: Path) -> None:
     shelf = shelf_in(tmp_path)
     variant = drawn(CONSTANT, Cell(INTEGRAL, LOW_ZETA), 1)
-    first = shelf.courses([variant], 8)[variant]
-    assert shelf.courses([variant], 9)[variant] is first
+    first = shelf.courses({"one": variant}, 8)["one"]
+    assert shelf.courses({"one": variant}, 9)["one"] is first
     assert (shelf.material.study.made, shelf.material.study.found) == (1, 0)

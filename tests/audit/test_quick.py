@@ -12,7 +12,8 @@ import pytest
 
 from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.rule import State
-from crosscheck.audit.claims.settings import settings
+from crosscheck.audit.claims.settings import QUICK as PLAN
+from crosscheck.audit.claims.settings import with_experiments
 from crosscheck.audit.errata.finder import Errata
 from crosscheck.audit.errata.sheet import QUICK_S, ArmErratum
 from crosscheck.audit.errata.words import in_words
@@ -147,7 +148,8 @@ def test_claims(material: Material, chapters: dict[str, AuditChapter]) -> None:
     assert verdicts["2.2-10"] == "does not hold"  # Eq. 13, from the teeth alone
     assert verdicts["3.1-09"] == "holds"  # x_sp converges to 52 um
     assert 'href="#figure-14"' in made.html
-    assert settings(material.study, QUICK)[0][0] == material.settings[0][0]
+    again = with_experiments(material.study, QUICK, PLAN.settings(), "claims")
+    assert again[0][0] == material.settings[0][0]
 
 
 def test_phase(material: Material, chapters: dict[str, AuditChapter]) -> None:

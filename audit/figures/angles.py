@@ -1,0 +1,158 @@
+"""Figures 6, 7, 10 and 15: joint angles and speeds beside rigid arms, and with other gains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.experiments import BACK, CONSTANT, DEFAULT_B_UM, PD
+from crosscheck.audit.figures.plate import Drawing, Plate
+from crosscheck.audit.figures.shelf import SMOOTH_RECORD, ZETA, Shelf, drawn, rigid_run
+from crosscheck.audit.figures.views import Curve, Panel, conditions, panels
+from crosscheck.audit.measures import events
+from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.rigid import COUPLED
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.registry import RIGID_LEVELS
+from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import new_figure, to_svg
+
+SMALLEST, SMALLEST_RAD = 1e-9, 1e-8  # of what is drawn on a logarithmic scale: Figs. 6 and 7; 15
+PROPORTIONAL = (500.0, 1000.0, 2000.0)  # Fig. 10, with D = 400; only 1000 is the paper's
+DERIVATIVE = (200.0, 400.0, 800.0)  # with P = 1000; only 400 is the paper's
+GAINS = (1000.0, 400.0)  # Section 3.2
+GAIN_STEP_S = 5e-5  # enough for angles that are drawn
+TARGET_RAD = np.pi / 6
+BANDS = (0.02, 0.01)
+
+
+def deviations(shelf: Shelf, number: int, quantity: str, symbol: str, unit: str) -> Plate:
+    """What a joint quantity of the detailed arm is off that of every rigid one.
+
+    On a plain scale, and on a logarithmic one.
+    """
+    own = drawn(CONSTANT, Cell(INTEGRAL, ZETA), shelf.seed, SMOOTH_RECORD)
+    levels = {level: rigid_run("constant-torque", level) for level in RIGID_LEVELS}
+    runs = shelf.courses({"geared": own, **levels}, number)
+    geared = runs.pop("geared")
+    plain, sizes = list[Curve](), list[Curve]()
+    largest = {}
+    for (level, rigid), colour in zip(runs.items(), COLOURS, strict=False):
+        gap = getattr(geared, quantity) - getattr(rigid, quantity)
+        largest[level] = np.abs(gap).max(axis=0).tolist()
+        for joint, style in enumerate(("-", "--")):
+            size = np.maximum(np.abs(gap[:, joint]), SMALLEST)
+            label = f"{level}, joint {joint + 1}"
+            plain.append(Curve(geared.time, gap[:, joint], colour, style=style))
+            sizes.append(Curve(geared.time, size, colour, label, style))
+    caption = conditions(geared, shelf.seed, "Δ: detailed less rigid, one curve per rigid arm.")
+    drawing = Drawing(_on_both_scales(3.0, plain, sizes, symbol, unit), caption)
+    return Plate(number, [drawing], ZETA, shelf.seed, {"largest": largest})
+
+
+def _on_both_scales(
+    height: float, plain: list[Curve], sizes: list[Curve], symbol: str, unit: str
+) -> str:
+    """Differences over time, and their magnitudes on a logarithmic scale."""
+    left = {"xlabel": "time [s]", "ylabel": f"{symbol} [{unit}]"}
+    right = {"xlabel": "time [s]", "ylabel": f"|{symbol}| [{unit}]", "yscale": "log"}
+    return panels(height, Panel(plain, left), Panel(sizes, right))
+
+
+def figure_15(shelf: Shelf) -> Plate:
+    """Error of the shoulder angle when both joints go back and forth."""
+    cell = Cell(INTEGRAL, ZETA)
+    variants = {b: drawn(BACK(b), cell, shelf.seed, SMOOTH_RECORD) for b in shelf.plan.back}
+    rigid_arm = {"rigid": rigid_run("back-and-forth", COUPLED)}
+    runs = shelf.courses(variants, 15)
+    rigid = shelf.courses(rigid_arm, 15)["rigid"]
+    plain, sizes = list[Curve](), list[Curve]()
+    for (b, run), colour in zip(runs.items(), COLOURS, strict=False):
+        error = run.theta[:, 0] - rigid.theta[:, 0]
+        size = np.maximum(np.abs(error), SMALLEST_RAD)
+        plain.append(Curve(rigid.time, error, colour, f"b {b:g} µm"))
+        sizes.append(Curve(rigid.time, size, colour, width=0.8))
+    more = "b as in the legend; Δ: detailed less rigid (coupled)."
+    caption = conditions(runs[DEFAULT_B_UM], shelf.seed, more)
+    svg = _on_both_scales(2.8, plain, sizes, "Δθ_1", "rad")
+    return Plate(15, [Drawing(svg, caption)], ZETA, shelf.seed)
+
+
+class Gain(NamedTuple):
+    """A joint's step with gains: overshoot over the step, when within each of BANDS for good."""
+
+    proportional: float
+    derivative: float
+    joint: int
+    overshoot: float
+    within_s: tuple[float | None, ...]
+
+
+GAIN_COLUMNS = Columns[Gain](
+    lambda row: f"P {row.proportional:g} D {row.derivative:g} joint {row.joint}",
+    (
+        TableColumn("proportional", "P [N m/rad]", form="g"),
+        TableColumn("derivative", "D [N m s/rad]", form="g"),
+        TableColumn("joint", "joint"),
+        TableColumn("overshoot_percent", "overshoot [%]", lambda row: 100 * row.overshoot, ".1f"),
+        TableColumn("within_2_s", "within 2 % from [s]", lambda row: row.within_s[0], ".2f"),
+        TableColumn("within_1_s", "within 1 % from [s]", lambda row: row.within_s[1], ".2f"),
+    ),
+)
+
+
+def figure_10(shelf: Shelf) -> Plate:
+    """Joint angles under PD control with several gains."""
+    paper = drawn(PD, Cell(INTEGRAL, ZETA), shelf.seed, SMOOTH_RECORD)
+    gains = [*((p, GAINS[1]) for p in PROPORTIONAL), *((GAINS[0], d) for d in DERIVATIVE)]
+    variants = {}
+    for gain in gains:
+        proportional, derivative = gain
+        settings = (
+            f"scenario.step_s={GAIN_STEP_S!r}",
+            f"scenario.drive.proportional_N_m_per_rad={proportional!r}",
+            f"scenario.drive.derivative_N_m_s_per_rad={derivative!r}",
+        )
+        variants[gain] = replace(paper, settings=settings)
+    runs = shelf.courses(variants, 10)
+    rows = [
+        Gain(
+            *gain,
+            joint,
+            max(0.0, events.overshoot(angle, TARGET_RAD)),
+            tuple(events.settling(run.time, angle, TARGET_RAD, band) for band in BANDS),
+        )
+        for gain, run in runs.items()
+        for joint, angle in enumerate(run.theta.T, start=1)
+    ]
+    caption = conditions(runs[GAINS], shelf.seed, "Other gains as in the legend.")
+    return Plate(
+        10,
+        [Drawing(_gains_svg(runs), caption)],
+        ZETA,
+        shelf.seed,
+        {"gains": list(GAIN_COLUMNS.json(rows))},
+        {"gains": GAIN_COLUMNS.html(rows)},
+    )
+
+
+def _gains_svg(runs: Mapping[tuple[float, float], Course]) -> str:
+    """(a), (b): P varies, shoulder and elbow; (c), (d): D varies."""
+    figure, grid = new_figure(2, 2, 2.3)
+    panel = iter("abcd")
+    for varied, row in enumerate(grid):
+        fixed = GAINS[1 - varied]
+        chosen = {gain[varied]: run for gain, run in runs.items() if gain[1 - varied] == fixed}
+        for joint, axes in enumerate(row):
+            for (gain, run), colour in zip(chosen.items(), COLOURS, strict=False):
+                degrees = np.degrees(run.theta[:, joint])
+                axes.plot(run.time, degrees, color=colour, label=f"{'PD'[varied]} = {gain:g}")
+            axes.axhline(np.degrees(TARGET_RAD), color="k", linewidth=0.6, linestyle=":")
+            title = f"({next(panel)}) {('shoulder', 'elbow')[joint]}, {'DP'[varied]} = {fixed:g}"
+            axes.set(xlabel="time [s]", ylabel="angle [deg]", title=title)
+        row[0].legend(frameon=False, loc="lower right")
+    return to_svg(figure)
