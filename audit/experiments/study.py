@@ -27,6 +27,7 @@ from crosscheck.runner.sources import code_hash
 from crosscheck.runner.store import Store
 from crosscheck.runner.workers import perform_all
 
+Key = TypeVar("Key")
 Value = TypeVar("Value")
 Reduction = Callable[[xr.Dataset], xr.Dataset]
 Run = xr.Dataset | Diverged
@@ -80,6 +81,10 @@ class Study:
         decoders = {key: partial(decoded, question) for key, question in wanted.items()}
         found = self._results(decoders, planned, what)
         return [whole(found[key]) for key, _ in keyed]
+
+    def answered(self, questions: Mapping[Key, Question[Value]], what: str) -> dict[Key, Value]:
+        """The same, each answer by what its question stands under."""
+        return dict(zip(questions, self.answers(list(questions.values()), what), strict=True))
 
     def _results(
         self,

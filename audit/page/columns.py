@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from markupsafe import Markup
 from pydantic import JsonValue
 
+from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.report import fragments
 
 Row = TypeVar("Row")
-Value = float | int | str | bool | None | tuple[float | None, ...]
+Value = float | int | str | bool | Share | None | tuple[float | None, ...]
 NONE = "-"
 
 
@@ -21,21 +23,27 @@ NONE = "-"
 class TableColumn(Generic[Row]):
     """name: in JSON; title: above a table, with its unit; None: not shown there.
 
-    of: a row's value, None or not finite for what is undefined; form: how a number is written.
+    of: a row's value, None or not finite for what is undefined; or its path of attributes in the
+    row, ``setting.cell.zeta``, undefined where a part of it is None; empty: the column's name.
+    form: how a number is written.
     """
 
     name: str
     title: str | None
-    of: Callable[[Row], Value]
+    of: Callable[[Row], Value] | str = ""
     form: str = ".3g"
+
+    def value(self, row: Row) -> Value:
+        """What the row has in this column."""
+        return along(row, self.of or self.name) if isinstance(self.of, str) else self.of(row)
 
     def json(self, row: Row) -> JsonValue:
         """The value; None for what is undefined."""
-        return _plain(self.of(row))
+        return _plain(self.value(row))
 
     def text(self, row: Row) -> str:
         """The value as it is read."""
-        return _text(self.of(row), self.form)
+        return _text(self.value(row), self.form)
 
     def html(self, row: Row) -> str:
         """A cell of a table: text, or Markup that is html already."""
@@ -46,24 +54,32 @@ class TableColumn(Generic[Row]):
         return self.text(row).replace("|", r"\|")
 
 
+def along(row: object, path: str) -> Value:
+    """What a path of attributes leads to from a row; None where a part of it is None."""
+    for name in path.split("."):
+        row = None if row is None else getattr(row, name)
+    return row  # type: ignore[return-value]
+
+
 @dataclass(frozen=True)
 class Columns(Generic[Row]):
-    """id: names a row in JSON."""
+    """id: names a row in JSON, or is the format of its name, in which the row is ``{0}``."""
 
-    id: Callable[[Row], str]
+    id: Callable[[Row], str] | str
     columns: Sequence[TableColumn[Row]]
 
     def json(self, rows: Iterable[Row]) -> list[JsonObject]:
         """A record for every row."""
+        named = self.id.format if isinstance(self.id, str) else self.id
         return [
-            {"id": self.id(row), **{column.name: column.json(row) for column in self.columns}}
+            {"id": named(row), **{column.name: column.json(row) for column in self.columns}}
             for row in rows
         ]
 
-    def html(self, rows: Iterable[Row], caption: str = "") -> str:
+    def html(self, rows: Iterable[Row], caption: str = "") -> Markup:
         """A table of the page."""
         body = [[column.html(row) for column in self._shown()] for row in rows]
-        return fragments.table(self._head(), body, caption)
+        return Markup(fragments.table(self._head(), body, caption))
 
     def markdown(self, rows: Iterable[Row]) -> str:
         """The same as text."""
@@ -80,6 +96,8 @@ class Columns(Generic[Row]):
 
 
 def _plain(value: Value) -> JsonValue:
+    if isinstance(value, Share):
+        return f"{value.yes} of {value.of}"
     if isinstance(value, tuple):
         return [_plain(part) for part in value]
     if isinstance(value, float):
@@ -90,6 +108,8 @@ def _plain(value: Value) -> JsonValue:
 def _text(value: Value, form: str) -> str:
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return NONE
+    if isinstance(value, Share):
+        return f"{value.yes} of {value.of}"
     if isinstance(value, tuple):
         return " … ".join(_text(part, form) for part in value)
     if isinstance(value, bool):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,7 @@ COMPARED = {Cell(PRINTED, 0.005): 16, Cell(REPAIRED_RATE, 0.02): 16, Cell(PRINTE
 UNDER_ANGLE = (Cell(PRINTED, 0.005), Cell(REPAIRED_RATE, 0.02))
 STARTS_UNDER_ANGLE = 2  # the analytic model's 32 do not differ there
 WITHIN = {"onset": 0.05, "frequency": 0.03, "size": 0.10}  # of medians within a branch
+NUMBERS = {"onset": "onset_s", "frequency": "frequency_Hz", "size": "size"}  # of a Third
 FEWEST = 3  # starts of a branch whose median means something
 
 
@@ -54,6 +56,11 @@ class Apart(NamedTuple):
     scatter: float
     within: float
     met: bool | None
+
+    @property
+    def branch(self) -> str:
+        """In words."""
+        return "severe" if self.severe else "small"
 
 
 @dataclass(frozen=True)
@@ -83,7 +90,11 @@ class TwoModels:
     @property
     def parted(self) -> tuple[Share, Share]:
         """Starts whose planets part, of both models: what the size of rounding decides."""
-        return _parted(self.analytic), _parted(self.engine)
+        analytic, engine = (
+            Share(int((model.apart_m > APART_M).sum()), model.apart_m.size)
+            for model in (self.analytic, self.engine)
+        )
+        return analytic, engine
 
     @property
     def parted_size_p(self) -> float | None:
@@ -104,28 +115,18 @@ class TwoModels:
     @property
     def apart(self) -> list[Apart]:
         """Branch by branch, number by number."""
-        both = self.analytic, self.engine
-        return [one for severe in (False, True) for one in _apart(severe, *both)]
-
-
-def _parted(model: Third) -> Share:
-    return Share(int((model.apart_m > APART_M).sum()), model.apart_m.size)
-
-
-def _apart(severe: bool, analytic: Third, engine: Third) -> Iterable[Apart]:
-    one, other = analytic.branch(severe), engine.branch(severe)
-    enough = min(one.starts, other.starts) >= FEWEST
-    numbers = {
-        "onset": (one.onset_s, other.onset_s, analytic.onset_s),
-        "frequency": (one.frequency_Hz, other.frequency_Hz, analytic.frequency_Hz),
-        "size": (one.size, other.size, analytic.size),
-    }
-    for name, (here, there, values) in numbers.items():
-        difference = quotient(there, here) - 1
-        met = abs(difference) <= WITHIN[name] if enough else None
-        low, middle, high = quantiles(values[analytic.of_branch(severe)])
-        scatter = quotient(high, middle) - quotient(low, middle)
-        yield Apart(severe, name, here, there, difference, scatter, WITHIN[name], met)
+        found = []
+        for severe, (name, within) in product((False, True), WITHIN.items()):
+            one, other = self.analytic.branch(severe), self.engine.branch(severe)
+            here, there = getattr(one, NUMBERS[name]), getattr(other, NUMBERS[name])
+            difference = quotient(there, here) - 1
+            enough = min(one.starts, other.starts) >= FEWEST
+            met = abs(difference) <= within if enough else None
+            values = getattr(self.analytic, NUMBERS[name])[self.analytic.of_branch(severe)]
+            low, middle, high = quantiles(values)
+            scatter = quotient(high, middle) - quotient(low, middle)
+            found.append(Apart(severe, name, here, there, difference, scatter, within, met))
+        return found
 
 
 @dataclass(frozen=True)
@@ -176,17 +177,13 @@ def engines(material: Material) -> Engines:
 
 def _engine(study: Study, scale: Scale, counts: Mapping[Cell, int]) -> dict[Cell, Third]:
     """Of so many starts, a question for every one, so that tasks stay short."""
-    wanted = [
-        (cell, seed)
-        for cell, count in counts.items()
-        for seed in scale.seeds[: scale.starts(count)]
-    ]
-    variants = {
-        cell: replace(question(PD, cell, ()).variant, model=ENGINE, duration_s=SHORT_S)
+    asked = {}
+    for cell, count in counts.items():
+        run = replace(question(PD, cell, ()).variant, model=ENGINE, duration_s=SHORT_S)
+        for seed in scale.seeds[: scale.starts(count)]:
+            asked[cell, seed] = TransientPd(scale.cut(run), (seed,))
+    samples = {key: Sample.of(one) for key, one in study.answered(asked, "phase: Exudyn").items()}
+    return {
+        cell: Third.of(*(one for (own, _), one in samples.items() if own == cell))
         for cell in counts
     }
-    asked = [TransientPd(scale.cut(variants[cell]), (seed,)) for cell, seed in wanted]
-    by_cell: dict[Cell, list[Sample]] = {cell: [] for cell in counts}
-    for (cell, _), one in zip(wanted, study.answers(asked, "phase: Exudyn"), strict=True):
-        by_cell[cell].append(Sample.of(one))
-    return {cell: Third.of(*each) for cell, each in by_cell.items()}

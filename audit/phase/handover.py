@@ -178,8 +178,8 @@ class Handovers:
 def handover(study: Study, scale: Scale) -> Handovers:
     """The states at the height of the vibration, continued under each law."""
     third_s, after_s = scale.seconds(THIRD_S[1]), scale.seconds(AFTER_S)
-    asked = [Handover(pd_run(cell, third_s), scale.seeds, cell, after_s) for cell in CELLS]
-    found = dict(zip(CELLS, study.answers(asked, "phase: handover"), strict=True))
+    asked = {cell: Handover(pd_run(cell, third_s), scale.seeds, cell, after_s) for cell in CELLS}
+    found = study.answered(asked, "phase: handover")
     fates = []
     for cell, one in found.items():
         for heir, left in zip(HEIRS, one.left, strict=True):

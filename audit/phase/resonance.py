@@ -171,11 +171,10 @@ def resonance(study: Study, scale: Scale) -> Resonance:
     """A run-up of one stage, Floquet theory of the stiffness, and the paper's own speeds."""
     speeds = Speeds(fastest("pd"), fastest("constant-torque"), fastest("back-and-forth"))
     seeds = scale.seeds[: scale.starts(STARTS)]
-    ramps = [RunUp(zeta, scale.seconds(RAMP_S), seeds) for zeta in RAMP_ZETAS]
-    growth = [Tongue(zeta, speeds.pd) for zeta in ZETAS]
-    run_up = dict(zip(RAMP_ZETAS, study.answers(ramps, "phase: run-up"), strict=True))
-    rates = dict(zip(ZETAS, study.answers(growth, "phase: tongues"), strict=True))
-    return Resonance(stage_modes(), speeds, run_up, rates)
+    ramps = {zeta: RunUp(zeta, scale.seconds(RAMP_S), seeds) for zeta in RAMP_ZETAS}
+    growth = {zeta: Tongue(zeta, speeds.pd) for zeta in ZETAS}
+    run_ups = study.answered(ramps, "phase: run-up")
+    return Resonance(stage_modes(), speeds, run_ups, study.answered(growth, "phase: tongues"))
 
 
 def _read() -> list[BaseModel]:

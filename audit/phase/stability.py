@@ -262,6 +262,9 @@ class Stability:
 def stability(study: Study, scale: Scale) -> Stability:
     """Growth rates against time under both laws; predicted and simulated onset."""
     every, seeds = (QUICK_EVERY if scale.quick else EVERY), scale.seeds[: scale.starts(STARTS)]
-    runs = [replace(pd_run(c, scale.seconds(DURATION_S)), record_every=RUNS_EVERY) for c in CELLS]
-    asked = [Linearisation(one, seeds, every) for one in runs]
-    return Stability(dict(zip(CELLS, study.answers(asked, "phase: stability"), strict=True)))
+    runs = {
+        cell: replace(pd_run(cell, scale.seconds(DURATION_S)), record_every=RUNS_EVERY)
+        for cell in CELLS
+    }
+    asked = {cell: Linearisation(one, seeds, every) for cell, one in runs.items()}
+    return Stability(study.answered(asked, "phase: stability"))

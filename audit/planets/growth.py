@@ -125,11 +125,12 @@ def growth(study: Study, scale: Scale) -> Growth:
 
 def breaking(study: Study, scale: Scale) -> list[Breaking]:
     """When planets part, over damping and laws."""
-    cells = [Cell(law, zeta) for law in LAWS for zeta in BREAKING_ZETAS]
-    asked = [FirstPartings(scale.cut(pd_run(cell, THIRD_S[1])), scale.seeds) for cell in cells]
-    answers = study.answers(asked, "planets: symmetry breaking")
+    asked = {
+        cell: FirstPartings(scale.cut(pd_run(cell, THIRD_S[1])), scale.seeds)
+        for cell in (Cell(law, zeta) for law in LAWS for zeta in BREAKING_ZETAS)
+    }
     found = []
-    for cell, answer in zip(cells, answers, strict=True):
+    for cell, answer in study.answered(asked, "planets: symmetry breaking").items():
         times = np.array(answer, dtype=float)
         parted, early = (int(x.sum()) for x in (np.isfinite(times), times < STARTING_S))
         shares = Share(parted, times.size), Share(early, times.size)

@@ -18,6 +18,7 @@ from crosscheck.audit.front.findings import MODELS
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.page.text import text
 from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
+from crosscheck.audit.phase import clock, stability
 from crosscheck.audit.phase.clock import Clocks, Delayed, LawsClock, SignalEnvelope
 from crosscheck.audit.phase.objections import Rates
 
@@ -126,18 +127,14 @@ TERMS: Given = {
 }
 VIBRATIONS = [[(None, 1.0, None)] * 3] * 2
 CLOCK: Given = {
-    "motion_s": 1.2,
-    "run_s": 0.8,
-    "window_s": (0.45, 0.79),
-    "zeta": 0.02,
+    "clock": clock,
+    "found": FOUND,
     "starts": 8,
     "table": "",
     "drawing": "",
-    "caption": "",
     "printed": by_law(FOUND)[PRINTED],
     "repaired": by_law(FOUND)[REPAIRED_RATE],
     "integral": by_law(FOUND)[INTEGRAL],
-    "supports": True,
     "integral_same": True,
     "vibrations": VIBRATIONS,
 }
@@ -147,8 +144,6 @@ INTRODUCTION: Given = {
     "maps": Of(visible="only with omega_t", severe="only with omega_t"),
     "settings": 216,
     "starts": 32,
-    "evident": 10.0,
-    "severe": 100.0,
     "printed": Share(5, 32),
     "repaired": Share(32, 32),
     "integral": NOTHING,
@@ -157,8 +152,7 @@ INTRODUCTION: Given = {
 STABILITY: Given = {
     "gain": 100.0,
     "starts": 8,
-    "begin_s": 0.45,
-    "onset": 3.0,
+    "stability": stability,
     "band": 200.0,
     "error": 1e-6,
     "table": "",
@@ -177,7 +171,6 @@ REPAIR: Given = {
     "severe_settings": 0,
     "visible_settings": 0,
     "settings": 24,
-    "evident": 10.0,
     "stands": True,
 }
 RATES = Rates(120.0, 119.0, 1.2e4, -3.0, 110.0)
@@ -189,7 +182,6 @@ OBJECTIONS: Given = {
     "in_phase": True,
     "growth": [RATES],
     "in_full_over_own": (100.0, 300.0),
-    "evident": 10.0,
     "counts": {
         "visible": {"angle": 0, "omega_t": 76},
         "settings": {"angle": 108, "omega_t": 108},
@@ -324,7 +316,7 @@ ROWS = [
     Turned("front/outcome", OUTCOME, {"printed": printed(0.0)}, "do not agree", "printed agree"),
     Turned("front/outcome", OUTCOME, {"clocks": BLIND}, "a gear does not", "cannot be told"),
     Turned("front/terms", TERMS, {"backwards": False}, "then backwards", "counts up to 12.</p>"),
-    Turned("phase/clock", CLOCK, {"supports": False}, "is the formula", "may.</p>"),
+    Turned("phase/clock", CLOCK, {"found": BLIND}, "is the formula", "may.</p>"),
     Turned(
         "phase/clock",
         CLOCK,

@@ -11,8 +11,10 @@ from scipy.signal import butter, sosfiltfilt
 
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
+from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import TransientPd
 from crosscheck.audit.experiments.variant import Variant, simulate
+from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.phase.runs.plant import rigid_motion
 from crosscheck.models.experiment.scenario import TableDrive
@@ -25,6 +27,7 @@ FILTER_SAMPLES = 3 * (ORDER + 1)  # by which the filter continues a signal at ei
 FILTER_EDGE_S = 0.02  # of the record's ends, which the filter does not see whole
 RIGID_STEP_S, TABLE_STEP_S = 1e-4, 1e-3
 RECORD_EVERY = 5  # steps of 10 us
+CONTACT = "switches.damping=contact"
 NO_ERROR = "arm.joints.*.*_mesh.tooth_error_m=0.0"
 # Where every start with the law's ring rate, or some with the paper's, is severe.
 DECISIVE = (Cell(PRINTED, 0.005), Cell(REPAIRED_RATE, 0.02))
@@ -69,6 +72,22 @@ class Changed(TransientPd):
             factors = np.resize(self.damping, model.gears.d.size)
             model.gears = model.gears._replace(d=model.gears.d * factors)
         return found
+
+
+@dataclass(frozen=True)
+class Change:
+    """One thing that is changed in the PD run; damping, recorded: of ``Changed``."""
+
+    name: str
+    meshes: tuple[str, ...] = ()
+    settings: tuple[str, ...] = ()
+    damping: tuple[float, float] = (1.0, 1.0)
+    recorded: bool = False
+
+    def question(self, cell: Cell, scale: Scale, *meshes: str) -> Changed:
+        """The changed run until the third fluctuation ends, from every start; meshes: more."""
+        variant = replace(pd_run(cell, THIRD_S[1], *self.meshes, *meshes), settings=self.settings)
+        return Changed(scale.cut(variant), scale.seeds, self.damping, self.recorded)
 
 
 def played_back(case: Case) -> Case:
