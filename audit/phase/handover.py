@@ -14,7 +14,7 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.shares import Share, share_of
 from crosscheck.audit.measures.third import Quantiles, quantiles
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.phase.clock import SignalEnvelope
@@ -185,6 +185,6 @@ def handover(study: Study, scale: Scale) -> Handovers:
         for heir, left in zip(HEIRS, one.left, strict=True):
             numbers = np.array(left, dtype=float).reshape(-1, len(WINDOWS_S))
             before, soon, late = map(quantiles, numbers.T)
-            dying = Share(sum(each.dies for each in left), len(left)) if left else None
+            dying = share_of(each.dies for each in left)
             fates.append(Fate(cell, heir, one.asked, before, soon, late, dying))
     return Handovers(fates, found[SHOWN])

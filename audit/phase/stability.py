@@ -6,7 +6,6 @@ see ``planets.hill``), so the motion that the planets share is linearised as if 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -20,7 +19,7 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.shares import Share, share_of
 from crosscheck.audit.measures.undefined import quotient
 from crosscheck.audit.phase.clock import SignalEnvelope
 from crosscheck.audit.phase.runs.experiments import (
@@ -116,16 +115,12 @@ class Linearised:
     @property
     def as_predicted(self) -> Share | None:
         """Starts whose onset is foretold."""
-        return _share([one.as_predicted for one in self.begun])
+        return share_of(one.as_predicted for one in self.begun)
 
     @property
     def begins(self) -> Share | None:
         """Starts in which a vibration begins."""
-        return _share([one.simulated_s is not None for one in self.begun])
-
-
-def _share(answers: Sequence[bool]) -> Share | None:
-    return Share(sum(answers), len(answers)) if answers else None
+        return share_of(one.simulated_s is not None for one in self.begun)
 
 
 @dataclass(frozen=True)

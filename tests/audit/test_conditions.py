@@ -15,6 +15,7 @@ from crosscheck.audit.errata.engine import BesideEngine, RunsApart
 from crosscheck.audit.errata.sheet import SheetCounts
 from crosscheck.audit.experiments.cells import INTEGRAL, LAWS, PRINTED, REPAIRED_RATE, Law
 from crosscheck.audit.front.findings import MODELS
+from crosscheck.audit.hypotheses.evidence import flutter, shaking
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.page.text import text
 from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
@@ -220,11 +221,8 @@ CONTROLLER: Given = {
     "verdict": FLUTTER,
     "check": Of(zeta=0.003, measured_per_s=9.0, predicted_per_s=9.1, frequency_Hz=1700.0),
     "found": Of(cells=[PLAYED]),
-    "vibrates": 1.0,
+    "flutter": flutter,
     "resolved": 1e-3,
-    "settled_s": (2.0, 2.5),
-    "handed_s": 0.9,
-    "after_s": 0.2,
     "starts": 32,
     "single": 0.005,
     "continued": {"link": Share(30, 32), "torque": NOTHING, "sun": NOTHING},
@@ -254,9 +252,7 @@ H3: Given = {
     "even": SHAKEN,
     "largest": lambda found: 0.1,
     "verdicts": {"sqrt_time": H3_OWN, "time": Of(own="no", linear="yes", ordered="yes")},
-    "small_s": (0.3, 1.2),
-    "learnt_s": (0.2, 0.3),
-    "nudge": 1e-7,
+    "shaking": shaking,
     "starts": 32,
     **dict.fromkeys(("picture", "summary", "sizes"), ""),
 }

@@ -27,7 +27,7 @@ from crosscheck.audit.experiments.torque import fast
 from crosscheck.audit.experiments.variant import Numbers, Planets, Variant
 from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.rigid import rigid_arm
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.shares import Share, share_of
 from crosscheck.audit.measures.undefined import finite
 from crosscheck.audit.phase.runs.experiments import models_of, with_torque
 from crosscheck.audit.phase.runs.plant import Continued
@@ -56,15 +56,10 @@ class FlutterSetting(NamedTuple):
     @property
     def id(self) -> str:
         """Names it in claims.json."""
-        words = [
-            self.damping,
-            f"zeta {self.zeta:g}",
-            f"E {self.tooth_error_um:g} um",
-            "k varies" if self.varying else "k steady",
-            "played back" if self.played_back else "PD",
-            self.planets,
-        ]
-        return "/".join(words)
+        stiffness = "k varies" if self.varying else "k steady"
+        drive = "played back" if self.played_back else "PD"
+        numbers = f"zeta {self.zeta:g}/E {self.tooth_error_um:g} um"
+        return f"{self.damping}/{numbers}/{stiffness}/{drive}/{self.planets}"
 
     def variant(self) -> Variant:
         """The PD run, the phase an integral, as long as needed."""
@@ -115,8 +110,7 @@ class Flutter:
     @property
     def share(self) -> Share | None:
         """Of the starts that vibrate."""
-        shaken = sum(size > VIBRATES for size in self.sizes)
-        return Share(shaken, len(self.sizes)) if self.sizes else None
+        return share_of(size > VIBRATES for size in self.sizes)
 
     @property
     def state(self) -> State:
@@ -129,17 +123,14 @@ class Flutter:
         return quantiles_of(self.sizes) or ()
 
 
-def flutters(
-    study: Study, settings: Sequence[FlutterSetting], seeds: tuple[int, ...], scale: Scale
-) -> list[Flutter]:
-    """Every setting from these starts."""
-    asked = [
-        Vibrations(scale.cut(one.variant()), seeds, played_back=one.played_back) for one in settings
-    ]
-    found = study.answers(asked, "H6, vibration against damping")
-    return [
-        flutter_of(one, Sample.of(measured)) for one, measured in zip(settings, found, strict=True)
-    ]
+def flutters(study: Study, settings: Sequence[FlutterSetting], scale: Scale) -> list[Flutter]:
+    """Every setting from the scale's starts."""
+    asked = {
+        one: Vibrations(scale.cut(one.variant()), scale.seeds, played_back=one.played_back)
+        for one in settings
+    }
+    found = study.answered(asked, "H6, vibration against damping")
+    return [flutter_of(setting, Sample.of(measured)) for setting, measured in found.items()]
 
 
 def flutter_of(setting: FlutterSetting, sample: Sample) -> Flutter:
