@@ -7,7 +7,7 @@ those of the best setting.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -19,7 +19,7 @@ from crosscheck.audit.claims.catalogue import BY_ID
 from crosscheck.audit.claims.quantities import Known
 from crosscheck.audit.claims.rule import Answer, Claim, State, answers
 from crosscheck.audit.claims.settings import plan_of
-from crosscheck.audit.experiments.cells import LAWS, READINGS, Cell, Law
+from crosscheck.audit.experiments.cells import LAWS, READINGS, Cell
 from crosscheck.audit.experiments.experiments import CONSTANT, NO_ERROR, PD
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
@@ -58,7 +58,9 @@ def chapter(material: Material) -> AuditChapter:
         "claims": claims,
         "chosen": whole,
         "laws": [LAW_WORDS[law] for law in whole.laws],
-        "most": {LAW_WORDS[law.id]: _most(found, law) for law in LAWS},
+        "most": {  # numbers that a law's best setting explains
+            LAW_WORDS[law.id]: max(fit.mean for fit in found if fit.cell.law == law) for law in LAWS
+        },
     }
     page = text(
         "hypotheses/damping_fit",
@@ -67,11 +69,11 @@ def chapter(material: Material) -> AuditChapter:
         settings=len(found),
         starts=len(material.scale.seeds),
         alpha=ALPHA,
-        picture=html(drawing(found, chosen, LAW_WORDS)),
-        best=html(table.html(chosen)),
-        left_out=html(SPANS.html(left_out)),
-        every=html(table.html(sorted(found, key=lambda fit: -fit.mean))),
-        reversals=html(REVERSALS.html(rigid)),
+        picture=html(drawing(found, chosen)),
+        best=table.html(chosen),
+        left_out=SPANS.html(left_out),
+        every=table.html(sorted(found, key=lambda fit: -fit.mean)),
+        reversals=REVERSALS.html(rigid),
         **given,
     )
     verdict: dict[str, object] = {
@@ -86,83 +88,74 @@ def chapter(material: Material) -> AuditChapter:
     return AuditChapter(ID, TITLE, page, records, outcome)
 
 
-def _most(found: Sequence[DampingFit], law: Law) -> float:
-    """Numbers that a law's best setting explains."""
-    return max(fit.mean for fit in found if fit.cell.law == law)
-
-
-def _share(claim: Claim) -> Callable[[DampingFit], float]:
-    return lambda fit: float(np.mean(fit.explained[claim.id]))
-
-
 def _columns(claims: Sequence[Claim], chosen: Sequence[DampingFit]) -> Columns[DampingFit]:
     """claims: whose shares of starts are shown."""
+
+    def share(claim: Claim) -> TableColumn[DampingFit]:
+        def of(fit: DampingFit) -> float:
+            return float(np.mean(fit.explained[claim.id]))
+
+        return TableColumn(claim.id, claim.id, of, ".2f")
+
     return Columns(
-        lambda fit: f"damping_fit/{fit.cell.id}",
+        "damping_fit/{0.cell.id}",
         [
             TableColumn("law", "phase law", lambda fit: LAW_WORDS[fit.cell.law.id]),
-            TableColumn("reading", "reading", lambda fit: fit.cell.reading),
-            TableColumn("planets", "planets", lambda fit: fit.cell.planets),
-            TableColumn("zeta", "ζ", lambda fit: fit.cell.zeta, "g"),
-            TableColumn("explained", "numbers explained", lambda fit: fit.mean, ".2f"),
-            *(TableColumn(claim.id, claim.id, _share(claim), ".2f") for claim in claims),
+            TableColumn("reading", "reading", "cell.reading"),
+            TableColumn("planets", "planets", "cell.planets"),
+            TableColumn("zeta", "ζ", "cell.zeta", "g"),
+            TableColumn("explained", "numbers explained", "mean", ".2f"),
+            *map(share, claims),
             TableColumn("equally_good", None, lambda fit: fit in chosen),
         ],
     )
 
 
 SPANS: Columns[Span] = Columns(
-    lambda one: f"damping_fit/without/{one.left_out}",
+    "damping_fit/without/{0.left_out}",
     [
-        TableColumn("left_out", "without", lambda one: one.left_out),
-        TableColumn("settings", "equally good", lambda one: one.settings),
-        TableColumn("explained", "numbers explained, at most", lambda one: one.mean, ".2f"),
+        TableColumn("left_out", "without"),
+        TableColumn("settings", "equally good"),
+        TableColumn("explained", "numbers explained, at most", "mean", ".2f"),
         TableColumn("laws", "phase law", lambda one: "; ".join(LAW_WORDS[law] for law in one.laws)),
         TableColumn("readings", "reading", lambda one: ", ".join(one.readings)),
         TableColumn("planets", "planets", lambda one: ", ".join(one.planets)),
-        TableColumn("zetas", "ζ", lambda one: one.zetas, "g"),
+        TableColumn("zetas", "ζ", form="g"),
     ],
 )
 REVERSALS: Columns[Reversals] = Columns(
-    lambda one: f"damping_fit/rigid/{one.level}",
+    "damping_fit/rigid/{0.level}",
     [
-        TableColumn("level", "rigid arm", lambda one: one.level),
-        TableColumn(
-            "side_change_s", "torque changes sign at [s]", lambda one: one.side_change_s, ".3f"
-        ),
-        TableColumn("return_s", "and again at [s]", lambda one: one.return_s, ".3f"),
+        TableColumn("level", "rigid arm"),
+        TableColumn("side_change_s", "torque changes sign at [s]", form=".3f"),
+        TableColumn("return_s", "and again at [s]", form=".3f"),
     ],
 )
 
 
-def drawing(
-    found: Sequence[DampingFit], chosen: Sequence[DampingFit], names: dict[str, str]
-) -> str:
-    """Over zeta, a panel for each reading and way of the planets; names: of the laws."""
+def drawing(found: Sequence[DampingFit], chosen: Sequence[DampingFit]) -> str:
+    """Over zeta, a panel for each reading and way of the planets."""
     picture, grid = new_figure(len(PLANETS), len(READINGS), 2.4)
-    for row, planets in zip(grid, PLANETS, strict=True):
-        for axes, (arm, reading) in zip(row, READINGS.items(), strict=True):
-            for law, colour in zip(LAWS, COLOURS, strict=False):
-                mine = [
-                    fit for fit in found
-                    if (fit.cell.law, fit.cell.arm, fit.cell.planets) == (law, arm, planets)
-                ]  # fmt: skip
-                points = [(fit.cell.zeta, fit.mean) for fit in mine]
-                best = [(fit.cell.zeta, fit.mean) for fit in mine if fit in chosen]
-                axes.plot(*_coordinates(points), "o-", color=colour, ms=3, label=names[law.id])
-                axes.plot(*_coordinates(best), "o", mfc="none", mec="k", ms=8, label="equally good")
-            axes.set(xscale="log", ylim=(0, len(found[0].explained)),
-                     title=f"{reading}, planets {planets}")  # fmt: skip
+    for (row, column), axes in np.ndenumerate(grid):
+        arm, planets = tuple(READINGS)[column], PLANETS[row]
+        for law, colour in zip(LAWS, COLOURS, strict=False):
+            mine = [
+                fit for fit in found
+                if (fit.cell.law, fit.cell.arm, fit.cell.planets) == (law, arm, planets)
+            ]  # fmt: skip
+            best = [fit for fit in mine if fit in chosen]
+            axes.plot([fit.cell.zeta for fit in mine], [fit.mean for fit in mine], "o-",
+                      color=colour, ms=3, label=LAW_WORDS[law.id])  # fmt: skip
+            axes.plot([fit.cell.zeta for fit in best], [fit.mean for fit in best], "o",
+                      mfc="none", mec="k", ms=8, label="equally good")  # fmt: skip
+        axes.set(xscale="log", ylim=(0, len(found[0].explained)),
+                 title=f"{READINGS[arm]}, planets {planets}")  # fmt: skip
     for axes in grid[-1]:
         axes.set_xlabel("ζ")
     for axes in grid[:, 0]:
         axes.set_ylabel("numbers explained [1]")
     legend(picture, grid[0, 0])
     return to_svg(picture)
-
-
-def _coordinates(points: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
-    return [x for x, _ in points], [y for _, y in points]
 
 
 @dataclass(frozen=True)
@@ -254,18 +247,14 @@ def span(chosen: Sequence[DampingFit], left_out: str | None = None) -> Span:
     cells = [fit.cell for fit in chosen]
     zetas = [cell.zeta for cell in cells]
     return Span(
-        left_out,
-        _unlike(cell.law.id for cell in cells),
-        _unlike(cell.reading for cell in cells),
-        _unlike(cell.planets for cell in cells),
-        (min(zetas), max(zetas)),
-        len(cells),
-        max(fit.mean for fit in chosen),
+        left_out=left_out,
+        laws=tuple(dict.fromkeys(cell.law.id for cell in cells)),
+        readings=tuple(dict.fromkeys(cell.reading for cell in cells)),
+        planets=tuple(dict.fromkeys(cell.planets for cell in cells)),
+        zetas=(min(zetas), max(zetas)),
+        settings=len(cells),
+        mean=max(fit.mean for fit in chosen),
     )
-
-
-def _unlike(names: Iterable[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(names))
 
 
 def each_left_out(found: Sequence[DampingFit]) -> list[Span]:
@@ -300,12 +289,12 @@ class Reversals:
 
 def reversals(study: Study, scale: Scale) -> list[Reversals]:
     """Of every rigid level. Raises Diverged."""
-    variants = [scale.cut(Variant(model=rigid_model(x), record_every=100)) for x in RIGID_LEVELS]
-    runs = study.runs(variants, "damping fit, rigid arm")
-    return [
-        Reversals(level, *torque_reversals(runs[variant]))
-        for level, variant in zip(RIGID_LEVELS, variants, strict=True)
-    ]
+    variants = {
+        level: scale.cut(Variant(model=rigid_model(level), record_every=100))
+        for level in RIGID_LEVELS
+    }
+    runs = study.runs(variants.values(), "damping fit, rigid arm")
+    return [Reversals(level, *torque_reversals(runs[one])) for level, one in variants.items()]
 
 
 def torque_reversals(run: xr.Dataset) -> tuple[float | None, float | None]:
