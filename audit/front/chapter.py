@@ -14,7 +14,8 @@ from crosscheck.audit.front.findings import MODELS, Thirds, baseline_finding, th
 from crosscheck.audit.hypotheses.accumulation import largest, shaken, verdict
 from crosscheck.audit.hypotheses.evidence.linear_limits import cured_at_the_sun, survey
 from crosscheck.audit.hypotheses.evidence.shaking import DRIVES
-from crosscheck.audit.hypotheses.ladder import climbed, picture
+from crosscheck.audit.hypotheses.ladder import baselines as rigid_baselines
+from crosscheck.audit.hypotheses.ladder import climbed
 from crosscheck.audit.hypotheses.words import LEVELS
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.page.chapter import AuditChapter
@@ -70,7 +71,7 @@ def chapter(material: Material) -> AuditChapter:
         window_s=RUN_WINDOW_S,
         run_zeta=RUN_ZETA,
         third_svg=html(third_svg(third)),
-        baselines_svg=html(picture(ladder)),
+        baselines_svg=html(rigid_baselines(ladder.left)),
         names=LAW_NAMES,
         meanings=LAW_MEANINGS,
         laws=LAWS,

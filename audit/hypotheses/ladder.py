@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from crosscheck.audit.claims.catalogue import BY_ID
-from crosscheck.audit.claims.rule import Claim, Limits
+from crosscheck.audit.claims.rule import Claim
 from crosscheck.audit.experiments.cells import READINGS
 from crosscheck.audit.hypotheses.evidence.attribution import (
     CLAIMS,
@@ -19,6 +18,7 @@ from crosscheck.audit.hypotheses.evidence.attribution import (
     TORQUE,
     Deviation,
     LadderVerdict,
+    LevelPart,
     RigidResidual,
     by_level,
     deviations,
@@ -46,13 +46,14 @@ from crosscheck.report.plots.figures import legend, new_figure, to_svg
 ID, TITLE = "ladder", "What separates the rigid arm from the detailed one (H2)"
 # (scenario, reading, order): both scenarios in both orders, the other reading where the paper
 # prints numbers.
+FIRST_READING = next(iter(READINGS))
 CLIMBS = (
-    *((scenario, arm, "A") for arm in READINGS for scenario in (TORQUE,)),
-    ("pd", next(iter(READINGS)), "A"),
-    *((scenario, next(iter(READINGS)), "B") for scenario in SCENARIOS),
+    *((TORQUE, arm, "A") for arm in READINGS),
+    ("pd", FIRST_READING, "A"),
+    *((scenario, FIRST_READING, "B") for scenario in SCENARIOS),
 )
 QUICK_CLIMBS = CLIMBS[:1]
-Line = tuple[str, dict[str, Deviation]]  # a rung, and the deviations that it is a part of
+Line = tuple[str, dict[str, LevelPart]]  # a rung, and its parts of the deviations by quantity
 MILLI = 1e3
 _SMALLEST = 1e-13  # a contribution of rounding size still gets a mark
 
@@ -83,35 +84,35 @@ def climbed(material: Material) -> Climbed:
     return Climbed(ladders, levels, whole, left(levels, stated), verdict)
 
 
-def picture(found: Climbed) -> str:
-    """What every baseline leaves, beside what the paper says, as svg."""
-    return baselines(found.left, {name: claim.limits for name, claim in claims().items()})
-
-
 def chapter(material: Material) -> AuditChapter:
     """The ladder."""
-    found = climbed(material)
+    found, stated = climbed(material), claims()
+    verdict = found.verdict
+
+    def most(level: str) -> float:
+        """Largest deviation of theta_2 [rad] that a level leaves."""
+        return max(abs(one.found["theta_2"].total) for one in found.left if one.level == level)
+
     page = text(
         "hypotheses/ladder",
-        verdict=found.verdict,
-        levels=[LEVELS[level] for level in found.verdict.fitting],
-        limits={name: str(claim.limits) for name, claim in claims().items()},
+        verdict=verdict,
+        levels=[LEVELS[level] for level in verdict.fitting],
+        limits={name: str(claim.limits) for name, claim in stated.items()},
         all_three=[LEVELS[one.level] for one in found.left if all(one.fits.values())],
-        links_factor=_most(found.left, "links") / claims()["theta_2"].limits.high,
-        coupled_rad=_most(found.left, "coupled"),
+        links_factor=most("links") / stated["theta_2"].limits.high,
+        coupled_rad=most("coupled"),
         fitting=[one for one in found.left if one.fits["theta_2"]],
         names=LEVELS,
-        causes=[GROUPS.get(cause, cause) for cause in found.verdict.causes],
+        causes=[GROUPS.get(cause, cause) for cause in verdict.causes],
         groups={"inertia": INERTIA, "meshes": MESHES, "slips": SLIPPED},
         rungs=len(found.ladders[0].names),
-        picture=html(picture(found)),
-        left=html(LEFT.html(found.left)),
+        picture=html(baselines(found.left)),
+        left=LEFT.html(found.left),
         scenarios=[_scenario(found.ladders, name) for name in SCENARIOS],
-        shares=html(SHARES.html([one for one in found.whole if one.instant == "largest"])),
+        shares=SHARES.html(one for one in found.whole if one.instant == "largest"),
     )
     # A whole ladder is also what its lowest level leaves.
     unlike = {(one.where, one.quantity): one for one in (*found.whole, *found.levels)}
-    verdict = found.verdict
     records: list[JsonObject] = [
         {
             "id": "H2",
@@ -132,13 +133,8 @@ def chapter(material: Material) -> AuditChapter:
             for record in _rung_columns(ladder, f"/{instant}").json(_lines(ladder, instant))
         ),
     ]
-    outcome = text("hypotheses/ladder_outcome", verdict=found.verdict, inertia=INERTIA)
+    outcome = text("hypotheses/ladder_outcome", verdict=verdict, inertia=INERTIA)
     return AuditChapter(ID, TITLE, page, records, outcome)
-
-
-def _most(found: Sequence[RigidResidual], level: str) -> float:
-    """Largest deviation of theta_2 [rad] that a level leaves."""
-    return max(abs(one.found["theta_2"].total) for one in found if one.level == level)
 
 
 class ScenarioSection(NamedTuple):
@@ -151,61 +147,65 @@ class ScenarioSection(NamedTuple):
 
 def _scenario(ladders: Sequence[Ladder], name: str) -> ScenarioSection | None:
     """None where it was not climbed."""
-    mine = [x for x in ladders if x.scenario == name and x.arm == next(iter(READINGS))]
+    mine = [x for x in ladders if (x.scenario, x.arm) == (name, FIRST_READING)]
     if not mine:
         return None
-    tables = [html(_rung_columns(x).html(_lines(x, "largest"), f"Order {x.order}")) for x in mine]
+    tables = [_rung_columns(x).html(_lines(x, "largest"), f"Order {x.order}") for x in mine]
     return ScenarioSection(SCENARIOS[name], html(waterfall(mine)), tables)
 
 
 def _lines(ladder: Ladder, instant: str) -> list[Line]:
-    at = {one.quantity: one for one in deviations(ladder) if one.instant == instant}
-    return [(name, at) for name in ladder.names]
+    at = [one for one in deviations(ladder) if one.instant == instant]
+    parts = zip(*(one.rungs for one in at), strict=True)
+    return [
+        (name, dict(zip(QUANTITIES, some, strict=True)))
+        for name, some in zip(ladder.names, parts, strict=True)
+    ]
 
 
 def _rung_columns(ladder: Ladder, instant: str = "") -> Columns[Line]:
-    place = f"ladder/{ladder.arm}/{ladder.scenario}/{ladder.order}{instant}"
-    columns: list[TableColumn[Line]] = [
-        TableColumn("rung", "model change", lambda line: RUNGS[line[0]])
-    ]
-    for name, unit in QUANTITIES.items():
-        columns += [
-            TableColumn(f"{name}_{unit}", f"{SYMBOLS[name]} [{unit}]", partial(_resolved, name)),
-            TableColumn(f"{name}_with_uncertainty", None, partial(_both, name)),
-        ]
-    return Columns(lambda line: f"{place}/{line[0]}", columns)
+    """A contribution is shown where it is above its uncertainty; both are recorded."""
 
+    def of_quantity(name: str, unit: str) -> tuple[TableColumn[Line], ...]:
+        def resolved(line: Line) -> float | None:
+            part = line[1][name]
+            return part.contribution if abs(part.contribution) > part.uncertainty else None
 
-def _both(quantity: str, line: Line) -> tuple[float, float]:
-    """A rung's contribution and its uncertainty."""
-    (rung,) = (rung for rung in line[1][quantity].rungs if rung.name == line[0])
-    return rung.contribution, rung.uncertainty
+        def both(line: Line) -> tuple[float, float]:
+            return line[1][name].contribution, line[1][name].uncertainty
 
+        return (
+            TableColumn(f"{name}_{unit}", f"{SYMBOLS[name]} [{unit}]", resolved),
+            TableColumn(f"{name}_with_uncertainty", None, both),
+        )
 
-def _resolved(quantity: str, line: Line) -> float | None:
-    """The contribution, None if it is below its uncertainty."""
-    value, doubt = _both(quantity, line)
-    return value if abs(value) > doubt else None
+    return Columns(
+        f"ladder/{ladder.arm}/{ladder.scenario}/{ladder.order}{instant}/{{0[0]}}",
+        [
+            TableColumn("rung", "model change", lambda line: RUNGS[line[0]]),
+            *(column for quantity in QUANTITIES.items() for column in of_quantity(*quantity)),
+        ],
+    )
 
 
 def _share(group: str) -> Callable[[Deviation], float]:
     return lambda one: 100 * one.shares[group]
 
 
-SHARES: Columns[Deviation] = Columns(
-    lambda one: f"ladder/{one.where}/{one.quantity}",
+SHARES = Columns[Deviation](
+    "ladder/{0.where}/{0.quantity}",
     [
         TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
-        TableColumn("scenario", "experiment", lambda one: one.scenario),
-        TableColumn("order", "order", lambda one: one.order),
-        TableColumn("level", None, lambda one: one.level),
+        TableColumn("scenario", "experiment"),
+        TableColumn("order", "order"),
+        TableColumn("level", None),
         TableColumn("quantity", "of", lambda one: SYMBOLS[one.quantity]),
-        TableColumn("instant", None, lambda one: one.instant),
-        TableColumn("time_s", "at [s]", lambda one: one.time_s),
-        TableColumn("total", "deviation [rad, m]", lambda one: one.total),
+        TableColumn("instant", None),
+        TableColumn("time_s", "at [s]"),
+        TableColumn("total", "deviation [rad, m]"),
         *(
-            TableColumn(f"{group}_percent", f"{GROUPS[group]} [%]", _share(group))
-            for group in GROUPS
+            TableColumn(f"{group}_percent", f"{name} [%]", _share(group))
+            for group, name in GROUPS.items()
         ),
         TableColumn(
             "dominant", "nearly all of it", lambda one: GROUPS.get(one.dominant, one.dominant)
@@ -227,8 +227,8 @@ def _span(group: str) -> Callable[[RigidResidual], tuple[float, ...]]:
     return lambda one: tuple(100 * end for end in one.span(group))
 
 
-LEFT: Columns[RigidResidual] = Columns(
-    lambda one: one.id,
+LEFT = Columns[RigidResidual](
+    "{0.id}",
     [
         TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
         TableColumn("level", "the baseline has", lambda one: LEVELS[one.level]),
@@ -241,8 +241,9 @@ LEFT: Columns[RigidResidual] = Columns(
 )
 
 
-def baselines(found: Sequence[RigidResidual], limits: Mapping[str, Limits]) -> str:
-    """The size of what every baseline leaves, beside what the paper says; limits: by quantity."""
+def baselines(found: Sequence[RigidResidual]) -> str:
+    """The size of what every baseline leaves, beside what the paper says, as svg."""
+    limits = {name: claim.limits for name, claim in claims().items()}
     figure, grid = new_figure(1, len(QUANTITIES), 2.6)
     for axes, (name, factor) in zip(grid[0], IN_UNIT_OF_CLAIM.items(), strict=True):
         axes.axvspan(limits[name].low, limits[name].high, color="#999999", alpha=0.3, label="paper")

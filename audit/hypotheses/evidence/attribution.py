@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
@@ -75,28 +76,24 @@ class Deviation:
 
 def deviations(ladder: Ladder) -> list[Deviation]:
     """Of every quantity at the end and at its largest."""
-    return [
-        _deviation(ladder, number, quantity, instant)
-        for number, quantity in enumerate(QUANTITIES)
-        for instant in get_args(Instant)
-    ]
-
-
-def _deviation(ladder: Ladder, number: int, quantity: str, instant: Instant) -> Deviation:
-    index = -1 if instant == "end" else ladder.largest(number)
-    parts = [map(float, x[:, index, number]) for x in (ladder.fine, ladder.uncertainty)]
-    return Deviation(
-        arm=ladder.arm,
-        scenario=ladder.scenario,
-        order=ladder.order,
-        level=ladder.level,
-        quantity=quantity,
-        instant=instant,
-        time_s=float(ladder.time[index]),
-        total=float(ladder.total[index, number]),
-        rungs=tuple(map(LevelPart, ladder.names, *parts)),
-        shares=ladder.shares(index, number),
-    )
+    found = []
+    for (number, quantity), instant in product(enumerate(QUANTITIES), get_args(Instant)):
+        index = -1 if instant == "end" else ladder.largest(number)
+        parts = [map(float, x[:, index, number]) for x in (ladder.fine, ladder.uncertainty)]
+        one = Deviation(
+            arm=ladder.arm,
+            scenario=ladder.scenario,
+            order=ladder.order,
+            level=ladder.level,
+            quantity=quantity,
+            instant=instant,
+            time_s=float(ladder.time[index]),
+            total=float(ladder.total[index, number]),
+            rungs=tuple(map(LevelPart, ladder.names, *parts)),
+            shares=ladder.shares(index, number),
+        )
+        found.append(one)
+    return found
 
 
 def by_level(ladders: Iterable[Ladder]) -> list[Deviation]:
