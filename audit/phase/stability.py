@@ -139,12 +139,17 @@ class Linearisation(Perturbed[Linearised]):
         unstable = unstable_intervals(base.time, modes, WORTH_TELLING)
         run = motion(models_of(self.variant, self.seeds))
         followed = [_follow(base, modes, run.time, one) for one in run.shoulder.T]
-        begun = tuple(one.begun for one in followed if one.begun is not None)
         first, thin = followed[0], max(1, base.time.size // DRAWN)
+        largest, part = None, signals.window(base.time, *THIRD_S)
+        if part.stop > part.start:
+            peak = part.start + int(np.argmax(modes.largest[part]))
+            mode = int(np.argmax(modes.growth[peak]))
+            numbers = modes.largest[peak], base.time[peak], modes.frequency[peak, mode]
+            largest = LargestGrowth(*map(float, numbers))
         return Linearised(
-            largest=_largest(base, modes),
+            largest=largest,
             intervals=tuple(one for one in unstable if one.end > THIRD_S[0]),
-            begun=begun,
+            begun=tuple(one.begun for one in followed if one.begun is not None),
             jacobian_error=jacobian_error(plant, base, SAMPLES),
             growth=Curve.of(base.time[::thin], modes.largest[::thin]),
             frequencies=tuple(Curve.of(base.time[::thin], x[::thin]) for x in modes.frequency.T),
@@ -165,35 +170,25 @@ class _Followed(NamedTuple):
 
 
 def _follow(base: Base, modes: Modes, time: np.ndarray, shoulder: np.ndarray) -> _Followed:
-    part = signals.window(base.time, BEGIN_S, DURATION_S)
-    simulated = vibration_envelope(time, shoulder)
-    first, floor = _first_and_floor(time, shoulder, modes)
-    if not np.isfinite(first).all():
-        return _Followed(None, simulated, base.time[part], np.full(base.time[part].shape, np.nan))
-    predicted = predicted_amplitude(base.time[part], modes.growth[part], first, floor)
-    begun = Begun(_onset(base.time[part], predicted), _onset(time, simulated))
-    return _Followed(begun, simulated, base.time[part], predicted)
-
-
-def _first_and_floor(
-    time: np.ndarray, shoulder: np.ndarray, modes: Modes
-) -> tuple[np.ndarray, np.ndarray]:
-    """What every mode, (modes,) [rad/s^2], starts from and never falls below.
-
-    The simulated vibration at BEGIN_S and its smallest value after; that above 3 kHz for the modes
-    above 3 kHz, which decay faster. nan if the run diverged or ends before.
+    """Every mode starts from the simulated vibration at BEGIN_S and never falls below its smallest
+    value after; those above 3 kHz, which decay faster, from that above 3 kHz. Not begun, and nan,
+    if the run diverged or ends before.
     """
-    part = signals.window(time, BEGIN_S, DURATION_S - FILTER_EDGE_S)
-    if part.stop <= part.start:
-        nothing = np.full(modes.growth.shape[1], np.nan)
-        return nothing, nothing
+    part, seen = (
+        signals.window(x, BEGIN_S, end)
+        for x, end in ((base.time, DURATION_S), (time, DURATION_S - FILTER_EDGE_S))
+    )
+    ahead, simulated = base.time[part], vibration_envelope(time, shoulder)
     fast = modes.frequency.mean(axis=0) > BETWEEN_MODES_HZ
-    bands = [
-        vibration_envelope(time, shoulder, above)[part]
-        for above in (HIGH_PASS_HZ, BETWEEN_MODES_HZ)
-    ]
-    first, floor = ([take(band) for band in bands] for take in (lambda b: b[0], np.min))
-    return np.where(fast, first[1], first[0]), np.where(fast, floor[1], floor[0])
+    bands = [x[seen] for x in (simulated, vibration_envelope(time, shoulder, BETWEEN_MODES_HZ))]
+    if seen.stop <= seen.start or not np.isfinite([band[0] for band in bands]).all():
+        return _Followed(None, simulated, ahead, np.full(ahead.shape, np.nan))
+    first, floor = (
+        np.where(fast, of(bands[1]), of(bands[0])) for of in (lambda band: band[0], np.min)
+    )
+    predicted = predicted_amplitude(ahead, modes.growth[part], first, floor)
+    begun = Begun(_onset(ahead, predicted), _onset(time, simulated))
+    return _Followed(begun, simulated, ahead, predicted)
 
 
 def vibration_envelope(
@@ -208,19 +203,6 @@ def _onset(time: np.ndarray, values: np.ndarray) -> float | None:
     """First time [s] from 0.5 s on at which a vibration counts as begun."""
     part = signals.window(time, THIRD_S[0], DURATION_S - FILTER_EDGE_S)
     return signals.first_above(time[part], values[part], ONSET_RAD_PER_S2)
-
-
-def _largest(base: Base, modes: Modes) -> LargestGrowth | None:
-    part = signals.window(base.time, *THIRD_S)
-    if part.stop <= part.start:
-        return None
-    peak = int(np.argmax(modes.largest[part]))
-    mode = int(np.argmax(modes.growth[part][peak]))
-    return LargestGrowth(
-        float(modes.largest[part][peak]),
-        float(base.time[part][peak]),
-        float(modes.frequency[part][peak, mode]),
-    )
 
 
 def _highest(time: np.ndarray, values: np.ndarray) -> Curve:

@@ -25,6 +25,7 @@ from crosscheck.analytic.paper.mesh_force import in_contact
 from crosscheck.analytic.paper.mesh_frequency import mesh_phase
 from crosscheck.analytic.paper.stiffness import stiffness
 from crosscheck.analytic.paper.tooth_error import whole_error
+from crosscheck.audit.phase.runs.linear import linear_step
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.trajectory import recorded_times
 
@@ -197,12 +198,7 @@ def _transfers(of: Stages, h: float, found: np.ndarray) -> np.ndarray:
     rates = np.zeros((*found.shape, 2))
     rates[..., 0, 1] = 1.0
     rates[..., 1, :] = -found / of.mass[:, None]
-    one, (first, second, third, fourth) = np.eye(2), np.moveaxis(rates, 1, 0)
-    k_2 = second @ (one + h / 2 * first)
-    k_3 = third @ (one + h / 2 * k_2)
-    k_4 = fourth @ (one + h * k_3)
-    transfers: np.ndarray = one + h / 6 * (first + 2 * k_2 + 2 * k_3 + k_4)
-    return transfers
+    return linear_step(np.moveaxis(rates, 1, 0), np.eye(2), h)
 
 
 def _states(models: Sequence[PhysicalModel], passed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

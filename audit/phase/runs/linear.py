@@ -7,6 +7,7 @@ sign follows cos(phi). Under `angle` only d phi / d theta_c = c is there.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -229,3 +230,16 @@ def unstable_intervals(time: np.ndarray, modes: Modes, least_folds: float) -> li
                 mean = float(frequency[begin:end].mean())
                 found.append(Interval(float(time[begin]), float(time[end - 1]), folds, mean))
     return sorted(found)
+
+
+def linear_step(
+    rates: Sequence[np.ndarray] | np.ndarray, y: np.ndarray, h: np.ndarray | float
+) -> np.ndarray:
+    """y after a step h [s] of y' = A y by Runge and Kutta; rates: A at the step's four stages."""
+    begin, second, third, end = rates
+    k_1 = begin @ y
+    k_2 = second @ (y + h / 2 * k_1)
+    k_3 = third @ (y + h / 2 * k_2)
+    k_4 = end @ (y + h * k_3)
+    after: np.ndarray = y + h / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
+    return after
