@@ -15,9 +15,7 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from crosscheck.audit.claims.catalogue import BY_ID
-from crosscheck.audit.claims.quantities import Known
-from crosscheck.audit.claims.rule import Answer, Claim, State, answers
+from crosscheck.audit.claims import catalogue, quantities, rule
 from crosscheck.audit.claims.settings import plan_of
 from crosscheck.audit.experiments.cells import LAWS, READINGS, Cell
 from crosscheck.audit.experiments.experiments import CONSTANT, NO_ERROR, PD
@@ -47,7 +45,7 @@ ALPHA = 0.05  # that one setting or more is left out although it explains as muc
 
 def chapter(material: Material) -> AuditChapter:
     """The set of settings that explain the printed numbers equally well."""
-    claims = [BY_ID[name] for name in NUMBERS]
+    claims = [catalogue.BY_ID[name] for name in NUMBERS]
     found = fits(material, claims)
     chosen = equally_good(found)
     whole, left_out = span(chosen), each_left_out(found)
@@ -64,8 +62,8 @@ def chapter(material: Material) -> AuditChapter:
     }
     page = text(
         "hypotheses/damping_fit",
-        always=[BY_ID[name] for name in silent[State.YES]],
-        never=[BY_ID[name] for name in silent[State.NO]],
+        always=[catalogue.BY_ID[name] for name in silent[rule.State.YES]],
+        never=[catalogue.BY_ID[name] for name in silent[rule.State.NO]],
         settings=len(found),
         starts=len(material.scale.seeds),
         alpha=ALPHA,
@@ -80,18 +78,18 @@ def chapter(material: Material) -> AuditChapter:
         "id": "damping",
         **recorded(vars(whole)),
         "without": [recorded(vars(one)) for one in left_out],
-        "true_in_all": silent[State.YES],
-        "false_in_all": silent[State.NO],
+        "true_in_all": silent[rule.State.YES],
+        "false_in_all": silent[rule.State.NO],
     }
     records: list[Mapping[str, object]] = [verdict, *REVERSALS.json(rigid), *table.json(found)]
     outcome = text("hypotheses/damping_fit_outcome", **given)
     return AuditChapter(ID, TITLE, page, records, outcome)
 
 
-def _columns(claims: Sequence[Claim], chosen: Sequence[DampingFit]) -> Columns[DampingFit]:
+def _columns(claims: Sequence[rule.Claim], chosen: Sequence[DampingFit]) -> Columns[DampingFit]:
     """claims: whose shares of starts are shown."""
 
-    def share(claim: Claim) -> TableColumn[DampingFit]:
+    def share(claim: rule.Claim) -> TableColumn[DampingFit]:
         def of(fit: DampingFit) -> float:
             return float(np.mean(fit.explained[claim.id]))
 
@@ -164,7 +162,7 @@ class DampingFit:
 
     cell: Cell
     explained: Mapping[str, np.ndarray]
-    answers: Mapping[str, Answer]
+    answers: Mapping[str, rule.Answer]
 
     @cached_property
     def counts(self) -> np.ndarray:
@@ -182,7 +180,7 @@ class DampingFit:
         return DampingFit(self.cell, left, self.answers)
 
 
-def fits(material: Material, claims: Sequence[Claim]) -> list[DampingFit]:
+def fits(material: Material, claims: Sequence[rule.Claim]) -> list[DampingFit]:
     """Every setting; quick: of the claims' own quick ones."""
     plan = plan_of(material.scale)
     cells = [
@@ -191,16 +189,16 @@ def fits(material: Material, claims: Sequence[Claim]) -> list[DampingFit]:
     ]
     wanted = [(cell, source) for cell in cells for source in SOURCES]
     found = material.samples(wanted, "damping fit")
-    return [fit_of(c, Known({s: found[c, s] for s in SOURCES}), claims) for c in cells]
+    return [fit_of(c, quantities.Known({s: found[c, s] for s in SOURCES}), claims) for c in cells]
 
 
-def fit_of(cell: Cell, known: Known, claims: Sequence[Claim]) -> DampingFit:
+def fit_of(cell: Cell, known: quantities.Known, claims: Sequence[rule.Claim]) -> DampingFit:
     """From the setting's experiments, each claim about one quantity."""
     explained, given = {}, {}
     for claim in claims:
         (quantity,) = claim.choices.values()
         explained[claim.id] = claim.limits.yes(quantity(known))
-        (given[claim.id],) = answers(claim, [(cell, known)])
+        (given[claim.id],) = rule.answers(claim, [(cell, known)])
     return DampingFit(cell, explained, given)
 
 
@@ -265,9 +263,9 @@ def each_left_out(found: Sequence[DampingFit]) -> list[Span]:
     ]
 
 
-def tells_nothing(found: Sequence[DampingFit]) -> dict[State, list[str]]:
+def tells_nothing(found: Sequence[DampingFit]) -> dict[rule.State, list[str]]:
     """Claims on which all settings agree, by what they say: these choose no damping."""
-    silent: dict[State, list[str]] = {State.YES: [], State.NO: []}
+    silent: dict[rule.State, list[str]] = {rule.State.YES: [], rule.State.NO: []}
     for claim in found[0].explained:
         states = {fit.answers[claim].state for fit in found}
         if len(states) == 1 and (state := states.pop()) in silent:

@@ -12,27 +12,7 @@ from matplotlib.axes import Axes
 from crosscheck.audit.claims.catalogue import BY_ID
 from crosscheck.audit.claims.rule import Claim
 from crosscheck.audit.experiments.cells import READINGS
-from crosscheck.audit.hypotheses.evidence.attribution import (
-    CLAIMS,
-    IN_UNIT_OF_CLAIM,
-    TORQUE,
-    Deviation,
-    LadderVerdict,
-    LevelPart,
-    RigidResidual,
-    by_level,
-    deviations,
-    ladder_verdict,
-    left,
-)
-from crosscheck.audit.hypotheses.evidence.rungs import (
-    INERTIA,
-    MESHES,
-    QUANTITIES,
-    SLIPPED,
-    Ladder,
-    climb,
-)
+from crosscheck.audit.hypotheses.evidence import attribution, rungs
 from crosscheck.audit.hypotheses.words import GROUPS, LEVELS, RUNGS, SCENARIOS, SYMBOLS
 from crosscheck.audit.measures.undefined import JsonObject, recorded, word
 from crosscheck.audit.page.chapter import AuditChapter
@@ -48,12 +28,13 @@ ID, TITLE = "ladder", "What separates the rigid arm from the detailed one (H2)"
 # prints numbers.
 FIRST_READING = next(iter(READINGS))
 CLIMBS = (
-    *((TORQUE, arm, "A") for arm in READINGS),
+    *((attribution.TORQUE, arm, "A") for arm in READINGS),
     ("pd", FIRST_READING, "A"),
     *((scenario, FIRST_READING, "B") for scenario in SCENARIOS),
 )
 QUICK_CLIMBS = CLIMBS[:1]
-Line = tuple[str, dict[str, LevelPart]]  # a rung, and its parts of the deviations by quantity
+# A rung, and its parts of the deviations by quantity.
+Line = tuple[str, dict[str, attribution.LevelPart]]
 MILLI = 1e3
 _SMALLEST = 1e-13  # a contribution of rounding size still gets a mark
 
@@ -61,27 +42,27 @@ _SMALLEST = 1e-13  # a contribution of rounding size still gets a mark
 class Climbed(NamedTuple):
     """levels: what every baseline leaves; whole: all of every ladder; verdict: of both."""
 
-    ladders: list[Ladder]
-    levels: list[Deviation]
-    whole: list[Deviation]
-    left: list[RigidResidual]
-    verdict: LadderVerdict
+    ladders: list[rungs.Ladder]
+    levels: list[attribution.Deviation]
+    whole: list[attribution.Deviation]
+    left: list[attribution.RigidResidual]
+    verdict: attribution.LadderVerdict
 
 
 def claims() -> dict[str, Claim]:
     """The paper's three numbers, by quantity."""
-    return {quantity: BY_ID[name] for quantity, name in CLAIMS.items()}
+    return {quantity: BY_ID[name] for quantity, name in attribution.CLAIMS.items()}
 
 
 def climbed(material: Material) -> Climbed:
     """All ladders; quick: constant torque in one order, labelled reading."""
     climbs = QUICK_CLIMBS if material.scale.quick else CLIMBS
-    ladders = [climb(material.study, *which, material.scale) for which in climbs]
-    levels = by_level(ladder for ladder in ladders if ladder.order == "A")
-    whole = [one for ladder in ladders for one in deviations(ladder)]
+    ladders = [rungs.climb(material.study, *which, material.scale) for which in climbs]
+    levels = attribution.by_level(ladder for ladder in ladders if ladder.order == "A")
+    whole = [one for ladder in ladders for one in attribution.deviations(ladder)]
     stated = claims()
-    verdict = ladder_verdict(levels, whole, stated["theta_2"].limits)
-    return Climbed(ladders, levels, whole, left(levels, stated), verdict)
+    verdict = attribution.ladder_verdict(levels, whole, stated["theta_2"].limits)
+    return Climbed(ladders, levels, whole, attribution.left(levels, stated), verdict)
 
 
 def chapter(material: Material) -> AuditChapter:
@@ -104,7 +85,7 @@ def chapter(material: Material) -> AuditChapter:
         fitting=[one for one in found.left if one.fits["theta_2"]],
         names=LEVELS,
         causes=[GROUPS.get(cause, cause) for cause in verdict.causes],
-        groups={"inertia": INERTIA, "meshes": MESHES, "slips": SLIPPED},
+        groups={"inertia": rungs.INERTIA, "meshes": rungs.MESHES, "slips": rungs.SLIPPED},
         rungs=len(found.ladders[0].names),
         picture=html(baselines(found.left)),
         left=LEFT.html(found.left),
@@ -133,7 +114,7 @@ def chapter(material: Material) -> AuditChapter:
             for record in _rung_columns(ladder, f"/{instant}").json(_lines(ladder, instant))
         ),
     ]
-    outcome = text("hypotheses/ladder_outcome", verdict=verdict, inertia=INERTIA)
+    outcome = text("hypotheses/ladder_outcome", verdict=verdict, inertia=rungs.INERTIA)
     return AuditChapter(ID, TITLE, page, records, outcome)
 
 
@@ -145,7 +126,7 @@ class ScenarioSection(NamedTuple):
     tables: list[Markup]
 
 
-def _scenario(ladders: Sequence[Ladder], name: str) -> ScenarioSection | None:
+def _scenario(ladders: Sequence[rungs.Ladder], name: str) -> ScenarioSection | None:
     """None where it was not climbed."""
     mine = [x for x in ladders if (x.scenario, x.arm) == (name, FIRST_READING)]
     if not mine:
@@ -154,16 +135,16 @@ def _scenario(ladders: Sequence[Ladder], name: str) -> ScenarioSection | None:
     return ScenarioSection(SCENARIOS[name], html(waterfall(mine)), tables)
 
 
-def _lines(ladder: Ladder, instant: str) -> list[Line]:
-    at = [one for one in deviations(ladder) if one.instant == instant]
+def _lines(ladder: rungs.Ladder, instant: str) -> list[Line]:
+    at = [one for one in attribution.deviations(ladder) if one.instant == instant]
     parts = zip(*(one.rungs for one in at), strict=True)
     return [
-        (name, dict(zip(QUANTITIES, some, strict=True)))
+        (name, dict(zip(rungs.QUANTITIES, some, strict=True)))
         for name, some in zip(ladder.names, parts, strict=True)
     ]
 
 
-def _rung_columns(ladder: Ladder, instant: str = "") -> Columns[Line]:
+def _rung_columns(ladder: rungs.Ladder, instant: str = "") -> Columns[Line]:
     """A contribution is shown where it is above its uncertainty; both are recorded."""
 
     def of_quantity(name: str, unit: str) -> tuple[TableColumn[Line], ...]:
@@ -183,16 +164,16 @@ def _rung_columns(ladder: Ladder, instant: str = "") -> Columns[Line]:
         f"ladder/{ladder.arm}/{ladder.scenario}/{ladder.order}{instant}/{{0[0]}}",
         [
             TableColumn("rung", "model change", lambda line: RUNGS[line[0]]),
-            *(column for quantity in QUANTITIES.items() for column in of_quantity(*quantity)),
+            *(column for quantity in rungs.QUANTITIES.items() for column in of_quantity(*quantity)),
         ],
     )
 
 
-def _share(group: str) -> Callable[[Deviation], float]:
+def _share(group: str) -> Callable[[attribution.Deviation], float]:
     return lambda one: 100 * one.shares[group]
 
 
-SHARES = Columns[Deviation](
+SHARES = Columns[attribution.Deviation](
     "ladder/{0.where}/{0.quantity}",
     [
         TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
@@ -214,7 +195,7 @@ SHARES = Columns[Deviation](
 )
 
 
-def _left_of(name: str, unit: str) -> tuple[TableColumn[RigidResidual], ...]:
+def _left_of(name: str, unit: str) -> tuple[TableColumn[attribution.RigidResidual], ...]:
     """A quantity's two columns."""
     title = f"left of {SYMBOLS[name]} [{unit}]"
     return (
@@ -223,29 +204,29 @@ def _left_of(name: str, unit: str) -> tuple[TableColumn[RigidResidual], ...]:
     )
 
 
-def _span(group: str) -> Callable[[RigidResidual], tuple[float, ...]]:
+def _span(group: str) -> Callable[[attribution.RigidResidual], tuple[float, ...]]:
     return lambda one: tuple(100 * end for end in one.span(group))
 
 
-LEFT = Columns[RigidResidual](
+LEFT = Columns[attribution.RigidResidual](
     "{0.id}",
     [
         TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
         TableColumn("level", "the baseline has", lambda one: LEVELS[one.level]),
-        *(column for quantity in QUANTITIES.items() for column in _left_of(*quantity)),
+        *(column for quantity in rungs.QUANTITIES.items() for column in _left_of(*quantity)),
         *(
             TableColumn(f"{g}_percent", f"{GROUPS[g]} [%]", _span(g))
-            for g in (INERTIA, MESHES, SLIPPED)
+            for g in (rungs.INERTIA, rungs.MESHES, rungs.SLIPPED)
         ),
     ],
 )
 
 
-def baselines(found: Sequence[RigidResidual]) -> str:
+def baselines(found: Sequence[attribution.RigidResidual]) -> str:
     """The size of what every baseline leaves, beside what the paper says, as svg."""
     limits = {name: claim.limits for name, claim in claims().items()}
-    figure, grid = new_figure(1, len(QUANTITIES), 2.6)
-    for axes, (name, factor) in zip(grid[0], IN_UNIT_OF_CLAIM.items(), strict=True):
+    figure, grid = new_figure(1, len(rungs.QUANTITIES), 2.6)
+    for axes, (name, factor) in zip(grid[0], attribution.IN_UNIT_OF_CLAIM.items(), strict=True):
         axes.axvspan(limits[name].low, limits[name].high, color="#999999", alpha=0.3, label="paper")
         for arm, marker, colour in zip(READINGS, "os", COLOURS, strict=False):
             mine = [one for one in found if one.arm == arm]
@@ -259,14 +240,14 @@ def baselines(found: Sequence[RigidResidual]) -> str:
     return to_svg(figure)
 
 
-def waterfall(ladders: list[Ladder]) -> str:
+def waterfall(ladders: list[rungs.Ladder]) -> str:
     """Above, the first order's contributions stacked; below, the sizes of every order's.
 
     Each column at the time of its own largest deviation.
     """
-    figure, grid = new_figure(2, len(QUANTITIES), 3.0)
+    figure, grid = new_figure(2, len(rungs.QUANTITIES), 3.0)
     names = ladders[0].names
-    for quantity, (name, unit) in enumerate(QUANTITIES.items()):
+    for quantity, (name, unit) in enumerate(rungs.QUANTITIES.items()):
         index = ladders[0].largest(quantity)
         _stack(grid[0, quantity], MILLI * ladders[0].fine[:, index, quantity])
         grid[0, quantity].set(
@@ -293,7 +274,12 @@ def _stack(axes: Axes, steps: np.ndarray) -> None:
 
 
 def _sizes(
-    axes: Axes, ladder: Ladder, names: tuple[str, ...], quantity: int, marker: str, colour: str
+    axes: Axes,
+    ladder: rungs.Ladder,
+    names: tuple[str, ...],
+    quantity: int,
+    marker: str,
+    colour: str,
 ) -> None:
     """Each rung's magnitude as a mark, its numerical uncertainty as a grey cross."""
     index = ladder.largest(quantity)

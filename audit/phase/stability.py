@@ -22,28 +22,10 @@ from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.shares import Share, share_of
 from crosscheck.audit.measures.undefined import quotient
 from crosscheck.audit.phase.clock import SignalEnvelope
-from crosscheck.audit.phase.runs.experiments import (
-    DECISIVE,
-    FILTER_EDGE_S,
-    HIGH_PASS_HZ,
-    integrated,
-    models_of,
-    pd_run,
-    vibration,
-)
-from crosscheck.audit.phase.runs.linear import (
-    Base,
-    Interval,
-    Modes,
-    base_motion,
-    jacobian_error,
-    mesh_modes,
-    predicted_amplitude,
-    unstable_intervals,
-)
+from crosscheck.audit.phase.runs import experiments, linear
 from crosscheck.audit.phase.runs.plant import motion, plant_of
 
-CELLS = tuple(cell for one in DECISIVE for cell in (one, integrated(one)))
+CELLS = tuple(cell for one in experiments.DECISIVE for cell in (one, experiments.integrated(one)))
 DURATION_S = THIRD_S[1]
 BEGIN_S = 0.45  # after the teeth have changed sides; from here on contact is assumed
 BETWEEN_MODES_HZ = 3000.0  # each joint has a mesh mode below and one above
@@ -102,7 +84,7 @@ class Linearised:
     """
 
     largest: LargestGrowth | None
-    intervals: tuple[Interval, ...]
+    intervals: tuple[linear.Interval, ...]
     begun: tuple[Begun, ...]
     jacobian_error: float
     growth: Curve
@@ -134,10 +116,10 @@ class Linearisation(Perturbed[Linearised]):
     def answer(self) -> Linearised:
         case = replace(self.variant, planets="lumped").case()
         plant = plant_of(PhysicalModel(*case))
-        base = base_motion(case, plant, self.every)
-        modes = mesh_modes(plant, base)
-        unstable = unstable_intervals(base.time, modes, WORTH_TELLING)
-        run = motion(models_of(self.variant, self.seeds))
+        base = linear.base_motion(case, plant, self.every)
+        modes = linear.mesh_modes(plant, base)
+        unstable = linear.unstable_intervals(base.time, modes, WORTH_TELLING)
+        run = motion(experiments.models_of(self.variant, self.seeds))
         followed = [_follow(base, modes, run.time, one) for one in run.shoulder.T]
         first, thin = followed[0], max(1, base.time.size // DRAWN)
         largest, part = None, signals.window(base.time, *THIRD_S)
@@ -150,7 +132,7 @@ class Linearisation(Perturbed[Linearised]):
             largest=largest,
             intervals=tuple(one for one in unstable if one.end > THIRD_S[0]),
             begun=tuple(one.begun for one in followed if one.begun is not None),
-            jacobian_error=jacobian_error(plant, base, SAMPLES),
+            jacobian_error=linear.jacobian_error(plant, base, SAMPLES),
             growth=Curve.of(base.time[::thin], modes.largest[::thin]),
             frequencies=tuple(Curve.of(base.time[::thin], x[::thin]) for x in modes.frequency.T),
             unstable=tuple(tuple(map(bool, grows[::thin])) for grows in (modes.growth > 0).T),
@@ -169,14 +151,16 @@ class _Followed(NamedTuple):
     predicted: np.ndarray
 
 
-def _follow(base: Base, modes: Modes, time: np.ndarray, shoulder: np.ndarray) -> _Followed:
+def _follow(
+    base: linear.Base, modes: linear.Modes, time: np.ndarray, shoulder: np.ndarray
+) -> _Followed:
     """Every mode starts from the simulated vibration at BEGIN_S and never falls below its smallest
     value after; those above 3 kHz, which decay faster, from that above 3 kHz. Not begun, and nan,
     if the run diverged or ends before.
     """
     part, seen = (
         signals.window(x, BEGIN_S, end)
-        for x, end in ((base.time, DURATION_S), (time, DURATION_S - FILTER_EDGE_S))
+        for x, end in ((base.time, DURATION_S), (time, DURATION_S - experiments.FILTER_EDGE_S))
     )
     ahead, simulated = base.time[part], vibration_envelope(time, shoulder)
     fast = modes.frequency.mean(axis=0) > BETWEEN_MODES_HZ
@@ -186,22 +170,22 @@ def _follow(base: Base, modes: Modes, time: np.ndarray, shoulder: np.ndarray) ->
     first, floor = (
         np.where(fast, of(bands[1]), of(bands[0])) for of in (lambda band: band[0], np.min)
     )
-    predicted = predicted_amplitude(ahead, modes.growth[part], first, floor)
+    predicted = linear.predicted_amplitude(ahead, modes.growth[part], first, floor)
     begun = Begun(_onset(ahead, predicted), _onset(time, simulated))
     return _Followed(begun, simulated, ahead, predicted)
 
 
 def vibration_envelope(
-    time: np.ndarray, values: np.ndarray, above_hz: float = HIGH_PASS_HZ
+    time: np.ndarray, values: np.ndarray, above_hz: float = experiments.HIGH_PASS_HZ
 ) -> np.ndarray:
     """Running maximum, over 4 ms, of the magnitude of a signal's fast part, (times,)."""
     size = round(ENVELOPE_S / (time[1] - time[0]))
-    return maximum_filter1d(np.abs(vibration(time, values, above_hz)), size)
+    return maximum_filter1d(np.abs(experiments.vibration(time, values, above_hz)), size)
 
 
 def _onset(time: np.ndarray, values: np.ndarray) -> float | None:
     """First time [s] from 0.5 s on at which a vibration counts as begun."""
-    part = signals.window(time, THIRD_S[0], DURATION_S - FILTER_EDGE_S)
+    part = signals.window(time, THIRD_S[0], DURATION_S - experiments.FILTER_EDGE_S)
     return signals.first_above(time[part], values[part], ONSET_RAD_PER_S2)
 
 
@@ -240,7 +224,7 @@ def stability(study: Study, scale: Scale) -> Stability:
     """Growth rates against time under both laws; predicted and simulated onset."""
     every, seeds = (QUICK_EVERY if scale.quick else EVERY), scale.seeds[: scale.starts(STARTS)]
     runs = {
-        cell: replace(pd_run(cell, scale.seconds(DURATION_S)), record_every=RUNS_EVERY)
+        cell: replace(experiments.pd_run(cell, scale.seconds(DURATION_S)), record_every=RUNS_EVERY)
         for cell in CELLS
     }
     asked = {cell: Linearisation(one, seeds, every) for cell, one in runs.items()}

@@ -18,10 +18,8 @@ from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.claims.rule import State, quantiles_of, state
-from crosscheck.audit.experiments.cells import INTEGRAL, Cell
-from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments import cells, pool, starts
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.starts import RECORDED_S, Perturbed, TransientPd, rigid_course
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.torque import fast
 from crosscheck.audit.experiments.variant import Numbers, Planets, Variant
@@ -69,13 +67,13 @@ class FlutterSetting(NamedTuple):
         ]
         if not self.varying:
             meshes.append("arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0")
-        cell = Cell(INTEGRAL, self.zeta, planets=self.planets).variant()
-        stride = round(RECORDED_S / cell.case().scenario.step_s)
+        cell = cells.Cell(cells.INTEGRAL, self.zeta, planets=self.planets).variant()
+        stride = round(starts.RECORDED_S / cell.case().scenario.step_s)
         return replace(cell, meshes=tuple(meshes), duration_s=SETTLED_S[1], record_every=stride)
 
 
 @dataclass(frozen=True)
-class Vibrations(TransientPd):
+class Vibrations(starts.TransientPd):
     """Of the shoulder in SETTLED_S, less the rigid arm: size [rad/s^2] and frequency [Hz]."""
 
     played_back: bool = False
@@ -130,10 +128,10 @@ def flutters(study: Study, settings: Sequence[FlutterSetting], scale: Scale) -> 
         for one in settings
     }
     found = study.answered(asked, "H6, vibration against damping")
-    return [flutter_of(setting, Sample.of(measured)) for setting, measured in found.items()]
+    return [flutter_of(setting, pool.Sample.of(measured)) for setting, measured in found.items()]
 
 
-def flutter_of(setting: FlutterSetting, sample: Sample) -> Flutter:
+def flutter_of(setting: FlutterSetting, sample: pool.Sample) -> Flutter:
     """From what its starts measured; one that ends before says nothing."""
     sizes = np.where(sample.diverged, np.inf, sample["vibration"])
     vibrating = sample["frequency_Hz"][np.isfinite(sizes) & (sizes > VIBRATES)]
@@ -146,7 +144,7 @@ def played_back(case: Case, variant: Variant) -> Case:
     """The case with its drive replaced by the torque that the rigid arm needs in it."""
     count = round(case.scenario.duration_s / TABLE_S) + 1
     time = np.linspace(0.0, case.scenario.duration_s, count)
-    return with_torque(case, time, rigid_course(rigid_arm(variant)).at(time).torque)
+    return with_torque(case, time, starts.rigid_course(rigid_arm(variant)).at(time).torque)
 
 
 class Handed(NamedTuple):
@@ -158,7 +156,7 @@ class Handed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class DriveHandover(Perturbed[Handed]):
+class DriveHandover(starts.Perturbed[Handed]):
     """The variant's run under PD control, handed over at HANDED_S."""
 
     cost = 16.0

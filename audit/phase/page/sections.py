@@ -14,11 +14,8 @@ import numpy as np
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE
 from crosscheck.audit.experiments.torque import RING_CYCLES
-from crosscheck.audit.measures.events import THIRD_S
+from crosscheck.audit.measures import events, stage, thresholds, twosamples
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.measures.thresholds import SEVERE
-from crosscheck.audit.measures.twosamples import SIGNIFICANT, shares_p
 from crosscheck.audit.measures.undefined import JsonObject, defined, extreme, quotient
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import text
@@ -89,7 +86,7 @@ def of_maps(found: maps.Maps, material: Material) -> Section:
             if settings
         ],
         State=State,
-        pooled=Share(sum(size > SEVERE for size in sizes), max(1, len(sizes))),
+        pooled=Share(sum(size > thresholds.SEVERE for size in sizes), max(1, len(sizes))),
         maps=found,
     )
     known = found.visible != maps.Presence.UNKNOWN
@@ -154,15 +151,15 @@ def of_engines(_: maps.Maps, material: Material) -> Section:
     branches = [tables.Found(one.cell, each) for one in found.compared for each in one.apart]
     judged = [one for one in branches if one.value.met is not None]
     missed = [one for one in judged if not one.value.met]
-    parted_p = [shares_p(*one.parted) for one in found.compared]
+    parted_p = [twosamples.shares_p(*one.parted) for one in found.compared]
     quiet = [one.engine.sizes.max() for one in found.under_angle if one.engine.sizes.size]
     said = text(
         "phase/engines",
         samples=tables.OF_MODEL.html(samples),
         found=found,
         parted_p=parted_p,
-        parting_differs=any(p < SIGNIFICANT for p in parted_p),
-        limit=SIGNIFICANT,
+        parting_differs=any(p < twosamples.SIGNIFICANT for p in parted_p),
+        limit=twosamples.SIGNIFICANT,
         branches=tables.APART.html(branches),
         met=len(judged) - len(missed),
         decided=len(judged),
@@ -186,7 +183,7 @@ def of_stability(_: maps.Maps, material: Material) -> Section:
     intervals = [tables.Found(row.cell, each) for row in rows for each in row.value.intervals]
     said = text(
         "phase/stability",
-        gain=RING_CYCLES * THIRD_S[1],
+        gain=RING_CYCLES * events.THIRD_S[1],
         starts=material.scale.starts(stability.STARTS),
         stability=stability,
         band=HIGH_PASS_HZ,
@@ -288,7 +285,7 @@ def of_repair(simulated: maps.Maps, _: Material) -> Section:
     sizes = [defined(extreme((one.quantiles[1] for one in some), max)) for some in thirds]
     visible = sum(one.conservative.made_visible.state in PRESENT for one in found)
     silent = all(one.conservative.made_visible.share is None for one in found)
-    severe = sum(bool((one.conservative.third.sizes > SEVERE).any()) for one in found)
+    severe = sum(bool((one.conservative.third.sizes > thresholds.SEVERE).any()) for one in found)
     stands = None if silent else not visible
     said = text(
         "phase/repair",
@@ -296,7 +293,7 @@ def of_repair(simulated: maps.Maps, _: Material) -> Section:
         table=tables.REPAIR.html(found),
         calm=sizes,
         calm_zeta=CALM_ZETA,
-        factor=None if not sizes[1] else float(f"{SEVERE / sizes[1]:.1g}"),
+        factor=None if not sizes[1] else float(f"{thresholds.SEVERE / sizes[1]:.1g}"),
         severe_settings=severe,
         visible_settings=visible,
         settings=len(found),
@@ -311,7 +308,7 @@ def of_objections(simulated: maps.Maps, material: Material) -> Section:
     over_own = [
         quotient(one.eq11_in_full_per_s, one.as_it_stands_per_s) for one in found.rates.values()
     ]
-    joint = paper_stage(load_arm(LABELLED)).joint
+    joint = stage.paper_stage(load_arm(LABELLED)).joint
     teeth, planets = (joint.sun_teeth, joint.ring_teeth), joint.planet_count
 
     def made(objection: str, phase: str, level: str = "made") -> str:
