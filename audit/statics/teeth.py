@@ -8,8 +8,15 @@ from collections.abc import Callable
 import numpy as np
 import sympy as sp
 
-from crosscheck.analytic.paper import backlash, kinematics, mesh_frequency
+from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
+from crosscheck.analytic.paper.kinematics import StageGeometry, gear_angles, mesh_displacements
 from crosscheck.analytic.paper.mesh_force import EXACT, mesh_force
+from crosscheck.analytic.paper.mesh_frequency import (
+    meshing_frequency,
+    ring_mesh_rate,
+    sun_mesh_frequency,
+    sun_mesh_rate,
+)
 from crosscheck.analytic.paper.stiffness import fundamental, square_wave, square_wave_series
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.measures.stage import PaperStage
@@ -31,35 +38,33 @@ ADDENDUM = 1.0  # over the module: the standard tooth, uncorrected
 def gearing(stage: PaperStage) -> Numbers:
     """Ratio, conversion and frequencies against rolling without slip; contact ratios."""
     joint, geometry = stage.joint, stage.geometry
-    sun, planet = kinematics.gear_angles(0.0, 0.0, 1.0, geometry.r_s, geometry.r_p, geometry.r_cp)
+    sun, planet = gear_angles(0.0, 0.0, 1.0, geometry.r_s, geometry.r_p, geometry.r_cp)
     by_gear = (
-        mesh_frequency.meshing_frequency(sun, 1.0, joint.sun_teeth),
-        -mesh_frequency.meshing_frequency(-planet, 1.0, joint.planet_teeth),
-        -mesh_frequency.meshing_frequency(0.0, 1.0, joint.ring_teeth),
+        meshing_frequency(sun, 1.0, joint.sun_teeth),
+        -meshing_frequency(-planet, 1.0, joint.planet_teeth),
+        -meshing_frequency(0.0, 1.0, joint.ring_teeth),
     )
     return {
         "ratio_error": abs(sun / geometry.n - 1),
         "gear_rates_spread": float(np.ptp(by_gear)),
         "eq11_error": _eq11_error(joint, geometry),
-        "eq12_error": abs(mesh_frequency.sun_mesh_rate(joint, geometry) / by_gear[0] - 1),
-        "eq13_error": abs(mesh_frequency.ring_mesh_rate(joint, geometry, "eq13") / by_gear[1] - 1),
+        "eq12_error": abs(sun_mesh_rate(joint, geometry) / by_gear[0] - 1),
+        "eq13_error": abs(ring_mesh_rate(joint, geometry, "eq13") / by_gear[1] - 1),
         "contact_ratio_sp": sun_contact_ratio(joint),
         "contact_ratio_pr": ring_contact_ratio(joint),
         **{f"conversion_{name}": conversion_error(joint, geometry, name) for name in COUNTED},
     }
 
 
-def _eq11_error(joint: Planetary, geometry: kinematics.StageGeometry) -> float:
+def _eq11_error(joint: Planetary, geometry: StageGeometry) -> float:
     """Eq. 11 against Eq. 10 with the sun's rate from Eqs. 2-3 solved, teeth deforming."""
     x_sp, x_pr, carrier = 0.3, -0.2, 1.0  # rates of any size
-    sun, _ = kinematics.gear_angles(x_sp, x_pr, carrier, geometry.r_s, geometry.r_p, geometry.r_cp)
-    true = mesh_frequency.meshing_frequency(sun, carrier, joint.sun_teeth)
-    return abs(
-        mesh_frequency.sun_mesh_frequency(x_sp, x_pr, carrier, geometry, joint.sun_teeth) / true - 1
-    )
+    sun, _ = gear_angles(x_sp, x_pr, carrier, geometry.r_s, geometry.r_p, geometry.r_cp)
+    true = meshing_frequency(sun, carrier, joint.sun_teeth)
+    return abs(sun_mesh_frequency(x_sp, x_pr, carrier, geometry, joint.sun_teeth) / true - 1)
 
 
-def conversion_error(joint: Planetary, geometry: kinematics.StageGeometry, counted: str) -> float:
+def conversion_error(joint: Planetary, geometry: StageGeometry, counted: str) -> float:
     """Eqs. 2-3 against the speeds at which flanks approach, over the sun's base radius.
 
     Over three motions that make up any other: sun, planet or carrier turning alone.
@@ -68,7 +73,7 @@ def conversion_error(joint: Planetary, geometry: kinematics.StageGeometry, count
     errors = []
     for sun, planet, carrier in np.eye(3):
         theta_p = COUNTED[counted](planet, carrier)
-        printed = kinematics.mesh_displacements(sun, theta_p, carrier, *radii)
+        printed = mesh_displacements(sun, theta_p, carrier, *radii)
         errors += np.abs(np.subtract(printed, approach(joint, sun, planet, carrier))).tolist()
     return max(errors) / geometry.r_s
 
@@ -131,11 +136,11 @@ def clearance(stage: PaperStage) -> Numbers:
     """Eqs. 4-6 and 15: free play, the smooth stand-in's error, the force that Eq. 15 invents."""
     b = stage.backlash_m
     x = np.linspace(-3 * b, 3 * b, 60001)
-    exact = backlash.dead_zone(x, b)
+    exact = dead_zone(x, b)
     free = x[exact == 0]
 
     def largest_error(sigma: float) -> float:
-        return float(np.abs(backlash.dead_zone_tanh(x, b, sigma) - exact).max())
+        return float(np.abs(dead_zone_tanh(x, b, sigma) - exact).max())
 
     return {
         "free_play_over_2b": float(np.ptp(free) / (2 * b)),
