@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from crosscheck.audit.claims.catalogue import BY_ID
@@ -118,21 +117,13 @@ def chapter(material: Material) -> AuditChapter:
     return AuditChapter(ID, TITLE, page, records, outcome)
 
 
-class ScenarioSection(NamedTuple):
-    """For the page: a scenario with its drawing and tables."""
-
-    title: str
-    drawing: Markup
-    tables: list[Markup]
-
-
-def _scenario(ladders: Sequence[rungs.Ladder], name: str) -> ScenarioSection | None:
-    """None where it was not climbed."""
+def _scenario(ladders: Sequence[rungs.Ladder], name: str) -> dict[str, object] | None:
+    """Title, drawing and tables of a scenario; None where it was not climbed."""
     mine = [x for x in ladders if (x.scenario, x.arm) == (name, FIRST_READING)]
     if not mine:
         return None
     tables = [_rung_columns(x).html(_lines(x, "largest"), f"Order {x.order}") for x in mine]
-    return ScenarioSection(SCENARIOS[name], html(waterfall(mine)), tables)
+    return {"title": SCENARIOS[name], "drawing": html(waterfall(mine)), "tables": tables}
 
 
 def _lines(ladder: rungs.Ladder, instant: str) -> list[Line]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
 
 from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, REPAIRED_RATE, Cell
 from crosscheck.audit.measures.shares import Share
@@ -32,16 +31,6 @@ SECTIONS: dict[str, Callable[[Maps, Material], sections.Section]] = {
 QUICK = ("the clock test", "simulation", "stability")
 
 
-@dataclass(frozen=True)
-class H1:
-    """The verdict; evidence: whether each kind of it that was run speaks for H1."""
-
-    verdict: str
-    visible: Presence
-    severe: Presence
-    evidence: dict[str, bool | None]
-
-
 def chapter(material: Material) -> AuditChapter:
     """Kinds of evidence and a referee's objections; quick: the clock, few settings, the modes."""
     simulated = maps(material)
@@ -49,8 +38,13 @@ def chapter(material: Material) -> AuditChapter:
     found = {name: SECTIONS[name](simulated, material) for name in asked}
     told = sorted(asked, key=lambda name: name not in QUICK)  # first what every page has
     supports = {name: found[name].supports for name in told if name != BESIDE}
-    verdict = h1_verdict(simulated.visible, supports)
-    h1 = H1(verdict, simulated.visible, simulated.severe, supports)
+    h1 = {
+        "id": "H1",
+        "verdict": h1_verdict(simulated.visible, supports),
+        "visible": simulated.visible,
+        "severe": simulated.severe,
+        "evidence": supports,  # whether each kind of it that was run speaks for H1
+    }
     said = {"verdict": h1, **_shares(simulated)}
     introduction = text(
         "phase/introduction",
@@ -62,7 +56,7 @@ def chapter(material: Material) -> AuditChapter:
     records = [record for section in found.values() for record in section.records]
     page = "\n".join([introduction, *(section.html for section in found.values())])
     outcome = text("phase/outcome", **said)
-    return AuditChapter(ID, TITLE, page, [{"id": "H1", **asdict(h1)}, *records], outcome)
+    return AuditChapter(ID, TITLE, page, [h1, *records], outcome)
 
 
 def _shares(simulated: Maps) -> dict[str, Share | None]:

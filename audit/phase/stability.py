@@ -121,7 +121,7 @@ class Linearisation(Perturbed[Linearised]):
         unstable = linear.unstable_intervals(base.time, modes, WORTH_TELLING)
         run = motion(experiments.models_of(self.variant, self.seeds))
         followed = [_follow(base, modes, run.time, one) for one in run.shoulder.T]
-        first, thin = followed[0], max(1, base.time.size // DRAWN)
+        (_, simulated, predicted), thin = followed[0], max(1, base.time.size // DRAWN)
         largest, part = None, signals.window(base.time, *THIRD_S)
         if part.stop > part.start:
             peak = part.start + int(np.argmax(modes.largest[part]))
@@ -131,30 +131,23 @@ class Linearisation(Perturbed[Linearised]):
         return Linearised(
             largest=largest,
             intervals=tuple(one for one in unstable if one.end > THIRD_S[0]),
-            begun=tuple(one.begun for one in followed if one.begun is not None),
+            begun=tuple(begun for begun, _, _ in followed if begun is not None),
             jacobian_error=linear.jacobian_error(plant, base, SAMPLES),
             growth=Curve.of(base.time[::thin], modes.largest[::thin]),
             frequencies=tuple(Curve.of(base.time[::thin], x[::thin]) for x in modes.frequency.T),
             unstable=tuple(tuple(map(bool, grows[::thin])) for grows in (modes.growth > 0).T),
-            simulated=_highest(run.time, first.simulated),
-            predicted=_highest(first.time, first.predicted),
+            simulated=simulated,
+            predicted=predicted,
             shoulder=SignalEnvelope.of(run.time, run.shoulder[:, 0]),
         )
 
 
-class _Followed(NamedTuple):
-    """One start: simulated (times,), predicted on the base motion's time from BEGIN_S on."""
-
-    begun: Begun | None
-    simulated: np.ndarray
-    time: np.ndarray
-    predicted: np.ndarray
-
-
 def _follow(
     base: linear.Base, modes: linear.Modes, time: np.ndarray, shoulder: np.ndarray
-) -> _Followed:
-    """Every mode starts from the simulated vibration at BEGIN_S and never falls below its smallest
+) -> tuple[Begun | None, Curve, Curve]:
+    """One start: whether begun, its vibration simulated, and predicted from BEGIN_S on.
+
+    Every mode starts from the simulated vibration at BEGIN_S and never falls below its smallest
     value after; those above 3 kHz, which decay faster, from that above 3 kHz. Not begun, and nan,
     if the run diverged or ends before.
     """
@@ -166,13 +159,13 @@ def _follow(
     fast = modes.frequency.mean(axis=0) > BETWEEN_MODES_HZ
     bands = [x[seen] for x in (simulated, vibration_envelope(time, shoulder, BETWEEN_MODES_HZ))]
     if seen.stop <= seen.start or not np.isfinite([band[0] for band in bands]).all():
-        return _Followed(None, simulated, ahead, np.full(ahead.shape, np.nan))
+        return None, _highest(time, simulated), Curve((), ())
     first, floor = (
         np.where(fast, of(bands[1]), of(bands[0])) for of in (lambda band: band[0], np.min)
     )
     predicted = linear.predicted_amplitude(ahead, modes.growth[part], first, floor)
     begun = Begun(_onset(ahead, predicted), _onset(time, simulated))
-    return _Followed(begun, simulated, ahead, predicted)
+    return begun, _highest(time, simulated), _highest(ahead, predicted)
 
 
 def vibration_envelope(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import fields
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,6 +13,7 @@ from crosscheck.audit.experiments.cells import LAWS, READINGS
 from crosscheck.audit.measures.third import APART_M
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.twosamples import SIGNIFICANT
+from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
@@ -20,9 +21,7 @@ from crosscheck.audit.page.text import text
 from crosscheck.audit.phase.engines import engines
 from crosscheck.audit.phase.page.tables import cell_columns, third_columns
 from crosscheck.audit.phase.page.views import law_name
-from crosscheck.audit.planets import growth, verdict
-from crosscheck.audit.planets.features import Feature, features
-from crosscheck.audit.planets.parting import Parted
+from crosscheck.audit.planets import parting, verdict
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import legend, new_figure, not_reached, to_svg
 
@@ -33,33 +32,21 @@ SHIFTS = (-0.17, 0.17)  # of a damping ratio: lumped, free
 LOWEST, HIGHEST = -20.5, -2.0  # log10 of metres: what is drawn
 
 
-@dataclass(frozen=True)
-class H7:
-    """The verdict; settings by effect; whether the parting is foretold, and Exudyn agrees."""
-
-    verdict: str
-    settings: int
-    weaker: int
-    stronger: int
-    foretold: bool | None
-    engines_agree: bool | None
-    claims_changed: int
-
-
 def chapter(material: Material) -> AuditChapter:
     """Samples, the growth of differences, another engine, the figures' statements."""
-    sampled, grown = verdict.freed(material), growth.growth(material.study, material.scale)
-    compared, seen = engines(material), features(material)
+    sampled, grown = verdict.freed(material), parting.growth(material.study, material.scale)
+    compared, seen = engines(material), verdict.features(material)
     effects = [one.effect for one in sampled]
-    h7 = H7(
-        verdict=verdict.h7_verdict(effects),
-        settings=len(effects),
-        weaker=effects.count(verdict.PlanetsEffect.WEAKER),
-        stronger=effects.count(verdict.PlanetsEffect.STRONGER),
-        foretold=grown.free.all_right,
-        engines_agree=compared.same,
-        claims_changed=sum(one.changed is True for one in seen),
-    )
+    h7: JsonObject = {
+        "id": "H7",
+        "verdict": verdict.h7_verdict(effects),
+        "settings": len(effects),
+        "weaker": effects.count(verdict.PlanetsEffect.WEAKER),
+        "stronger": effects.count(verdict.PlanetsEffect.STRONGER),
+        "foretold": grown.free.all_right,
+        "engines_agree": compared.same,
+        "claims_changed": sum(one.changed is True for one in seen),
+    }
     pressed = [one.pressed_largest_m for one in grown.joints]
     largest = max((size for size in pressed if size is not None), default=None)
     changed = [one for one in seen if one.changed]
@@ -76,16 +63,14 @@ def chapter(material: Material) -> AuditChapter:
         ),
         text(
             "planets/parting",
-            cell=growth.CELL,
-            starts=material.scale.starts(growth.STARTS),
+            planets=parting,
+            starts=material.scale.starts(parting.STARTS),
             apart_um=1e6 * APART_M,
-            starting_s=growth.STARTING_S,
-            within=verdict.PREDICTED,
             breaking=BREAKING.html(grown.breaking),
             early=list(
                 dict.fromkeys(b.cell.zeta for b in grown.breaking if b.early.value > MOSTLY)
             ),
-            drawing=parting(grown.starts),
+            drawing=partings(grown.starts),
             table=PREDICTIONS.html(grown.joints),
             grown=grown,
             pressed=largest,
@@ -103,7 +88,7 @@ def chapter(material: Material) -> AuditChapter:
         ),
     ]
     records = [
-        {"id": "H7", **asdict(h7)},
+        h7,
         *FREED.json(sampled),
         *BREAKING.json(grown.breaking),
         *FORETOLD.json([grown.lumped, grown.free]),
@@ -125,7 +110,7 @@ FREED = Columns[verdict.Freed](
         TableColumn("effect", "freeing makes it", "effect.value"),
     ],
 )
-BREAKING = Columns[growth.Breaking](
+BREAKING = Columns[parting.Breaking](
     "planets/breaking/{0.cell.id}",
     [
         *cell_columns(),
@@ -139,7 +124,7 @@ BREAKING = Columns[growth.Breaking](
         ),
     ],
 )
-PREDICTIONS = Columns[growth.Predictions](
+PREDICTIONS = Columns[parting.Predictions](
     "planets/parting/{0.joint}",
     [
         TableColumn("joint", "joint"),
@@ -157,27 +142,14 @@ PREDICTIONS = Columns[growth.Predictions](
         ),
     ],
 )
-FORETOLD = Columns[growth.Foretold](
+FORETOLD = Columns[parting.Foretold](
     "planets/parting/first/{0.along}",
     [
-        *(
-            TableColumn(name, None)
-            for name in (
-                "asked",
-                "diverged",
-                "starts",
-                "courses_part",
-                "right",
-                "largest_error",
-                "median_error",
-                "strayed",
-                "right_unless_strayed",
-            )
-        ),
+        *(TableColumn(one.name, None) for one in fields(parting.Foretold) if one.name != "along"),
         TableColumn("predicted", None, "all_right"),
     ],
 )
-FEATURE = Columns[Feature](
+FEATURE = Columns[verdict.Feature](
     lambda row: (
         f"planets/claim/{row.claim.id}/{row.place.law.id if row.place.law else ''}"
         f"/{row.place.zeta}/{row.place.choice}"
@@ -228,12 +200,12 @@ def _panel(axes: Axes, found: Sequence[verdict.Freed], least: float, most: float
     axes.set_yscale("log")
 
 
-def parting(found: Sequence[Parted]) -> str:
+def partings(found: Sequence[parting.Parted]) -> str:
     """The spread of a stage's planets, measured and as Hill's equation has it."""
-    drawing, grid = new_figure(len(growth.JOINTS), 2, 2.4)
+    drawing, grid = new_figure(len(parting.JOINTS), 2, 2.4)
     for joint, (left, right) in enumerate(grid):
-        left.set(title=f"{growth.JOINTS[joint]}, first start", ylabel="log10 of the spread [m]")
-        right.set(title=f"{growth.JOINTS[joint]}, {len(found)} starts")
+        left.set(title=f"{parting.JOINTS[joint]}, first start", ylabel="log10 of the spread [m]")
+        right.set(title=f"{parting.JOINTS[joint]}, {len(found)} starts")
         if found:
             _draw_one(left, found[0], joint)
             _draw_all(right, found, joint)
@@ -249,7 +221,7 @@ def parting(found: Sequence[Parted]) -> str:
     return to_svg(drawing)
 
 
-def _draw_one(axes: Axes, one: Parted, joint: int) -> None:
+def _draw_one(axes: Axes, one: parting.Parted, joint: int) -> None:
     lines = (
         (one.measured, "measured", "-", 1.6),
         (one.by_lumped, "Hill, along the lumped run", "--", 1.1),
@@ -258,15 +230,15 @@ def _draw_one(axes: Axes, one: Parted, joint: int) -> None:
     )
     for (course, name, style, width), colour in zip(lines, COLOURS, strict=False):
         axes.plot(
-            one.time_s, growth.levels(course, joint), style, lw=width, color=colour, label=name
+            one.time_s, parting.levels(course, joint), style, lw=width, color=colour, label=name
         )
 
 
-def _draw_all(axes: Axes, found: Sequence[Parted], joint: int) -> None:
+def _draw_all(axes: Axes, found: Sequence[parting.Parted], joint: int) -> None:
     """Median and range over the starts, measured and along the lumped run."""
     pairs = ([one.measured for one in found], [one.by_lumped for one in found])
     for courses, colour, style in zip(pairs, COLOURS, ("-", "--"), strict=False):
-        every = np.array([growth.levels(course, joint) for course in courses])
+        every = np.array([parting.levels(course, joint) for course in courses])
         low, high = every.min(axis=0), every.max(axis=0)
         axes.fill_between(found[0].time_s, low, high, color=colour, alpha=0.25)
         axes.plot(found[0].time_s, np.median(every, axis=0), color=colour, ls=style)

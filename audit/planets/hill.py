@@ -77,15 +77,6 @@ class FollowedPlanets(NamedTuple):
     pressed: Differences
 
 
-class _Course(NamedTuple):
-    """Of members, what is kept at records: q (records, members, n) [m, rad]; logarithms of the
-    differences, (records, members, LAWS, stages)."""
-
-    q: np.ndarray
-    part: np.ndarray
-    size: np.ndarray
-
-
 def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[FollowedPlanets | None]:
     """Along the models' own runs, at their records: how far planets get that start so far apart.
 
@@ -96,14 +87,14 @@ def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[Follo
     first, stages = models[0], stages_of(models[0])
     time = recorded_times(first.scenario)
     with np.errstate(invalid="ignore", over="ignore"):  # of runs that diverge
-        course = _along(models, stages, np.asarray(start_m, dtype=float))
-    finite = np.isfinite(course.q).all(axis=(0, 2))
+        q, part, size = _along(models, stages, np.asarray(start_m, dtype=float))
+    finite = np.isfinite(q).all(axis=(0, 2))
     ends = stages.ring + stages.planets
     return [
         FollowedPlanets(
             time,
-            [course.q[:, k, begin:end] for begin, end in zip(stages.ring, ends, strict=True)],
-            *(Differences(course.part[:, k, law], course.size[:, k, law]) for law in range(LAWS)),
+            [q[:, k, begin:end] for begin, end in zip(stages.ring, ends, strict=True)],
+            *(Differences(part[:, k, law], size[:, k, law]) for law in range(LAWS)),
         )
         if finite[k]
         else None
@@ -163,8 +154,14 @@ def coefficients(
     return spring, damper, pressed, damped
 
 
-def _along(models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray) -> _Course:
-    """Step the models, and their differences behind them."""
+def _along(
+    models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Step the models, and their differences behind them.
+
+    Of members, what is kept at records: q (records, members, n) [m, rad]; logarithms of the
+    differences' ``part`` and ``size``, (records, members, LAWS, stages).
+    """
     scenario, batch = models[0].scenario, Batch(models)
     stride, records = scenario.stride, scenario.steps // scenario.stride + 1
     shape = (len(models), LAWS, of.mass.size)
@@ -187,7 +184,7 @@ def _along(models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray) -> 
             beyond = ~((least <= whole) & (whole <= LARGEST))
             x /= np.where(beyond, whole, 1.0)[..., None]
             scale += np.where(beyond, np.log(np.maximum(whole, least)), 0.0)
-    return _Course(kept, part, size)
+    return kept, part, size
 
 
 def _transfers(of: Stages, h: float, found: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ import pytest
 from crosscheck.audit.errata.engine import BesideEngine, RunsApart
 from crosscheck.audit.errata.sheet import SheetCounts
 from crosscheck.audit.experiments.cells import INTEGRAL, LAWS, PRINTED, REPAIRED_RATE, Law
-from crosscheck.audit.front.findings import MODELS
+from crosscheck.audit.front.chapter import MODELS
 from crosscheck.audit.hypotheses.evidence import flutter, shaking
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.page.text import text
@@ -22,6 +22,7 @@ from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
 from crosscheck.audit.phase import clock, stability
 from crosscheck.audit.phase.clock import Clocks, Delayed, LawsClock, SignalEnvelope
 from crosscheck.audit.phase.objections import Rates
+from crosscheck.audit.planets import parting
 
 Given = dict[str, Any]
 BAND = SignalEnvelope((), (), ())
@@ -195,11 +196,9 @@ OBJECTIONS: Given = {
 }
 FORETOLD = Of(starts=8, right=8, largest_error=0.005, strayed=3)
 PARTING: Given = {
-    "cell": Of(zeta=0.005, law=PRINTED),
+    "planets": parting,
     "starts": 8,
     "apart_um": 1.0,
-    "starting_s": 0.3,
-    "within": 0.1,
     "breaking": "",
     "early": [0.003, 0.005],
     "drawing": "",
