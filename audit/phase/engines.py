@@ -65,7 +65,7 @@ class Apart(NamedTuple):
 
 @dataclass(frozen=True)
 class TwoModels:
-    """One setting under `omega_t`, planets free: the analytic model and the engine."""
+    """One setting, planets free: the analytic model and the engine."""
 
     cell: Cell
     analytic: Third
@@ -130,20 +130,11 @@ class TwoModels:
 
 
 @dataclass(frozen=True)
-class UnderAngle:
-    """The engine's third fluctuation with the phase as an integral, and the analytic model's."""
-
-    cell: Cell
-    analytic: Third
-    engine: Third
-
-
-@dataclass(frozen=True)
 class Engines:
-    """Both models at every setting."""
+    """Both models at every setting; under_angle: those with the phase as an integral."""
 
     compared: Sequence[TwoModels]
-    under_angle: Sequence[UnderAngle]
+    under_angle: Sequence[TwoModels]
 
     @property
     def same(self) -> bool | None:
@@ -165,14 +156,13 @@ class Engines:
 
 def engines(material: Material) -> Engines:
     """Many starts of both models, the analytic one's those of the claims."""
-    counts = COMPARED | dict.fromkeys(map(integrated, UNDER_ANGLE), STARTS_UNDER_ANGLE)
+    under_angle = dict.fromkeys(map(integrated, UNDER_ANGLE), STARTS_UNDER_ANGLE)
+    counts = COMPARED | under_angle
     analytic = material.samples([(cell, PD) for cell in counts], "phase: analytic starts")
     own = {cell: Third.of(analytic[cell, PD]) for cell in counts}
     other = _engine(material.study, material.scale, counts)
-    return Engines(
-        [TwoModels(cell, own[cell], other[cell]) for cell in COMPARED],
-        [UnderAngle(c, own[c], other[c]) for c in map(integrated, UNDER_ANGLE)],
-    )
+    both = {cell: TwoModels(cell, own[cell], other[cell]) for cell in counts}
+    return Engines([both[cell] for cell in COMPARED], [both[cell] for cell in under_angle])
 
 
 def _engine(study: Study, scale: Scale, counts: Mapping[Cell, int]) -> dict[Cell, Third]:

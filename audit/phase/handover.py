@@ -94,7 +94,13 @@ class Handover(Perturbed[HandedOver]):
         run = motion(models_of(self.variant, self.seeds))
         excess = self._excess(run)
         sound = np.isfinite(excess).all(axis=0)
-        peaks = _peaks(run.time, np.where(sound, np.abs(excess), 0.0))
+        part, size = signals.window(run.time, *THIRD_S), np.where(sound, np.abs(excess), 0.0)
+        # Severe starts, and at which record each is largest.
+        peaks = {
+            start: part.start + int(np.argmax(size[part, start]))
+            for start in range(sound.size)
+            if part.stop > part.start and size[part, start].max() > SEVERE
+        }
         runs = [
             [self._continued(run, start, peak, heir) for start, peak in peaks.items()]
             for heir in HEIRS
@@ -128,15 +134,6 @@ class Handover(Perturbed[HandedOver]):
         """(times, members), against the rigid arm in the whole experiment."""
         whole = replace(self.variant, duration_s=THIRD_S[1] + AFTER_S)
         return shoulder_excess(whole, run.time, run.shoulder)
-
-
-def _peaks(time: np.ndarray, size: np.ndarray) -> dict[int, int]:
-    """Severe starts, and at which record each is largest; size (times, starts) [rad/s^2]."""
-    part = signals.window(time, *THIRD_S)
-    if part.stop <= part.start:
-        return {}
-    severe = np.flatnonzero(size[part].max(axis=0) > SEVERE)
-    return {int(k): part.start + int(np.argmax(size[part, k])) for k in severe}
 
 
 class Fate(NamedTuple):

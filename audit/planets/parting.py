@@ -125,12 +125,12 @@ def _parted(free: FollowedPlanets, shared: FollowedPlanets) -> Parted:
     means = np.column_stack([x.mean(axis=1) for x in free.x_pr])
     strayed = _log(np.abs(means - np.column_stack(shared.x_pr)))
     return Parted(
-        tuple(map(float, time[_edges(time)])),
-        _course(time, Differences(spread, spread)),
-        _course(time, shared.by_contact),
-        _course(time, free.by_contact),
-        _course(time, shared.pressed),
-        tuple(_first(time, column) for column in strayed.T),
+        time_s=tuple(map(float, time[_edges(time)])),
+        measured=_course(time, Differences(spread, spread)),
+        by_lumped=_course(time, shared.by_contact),
+        by_free=_course(time, free.by_contact),
+        pressed=_course(time, shared.pressed),
+        strayed_s=_passed(time, strayed),
     )
 
 
@@ -161,11 +161,12 @@ def _course(time: np.ndarray, found: Differences) -> PartingCourse:
     """found: natural logarithms."""
     largest = np.maximum.reduceat(found.size, _edges(time), axis=0) / np.log(10)
     spread = tuple(tuple(defined(value) for value in column) for column in largest.T)
-    return PartingCourse(spread, tuple(_first(time, column) for column in found.part.T))
+    return PartingCourse(spread, _passed(time, found.part))
 
 
-def _first(time: np.ndarray, spread: np.ndarray) -> float | None:
-    return _when(time, spread >= np.log(APART_M))
+def _passed(time: np.ndarray, spread: np.ndarray) -> Times:
+    """When logarithms (times, stages) first pass that of 1 um."""
+    return tuple(_when(time, column) for column in (spread >= np.log(APART_M)).T)
 
 
 @dataclass(frozen=True)
@@ -257,8 +258,8 @@ def growth(study: Study, scale: Scale) -> Growth:
     return Growth(
         breaking(study, scale),
         found,
-        _first_parting("lumped", asked, found, [one.by_lumped for one in found]),
-        _first_parting("free", asked, found, [one.by_free for one in found]),
+        _first_parting("lumped", asked, found),
+        _first_parting("free", asked, found),
         [_predictions(found, joint) for joint in range(len(JOINTS))],
     )
 
@@ -290,33 +291,30 @@ def earliest(times: Sequence[float | None]) -> float | None:
     return min((time for time in times if time is not None), default=None)
 
 
-def _first_parting(
-    along: str, asked: int, found: Sequence[Parted], courses: Sequence[PartingCourse]
-) -> Foretold:
-    told = [
-        (pair, _strayed_before(one, pair[1]))
-        for one, course in zip(found, courses, strict=True)
-        if (pair := (earliest(course.parting_s), earliest(one.measured.parting_s))) != (None, None)
-    ]
-    errors = _errors([pair for pair, _ in told])
+def _first_parting(along: str, asked: int, found: Sequence[Parted]) -> Foretold:
+    """along: the ``lumped`` or the ``free`` run."""
+    told, strayed = [], []
+    for one in found:
+        courses = getattr(one, f"by_{along}"), one.measured
+        predicted, measured = (earliest(course.parting_s) for course in courses)
+        if predicted is not None or measured is not None:
+            told.append((predicted, measured))
+            left = earliest(one.strayed_s)  # whether it did before the planets parted
+            strayed.append(left is not None and (measured is None or left < measured))
+    right = [parting_is_predicted(*pair) for pair in told]
+    errors = _errors(told)
     return Foretold(
         along=along,
         asked=asked,
         diverged=asked - len(found),
         starts=len(told),
-        courses_part=sum(predicted is not None for (predicted, _), _ in told),
-        right=sum(parting_is_predicted(*pair) for pair, _ in told),
+        courses_part=sum(predicted is not None for predicted, _ in told),
+        right=sum(right),
         largest_error=defined(extreme(errors, max)),
         median_error=defined(float(np.median(errors))) if errors else None,
-        strayed=sum(strayed for _, strayed in told),
-        right_unless_strayed=sum(parting_is_predicted(*p) for p, strayed in told if not strayed),
+        strayed=sum(strayed),
+        right_unless_strayed=sum(a and not b for a, b in zip(right, strayed, strict=True)),
     )
-
-
-def _strayed_before(one: Parted, parting_s: float | None) -> bool:
-    """Whether the planets' mean had left the lumped run before they parted."""
-    first = earliest(one.strayed_s)
-    return first is not None and (parting_s is None or first < parting_s)
 
 
 def _predictions(found: Sequence[Parted], joint: int) -> Predictions:

@@ -40,7 +40,7 @@ from crosscheck.audit.phase.dampers import (
     Ablated,
     Dampers,
 )
-from crosscheck.audit.phase.engines import WITHIN, Engines, TwoModels, UnderAngle
+from crosscheck.audit.phase.engines import WITHIN, Engines, TwoModels
 from crosscheck.audit.phase.handover import DEAD, ERROR_FREE, INTEGRATED, Fate, Handovers, Left
 from crosscheck.audit.phase.maps import (
     FOUR,
@@ -229,7 +229,7 @@ def test_medians_of_a_branch_have_limits_on_both_sides(number: str) -> None:
 
 def _engines(same: Third, angle: float) -> Engines:
     rising = third(*np.linspace(150.0, 200.0, 16))
-    quiet = UnderAngle(CELL, third(0.1), third(angle))
+    quiet = TwoModels(CELL, third(0.1), third(angle))
     return Engines([TwoModels(CELL, rising, same)], [quiet])
 
 

@@ -200,8 +200,7 @@ def _parted(measured: float | None, lumped: float | None, strayed: float | None 
 
 
 def _foretold(found: list[Parted]) -> parting.Foretold:
-    courses = [one.by_lumped for one in found]
-    return parting._first_parting("lumped", len(found) + 1, found, courses)
+    return parting._first_parting("lumped", len(found) + 1, found)
 
 
 def test_the_first_parting_is_foretold_start_by_start() -> None:

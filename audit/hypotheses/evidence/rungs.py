@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-import xarray as xr
 
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
@@ -21,7 +20,6 @@ from crosscheck.audit.measures.reading import angles
 from crosscheck.audit.measures.rigid import rigid_model
 from crosscheck.audit.measures.undefined import quotient
 from crosscheck.checks.trajectories import SAFETY, tip_position
-from crosscheck.models.arm.arm import Arm
 from crosscheck.registry import RIGID_LEVELS
 
 MASSES, DIAGONAL, COUPLING, COMPLIANCE = "masses", "diagonal", "coupling", "compliance"
@@ -63,6 +61,12 @@ def variant(
     absent = [name for feature, name in _SWITCHED_BY.items() if feature not in features]
     if MASSES not in features:
         absent += _DEAD_WEIGHT
+    if COMPLIANCE in features:
+        model = PRINTED if SLIPS in features else PHYSICAL
+    elif DIAGONAL in features:
+        model = rigid_model("coupled" if COUPLING in features else "armature")
+    else:
+        model = rigid_model("carriers" if MASSES in features else "links")
     step, stride = grid
     settings = tuple(f"arm.joints.*.{name}=0.0" for name in absent)
     return Variant(
@@ -70,18 +74,10 @@ def variant(
         arm,
         phase="omega_t" if CLOCK in features else "angle",
         zeta=ZETA,
-        model=_model(features),
+        model=model,
         settings=(*settings, f"scenario.step_s={step!r}"),
         record_every=stride,
     )
-
-
-def _model(features: frozenset[str]) -> str:
-    if COMPLIANCE in features:
-        return PRINTED if SLIPS in features else PHYSICAL
-    if DIAGONAL in features:
-        return rigid_model("coupled" if COUPLING in features else "armature")
-    return rigid_model("carriers" if MASSES in features else "links")
 
 
 def rungs(order: tuple[str, ...]) -> Iterator[frozenset[str]]:
@@ -140,22 +136,19 @@ class Ladder:
 def climb(study: Study, scenario: str, arm: str, order: str, scale: Scale) -> Ladder:
     """Run a ladder at both steps. Raises Diverged."""
     chain = list(rungs(ORDERS[order]))
-    variants = {
-        grid: [scale.cut(variant(f, scenario, arm, grid)) for f in chain] for grid in (FINE, COARSE)
-    }
-    runs = study.runs(
-        [v for row in variants.values() for v in row], f"ladder {order}, {scenario}, {arm}", angles
+    fine, coarse = (
+        [scale.cut(variant(one, scenario, arm, grid)) for one in chain] for grid in (FINE, COARSE)
     )
-    fine, coarse = ([runs[v] for v in row] for row in variants.values())
-    geometry = variants[FINE][0].case().arm
-    parts = [contributions([_places(run, geometry) for run in row]) for row in (fine, coarse)]
-    time = fine[0]["time"].values
+    runs = study.runs([*fine, *coarse], f"ladder {order}, {scenario}, {arm}", angles)
+    geometry = fine[0].case().arm
+    # theta_1, theta_2 [rad] and the tip's x, y [m], (times, 4).
+    places = {
+        one: np.hstack([run["theta"].values, tip_position(run, geometry).values])
+        for one, run in runs.items()
+    }
+    parts = [contributions([places[one] for one in row]) for row in (fine, coarse)]
+    time = runs[fine[0]]["time"].values
     return Ladder(scenario, arm, order, RIGID_LEVELS[0], ORDERS[order], time, *parts)
-
-
-def _places(run: xr.Dataset, arm: Arm) -> np.ndarray:
-    """theta_1, theta_2 [rad] and the tip's x, y [m], shape (times, 4)."""
-    return np.hstack([run["theta"].values, tip_position(run, arm).values])
 
 
 def contributions(places: list[np.ndarray]) -> np.ndarray:
