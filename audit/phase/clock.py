@@ -16,9 +16,8 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.undefined import defined
-from crosscheck.audit.phase.runs.experiments import models_of, pd_run, shoulder_excess
-from crosscheck.audit.phase.runs.linear import base_motion
-from crosscheck.audit.phase.runs.plant import motion, plant_of
+from crosscheck.audit.phase.linear import base_motion
+from crosscheck.audit.phase.runs import models_of, motion, pd_run, plant_of, shoulder_excess
 from crosscheck.signals import envelope
 
 CLOCKS_S = (0.0, 1.0, 5.0, 20.0)

@@ -21,21 +21,11 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import Perturbed, TransientPd
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers
-from crosscheck.audit.measures.course import Course
-from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures import course, events, shares
 from crosscheck.audit.measures.third import Quantiles, Third, quantiles
 from crosscheck.audit.measures.thresholds import EVIDENT
 from crosscheck.audit.measures.undefined import defined
-from crosscheck.audit.phase.runs.experiments import (
-    CONTACT,
-    NO_ERROR,
-    Change,
-    models_of,
-    pd_run,
-    shoulder_excess,
-)
-from crosscheck.audit.phase.runs.plant import Continued, motion
+from crosscheck.audit.phase import runs
 
 QUIET_S = 0.45  # with dampers always at work all vibration but rounding is gone by then
 QUIET_ZETA = 0.01
@@ -47,7 +37,7 @@ LATE_S = (0.2, 0.7)  # after the handover: the rest of the third fluctuation
 
 
 # What is left out of the arm without tooth error.
-AS_IT_STANDS = Change("dampers in contact alone", (NO_ERROR,), (CONTACT,))
+AS_IT_STANDS = runs.Change("dampers in contact alone", (runs.NO_ERROR,), (runs.CONTACT,))
 ALWAYS = replace(AS_IT_STANDS, name="dampers always at work", settings=())
 PLAYED_BACK = replace(
     AS_IT_STANDS, name="no feedback: the rigid arm's torque played back", recorded=True
@@ -55,10 +45,10 @@ PLAYED_BACK = replace(
 STEADY = replace(
     AS_IT_STANDS,
     name="constant stiffness",
-    meshes=(NO_ERROR, "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0"),
+    meshes=(runs.NO_ERROR, "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0"),
 )
 TIGHT = replace(
-    AS_IT_STANDS, name="no backlash", meshes=(NO_ERROR, "arm.joints.*.*_mesh.backlash_m=0.0")
+    AS_IT_STANDS, name="no backlash", meshes=(runs.NO_ERROR, "arm.joints.*.*_mesh.backlash_m=0.0")
 )
 ABLATIONS = (AS_IT_STANDS, ALWAYS, PLAYED_BACK, STEADY, TIGHT)
 FLUTTERING = (
@@ -76,7 +66,7 @@ STILL = 0.1  # rad/s^2: a hundredth of what counts as a fluctuation
 class Ablated:
     """The third fluctuation without tooth error."""
 
-    ablation: Change
+    ablation: runs.Change
     zeta: float
     third: Third
 
@@ -94,12 +84,12 @@ class LaidToRest(Perturbed[list[float | None]]):
     duration_s: float
 
     def answer(self) -> list[float | None]:
-        before = motion(models_of(self.variant, self.seeds))
-        whole = replace(self.variant, duration_s=THIRD_S[1])
-        after = replace(whole, settings=(CONTACT,), duration_s=self.duration_s).case()
+        before = runs.motion(runs.models_of(self.variant, self.seeds))
+        whole = replace(self.variant, duration_s=events.THIRD_S[1])
+        after = replace(whole, settings=(runs.CONTACT,), duration_s=self.duration_s).case()
         states = zip(before.q[-1].T.copy(), before.v[-1].T.copy(), strict=True)
-        run = motion([Continued(after, q, v) for q, v in states], QUIET_S)
-        excess = shoulder_excess(whole, run.time, run.shoulder)
+        run = runs.motion([runs.Continued(after, q, v) for q, v in states], QUIET_S)
+        excess = runs.shoulder_excess(whole, run.time, run.shoulder)
         part = signals.window(run.elapsed, *LATE_S)
         return [defined(signals.amplitude(column)) for column in excess[part].T]
 
@@ -148,8 +138,8 @@ def dampers(study: Study, scale: Scale) -> Dampers:
     found = [Ablated(*pair, Third.of(Sample.of(one))) for pair, one in answers.items()]
     own = [one for one in found if one.ablation == AS_IT_STANDS]
     at_quiet = [one for one in found if one.zeta == QUIET_ZETA]
-    seconds = scale.seconds(THIRD_S[1] - QUIET_S)
-    quiet = pd_run(Cell(INTEGRAL, QUIET_ZETA), QUIET_S, NO_ERROR)
+    seconds = scale.seconds(events.THIRD_S[1] - QUIET_S)
+    quiet = runs.pd_run(Cell(INTEGRAL, QUIET_ZETA), QUIET_S, runs.NO_ERROR)
     (rest,) = study.answers([LaidToRest(quiet, scale.seeds, seconds)], "phase: laid to rest")
     fluttering = [one for one in found if one.ablation in FLUTTERING and one.zeta == FLUTTER_ZETA]
     return Dampers(own, at_quiet, quantiles(np.array(rest, dtype=float)), fluttering)
@@ -158,7 +148,7 @@ def dampers(study: Study, scale: Scale) -> Dampers:
 class TopSpeed(TransientPd):
     """Of either joint [rad/s], over the whole run."""
 
-    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
+    def numbers(self, run: course.Course, rigid: tuple[course.Course, ...]) -> Numbers:
         return {
             "top_rad_per_s": float(np.abs(run.theta_dot).max()),
             "asked_rad_per_s": float(np.abs(rigid[0].theta_dot).max()),
@@ -173,7 +163,7 @@ class Runaway:
     """
 
     law: Law
-    share: Share
+    share: shares.Share
     diverged: int
     top_rad_per_s: tuple[float, ...]
     calm_rad_per_s: float
@@ -204,7 +194,7 @@ def _runaway(law: Law, samples: Sequence[Sample]) -> Runaway:
     calm = top[top <= FAST_RAD_PER_S]
     return Runaway(
         law,
-        Share(int(fast.size) + diverged, int(top.size)),
+        shares.Share(int(fast.size) + diverged, int(top.size)),
         diverged,
         tuple(map(float, np.sort(fast))),
         float(calm.max()) if calm.size else np.nan,

@@ -16,20 +16,10 @@ from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import TransientPd
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import APART_M, Third, quantiles
-from crosscheck.audit.measures.thresholds import SEVERE
-from crosscheck.audit.measures.twosamples import (
-    SIGNIFICANT,
-    TwoTests,
-    least_p,
-    not_told_apart,
-    sizes_p,
-    two_tests,
-)
+from crosscheck.audit.measures import shares, third, thresholds, twosamples
 from crosscheck.audit.measures.undefined import all_of, quotient
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.phase.runs.experiments import integrated
+from crosscheck.audit.phase.runs import integrated
 
 ENGINE = "exudyn:tree"
 # Exudyn's starts: one costs some four seconds. At the third setting nearly all are severe.
@@ -68,30 +58,33 @@ class TwoModels:
     """One setting, planets free: the analytic model and the engine."""
 
     cell: Cell
-    analytic: Third
-    engine: Third
+    analytic: third.Third
+    engine: third.Third
 
     @cached_property
-    def tests(self) -> TwoTests:
+    def tests(self) -> twosamples.TwoTests:
         """Whether the models differ."""
-        return two_tests(self.analytic, self.engine)
+        return twosamples.two_tests(self.analytic, self.engine)
 
     @property
     def could_differ(self) -> bool:
         """Whether a test could tell samples of these sizes apart at all."""
-        return least_p(self.analytic.size.size, self.engine.size.size) < SIGNIFICANT
+        return (
+            twosamples.least_p(self.analytic.size.size, self.engine.size.size)
+            < twosamples.SIGNIFICANT
+        )
 
     @property
     def same(self) -> bool | None:
         """Whether no test tells them apart; None where so few starts never could be."""
         least = self.tests.least
-        return None if least is None or not self.could_differ else least >= SIGNIFICANT
+        return None if least is None or not self.could_differ else least >= twosamples.SIGNIFICANT
 
     @property
-    def parted(self) -> tuple[Share, Share]:
+    def parted(self) -> tuple[shares.Share, shares.Share]:
         """Starts whose planets part, of both models: what the size of rounding decides."""
         analytic, engine = (
-            Share(int((model.apart_m > APART_M).sum()), model.apart_m.size)
+            shares.Share(int((model.apart_m > third.APART_M).sum()), model.apart_m.size)
             for model in (self.analytic, self.engine)
         )
         return analytic, engine
@@ -100,17 +93,17 @@ class TwoModels:
     def parted_size_p(self) -> float | None:
         """Mann and Whitney's test of the sizes among starts whose planets part; None if few do."""
         one, other = (
-            model.size[(model.apart_m > APART_M) & np.isfinite(model.size)]
+            model.size[(model.apart_m > third.APART_M) & np.isfinite(model.size)]
             for model in (self.analytic, self.engine)
         )
-        return sizes_p(one, other) if min(one.size, other.size) >= FEWEST else None
+        return twosamples.sizes_p(one, other) if min(one.size, other.size) >= FEWEST else None
 
     @property
     def would_pass(self) -> tuple[int, int] | None:
         """The fewest and the most severe starts of the engine that its share's test would pass."""
         if self.analytic.share is None or self.engine.share is None:
             return None
-        return not_told_apart(self.analytic.share, self.engine.share.of)
+        return twosamples.not_told_apart(self.analytic.share, self.engine.share.of)
 
     @property
     def apart(self) -> list[Apart]:
@@ -123,7 +116,7 @@ class TwoModels:
             enough = min(one.starts, other.starts) >= FEWEST
             met = abs(difference) <= within if enough else None
             values = getattr(self.analytic, NUMBERS[name])[self.analytic.of_branch(severe)]
-            low, middle, high = quantiles(values)
+            low, middle, high = third.quantiles(values)
             scatter = quotient(high, middle) - quotient(low, middle)
             found.append(Apart(severe, name, here, there, difference, scatter, within, met))
         return found
@@ -145,7 +138,7 @@ class Engines:
     def supports(self) -> bool | None:
         """The engine has severe starts under `omega_t`, as the analytic model, none under angle."""
         quiet = [
-            None if not one.engine.sizes.size else bool(one.engine.sizes.max() <= SEVERE)
+            None if not one.engine.sizes.size else bool(one.engine.sizes.max() <= thresholds.SEVERE)
             for one in self.under_angle
         ]
         severe = [one.engine.branch(severe=True).starts for one in self.compared]
@@ -159,13 +152,13 @@ def engines(material: Material) -> Engines:
     under_angle = dict.fromkeys(map(integrated, UNDER_ANGLE), STARTS_UNDER_ANGLE)
     counts = COMPARED | under_angle
     analytic = material.samples([(cell, PD) for cell in counts], "phase: analytic starts")
-    own = {cell: Third.of(analytic[cell, PD]) for cell in counts}
+    own = {cell: third.Third.of(analytic[cell, PD]) for cell in counts}
     other = _engine(material.study, material.scale, counts)
     both = {cell: TwoModels(cell, own[cell], other[cell]) for cell in counts}
     return Engines([both[cell] for cell in COMPARED], [both[cell] for cell in under_angle])
 
 
-def _engine(study: Study, scale: Scale, counts: Mapping[Cell, int]) -> dict[Cell, Third]:
+def _engine(study: Study, scale: Scale, counts: Mapping[Cell, int]) -> dict[Cell, third.Third]:
     """Of so many starts, a question for every one, so that tasks stay short."""
     asked = {}
     for cell, count in counts.items():
@@ -174,6 +167,6 @@ def _engine(study: Study, scale: Scale, counts: Mapping[Cell, int]) -> dict[Cell
             asked[cell, seed] = TransientPd(scale.cut(run), (seed,))
     samples = {key: Sample.of(one) for key, one in study.answered(asked, "phase: Exudyn").items()}
     return {
-        cell: Third.of(*(one for (own, _), one in samples.items() if own == cell))
+        cell: third.Third.of(*(one for (own, _), one in samples.items() if own == cell))
         for cell in counts
     }

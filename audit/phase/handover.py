@@ -13,13 +13,17 @@ from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.shares import Share, share_of
-from crosscheck.audit.measures.third import Quantiles, quantiles
-from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.measures import events, shares, third, thresholds
 from crosscheck.audit.phase.clock import SignalEnvelope
-from crosscheck.audit.phase.runs.experiments import NO_ERROR, models_of, pd_run, shoulder_excess
-from crosscheck.audit.phase.runs.plant import Continued, RecordedMotion, motion
+from crosscheck.audit.phase.runs import (
+    NO_ERROR,
+    Continued,
+    RecordedMotion,
+    models_of,
+    motion,
+    pd_run,
+    shoulder_excess,
+)
 
 # At the smallest damping the controller itself flutters; with the paper's ring rate few starts are
 # severe, with the other all.
@@ -94,12 +98,12 @@ class Handover(Perturbed[HandedOver]):
         run = motion(models_of(self.variant, self.seeds))
         excess = self._excess(run)
         sound = np.isfinite(excess).all(axis=0)
-        part, size = signals.window(run.time, *THIRD_S), np.where(sound, np.abs(excess), 0.0)
+        part, size = signals.window(run.time, *events.THIRD_S), np.where(sound, np.abs(excess), 0.0)
         # Severe starts, and at which record each is largest.
         peaks = {
             start: part.start + int(np.argmax(size[part, start]))
             for start in range(sound.size)
-            if part.stop > part.start and size[part, start].max() > SEVERE
+            if part.stop > part.start and size[part, start].max() > thresholds.SEVERE
         }
         runs = [
             [self._continued(run, start, peak, heir) for start, peak in peaks.items()]
@@ -132,7 +136,7 @@ class Handover(Perturbed[HandedOver]):
 
     def _excess(self, run: RecordedMotion) -> np.ndarray:
         """(times, members), against the rigid arm in the whole experiment."""
-        whole = replace(self.variant, duration_s=THIRD_S[1] + AFTER_S)
+        whole = replace(self.variant, duration_s=events.THIRD_S[1] + AFTER_S)
         return shoulder_excess(whole, run.time, run.shoulder)
 
 
@@ -142,10 +146,10 @@ class Fate(NamedTuple):
     cell: Cell
     heir: Heir
     asked: int
-    before: Quantiles
-    soon: Quantiles
-    late: Quantiles
-    dying: Share | None
+    before: third.Quantiles
+    soon: third.Quantiles
+    late: third.Quantiles
+    dying: shares.Share | None
 
     @property
     def all_die(self) -> bool:
@@ -174,14 +178,14 @@ class Handovers:
 
 def handover(study: Study, scale: Scale) -> Handovers:
     """The states at the height of the vibration, continued under each law."""
-    third_s, after_s = scale.seconds(THIRD_S[1]), scale.seconds(AFTER_S)
+    third_s, after_s = scale.seconds(events.THIRD_S[1]), scale.seconds(AFTER_S)
     asked = {cell: Handover(pd_run(cell, third_s), scale.seeds, cell, after_s) for cell in CELLS}
     found = study.answered(asked, "phase: handover")
     fates = []
     for cell, one in found.items():
         for heir, left in zip(HEIRS, one.left, strict=True):
             numbers = np.array(left, dtype=float).reshape(-1, len(WINDOWS_S))
-            before, soon, late = map(quantiles, numbers.T)
-            dying = share_of(each.dies for each in left)
+            before, soon, late = map(third.quantiles, numbers.T)
+            dying = shares.share_of(each.dies for each in left)
             fates.append(Fate(cell, heir, one.asked, before, soon, late, dying))
     return Handovers(fates, found[SHOWN])

@@ -20,8 +20,7 @@ from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.twosamples import WithAndWithout
 from crosscheck.audit.measures.undefined import defined
-from crosscheck.audit.phase.runs import experiments, linear
-from crosscheck.audit.phase.runs.plant import Continued, Plant, motion, plant_of
+from crosscheck.audit.phase import linear, runs
 from crosscheck.models.experiment.drive import CONSTANT
 
 DURATION_S = THIRD_S[1]
@@ -33,21 +32,21 @@ QUARTERS = (0.5, 1.0)  # of pi: ring mesh against sun mesh; even z_p suggests pi
 
 D_UNKNOWN, FLUTTER, PLANETS, FULL = "D is unknown", "PD flutter", "teeth out of phase", "Eq. 11"
 BY_OBJECTION = {
-    "none": [experiments.Change("as it stands")],
+    "none": [runs.Change("as it stands")],
     D_UNKNOWN: [
-        experiments.Change("sun mesh 2 times, ring mesh 0.2 times", damping=(2.0, 0.2)),
-        experiments.Change("sun mesh 0.2 times, ring mesh 2 times", damping=(0.2, 2.0)),
-        experiments.Change("dampers in contact alone", settings=(experiments.CONTACT,)),
+        runs.Change("sun mesh 2 times, ring mesh 0.2 times", damping=(2.0, 0.2)),
+        runs.Change("sun mesh 0.2 times, ring mesh 2 times", damping=(0.2, 2.0)),
+        runs.Change("dampers in contact alone", settings=(runs.CONTACT,)),
     ],
-    FLUTTER: [experiments.Change("the rigid arm's torque played back, no feedback", recorded=True)],
+    FLUTTER: [runs.Change("the rigid arm's torque played back, no feedback", recorded=True)],
     PLANETS: [
-        experiments.Change(
+        runs.Change(
             f"ring meshes shifted by {x:g} π", (f"arm.joints.*.ring_mesh.phase_rad={x * np.pi!r}",)
         )
         for x in QUARTERS
     ],
 }
-IN_FULL = experiments.Change("phases from Eq. 11 in full, planets alike")
+IN_FULL = runs.Change("phases from Eq. 11 in full, planets alike")
 
 
 @dataclass(frozen=True)
@@ -62,13 +61,13 @@ class InFull(Perturbed[list[float | None]]):
         return 4.0 * len(self.seeds)
 
     def answer(self) -> list[float | None]:
-        case, models = self.variant.case(), experiments.models_of(self.variant, self.seeds)
-        full = [plant_of(model, full_rate=True).equations for model in models]
+        case, models = self.variant.case(), runs.models_of(self.variant, self.seeds)
+        full = [runs.plant_of(model, full_rate=True).equations for model in models]
         starts = [model.start() for model in models]
-        run = motion([Continued(case, *x, one) for x, one in zip(starts, full, strict=True)])
-        excess = experiments.shoulder_excess(
-            replace(self.variant, settings=()), run.time, run.shoulder
+        run = runs.motion(
+            [runs.Continued(case, *x, one) for x, one in zip(starts, full, strict=True)]
         )
+        excess = runs.shoulder_excess(replace(self.variant, settings=()), run.time, run.shoulder)
         part = signals.window(run.time, *THIRD_S)
         return [
             defined(signals.amplitude(one[part])) if np.isfinite(one).all() else None
@@ -81,7 +80,7 @@ class Objected(WithAndWithout):
     """With something changed that a referee would change."""
 
     objection: str
-    change: experiments.Change
+    change: runs.Change
     cell: Cell
 
 
@@ -110,20 +109,24 @@ class RateGrowth(Question[Rates]):
 
     def variant(self, *meshes: str) -> Variant:
         """Planets alike: differences between them are another equation's."""
-        return replace(experiments.pd_run(self.cell, self.duration_s, *meshes), planets="lumped")
+        return replace(runs.pd_run(self.cell, self.duration_s, *meshes), planets="lumped")
 
     def records(self) -> Records:
         return self.variant().case()
 
     def answer(self) -> Rates:
-        (model,) = experiments.models_of(self.variant(), (0,))
-        (bare,) = experiments.models_of(self.variant(experiments.NO_ERROR), (0,))
-        plain, full, no_error = plant_of(model), plant_of(model, full_rate=True), plant_of(bare)
+        (model,) = runs.models_of(self.variant(), (0,))
+        (bare,) = runs.models_of(self.variant(runs.NO_ERROR), (0,))
+        plain, full, no_error = (
+            runs.plant_of(model),
+            runs.plant_of(model, full_rate=True),
+            runs.plant_of(bare),
+        )
         free = plain.changed(drive=plain.drive._replace(code=CONSTANT))
         still = plain.changed(gears=plain.gears._replace(k_a=np.zeros_like(plain.gears.k_a)))
         return Rates(*map(self._largest, (plain, free, full, no_error, still)))
 
-    def _largest(self, plant: Plant) -> float | None:
+    def _largest(self, plant: runs.Plant) -> float | None:
         base = linear.base_motion(self.variant().case(), plant, THIRD_EVERY)
         growth = linear.mesh_modes(plant, base).largest[base.time >= THIRD_S[0]]
         return float(growth.max()) if growth.size else None
@@ -151,8 +154,8 @@ class Objections:
 
 def objections(study: Study, scale: Scale) -> Objections:
     """Runs for every objection, with and without tooth error, under both laws."""
-    cells = [cell for one in experiments.DECISIVE for cell in (one, experiments.integrated(one))]
-    meshes = ((), (experiments.NO_ERROR,))  # with tooth error and without
+    cells = [cell for one in runs.DECISIVE for cell in (one, runs.integrated(one))]
+    meshes = ((), (runs.NO_ERROR,))  # with tooth error and without
     changes = [(name, change) for name, some in BY_OBJECTION.items() for change in some]
     asked = {
         (change, cell, more): change.question(cell, scale, *more)
@@ -165,9 +168,7 @@ def objections(study: Study, scale: Scale) -> Objections:
     seeds, seconds = scale.seeds[: scale.starts(FULL_STARTS)], scale.seconds(DURATION_S)
     in_full = {
         (IN_FULL, cell, more): InFull(
-            replace(
-                experiments.pd_run(cell, seconds, *more), planets="lumped", settings=(FULL_STEP,)
-            ),
+            replace(runs.pd_run(cell, seconds, *more), planets="lumped", settings=(FULL_STEP,)),
             seeds,
         )
         for cell in cells
@@ -183,10 +184,10 @@ def objections(study: Study, scale: Scale) -> Objections:
             change,
             cell,
             third=third[change, cell, ()],
-            without=third[change, cell, (experiments.NO_ERROR,)],
+            without=third[change, cell, (runs.NO_ERROR,)],
         )
         for name, change in (*changes, (FULL, IN_FULL))
         for cell in cells
     ]
-    growth = {cell: RateGrowth(cell, seconds) for cell in experiments.DECISIVE}
+    growth = {cell: RateGrowth(cell, seconds) for cell in runs.DECISIVE}
     return Objections(objected, study.answered(growth, "phase: growth rates"))

@@ -15,9 +15,8 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.stage import with_steady_stiffness
 from crosscheck.audit.measures.undefined import defined
-from crosscheck.audit.phase.runs.experiments import RIGID_STEP_S
-from crosscheck.audit.phase.runs.linear import linear_step
-from crosscheck.audit.phase.runs.plant import Plant, motion, plant_of, rigid_motion
+from crosscheck.audit.phase.linear import linear_step
+from crosscheck.audit.phase.runs import RIGID_STEP_S, Plant, motion, plant_of, rigid_motion
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive
 from crosscheck.models.loading import Case, load_case

@@ -21,11 +21,10 @@ from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.shares import Share, share_of
 from crosscheck.audit.measures.undefined import quotient
+from crosscheck.audit.phase import linear, runs
 from crosscheck.audit.phase.clock import SignalEnvelope
-from crosscheck.audit.phase.runs import experiments, linear
-from crosscheck.audit.phase.runs.plant import motion, plant_of
 
-CELLS = tuple(cell for one in experiments.DECISIVE for cell in (one, experiments.integrated(one)))
+CELLS = tuple(cell for one in runs.DECISIVE for cell in (one, runs.integrated(one)))
 DURATION_S = THIRD_S[1]
 BEGIN_S = 0.45  # after the teeth have changed sides; from here on contact is assumed
 BETWEEN_MODES_HZ = 3000.0  # each joint has a mesh mode below and one above
@@ -115,11 +114,11 @@ class Linearisation(Perturbed[Linearised]):
 
     def answer(self) -> Linearised:
         case = replace(self.variant, planets="lumped").case()
-        plant = plant_of(PhysicalModel(*case))
+        plant = runs.plant_of(PhysicalModel(*case))
         base = linear.base_motion(case, plant, self.every)
         modes = linear.mesh_modes(plant, base)
         unstable = linear.unstable_intervals(base.time, modes, WORTH_TELLING)
-        run = motion(experiments.models_of(self.variant, self.seeds))
+        run = runs.motion(runs.models_of(self.variant, self.seeds))
         followed = [_follow(base, modes, run.time, one) for one in run.shoulder.T]
         (_, simulated, predicted), thin = followed[0], max(1, base.time.size // DRAWN)
         largest, part = None, signals.window(base.time, *THIRD_S)
@@ -153,7 +152,7 @@ def _follow(
     """
     part, seen = (
         signals.window(x, BEGIN_S, end)
-        for x, end in ((base.time, DURATION_S), (time, DURATION_S - experiments.FILTER_EDGE_S))
+        for x, end in ((base.time, DURATION_S), (time, DURATION_S - runs.FILTER_EDGE_S))
     )
     ahead, simulated = base.time[part], vibration_envelope(time, shoulder)
     fast = modes.frequency.mean(axis=0) > BETWEEN_MODES_HZ
@@ -169,16 +168,16 @@ def _follow(
 
 
 def vibration_envelope(
-    time: np.ndarray, values: np.ndarray, above_hz: float = experiments.HIGH_PASS_HZ
+    time: np.ndarray, values: np.ndarray, above_hz: float = runs.HIGH_PASS_HZ
 ) -> np.ndarray:
     """Running maximum, over 4 ms, of the magnitude of a signal's fast part, (times,)."""
     size = round(ENVELOPE_S / (time[1] - time[0]))
-    return maximum_filter1d(np.abs(experiments.vibration(time, values, above_hz)), size)
+    return maximum_filter1d(np.abs(runs.vibration(time, values, above_hz)), size)
 
 
 def _onset(time: np.ndarray, values: np.ndarray) -> float | None:
     """First time [s] from 0.5 s on at which a vibration counts as begun."""
-    part = signals.window(time, THIRD_S[0], DURATION_S - experiments.FILTER_EDGE_S)
+    part = signals.window(time, THIRD_S[0], DURATION_S - runs.FILTER_EDGE_S)
     return signals.first_above(time[part], values[part], ONSET_RAD_PER_S2)
 
 
@@ -216,9 +215,8 @@ class Stability:
 def stability(study: Study, scale: Scale) -> Stability:
     """Growth rates against time under both laws; predicted and simulated onset."""
     every, seeds = (QUICK_EVERY if scale.quick else EVERY), scale.seeds[: scale.starts(STARTS)]
-    runs = {
-        cell: replace(experiments.pd_run(cell, scale.seconds(DURATION_S)), record_every=RUNS_EVERY)
-        for cell in CELLS
-    }
-    asked = {cell: Linearisation(one, seeds, every) for cell, one in runs.items()}
+    asked = {}
+    for cell in CELLS:
+        variant = replace(runs.pd_run(cell, scale.seconds(DURATION_S)), record_every=RUNS_EVERY)
+        asked[cell] = Linearisation(variant, seeds, every)
     return Stability(study.answered(asked, "phase: stability"))

@@ -25,7 +25,7 @@ from crosscheck.analytic.paper.mesh_force import in_contact
 from crosscheck.analytic.paper.mesh_frequency import mesh_phase
 from crosscheck.analytic.paper.stiffness import stiffness
 from crosscheck.analytic.paper.tooth_error import whole_error
-from crosscheck.audit.phase.runs.linear import linear_step
+from crosscheck.audit.phase.linear import linear_step
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.trajectory import recorded_times
 

@@ -18,8 +18,7 @@ from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import APART_M, Quantiles, quantiles
 from crosscheck.audit.measures.undefined import defined, extreme
-from crosscheck.audit.phase.runs.experiments import models_of, pd_run
-from crosscheck.audit.phase.runs.plant import motion
+from crosscheck.audit.phase.runs import models_of, motion, pd_run
 from crosscheck.audit.planets.hill import Differences, FollowedPlanets, followed, stages_of
 from crosscheck.models.loading import Case
 

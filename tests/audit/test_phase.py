@@ -42,6 +42,14 @@ from crosscheck.audit.phase.dampers import (
 )
 from crosscheck.audit.phase.engines import WITHIN, Engines, TwoModels
 from crosscheck.audit.phase.handover import DEAD, ERROR_FREE, INTEGRATED, Fate, Handovers, Left
+from crosscheck.audit.phase.linear import (
+    Modes,
+    base_motion,
+    jacobian_error,
+    mesh_modes,
+    predicted_amplitude,
+    unstable_intervals,
+)
 from crosscheck.audit.phase.maps import (
     FOUR,
     Mapped,
@@ -61,16 +69,16 @@ from crosscheck.audit.phase.resonance import (
     StageModes,
     tongues,
 )
-from crosscheck.audit.phase.runs.experiments import Changed, models_of, pd_run, vibration
-from crosscheck.audit.phase.runs.linear import (
-    Modes,
-    base_motion,
-    jacobian_error,
-    mesh_modes,
-    predicted_amplitude,
-    unstable_intervals,
+from crosscheck.audit.phase.runs import (
+    Changed,
+    Continued,
+    models_of,
+    motion,
+    neglected_weights,
+    pd_run,
+    plant_of,
+    vibration,
 )
-from crosscheck.audit.phase.runs.plant import Continued, motion, neglected_weights, plant_of
 from crosscheck.audit.phase.stability import ONSET_WITHIN, Begun
 
 SHORT = Variant(zeta=0.02, phase="omega_t", ring_rate="corrected", duration_s=0.02)

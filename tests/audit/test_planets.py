@@ -14,7 +14,7 @@ from crosscheck.audit.experiments.cells import LAWS, PRINTED, Cell
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.third import APART_M, Third
-from crosscheck.audit.phase.runs.experiments import pd_run
+from crosscheck.audit.phase.runs import pd_run
 from crosscheck.audit.planets import hill, parting
 from crosscheck.audit.planets.parting import (
     PREDICTED,

@@ -27,8 +27,7 @@ from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.shares import Share, share_of
 from crosscheck.audit.measures.undefined import finite
-from crosscheck.audit.phase.runs.experiments import models_of, with_torque
-from crosscheck.audit.phase.runs.plant import Continued
+from crosscheck.audit.phase.runs import Continued, models_of, with_torque
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.loading import Case
 

@@ -30,7 +30,7 @@ from crosscheck.audit.phase import (
     stability,
 )
 from crosscheck.audit.phase.page import tables, views
-from crosscheck.audit.phase.runs.experiments import HIGH_PASS_HZ
+from crosscheck.audit.phase.runs import HIGH_PASS_HZ
 from crosscheck.models.loading import load_arm
 
 PRESENT = (State.YES, State.BISTABLE)

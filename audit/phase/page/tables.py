@@ -13,8 +13,8 @@ from crosscheck.audit.measures.thresholds import EVIDENT
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.phase import dampers, engines, handover, maps, objections, stability
 from crosscheck.audit.phase.clock import Delayed
+from crosscheck.audit.phase.linear import Interval
 from crosscheck.audit.phase.resonance import FloquetRates, Peak
-from crosscheck.audit.phase.runs.linear import Interval
 
 Row = TypeVar("Row")
 VISIBLE_TITLE = f"raised above {EVIDENT:g} rad/s² by E"

@@ -15,7 +15,7 @@ from crosscheck.audit.phase.clock import RUN_WINDOW_S, Clocks, SignalEnvelope
 from crosscheck.audit.phase.handover import HEIRS, HandedOver
 from crosscheck.audit.phase.maps import BACKLASH_ZETAS, BACKLASHES_UM, FOUR, Maps
 from crosscheck.audit.phase.resonance import SPEEDS, Resonance
-from crosscheck.audit.phase.runs.experiments import DECISIVE, integrated
+from crosscheck.audit.phase.runs import DECISIVE, integrated
 from crosscheck.audit.phase.stability import Stability
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import KILO, legend, log_y, new_figure, not_reached, to_svg

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from crosscheck.analytic.derivation.terms import Terms
-from crosscheck.audit.phase.runs.plant import Plant, rigid_motion
+from crosscheck.audit.phase.runs import Plant, rigid_motion
 from crosscheck.models.experiment.drive import PD
 from crosscheck.models.loading import Case
 
