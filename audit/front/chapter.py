@@ -18,8 +18,8 @@ from crosscheck.audit.figures.runs import LOW_ZETA
 from crosscheck.audit.figures.views import LAW_COLOURS, same_scale
 from crosscheck.audit.hypotheses.accumulation import largest, shaken, verdict
 from crosscheck.audit.hypotheses.damping_fit import reversals
-from crosscheck.audit.hypotheses.evidence.attribution import LadderVerdict, RigidResidual
 from crosscheck.audit.hypotheses.evidence.linear_limits import cured_at_the_sun, survey
+from crosscheck.audit.hypotheses.evidence.rungs import LadderVerdict, RigidResidual
 from crosscheck.audit.hypotheses.evidence.shaking import DRIVES
 from crosscheck.audit.hypotheses.ladder import Climbed, climbed
 from crosscheck.audit.hypotheses.ladder import baselines as rigid_baselines

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from crosscheck.audit.claims.catalogue import BY_ID
 from crosscheck.audit.claims.rule import Claim
 from crosscheck.audit.experiments.cells import READINGS
-from crosscheck.audit.hypotheses.evidence import attribution, rungs
+from crosscheck.audit.hypotheses.evidence import rungs
 from crosscheck.audit.hypotheses.words import GROUPS, LEVELS, RUNGS, SCENARIOS, SYMBOLS
 from crosscheck.audit.measures.undefined import JsonObject, recorded, word
 from crosscheck.audit.page.chapter import AuditChapter
@@ -27,13 +27,13 @@ ID, TITLE = "ladder", "What separates the rigid arm from the detailed one (H2)"
 # prints numbers.
 FIRST_READING = next(iter(READINGS))
 CLIMBS = (
-    *((attribution.TORQUE, arm, "A") for arm in READINGS),
+    *((rungs.TORQUE, arm, "A") for arm in READINGS),
     ("pd", FIRST_READING, "A"),
     *((scenario, FIRST_READING, "B") for scenario in SCENARIOS),
 )
 QUICK_CLIMBS = CLIMBS[:1]
 # A rung, and its parts of the deviations by quantity.
-Line = tuple[str, dict[str, attribution.LevelPart]]
+Line = tuple[str, dict[str, rungs.LevelPart]]
 MILLI = 1e3
 _SMALLEST = 1e-13  # a contribution of rounding size still gets a mark
 
@@ -42,26 +42,26 @@ class Climbed(NamedTuple):
     """levels: what every baseline leaves; whole: all of every ladder; verdict: of both."""
 
     ladders: list[rungs.Ladder]
-    levels: list[attribution.Deviation]
-    whole: list[attribution.Deviation]
-    left: list[attribution.RigidResidual]
-    verdict: attribution.LadderVerdict
+    levels: list[rungs.Deviation]
+    whole: list[rungs.Deviation]
+    left: list[rungs.RigidResidual]
+    verdict: rungs.LadderVerdict
 
 
 def claims() -> dict[str, Claim]:
     """The paper's three numbers, by quantity."""
-    return {quantity: BY_ID[name] for quantity, name in attribution.CLAIMS.items()}
+    return {quantity: BY_ID[name] for quantity, name in rungs.CLAIMS.items()}
 
 
 def climbed(material: Material) -> Climbed:
     """All ladders; quick: constant torque in one order, labelled reading."""
     climbs = QUICK_CLIMBS if material.scale.quick else CLIMBS
     ladders = [rungs.climb(material.study, *which, material.scale) for which in climbs]
-    levels = attribution.by_level(ladder for ladder in ladders if ladder.order == "A")
-    whole = [one for ladder in ladders for one in attribution.deviations(ladder)]
+    levels = rungs.by_level(ladder for ladder in ladders if ladder.order == "A")
+    whole = [one for ladder in ladders for one in rungs.deviations(ladder)]
     stated = claims()
-    verdict = attribution.ladder_verdict(levels, whole, stated["theta_2"].limits)
-    return Climbed(ladders, levels, whole, attribution.left(levels, stated), verdict)
+    verdict = rungs.ladder_verdict(levels, whole, stated["theta_2"].limits)
+    return Climbed(ladders, levels, whole, rungs.left(levels, stated), verdict)
 
 
 def chapter(material: Material) -> AuditChapter:
@@ -127,7 +127,7 @@ def _scenario(ladders: Sequence[rungs.Ladder], name: str) -> dict[str, object] |
 
 
 def _lines(ladder: rungs.Ladder, instant: str) -> list[Line]:
-    at = [one for one in attribution.deviations(ladder) if one.instant == instant]
+    at = [one for one in rungs.deviations(ladder) if one.instant == instant]
     parts = zip(*(one.rungs for one in at), strict=True)
     return [
         (name, dict(zip(rungs.QUANTITIES, some, strict=True)))
@@ -160,11 +160,11 @@ def _rung_columns(ladder: rungs.Ladder, instant: str = "") -> Columns[Line]:
     )
 
 
-def _share(group: str) -> Callable[[attribution.Deviation], float]:
+def _share(group: str) -> Callable[[rungs.Deviation], float]:
     return lambda one: 100 * one.shares[group]
 
 
-SHARES = Columns[attribution.Deviation](
+SHARES = Columns[rungs.Deviation](
     "ladder/{0.where}/{0.quantity}",
     [
         TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
@@ -186,7 +186,7 @@ SHARES = Columns[attribution.Deviation](
 )
 
 
-def _left_of(name: str, unit: str) -> tuple[TableColumn[attribution.RigidResidual], ...]:
+def _left_of(name: str, unit: str) -> tuple[TableColumn[rungs.RigidResidual], ...]:
     """A quantity's two columns."""
     title = f"left of {SYMBOLS[name]} [{unit}]"
     return (
@@ -195,11 +195,11 @@ def _left_of(name: str, unit: str) -> tuple[TableColumn[attribution.RigidResidua
     )
 
 
-def _span(group: str) -> Callable[[attribution.RigidResidual], tuple[float, ...]]:
+def _span(group: str) -> Callable[[rungs.RigidResidual], tuple[float, ...]]:
     return lambda one: tuple(100 * end for end in one.span(group))
 
 
-LEFT = Columns[attribution.RigidResidual](
+LEFT = Columns[rungs.RigidResidual](
     "{0.id}",
     [
         TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
@@ -213,11 +213,11 @@ LEFT = Columns[attribution.RigidResidual](
 )
 
 
-def baselines(found: Sequence[attribution.RigidResidual]) -> str:
+def baselines(found: Sequence[rungs.RigidResidual]) -> str:
     """The size of what every baseline leaves, beside what the paper says, as svg."""
     limits = {name: claim.limits for name, claim in claims().items()}
     figure, grid = new_figure(1, len(rungs.QUANTITIES), 2.6)
-    for axes, (name, factor) in zip(grid[0], attribution.IN_UNIT_OF_CLAIM.items(), strict=True):
+    for axes, (name, factor) in zip(grid[0], rungs.IN_UNIT_OF_CLAIM.items(), strict=True):
         axes.axvspan(limits[name].low, limits[name].high, color="#999999", alpha=0.3, label="paper")
         for arm, marker, colour in zip(READINGS, "os", COLOURS, strict=False):
             mine = [one for one in found if one.arm == arm]
