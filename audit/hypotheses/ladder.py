@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from crosscheck.audit.claims.catalogue import BY_ID
 from crosscheck.audit.claims.rule import Claim
@@ -234,49 +233,31 @@ def baselines(found: Sequence[rungs.RigidResidual]) -> str:
 def waterfall(ladders: list[rungs.Ladder]) -> str:
     """Above, the first order's contributions stacked; below, the sizes of every order's.
 
-    Each column at the time of its own largest deviation.
+    Each column at the time of its own largest deviation. Bars begin where the one above ended, the
+    total is a line; numerical uncertainties are grey crosses.
     """
     figure, grid = new_figure(2, len(rungs.QUANTITIES), 3.0)
-    names = ladders[0].names
+    first, names = ladders[0], ladders[0].names
+    rows = np.arange(len(names))
     for quantity, (name, unit) in enumerate(rungs.QUANTITIES.items()):
-        index = ladders[0].largest(quantity)
-        _stack(grid[0, quantity], MILLI * ladders[0].fine[:, index, quantity])
-        grid[0, quantity].set(
-            xlabel=f"{SYMBOLS[name]} [m{unit}]",
-            title=f"at t = {ladders[0].time[index]:.3f} s, order A",
-            yticks=[],
-        )
+        above, below = grid[:, quantity]
+        index = first.largest(quantity)
+        steps = MILLI * first.fine[:, index, quantity]
+        ends, colours = np.cumsum(steps), [COLOURS[0] if s >= 0 else COLOURS[1] for s in steps]
+        above.barh(rows, steps, left=ends - steps, color=colours)
+        above.vlines(ends, rows - 0.4, rows + 1.4, color="k", lw=0.6)
+        above.set(xlabel=f"{SYMBOLS[name]} [m{unit}]", yticks=[], ylim=(len(names) - 0.4, -0.6),
+                  title=f"at t = {first.time[index]:.3f} s, order A")  # fmt: skip
         for ladder, marker, colour in zip(ladders, "os", COLOURS, strict=False):
-            _sizes(grid[1, quantity], ladder, names, quantity, marker, colour)
-        grid[1, quantity].set(xlabel=f"|contribution to {SYMBOLS[name]}| [{unit}]", yticks=[])
+            at = ladder.largest(quantity)
+            own = [names.index(rung) for rung in ladder.names]
+            size = np.maximum(np.abs(ladder.fine[:, at, quantity]), _SMALLEST)
+            doubt = np.maximum(ladder.uncertainty[:, at, quantity], _SMALLEST)
+            below.plot(size, own, marker, color=colour, label=f"order {ladder.order}", ms=4)
+            below.plot(doubt, own, "x", color="#999999", ms=3, label="numerical uncertainty")
+        below.set(xscale="log", ylim=(len(names) - 0.4, -0.6), yticks=[],
+                  xlabel=f"|contribution to {SYMBOLS[name]}| [{unit}]")  # fmt: skip
     for axes in grid[:, 0]:
-        axes.set_yticks(range(len(names)), [RUNGS[name] for name in names])
+        axes.set_yticks(rows, [RUNGS[name] for name in names])
     legend(figure, grid[1, 0])
     return to_svg(figure)
-
-
-def _stack(axes: Axes, steps: np.ndarray) -> None:
-    """Bars, each from where the one above it ended; the total as a line."""
-    rows = np.arange(steps.size)
-    before = np.cumsum(steps) - steps
-    axes.barh(rows, steps, left=before, color=[COLOURS[0] if s >= 0 else COLOURS[1] for s in steps])
-    axes.vlines(np.cumsum(steps), rows - 0.4, rows + 1.4, color="k", lw=0.6)
-    axes.set_ylim(steps.size - 0.4, -0.6)
-
-
-def _sizes(
-    axes: Axes,
-    ladder: rungs.Ladder,
-    names: tuple[str, ...],
-    quantity: int,
-    marker: str,
-    colour: str,
-) -> None:
-    """Each rung's magnitude as a mark, its numerical uncertainty as a grey cross."""
-    index = ladder.largest(quantity)
-    rows = [names.index(name) for name in ladder.names]
-    size = np.maximum(np.abs(ladder.fine[:, index, quantity]), _SMALLEST)
-    doubt = np.maximum(ladder.uncertainty[:, index, quantity], _SMALLEST)
-    axes.plot(size, rows, marker, color=colour, label=f"order {ladder.order}", ms=4)
-    axes.plot(doubt, rows, "x", color="#999999", ms=3, label="numerical uncertainty")
-    axes.set(xscale="log", ylim=(len(names) - 0.4, -0.6))

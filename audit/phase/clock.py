@@ -82,7 +82,17 @@ class ClockTest(Question[list[Delayed]]):
         return self.run.case()
 
     def answer(self) -> list[Delayed]:
-        time, forces = self._forces()
+        # The controlled arm's own motion under this law from clock 0, without vibration: teeth are
+        # pressed in as it needs, all planets of a stage alike. Damping is no part of it.
+        lumped = Variant(
+            phase=self.law.phase, ring_rate=self.law.ring_rate, duration_s=self.motion_s
+        )
+        plant = plant_of(PhysicalModel(*lumped.case()))
+        along = base_motion(lumped.case(), plant, EVERY)
+        forces = []  # elastic, per planet [N], (times, meshes), by clock
+        for clock in CLOCKS_S:
+            states = zip(along.time + clock, along.q, along.v, strict=True)
+            forces.append(np.array([plant.states.at(*state).mesh_forces for state in states]))
         models = models_of(self.run, self.seeds)
         runs = [motion(models, clock) for clock in CLOCKS_S]
         excess = [
@@ -98,29 +108,11 @@ class ClockTest(Question[list[Delayed]]):
                 largest_force_N=float(np.abs(forces[0]).max()),
                 vibration_rad_per_s2=tuple(defined(signals.amplitude(x)) for x in left.T),
                 same=bool(np.array_equal(run.shoulder, runs[0].shoulder)),
-                force_N=SignalEnvelope.of(time, force[:, 0]),
+                force_N=SignalEnvelope.of(along.time, force[:, 0]),
                 shoulder=SignalEnvelope.of(run.elapsed, run.shoulder[:, 0]),
             )
             for clock, force, run, left in zip(CLOCKS_S, forces, runs, excess, strict=True)
         ]
-
-    def _forces(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Time of the motion; elastic force per planet [N], (times, meshes), by clock.
-
-        The controlled arm's own under this law from clock 0, without vibration: teeth are pressed
-        in as it needs, all planets of a stage alike. Damping is no part of it.
-        """
-        lumped = Variant(
-            phase=self.law.phase, ring_rate=self.law.ring_rate, duration_s=self.motion_s
-        )
-        case = lumped.case()
-        plant = plant_of(PhysicalModel(*case))
-        along = base_motion(case, plant, EVERY)
-        found = []
-        for clock in CLOCKS_S:
-            states = zip(along.time + clock, along.q, along.v, strict=True)
-            found.append(np.array([plant.states.at(*state).mesh_forces for state in states]))
-        return along.time, found
 
 
 @dataclass(frozen=True)

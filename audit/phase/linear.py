@@ -42,23 +42,15 @@ def base_motion(case: Case, plant: Plant, every: int) -> Base:
     q, v, a = (np.zeros((time.size, n)) for _ in range(3))
     for state, name in ((q, "theta"), (v, "theta_dot"), (a, "theta_ddot")):
         state[:, plant.terms.theta] = rigid[name].values
-    force = np.array(
-        [_carried(plant, *row) for row in zip(q, v, a, rigid["torque"].values, strict=True)]
-    )
+    gears, force = plant.gears, np.empty((time.size, plant.gears.where.size))
+    for k, torque in enumerate(rigid["torque"].values):
+        at = plant.states.at(0.0, q[k], v[k])
+        wanted = at.mass_matrix @ a[k] + at.bias - plant.terms.drive_map @ torque
+        force[k] = np.linalg.solve(plant.terms.mesh_map[gears.where], wanted[gears.where])
     sine = np.sin(phases(plant, time, q, v))
-    gears = plant.gears
     stiffness = gears.k_m + gears.k_a * sine
     q[:, gears.where] = gears.E * sine + np.sign(force) * gears.b + force / stiffness
     return Base(time, q, v, force)
-
-
-def _carried(
-    plant: Plant, q: np.ndarray, v: np.ndarray, a: np.ndarray, torque: np.ndarray
-) -> np.ndarray:
-    """Force per planet [N] of every mesh that gives the accelerations a (n,)."""
-    at, rows = plant.states.at(0.0, q, v), plant.gears.where
-    wanted = at.mass_matrix @ a + at.bias - plant.terms.drive_map @ torque
-    return np.linalg.solve(plant.terms.mesh_map[rows], wanted[rows])
 
 
 def phases(plant: Plant, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -168,31 +160,24 @@ class Modes(NamedTuple):
 
 
 def mesh_modes(plant: Plant, base: Base) -> Modes:
-    """The oscillating eigenvalues of the Jacobian along the motion, each mode in its own column."""
-    matrices = np.array(
-        [jacobian(plant, float(t), q, v) for t, q, v in zip(base.time, base.q, base.v, strict=True)]
-    )
-    poles, shapes = np.linalg.eig(matrices)
-    order = np.argsort(poles.imag, axis=1)[:, -plant.gears.where.size :]
-    poles = np.take_along_axis(poles, order, axis=1)
-    shapes = np.take_along_axis(shapes, order[:, None, :], axis=2)
-    poles = np.take_along_axis(poles, _followed(shapes), axis=1)
-    return Modes(poles.real, poles.imag / (2 * np.pi))
-
-
-def _followed(shapes: np.ndarray) -> np.ndarray:
-    """Columns (times, modes) that keep every mode in its place, given shapes (times, 2 n, modes).
+    """The oscillating eigenvalues of the Jacobian along the motion, each mode in its own column.
 
     A mode continues as the one whose shape, in rates, is most like its own at the instant before.
     """
+    along = zip(base.time, base.q, base.v, strict=True)
+    poles, shapes = np.linalg.eig(np.array([jacobian(plant, float(t), q, v) for t, q, v in along]))
+    order = np.argsort(poles.imag, axis=1)[:, -plant.gears.where.size :]
+    poles = np.take_along_axis(poles, order, axis=1)
+    shapes = np.take_along_axis(shapes, order[:, None, :], axis=2)
     rates = shapes[:, shapes.shape[1] // 2 :]
     rates = rates / np.linalg.norm(rates, axis=1, keepdims=True)
-    columns = np.empty((shapes.shape[0], shapes.shape[2]), dtype=np.int64)
-    columns[0] = np.arange(shapes.shape[2])
-    for k in range(1, columns.shape[0]):
+    columns = np.empty(poles.shape, dtype=np.int64)
+    columns[0] = np.arange(poles.shape[1])
+    for k in range(1, len(columns)):
         before = rates[k - 1][:, columns[k - 1]]
         columns[k] = linear_sum_assignment(-np.abs(before.conj().T @ rates[k]))[1]
-    return columns
+    poles = np.take_along_axis(poles, columns, axis=1)
+    return Modes(poles.real, poles.imag / (2 * np.pi))
 
 
 def predicted_amplitude(

@@ -124,12 +124,12 @@ class RateGrowth(Question[Rates]):
         )
         free = plain.changed(drive=plain.drive._replace(code=CONSTANT))
         still = plain.changed(gears=plain.gears._replace(k_a=np.zeros_like(plain.gears.k_a)))
-        return Rates(*map(self._largest, (plain, free, full, no_error, still)))
-
-    def _largest(self, plant: runs.Plant) -> float | None:
-        base = linear.base_motion(self.variant().case(), plant, THIRD_EVERY)
-        growth = linear.mesh_modes(plant, base).largest[base.time >= THIRD_S[0]]
-        return float(growth.max()) if growth.size else None
+        found = []
+        for plant in (plain, free, full, no_error, still):
+            base = linear.base_motion(self.variant().case(), plant, THIRD_EVERY)
+            growth = linear.mesh_modes(plant, base).largest[base.time >= THIRD_S[0]]
+            found.append(float(growth.max()) if growth.size else None)
+        return Rates(*found)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import fields
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from crosscheck.audit.experiments.cells import LAWS, READINGS
 from crosscheck.audit.measures.third import APART_M
@@ -29,6 +28,13 @@ MOSTLY = 0.5  # of the starts
 ID, TITLE = "planets", "Three planets counted as one (H7)"
 LIMITS = {"omega_t": (1.0, 2e3), "angle": (1e-5, 1e3)}  # rad/s^2, by phase law
 SHIFTS = (-0.17, 0.17)  # of a damping ratio: lumped, free
+# Of a start: each course with its name, line and width.
+COURSES = (
+    ("measured", "measured", "-", 1.6),
+    ("by_lumped", "Hill, along the lumped run", "--", 1.1),
+    ("by_free", "Hill, along the free run", ":", 1.4),
+    ("pressed", "Hill, no mesh ever apart", "-.", 1.0),
+)
 LOWEST, HIGHEST = -20.5, -2.0  # log10 of metres: what is drawn
 
 
@@ -176,7 +182,17 @@ def sizes(found: Sequence[verdict.Freed]) -> str:
     for (row, column), axes in np.ndenumerate(grid):
         law, arm = LAWS[row], arms[column]
         chosen = [one for one in found if (one.cell.law, one.cell.arm) == (law, arm)]
-        _panel(axes, chosen, *LIMITS[law.phase])
+        for place, one in enumerate(chosen):
+            pairs = zip(SHIFTS, (one.lumped, one.free), COLOURS, ("lumped", "free"), strict=False)
+            for shift, third, colour, name in pairs:
+                label = f"planets {name}" if place == 0 else None
+                across = place + shift + np.linspace(-0.12, 0.12, third.sizes.size)
+                clipped = np.clip(third.sizes, *LIMITS[law.phase])
+                axes.plot(across, clipped, ".", color=colour, markersize=2.5, label=label)
+        axes.axhline(SEVERE, color="black", lw=0.8, ls="--")
+        axes.set_xticks(range(len(chosen)), [f"{one.cell.zeta:g}" for one in chosen], fontsize=6.5)
+        axes.set_ylim(*LIMITS[law.phase])
+        axes.set_yscale("log")
         axes.set_title(f"{READINGS[arm]}, {law_name(law)}", fontsize=8)
     for axes in grid[:, 0]:
         axes.set_ylabel("size [rad/s²]")
@@ -186,29 +202,24 @@ def sizes(found: Sequence[verdict.Freed]) -> str:
     return to_svg(drawing)
 
 
-def _panel(axes: Axes, found: Sequence[verdict.Freed], least: float, most: float) -> None:
-    for place, one in enumerate(found):
-        pairs = zip(SHIFTS, (one.lumped, one.free), COLOURS, ("lumped", "free"), strict=False)
-        for shift, third, colour, name in pairs:
-            label = f"planets {name}" if place == 0 else None
-            across = place + shift + np.linspace(-0.12, 0.12, third.sizes.size)
-            sizes = np.clip(third.sizes, least, most)
-            axes.plot(across, sizes, ".", color=colour, markersize=2.5, label=label)
-    axes.axhline(SEVERE, color="black", lw=0.8, ls="--")
-    axes.set_xticks(range(len(found)), [f"{one.cell.zeta:g}" for one in found], fontsize=6.5)
-    axes.set_ylim(least, most)
-    axes.set_yscale("log")
-
-
 def partings(found: Sequence[parting.Parted]) -> str:
-    """The spread of a stage's planets, measured and as Hill's equation has it."""
+    """The spread of a stage's planets, measured and as Hill's equation has it.
+
+    Left one start; right median and range over the starts, measured and along the lumped run.
+    """
     drawing, grid = new_figure(len(parting.JOINTS), 2, 2.4)
     for joint, (left, right) in enumerate(grid):
         left.set(title=f"{parting.JOINTS[joint]}, first start", ylabel="log10 of the spread [m]")
         right.set(title=f"{parting.JOINTS[joint]}, {len(found)} starts")
-        if found:
-            _draw_one(left, found[0], joint)
-            _draw_all(right, found, joint)
+        for (name, label, style, width), colour in zip(COURSES, COLOURS, strict=False):
+            every = [parting.levels(getattr(one, name), joint) for one in found]
+            if every:
+                time_s = found[0].time_s
+                left.plot(time_s, every[0], style, lw=width, color=colour, label=label)
+                if name in ("measured", "by_lumped"):
+                    low, high = np.min(every, axis=0), np.max(every, axis=0)
+                    right.fill_between(time_s, low, high, color=colour, alpha=0.25)
+                    right.plot(time_s, np.median(every, axis=0), color=colour, ls=style)
         for axes in (left, right):
             axes.axhline(np.log10(APART_M), color="black", lw=0.8, ls="--")
             axes.set_ylim(LOWEST, HIGHEST)
@@ -219,26 +230,3 @@ def partings(found: Sequence[parting.Parted]) -> str:
     if found:
         legend(drawing, grid[0, 0], grid[0, 1])
     return to_svg(drawing)
-
-
-def _draw_one(axes: Axes, one: parting.Parted, joint: int) -> None:
-    lines = (
-        (one.measured, "measured", "-", 1.6),
-        (one.by_lumped, "Hill, along the lumped run", "--", 1.1),
-        (one.by_free, "Hill, along the free run", ":", 1.4),
-        (one.pressed, "Hill, no mesh ever apart", "-.", 1.0),
-    )
-    for (course, name, style, width), colour in zip(lines, COLOURS, strict=False):
-        axes.plot(
-            one.time_s, parting.levels(course, joint), style, lw=width, color=colour, label=name
-        )
-
-
-def _draw_all(axes: Axes, found: Sequence[parting.Parted], joint: int) -> None:
-    """Median and range over the starts, measured and along the lumped run."""
-    pairs = ([one.measured for one in found], [one.by_lumped for one in found])
-    for courses, colour, style in zip(pairs, COLOURS, ("-", "--"), strict=False):
-        every = np.array([parting.levels(course, joint) for course in courses])
-        low, high = every.min(axis=0), every.max(axis=0)
-        axes.fill_between(found[0].time_s, low, high, color=colour, alpha=0.25)
-        axes.plot(found[0].time_s, np.median(every, axis=0), color=colour, ls=style)

@@ -171,7 +171,7 @@ def _along(
     scale = np.repeat(np.log(start_m)[:, None], LAWS, axis=1)
     for begin in range(0, scenario.steps + 1, CHUNK):
         q, v = _states(models, batch.staged(min(CHUNK, scenario.steps + 1 - begin)))
-        transfers = _transfers(of, scenario.step_s, _coefficients(models[0], of, begin, q, v))
+        transfers = _transfers(models[0], of, begin, q, v)
         for step, transfer in enumerate(transfers, start=begin):
             whole = np.hypot(x[..., 0], x[..., 1] / of.frequency)
             if step % stride == 0:
@@ -187,17 +187,6 @@ def _along(
     return kept, part, size
 
 
-def _transfers(of: Stages, h: float, found: np.ndarray) -> np.ndarray:
-    """By which a step h [s] of Runge and Kutta multiplies (delta, delta').
-
-    Shape (steps, members, LAWS, stages, 2, 2); found: of ``_coefficients``.
-    """
-    rates = np.zeros((*found.shape, 2))
-    rates[..., 0, 1] = 1.0
-    rates[..., 1, :] = -found / of.mass[:, None]
-    return linear_step(np.moveaxis(rates, 1, 0), np.eye(2), h)
-
-
 def _states(models: Sequence[PhysicalModel], passed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """q and v (steps, 4, members, n) in the layout's coordinates, of what ``staged`` returns."""
     steps, stages, _, rows, _ = passed.shape
@@ -211,19 +200,24 @@ def _states(models: Sequence[PhysicalModel], passed: np.ndarray) -> tuple[np.nda
     return q.reshape(shape).swapaxes(2, 3), v.reshape(shape).swapaxes(2, 3)
 
 
-def _coefficients(
+def _transfers(
     model: PhysicalModel, of: Stages, begin: int, q: np.ndarray, v: np.ndarray
 ) -> np.ndarray:
-    """As ``coefficients``, planets of a stage at their mean.
+    """By which every step of Runge and Kutta multiplies (delta, delta').
 
-    Stiffness and damping, (steps, 4, members, LAWS, stages, 2), at the four stages of a step.
+    Shape (steps, members, LAWS, stages, 2, 2); planets of a stage at their mean.
     """
     together = q.copy()
     for ring, planets in zip(of.ring, of.planets, strict=True):
         places = slice(ring, ring + planets)
         together[..., places] = q[..., places].mean(axis=-1, keepdims=True)
-    parts = np.array([0.0, 0.5, 0.5, 1.0])
-    t = model.scenario.step_s * (begin + np.arange(len(q))[:, None] + parts)[:, :, None]
+    h, parts = model.scenario.step_s, np.array([0.0, 0.5, 0.5, 1.0])
+    t = h * (begin + np.arange(len(q))[:, None] + parts)[:, :, None]
     found = [np.stack(coefficients(model.gears, mesh, t, together, v), -1) for mesh in of.mesh]
     by_stage = np.stack(found, axis=3)
-    return by_stage.reshape(*by_stage.shape[:-1], LAWS, 2).swapaxes(3, 4)
+    # Stiffness and damping at the four stages of a step.
+    by_law = by_stage.reshape(*by_stage.shape[:-1], LAWS, 2).swapaxes(3, 4)
+    rates = np.zeros((*by_law.shape, 2))
+    rates[..., 0, 1] = 1.0
+    rates[..., 1, :] = -by_law / of.mass[:, None]
+    return linear_step(np.moveaxis(rates, 1, 0), np.eye(2), h)

@@ -38,30 +38,27 @@ ADDENDUM = 1.0  # over the module: the standard tooth, uncorrected
 def gearing(stage: PaperStage) -> Numbers:
     """Ratio, conversion and frequencies against rolling without slip; contact ratios."""
     joint, geometry = stage.joint, stage.geometry
-    sun, planet = gear_angles(0.0, 0.0, 1.0, geometry.r_s, geometry.r_p, geometry.r_cp)
+    radii = geometry.r_s, geometry.r_p, geometry.r_cp
+    sun, planet = gear_angles(0.0, 0.0, 1.0, *radii)
     by_gear = (
         meshing_frequency(sun, 1.0, joint.sun_teeth),
         -meshing_frequency(-planet, 1.0, joint.planet_teeth),
         -meshing_frequency(0.0, 1.0, joint.ring_teeth),
     )
+    # Eq. 11 against Eq. 10 with the sun's rate from Eqs. 2-3 solved, teeth deforming.
+    deforming = 0.3, -0.2, 1.0  # rates of x_sp, x_pr and the carrier, of any size
+    true = meshing_frequency(gear_angles(*deforming, *radii)[0], 1.0, joint.sun_teeth)
+    eq11 = sun_mesh_frequency(*deforming, geometry, joint.sun_teeth)
     return {
         "ratio_error": abs(sun / geometry.n - 1),
         "gear_rates_spread": float(np.ptp(by_gear)),
-        "eq11_error": _eq11_error(joint, geometry),
+        "eq11_error": abs(eq11 / true - 1),
         "eq12_error": abs(sun_mesh_rate(joint, geometry) / by_gear[0] - 1),
         "eq13_error": abs(ring_mesh_rate(joint, geometry, "eq13") / by_gear[1] - 1),
         "contact_ratio_sp": sun_contact_ratio(joint),
         "contact_ratio_pr": ring_contact_ratio(joint),
         **{f"conversion_{name}": conversion_error(joint, geometry, name) for name in COUNTED},
     }
-
-
-def _eq11_error(joint: Planetary, geometry: StageGeometry) -> float:
-    """Eq. 11 against Eq. 10 with the sun's rate from Eqs. 2-3 solved, teeth deforming."""
-    x_sp, x_pr, carrier = 0.3, -0.2, 1.0  # rates of any size
-    sun, _ = gear_angles(x_sp, x_pr, carrier, geometry.r_s, geometry.r_p, geometry.r_cp)
-    true = meshing_frequency(sun, carrier, joint.sun_teeth)
-    return abs(sun_mesh_frequency(x_sp, x_pr, carrier, geometry, joint.sun_teeth) / true - 1)
 
 
 def conversion_error(joint: Planetary, geometry: StageGeometry, counted: str) -> float:
