@@ -68,7 +68,6 @@ def chapter(material: Material) -> AuditChapter:
         "cured": cured_at_the_sun(limits),
         "PRINTED": PRINTED,
         "INTEGRAL": INTEGRAL,
-        "severe": SEVERE,
     }
     asked = [one for one in material.judged.values() if not one.claim.static]
     verdicts = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -15,7 +15,7 @@ from crosscheck.audit.hypotheses.evidence import flutter, linear_limits
 from crosscheck.audit.hypotheses.evidence.flutter import VIBRATES, Flutter, FlutterSetting, Handed
 from crosscheck.audit.hypotheses.evidence.linear_limits import GrowthCheck, Threshold
 from crosscheck.audit.measures.shares import Share, share_of
-from crosscheck.audit.measures.undefined import recorded, word
+from crosscheck.audit.measures.undefined import JsonObject, recorded, word
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
@@ -46,7 +46,7 @@ def chapter(material: Material) -> AuditChapter:
     except Diverged:
         check = linear_limits.growth_check({})
     found = Vibrating() if material.scale.quick else vibrating(material)
-    verdict = FlutterVerdict.of(limits, check, found)
+    verdict = h6(limits, check, found)
     page = text(
         "hypotheses/controller",
         verdict=verdict,
@@ -56,7 +56,7 @@ def chapter(material: Material) -> AuditChapter:
         resolved=RESOLVED,
         single=largest_with_any(found, "always"),
         continued=continued(found),
-        cured=verdict.parts["sensing at the sun removes it"],
+        cured=linear_limits.cured_at_the_sun(limits),
         starts=len(material.scale.seeds),
         drawing=html(drawing(limits, found.cells)) if found.cells else None,
         poses=LIMITS.html(one for one in limits if one.by_pose),
@@ -64,17 +64,9 @@ def chapter(material: Material) -> AuditChapter:
         cells=CELLS.html(found.cells),
         handed=HANDOVERS.html(found.handed),
     )
-    record = {
-        "id": "H6",
-        "verdict": verdict.verdict,
-        "parts": dict(verdict.parts),
-        "lowest_threshold_zeta": verdict.lowest_zeta,
-        "highest_threshold_zeta": verdict.highest_zeta,
-        "vibrates_up_to_zeta": dict(verdict.vibrates_to),
-    }
     agrees = word(check.agrees, "agree", "differ")
     records = [
-        record,
+        verdict,
         recorded({"id": "controller/growth", **vars(check), "verdict": agrees}),
         *LIMITS.json(limits),
         *CELLS.json(found.cells),
@@ -166,43 +158,32 @@ def continued(found: Vibrating) -> dict[str, Share]:
     return {name: share for name, share in shares.items() if share is not None}
 
 
-@dataclass(frozen=True)
-class FlutterVerdict:
-    """H6: what it rests on; thresholds [1] with the paper's gains, lowest and highest of all poses.
+def h6(limits: Sequence[Threshold], check: GrowthCheck, found: Vibrating) -> JsonObject:
+    """The verdict: what it rests on; thresholds with the paper's gains; how far anything vibrates.
 
-    vibrates_to: up to which zeta anything vibrates in simulations without tooth error.
+    Thresholds are the lowest and the highest of all poses; vibrations are without tooth error.
     """
-
-    parts: Mapping[str, bool | None]
-    lowest_zeta: float
-    highest_zeta: float
-    vibrates_to: Mapping[str, float | None]
-
-    @classmethod
-    def of(
-        cls, limits: Sequence[Threshold], check: GrowthCheck, found: Vibrating
-    ) -> FlutterVerdict:
-        """From all that was done."""
-        parts = {
-            "sensing at the sun removes it": linear_limits.cured_at_the_sun(limits),
-            "growth as predicted": check.agrees,
-        }
-        if found.cells:
-            parts["independent of E"] = independent_of_error(found)
-            parts["gone without feedback"] = lives_on_feedback(found)
-        paper = [one.zeta for one in limits if one.is_papers]
-        vibrates_to = {
+    parts = {
+        "sensing at the sun removes it": linear_limits.cured_at_the_sun(limits),
+        "growth as predicted": check.agrees,
+    }
+    if found.cells:
+        parts["independent of E"] = independent_of_error(found)
+        parts["gone without feedback"] = lives_on_feedback(found)
+    paper = [one.zeta for one in limits if one.is_papers]
+    return {
+        "id": "H6",
+        "verdict": _in_words(parts.values()),
+        "parts": dict(parts),
+        "lowest_threshold_zeta": min(paper),
+        "highest_threshold_zeta": max(paper),
+        "vibrates_up_to_zeta": {
             "always": highest_vibrating(found, damping="always"),
             "contact": highest_vibrating(found, damping="contact"),
             "contact_lumped": highest_vibrating(found, damping="contact", planets="lumped"),
             "contact_steady": highest_vibrating(found, damping="contact", varying=False),
-        }
-        return cls(parts, min(paper), max(paper), vibrates_to)
-
-    @property
-    def verdict(self) -> str:
-        """In words."""
-        return _in_words(self.parts.values())
+        },
+    }
 
 
 def _in_words(parts: Collection[bool | None]) -> str:
@@ -241,8 +222,8 @@ LIMITS = Columns[Threshold](
     [
         TableColumn("arm", "reading", lambda one: READINGS[one.point.arm]),
         TableColumn("elbow_deg", "elbow [°]", form=".0f"),
-        TableColumn("P_N_m_per_rad", "P [N m/rad]", lambda one: one.point.gains[0], "g"),
-        TableColumn("D_N_m_s_per_rad", "D [N m s/rad]", lambda one: one.point.gains[1], "g"),
+        TableColumn("P_N_m_per_rad", "P [N m/rad]", "point.gains.0", "g"),
+        TableColumn("D_N_m_s_per_rad", "D [N m s/rad]", "point.gains.1", "g"),
         TableColumn("stiffness_over_k_m", "k / k_m", "point.stiffness", "g"),
         TableColumn("sensed", "looks at the", "point.sensed"),
         TableColumn("zeta", "unstable below ζ (0: nowhere)", form=".5f"),
@@ -272,8 +253,8 @@ CELLS = Columns[Flutter](
 HANDOVERS = Columns[tuple[FlutterSetting, Handed]](
     "controller/handed/{0[0].id}",
     [
-        TableColumn("zeta", "ζ", lambda pair: pair[0].zeta, "g"),
-        TableColumn("planets", "planets", lambda pair: pair[0].planets),
+        TableColumn("zeta", "ζ", "0.zeta", "g"),
+        TableColumn("planets", "planets", "0.planets"),
         TableColumn("starts", "starts", lambda pair: len(pair[1].link)),
         TableColumn("link_rad_per_s2", "goes on as it was [rad/s²]", _ends_and_median("link")),
         TableColumn("torque_rad_per_s2", "torque alone", _ends_and_median("torque"), ".1g"),

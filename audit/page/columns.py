@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from markupsafe import Markup
 from pydantic import JsonValue
@@ -23,8 +23,9 @@ NONE = "-"
 class TableColumn(Generic[Row]):
     """name: in JSON; title: above a table, with its unit; None: not shown there.
 
-    of: a row's value, None or not finite for what is undefined; or its path of attributes in the
-    row, ``setting.cell.zeta``, undefined where a part of it is None; empty: the column's name.
+    of: a row's value, None or not finite for what is undefined; or its path in the row,
+    ``setting.cell.zeta`` or ``gains.0``, undefined where a part of it is None; empty: the column's
+    name.
     form: how a number is written.
     """
 
@@ -55,10 +56,12 @@ class TableColumn(Generic[Row]):
 
 
 def along(row: object, path: str) -> Value:
-    """What a path of attributes leads to from a row; None where a part of it is None."""
+    """What a path of attributes and places leads to from a row; None where a part of it is None."""
+    value: Any = row
     for name in path.split("."):
-        row = None if row is None else getattr(row, name)
-    return row  # type: ignore[return-value]
+        if value is not None:
+            value = value[int(name)] if name.isdecimal() else getattr(value, name)
+    return value
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,6 @@ FRONT: Given = {
     "cured": True,
     "PRINTED": PRINTED,
     "INTEGRAL": INTEGRAL,
-    "severe": 100.0,
     "clock_svg": "",
     "window_s": (0.45, 0.79),
     "run_zeta": 0.02,
@@ -211,9 +210,9 @@ REACH = {"always": 0.004, "contact": 0.008, "contact_lumped": 0.01, "contact_ste
 FLUTTER = Of(
     verdict="holds",
     parts={"gone without feedback": True},
-    lowest_zeta=0.0017,
-    highest_zeta=0.0059,
-    vibrates_to=REACH,
+    lowest_threshold_zeta=0.0017,
+    highest_threshold_zeta=0.0059,
+    vibrates_up_to_zeta=REACH,
 )
 PLAYED = Of(setting=Of(played_back=True), share=NOTHING)
 CONTROLLER: Given = {
@@ -360,7 +359,7 @@ ROWS = [
     Turned(
         "hypotheses/controller",
         CONTROLLER,
-        {"verdict": Of(**{**vars(FLUTTER), "highest_zeta": 0.02})},
+        {"verdict": Of(**{**vars(FLUTTER), "highest_threshold_zeta": 0.02})},
         "above the linear limit",
         "0.0200",
     ),

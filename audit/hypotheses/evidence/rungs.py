@@ -9,7 +9,7 @@ every deviation apart, and gives the verdicts of H2.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Literal, NamedTuple, get_args
@@ -322,12 +322,10 @@ def ladder_verdict(
     return LadderVerdict(fitting, _spans(rest), _spans(whole), causes)
 
 
-def _spans(found: Sequence[Deviation]) -> dict[str, Span]:
-    return {group: _span([one.shares[group] for one in found]) for group in GROUPS}
-
-
-def _span(shares: Sequence[float]) -> Span:
-    return extreme(shares, min), extreme(shares, max)
+def _spans(found: Collection[Deviation]) -> dict[str, Span]:
+    """Smallest and largest share of every group of rungs."""
+    shares = {group: [one.shares[group] for one in found] for group in GROUPS}
+    return {group: (extreme(some, min), extreme(some, max)) for group, some in shares.items()}
 
 
 @dataclass(frozen=True)
@@ -349,7 +347,7 @@ class RigidResidual:
 
     def span(self, group: str) -> Span:
         """Of a group's shares in the three deviations."""
-        return _span([one.shares[group] for one in self.found.values()])
+        return _spans(self.found.values())[group]
 
 
 def left(levels: Iterable[Deviation], claims: Mapping[str, Claim]) -> list[RigidResidual]:

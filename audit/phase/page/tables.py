@@ -241,15 +241,11 @@ def modes(zetas: tuple[float, ...]) -> Columns[Mode]:
 TONGUE = Columns[tuple[float, FloquetRates]](
     "tongue/{0[0]:g}",
     [
-        TableColumn("zeta", "ζ", lambda row: row[0], "g"),
-        TableColumn("growth_per_s", "largest growth [1/s]", lambda row: row[1].largest[0], ".1f"),
-        TableColumn("at_rad_per_s", "at [rad/s]", lambda row: row[1].largest[1], ".1f"),
-        TableColumn(
-            "lowest_rad_per_s", "lowest speed [rad/s]", lambda row: row[1].lowest_open, ".1f"
-        ),
-        TableColumn(
-            "slow_per_s", "growth at the PD run's fastest [1/s]", lambda row: row[1].slow, ".1f"
-        ),
+        TableColumn("zeta", "ζ", "0", "g"),
+        TableColumn("growth_per_s", "largest growth [1/s]", "1.largest.0", ".1f"),
+        TableColumn("at_rad_per_s", "at [rad/s]", "1.largest.1", ".1f"),
+        TableColumn("lowest_rad_per_s", "lowest speed [rad/s]", "1.lowest_open", ".1f"),
+        TableColumn("slow_per_s", "growth at the PD run's fastest [1/s]", "1.slow", ".1f"),
     ],
 )
 OBJECTED = Columns[objections.Objected](
