@@ -180,23 +180,23 @@ def runaways(study: Study, scale: Scale) -> list[Runaway]:
         for law in RUNAWAY_LAWS
         for part in parts
     }
-    found = study.answered(asked, "phase: runaways")
-    return [_runaway(law, [Sample.of(found[law, part]) for part in parts]) for law in RUNAWAY_LAWS]
-
-
-def _runaway(law: Law, samples: Sequence[Sample]) -> Runaway:
-    top, asked = (
-        np.concatenate([sample[name] for sample in samples])
-        for name in ("top_rad_per_s", "asked_rad_per_s")
-    )
-    fast = top[top > FAST_RAD_PER_S]
-    diverged = int(np.isnan(top).sum())
-    calm = top[top <= FAST_RAD_PER_S]
-    return Runaway(
-        law,
-        shares.Share(int(fast.size) + diverged, int(top.size)),
-        diverged,
-        tuple(map(float, np.sort(fast))),
-        float(calm.max()) if calm.size else np.nan,
-        float(asked[np.isfinite(asked)].max()) if diverged < top.size else np.nan,
-    )
+    answers = study.answered(asked, "phase: runaways")
+    found = []
+    for law in RUNAWAY_LAWS:
+        samples = [Sample.of(answers[law, part]) for part in parts]
+        top, rigid = (
+            np.concatenate([sample[name] for sample in samples])
+            for name in ("top_rad_per_s", "asked_rad_per_s")
+        )
+        fast, calm = top[top > FAST_RAD_PER_S], top[top <= FAST_RAD_PER_S]
+        diverged = int(np.isnan(top).sum())
+        one = Runaway(
+            law=law,
+            share=shares.Share(int(fast.size) + diverged, int(top.size)),
+            diverged=diverged,
+            top_rad_per_s=tuple(map(float, np.sort(fast))),
+            calm_rad_per_s=float(calm.max()) if calm.size else np.nan,
+            asked_rad_per_s=float(np.nanmax(rigid)) if diverged < top.size else np.nan,
+        )
+        found.append(one)
+    return found

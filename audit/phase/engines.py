@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -13,9 +13,7 @@ import numpy as np
 from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell
 from crosscheck.audit.experiments.experiments import PD, SHORT_S, question
 from crosscheck.audit.experiments.pool import Sample
-from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import TransientPd
-from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures import shares, third, thresholds, twosamples
 from crosscheck.audit.measures.undefined import all_of, quotient
 from crosscheck.audit.page.material import Material
@@ -148,25 +146,23 @@ class Engines:
 
 
 def engines(material: Material) -> Engines:
-    """Many starts of both models, the analytic one's those of the claims."""
+    """Many starts of both models, the analytic one's those of the claims.
+
+    Of the engine a question for every start, so that tasks stay short.
+    """
+    study, scale = material.study, material.scale
     under_angle = dict.fromkeys(map(integrated, UNDER_ANGLE), STARTS_UNDER_ANGLE)
     counts = COMPARED | under_angle
     analytic = material.samples([(cell, PD) for cell in counts], "phase: analytic starts")
-    own = {cell: third.Third.of(analytic[cell, PD]) for cell in counts}
-    other = _engine(material.study, material.scale, counts)
-    both = {cell: TwoModels(cell, own[cell], other[cell]) for cell in counts}
-    return Engines([both[cell] for cell in COMPARED], [both[cell] for cell in under_angle])
-
-
-def _engine(study: Study, scale: Scale, counts: Mapping[Cell, int]) -> dict[Cell, third.Third]:
-    """Of so many starts, a question for every one, so that tasks stay short."""
     asked = {}
     for cell, count in counts.items():
         run = replace(question(PD, cell, ()).variant, model=ENGINE, duration_s=SHORT_S)
         for seed in scale.seeds[: scale.starts(count)]:
             asked[cell, seed] = TransientPd(scale.cut(run), (seed,))
-    samples = {key: Sample.of(one) for key, one in study.answered(asked, "phase: Exudyn").items()}
-    return {
-        cell: third.Third.of(*(one for (own, _), one in samples.items() if own == cell))
-        for cell in counts
-    }
+    engine = {key: Sample.of(one) for key, one in study.answered(asked, "phase: Exudyn").items()}
+    both = {}
+    for cell in counts:
+        other = (one for (own, _), one in engine.items() if own == cell)
+        thirds = third.Third.of(analytic[cell, PD]), third.Third.of(*other)
+        both[cell] = TwoModels(cell, *thirds)
+    return Engines([both[cell] for cell in COMPARED], [both[cell] for cell in under_angle])

@@ -61,37 +61,29 @@ def phases(plant: Plant, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.n
 
 def jacobian(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """d(q', q'') / d(q, q') at a state with every mesh in contact, (2 n, 2 n)."""
-    n = q.size
+    n, gears = q.size, plant.gears
     at = plant.states.at(t, q, v)
     position = -_inertia_by_q(plant.terms, q, v, at.acceleration)
     rate = -_bias_by_v(plant.terms, q, v)
-    by_x, by_phase = _mesh_force_slopes(plant, t, q, v)
-    mesh_map, where = plant.terms.mesh_map, plant.gears.where
-    position[:, where] += mesh_map * by_x
-    turned = mesh_map @ (by_phase[:, None] * plant.weights)
+    # Per mesh, of F = k(phi) f_k(x - e(phi)): dF/dx = k, dF/dphi = k_a cos f_k - k E cos.
+    phi = phases(plant, np.array([t]), q[None], v[None])[0]
+    stiffness = gears.k_m + gears.k_a * np.sin(phi)
+    gap = q[gears.where] - gears.E * np.sin(phi)
+    pressed = gap - np.sign(gap) * gears.b
+    by_phase = (gears.k_a * pressed - stiffness * gears.E) * np.cos(phi)
+    position[:, gears.where] += plant.terms.mesh_map * stiffness
+    turned = plant.terms.mesh_map @ (by_phase[:, None] * plant.weights)
     if plant.timed:
         rate += turned * t
     else:
         position += turned
-    rate[where, where] -= plant.gears.d
+    rate[gears.where, gears.where] -= gears.d
     if plant.drive.code == PD:
         sensed, drive_map = plant.terms.theta, plant.terms.drive_map
         position[:, sensed] -= drive_map * plant.drive.gains[:, 1]
         rate[:, sensed] -= drive_map * plant.drive.gains[:, 2]
     lower = np.linalg.solve(at.mass_matrix, np.hstack([position, rate]))
     return np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])
-
-
-def _mesh_force_slopes(
-    plant: Plant, t: float, q: np.ndarray, v: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """(dF/dx, dF/dphi) per mesh of F = k(phi) f_k(x - e(phi)): k and k_a cos f_k - k E cos."""
-    gears = plant.gears
-    phi = phases(plant, np.array([t]), q[None], v[None])[0]
-    stiffness = gears.k_m + gears.k_a * np.sin(phi)
-    gap = q[gears.where] - gears.E * np.sin(phi)
-    pressed = gap - np.sign(gap) * gears.b
-    return stiffness, (gears.k_a * pressed - stiffness * gears.E) * np.cos(phi)
 
 
 def _inertia_by_q(terms: Terms, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:

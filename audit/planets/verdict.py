@@ -27,8 +27,8 @@ from crosscheck.audit.experiments.experiments import (
     NO_BACKLASH,
     NO_ERROR,
     PD,
-    Source,
 )
+from crosscheck.audit.experiments.variant import Planets
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import EVIDENT
@@ -168,33 +168,25 @@ class Feature:
 
 def features(material: Material) -> list[Feature]:
     """Every statement about these figures, at a small and at a larger damping under all laws."""
-    lumped, free = (_known(material, planets) for planets in ("lumped", "free"))
+    plan = plan_of(material.scale)
+    sources = [PD, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS]  # of the claims' under PD control
+    sources += [BACKLASH(size) for size in plan.backlashes]
+    sources += [ERROR(size) for size in plan.errors]
+    cells = [Cell(law, zeta) for law in LAWS for zeta in ZETAS]
+    known: dict[Planets, Settings] = {}
+    for planets in ("lumped", "free"):
+        own = {cell: replace(cell, planets=planets) for cell in cells}
+        wanted = [(one, source) for one in own.values() for source in sources]
+        sampled = material.samples(wanted, "planets: the figures' statements")
+        known[planets] = []
+        for cell, one in own.items():
+            each = Known({source: sampled[one, source] for source in sources})
+            each[BACKLASH(DEFAULT_B_UM)] = each[ERROR(DEFAULT_E_UM)] = each[PD]
+            known[planets].append((cell, each))
     found = []
     for claim in CLAIMS:
         if claim.figure in FIGURES:  # none of its answers where it is about other experiments
-            alike = {one.place: one for one in answers(claim, lumped)}
-            found += [(claim, one.place, alike[one.place], one) for one in answers(claim, free)]
+            alike = {one.place: one for one in answers(claim, known["lumped"])}
+            free = answers(claim, known["free"])
+            found += [(claim, one.place, alike[one.place], one) for one in free]
     return [Feature(*each, len(found)) for each in found]
-
-
-def _known(material: Material, planets: str) -> Settings:
-    """The experiments that the figures rest on, in the few settings."""
-    cells = [Cell(law, zeta) for law in LAWS for zeta in ZETAS]
-    own = {cell: cell if planets == "free" else replace(cell, planets="lumped") for cell in cells}
-    wanted = [(one, source) for one in own.values() for source in sources(material)]
-    found = material.samples(wanted, "planets: the figures' statements")
-    known = {
-        cell: Known({source: found[one, source] for source in sources(material)})
-        for cell, one in own.items()
-    }
-    for each in known.values():
-        each[BACKLASH(DEFAULT_B_UM)] = each[ERROR(DEFAULT_E_UM)] = each[PD]
-    return list(known.items())
-
-
-def sources(material: Material) -> list[Source]:
-    """Of the claims' experiments those under PD control."""
-    plan = plan_of(material.scale)
-    plain = [PD, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS]
-    over_b = [BACKLASH(size) for size in plan.backlashes]
-    return [*plain, *over_b, *(ERROR(size) for size in plan.errors)]
