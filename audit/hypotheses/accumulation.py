@@ -10,13 +10,6 @@ import numpy as np
 from crosscheck import signals
 from crosscheck.audit.claims.rule import State, state
 from crosscheck.audit.hypotheses.evidence import shaking
-from crosscheck.audit.hypotheses.evidence.shaking import (
-    BACKLASHES_M,
-    DRIVES,
-    REFERENCE_M,
-    Shaken,
-    running,
-)
 from crosscheck.audit.measures.undefined import UNDEFINED, JsonObject
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
@@ -48,7 +41,7 @@ def chapter(material: Material) -> AuditChapter:
     """Growth, prediction, linearity and order of the backlash error, for both drive laws."""
     found = shaken(material)
     sizes = _sizes(found)
-    verdicts = {drive: verdict([x for x in found if x.drive == drive]) for drive in DRIVES}
+    verdicts = {drive: verdict([x for x in found if x.drive == drive]) for drive in shaking.DRIVES}
     first = {one.drive: one for one in reversed(found)}  # at the larger damping
     own = verdicts["sqrt_time"].own
     page = text(
@@ -73,35 +66,35 @@ def chapter(material: Material) -> AuditChapter:
     return AuditChapter(ID, TITLE, page, records, outcome)
 
 
-def shaken(material: Material) -> list[Shaken]:
+def shaken(material: Material) -> list[shaking.Shaken]:
     """Both drives at every damping ratio."""
     scale = material.scale
     asked = [
         shaking.Shaking(drive, zeta, scale.seeds, scale.seconds(DURATION_S))
-        for drive in DRIVES
+        for drive in shaking.DRIVES
         for zeta in shaking.ZETAS
     ]
     return material.study.answers(asked, "H3, back and forth")
 
 
-def verdict(found: Sequence[Shaken]) -> DriveVerdict:
+def verdict(found: Sequence[shaking.Shaken]) -> DriveVerdict:
     """Of one drive at every damping ratio."""
     answers = ({state(getattr(one, name)) for one in found} for name in DriveVerdict._fields)
     return DriveVerdict(*(states.pop() if len(states) == 1 else None for states in answers))
 
 
-def largest(found: Shaken, backlash_m: float = REFERENCE_M) -> float:
+def largest(found: shaking.Shaken, backlash_m: float = shaking.REFERENCE_M) -> float:
     """Largest error [rad] of a backlash in any start."""
-    place = BACKLASHES_M.index(backlash_m)
+    place = shaking.BACKLASHES_M.index(backlash_m)
     return max(start.largest_rad[place] for start in found.starts)
 
 
-def _percent(name: str) -> Callable[[Shaken], tuple[float | None, ...]]:
+def _percent(name: str) -> Callable[[shaking.Shaken], tuple[float | None, ...]]:
     """Of a share, its least and largest over the starts."""
     return lambda found: tuple(None if x is None else 100 * x for x in found.span(name))
 
 
-SUMMARY = Columns[Shaken](
+SUMMARY = Columns[shaking.Shaken](
     "{0.id}",
     [
         TableColumn("drive", "drive [N m]", lambda one: WORDS[one.drive]),
@@ -132,19 +125,19 @@ SUMMARY = Columns[Shaken](
 class BacklashErrors(NamedTuple):
     """Errors [rad] of one backlash [um], least and largest of the starts."""
 
-    found: Shaken
+    found: shaking.Shaken
     b_um: float
     largest: tuple[float, float]
     end: tuple[float, float]
 
 
-def _sizes(found: Sequence[Shaken]) -> list[BacklashErrors]:
+def _sizes(found: Sequence[shaking.Shaken]) -> list[BacklashErrors]:
     """Of every drive, damping ratio and backlash."""
     return [
         BacklashErrors(one, 1e6 * b, (min(most), max(most)), (min(last), max(last)))
         for one in found
         for b, most, last in zip(
-            BACKLASHES_M,
+            shaking.BACKLASHES_M,
             zip(*(start.largest_rad for start in one.starts), strict=True),
             zip(*(start.end_rad for start in one.starts), strict=True),
             strict=True,
@@ -164,19 +157,21 @@ SIZES = Columns[BacklashErrors](
 )
 
 
-def drawing(found: Sequence[Shaken]) -> str:
+def drawing(found: Sequence[shaking.Shaken]) -> str:
     """Errors of the first start over time, and over b, a row for each."""
     picture, grid = new_figure(len(found), 2, 2.9)
     for row, case in zip(grid, found, strict=True):
         time, predicted = (np.array(x, float) for x in (case.curves.time, case.curves.predicted))
-        for b, values, colour in zip(BACKLASHES_M, case.curves.errors, COLOURS, strict=True):
+        for b, values, colour in zip(
+            shaking.BACKLASHES_M, case.curves.errors, COLOURS, strict=True
+        ):
             error = np.array(values)
-            row[0].plot(time, running(error), color=colour, label=f"b {1e6 * b:g} µm")
+            row[0].plot(time, shaking.running(error), color=colour, label=f"b {1e6 * b:g} µm")
             row[1].plot(time, error / b, color=colour, lw=0.9)
-        row[0].plot(time, running(predicted), "k--", lw=1, label="rigid arm's own, b 50 µm")
-        row[1].plot(time, predicted / REFERENCE_M, "k--", lw=1)
-        own = np.array(case.curves.errors[BACKLASHES_M.index(REFERENCE_M)])
-        bound = 1.3 * signals.amplitude(own[time <= shaking.SMALL_S[1]]) / REFERENCE_M
+        row[0].plot(time, shaking.running(predicted), "k--", lw=1, label="rigid arm's own, b 50 µm")
+        row[1].plot(time, predicted / shaking.REFERENCE_M, "k--", lw=1)
+        own = np.array(case.curves.errors[shaking.BACKLASHES_M.index(shaking.REFERENCE_M)])
+        bound = 1.3 * signals.amplitude(own[time <= shaking.SMALL_S[1]]) / shaking.REFERENCE_M
         row[0].set(yscale="log", ylim=(1e-10, 10), xlabel="time [s]", ylabel="|Δθ₁| [rad]",
                    title=f"T = {WORDS[case.drive]}, ζ = {case.zeta:g}")  # fmt: skip
         row[1].set(xlim=(0, shaking.SMALL_S[1]), ylim=(-bound, bound), xlabel="time [s]",

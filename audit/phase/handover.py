@@ -14,16 +14,8 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures import events, shares, third, thresholds
+from crosscheck.audit.phase import runs
 from crosscheck.audit.phase.clock import SignalEnvelope
-from crosscheck.audit.phase.runs import (
-    NO_ERROR,
-    Continued,
-    RecordedMotion,
-    models_of,
-    motion,
-    pd_run,
-    shoulder_excess,
-)
 
 # At the smallest damping the controller itself flutters; with the paper's ring rate few starts are
 # severe, with the other all.
@@ -95,7 +87,7 @@ class Handover(Perturbed[HandedOver]):
     after_s: float
 
     def answer(self) -> HandedOver:
-        run = motion(models_of(self.variant, self.seeds))
+        run = runs.motion(runs.models_of(self.variant, self.seeds))
         excess = self._excess(run)
         sound = np.isfinite(excess).all(axis=0)
         part, size = signals.window(run.time, *events.THIRD_S), np.where(sound, np.abs(excess), 0.0)
@@ -105,39 +97,41 @@ class Handover(Perturbed[HandedOver]):
             for start in range(sound.size)
             if part.stop > part.start and size[part, start].max() > thresholds.SEVERE
         }
-        runs = [
+        continued = [
             [self._continued(run, start, peak, heir) for start, peak in peaks.items()]
             for heir in HEIRS
         ]
         return HandedOver(
             asked=int(sound.sum()),
             at_s=tuple(float(run.time[peak]) for peak in peaks.values()),
-            left=tuple(tuple(self._left(one) for one in each) for each in runs),
+            left=tuple(tuple(self._left(one) for one in each) for each in continued),
             drawn=tuple(
-                SignalEnvelope.of(each[0].time, each[0].shoulder[:, 0]) for each in runs if each
+                SignalEnvelope.of(each[0].time, each[0].shoulder[:, 0])
+                for each in continued
+                if each
             ),
         )
 
     def _continued(
-        self, run: RecordedMotion, start: int, record: int, heir: Heir
-    ) -> RecordedMotion:
+        self, run: runs.RecordedMotion, start: int, record: int, heir: Heir
+    ) -> runs.RecordedMotion:
         """From a start's state at a record, the clock going on."""
         rate = self.cell.law.ring_rate if heir.phase == "omega_t" else "corrected"
         cell = Cell(Law(heir.phase, rate), self.cell.zeta, self.cell.arm)
-        meshes = () if heir.with_error else (NO_ERROR,)
-        case = pd_run(cell, self.after_s, *meshes).case()
+        meshes = () if heir.with_error else (runs.NO_ERROR,)
+        case = runs.pd_run(cell, self.after_s, *meshes).case()
         state = run.q[record, :, start].copy(), run.v[record, :, start].copy()
-        return motion([Continued(case, *state)], float(run.time[record]))
+        return runs.motion([runs.Continued(case, *state)], float(run.time[record]))
 
-    def _left(self, run: RecordedMotion) -> Left:
+    def _left(self, run: runs.RecordedMotion) -> Left:
         excess = self._excess(run)
         sizes = (signals.amplitude(excess[signals.window(run.elapsed, *w)]) for w in WINDOWS_S)
         return Left(*sizes)
 
-    def _excess(self, run: RecordedMotion) -> np.ndarray:
+    def _excess(self, run: runs.RecordedMotion) -> np.ndarray:
         """(times, members), against the rigid arm in the whole experiment."""
         whole = replace(self.variant, duration_s=events.THIRD_S[1] + AFTER_S)
-        return shoulder_excess(whole, run.time, run.shoulder)
+        return runs.shoulder_excess(whole, run.time, run.shoulder)
 
 
 class Fate(NamedTuple):
@@ -179,7 +173,9 @@ class Handovers:
 def handover(study: Study, scale: Scale) -> Handovers:
     """The states at the height of the vibration, continued under each law."""
     third_s, after_s = scale.seconds(events.THIRD_S[1]), scale.seconds(AFTER_S)
-    asked = {cell: Handover(pd_run(cell, third_s), scale.seeds, cell, after_s) for cell in CELLS}
+    asked = {
+        cell: Handover(runs.pd_run(cell, third_s), scale.seeds, cell, after_s) for cell in CELLS
+    }
     found = study.answered(asked, "phase: handover")
     fates = []
     for cell, one in found.items():

@@ -24,11 +24,11 @@ from crosscheck.audit.phase import (
     dampers,
     engines,
     handover,
-    maps,
     objections,
     resonance,
     stability,
 )
+from crosscheck.audit.phase.maps import PHASES, Mapped, Maps, Presence
 from crosscheck.audit.phase.page import tables, views
 from crosscheck.audit.phase.runs import HIGH_PASS_HZ
 from crosscheck.models.loading import load_arm
@@ -45,7 +45,7 @@ class Section(NamedTuple):
     supports: bool | None
 
 
-def of_clock(_: maps.Maps, material: Material) -> Section:
+def of_clock(_: Maps, material: Material) -> Section:
     """The clock test."""
     found = clock.clocks(material.study, material.scale)
     by_law = {one.law: one for one in found.laws}
@@ -66,7 +66,7 @@ def of_clock(_: maps.Maps, material: Material) -> Section:
     return Section(said, tables.CLOCK.json(rows), found.supports)
 
 
-def of_maps(found: maps.Maps, material: Material) -> Section:
+def of_maps(found: Maps, material: Material) -> Section:
     """The third fluctuation over damping, tooth error, backlash, readings and laws."""
     plain = [one for one in found.settings if one.setting.is_paper]
     sizes = [float(size) for one in found.of("angle") for size in one.third.sizes]
@@ -89,14 +89,14 @@ def of_maps(found: maps.Maps, material: Material) -> Section:
         pooled=Share(sum(size > thresholds.SEVERE for size in sizes), max(1, len(sizes))),
         maps=found,
     )
-    known = found.visible != maps.Presence.UNKNOWN
-    supports = found.visible == maps.Presence.PRINTED if known else None
+    known = found.visible != Presence.UNKNOWN
+    supports = found.visible == Presence.PRINTED if known else None
     return Section(said, tables.MAPPED.json([*found.settings, *found.lumped]), supports)
 
 
-def _counts(found: maps.Maps) -> dict[str, object]:
+def _counts(found: Maps) -> dict[str, object]:
     """Settings in which the tooth error makes a fluctuation, by level and phase law."""
-    own = {phase: found.of(phase) for phase in maps.PHASES}
+    own = {phase: found.of(phase) for phase in PHASES}
     return {
         "settings": {phase: len(some) for phase, some in own.items()},
         "visible": {
@@ -124,7 +124,7 @@ class OfLaw(NamedTuple):
     severe: tuple[float, float] | None
 
 
-def _by_law(plain: Sequence[maps.Mapped]) -> list[OfLaw]:
+def _by_law(plain: Sequence[Mapped]) -> list[OfLaw]:
     """In the order of the laws."""
     found = []
     for law in dict.fromkeys(one.setting.cell.law for one in plain):
@@ -138,7 +138,7 @@ def _by_law(plain: Sequence[maps.Mapped]) -> list[OfLaw]:
     return found
 
 
-def of_engines(_: maps.Maps, material: Material) -> Section:
+def of_engines(_: Maps, material: Material) -> Section:
     """The same in another engine."""
     found = engines.engines(material)
     samples = [
@@ -176,7 +176,7 @@ def of_engines(_: maps.Maps, material: Material) -> Section:
     return Section(said, records, found.supports)
 
 
-def of_stability(_: maps.Maps, material: Material) -> Section:
+def of_stability(_: Maps, material: Material) -> Section:
     """Stability of the mesh modes along the motion."""
     found = stability.stability(material.study, material.scale)
     rows = [tables.Found(cell, one) for cell, one in found.cells.items()]
@@ -196,7 +196,7 @@ def of_stability(_: maps.Maps, material: Material) -> Section:
     return Section(said, tables.LINEARISED.json(rows), found.supports)
 
 
-def of_handover(_: maps.Maps, material: Material) -> Section:
+def of_handover(_: Maps, material: Material) -> Section:
     """The vibration continued under another law."""
     found = handover.handover(material.study, material.scale)
     living = [
@@ -215,7 +215,7 @@ def of_handover(_: maps.Maps, material: Material) -> Section:
     return Section(said, tables.FATE.json(found.fates), found.supports)
 
 
-def of_resonance(_: maps.Maps, material: Material) -> Section:
+def of_resonance(_: Maps, material: Material) -> Section:
     """Where tooth error would resonate under `angle`."""
     found = resonance.resonance(material.study, material.scale)
     met = enumerate(zip(found.modes.modes_Hz, found.modes.speeds, strict=True))
@@ -253,7 +253,7 @@ def _digits(found: resonance.Resonance) -> int:
     return int(-np.log10(max(spread, 1e-15)))
 
 
-def of_dampers(_: maps.Maps, material: Material) -> Section:
+def of_dampers(_: Maps, material: Material) -> Section:
     """What vibrates without any tooth error: told, and no evidence."""
     found = dampers.dampers(material.study, material.scale)
     ran = dampers.runaways(material.study, material.scale)
@@ -277,7 +277,7 @@ def of_dampers(_: maps.Maps, material: Material) -> Section:
     )
 
 
-def of_repair(simulated: maps.Maps, _: Material) -> Section:
+def of_repair(simulated: Maps, _: Material) -> Section:
     """Whether the repair is complete: the same with the springs' own work."""
     found = simulated.repairs
     calm = [one for one in found if one.plain.setting.cell.zeta >= CALM_ZETA]
@@ -301,7 +301,7 @@ def of_repair(simulated: maps.Maps, _: Material) -> Section:
     return Section(said, tables.REPAIR.json(found), stands)
 
 
-def of_objections(simulated: maps.Maps, material: Material) -> Section:
+def of_objections(simulated: Maps, material: Material) -> Section:
     """What a referee would object."""
     found = objections.objections(material.study, material.scale)
     rates = [tables.Found(cell, one) for cell, one in found.rates.items()]
