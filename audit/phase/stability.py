@@ -147,8 +147,8 @@ def _follow(
     """One start: whether begun, its vibration simulated, and predicted from BEGIN_S on.
 
     Every mode starts from the simulated vibration at BEGIN_S and never falls below its smallest
-    value after; those above 3 kHz, which decay faster, from that above 3 kHz. Not begun, and nan,
-    if the run diverged or ends before.
+    value after; those above 3 kHz, which decay faster, from that above 3 kHz. None and no
+    prediction if the run diverged or ends before.
     """
     part, seen = (
         signals.window(x, BEGIN_S, end)
@@ -156,12 +156,11 @@ def _follow(
     )
     ahead, simulated = base.time[part], vibration_envelope(time, shoulder)
     fast = modes.frequency.mean(axis=0) > BETWEEN_MODES_HZ
-    bands = [x[seen] for x in (simulated, vibration_envelope(time, shoulder, BETWEEN_MODES_HZ))]
-    if seen.stop <= seen.start or not np.isfinite([band[0] for band in bands]).all():
+    whole, high = simulated[seen], vibration_envelope(time, shoulder, BETWEEN_MODES_HZ)[seen]
+    if not whole.size or not np.isfinite((whole[0], high[0])).all():
         return None, _highest(time, simulated), Curve((), ())
-    first, floor = (
-        np.where(fast, of(bands[1]), of(bands[0])) for of in (lambda band: band[0], np.min)
-    )
+    first = np.where(fast, high[0], whole[0])
+    floor = np.where(fast, high.min(), whole.min())
     predicted = linear.predicted_amplitude(ahead, modes.growth[part], first, floor)
     begun = Begun(_onset(ahead, predicted), _onset(time, simulated))
     return begun, _highest(time, simulated), _highest(ahead, predicted)
