@@ -16,7 +16,6 @@ import numpy as np
 from crosscheck import signals
 from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.equations import TermEquations
-from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.claims.rule import State, quantiles_of, state
 from crosscheck.audit.experiments import cells, pool, starts
 from crosscheck.audit.experiments.scale import Scale
@@ -164,7 +163,9 @@ class DriveHandover(starts.Perturbed[Handed]):
         case, models = self.variant.case(), models_of(self.variant, self.seeds)
         table = drive_data(played_back(case, self.variant).scenario, len(case.arm.joints))
         later = table._replace(table_time=table.table_time - HANDED_S)
-        model, states = models[0], grown(models)
+        model = models[0]
+        *_, last = Batch(models).run(1, round(HANDED_S / model.scenario.step_s), 1)
+        states = [(last.q[-1, :, i].copy(), last.v[-1, :, i].copy()) for i in range(len(models))]
         parts = model.arm, model.layout, model.gears
         ways = (
             model.term_equations,
@@ -172,13 +173,6 @@ class DriveHandover(starts.Perturbed[Handed]):
             TermEquations(*parts, model.drive, model.terms, sensor=model.terms.drive_map),
         )
         return Handed(*([_left(Continued(case, *x, way)) for x in states] for way in ways))
-
-
-def grown(models: Sequence[PhysicalModel]) -> list[tuple[np.ndarray, np.ndarray]]:
-    """The states q, v (n,) at HANDED_S."""
-    steps = round(HANDED_S / models[0].scenario.step_s)
-    *_, last = Batch(models).run(1, steps, 1)
-    return [(last.q[-1, :, i].copy(), last.v[-1, :, i].copy()) for i in range(len(models))]
 
 
 def _left(run: Continued) -> float:
