@@ -157,7 +157,7 @@ def _drawn(tex: str) -> Markup:
 
 def _of(name: str, title: str | None, attribute: str = "") -> TableColumn[ArmErratum]:
     """What an erratum says of itself, by the name of its attribute."""
-    return TableColumn(name, title, lambda row: getattr(row.found.erratum, attribute or name))
+    return TableColumn(name, title, f"found.erratum.{attribute or name}")
 
 
 def _effect(name: str, title: str | None, scenario: str, part: str) -> TableColumn[ArmErratum]:

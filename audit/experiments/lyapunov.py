@@ -14,7 +14,7 @@ from crosscheck.audit.experiments.starts import Measured, Perturbed
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.stage import geared_joint
 from crosscheck.audit.measures.undefined import defined
-from crosscheck.audit.phase.runs.plant import Continued, motion
+from crosscheck.audit.phase.runs import Continued, motion
 from crosscheck.models.loading import Case
 from crosscheck.studies.members.starts import perturbed
 

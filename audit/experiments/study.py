@@ -28,6 +28,7 @@ from crosscheck.runner.sources import code_hash
 from crosscheck.runner.store import Store
 from crosscheck.runner.workers import perform_all
 
+Key = TypeVar("Key")
 Value = TypeVar("Value")
 Reduction = Callable[[xr.Dataset], xr.Dataset]
 MOST_AT_ONCE = 300_000  # records of runs in one task: about 200 MB
@@ -87,6 +88,10 @@ class Study:
 
         found = self._results(decoders, planned, what)
         return [whole(found[key]) for key in keys]
+
+    def answered(self, questions: Mapping[Key, Question[Value]], what: str) -> dict[Key, Value]:
+        """The same, each answer by what its question stands under."""
+        return dict(zip(questions, self.answers(list(questions.values()), what), strict=True))
 
     def _results(
         self,

@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from crosscheck.audit.claims.chapter import COLUMNS
+from crosscheck.audit.claims.rule import State
 from crosscheck.audit.errata.engine import PrintedBeside
-from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED
+from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, Cell, Law
+from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.experiments.variant import Planets
+from crosscheck.audit.figures.shelf import LOW_ZETA
 from crosscheck.audit.figures.views import LAW_COLOURS, same_scale
-from crosscheck.audit.front.findings import MODELS, Thirds, baseline_finding, third_finding
 from crosscheck.audit.hypotheses.accumulation import largest, shaken, verdict
+from crosscheck.audit.hypotheses.damping_fit import reversals
 from crosscheck.audit.hypotheses.evidence.linear_limits import cured_at_the_sun, survey
+from crosscheck.audit.hypotheses.evidence.rungs import LadderVerdict, RigidResidual
 from crosscheck.audit.hypotheses.evidence.shaking import DRIVES
-from crosscheck.audit.hypotheses.ladder import climbed, picture
+from crosscheck.audit.hypotheses.ladder import Climbed, climbed
+from crosscheck.audit.hypotheses.ladder import baselines as rigid_baselines
 from crosscheck.audit.hypotheses.words import LEVELS
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.measures.undefined import JsonObject, defined
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
@@ -26,6 +37,7 @@ from crosscheck.audit.phase.page.views import within
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import legend, log_y, new_figure, to_svg
 
+MODELS: tuple[Planets, ...] = ("lumped", "free")  # the paper's own first
 PAPER_THIRD = 300.0  # rad/s^2, Section 3.2
 FAINTEST = 0.1  # rad/s^2: smaller fluctuations are drawn there
 PLANET_NAMES = {"free": "planets free", "lumped": "planets lumped"}
@@ -56,7 +68,6 @@ def chapter(material: Material) -> AuditChapter:
         "cured": cured_at_the_sun(limits),
         "PRINTED": PRINTED,
         "INTEGRAL": INTEGRAL,
-        "severe": SEVERE,
     }
     asked = [one for one in material.judged.values() if not one.claim.static]
     verdicts = {
@@ -70,7 +81,7 @@ def chapter(material: Material) -> AuditChapter:
         window_s=RUN_WINDOW_S,
         run_zeta=RUN_ZETA,
         third_svg=html(third_svg(third)),
-        baselines_svg=html(picture(ladder)),
+        baselines_svg=html(rigid_baselines(ladder.left)),
         names=LAW_NAMES,
         meanings=LAW_MEANINGS,
         laws=LAWS,
@@ -82,15 +93,98 @@ def chapter(material: Material) -> AuditChapter:
     return AuditChapter(ID, TITLE, page, records, outcome)
 
 
+@dataclass(frozen=True)
+class StartsStrip:
+    """The third fluctuation of every start in one setting."""
+
+    cell: Cell
+    third: Third
+
+    def to_dict(self) -> JsonObject:
+        """For JSON."""
+        return {
+            "id": f"finding/third/{self.cell.id}",
+            "starts": self.third.size.size,
+            "run": self.third.run,
+            "undefined": self.third.size.size - self.third.sizes.size,
+            "severe": int(self.third.of_branch(severe=True).sum()),
+            "quantiles": list(map(defined, self.third.quantiles)),
+        }
+
+
+@dataclass(frozen=True)
+class Thirds:
+    """By law and model, planets lumped and free, at one damping."""
+
+    zeta: float
+    strips: tuple[StartsStrip, ...]
+
+    def share(self, law: Law, planets: Planets) -> Share | None:
+        """Of severe starts."""
+        places = {(one.cell.law, one.cell.planets): one.third for one in self.strips}
+        return places[law, planets].share
+
+    @property
+    def as_modelled(self) -> Share | None:
+        """In the paper's own model: planets lumped, its law and its ring rate."""
+        return self.share(PRINTED, "lumped")
+
+    @property
+    def as_gears(self) -> Share | None:
+        """As the gears are: planets free, teeth counted."""
+        return self.share(INTEGRAL, "free")
+
+    @property
+    def needs_clock(self) -> bool:
+        """Whether some starts are severe with the clock, and in no setting without it."""
+        severe = (State.YES, State.BISTABLE)
+        return {s.cell.law.phase for s in self.strips if s.third.state in severe} == {"omega_t"}
+
+
+def third_finding(material: Material, zeta: float = LOW_ZETA) -> Thirds:
+    """From all starts."""
+    cells = [Cell(law, zeta, planets=planets) for planets, law in product(MODELS, LAWS)]
+    found = material.samples([(cell, PD) for cell in cells], "the third fluctuation")
+    return Thirds(zeta, tuple(StartsStrip(cell, Third.of(found[cell, PD])) for cell in cells))
+
+
+@dataclass(frozen=True)
+class Baselines:
+    """What every rigid arm leaves under constant torque (H2's), and when its teeth return.
+
+    left: of the labelled reading; return_s: of the rigid arm with all inertia of its gears, under
+    PD control.
+    """
+
+    left: tuple[RigidResidual, ...]
+    verdict: LadderVerdict
+    return_s: float | None
+
+    @property
+    def nearest(self) -> RigidResidual | None:
+        """The one that leaves the paper's theta_2, if one does."""
+        return next((one for one in self.left if one.fits["theta_2"]), None)
+
+    @property
+    def gives_all(self) -> bool:
+        """Whether one baseline leaves all of the paper's numbers."""
+        return any(all(one.fits.values()) for one in self.left)
+
+
+def baseline_finding(climbed: Climbed, material: Material) -> Baselines:
+    """From the ladder of H2."""
+    left = tuple(one for one in climbed.left if one.arm == LABELLED)
+    rigid = {one.level: one for one in reversals(material.study, material.scale)}
+    return Baselines(left, climbed.verdict, rigid["coupled"].return_s)
+
+
 def clock_svg(found: Clocks) -> str:
     """Runs from rest: one start's acceleration for every clock, and what every start reaches."""
     figure, grid = new_figure(2, len(found.laws), 2.2)
     for (above, below), one in zip(grid.T, found.laws, strict=True):
         for place, (delayed, colour) in enumerate(zip(one.delays, COLOURS, strict=False)):
-            band, label = (
-                within(delayed.shoulder, *RUN_WINDOW_S),
-                f"clock starts at {delayed.clock_s:g} s",
-            )
+            band = within(delayed.shoulder, *RUN_WINDOW_S)
+            label = f"clock starts at {delayed.clock_s:g} s"
             above.fill_between(band.time_s, band.low, band.high, color=colour, label=label, lw=0.6)
             above.collections[-1].set_zorder(3 - place / 10)  # the wildest behind
             sizes = [size for size in delayed.vibration_rad_per_s2 if size is not None]

@@ -8,14 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon
 
-from crosscheck.audit.experiments.cells import LABELLED, LAWS
-from crosscheck.audit.experiments.starts import ALIKE, FIRST
-from crosscheck.audit.experiments.torque import RING_CYCLES
+from crosscheck.audit.experiments import cells, starts, torque
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.figures.views import LAW_COLOURS
-from crosscheck.audit.measures.course import course_of
-from crosscheck.audit.measures.rigid import rigid_arm
-from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.audit.measures import course, rigid, stage
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
@@ -39,12 +35,12 @@ def chapter(material: Material) -> AuditChapter:
     page = text(
         "front/terms",
         backwards=bool(((passed.clock_rate < 0) & (passed.rate > 0)).any()),
-        stage_svg=html(stage_svg(paper_stage(load_arm(LABELLED)).joint)),
+        stage_svg=html(stage_svg(stage.paper_stage(load_arm(cells.LABELLED)).joint)),
         passed_svg=html(teeth_passed_svg(passed)),
         names=LAW_NAMES,
         meanings=LAW_MEANINGS,
-        first=FIRST,
-        alike=ALIKE,
+        first=starts.FIRST,
+        alike=starts.ALIKE,
         **most,
     )
     records = [{"id": "terms/teeth-passed", **most}]
@@ -66,9 +62,9 @@ class TeethPassed(NamedTuple):
 
 def teeth_passed(material: Material) -> TeethPassed:
     """Of the rigid arm, whose motion has no vibration. Raises Diverged."""
-    variant = material.scale.cut(rigid_arm(Variant()))
-    run = course_of(material.study.runs([variant], "teeth that pass")[variant])
-    time, factor = run.time, RING_CYCLES / TURN
+    variant = material.scale.cut(rigid.rigid_arm(Variant()))
+    run = course.course_of(material.study.runs([variant], "teeth that pass")[variant])
+    time, factor = run.time, torque.RING_CYCLES / TURN
     theta, speed, acceleration = (
         signal[:, 0] for signal in (run.theta, run.theta_dot, run.theta_ddot)
     )
@@ -139,7 +135,7 @@ def _words(axes: Axes, inner: MeshGeometry, outer: MeshGeometry) -> None:
 def teeth_passed_svg(found: TeethPassed) -> str:
     """How many teeth have passed, and how fast they pass: counted, and by the paper's formula."""
     figure, grid = new_figure(1, 2, 2.6)
-    counted, by_clock = LAW_COLOURS[LAWS[2]], LAW_COLOURS[LAWS[0]]
+    counted, by_clock = LAW_COLOURS[cells.LAWS[2]], LAW_COLOURS[cells.LAWS[0]]
     for axes, integral, clock in (
         (grid[0, 0], found.angle, found.clock),
         (grid[0, 1], found.rate, found.clock_rate),

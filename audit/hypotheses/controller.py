@@ -2,40 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.ticker import NullFormatter
 
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.experiments.cells import READINGS
-from crosscheck.audit.hypotheses.evidence.flutter import (
-    AFTER_S,
-    HANDED_S,
-    SETTLED_S,
-    VIBRATES,
-    Damping,
-    DriveHandover,
-    Flutter,
-    FlutterSetting,
-    Handed,
-    flutters,
-)
-from crosscheck.audit.hypotheses.evidence.linear_limits import (
-    PAPER_GAINS,
-    SUN,
-    GrowthCheck,
-    Threshold,
-    cured_at_the_sun,
-    growth_check,
-    growth_rate,
-    smooth_variant,
-    survey,
-)
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.hypotheses.evidence import flutter, linear_limits
+from crosscheck.audit.hypotheses.evidence.flutter import VIBRATES, Flutter, FlutterSetting, Handed
+from crosscheck.audit.hypotheses.evidence.linear_limits import GrowthCheck, Threshold
+from crosscheck.audit.measures.shares import Share, share_of
 from crosscheck.audit.measures.undefined import JsonObject, recorded, word
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
@@ -48,7 +27,7 @@ from crosscheck.report.plots.figures import legend, new_figure, to_svg
 ID, TITLE = "controller", "The controller's own flutter (H6)"
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.008, 0.01, 0.015, 0.02)
 ERRORS_UM = (0.0, 5.0)
-DAMPINGS: tuple[Damping, ...] = ("always", "contact")
+DAMPINGS: tuple[flutter.Damping, ...] = ("always", "contact")
 # Above the linear limit, dampers in contact alone; with lumped planets it vibrates further up.
 HANDED = (FlutterSetting("contact", 0.006), FlutterSetting("contact", 0.01, planets="lumped"))
 HANDED_STARTS = 16
@@ -59,38 +38,35 @@ PLAIN = {"varying": True, "played_back": False, "planets": "free"}
 
 def chapter(material: Material) -> AuditChapter:
     """Thresholds and the growth check; full: also runs over zeta and what they live on."""
-    limits = survey(material.scale.quick)
-    smooth = material.scale.cut(smooth_variant())
+    limits = linear_limits.survey(material.scale.quick)
+    smooth = material.scale.cut(linear_limits.smooth_variant())
     try:
         run = material.study.runs([smooth], "H6, growth without play")[smooth]
-        check = growth_check(growth_rate(run))
+        check = linear_limits.growth_check(linear_limits.growth_rate(run))
     except Diverged:
-        check = growth_check({})
+        check = linear_limits.growth_check({})
     found = Vibrating() if material.scale.quick else vibrating(material)
-    verdict = FlutterVerdict.of(limits, check, found)
+    verdict = h6(limits, check, found)
     page = text(
         "hypotheses/controller",
         verdict=verdict,
         check=check,
         found=found,
-        vibrates=VIBRATES,
+        flutter=flutter,
         resolved=RESOLVED,
-        settled_s=SETTLED_S,
-        handed_s=HANDED_S,
-        after_s=AFTER_S,
         single=largest_with_any(found, "always"),
         continued=continued(found),
-        cured=verdict.parts["sensing at the sun removes it"],
+        cured=linear_limits.cured_at_the_sun(limits),
         starts=len(material.scale.seeds),
         drawing=html(drawing(limits, found.cells)) if found.cells else None,
-        poses=html(LIMITS.html(one for one in limits if one.by_pose)),
-        others=html(LIMITS.html(one for one in limits if not one.by_pose)),
-        cells=html(CELLS.html(found.cells)),
-        handed=html(HANDOVERS.html(found.handed)),
+        poses=LIMITS.html(one for one in limits if one.by_pose),
+        others=LIMITS.html(one for one in limits if not one.by_pose),
+        cells=CELLS.html(found.cells),
+        handed=HANDOVERS.html(found.handed),
     )
     agrees = word(check.agrees, "agree", "differ")
     records = [
-        verdict.record(),
+        verdict,
         recorded({"id": "controller/growth", **vars(check), "verdict": agrees}),
         *LIMITS.json(limits),
         *CELLS.json(found.cells),
@@ -107,7 +83,7 @@ class Vibrating:
     cells: tuple[Flutter, ...] = ()
     handed: tuple[tuple[FlutterSetting, Handed], ...] = ()
 
-    def of(self, **fields: object) -> dict[tuple[Damping, float], Flutter]:
+    def of(self, **fields: object) -> dict[tuple[flutter.Damping, float], Flutter]:
         """By damping and zeta, the cells whose settings have these fields."""
         return {
             (one.setting.damping, one.setting.zeta): one
@@ -117,29 +93,26 @@ class Vibrating:
 
 
 def vibrating(material: Material) -> Vibrating:
-    """All runs."""
+    """All runs: with and without error and dampers in the play; then what contact-only damping
+    lives on; and what becomes of a vibration that is handed over.
+    """
     scale = material.scale
-    cells = flutters(material.study, settings(), scale.seeds, scale)
-    if scale.longest_s < HANDED_S + AFTER_S:
-        return Vibrating(tuple(cells))
-    seeds = scale.seeds[: scale.starts(HANDED_STARTS)]
-    asked = [DriveHandover(one.variant(), seeds) for one in HANDED]
-    handed = material.study.answers(asked, "H6, vibration handed over")
-    return Vibrating(tuple(cells), tuple(zip(HANDED, handed, strict=True)))
-
-
-def settings() -> list[FlutterSetting]:
-    """With and without error and dampers in the play; then what contact-only damping lives on."""
-    every = [
+    settings = [
         FlutterSetting(d, zeta, error) for d, zeta, error in product(DAMPINGS, ZETAS, ERRORS_UM)
     ]
     for zeta in ZETAS:
-        every += [
+        settings += [
             FlutterSetting("contact", zeta, played_back=True),
             FlutterSetting("contact", zeta, varying=False),
             FlutterSetting("contact", zeta, planets="lumped"),
         ]
-    return every
+    cells = tuple(flutter.flutters(material.study, settings, scale))
+    if scale.longest_s < flutter.HANDED_S + flutter.AFTER_S:
+        return Vibrating(cells)
+    seeds = scale.seeds[: scale.starts(HANDED_STARTS)]
+    asked = {one: flutter.DriveHandover(one.variant(), seeds) for one in HANDED}
+    handed = material.study.answered(asked, "H6, vibration handed over")
+    return Vibrating(cells, tuple(handed.items()))
 
 
 def independent_of_error(found: Vibrating) -> bool | None:
@@ -170,7 +143,7 @@ def highest_vibrating(found: Vibrating, **fields: object) -> float | None:
     return max((one.setting.zeta for one in cells if one.state in some), default=None)
 
 
-def largest_with_any(found: Vibrating, damping: Damping) -> float | None:
+def largest_with_any(found: Vibrating, damping: flutter.Damping) -> float | None:
     """The largest zeta at which any start vibrates without tooth error."""
     cells = found.of(tooth_error_um=0.0, damping=damping, **PLAIN).values()
     return max((one.setting.zeta for one in cells if one.share and one.share.yes), default=None)
@@ -178,65 +151,39 @@ def largest_with_any(found: Vibrating, damping: Damping) -> float | None:
 
 def continued(found: Vibrating) -> dict[str, Share]:
     """Starts that vibrate on after ``AFTER_S``, by what drives the arm then; empty without any."""
-    sizes = {
-        name: [size for _, one in found.handed for size in getattr(one, name)]
+    shares = {
+        name: share_of(size > VIBRATES for _, one in found.handed for size in getattr(one, name))
         for name in Handed._fields
     }
-    return {
-        name: Share(sum(size > VIBRATES for size in own), len(own))
-        for name, own in sizes.items()
-        if own
-    }
+    return {name: share for name, share in shares.items() if share is not None}
 
 
-@dataclass(frozen=True)
-class FlutterVerdict:
-    """H6: what it rests on; thresholds [1] with the paper's gains, lowest and highest of all poses.
+def h6(limits: Sequence[Threshold], check: GrowthCheck, found: Vibrating) -> JsonObject:
+    """The verdict: what it rests on; thresholds with the paper's gains; how far anything vibrates.
 
-    vibrates_to: up to which zeta anything vibrates in simulations without tooth error.
+    Thresholds are the lowest and the highest of all poses; vibrations are without tooth error.
     """
-
-    parts: Mapping[str, bool | None]
-    lowest_zeta: float
-    highest_zeta: float
-    vibrates_to: Mapping[str, float | None]
-
-    @classmethod
-    def of(
-        cls, limits: Sequence[Threshold], check: GrowthCheck, found: Vibrating
-    ) -> FlutterVerdict:
-        """From all that was done."""
-        parts = {
-            "sensing at the sun removes it": cured_at_the_sun(limits),
-            "growth as predicted": check.agrees,
-        }
-        if found.cells:
-            parts["independent of E"] = independent_of_error(found)
-            parts["gone without feedback"] = lives_on_feedback(found)
-        paper = [one.zeta for one in limits if one.is_papers]
-        vibrates_to = {
+    parts = {
+        "sensing at the sun removes it": linear_limits.cured_at_the_sun(limits),
+        "growth as predicted": check.agrees,
+    }
+    if found.cells:
+        parts["independent of E"] = independent_of_error(found)
+        parts["gone without feedback"] = lives_on_feedback(found)
+    paper = [one.zeta for one in limits if one.is_papers]
+    return {
+        "id": "H6",
+        "verdict": _in_words(parts.values()),
+        "parts": dict(parts),
+        "lowest_threshold_zeta": min(paper),
+        "highest_threshold_zeta": max(paper),
+        "vibrates_up_to_zeta": {
             "always": highest_vibrating(found, damping="always"),
             "contact": highest_vibrating(found, damping="contact"),
             "contact_lumped": highest_vibrating(found, damping="contact", planets="lumped"),
             "contact_steady": highest_vibrating(found, damping="contact", varying=False),
-        }
-        return cls(parts, min(paper), max(paper), vibrates_to)
-
-    @property
-    def verdict(self) -> str:
-        """In words."""
-        return _in_words(self.parts.values())
-
-    def record(self) -> JsonObject:
-        """For JSON."""
-        return {
-            "id": "H6",
-            "verdict": self.verdict,
-            "parts": dict(self.parts),
-            "lowest_threshold_zeta": self.lowest_zeta,
-            "highest_threshold_zeta": self.highest_zeta,
-            "vibrates_up_to_zeta": dict(self.vibrates_to),
-        }
+        },
+    }
 
 
 def _in_words(parts: Collection[bool | None]) -> str:
@@ -251,10 +198,16 @@ def _resolved(sizes: Sequence[float]) -> tuple[float | None, ...]:
     return tuple(size if size > RESOLVED else None for size in sizes)
 
 
-def _parts(sizes: Sequence[float]) -> tuple[float | None, ...]:
-    """Least, median and largest."""
-    ordered = sorted(sizes)
-    return _resolved((ordered[0], ordered[len(ordered) // 2], ordered[-1]))
+def _ends_and_median(
+    name: str,
+) -> Callable[[tuple[FlutterSetting, Handed]], tuple[float | None, ...]]:
+    """Least, median and largest of the starts, by what drives the arm."""
+
+    def parts(pair: tuple[FlutterSetting, Handed]) -> tuple[float | None, ...]:
+        ordered = sorted(getattr(pair[1], name))
+        return _resolved((ordered[0], ordered[len(ordered) // 2], ordered[-1]))
+
+    return parts
 
 
 def _growing(limit: Threshold) -> float | None:
@@ -263,60 +216,49 @@ def _growing(limit: Threshold) -> float | None:
     return rate if abs(rate) > ROUNDING_PER_S else None
 
 
-LIMITS: Columns[Threshold] = Columns(
-    lambda one: (
-        f"controller/threshold/{one.point.arm}/elbow {one.elbow_deg:g}"
-        f"/P {one.point.gains[0]:g} D {one.point.gains[1]:g}"
-        f"/k {one.point.stiffness:g}/{one.point.sensed}"
-    ),
+LIMITS = Columns[Threshold](
+    "controller/threshold/{0.point.arm}/elbow {0.elbow_deg:g}"
+    "/P {0.point.gains[0]:g} D {0.point.gains[1]:g}/k {0.point.stiffness:g}/{0.point.sensed}",
     [
         TableColumn("arm", "reading", lambda one: READINGS[one.point.arm]),
-        TableColumn("elbow_deg", "elbow [°]", lambda one: one.elbow_deg, ".0f"),
-        TableColumn("P_N_m_per_rad", "P [N m/rad]", lambda one: one.point.gains[0], "g"),
-        TableColumn("D_N_m_s_per_rad", "D [N m s/rad]", lambda one: one.point.gains[1], "g"),
-        TableColumn("stiffness_over_k_m", "k / k_m", lambda one: one.point.stiffness, "g"),
-        TableColumn("sensed", "looks at the", lambda one: one.point.sensed),
-        TableColumn("zeta", "unstable below ζ (0: nowhere)", lambda one: one.zeta, ".5f"),
-        TableColumn("frequency_Hz", "mode there [Hz]", lambda one: one.frequency_Hz, ".0f"),
+        TableColumn("elbow_deg", "elbow [°]", form=".0f"),
+        TableColumn("P_N_m_per_rad", "P [N m/rad]", "point.gains.0", "g"),
+        TableColumn("D_N_m_s_per_rad", "D [N m s/rad]", "point.gains.1", "g"),
+        TableColumn("stiffness_over_k_m", "k / k_m", "point.stiffness", "g"),
+        TableColumn("sensed", "looks at the", "point.sensed"),
+        TableColumn("zeta", "unstable below ζ (0: nowhere)", form=".5f"),
+        TableColumn("frequency_Hz", "mode there [Hz]", form=".0f"),
         TableColumn("undamped_growth_per_s", "growth at ζ = 0 [1/s]", _growing),
-        TableColumn("growth_at_threshold_per_s", None, lambda one: one.growth_per_s),
+        TableColumn("growth_at_threshold_per_s", None, "growth_per_s"),
     ],
 )
-CELLS: Columns[Flutter] = Columns(
-    lambda one: f"controller/flutter/{one.setting.id}",
+CELLS = Columns[Flutter](
+    "controller/flutter/{0.setting.id}",
     [
-        TableColumn("damping", "dampers act", lambda one: one.setting.damping),
-        TableColumn("zeta", "ζ", lambda one: one.setting.zeta, "g"),
-        TableColumn("tooth_error_um", "E [µm]", lambda one: one.setting.tooth_error_um, "g"),
-        TableColumn("varying", "stiffness varies", lambda one: one.setting.varying),
+        TableColumn("damping", "dampers act", "setting.damping"),
+        TableColumn("zeta", "ζ", "setting.zeta", "g"),
+        TableColumn("tooth_error_um", "E [µm]", "setting.tooth_error_um", "g"),
+        TableColumn("varying", "stiffness varies", "setting.varying"),
         TableColumn("feedback", "feedback", lambda one: not one.setting.played_back),
-        TableColumn("planets", "planets", lambda one: one.setting.planets),
-        TableColumn(
-            "vibrating", "starts that vibrate", lambda one: one.share.yes if one.share else None
-        ),
+        TableColumn("planets", "planets", "setting.planets"),
+        TableColumn("vibrating", "starts that vibrate", "share.yes"),
         TableColumn("starts", "of", lambda one: len(one.sizes)),
         TableColumn(
             "quantiles_rad_per_s2", "vibration [rad/s²]", lambda one: _resolved(one.quantiles)
         ),
-        TableColumn("frequency_Hz", "[Hz]", lambda one: one.frequency_Hz, ".0f"),
-        TableColumn("state", None, lambda one: str(one.state)),
+        TableColumn("frequency_Hz", "[Hz]", form=".0f"),
+        TableColumn("state", None, "state.value"),
     ],
 )
-HANDOVERS: Columns[tuple[FlutterSetting, Handed]] = Columns(
-    lambda pair: f"controller/handed/{pair[0].id}",
+HANDOVERS = Columns[tuple[FlutterSetting, Handed]](
+    "controller/handed/{0[0].id}",
     [
-        TableColumn("zeta", "ζ", lambda pair: pair[0].zeta, "g"),
-        TableColumn("planets", "planets", lambda pair: pair[0].planets),
+        TableColumn("zeta", "ζ", "0.zeta", "g"),
+        TableColumn("planets", "planets", "0.planets"),
         TableColumn("starts", "starts", lambda pair: len(pair[1].link)),
-        TableColumn(
-            "link_rad_per_s2", "goes on as it was [rad/s²]", lambda pair: _parts(pair[1].link)
-        ),
-        TableColumn(
-            "torque_rad_per_s2", "torque alone", lambda pair: _parts(pair[1].torque), ".1g"
-        ),
-        TableColumn(
-            "sun_rad_per_s2", "looking at the sun", lambda pair: _parts(pair[1].sun), ".1g"
-        ),
+        TableColumn("link_rad_per_s2", "goes on as it was [rad/s²]", _ends_and_median("link")),
+        TableColumn("torque_rad_per_s2", "torque alone", _ends_and_median("torque"), ".1g"),
+        TableColumn("sun_rad_per_s2", "looking at the sun", _ends_and_median("sun"), ".1g"),
     ],
 )
 
@@ -324,27 +266,25 @@ HANDOVERS: Columns[tuple[FlutterSetting, Handed]] = Columns(
 def drawing(limits: Sequence[Threshold], cells: Sequence[Flutter]) -> str:
     """Threshold against pose and derivative gain; share of starts that vibrate against zeta."""
     picture, grid = new_figure(1, 3, 2.9)
-    link = [r for r in limits if r.point.sensed != SUN and r.point.stiffness == 1]
-    stretched = [r for r in link if not r.elbow_deg and r.point.gains[0] == PAPER_GAINS[0]]
-    by_pose = [r for r in link if r.by_pose]
-    _thresholds(grid[0, 0], by_pose, lambda r: r.elbow_deg, "elbow angle [°]")
-    _thresholds(grid[0, 1], stretched, lambda r: r.point.gains[1], "D [N m s/rad]")
-    _shares(grid[0, 2], cells)
-    legend(picture, grid[0, 0], grid[0, 2])
-    return to_svg(picture)
-
-
-def _thresholds(
-    axes: Axes, found: Sequence[Threshold], abscissa: Callable[[Threshold], float], label: str
-) -> None:
-    for arm, colour in zip(dict.fromkeys(r.point.arm for r in found), COLOURS, strict=False):
-        points = sorted((abscissa(r), r.zeta) for r in found if r.point.arm == arm)
-        axes.plot(*np.array(points).T, "o-", color=colour, label=READINGS[arm], ms=3)
-    axes.set(xlabel=label, ylabel="unstable below ζ [1]", ylim=(0, None))
-
-
-def _shares(axes: Axes, cells: Sequence[Flutter]) -> None:
-    """Without tooth error."""
+    link = [r for r in limits if r.point.sensed != linear_limits.SUN and r.point.stiffness == 1]
+    proportional, _ = linear_limits.PAPER_GAINS
+    panels = (
+        ([(r.point.arm, r.elbow_deg, r.zeta) for r in link if r.by_pose], "elbow angle [°]"),
+        (
+            [
+                (r.point.arm, r.point.gains[1], r.zeta)
+                for r in link
+                if not r.elbow_deg and r.point.gains[0] == proportional
+            ],
+            "D [N m s/rad]",
+        ),
+    )
+    for axes, (points, label) in zip(grid[0], panels, strict=False):
+        for arm, colour in zip(dict.fromkeys(arm for arm, _, _ in points), COLOURS, strict=False):
+            own = sorted((x, zeta) for of, x, zeta in points if of == arm)
+            axes.plot(*np.array(own).T, "o-", color=colour, label=READINGS[arm], ms=3)
+        axes.set(xlabel=label, ylabel="unstable below ζ [1]", ylim=(0, None))
+    axes = grid[0, 2]
     plain = [one for one in cells if not one.setting.tooth_error_um]
     kinds = dict.fromkeys(_kind(one.setting) for one in plain)
     for kind, colour in zip(kinds, COLOURS[2:], strict=False):
@@ -353,6 +293,8 @@ def _shares(axes: Axes, cells: Sequence[Flutter]) -> None:
         axes.plot([r.setting.zeta for r in mine], values, "o-", color=colour, label=kind, ms=3)
     axes.set(xscale="log", xlabel="ζ", ylabel="share that vibrates [1]", ylim=(-0.05, 1.05))
     axes.xaxis.set_minor_formatter(NullFormatter())
+    legend(picture, grid[0, 0], grid[0, 2])
+    return to_svg(picture)
 
 
 def _kind(setting: FlutterSetting) -> str:

@@ -7,7 +7,7 @@ those of the best setting.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -15,11 +15,9 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from crosscheck.audit.claims.catalogue import BY_ID
-from crosscheck.audit.claims.quantities import Known
-from crosscheck.audit.claims.rule import Answer, Claim, State, answers
+from crosscheck.audit.claims import catalogue, quantities, rule
 from crosscheck.audit.claims.settings import plan_of
-from crosscheck.audit.experiments.cells import LAWS, READINGS, Cell, Law
+from crosscheck.audit.experiments.cells import LAWS, READINGS, Cell
 from crosscheck.audit.experiments.experiments import CONSTANT, NO_ERROR, PD
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
@@ -47,7 +45,7 @@ ALPHA = 0.05  # that one setting or more is left out although it explains as muc
 
 def chapter(material: Material) -> AuditChapter:
     """The set of settings that explain the printed numbers equally well."""
-    claims = [BY_ID[name] for name in NUMBERS]
+    claims = [catalogue.BY_ID[name] for name in NUMBERS]
     found = fits(material, claims)
     chosen = equally_good(found)
     whole, left_out = span(chosen), each_left_out(found)
@@ -58,101 +56,98 @@ def chapter(material: Material) -> AuditChapter:
         "claims": claims,
         "chosen": whole,
         "laws": [LAW_WORDS[law] for law in whole.laws],
-        "most": {LAW_WORDS[law.id]: _most(found, law) for law in LAWS},
+        "most": {  # numbers that a law's best setting explains
+            LAW_WORDS[law.id]: max(fit.mean for fit in found if fit.cell.law == law) for law in LAWS
+        },
     }
     page = text(
         "hypotheses/damping_fit",
-        always=[BY_ID[name] for name in silent[State.YES]],
-        never=[BY_ID[name] for name in silent[State.NO]],
+        always=[catalogue.BY_ID[name] for name in silent[rule.State.YES]],
+        never=[catalogue.BY_ID[name] for name in silent[rule.State.NO]],
         settings=len(found),
         starts=len(material.scale.seeds),
         alpha=ALPHA,
-        picture=html(drawing(found, chosen, LAW_WORDS)),
-        best=html(table.html(chosen)),
-        left_out=html(SPANS.html(left_out)),
-        every=html(table.html(sorted(found, key=lambda fit: -fit.mean))),
-        reversals=html(REVERSALS.html(rigid)),
+        picture=html(drawing(found, chosen)),
+        best=table.html(chosen),
+        left_out=SPANS.html(left_out),
+        every=table.html(sorted(found, key=lambda fit: -fit.mean)),
+        reversals=REVERSALS.html(rigid),
         **given,
     )
     verdict: dict[str, object] = {
         "id": "damping",
         **recorded(vars(whole)),
         "without": [recorded(vars(one)) for one in left_out],
-        "true_in_all": silent[State.YES],
-        "false_in_all": silent[State.NO],
+        "true_in_all": silent[rule.State.YES],
+        "false_in_all": silent[rule.State.NO],
     }
     records: list[Mapping[str, object]] = [verdict, *REVERSALS.json(rigid), *table.json(found)]
     outcome = text("hypotheses/damping_fit_outcome", **given)
     return AuditChapter(ID, TITLE, page, records, outcome)
 
 
-def _most(found: Sequence[DampingFit], law: Law) -> float:
-    """Numbers that a law's best setting explains."""
-    return max(fit.mean for fit in found if fit.cell.law == law)
-
-
-def _share(claim: Claim) -> Callable[[DampingFit], float]:
-    return lambda fit: float(np.mean(fit.explained[claim.id]))
-
-
-def _columns(claims: Sequence[Claim], chosen: Sequence[DampingFit]) -> Columns[DampingFit]:
+def _columns(claims: Sequence[rule.Claim], chosen: Sequence[DampingFit]) -> Columns[DampingFit]:
     """claims: whose shares of starts are shown."""
+
+    def share(claim: rule.Claim) -> TableColumn[DampingFit]:
+        def of(fit: DampingFit) -> float:
+            return float(np.mean(fit.explained[claim.id]))
+
+        return TableColumn(claim.id, claim.id, of, ".2f")
+
     return Columns(
-        lambda fit: f"damping_fit/{fit.cell.id}",
+        "damping_fit/{0.cell.id}",
         [
             TableColumn("law", "phase law", lambda fit: LAW_WORDS[fit.cell.law.id]),
-            TableColumn("reading", "reading", lambda fit: fit.cell.reading),
-            TableColumn("planets", "planets", lambda fit: fit.cell.planets),
-            TableColumn("zeta", "ζ", lambda fit: fit.cell.zeta, "g"),
-            TableColumn("explained", "numbers explained", lambda fit: fit.mean, ".2f"),
-            *(TableColumn(claim.id, claim.id, _share(claim), ".2f") for claim in claims),
+            TableColumn("reading", "reading", "cell.reading"),
+            TableColumn("planets", "planets", "cell.planets"),
+            TableColumn("zeta", "ζ", "cell.zeta", "g"),
+            TableColumn("explained", "numbers explained", "mean", ".2f"),
+            *map(share, claims),
             TableColumn("equally_good", None, lambda fit: fit in chosen),
         ],
     )
 
 
 SPANS: Columns[Span] = Columns(
-    lambda one: f"damping_fit/without/{one.left_out}",
+    "damping_fit/without/{0.left_out}",
     [
-        TableColumn("left_out", "without", lambda one: one.left_out),
-        TableColumn("settings", "equally good", lambda one: one.settings),
-        TableColumn("explained", "numbers explained, at most", lambda one: one.mean, ".2f"),
+        TableColumn("left_out", "without"),
+        TableColumn("settings", "equally good"),
+        TableColumn("explained", "numbers explained, at most", "mean", ".2f"),
         TableColumn("laws", "phase law", lambda one: "; ".join(LAW_WORDS[law] for law in one.laws)),
         TableColumn("readings", "reading", lambda one: ", ".join(one.readings)),
         TableColumn("planets", "planets", lambda one: ", ".join(one.planets)),
-        TableColumn("zetas", "ζ", lambda one: one.zetas, "g"),
+        TableColumn("zetas", "ζ", form="g"),
     ],
 )
 REVERSALS: Columns[Reversals] = Columns(
-    lambda one: f"damping_fit/rigid/{one.level}",
+    "damping_fit/rigid/{0.level}",
     [
-        TableColumn("level", "rigid arm", lambda one: one.level),
-        TableColumn(
-            "side_change_s", "torque changes sign at [s]", lambda one: one.side_change_s, ".3f"
-        ),
-        TableColumn("return_s", "and again at [s]", lambda one: one.return_s, ".3f"),
+        TableColumn("level", "rigid arm"),
+        TableColumn("side_change_s", "torque changes sign at [s]", form=".3f"),
+        TableColumn("return_s", "and again at [s]", form=".3f"),
     ],
 )
 
 
-def drawing(
-    found: Sequence[DampingFit], chosen: Sequence[DampingFit], names: dict[str, str]
-) -> str:
-    """Over zeta, a panel for each reading and way of the planets; names: of the laws."""
+def drawing(found: Sequence[DampingFit], chosen: Sequence[DampingFit]) -> str:
+    """Over zeta, a panel for each reading and way of the planets."""
     picture, grid = new_figure(len(PLANETS), len(READINGS), 2.4)
-    for row, planets in zip(grid, PLANETS, strict=True):
-        for axes, (arm, reading) in zip(row, READINGS.items(), strict=True):
-            for law, colour in zip(LAWS, COLOURS, strict=False):
-                mine = [
-                    fit for fit in found
-                    if (fit.cell.law, fit.cell.arm, fit.cell.planets) == (law, arm, planets)
-                ]  # fmt: skip
-                points = [(fit.cell.zeta, fit.mean) for fit in mine]
-                best = [(fit.cell.zeta, fit.mean) for fit in mine if fit in chosen]
-                axes.plot(*_coordinates(points), "o-", color=colour, ms=3, label=names[law.id])
-                axes.plot(*_coordinates(best), "o", mfc="none", mec="k", ms=8, label="equally good")
-            axes.set(xscale="log", ylim=(0, len(found[0].explained)),
-                     title=f"{reading}, planets {planets}")  # fmt: skip
+    for (row, column), axes in np.ndenumerate(grid):
+        arm, planets = tuple(READINGS)[column], PLANETS[row]
+        for law, colour in zip(LAWS, COLOURS, strict=False):
+            mine = [
+                fit for fit in found
+                if (fit.cell.law, fit.cell.arm, fit.cell.planets) == (law, arm, planets)
+            ]  # fmt: skip
+            best = [fit for fit in mine if fit in chosen]
+            axes.plot([fit.cell.zeta for fit in mine], [fit.mean for fit in mine], "o-",
+                      color=colour, ms=3, label=LAW_WORDS[law.id])  # fmt: skip
+            axes.plot([fit.cell.zeta for fit in best], [fit.mean for fit in best], "o",
+                      mfc="none", mec="k", ms=8, label="equally good")  # fmt: skip
+        axes.set(xscale="log", ylim=(0, len(found[0].explained)),
+                 title=f"{READINGS[arm]}, planets {planets}")  # fmt: skip
     for axes in grid[-1]:
         axes.set_xlabel("ζ")
     for axes in grid[:, 0]:
@@ -161,17 +156,13 @@ def drawing(
     return to_svg(picture)
 
 
-def _coordinates(points: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
-    return [x for x, _ in points], [y for _, y in points]
-
-
 @dataclass(frozen=True)
 class DampingFit:
     """A setting. explained: by claim, (starts,), whether each start explains its number."""
 
     cell: Cell
     explained: Mapping[str, np.ndarray]
-    answers: Mapping[str, Answer]
+    answers: Mapping[str, rule.Answer]
 
     @cached_property
     def counts(self) -> np.ndarray:
@@ -189,7 +180,7 @@ class DampingFit:
         return DampingFit(self.cell, left, self.answers)
 
 
-def fits(material: Material, claims: Sequence[Claim]) -> list[DampingFit]:
+def fits(material: Material, claims: Sequence[rule.Claim]) -> list[DampingFit]:
     """Every setting; quick: of the claims' own quick ones."""
     plan = plan_of(material.scale)
     cells = [
@@ -198,16 +189,16 @@ def fits(material: Material, claims: Sequence[Claim]) -> list[DampingFit]:
     ]
     wanted = [(cell, source) for cell in cells for source in SOURCES]
     found = material.samples(wanted, "damping fit")
-    return [fit_of(c, Known({s: found[c, s] for s in SOURCES}), claims) for c in cells]
+    return [fit_of(c, quantities.Known({s: found[c, s] for s in SOURCES}), claims) for c in cells]
 
 
-def fit_of(cell: Cell, known: Known, claims: Sequence[Claim]) -> DampingFit:
+def fit_of(cell: Cell, known: quantities.Known, claims: Sequence[rule.Claim]) -> DampingFit:
     """From the setting's experiments, each claim about one quantity."""
     explained, given = {}, {}
     for claim in claims:
         (quantity,) = claim.choices.values()
         explained[claim.id] = claim.limits.yes(quantity(known))
-        (given[claim.id],) = answers(claim, [(cell, known)])
+        (given[claim.id],) = rule.answers(claim, [(cell, known)])
     return DampingFit(cell, explained, given)
 
 
@@ -254,18 +245,14 @@ def span(chosen: Sequence[DampingFit], left_out: str | None = None) -> Span:
     cells = [fit.cell for fit in chosen]
     zetas = [cell.zeta for cell in cells]
     return Span(
-        left_out,
-        _unlike(cell.law.id for cell in cells),
-        _unlike(cell.reading for cell in cells),
-        _unlike(cell.planets for cell in cells),
-        (min(zetas), max(zetas)),
-        len(cells),
-        max(fit.mean for fit in chosen),
+        left_out=left_out,
+        laws=tuple(dict.fromkeys(cell.law.id for cell in cells)),
+        readings=tuple(dict.fromkeys(cell.reading for cell in cells)),
+        planets=tuple(dict.fromkeys(cell.planets for cell in cells)),
+        zetas=(min(zetas), max(zetas)),
+        settings=len(cells),
+        mean=max(fit.mean for fit in chosen),
     )
-
-
-def _unlike(names: Iterable[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(names))
 
 
 def each_left_out(found: Sequence[DampingFit]) -> list[Span]:
@@ -276,9 +263,9 @@ def each_left_out(found: Sequence[DampingFit]) -> list[Span]:
     ]
 
 
-def tells_nothing(found: Sequence[DampingFit]) -> dict[State, list[str]]:
+def tells_nothing(found: Sequence[DampingFit]) -> dict[rule.State, list[str]]:
     """Claims on which all settings agree, by what they say: these choose no damping."""
-    silent: dict[State, list[str]] = {State.YES: [], State.NO: []}
+    silent: dict[rule.State, list[str]] = {rule.State.YES: [], rule.State.NO: []}
     for claim in found[0].explained:
         states = {fit.answers[claim].state for fit in found}
         if len(states) == 1 and (state := states.pop()) in silent:
@@ -300,12 +287,12 @@ class Reversals:
 
 def reversals(study: Study, scale: Scale) -> list[Reversals]:
     """Of every rigid level. Raises Diverged."""
-    variants = [scale.cut(Variant(model=rigid_model(x), record_every=100)) for x in RIGID_LEVELS]
-    runs = study.runs(variants, "damping fit, rigid arm")
-    return [
-        Reversals(level, *torque_reversals(runs[variant]))
-        for level, variant in zip(RIGID_LEVELS, variants, strict=True)
-    ]
+    variants = {
+        level: scale.cut(Variant(model=rigid_model(level), record_every=100))
+        for level in RIGID_LEVELS
+    }
+    runs = study.runs(variants.values(), "damping fit, rigid arm")
+    return [Reversals(level, *torque_reversals(runs[one])) for level, one in variants.items()]
 
 
 def torque_reversals(run: xr.Dataset) -> tuple[float | None, float | None]:

@@ -2,37 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from markupsafe import Markup
-from matplotlib.axes import Axes
 
 from crosscheck.audit.claims.catalogue import BY_ID
-from crosscheck.audit.claims.rule import Claim, Limits
+from crosscheck.audit.claims.rule import Claim
 from crosscheck.audit.experiments.cells import READINGS
-from crosscheck.audit.hypotheses.evidence.attribution import (
-    CLAIMS,
-    IN_UNIT_OF_CLAIM,
-    TORQUE,
-    Deviation,
-    LadderVerdict,
-    RigidResidual,
-    by_level,
-    deviations,
-    ladder_verdict,
-    left,
-)
-from crosscheck.audit.hypotheses.evidence.rungs import (
-    INERTIA,
-    MESHES,
-    QUANTITIES,
-    SLIPPED,
-    Ladder,
-    climb,
-)
+from crosscheck.audit.hypotheses.evidence import rungs
 from crosscheck.audit.hypotheses.words import GROUPS, LEVELS, RUNGS, SCENARIOS, SYMBOLS
 from crosscheck.audit.measures.undefined import JsonObject, recorded, word
 from crosscheck.audit.page.chapter import AuditChapter
@@ -46,13 +24,15 @@ from crosscheck.report.plots.figures import legend, new_figure, to_svg
 ID, TITLE = "ladder", "What separates the rigid arm from the detailed one (H2)"
 # (scenario, reading, order): both scenarios in both orders, the other reading where the paper
 # prints numbers.
+FIRST_READING = next(iter(READINGS))
 CLIMBS = (
-    *((scenario, arm, "A") for arm in READINGS for scenario in (TORQUE,)),
-    ("pd", next(iter(READINGS)), "A"),
-    *((scenario, next(iter(READINGS)), "B") for scenario in SCENARIOS),
+    *((rungs.TORQUE, arm, "A") for arm in READINGS),
+    ("pd", FIRST_READING, "A"),
+    *((scenario, FIRST_READING, "B") for scenario in SCENARIOS),
 )
 QUICK_CLIMBS = CLIMBS[:1]
-Line = tuple[str, dict[str, Deviation]]  # a rung, and the deviations that it is a part of
+# A rung, and its parts of the deviations by quantity.
+Line = tuple[str, dict[str, rungs.LevelPart]]
 MILLI = 1e3
 _SMALLEST = 1e-13  # a contribution of rounding size still gets a mark
 
@@ -60,58 +40,58 @@ _SMALLEST = 1e-13  # a contribution of rounding size still gets a mark
 class Climbed(NamedTuple):
     """levels: what every baseline leaves; whole: all of every ladder; verdict: of both."""
 
-    ladders: list[Ladder]
-    levels: list[Deviation]
-    whole: list[Deviation]
-    left: list[RigidResidual]
-    verdict: LadderVerdict
+    ladders: list[rungs.Ladder]
+    levels: list[rungs.Deviation]
+    whole: list[rungs.Deviation]
+    left: list[rungs.RigidResidual]
+    verdict: rungs.LadderVerdict
 
 
 def claims() -> dict[str, Claim]:
     """The paper's three numbers, by quantity."""
-    return {quantity: BY_ID[name] for quantity, name in CLAIMS.items()}
+    return {quantity: BY_ID[name] for quantity, name in rungs.CLAIMS.items()}
 
 
 def climbed(material: Material) -> Climbed:
     """All ladders; quick: constant torque in one order, labelled reading."""
     climbs = QUICK_CLIMBS if material.scale.quick else CLIMBS
-    ladders = [climb(material.study, *which, material.scale) for which in climbs]
-    levels = by_level(ladder for ladder in ladders if ladder.order == "A")
-    whole = [one for ladder in ladders for one in deviations(ladder)]
+    ladders = [rungs.climb(material.study, *which, material.scale) for which in climbs]
+    levels = rungs.by_level(ladder for ladder in ladders if ladder.order == "A")
+    whole = [one for ladder in ladders for one in rungs.deviations(ladder)]
     stated = claims()
-    verdict = ladder_verdict(levels, whole, stated["theta_2"].limits)
-    return Climbed(ladders, levels, whole, left(levels, stated), verdict)
-
-
-def picture(found: Climbed) -> str:
-    """What every baseline leaves, beside what the paper says, as svg."""
-    return baselines(found.left, {name: claim.limits for name, claim in claims().items()})
+    verdict = rungs.ladder_verdict(levels, whole, stated["theta_2"].limits)
+    return Climbed(ladders, levels, whole, rungs.left(levels, stated), verdict)
 
 
 def chapter(material: Material) -> AuditChapter:
     """The ladder."""
-    found = climbed(material)
+    found, stated = climbed(material), claims()
+    verdict = found.verdict
+
+    def most(level: str) -> float:
+        """Largest deviation of theta_2 [rad] that a level leaves."""
+        return max(abs(one.found["theta_2"].total) for one in found.left if one.level == level)
+
     page = text(
         "hypotheses/ladder",
-        verdict=found.verdict,
-        levels=[LEVELS[level] for level in found.verdict.fitting],
-        limits={name: str(claim.limits) for name, claim in claims().items()},
+        verdict=verdict,
+        levels=[LEVELS[level] for level in verdict.fitting],
+        limits={name: str(claim.limits) for name, claim in stated.items()},
         all_three=[LEVELS[one.level] for one in found.left if all(one.fits.values())],
-        links_factor=_most(found.left, "links") / claims()["theta_2"].limits.high,
-        coupled_rad=_most(found.left, "coupled"),
+        links_factor=most("links") / stated["theta_2"].limits.high,
+        coupled_rad=most("coupled"),
         fitting=[one for one in found.left if one.fits["theta_2"]],
         names=LEVELS,
-        causes=[GROUPS.get(cause, cause) for cause in found.verdict.causes],
-        groups={"inertia": INERTIA, "meshes": MESHES, "slips": SLIPPED},
+        causes=[GROUPS.get(cause, cause) for cause in verdict.causes],
+        groups={"inertia": rungs.INERTIA, "meshes": rungs.MESHES, "slips": rungs.SLIPPED},
         rungs=len(found.ladders[0].names),
-        picture=html(picture(found)),
-        left=html(LEFT.html(found.left)),
+        picture=html(baselines(found.left)),
+        left=LEFT.html(found.left),
         scenarios=[_scenario(found.ladders, name) for name in SCENARIOS],
-        shares=html(SHARES.html([one for one in found.whole if one.instant == "largest"])),
+        shares=SHARES.html(one for one in found.whole if one.instant == "largest"),
     )
     # A whole ladder is also what its lowest level leaves.
     unlike = {(one.where, one.quantity): one for one in (*found.whole, *found.levels)}
-    verdict = found.verdict
     records: list[JsonObject] = [
         {
             "id": "H2",
@@ -132,80 +112,71 @@ def chapter(material: Material) -> AuditChapter:
             for record in _rung_columns(ladder, f"/{instant}").json(_lines(ladder, instant))
         ),
     ]
-    outcome = text("hypotheses/ladder_outcome", verdict=found.verdict, inertia=INERTIA)
+    outcome = text("hypotheses/ladder_outcome", verdict=verdict, inertia=rungs.INERTIA)
     return AuditChapter(ID, TITLE, page, records, outcome)
 
 
-def _most(found: Sequence[RigidResidual], level: str) -> float:
-    """Largest deviation of theta_2 [rad] that a level leaves."""
-    return max(abs(one.found["theta_2"].total) for one in found if one.level == level)
-
-
-class ScenarioSection(NamedTuple):
-    """For the page: a scenario with its drawing and tables."""
-
-    title: str
-    drawing: Markup
-    tables: list[Markup]
-
-
-def _scenario(ladders: Sequence[Ladder], name: str) -> ScenarioSection | None:
-    """None where it was not climbed."""
-    mine = [x for x in ladders if x.scenario == name and x.arm == next(iter(READINGS))]
+def _scenario(ladders: Sequence[rungs.Ladder], name: str) -> dict[str, object] | None:
+    """Title, drawing and tables of a scenario; None where it was not climbed."""
+    mine = [x for x in ladders if (x.scenario, x.arm) == (name, FIRST_READING)]
     if not mine:
         return None
-    tables = [html(_rung_columns(x).html(_lines(x, "largest"), f"Order {x.order}")) for x in mine]
-    return ScenarioSection(SCENARIOS[name], html(waterfall(mine)), tables)
+    tables = [_rung_columns(x).html(_lines(x, "largest"), f"Order {x.order}") for x in mine]
+    return {"title": SCENARIOS[name], "drawing": html(waterfall(mine)), "tables": tables}
 
 
-def _lines(ladder: Ladder, instant: str) -> list[Line]:
-    at = {one.quantity: one for one in deviations(ladder) if one.instant == instant}
-    return [(name, at) for name in ladder.names]
-
-
-def _rung_columns(ladder: Ladder, instant: str = "") -> Columns[Line]:
-    place = f"ladder/{ladder.arm}/{ladder.scenario}/{ladder.order}{instant}"
-    columns: list[TableColumn[Line]] = [
-        TableColumn("rung", "model change", lambda line: RUNGS[line[0]])
+def _lines(ladder: rungs.Ladder, instant: str) -> list[Line]:
+    at = [one for one in rungs.deviations(ladder) if one.instant == instant]
+    parts = zip(*(one.rungs for one in at), strict=True)
+    return [
+        (name, dict(zip(rungs.QUANTITIES, some, strict=True)))
+        for name, some in zip(ladder.names, parts, strict=True)
     ]
-    for name, unit in QUANTITIES.items():
-        columns += [
-            TableColumn(f"{name}_{unit}", f"{SYMBOLS[name]} [{unit}]", partial(_resolved, name)),
-            TableColumn(f"{name}_with_uncertainty", None, partial(_both, name)),
-        ]
-    return Columns(lambda line: f"{place}/{line[0]}", columns)
 
 
-def _both(quantity: str, line: Line) -> tuple[float, float]:
-    """A rung's contribution and its uncertainty."""
-    (rung,) = (rung for rung in line[1][quantity].rungs if rung.name == line[0])
-    return rung.contribution, rung.uncertainty
+def _rung_columns(ladder: rungs.Ladder, instant: str = "") -> Columns[Line]:
+    """A contribution is shown where it is above its uncertainty; both are recorded."""
+
+    def of_quantity(name: str, unit: str) -> tuple[TableColumn[Line], ...]:
+        def resolved(line: Line) -> float | None:
+            part = line[1][name]
+            return part.contribution if abs(part.contribution) > part.uncertainty else None
+
+        def both(line: Line) -> tuple[float, float]:
+            return line[1][name].contribution, line[1][name].uncertainty
+
+        return (
+            TableColumn(f"{name}_{unit}", f"{SYMBOLS[name]} [{unit}]", resolved),
+            TableColumn(f"{name}_with_uncertainty", None, both),
+        )
+
+    return Columns(
+        f"ladder/{ladder.arm}/{ladder.scenario}/{ladder.order}{instant}/{{0[0]}}",
+        [
+            TableColumn("rung", "model change", lambda line: RUNGS[line[0]]),
+            *(column for quantity in rungs.QUANTITIES.items() for column in of_quantity(*quantity)),
+        ],
+    )
 
 
-def _resolved(quantity: str, line: Line) -> float | None:
-    """The contribution, None if it is below its uncertainty."""
-    value, doubt = _both(quantity, line)
-    return value if abs(value) > doubt else None
-
-
-def _share(group: str) -> Callable[[Deviation], float]:
+def _share(group: str) -> Callable[[rungs.Deviation], float]:
     return lambda one: 100 * one.shares[group]
 
 
-SHARES: Columns[Deviation] = Columns(
-    lambda one: f"ladder/{one.where}/{one.quantity}",
+SHARES = Columns[rungs.Deviation](
+    "ladder/{0.where}/{0.quantity}",
     [
         TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
-        TableColumn("scenario", "experiment", lambda one: one.scenario),
-        TableColumn("order", "order", lambda one: one.order),
-        TableColumn("level", None, lambda one: one.level),
+        TableColumn("scenario", "experiment"),
+        TableColumn("order", "order"),
+        TableColumn("level", None),
         TableColumn("quantity", "of", lambda one: SYMBOLS[one.quantity]),
-        TableColumn("instant", None, lambda one: one.instant),
-        TableColumn("time_s", "at [s]", lambda one: one.time_s),
-        TableColumn("total", "deviation [rad, m]", lambda one: one.total),
+        TableColumn("instant", None),
+        TableColumn("time_s", "at [s]"),
+        TableColumn("total", "deviation [rad, m]"),
         *(
-            TableColumn(f"{group}_percent", f"{GROUPS[group]} [%]", _share(group))
-            for group in GROUPS
+            TableColumn(f"{group}_percent", f"{name} [%]", _share(group))
+            for group, name in GROUPS.items()
         ),
         TableColumn(
             "dominant", "nearly all of it", lambda one: GROUPS.get(one.dominant, one.dominant)
@@ -214,7 +185,7 @@ SHARES: Columns[Deviation] = Columns(
 )
 
 
-def _left_of(name: str, unit: str) -> tuple[TableColumn[RigidResidual], ...]:
+def _left_of(name: str, unit: str) -> tuple[TableColumn[rungs.RigidResidual], ...]:
     """A quantity's two columns."""
     title = f"left of {SYMBOLS[name]} [{unit}]"
     return (
@@ -223,28 +194,29 @@ def _left_of(name: str, unit: str) -> tuple[TableColumn[RigidResidual], ...]:
     )
 
 
-def _span(group: str) -> Callable[[RigidResidual], tuple[float, ...]]:
+def _span(group: str) -> Callable[[rungs.RigidResidual], tuple[float, ...]]:
     return lambda one: tuple(100 * end for end in one.span(group))
 
 
-LEFT: Columns[RigidResidual] = Columns(
-    lambda one: one.id,
+LEFT = Columns[rungs.RigidResidual](
+    "{0.id}",
     [
         TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
         TableColumn("level", "the baseline has", lambda one: LEVELS[one.level]),
-        *(column for quantity in QUANTITIES.items() for column in _left_of(*quantity)),
+        *(column for quantity in rungs.QUANTITIES.items() for column in _left_of(*quantity)),
         *(
             TableColumn(f"{g}_percent", f"{GROUPS[g]} [%]", _span(g))
-            for g in (INERTIA, MESHES, SLIPPED)
+            for g in (rungs.INERTIA, rungs.MESHES, rungs.SLIPPED)
         ),
     ],
 )
 
 
-def baselines(found: Sequence[RigidResidual], limits: Mapping[str, Limits]) -> str:
-    """The size of what every baseline leaves, beside what the paper says; limits: by quantity."""
-    figure, grid = new_figure(1, len(QUANTITIES), 2.6)
-    for axes, (name, factor) in zip(grid[0], IN_UNIT_OF_CLAIM.items(), strict=True):
+def baselines(found: Sequence[rungs.RigidResidual]) -> str:
+    """The size of what every baseline leaves, beside what the paper says, as svg."""
+    limits = {name: claim.limits for name, claim in claims().items()}
+    figure, grid = new_figure(1, len(rungs.QUANTITIES), 2.6)
+    for axes, (name, factor) in zip(grid[0], rungs.IN_UNIT_OF_CLAIM.items(), strict=True):
         axes.axvspan(limits[name].low, limits[name].high, color="#999999", alpha=0.3, label="paper")
         for arm, marker, colour in zip(READINGS, "os", COLOURS, strict=False):
             mine = [one for one in found if one.arm == arm]
@@ -258,47 +230,34 @@ def baselines(found: Sequence[RigidResidual], limits: Mapping[str, Limits]) -> s
     return to_svg(figure)
 
 
-def waterfall(ladders: list[Ladder]) -> str:
+def waterfall(ladders: list[rungs.Ladder]) -> str:
     """Above, the first order's contributions stacked; below, the sizes of every order's.
 
-    Each column at the time of its own largest deviation.
+    Each column at the time of its own largest deviation. Bars begin where the one above ended, the
+    total is a line; numerical uncertainties are grey crosses.
     """
-    figure, grid = new_figure(2, len(QUANTITIES), 3.0)
-    names = ladders[0].names
-    for quantity, (name, unit) in enumerate(QUANTITIES.items()):
-        index = ladders[0].largest(quantity)
-        _stack(grid[0, quantity], MILLI * ladders[0].fine[:, index, quantity])
-        grid[0, quantity].set(
-            xlabel=f"{SYMBOLS[name]} [m{unit}]",
-            title=f"at t = {ladders[0].time[index]:.3f} s, order A",
-            yticks=[],
-        )
+    figure, grid = new_figure(2, len(rungs.QUANTITIES), 3.0)
+    first, names = ladders[0], ladders[0].names
+    rows = np.arange(len(names))
+    for quantity, (name, unit) in enumerate(rungs.QUANTITIES.items()):
+        above, below = grid[:, quantity]
+        index = first.largest(quantity)
+        steps = MILLI * first.fine[:, index, quantity]
+        ends, colours = np.cumsum(steps), [COLOURS[0] if s >= 0 else COLOURS[1] for s in steps]
+        above.barh(rows, steps, left=ends - steps, color=colours)
+        above.vlines(ends, rows - 0.4, rows + 1.4, color="k", lw=0.6)
+        above.set(xlabel=f"{SYMBOLS[name]} [m{unit}]", yticks=[], ylim=(len(names) - 0.4, -0.6),
+                  title=f"at t = {first.time[index]:.3f} s, order A")  # fmt: skip
         for ladder, marker, colour in zip(ladders, "os", COLOURS, strict=False):
-            _sizes(grid[1, quantity], ladder, names, quantity, marker, colour)
-        grid[1, quantity].set(xlabel=f"|contribution to {SYMBOLS[name]}| [{unit}]", yticks=[])
+            at = ladder.largest(quantity)
+            own = [names.index(rung) for rung in ladder.names]
+            size = np.maximum(np.abs(ladder.fine[:, at, quantity]), _SMALLEST)
+            doubt = np.maximum(ladder.uncertainty[:, at, quantity], _SMALLEST)
+            below.plot(size, own, marker, color=colour, label=f"order {ladder.order}", ms=4)
+            below.plot(doubt, own, "x", color="#999999", ms=3, label="numerical uncertainty")
+        below.set(xscale="log", ylim=(len(names) - 0.4, -0.6), yticks=[],
+                  xlabel=f"|contribution to {SYMBOLS[name]}| [{unit}]")  # fmt: skip
     for axes in grid[:, 0]:
-        axes.set_yticks(range(len(names)), [RUNGS[name] for name in names])
+        axes.set_yticks(rows, [RUNGS[name] for name in names])
     legend(figure, grid[1, 0])
     return to_svg(figure)
-
-
-def _stack(axes: Axes, steps: np.ndarray) -> None:
-    """Bars, each from where the one above it ended; the total as a line."""
-    rows = np.arange(steps.size)
-    before = np.cumsum(steps) - steps
-    axes.barh(rows, steps, left=before, color=[COLOURS[0] if s >= 0 else COLOURS[1] for s in steps])
-    axes.vlines(np.cumsum(steps), rows - 0.4, rows + 1.4, color="k", lw=0.6)
-    axes.set_ylim(steps.size - 0.4, -0.6)
-
-
-def _sizes(
-    axes: Axes, ladder: Ladder, names: tuple[str, ...], quantity: int, marker: str, colour: str
-) -> None:
-    """Each rung's magnitude as a mark, its numerical uncertainty as a grey cross."""
-    index = ladder.largest(quantity)
-    rows = [names.index(name) for name in ladder.names]
-    size = np.maximum(np.abs(ladder.fine[:, index, quantity]), _SMALLEST)
-    doubt = np.maximum(ladder.uncertainty[:, index, quantity], _SMALLEST)
-    axes.plot(size, rows, marker, color=colour, label=f"order {ladder.order}", ms=4)
-    axes.plot(doubt, rows, "x", color="#999999", ms=3, label="numerical uncertainty")
-    axes.set(xscale="log", ylim=(len(names) - 0.4, -0.6))

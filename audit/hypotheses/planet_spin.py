@@ -7,7 +7,7 @@ from crosscheck.audit.hypotheses.evidence.spin import CONSIDERABLE_M, Difference
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import html, text
+from crosscheck.audit.page.text import text
 
 ID, TITLE = "planet_spin", "The elbow planets' spin (H4)"
 DURATIONS_S = {"constant-torque": 0.5, "pd": 3.0}
@@ -23,7 +23,7 @@ def chapter(material: Material) -> AuditChapter:
     found = material.study.answers(wanted, "H4, planet spin")
     largest = max(found, key=lambda difference: difference.tip_m)
     said = {"largest": largest, "matters": matters(largest.tip_m), "limit_m": CONSIDERABLE_M}
-    page = text("hypotheses/planet_spin", first=found[0], table=html(COSTS.html(found)), **said)
+    page = text("hypotheses/planet_spin", first=found[0], table=COSTS.html(found), **said)
     verdict = {
         "id": "H4",
         "verdict": "considerable" if matters(largest.tip_m) else "not considerable",
@@ -34,21 +34,21 @@ def chapter(material: Material) -> AuditChapter:
     return AuditChapter(ID, TITLE, page, [verdict, *COSTS.json(found)], outcome)
 
 
-COSTS: Columns[Difference] = Columns(
-    lambda one: f"H4/{one.arm}/{one.scenario}",
+COSTS = Columns[Difference](
+    "H4/{0.arm}/{0.scenario}",
     [
         TableColumn("arm", "reading", lambda one: READINGS[one.arm]),
-        TableColumn("scenario", "experiment", lambda one: one.scenario),
-        TableColumn("duration_s", "[s]", lambda one: one.duration_s, "g"),
-        TableColumn("missing_kg_m2", "missing in M₃₃ [kg m²]", lambda one: one.missing_kg_m2),
+        TableColumn("scenario", "experiment"),
+        TableColumn("duration_s", "[s]", form="g"),
+        TableColumn("missing_kg_m2", "missing in M₃₃ [kg m²]"),
         TableColumn(
             "missing_percent",
             "of M₃₃ [%]",
             lambda one: None if one.relative is None else 100 * one.relative,
             ".2g",
         ),
-        TableColumn("theta_rad", "Δθ [rad]", lambda one: one.theta_rad),
+        TableColumn("theta_rad", "Δθ [rad]"),
         TableColumn("tip_mm", "tip [mm]", lambda one: 1e3 * one.tip_m),
-        TableColumn("mesh_force_N", "mesh force per planet [N]", lambda one: one.mesh_force_N),
+        TableColumn("mesh_force_N", "mesh force per planet [N]"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from typing import NamedTuple
 
@@ -25,6 +26,12 @@ class Share(NamedTuple):
     def interval(self) -> tuple[float, float]:
         """Clopper and Pearson's 95 % interval of the probability."""
         return _interval(self.yes, self.of)
+
+
+def share_of(answers: Iterable[bool | None]) -> Share | None:
+    """How many of the answers that are known are yes; None without any."""
+    known = [answer for answer in answers if answer is not None]
+    return Share(sum(known), len(known)) if known else None
 
 
 @cache

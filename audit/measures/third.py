@@ -66,6 +66,11 @@ class Third:
             not_run=sum(sample.not_run for sample in samples),
         )
 
+    @property
+    def run(self) -> int:
+        """How many starts were run."""
+        return self.size.size - self.not_run
+
     @cached_property
     def sizes(self) -> np.ndarray:
         """Those that are defined."""

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
+from markupsafe import Markup
 from pydantic import JsonValue
 
+from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.undefined import JsonObject, recorded
 from crosscheck.report import fragments
 
 Row = TypeVar("Row")
-Value = float | int | str | bool | None | tuple[float | None, ...]
+Value = float | int | str | bool | Share | None | tuple[float | None, ...]
 NONE = "-"
 
 
@@ -21,23 +23,25 @@ NONE = "-"
 class TableColumn(Generic[Row]):
     """name: in JSON; title: above a table, with its unit; None: not shown there.
 
-    of: a row's value, None or not finite for what is undefined; by default its attribute of this
-    name. form: how a number is written.
+    of: a row's value, None or not finite for what is undefined; or its path in the row,
+    ``setting.cell.zeta`` or ``gains.0``, undefined where a part of it is None; empty: the column's
+    name.
+    form: how a number is written.
     """
 
     name: str
     title: str | None
-    of: Callable[[Row], Value] | None = None
+    of: Callable[[Row], Value] | str = ""
     form: str = ".3g"
 
     def value(self, row: Row) -> Value:
-        """Of a row."""
-        found: Value = getattr(row, self.name) if self.of is None else self.of(row)
-        return found
+        """What the row has in this column."""
+        return along(row, self.of or self.name) if isinstance(self.of, str) else self.of(row)
 
     def json(self, row: Row) -> JsonValue:
         """The value; None for what is undefined."""
-        return recorded(self.value(row))
+        value = self.value(row)
+        return _counted(value) if isinstance(value, Share) else recorded(value)
 
     def text(self, row: Row) -> str:
         """The value as it is read."""
@@ -52,28 +56,38 @@ class TableColumn(Generic[Row]):
         return self.text(row).replace("|", r"\|")
 
 
+def along(row: object, path: str) -> Value:
+    """What a path of attributes and places leads to from a row; None where a part of it is None."""
+    value: Any = row
+    for name in path.split("."):
+        if value is not None:
+            value = value[int(name)] if name.isdecimal() else getattr(value, name)
+    return value
+
+
 @dataclass(frozen=True)
 class Columns(Generic[Row]):
-    """id: names a row in JSON."""
+    """id: names a row in JSON, or is the format of its name, in which the row is ``{0}``."""
 
-    id: Callable[[Row], str]
+    id: Callable[[Row], str] | str
     columns: Sequence[TableColumn[Row]]
 
     def json(self, rows: Iterable[Row]) -> list[JsonObject]:
         """A record for every row."""
+        named = self.id.format if isinstance(self.id, str) else self.id
         return [
-            {"id": self.id(row), **{column.name: column.json(row) for column in self.columns}}
+            {"id": named(row), **{column.name: column.json(row) for column in self.columns}}
             for row in rows
         ]
 
-    def html(self, rows: Iterable[Row], caption: str = "") -> str:
+    def html(self, rows: Iterable[Row], caption: str = "") -> Markup:
         """A table of the page."""
         body = [[column.html(row) for column in self._shown()] for row in rows]
-        return fragments.table([column.title or "" for column in self._shown()], body, caption)
+        return Markup(fragments.table(self._head(), body, caption))
 
     def markdown(self, rows: Iterable[Row]) -> str:
         """The same as text."""
-        head = [column.title or "" for column in self._shown()]
+        head = self._head()
         body = [[column.markdown(row) for column in self._shown()] for row in rows]
         lines = [head, ["---"] * len(head), *body]
         return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
@@ -81,10 +95,20 @@ class Columns(Generic[Row]):
     def _shown(self) -> list[TableColumn[Row]]:
         return [column for column in self.columns if column.title is not None]
 
+    def _head(self) -> list[str]:
+        return [column.title or "" for column in self._shown()]
+
+
+def _counted(share: Share) -> str:
+    """A share as a count: 3 of 8."""
+    return f"{share.yes} of {share.of}"
+
 
 def _text(value: Value, form: str) -> str:
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return NONE
+    if isinstance(value, Share):
+        return _counted(value)
     if isinstance(value, tuple):
         return " … ".join(_text(part, form) for part in value)
     if isinstance(value, bool):

@@ -7,6 +7,7 @@ from functools import cache
 from jinja2 import Environment
 from markupsafe import Markup
 
+from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from crosscheck.audit.measures.undefined import percent, shown
 from crosscheck.report import fragments
 from crosscheck.report.rendering import templates
@@ -17,6 +18,7 @@ def _environment() -> Environment:
     made = templates("crosscheck.audit", lean=True)
     made.filters |= {"shown": shown, "percent": percent}
     made.globals["figure"] = lambda svg, caption: html(fragments.figure(svg, caption))
+    made.globals |= {"evident": EVIDENT, "severe": SEVERE}
     return made
 
 

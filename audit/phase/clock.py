@@ -16,9 +16,8 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.undefined import defined
-from crosscheck.audit.phase.runs.experiments import models_of, pd_run, shoulder_excess
-from crosscheck.audit.phase.runs.linear import base_motion
-from crosscheck.audit.phase.runs.plant import motion, plant_of
+from crosscheck.audit.phase.linear import base_motion
+from crosscheck.audit.phase.runs import models_of, motion, pd_run, plant_of, shoulder_excess
 from crosscheck.signals import envelope
 
 CLOCKS_S = (0.0, 1.0, 5.0, 20.0)
@@ -83,44 +82,37 @@ class ClockTest(Question[list[Delayed]]):
         return self.run.case()
 
     def answer(self) -> list[Delayed]:
-        time, forces = self._forces()
-        models = models_of(self.run, self.seeds)
-        runs = [motion(models, clock) for clock in CLOCKS_S]
-        return [
-            Delayed(
-                clock,
-                float(np.abs(force - forces[0]).max()),
-                float(np.abs(forces[0]).max()),
-                self._sizes(run.elapsed, run.shoulder),
-                bool(np.array_equal(run.shoulder, runs[0].shoulder)),
-                SignalEnvelope.of(time, force[:, 0]),
-                SignalEnvelope.of(run.elapsed, run.shoulder[:, 0]),
-            )
-            for clock, force, run in zip(CLOCKS_S, forces, runs, strict=True)
-        ]
-
-    def _forces(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Time of the motion; elastic force per planet [N], (times, meshes), by clock.
-
-        The controlled arm's own under this law from clock 0, without vibration: teeth are pressed
-        in as it needs, all planets of a stage alike. Damping is no part of it.
-        """
+        # The controlled arm's own motion under this law from clock 0, without vibration: teeth are
+        # pressed in as it needs, all planets of a stage alike. Damping is no part of it.
         lumped = Variant(
             phase=self.law.phase, ring_rate=self.law.ring_rate, duration_s=self.motion_s
         )
-        case = lumped.case()
-        plant = plant_of(PhysicalModel(*case))
-        along = base_motion(case, plant, EVERY)
-        found = []
+        plant = plant_of(PhysicalModel(*lumped.case()))
+        along = base_motion(lumped.case(), plant, EVERY)
+        forces = []  # elastic, per planet [N], (times, meshes), by clock
         for clock in CLOCKS_S:
             states = zip(along.time + clock, along.q, along.v, strict=True)
-            found.append(np.array([plant.states.at(*state).mesh_forces for state in states]))
-        return along.time, found
-
-    def _sizes(self, elapsed: np.ndarray, acceleration: np.ndarray) -> tuple[float | None, ...]:
-        part = signals.window(elapsed, *RUN_WINDOW_S)
-        excess = shoulder_excess(self.run, elapsed, acceleration)[part]
-        return tuple(defined(signals.amplitude(column)) for column in excess.T)
+            forces.append(np.array([plant.states.at(*state).mesh_forces for state in states]))
+        models = models_of(self.run, self.seeds)
+        runs = [motion(models, clock) for clock in CLOCKS_S]
+        excess = [
+            shoulder_excess(self.run, x.elapsed, x.shoulder)[
+                signals.window(x.elapsed, *RUN_WINDOW_S)
+            ]
+            for x in runs
+        ]
+        return [
+            Delayed(
+                clock_s=clock,
+                largest_change_N=float(np.abs(force - forces[0]).max()),
+                largest_force_N=float(np.abs(forces[0]).max()),
+                vibration_rad_per_s2=tuple(defined(signals.amplitude(x)) for x in left.T),
+                same=bool(np.array_equal(run.shoulder, runs[0].shoulder)),
+                force_N=SignalEnvelope.of(along.time, force[:, 0]),
+                shoulder=SignalEnvelope.of(run.elapsed, run.shoulder[:, 0]),
+            )
+            for clock, force, run, left in zip(CLOCKS_S, forces, runs, excess, strict=True)
+        ]
 
 
 @dataclass(frozen=True)
@@ -152,6 +144,6 @@ def clocks(study: Study, scale: Scale) -> Clocks:
     """Forces along one motion and runs from rest, the clock set to 0, 1, 5 and 20 s."""
     lasting = scale.seconds(MOTION_S), scale.seconds(RUN_S)
     seeds = scale.seeds[: scale.starts(RUN_STARTS)]
-    asked = [ClockTest(law, *lasting, seeds) for law in LAWS]
-    found = study.answers(asked, "phase: clock test")
-    return Clocks([LawsClock(law, one) for law, one in zip(LAWS, found, strict=True)])
+    asked = {law: ClockTest(law, *lasting, seeds) for law in LAWS}
+    found = study.answered(asked, "phase: clock test")
+    return Clocks([LawsClock(law, delays) for law, delays in found.items()])

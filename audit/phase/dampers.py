@@ -21,22 +21,12 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import Perturbed, TransientPd
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers
-from crosscheck.audit.measures.course import Course
-from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures import course, events, shares
 from crosscheck.audit.measures.third import Quantiles, Third, quantiles
 from crosscheck.audit.measures.thresholds import EVIDENT
 from crosscheck.audit.measures.undefined import defined
-from crosscheck.audit.phase.runs.experiments import (
-    NO_ERROR,
-    Changed,
-    models_of,
-    pd_run,
-    shoulder_excess,
-)
-from crosscheck.audit.phase.runs.plant import Continued, motion
+from crosscheck.audit.phase import runs
 
-CONTACT = "switches.damping=contact"
 QUIET_S = 0.45  # with dampers always at work all vibration but rounding is gone by then
 QUIET_ZETA = 0.01
 RUNAWAY_ZETA = 0.003
@@ -46,33 +36,25 @@ FAST_RAD_PER_S = 10.0  # ten times what the controller ever asks for
 LATE_S = (0.2, 0.7)  # after the handover: the rest of the third fluctuation
 
 
-@dataclass(frozen=True)
-class Ablation:
-    """What is left out of the arm without tooth error."""
-
-    name: str
-    meshes: tuple[str, ...] = ()
-    recorded: bool = False
-    contact: bool = True
-
-    def question(self, zeta: float, scale: Scale) -> Changed:
-        """The PD run with the phase as an integral, E = 0, from every start."""
-        variant = pd_run(Cell(INTEGRAL, zeta), THIRD_S[1], NO_ERROR, *self.meshes)
-        settings = (CONTACT,) if self.contact else ()
-        cut = scale.cut(replace(variant, settings=settings))
-        return Changed(cut, scale.seeds, recorded=self.recorded)
-
-
-AS_IT_STANDS = Ablation("dampers in contact alone")
-ALWAYS = Ablation("dampers always at work", contact=False)
-PLAYED_BACK = Ablation("no feedback: the rigid arm's torque played back", recorded=True)
-STEADY = Ablation("constant stiffness", ("arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",))
-TIGHT = Ablation("no backlash", ("arm.joints.*.*_mesh.backlash_m=0.0",))
+# What is left out of the arm without tooth error.
+AS_IT_STANDS = runs.Change("dampers in contact alone", (runs.NO_ERROR,), (runs.CONTACT,))
+ALWAYS = replace(AS_IT_STANDS, name="dampers always at work", settings=())
+PLAYED_BACK = replace(
+    AS_IT_STANDS, name="no feedback: the rigid arm's torque played back", recorded=True
+)
+STEADY = replace(
+    AS_IT_STANDS,
+    name="constant stiffness",
+    meshes=(runs.NO_ERROR, "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0"),
+)
+TIGHT = replace(
+    AS_IT_STANDS, name="no backlash", meshes=(runs.NO_ERROR, "arm.joints.*.*_mesh.backlash_m=0.0")
+)
 ABLATIONS = (AS_IT_STANDS, ALWAYS, PLAYED_BACK, STEADY, TIGHT)
 FLUTTERING = (
     ALWAYS,
     *(
-        replace(one, name=f"{ALWAYS.name}; {one.name}", contact=False)
+        replace(one, name=f"{ALWAYS.name}; {one.name}", settings=())
         for one in (PLAYED_BACK, STEADY, TIGHT)
     ),
 )
@@ -84,7 +66,7 @@ STILL = 0.1  # rad/s^2: a hundredth of what counts as a fluctuation
 class Ablated:
     """The third fluctuation without tooth error."""
 
-    ablation: Ablation
+    ablation: runs.Change
     zeta: float
     third: Third
 
@@ -102,12 +84,12 @@ class LaidToRest(Perturbed[list[float | None]]):
     duration_s: float
 
     def answer(self) -> list[float | None]:
-        before = motion(models_of(self.variant, self.seeds))
-        whole = replace(self.variant, duration_s=THIRD_S[1])
-        after = replace(whole, settings=(CONTACT,), duration_s=self.duration_s).case()
+        before = runs.motion(runs.models_of(self.variant, self.seeds))
+        whole = replace(self.variant, duration_s=events.THIRD_S[1])
+        after = replace(whole, settings=(runs.CONTACT,), duration_s=self.duration_s).case()
         states = zip(before.q[-1].T.copy(), before.v[-1].T.copy(), strict=True)
-        run = motion([Continued(after, q, v) for q, v in states], QUIET_S)
-        excess = shoulder_excess(whole, run.time, run.shoulder)
+        run = runs.motion([runs.Continued(after, q, v) for q, v in states], QUIET_S)
+        excess = runs.shoulder_excess(whole, run.time, run.shoulder)
         part = signals.window(run.elapsed, *LATE_S)
         return [defined(signals.amplitude(column)) for column in excess[part].T]
 
@@ -115,7 +97,8 @@ class LaidToRest(Perturbed[list[float | None]]):
 @dataclass(frozen=True)
 class Dampers:
     """over_zeta: dampers in contact alone; ablated: at QUIET_ZETA; rest: begun without vibration
-    there [rad/s^2]; fluttering: dampers always at work, at FLUTTER_ZETA."""
+    there [rad/s^2]; fluttering: dampers always at work, at FLUTTER_ZETA.
+    """
 
     over_zeta: Sequence[Ablated]
     ablated: Sequence[Ablated]
@@ -150,15 +133,13 @@ def dampers(study: Study, scale: Scale) -> Dampers:
     wanted = [(AS_IT_STANDS, zeta) for zeta in ZETAS]
     wanted += [(one, QUIET_ZETA) for one in ABLATIONS if one != AS_IT_STANDS]
     wanted += [(one, FLUTTER_ZETA) for one in FLUTTERING]
-    asked = [ablation.question(zeta, scale) for ablation, zeta in wanted]
-    found = [
-        Ablated(*pair, Third.of(Sample.of(one)))
-        for pair, one in zip(wanted, study.answers(asked, "phase: dampers"), strict=True)
-    ]
+    asked = {(one, zeta): one.question(Cell(INTEGRAL, zeta), scale) for one, zeta in wanted}
+    answers = study.answered(asked, "phase: dampers")
+    found = [Ablated(*pair, Third.of(Sample.of(one))) for pair, one in answers.items()]
     own = [one for one in found if one.ablation == AS_IT_STANDS]
     at_quiet = [one for one in found if one.zeta == QUIET_ZETA]
-    seconds = scale.seconds(THIRD_S[1] - QUIET_S)
-    quiet = pd_run(Cell(INTEGRAL, QUIET_ZETA), QUIET_S, NO_ERROR)
+    seconds = scale.seconds(events.THIRD_S[1] - QUIET_S)
+    quiet = runs.pd_run(Cell(INTEGRAL, QUIET_ZETA), QUIET_S, runs.NO_ERROR)
     (rest,) = study.answers([LaidToRest(quiet, scale.seeds, seconds)], "phase: laid to rest")
     fluttering = [one for one in found if one.ablation in FLUTTERING and one.zeta == FLUTTER_ZETA]
     return Dampers(own, at_quiet, quantiles(np.array(rest, dtype=float)), fluttering)
@@ -167,7 +148,7 @@ def dampers(study: Study, scale: Scale) -> Dampers:
 class TopSpeed(TransientPd):
     """Of either joint [rad/s], over the whole run."""
 
-    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
+    def numbers(self, run: course.Course, rigid: tuple[course.Course, ...]) -> Numbers:
         return {
             "top_rad_per_s": float(np.abs(run.theta_dot).max()),
             "asked_rad_per_s": float(np.abs(rigid[0].theta_dot).max()),
@@ -182,7 +163,7 @@ class Runaway:
     """
 
     law: Law
-    share: Share
+    share: shares.Share
     diverged: int
     top_rad_per_s: tuple[float, ...]
     calm_rad_per_s: float
@@ -194,27 +175,28 @@ def runaways(study: Study, scale: Scale) -> list[Runaway]:
     count = scale.starts(RUNAWAY_STARTS) if scale.most_starts < AT_ONCE else RUNAWAY_STARTS
     seeds = range(scale.first_seed, scale.first_seed + count)
     parts = [tuple(seeds[k : k + AT_ONCE]) for k in range(0, count, AT_ONCE)]
-    wanted = [(law, part) for law in RUNAWAY_LAWS for part in parts]
-    plain = {law: question(PD, Cell(law, RUNAWAY_ZETA), ()).variant for law in RUNAWAY_LAWS}
-    asked = [TopSpeed(scale.cut(plain[law]), part) for law, part in wanted]
-    found = study.answers(asked, "phase: runaways")
-    samples = [(law, Sample.of(one)) for (law, _), one in zip(wanted, found, strict=True)]
-    return [
-        _runaway(law, [sample for own, sample in samples if own == law]) for law in RUNAWAY_LAWS
-    ]
-
-
-def _runaway(law: Law, samples: list[Sample]) -> Runaway:
-    top = np.concatenate([sample["top_rad_per_s"] for sample in samples])
-    asked = np.concatenate([sample["asked_rad_per_s"] for sample in samples])
-    fast = top[top > FAST_RAD_PER_S]
-    diverged = int(np.isnan(top).sum())
-    calm = top[top <= FAST_RAD_PER_S]
-    return Runaway(
-        law,
-        Share(int(fast.size) + diverged, int(top.size)),
-        diverged,
-        tuple(map(float, np.sort(fast))),
-        float(calm.max()) if calm.size else np.nan,
-        float(asked[np.isfinite(asked)].max()) if diverged < top.size else np.nan,
-    )
+    asked = {
+        (law, part): TopSpeed(scale.cut(question(PD, Cell(law, RUNAWAY_ZETA), ()).variant), part)
+        for law in RUNAWAY_LAWS
+        for part in parts
+    }
+    answers = study.answered(asked, "phase: runaways")
+    found = []
+    for law in RUNAWAY_LAWS:
+        samples = [Sample.of(answers[law, part]) for part in parts]
+        top, rigid = (
+            np.concatenate([sample[name] for sample in samples])
+            for name in ("top_rad_per_s", "asked_rad_per_s")
+        )
+        fast, calm = top[top > FAST_RAD_PER_S], top[top <= FAST_RAD_PER_S]
+        diverged = int(np.isnan(top).sum())
+        one = Runaway(
+            law=law,
+            share=shares.Share(int(fast.size) + diverged, int(top.size)),
+            diverged=diverged,
+            top_rad_per_s=tuple(map(float, np.sort(fast))),
+            calm_rad_per_s=float(calm.max()) if calm.size else np.nan,
+            asked_rad_per_s=float(np.nanmax(rigid)) if diverged < top.size else np.nan,
+        )
+        found.append(one)
+    return found

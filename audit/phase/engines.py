@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -12,23 +13,11 @@ import numpy as np
 from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell
 from crosscheck.audit.experiments.experiments import PD, SHORT_S, question
 from crosscheck.audit.experiments.pool import Sample
-from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import TransientPd
-from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import APART_M, Third, quantiles
-from crosscheck.audit.measures.thresholds import SEVERE
-from crosscheck.audit.measures.twosamples import (
-    SIGNIFICANT,
-    TwoTests,
-    least_p,
-    not_told_apart,
-    sizes_p,
-    two_tests,
-)
+from crosscheck.audit.measures import shares, third, thresholds, twosamples
 from crosscheck.audit.measures.undefined import all_of, quotient
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.phase.runs.experiments import integrated
+from crosscheck.audit.phase.runs import integrated
 
 ENGINE = "exudyn:tree"
 # Exudyn's starts: one costs some four seconds. At the third setting nearly all are severe.
@@ -36,6 +25,7 @@ COMPARED = {Cell(PRINTED, 0.005): 16, Cell(REPAIRED_RATE, 0.02): 16, Cell(PRINTE
 UNDER_ANGLE = (Cell(PRINTED, 0.005), Cell(REPAIRED_RATE, 0.02))
 STARTS_UNDER_ANGLE = 2  # the analytic model's 32 do not differ there
 WITHIN = {"onset": 0.05, "frequency": 0.03, "size": 0.10}  # of medians within a branch
+NUMBERS = {"onset": "onset_s", "frequency": "frequency_Hz", "size": "size"}  # of a Third
 FEWEST = 3  # starts of a branch whose median means something
 
 
@@ -55,94 +45,87 @@ class Apart(NamedTuple):
     within: float
     met: bool | None
 
+    @property
+    def branch(self) -> str:
+        """In words."""
+        return "severe" if self.severe else "small"
+
 
 @dataclass(frozen=True)
 class TwoModels:
-    """One setting under `omega_t`, planets free: the analytic model and the engine."""
+    """One setting, planets free: the analytic model and the engine."""
 
     cell: Cell
-    analytic: Third
-    engine: Third
+    analytic: third.Third
+    engine: third.Third
 
     @cached_property
-    def tests(self) -> TwoTests:
+    def tests(self) -> twosamples.TwoTests:
         """Whether the models differ."""
-        return two_tests(self.analytic, self.engine)
+        return twosamples.two_tests(self.analytic, self.engine)
 
     @property
     def could_differ(self) -> bool:
         """Whether a test could tell samples of these sizes apart at all."""
-        return least_p(self.analytic.size.size, self.engine.size.size) < SIGNIFICANT
+        return (
+            twosamples.least_p(self.analytic.size.size, self.engine.size.size)
+            < twosamples.SIGNIFICANT
+        )
 
     @property
     def same(self) -> bool | None:
         """Whether no test tells them apart; None where so few starts never could be."""
         least = self.tests.least
-        return None if least is None or not self.could_differ else least >= SIGNIFICANT
+        return None if least is None or not self.could_differ else least >= twosamples.SIGNIFICANT
 
     @property
-    def parted(self) -> tuple[Share, Share]:
+    def parted(self) -> tuple[shares.Share, shares.Share]:
         """Starts whose planets part, of both models: what the size of rounding decides."""
-        return _parted(self.analytic), _parted(self.engine)
+        analytic, engine = (
+            shares.Share(int((model.apart_m > third.APART_M).sum()), model.apart_m.size)
+            for model in (self.analytic, self.engine)
+        )
+        return analytic, engine
 
     @property
     def parted_size_p(self) -> float | None:
         """Mann and Whitney's test of the sizes among starts whose planets part; None if few do."""
         one, other = (
-            model.size[(model.apart_m > APART_M) & np.isfinite(model.size)]
+            model.size[(model.apart_m > third.APART_M) & np.isfinite(model.size)]
             for model in (self.analytic, self.engine)
         )
-        return sizes_p(one, other) if min(one.size, other.size) >= FEWEST else None
+        return twosamples.sizes_p(one, other) if min(one.size, other.size) >= FEWEST else None
 
     @property
     def would_pass(self) -> tuple[int, int] | None:
         """The fewest and the most severe starts of the engine that its share's test would pass."""
         if self.analytic.share is None or self.engine.share is None:
             return None
-        return not_told_apart(self.analytic.share, self.engine.share.of)
+        return twosamples.not_told_apart(self.analytic.share, self.engine.share.of)
 
     @property
     def apart(self) -> list[Apart]:
         """Branch by branch, number by number."""
-        both = self.analytic, self.engine
-        return [one for severe in (False, True) for one in _apart(severe, *both)]
-
-
-def _parted(model: Third) -> Share:
-    return Share(int((model.apart_m > APART_M).sum()), model.apart_m.size)
-
-
-def _apart(severe: bool, analytic: Third, engine: Third) -> Iterable[Apart]:
-    one, other = analytic.branch(severe), engine.branch(severe)
-    enough = min(one.starts, other.starts) >= FEWEST
-    numbers = {
-        "onset": (one.onset_s, other.onset_s, analytic.onset_s),
-        "frequency": (one.frequency_Hz, other.frequency_Hz, analytic.frequency_Hz),
-        "size": (one.size, other.size, analytic.size),
-    }
-    for name, (here, there, values) in numbers.items():
-        difference = quotient(there, here) - 1
-        met = abs(difference) <= WITHIN[name] if enough else None
-        low, middle, high = quantiles(values[analytic.of_branch(severe)])
-        scatter = quotient(high, middle) - quotient(low, middle)
-        yield Apart(severe, name, here, there, difference, scatter, WITHIN[name], met)
-
-
-@dataclass(frozen=True)
-class UnderAngle:
-    """The engine's third fluctuation with the phase as an integral, and the analytic model's."""
-
-    cell: Cell
-    analytic: Third
-    engine: Third
+        found = []
+        for severe, (name, within) in product((False, True), WITHIN.items()):
+            one, other = self.analytic.branch(severe), self.engine.branch(severe)
+            here, there = getattr(one, NUMBERS[name]), getattr(other, NUMBERS[name])
+            difference = quotient(there, here) - 1
+            enough = min(one.starts, other.starts) >= FEWEST
+            met = abs(difference) <= within if enough else None
+            values = getattr(self.analytic, NUMBERS[name])[self.analytic.of_branch(severe)]
+            low, middle, high = third.quantiles(values)
+            scatter = quotient(high, middle) - quotient(low, middle)
+            found.append(Apart(severe, name, here, there, difference, scatter, within, met))
+        return found
 
 
 @dataclass(frozen=True)
 class Engines:
-    """Both models at every setting."""
+    """Both models at every setting; under_angle: those with the phase as an integral."""
 
     compared: Sequence[TwoModels]
-    under_angle: Sequence[UnderAngle]
+    under_angle: Sequence[TwoModels]
 
     @property
     def same(self) -> bool | None:
@@ -153,7 +136,7 @@ class Engines:
     def supports(self) -> bool | None:
         """The engine has severe starts under `omega_t`, as the analytic model, none under angle."""
         quiet = [
-            None if not one.engine.sizes.size else bool(one.engine.sizes.max() <= SEVERE)
+            None if not one.engine.sizes.size else bool(one.engine.sizes.max() <= thresholds.SEVERE)
             for one in self.under_angle
         ]
         severe = [one.engine.branch(severe=True).starts for one in self.compared]
@@ -163,30 +146,23 @@ class Engines:
 
 
 def engines(material: Material) -> Engines:
-    """Many starts of both models, the analytic one's those of the claims."""
-    counts = COMPARED | dict.fromkeys(map(integrated, UNDER_ANGLE), STARTS_UNDER_ANGLE)
+    """Many starts of both models, the analytic one's those of the claims.
+
+    Of the engine a question for every start, so that tasks stay short.
+    """
+    study, scale = material.study, material.scale
+    under_angle = dict.fromkeys(map(integrated, UNDER_ANGLE), STARTS_UNDER_ANGLE)
+    counts = COMPARED | under_angle
     analytic = material.samples([(cell, PD) for cell in counts], "phase: analytic starts")
-    own = {cell: Third.of(analytic[cell, PD]) for cell in counts}
-    other = _engine(material.study, material.scale, counts)
-    return Engines(
-        [TwoModels(cell, own[cell], other[cell]) for cell in COMPARED],
-        [UnderAngle(c, own[c], other[c]) for c in map(integrated, UNDER_ANGLE)],
-    )
-
-
-def _engine(study: Study, scale: Scale, counts: Mapping[Cell, int]) -> dict[Cell, Third]:
-    """Of so many starts, a question for every one, so that tasks stay short."""
-    wanted = [
-        (cell, seed)
-        for cell, count in counts.items()
-        for seed in scale.seeds[: scale.starts(count)]
-    ]
-    variants = {
-        cell: replace(question(PD, cell, ()).variant, model=ENGINE, duration_s=SHORT_S)
-        for cell in counts
-    }
-    asked = [TransientPd(scale.cut(variants[cell]), (seed,)) for cell, seed in wanted]
-    by_cell: dict[Cell, list[Sample]] = {cell: [] for cell in counts}
-    for (cell, _), one in zip(wanted, study.answers(asked, "phase: Exudyn"), strict=True):
-        by_cell[cell].append(Sample.of(one))
-    return {cell: Third.of(*each) for cell, each in by_cell.items()}
+    asked = {}
+    for cell, count in counts.items():
+        run = replace(question(PD, cell, ()).variant, model=ENGINE, duration_s=SHORT_S)
+        for seed in scale.seeds[: scale.starts(count)]:
+            asked[cell, seed] = TransientPd(scale.cut(run), (seed,))
+    engine = {key: Sample.of(one) for key, one in study.answered(asked, "phase: Exudyn").items()}
+    both = {}
+    for cell in counts:
+        other = (one for (own, _), one in engine.items() if own == cell)
+        thirds = third.Third.of(analytic[cell, PD]), third.Third.of(*other)
+        both[cell] = TwoModels(cell, *thirds)
+    return Engines([both[cell] for cell in COMPARED], [both[cell] for cell in under_angle])

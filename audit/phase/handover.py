@@ -13,13 +13,9 @@ from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import Quantiles, quantiles
-from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.measures import events, shares, third, thresholds
+from crosscheck.audit.phase import runs
 from crosscheck.audit.phase.clock import SignalEnvelope
-from crosscheck.audit.phase.runs.experiments import NO_ERROR, models_of, pd_run, shoulder_excess
-from crosscheck.audit.phase.runs.plant import Continued, RecordedMotion, motion
 
 # At the smallest damping the controller itself flutters; with the paper's ring rate few starts are
 # severe, with the other all.
@@ -91,52 +87,51 @@ class Handover(Perturbed[HandedOver]):
     after_s: float
 
     def answer(self) -> HandedOver:
-        run = motion(models_of(self.variant, self.seeds))
+        run = runs.motion(runs.models_of(self.variant, self.seeds))
         excess = self._excess(run)
         sound = np.isfinite(excess).all(axis=0)
-        peaks = _peaks(run.time, np.where(sound, np.abs(excess), 0.0))
-        runs = [
+        part, size = signals.window(run.time, *events.THIRD_S), np.where(sound, np.abs(excess), 0.0)
+        # Severe starts, and at which record each is largest.
+        peaks = {
+            start: part.start + int(np.argmax(size[part, start]))
+            for start in range(sound.size)
+            if part.stop > part.start and size[part, start].max() > thresholds.SEVERE
+        }
+        continued = [
             [self._continued(run, start, peak, heir) for start, peak in peaks.items()]
             for heir in HEIRS
         ]
         return HandedOver(
             asked=int(sound.sum()),
             at_s=tuple(float(run.time[peak]) for peak in peaks.values()),
-            left=tuple(tuple(self._left(one) for one in each) for each in runs),
+            left=tuple(tuple(self._left(one) for one in each) for each in continued),
             drawn=tuple(
-                SignalEnvelope.of(each[0].time, each[0].shoulder[:, 0]) for each in runs if each
+                SignalEnvelope.of(each[0].time, each[0].shoulder[:, 0])
+                for each in continued
+                if each
             ),
         )
 
     def _continued(
-        self, run: RecordedMotion, start: int, record: int, heir: Heir
-    ) -> RecordedMotion:
+        self, run: runs.RecordedMotion, start: int, record: int, heir: Heir
+    ) -> runs.RecordedMotion:
         """From a start's state at a record, the clock going on."""
         rate = self.cell.law.ring_rate if heir.phase == "omega_t" else "corrected"
         cell = Cell(Law(heir.phase, rate), self.cell.zeta, self.cell.arm)
-        meshes = () if heir.with_error else (NO_ERROR,)
-        case = pd_run(cell, self.after_s, *meshes).case()
+        meshes = () if heir.with_error else (runs.NO_ERROR,)
+        case = runs.pd_run(cell, self.after_s, *meshes).case()
         state = run.q[record, :, start].copy(), run.v[record, :, start].copy()
-        return motion([Continued(case, *state)], float(run.time[record]))
+        return runs.motion([runs.Continued(case, *state)], float(run.time[record]))
 
-    def _left(self, run: RecordedMotion) -> Left:
+    def _left(self, run: runs.RecordedMotion) -> Left:
         excess = self._excess(run)
         sizes = (signals.amplitude(excess[signals.window(run.elapsed, *w)]) for w in WINDOWS_S)
         return Left(*sizes)
 
-    def _excess(self, run: RecordedMotion) -> np.ndarray:
+    def _excess(self, run: runs.RecordedMotion) -> np.ndarray:
         """(times, members), against the rigid arm in the whole experiment."""
-        whole = replace(self.variant, duration_s=THIRD_S[1] + AFTER_S)
-        return shoulder_excess(whole, run.time, run.shoulder)
-
-
-def _peaks(time: np.ndarray, size: np.ndarray) -> dict[int, int]:
-    """Severe starts, and at which record each is largest; size (times, starts) [rad/s^2]."""
-    part = signals.window(time, *THIRD_S)
-    if part.stop <= part.start:
-        return {}
-    severe = np.flatnonzero(size[part].max(axis=0) > SEVERE)
-    return {int(k): part.start + int(np.argmax(size[part, k])) for k in severe}
+        whole = replace(self.variant, duration_s=events.THIRD_S[1] + AFTER_S)
+        return runs.shoulder_excess(whole, run.time, run.shoulder)
 
 
 class Fate(NamedTuple):
@@ -145,10 +140,10 @@ class Fate(NamedTuple):
     cell: Cell
     heir: Heir
     asked: int
-    before: Quantiles
-    soon: Quantiles
-    late: Quantiles
-    dying: Share | None
+    before: third.Quantiles
+    soon: third.Quantiles
+    late: third.Quantiles
+    dying: shares.Share | None
 
     @property
     def all_die(self) -> bool:
@@ -177,14 +172,16 @@ class Handovers:
 
 def handover(study: Study, scale: Scale) -> Handovers:
     """The states at the height of the vibration, continued under each law."""
-    third_s, after_s = scale.seconds(THIRD_S[1]), scale.seconds(AFTER_S)
-    asked = [Handover(pd_run(cell, third_s), scale.seeds, cell, after_s) for cell in CELLS]
-    found = dict(zip(CELLS, study.answers(asked, "phase: handover"), strict=True))
+    third_s, after_s = scale.seconds(events.THIRD_S[1]), scale.seconds(AFTER_S)
+    asked = {
+        cell: Handover(runs.pd_run(cell, third_s), scale.seeds, cell, after_s) for cell in CELLS
+    }
+    found = study.answered(asked, "phase: handover")
     fates = []
     for cell, one in found.items():
         for heir, left in zip(HEIRS, one.left, strict=True):
             numbers = np.array(left, dtype=float).reshape(-1, len(WINDOWS_S))
-            before, soon, late = map(quantiles, numbers.T)
-            dying = Share(sum(each.dies for each in left), len(left)) if left else None
+            before, soon, late = map(third.quantiles, numbers.T)
+            dying = shares.share_of(each.dies for each in left)
             fates.append(Fate(cell, heir, one.asked, before, soon, late, dying))
     return Handovers(fates, found[SHOWN])

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from itertools import product
 
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.claims.settings import plan_of
@@ -21,7 +22,7 @@ from crosscheck.audit.experiments.experiments import (
 )
 from crosscheck.audit.experiments.pool import Wanted
 from crosscheck.audit.measures.third import Third
-from crosscheck.audit.measures.twosamples import RaisedByError, WithAndWithout
+from crosscheck.audit.measures.twosamples import WithAndWithout
 from crosscheck.audit.page.material import Material
 
 # The integral with Eq. 13's ring rate: the one combination that no claim is judged with.
@@ -99,17 +100,17 @@ class Maps:
     @property
     def visible(self) -> Presence:
         """Where the tooth error makes what counts as a fluctuation at all: H1 itself."""
-        return _presence(self.settings, lambda one: one.made_visible)
+        return _presence([(one, one.made_visible.state) for one in self.settings])
 
     @property
     def severe(self) -> Presence:
         """Where it makes a severe one."""
-        return _presence(self.settings, lambda one: one.made)
+        return _presence([(one, one.made.state) for one in self.settings])
 
     @property
     def severe_alike(self) -> Presence:
         """The same with planets held alike."""
-        return _presence(self.lumped, lambda one: one.made)
+        return _presence([(one, one.made.state) for one in self.lumped])
 
     @property
     def repairs(self) -> list[RepairedSetting]:
@@ -122,12 +123,11 @@ class Maps:
         ]
 
 
-def _presence(settings: Sequence[Mapped], made: Callable[[Mapped], RaisedByError]) -> Presence:
-    by_phase = {
-        phase: [made(one).state for one in settings if one.setting.cell.law.phase == phase]
-        for phase in PHASES
-    }
-    return where_present(by_phase)
+def _presence(said: Sequence[tuple[Mapped, State]]) -> Presence:
+    """From settings and what each says."""
+    return where_present(
+        {p: [state for one, state in said if one.setting.cell.law.phase == p] for p in PHASES}
+    )
 
 
 @dataclass(frozen=True)
@@ -148,28 +148,22 @@ def maps(material: Material) -> Maps:
     plan = plan_of(material.scale)
     over_zeta = [
         MapSetting(Cell(law, zeta, arm))
-        for arm in plan.readings
-        for law in FOUR
-        for zeta in plan.zetas
+        for arm, law, zeta in product(plan.readings, FOUR, plan.zetas)
     ]
     if material.scale.quick:
         return Maps(mapped(material, over_zeta), [], [])
     over_error = [
         MapSetting(Cell(law, zeta), error_um)
-        for law in FOUR
-        for zeta in plan.zetas
-        for error_um in ERRORS_UM
+        for law, zeta, error_um in product(FOUR, plan.zetas, ERRORS_UM)
     ]
     over_backlash = [
         MapSetting(Cell(law, zeta), backlash_um=b)
-        for law in FOUR
-        for zeta in BACKLASH_ZETAS
-        for b in BACKLASHES_UM
+        for law, zeta, b in product(FOUR, BACKLASH_ZETAS, BACKLASHES_UM)
     ]
     asked = list(dict.fromkeys([*over_zeta, *over_error, *over_backlash]))
     lumped = [MapSetting(replace(one.cell, planets="lumped")) for one in over_zeta]
     conservative = [
-        MapSetting(Cell(CONSERVATIVE, one.cell.zeta, one.cell.arm))
+        MapSetting(replace(one.cell, law=CONSERVATIVE))
         for one in over_zeta
         if one.cell.law == INTEGRAL
     ]
@@ -181,8 +175,8 @@ def mapped(material: Material, settings: Sequence[MapSetting]) -> list[Mapped]:
     """Simulated, those that the claims have asked already read."""
     wanted: list[Wanted] = [(one.cell, source) for one in settings for source in one.sources]
     found = material.samples(wanted, "phase: maps")
-    pairs = [[Third.of(found[one.cell, source]) for source in one.sources] for one in settings]
-    return [
-        Mapped(one, third=third, without=without)
-        for one, (third, without) in zip(settings, pairs, strict=True)
-    ]
+    made = []
+    for one in settings:
+        third, without = (Third.of(found[one.cell, source]) for source in one.sources)
+        made.append(Mapped(one, third=third, without=without))
+    return made

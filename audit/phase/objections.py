@@ -20,17 +20,7 @@ from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.twosamples import WithAndWithout
 from crosscheck.audit.measures.undefined import defined
-from crosscheck.audit.phase.runs.experiments import (
-    DECISIVE,
-    NO_ERROR,
-    Changed,
-    integrated,
-    models_of,
-    pd_run,
-    shoulder_excess,
-)
-from crosscheck.audit.phase.runs.linear import base_motion, mesh_modes
-from crosscheck.audit.phase.runs.plant import Continued, Plant, motion, plant_of
+from crosscheck.audit.phase import linear, runs
 from crosscheck.models.experiment.drive import CONSTANT
 
 DURATION_S = THIRD_S[1]
@@ -40,41 +30,23 @@ FULL_STARTS = 2  # by the paper's coordinates, ten times as slow
 QUARTERS = (0.5, 1.0)  # of pi: ring mesh against sun mesh; even z_p suggests pi
 
 
-@dataclass(frozen=True)
-class Change:
-    """One thing that a referee would change: settings of the meshes, dampers, the drive."""
-
-    objection: str
-    name: str
-    meshes: tuple[str, ...] = ()
-    settings: tuple[str, ...] = ()
-    damping: tuple[float, float] = (1.0, 1.0)
-    recorded: bool = False
-
-    def question(self, cell: Cell, with_error: bool, scale: Scale) -> Changed:
-        """The changed PD run from every start."""
-        meshes = self.meshes if with_error else (*self.meshes, NO_ERROR)
-        variant = replace(pd_run(cell, DURATION_S, *meshes), settings=self.settings)
-        return Changed(scale.cut(variant), scale.seeds, self.damping, self.recorded)
-
-
 D_UNKNOWN, FLUTTER, PLANETS, FULL = "D is unknown", "PD flutter", "teeth out of phase", "Eq. 11"
-CHANGES = (
-    Change("none", "as it stands"),
-    Change(D_UNKNOWN, "sun mesh 2 times, ring mesh 0.2 times", damping=(2.0, 0.2)),
-    Change(D_UNKNOWN, "sun mesh 0.2 times, ring mesh 2 times", damping=(0.2, 2.0)),
-    Change(D_UNKNOWN, "dampers in contact alone", settings=("switches.damping=contact",)),
-    Change(FLUTTER, "the rigid arm's torque played back, no feedback", recorded=True),
-    *(
-        Change(
-            PLANETS,
-            f"ring meshes shifted by {part:g} π",
-            (f"arm.joints.*.ring_mesh.phase_rad={part * np.pi!r}",),
+BY_OBJECTION = {
+    "none": [runs.Change("as it stands")],
+    D_UNKNOWN: [
+        runs.Change("sun mesh 2 times, ring mesh 0.2 times", damping=(2.0, 0.2)),
+        runs.Change("sun mesh 0.2 times, ring mesh 2 times", damping=(0.2, 2.0)),
+        runs.Change("dampers in contact alone", settings=(runs.CONTACT,)),
+    ],
+    FLUTTER: [runs.Change("the rigid arm's torque played back, no feedback", recorded=True)],
+    PLANETS: [
+        runs.Change(
+            f"ring meshes shifted by {x:g} π", (f"arm.joints.*.ring_mesh.phase_rad={x * np.pi!r}",)
         )
-        for part in QUARTERS
-    ),
-)
-IN_FULL = Change(FULL, "phases from Eq. 11 in full, planets alike")
+        for x in QUARTERS
+    ],
+}
+IN_FULL = runs.Change("phases from Eq. 11 in full, planets alike")
 
 
 @dataclass(frozen=True)
@@ -89,11 +61,13 @@ class InFull(Perturbed[list[float | None]]):
         return 4.0 * len(self.seeds)
 
     def answer(self) -> list[float | None]:
-        case, models = self.variant.case(), models_of(self.variant, self.seeds)
-        full = [plant_of(model, full_rate=True).equations for model in models]
+        case, models = self.variant.case(), runs.models_of(self.variant, self.seeds)
+        full = [runs.plant_of(model, full_rate=True).equations for model in models]
         starts = [model.start() for model in models]
-        run = motion([Continued(case, *x, one) for x, one in zip(starts, full, strict=True)])
-        excess = shoulder_excess(replace(self.variant, settings=()), run.time, run.shoulder)
+        run = runs.motion(
+            [runs.Continued(case, *x, one) for x, one in zip(starts, full, strict=True)]
+        )
+        excess = runs.shoulder_excess(replace(self.variant, settings=()), run.time, run.shoulder)
         part = signals.window(run.time, *THIRD_S)
         return [
             defined(signals.amplitude(one[part])) if np.isfinite(one).all() else None
@@ -103,9 +77,10 @@ class InFull(Perturbed[list[float | None]]):
 
 @dataclass(frozen=True)
 class Objected(WithAndWithout):
-    """With something changed."""
+    """With something changed that a referee would change."""
 
-    change: Change
+    objection: str
+    change: runs.Change
     cell: Cell
 
 
@@ -134,23 +109,27 @@ class RateGrowth(Question[Rates]):
 
     def variant(self, *meshes: str) -> Variant:
         """Planets alike: differences between them are another equation's."""
-        return replace(pd_run(self.cell, self.duration_s, *meshes), planets="lumped")
+        return replace(runs.pd_run(self.cell, self.duration_s, *meshes), planets="lumped")
 
     def records(self) -> Records:
         return self.variant().case()
 
     def answer(self) -> Rates:
-        (model,) = models_of(self.variant(), (0,))
-        (bare,) = models_of(self.variant(NO_ERROR), (0,))
-        plain, full, no_error = plant_of(model), plant_of(model, full_rate=True), plant_of(bare)
+        (model,) = runs.models_of(self.variant(), (0,))
+        (bare,) = runs.models_of(self.variant(runs.NO_ERROR), (0,))
+        plain, full, no_error = (
+            runs.plant_of(model),
+            runs.plant_of(model, full_rate=True),
+            runs.plant_of(bare),
+        )
         free = plain.changed(drive=plain.drive._replace(code=CONSTANT))
         still = plain.changed(gears=plain.gears._replace(k_a=np.zeros_like(plain.gears.k_a)))
-        return Rates(*map(self._largest, (plain, free, full, no_error, still)))
-
-    def _largest(self, plant: Plant) -> float | None:
-        base = base_motion(self.variant().case(), plant, THIRD_EVERY)
-        growth = mesh_modes(plant, base).largest[base.time >= THIRD_S[0]]
-        return float(growth.max()) if growth.size else None
+        found = []
+        for plant in (plain, free, full, no_error, still):
+            base = linear.base_motion(self.variant().case(), plant, THIRD_EVERY)
+            growth = linear.mesh_modes(plant, base).largest[base.time >= THIRD_S[0]]
+            found.append(float(growth.max()) if growth.size else None)
+        return Rates(*found)
 
 
 @dataclass(frozen=True)
@@ -175,31 +154,40 @@ class Objections:
 
 def objections(study: Study, scale: Scale) -> Objections:
     """Runs for every objection, with and without tooth error, under both laws."""
-    cells = [cell for one in DECISIVE for cell in (one, integrated(one))]
-    wanted = [(change, cell, e) for change in CHANGES for cell in cells for e in (True, False)]
-    asked = [change.question(cell, e, scale) for change, cell, e in wanted]
-    answers = study.answers(asked, "phase: objections")
-    third = {k: Third.of(Sample.of(one)) for k, one in zip(wanted, answers, strict=True)}
-    third |= {(IN_FULL, *of): one for of, one in _in_full(study, cells, scale).items()}
+    cells = [cell for one in runs.DECISIVE for cell in (one, runs.integrated(one))]
+    meshes = ((), (runs.NO_ERROR,))  # with tooth error and without
+    changes = [(name, change) for name, some in BY_OBJECTION.items() for change in some]
+    asked = {
+        (change, cell, more): change.question(cell, scale, *more)
+        for _, change in changes
+        for cell in cells
+        for more in meshes
+    }
+    answers = study.answered(asked, "phase: objections")
+    third = {key: Third.of(Sample.of(one)) for key, one in answers.items()}
+    seeds, seconds = scale.seeds[: scale.starts(FULL_STARTS)], scale.seconds(DURATION_S)
+    in_full = {
+        (IN_FULL, cell, more): InFull(
+            replace(runs.pd_run(cell, seconds, *more), planets="lumped", settings=(FULL_STEP,)),
+            seeds,
+        )
+        for cell in cells
+        for more in meshes
+    }
+    nothing = np.full(len(seeds), np.nan)  # but sizes is known
+    for key, sizes in study.answered(in_full, "phase: Eq. 11 in full").items():
+        size = np.array(sizes, dtype=float)
+        third[key] = Third(size, nothing, nothing, nothing, int(np.isnan(size).sum()))
     objected = [
-        Objected(change, cell, third=third[change, cell, True], without=third[change, cell, False])
-        for change in (*CHANGES, IN_FULL)
+        Objected(
+            name,
+            change,
+            cell,
+            third=third[change, cell, ()],
+            without=third[change, cell, (runs.NO_ERROR,)],
+        )
+        for name, change in (*changes, (FULL, IN_FULL))
         for cell in cells
     ]
-    growth = [RateGrowth(cell, scale.seconds(DURATION_S)) for cell in DECISIVE]
-    rates = study.answers(growth, "phase: growth rates")
-    return Objections(objected, dict(zip(DECISIVE, rates, strict=True)))
-
-
-def _in_full(study: Study, cells: Sequence[Cell], scale: Scale) -> dict[tuple[Cell, bool], Third]:
-    seeds, seconds = scale.seeds[: scale.starts(FULL_STARTS)], scale.seconds(DURATION_S)
-    wanted = [(cell, e) for cell in cells for e in (True, False)]
-    runs = [pd_run(cell, seconds, *(() if e else (NO_ERROR,))) for cell, e in wanted]
-    alike = [replace(one, planets="lumped", settings=(FULL_STEP,)) for one in runs]
-    found = study.answers([InFull(one, seeds) for one in alike], "phase: Eq. 11 in full")
-    sizes = [np.array(some, dtype=float) for some in found]
-    nothing = np.full(len(seeds), np.nan)  # but sizes is known
-    return {
-        k: Third(size, nothing, nothing, nothing, int(np.isnan(size).sum()))
-        for k, size in zip(wanted, sizes, strict=True)
-    }
+    growth = {cell: RateGrowth(cell, seconds) for cell in runs.DECISIVE}
+    return Objections(objected, study.answered(growth, "phase: growth rates"))

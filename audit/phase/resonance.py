@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from pydantic import BaseModel
 
 from crosscheck import signals
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.audit.experiments.question import Question, Records
+from crosscheck.audit.experiments.question import Answer, Question, Records
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.stage import with_steady_stiffness
 from crosscheck.audit.measures.undefined import defined
-from crosscheck.audit.phase.runs.experiments import RIGID_STEP_S
-from crosscheck.audit.phase.runs.plant import Plant, motion, plant_of, rigid_motion
+from crosscheck.audit.phase.linear import linear_step
+from crosscheck.audit.phase.runs import RIGID_STEP_S, Plant, motion, plant_of, rigid_motion
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive
 from crosscheck.models.loading import Case, load_case
@@ -71,8 +70,16 @@ class Resonances:
     drawn_size: tuple[float, ...]
 
 
+class _OfStage(Question[Answer]):
+    """What is asked of the shoulder's stage at a damping ratio."""
+
+    def records(self) -> Records:
+        cases = [load_case("paper-labelled", name) for name in ("constant-torque", "pd")]
+        return [record for case in cases for record in case]
+
+
 @dataclass(frozen=True)
-class RunUp(Question[Resonances]):
+class RunUp(_OfStage[Resonances]):
     """The stage run up through its modes, or as far as the duration lets it.
 
     Planets free.
@@ -84,19 +91,20 @@ class RunUp(Question[Resonances]):
     duration_s: float
     seeds: tuple[int, ...]
 
-    def records(self) -> Records:
-        return _read()
-
     def answer(self) -> Resonances:
-        speed, fast = _run_up(self.zeta, self.duration_s, self.seeds)
-        pairs = list(zip(speed.T, fast.T, strict=True))
-        slow = [sizes[signals.window(speeds, *BELOW_RAD_PER_S)] for speeds, sizes in pairs]
-        drawn = _drawn(*pairs[0])
+        speeds, vibrations = (x.T for x in _run_up(self.zeta, self.duration_s, self.seeds))
+        pairs = list(zip(speeds, vibrations, strict=True))
+        slow = [size[signals.window(speed, *BELOW_RAD_PER_S)] for speed, size in pairs]
+        drawn_speed, drawn_size = np.empty(0), np.empty(0)
+        if speeds[0].size >= BINS:
+            _, low, high = envelope(*pairs[0], BINS)
+            drawn_speed = np.linspace(speeds[0][0], speeds[0][-1], low.size)
+            drawn_size = np.maximum(np.abs(low), np.abs(high))
         return Resonances(
             peaks=tuple(tuple(_peak(*pair, met) for met in stage_modes().speeds) for pair in pairs),
             below=tuple(defined(signals.amplitude(sizes)) for sizes in slow),
-            drawn_speed=tuple(drawn[0].tolist()),
-            drawn_size=tuple(drawn[1].tolist()),
+            drawn_speed=tuple(drawn_speed.tolist()),
+            drawn_size=tuple(drawn_size.tolist()),
         )
 
 
@@ -121,16 +129,13 @@ class FloquetRates:
 
 
 @dataclass(frozen=True)
-class Tongue(Question[FloquetRates]):
+class Tongue(_OfStage[FloquetRates]):
     """The ``FloquetRates`` at a damping ratio and one slow speed [rad/s]."""
 
     cost = 1.0
 
     zeta: float
     slow: float
-
-    def records(self) -> Records:
-        return _read()
 
     def answer(self) -> FloquetRates:
         (slow,) = tongues(self.zeta, np.array([self.slow]))
@@ -171,16 +176,10 @@ def resonance(study: Study, scale: Scale) -> Resonance:
     """A run-up of one stage, Floquet theory of the stiffness, and the paper's own speeds."""
     speeds = Speeds(fastest("pd"), fastest("constant-torque"), fastest("back-and-forth"))
     seeds = scale.seeds[: scale.starts(STARTS)]
-    ramps = [RunUp(zeta, scale.seconds(RAMP_S), seeds) for zeta in RAMP_ZETAS]
-    growth = [Tongue(zeta, speeds.pd) for zeta in ZETAS]
-    run_up = dict(zip(RAMP_ZETAS, study.answers(ramps, "phase: run-up"), strict=True))
-    rates = dict(zip(ZETAS, study.answers(growth, "phase: tongues"), strict=True))
-    return Resonance(stage_modes(), speeds, run_up, rates)
-
-
-def _read() -> list[BaseModel]:
-    cases = [load_case("paper-labelled", name) for name in ("constant-torque", "pd")]
-    return [record for case in cases for record in case]
+    ramps = {zeta: RunUp(zeta, scale.seconds(RAMP_S), seeds) for zeta in RAMP_ZETAS}
+    growth = {zeta: Tongue(zeta, speeds.pd) for zeta in ZETAS}
+    run_ups = study.answered(ramps, "phase: run-up")
+    return Resonance(stage_modes(), speeds, run_ups, study.answered(growth, "phase: tongues"))
 
 
 def stage_modes() -> StageModes:
@@ -244,7 +243,7 @@ def tongues(zeta: float, speeds: np.ndarray) -> np.ndarray:
     """Growth rate [1/s] of the mesh vibration at constant carrier speeds [rad/s], (speeds,).
 
     Floquet theory of M x'' + D x' + N k(phi) x = 0, phi = c theta_c' t, carrier locked to its
-    speed: the largest multiplier of the monodromy.
+    speed: the largest multiplier of the monodromy, (speeds, 4, 4), by RK4 in the phase.
     """
     plant = plant_of(_model(_one_stage(zeta), 0.0, 1.0))
     mass, stiffness = _meshes(plant)
@@ -253,28 +252,15 @@ def tongues(zeta: float, speeds: np.ndarray) -> np.ndarray:
     sprung, swinging = (-np.linalg.solve(mass, np.diag(k)) for k in (stiffness, stiffness * swing))
     steady = np.block([[np.zeros((2, 2)), np.eye(2)], [sprung, damped]])
     varying = np.block([[np.zeros((2, 4))], [swinging, np.zeros((2, 2))]])
-
-    def system(phase: float) -> np.ndarray:
-        return steady + varying * np.sin(phase)
-
     period = 2 * np.pi / (plant.weights[0, plant.gears.theta[0]] * speeds)
-    multipliers = np.linalg.eigvals(_monodromy(system, period))
-    return np.log(np.abs(multipliers).max(axis=1)) / period
-
-
-def _monodromy(system: Callable[[float], np.ndarray], period: np.ndarray) -> np.ndarray:
-    """Of y' = A(2 pi t / T) y over every period T [s], (periods, 4, 4), by RK4 in the phase."""
     count = int(np.ceil(period.max() / STEP_S))
     turn, h = 2 * np.pi / count, (period / count)[:, None, None]
     flow = np.repeat(np.eye(4)[None], period.size, axis=0)
     for k in range(count):
-        begin, middle, end = (system((k + part) * turn) for part in (0.0, 0.5, 1.0))
-        k_1 = begin @ flow
-        k_2 = middle @ (flow + h / 2 * k_1)
-        k_3 = middle @ (flow + h / 2 * k_2)
-        k_4 = end @ (flow + h * k_3)
-        flow = flow + h / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
-    return flow
+        rates = [steady + varying * np.sin((k + part) * turn) for part in (0.0, 0.5, 0.5, 1.0)]
+        flow = linear_step(rates, flow, h)
+    multipliers = np.linalg.eigvals(flow)
+    return np.log(np.abs(multipliers).max(axis=1)) / period
 
 
 def _peak(speeds: np.ndarray, vibration: np.ndarray, speed: float) -> Peak:
@@ -284,12 +270,3 @@ def _peak(speeds: np.ndarray, vibration: np.ndarray, speed: float) -> Peak:
         return Peak(None, None)
     size = np.abs(vibration[part])
     return Peak(float(speeds[part][np.argmax(size)]), float(size.max()))
-
-
-def _drawn(speeds: np.ndarray, vibration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Speed [rad/s] and largest vibration [rad/s^2] of every bin."""
-    if speeds.size < BINS:
-        return np.empty(0), np.empty(0)
-    _, low, high = envelope(speeds, vibration, BINS)
-    speed = np.linspace(speeds[0], speeds[-1], low.size)
-    return speed, np.maximum(np.abs(low), np.abs(high))

@@ -6,7 +6,6 @@ see ``planets.hill``), so the motion that the planets share is linearised as if 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -20,31 +19,12 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.shares import Share, share_of
 from crosscheck.audit.measures.undefined import quotient
+from crosscheck.audit.phase import linear, runs
 from crosscheck.audit.phase.clock import SignalEnvelope
-from crosscheck.audit.phase.runs.experiments import (
-    DECISIVE,
-    FILTER_EDGE_S,
-    HIGH_PASS_HZ,
-    integrated,
-    models_of,
-    pd_run,
-    vibration,
-)
-from crosscheck.audit.phase.runs.linear import (
-    Base,
-    Interval,
-    Modes,
-    base_motion,
-    jacobian_error,
-    mesh_modes,
-    predicted_amplitude,
-    unstable_intervals,
-)
-from crosscheck.audit.phase.runs.plant import motion, plant_of
 
-CELLS = tuple(cell for one in DECISIVE for cell in (one, integrated(one)))
+CELLS = tuple(cell for one in runs.DECISIVE for cell in (one, runs.integrated(one)))
 DURATION_S = THIRD_S[1]
 BEGIN_S = 0.45  # after the teeth have changed sides; from here on contact is assumed
 BETWEEN_MODES_HZ = 3000.0  # each joint has a mesh mode below and one above
@@ -103,7 +83,7 @@ class Linearised:
     """
 
     largest: LargestGrowth | None
-    intervals: tuple[Interval, ...]
+    intervals: tuple[linear.Interval, ...]
     begun: tuple[Begun, ...]
     jacobian_error: float
     growth: Curve
@@ -116,16 +96,12 @@ class Linearised:
     @property
     def as_predicted(self) -> Share | None:
         """Starts whose onset is foretold."""
-        return _share([one.as_predicted for one in self.begun])
+        return share_of(one.as_predicted for one in self.begun)
 
     @property
     def begins(self) -> Share | None:
         """Starts in which a vibration begins."""
-        return _share([one.simulated_s is not None for one in self.begun])
-
-
-def _share(answers: Sequence[bool]) -> Share | None:
-    return Share(sum(answers), len(answers)) if answers else None
+        return share_of(one.simulated_s is not None for one in self.begun)
 
 
 @dataclass(frozen=True)
@@ -138,94 +114,70 @@ class Linearisation(Perturbed[Linearised]):
 
     def answer(self) -> Linearised:
         case = replace(self.variant, planets="lumped").case()
-        plant = plant_of(PhysicalModel(*case))
-        base = base_motion(case, plant, self.every)
-        modes = mesh_modes(plant, base)
-        unstable = unstable_intervals(base.time, modes, WORTH_TELLING)
-        run = motion(models_of(self.variant, self.seeds))
+        plant = runs.plant_of(PhysicalModel(*case))
+        base = linear.base_motion(case, plant, self.every)
+        modes = linear.mesh_modes(plant, base)
+        unstable = linear.unstable_intervals(base.time, modes, WORTH_TELLING)
+        run = runs.motion(runs.models_of(self.variant, self.seeds))
         followed = [_follow(base, modes, run.time, one) for one in run.shoulder.T]
-        begun = tuple(one.begun for one in followed if one.begun is not None)
-        first, thin = followed[0], max(1, base.time.size // DRAWN)
+        (_, simulated, predicted), thin = followed[0], max(1, base.time.size // DRAWN)
+        largest, part = None, signals.window(base.time, *THIRD_S)
+        if part.stop > part.start:
+            peak = part.start + int(np.argmax(modes.largest[part]))
+            mode = int(np.argmax(modes.growth[peak]))
+            numbers = modes.largest[peak], base.time[peak], modes.frequency[peak, mode]
+            largest = LargestGrowth(*map(float, numbers))
         return Linearised(
-            largest=_largest(base, modes),
+            largest=largest,
             intervals=tuple(one for one in unstable if one.end > THIRD_S[0]),
-            begun=begun,
-            jacobian_error=jacobian_error(plant, base, SAMPLES),
+            begun=tuple(begun for begun, _, _ in followed if begun is not None),
+            jacobian_error=linear.jacobian_error(plant, base, SAMPLES),
             growth=Curve.of(base.time[::thin], modes.largest[::thin]),
             frequencies=tuple(Curve.of(base.time[::thin], x[::thin]) for x in modes.frequency.T),
             unstable=tuple(tuple(map(bool, grows[::thin])) for grows in (modes.growth > 0).T),
-            simulated=_highest(run.time, first.simulated),
-            predicted=_highest(first.time, first.predicted),
+            simulated=simulated,
+            predicted=predicted,
             shoulder=SignalEnvelope.of(run.time, run.shoulder[:, 0]),
         )
 
 
-class _Followed(NamedTuple):
-    """One start: simulated (times,), predicted on the base motion's time from BEGIN_S on."""
+def _follow(
+    base: linear.Base, modes: linear.Modes, time: np.ndarray, shoulder: np.ndarray
+) -> tuple[Begun | None, Curve, Curve]:
+    """One start: whether begun, its vibration simulated, and predicted from BEGIN_S on.
 
-    begun: Begun | None
-    simulated: np.ndarray
-    time: np.ndarray
-    predicted: np.ndarray
-
-
-def _follow(base: Base, modes: Modes, time: np.ndarray, shoulder: np.ndarray) -> _Followed:
-    part = signals.window(base.time, BEGIN_S, DURATION_S)
-    simulated = vibration_envelope(time, shoulder)
-    first, floor = _first_and_floor(time, shoulder, modes)
-    if not np.isfinite(first).all():
-        return _Followed(None, simulated, base.time[part], np.full(base.time[part].shape, np.nan))
-    predicted = predicted_amplitude(base.time[part], modes.growth[part], first, floor)
-    begun = Begun(_onset(base.time[part], predicted), _onset(time, simulated))
-    return _Followed(begun, simulated, base.time[part], predicted)
-
-
-def _first_and_floor(
-    time: np.ndarray, shoulder: np.ndarray, modes: Modes
-) -> tuple[np.ndarray, np.ndarray]:
-    """What every mode, (modes,) [rad/s^2], starts from and never falls below.
-
-    The simulated vibration at BEGIN_S and its smallest value after; that above 3 kHz for the modes
-    above 3 kHz, which decay faster. nan if the run diverged or ends before.
+    Every mode starts from the simulated vibration at BEGIN_S and never falls below its smallest
+    value after; those above 3 kHz, which decay faster, from that above 3 kHz. None and no
+    prediction if the run diverged or ends before.
     """
-    part = signals.window(time, BEGIN_S, DURATION_S - FILTER_EDGE_S)
-    if part.stop <= part.start:
-        nothing = np.full(modes.growth.shape[1], np.nan)
-        return nothing, nothing
+    part, seen = (
+        signals.window(x, BEGIN_S, end)
+        for x, end in ((base.time, DURATION_S), (time, DURATION_S - runs.FILTER_EDGE_S))
+    )
+    ahead, simulated = base.time[part], vibration_envelope(time, shoulder)
     fast = modes.frequency.mean(axis=0) > BETWEEN_MODES_HZ
-    bands = [
-        vibration_envelope(time, shoulder, above)[part]
-        for above in (HIGH_PASS_HZ, BETWEEN_MODES_HZ)
-    ]
-    first, floor = ([take(band) for band in bands] for take in (lambda b: b[0], np.min))
-    return np.where(fast, first[1], first[0]), np.where(fast, floor[1], floor[0])
+    whole, high = simulated[seen], vibration_envelope(time, shoulder, BETWEEN_MODES_HZ)[seen]
+    if not whole.size or not np.isfinite((whole[0], high[0])).all():
+        return None, _highest(time, simulated), Curve((), ())
+    first = np.where(fast, high[0], whole[0])
+    floor = np.where(fast, high.min(), whole.min())
+    predicted = linear.predicted_amplitude(ahead, modes.growth[part], first, floor)
+    begun = Begun(_onset(ahead, predicted), _onset(time, simulated))
+    return begun, _highest(time, simulated), _highest(ahead, predicted)
 
 
 def vibration_envelope(
-    time: np.ndarray, values: np.ndarray, above_hz: float = HIGH_PASS_HZ
+    time: np.ndarray, values: np.ndarray, above_hz: float = runs.HIGH_PASS_HZ
 ) -> np.ndarray:
     """Running maximum, over 4 ms, of the magnitude of a signal's fast part, (times,)."""
     size = round(ENVELOPE_S / (time[1] - time[0]))
-    return maximum_filter1d(np.abs(vibration(time, values, above_hz)), size)
+    return maximum_filter1d(np.abs(runs.vibration(time, values, above_hz)), size)
 
 
 def _onset(time: np.ndarray, values: np.ndarray) -> float | None:
     """First time [s] from 0.5 s on at which a vibration counts as begun."""
-    part = signals.window(time, THIRD_S[0], DURATION_S - FILTER_EDGE_S)
+    part = signals.window(time, THIRD_S[0], DURATION_S - runs.FILTER_EDGE_S)
     return signals.first_above(time[part], values[part], ONSET_RAD_PER_S2)
-
-
-def _largest(base: Base, modes: Modes) -> LargestGrowth | None:
-    part = signals.window(base.time, *THIRD_S)
-    if part.stop <= part.start:
-        return None
-    peak = int(np.argmax(modes.largest[part]))
-    mode = int(np.argmax(modes.growth[part][peak]))
-    return LargestGrowth(
-        float(modes.largest[part][peak]),
-        float(base.time[part][peak]),
-        float(modes.frequency[part][peak, mode]),
-    )
 
 
 def _highest(time: np.ndarray, values: np.ndarray) -> Curve:
@@ -262,6 +214,8 @@ class Stability:
 def stability(study: Study, scale: Scale) -> Stability:
     """Growth rates against time under both laws; predicted and simulated onset."""
     every, seeds = (QUICK_EVERY if scale.quick else EVERY), scale.seeds[: scale.starts(STARTS)]
-    runs = [replace(pd_run(c, scale.seconds(DURATION_S)), record_every=RUNS_EVERY) for c in CELLS]
-    asked = [Linearisation(one, seeds, every) for one in runs]
-    return Stability(dict(zip(CELLS, study.answers(asked, "phase: stability"), strict=True)))
+    asked = {}
+    for cell in CELLS:
+        variant = replace(runs.pd_run(cell, scale.seconds(DURATION_S)), record_every=RUNS_EVERY)
+        asked[cell] = Linearisation(variant, seeds, every)
+    return Stability(study.answered(asked, "phase: stability"))

@@ -4,45 +4,23 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import fields
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from crosscheck.audit.experiments.cells import LAWS, READINGS
 from crosscheck.audit.measures.third import APART_M
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.twosamples import SIGNIFICANT
+from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import html, text
+from crosscheck.audit.page.text import text
 from crosscheck.audit.phase.engines import engines
-from crosscheck.audit.phase.page.tables import cell_columns, share_column, third_columns
+from crosscheck.audit.phase.page.tables import cell_columns, third_columns
 from crosscheck.audit.phase.page.views import law_name
-from crosscheck.audit.planets.features import Feature, features
-from crosscheck.audit.planets.growth import (
-    CELL,
-    JOINTS,
-    STARTING_S,
-    STARTS,
-    Breaking,
-    Foretold,
-    Growth,
-    Predictions,
-    growth,
-    levels,
-)
-from crosscheck.audit.planets.parting import Parted
-from crosscheck.audit.planets.verdict import (
-    PREDICTED,
-    Freed,
-    PlanetsEffect,
-    Survival,
-    effects_by_law,
-    freed,
-    h7_verdict,
-)
+from crosscheck.audit.planets import parting, verdict
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import legend, new_figure, not_reached, to_svg
 
@@ -50,123 +28,100 @@ MOSTLY = 0.5  # of the starts
 ID, TITLE = "planets", "Three planets counted as one (H7)"
 LIMITS = {"omega_t": (1.0, 2e3), "angle": (1e-5, 1e3)}  # rad/s^2, by phase law
 SHIFTS = (-0.17, 0.17)  # of a damping ratio: lumped, free
+# Of a start: each course with its name, line and width.
+COURSES = (
+    ("measured", "measured", "-", 1.6),
+    ("by_lumped", "Hill, along the lumped run", "--", 1.1),
+    ("by_free", "Hill, along the free run", ":", 1.4),
+    ("pressed", "Hill, no mesh ever apart", "-.", 1.0),
+)
 LOWEST, HIGHEST = -20.5, -2.0  # log10 of metres: what is drawn
-
-
-@dataclass(frozen=True)
-class H7:
-    """The verdict; settings by effect; whether the parting is foretold, and Exudyn agrees."""
-
-    verdict: str
-    settings: int
-    weaker: int
-    stronger: int
-    foretold: bool | None
-    engines_agree: bool | None
-    claims_changed: int
 
 
 def chapter(material: Material) -> AuditChapter:
     """Samples, the growth of differences, another engine, the figures' statements."""
-    sampled, grown = freed(material), growth(material.study, material.scale)
-    compared, seen = engines(material), features(material)
+    sampled, grown = verdict.freed(material), parting.growth(material.study, material.scale)
+    compared, seen = engines(material), verdict.features(material)
     effects = [one.effect for one in sampled]
-    verdict = H7(
-        verdict=h7_verdict(effects),
-        settings=len(effects),
-        weaker=effects.count(PlanetsEffect.WEAKER),
-        stronger=effects.count(PlanetsEffect.STRONGER),
-        foretold=grown.free.all_right,
-        engines_agree=compared.same,
-        claims_changed=sum(one.changed is True for one in seen),
-    )
+    h7: JsonObject = {
+        "id": "H7",
+        "verdict": verdict.h7_verdict(effects),
+        "settings": len(effects),
+        "weaker": effects.count(verdict.PlanetsEffect.WEAKER),
+        "stronger": effects.count(verdict.PlanetsEffect.STRONGER),
+        "foretold": grown.free.all_right,
+        "engines_agree": compared.same,
+        "claims_changed": sum(one.changed is True for one in seen),
+    }
+    pressed = [one.pressed_largest_m for one in grown.joints]
+    largest = max((size for size in pressed if size is not None), default=None)
+    changed = [one for one in seen if one.changed]
     shown = [
-        text("planets/introduction", verdict=verdict),
-        _sizes(sampled, material),
-        _parting(grown, material),
+        text("planets/introduction", verdict=h7),
+        text(
+            "planets/sizes",
+            starts=material.scale.most_starts,
+            significant=SIGNIFICANT,
+            drawing=sizes(sampled),
+            table=FREED.html(sampled),
+            effects={law.id: counts for law, counts in verdict.effects_by_law(sampled).items()},
+            PlanetsEffect=verdict.PlanetsEffect,
+        ),
+        text(
+            "planets/parting",
+            planets=parting,
+            starts=material.scale.starts(parting.STARTS),
+            apart_um=1e6 * APART_M,
+            breaking=BREAKING.html(grown.breaking),
+            early=list(
+                dict.fromkeys(b.cell.zeta for b in grown.breaking if b.early.value > MOSTLY)
+            ),
+            drawing=partings(grown.starts),
+            table=PREDICTIONS.html(grown.joints),
+            grown=grown,
+            pressed=largest,
+            by_contact=None if largest is None else largest < APART_M,
+        ),
         text("planets/engines", compared=compared.compared, same=compared.same),
-        _features(seen),
+        text(
+            "planets/features",
+            table=FEATURE.html(seen),
+            turned=FEATURE.html(changed),
+            changed=len(changed),
+            asked=len(seen),
+            counts=Counter(one.survives for one in seen),
+            Survival=verdict.Survival,
+        ),
     ]
     records = [
-        {"id": "H7", **asdict(verdict)},
+        h7,
         *FREED.json(sampled),
         *BREAKING.json(grown.breaking),
         *FORETOLD.json([grown.lumped, grown.free]),
         *PREDICTIONS.json(grown.joints),
         *FEATURE.json(seen),
     ]
-    outcome = text("planets/outcome", verdict=verdict)
-    return AuditChapter(ID, TITLE, "\n".join(shown), records, outcome)
+    return AuditChapter(ID, TITLE, "\n".join(shown), records, text("planets/outcome", verdict=h7))
 
 
-def _sizes(sampled: Sequence[Freed], material: Material) -> str:
-    return text(
-        "planets/sizes",
-        starts=material.scale.most_starts,
-        severe=SEVERE,
-        significant=SIGNIFICANT,
-        drawing=sizes(sampled),
-        table=html(FREED.html(sampled)),
-        effects={law.id: counts for law, counts in effects_by_law(sampled).items()},
-        PlanetsEffect=PlanetsEffect,
-    )
-
-
-def _parting(grown: Growth, material: Material) -> str:
-    pressed = [one.pressed_largest_m for one in grown.joints]
-    largest = max((size for size in pressed if size is not None), default=None)
-    return text(
-        "planets/parting",
-        cell=CELL,
-        starts=material.scale.starts(STARTS),
-        apart_um=1e6 * APART_M,
-        starting_s=STARTING_S,
-        within=PREDICTED,
-        breaking=html(BREAKING.html(grown.breaking)),
-        early=list(dict.fromkeys(b.cell.zeta for b in grown.breaking if b.early.value > MOSTLY)),
-        drawing=parting(grown.starts),
-        table=html(PREDICTIONS.html(grown.joints)),
-        grown=grown,
-        pressed=largest,
-        by_contact=None if largest is None else largest < APART_M,
-    )
-
-
-def _features(seen: Sequence[Feature]) -> str:
-    changed = [one for one in seen if one.changed]
-    return text(
-        "planets/features",
-        table=html(FEATURE.html(seen)),
-        turned=html(FEATURE.html(changed)),
-        changed=len(changed),
-        asked=len(seen),
-        counts=Counter(one.survives for one in seen),
-        Survival=Survival,
-    )
-
-
-FREED: Columns[Freed] = Columns(
-    lambda row: f"planets/{row.cell.id}",
+FREED = Columns[verdict.Freed](
+    "planets/{0.cell.id}",
     [
-        *cell_columns(lambda row: row.cell),
-        *third_columns(lambda row: row.lumped, "alike_", "lumped: "),
-        *third_columns(lambda row: row.free, "free_", "free: "),
-        TableColumn(
-            "apart_um", "free: planets differ by up to [µm]", lambda row: row.free.apart_um, ".2g"
-        ),
-        TableColumn("p_of_shares", "p, shares", lambda row: row.tests.by_share, ".2g"),
-        TableColumn("p_of_sizes", "p, sizes", lambda row: row.tests.by_size, ".2g"),
-        TableColumn("effect", "freeing makes it", lambda row: row.effect.value),
+        *cell_columns(),
+        *third_columns("lumped", "alike_", "lumped: "),
+        *third_columns("free", "free_", "free: "),
+        TableColumn("apart_um", "free: planets differ by up to [µm]", "free.apart_um", ".2g"),
+        TableColumn("p_of_shares", "p, shares", "tests.by_share", ".2g"),
+        TableColumn("p_of_sizes", "p, sizes", "tests.by_size", ".2g"),
+        TableColumn("effect", "freeing makes it", "effect.value"),
     ],
 )
-
-
-BREAKING: Columns[Breaking] = Columns(
-    lambda row: f"planets/breaking/{row.cell.id}",
+BREAKING = Columns[parting.Breaking](
+    "planets/breaking/{0.cell.id}",
     [
-        *cell_columns(lambda row: row.cell),
-        share_column("parted", "planets 1 µm apart in", lambda row: row.parted),
-        share_column("early", "before 0.3 s in", lambda row: row.early),
+        *cell_columns(),
+        TableColumn("parted", "planets 1 µm apart in"),
+        TableColumn("early", "before 0.3 s in"),
         TableColumn(
             "time_s",
             "when [s], 0.1, 0.5, 0.9 of those",
@@ -175,79 +130,69 @@ BREAKING: Columns[Breaking] = Columns(
         ),
     ],
 )
-
-PREDICTIONS: Columns[Predictions] = Columns(
-    lambda row: f"planets/parting/{row.joint}",
+PREDICTIONS = Columns[parting.Predictions](
+    "planets/parting/{0.joint}",
     [
-        TableColumn("joint", "joint", lambda row: row.joint),
-        TableColumn("starts", "starts", lambda row: row.starts),
-        TableColumn("parted", "symmetry breaks in", lambda row: row.parted),
-        TableColumn("first", "before the other joint's in", lambda row: row.first),
-        TableColumn("median_s", "median time [s]", lambda row: row.median_s, ".4f"),
+        TableColumn("joint", "joint"),
+        TableColumn("starts", "starts"),
+        TableColumn("parted", "symmetry breaks in"),
+        TableColumn("first", "before the other joint's in"),
+        TableColumn("median_s", "median time [s]", form=".4f"),
+        TableColumn("lumped_right", "foretold along the lumped run in"),
+        TableColumn("lumped_error", "largest error", "lumped_largest_error", ".1%"),
+        TableColumn("free_right", "foretold along the free run in"),
+        TableColumn("free_error", "largest error", "free_largest_error", ".1%"),
+        TableColumn("growth_per_s", "largest growth rate [1/s]", "largest_growth_per_s", ".0f"),
         TableColumn(
-            "lumped_right", "foretold along the lumped run in", lambda row: row.lumped_right
-        ),
-        TableColumn("lumped_error", "largest error", lambda row: row.lumped_largest_error, ".1%"),
-        TableColumn("free_right", "foretold along the free run in", lambda row: row.free_right),
-        TableColumn("free_error", "largest error", lambda row: row.free_largest_error, ".1%"),
-        TableColumn(
-            "growth_per_s", "largest growth rate [1/s]", lambda row: row.largest_growth_per_s, ".0f"
-        ),
-        TableColumn(
-            "pressed_m",
-            "largest spread without loss of contact [m]",
-            lambda row: row.pressed_largest_m,
-            ".2g",
+            "pressed_m", "largest spread without loss of contact [m]", "pressed_largest_m", ".2g"
         ),
     ],
 )
-
-FORETOLD: Columns[Foretold] = Columns(
-    lambda row: f"planets/parting/first/{row.along}",
+FORETOLD = Columns[parting.Foretold](
+    "planets/parting/first/{0.along}",
     [
-        TableColumn("asked", None, lambda row: row.asked),
-        TableColumn("diverged", None, lambda row: row.diverged),
-        TableColumn("starts", None, lambda row: row.starts),
-        TableColumn("courses_part", None, lambda row: row.courses_part),
-        TableColumn("right", None, lambda row: row.right),
-        TableColumn("largest_error", None, lambda row: row.largest_error),
-        TableColumn("median_error", None, lambda row: row.median_error),
-        TableColumn("strayed", None, lambda row: row.strayed),
-        TableColumn("right_unless_strayed", None, lambda row: row.right_unless_strayed),
-        TableColumn("predicted", None, lambda row: row.all_right),
+        *(TableColumn(one.name, None) for one in fields(parting.Foretold) if one.name != "along"),
+        TableColumn("predicted", None, "all_right"),
     ],
 )
-
-FEATURE: Columns[Feature] = Columns(
+FEATURE = Columns[verdict.Feature](
     lambda row: (
         f"planets/claim/{row.claim.id}/{row.place.law.id if row.place.law else ''}"
         f"/{row.place.zeta}/{row.place.choice}"
     ),
     [
-        TableColumn("figure", "figure", lambda row: row.claim.figure),
-        TableColumn("claim", "statement", lambda row: row.claim.id),
-        TableColumn("statement", "in short", lambda row: row.claim.statement),
-        TableColumn(
-            "law", "law, ring rate", lambda row: row.place.law.id if row.place.law else None
-        ),
-        TableColumn("zeta", "ζ", lambda row: row.place.zeta, "g"),
-        TableColumn("choice", None, lambda row: row.place.choice),
-        share_column("alike", "lumped: true in", lambda row: row.lumped.share),
-        share_column("free", "free: true in", lambda row: row.free.share),
-        TableColumn("survives", "what becomes of it", lambda row: row.survives.value),
-        TableColumn("changed", "significantly different", lambda row: row.changed),
+        TableColumn("figure", "figure", "claim.figure"),
+        TableColumn("claim", "statement", "claim.id"),
+        TableColumn("statement", "in short", "claim.statement"),
+        TableColumn("law", "law, ring rate", "place.law.id"),
+        TableColumn("zeta", "ζ", "place.zeta", "g"),
+        TableColumn("choice", None, "place.choice"),
+        TableColumn("alike", "lumped: true in", "lumped.share"),
+        TableColumn("free", "free: true in", "free.share"),
+        TableColumn("survives", "what becomes of it", "survives.value"),
+        TableColumn("changed", "significantly different"),
     ],
 )
 
 
-def sizes(found: Sequence[Freed]) -> str:
+def sizes(found: Sequence[verdict.Freed]) -> str:
     """A dot for every start: a row for every law, a column for every reading."""
     arms = [arm for arm in READINGS if any(one.cell.arm == arm for one in found)]
     drawing, grid = new_figure(len(LAWS), len(arms), 2.1)
     for (row, column), axes in np.ndenumerate(grid):
         law, arm = LAWS[row], arms[column]
         chosen = [one for one in found if (one.cell.law, one.cell.arm) == (law, arm)]
-        _panel(axes, chosen, *LIMITS[law.phase])
+        for place, one in enumerate(chosen):
+            pairs = zip(SHIFTS, (one.lumped, one.free), COLOURS, ("lumped", "free"), strict=False)
+            for shift, third, colour, name in pairs:
+                label = f"planets {name}" if place == 0 else None
+                across = place + shift + np.linspace(-0.12, 0.12, third.sizes.size)
+                clipped = np.clip(third.sizes, *LIMITS[law.phase])
+                axes.plot(across, clipped, ".", color=colour, markersize=2.5, label=label)
+        axes.axhline(SEVERE, color="black", lw=0.8, ls="--")
+        axes.set_xticks(range(len(chosen)), [f"{one.cell.zeta:g}" for one in chosen], fontsize=6.5)
+        axes.set_ylim(*LIMITS[law.phase])
+        axes.set_yscale("log")
         axes.set_title(f"{READINGS[arm]}, {law_name(law)}", fontsize=8)
     for axes in grid[:, 0]:
         axes.set_ylabel("size [rad/s²]")
@@ -257,29 +202,24 @@ def sizes(found: Sequence[Freed]) -> str:
     return to_svg(drawing)
 
 
-def _panel(axes: Axes, found: Sequence[Freed], least: float, most: float) -> None:
-    for place, one in enumerate(found):
-        pairs = zip(SHIFTS, (one.lumped, one.free), COLOURS, ("lumped", "free"), strict=False)
-        for shift, third, colour, name in pairs:
-            label = f"planets {name}" if place == 0 else None
-            across = place + shift + np.linspace(-0.12, 0.12, third.sizes.size)
-            sizes = np.clip(third.sizes, least, most)
-            axes.plot(across, sizes, ".", color=colour, markersize=2.5, label=label)
-    axes.axhline(SEVERE, color="black", lw=0.8, ls="--")
-    axes.set_xticks(range(len(found)), [f"{one.cell.zeta:g}" for one in found], fontsize=6.5)
-    axes.set_ylim(least, most)
-    axes.set_yscale("log")
+def partings(found: Sequence[parting.Parted]) -> str:
+    """The spread of a stage's planets, measured and as Hill's equation has it.
 
-
-def parting(found: Sequence[Parted]) -> str:
-    """The spread of a stage's planets, measured and as Hill's equation has it."""
-    drawing, grid = new_figure(len(JOINTS), 2, 2.4)
+    Left one start; right median and range over the starts, measured and along the lumped run.
+    """
+    drawing, grid = new_figure(len(parting.JOINTS), 2, 2.4)
     for joint, (left, right) in enumerate(grid):
-        left.set(title=f"{JOINTS[joint]}, first start", ylabel="log10 of the spread [m]")
-        right.set(title=f"{JOINTS[joint]}, {len(found)} starts")
-        if found:
-            _draw_one(left, found[0], joint)
-            _draw_all(right, found, joint)
+        left.set(title=f"{parting.JOINTS[joint]}, first start", ylabel="log10 of the spread [m]")
+        right.set(title=f"{parting.JOINTS[joint]}, {len(found)} starts")
+        for (name, label, style, width), colour in zip(COURSES, COLOURS, strict=False):
+            every = [parting.levels(getattr(one, name), joint) for one in found]
+            if every:
+                time_s = found[0].time_s
+                left.plot(time_s, every[0], style, lw=width, color=colour, label=label)
+                if name in ("measured", "by_lumped"):
+                    low, high = np.min(every, axis=0), np.max(every, axis=0)
+                    right.fill_between(time_s, low, high, color=colour, alpha=0.25)
+                    right.plot(time_s, np.median(every, axis=0), color=colour, ls=style)
         for axes in (left, right):
             axes.axhline(np.log10(APART_M), color="black", lw=0.8, ls="--")
             axes.set_ylim(LOWEST, HIGHEST)
@@ -290,24 +230,3 @@ def parting(found: Sequence[Parted]) -> str:
     if found:
         legend(drawing, grid[0, 0], grid[0, 1])
     return to_svg(drawing)
-
-
-def _draw_one(axes: Axes, one: Parted, joint: int) -> None:
-    lines = (
-        (one.measured, "measured", "-", 1.6),
-        (one.by_lumped, "Hill, along the lumped run", "--", 1.1),
-        (one.by_free, "Hill, along the free run", ":", 1.4),
-        (one.pressed, "Hill, no mesh ever apart", "-.", 1.0),
-    )
-    for (course, name, style, width), colour in zip(lines, COLOURS, strict=False):
-        axes.plot(one.time_s, levels(course, joint), style, lw=width, color=colour, label=name)
-
-
-def _draw_all(axes: Axes, found: Sequence[Parted], joint: int) -> None:
-    """Median and range over the starts, measured and along the lumped run."""
-    pairs = ([one.measured for one in found], [one.by_lumped for one in found])
-    for courses, colour, style in zip(pairs, COLOURS, ("-", "--"), strict=False):
-        every = np.array([levels(course, joint) for course in courses])
-        low, high = every.min(axis=0), every.max(axis=0)
-        axes.fill_between(found[0].time_s, low, high, color=colour, alpha=0.25)
-        axes.plot(found[0].time_s, np.median(every, axis=0), color=colour, ls=style)

@@ -25,6 +25,7 @@ from crosscheck.analytic.paper.mesh_force import in_contact
 from crosscheck.analytic.paper.mesh_frequency import mesh_phase
 from crosscheck.analytic.paper.stiffness import stiffness
 from crosscheck.analytic.paper.tooth_error import whole_error
+from crosscheck.audit.phase.linear import linear_step
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.trajectory import recorded_times
 
@@ -76,15 +77,6 @@ class FollowedPlanets(NamedTuple):
     pressed: Differences
 
 
-class _Course(NamedTuple):
-    """Of members, what is kept at records: q (records, members, n) [m, rad]; logarithms of the
-    differences, (records, members, LAWS, stages)."""
-
-    q: np.ndarray
-    part: np.ndarray
-    size: np.ndarray
-
-
 def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[FollowedPlanets | None]:
     """Along the models' own runs, at their records: how far planets get that start so far apart.
 
@@ -95,14 +87,14 @@ def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[Follo
     first, stages = models[0], stages_of(models[0])
     time = recorded_times(first.scenario)
     with np.errstate(invalid="ignore", over="ignore"):  # of runs that diverge
-        course = _along(models, stages, np.asarray(start_m, dtype=float))
-    finite = np.isfinite(course.q).all(axis=(0, 2))
+        q, part, size = _along(models, stages, np.asarray(start_m, dtype=float))
+    finite = np.isfinite(q).all(axis=(0, 2))
     ends = stages.ring + stages.planets
     return [
         FollowedPlanets(
             time,
-            [course.q[:, k, begin:end] for begin, end in zip(stages.ring, ends, strict=True)],
-            *(Differences(course.part[:, k, law], course.size[:, k, law]) for law in range(LAWS)),
+            [q[:, k, begin:end] for begin, end in zip(stages.ring, ends, strict=True)],
+            *(Differences(part[:, k, law], size[:, k, law]) for law in range(LAWS)),
         )
         if finite[k]
         else None
@@ -162,8 +154,14 @@ def coefficients(
     return spring, damper, pressed, damped
 
 
-def _along(models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray) -> _Course:
-    """Step the models, and their differences behind them."""
+def _along(
+    models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Step the models, and their differences behind them.
+
+    Of members, what is kept at records: q (records, members, n) [m, rad]; logarithms of the
+    differences' ``part`` and ``size``, (records, members, LAWS, stages).
+    """
     scenario, batch = models[0].scenario, Batch(models)
     stride, records = scenario.stride, scenario.steps // scenario.stride + 1
     shape = (len(models), LAWS, of.mass.size)
@@ -173,7 +171,7 @@ def _along(models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray) -> 
     scale = np.repeat(np.log(start_m)[:, None], LAWS, axis=1)
     for begin in range(0, scenario.steps + 1, CHUNK):
         q, v = _states(models, batch.staged(min(CHUNK, scenario.steps + 1 - begin)))
-        transfers = _transfers(of, scenario.step_s, _coefficients(models[0], of, begin, q, v))
+        transfers = _transfers(models[0], of, begin, q, v)
         for step, transfer in enumerate(transfers, start=begin):
             whole = np.hypot(x[..., 0], x[..., 1] / of.frequency)
             if step % stride == 0:
@@ -186,23 +184,7 @@ def _along(models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray) -> 
             beyond = ~((least <= whole) & (whole <= LARGEST))
             x /= np.where(beyond, whole, 1.0)[..., None]
             scale += np.where(beyond, np.log(np.maximum(whole, least)), 0.0)
-    return _Course(kept, part, size)
-
-
-def _transfers(of: Stages, h: float, found: np.ndarray) -> np.ndarray:
-    """By which a step h [s] of Runge and Kutta multiplies (delta, delta').
-
-    Shape (steps, members, LAWS, stages, 2, 2); found: of ``_coefficients``.
-    """
-    rates = np.zeros((*found.shape, 2))
-    rates[..., 0, 1] = 1.0
-    rates[..., 1, :] = -found / of.mass[:, None]
-    one, (first, second, third, fourth) = np.eye(2), np.moveaxis(rates, 1, 0)
-    k_2 = second @ (one + h / 2 * first)
-    k_3 = third @ (one + h / 2 * k_2)
-    k_4 = fourth @ (one + h * k_3)
-    transfers: np.ndarray = one + h / 6 * (first + 2 * k_2 + 2 * k_3 + k_4)
-    return transfers
+    return kept, part, size
 
 
 def _states(models: Sequence[PhysicalModel], passed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -218,19 +200,24 @@ def _states(models: Sequence[PhysicalModel], passed: np.ndarray) -> tuple[np.nda
     return q.reshape(shape).swapaxes(2, 3), v.reshape(shape).swapaxes(2, 3)
 
 
-def _coefficients(
+def _transfers(
     model: PhysicalModel, of: Stages, begin: int, q: np.ndarray, v: np.ndarray
 ) -> np.ndarray:
-    """As ``coefficients``, planets of a stage at their mean.
+    """By which every step of Runge and Kutta multiplies (delta, delta').
 
-    Stiffness and damping, (steps, 4, members, LAWS, stages, 2), at the four stages of a step.
+    Shape (steps, members, LAWS, stages, 2, 2); planets of a stage at their mean.
     """
     together = q.copy()
     for ring, planets in zip(of.ring, of.planets, strict=True):
         places = slice(ring, ring + planets)
         together[..., places] = q[..., places].mean(axis=-1, keepdims=True)
-    parts = np.array([0.0, 0.5, 0.5, 1.0])
-    t = model.scenario.step_s * (begin + np.arange(len(q))[:, None] + parts)[:, :, None]
+    h, parts = model.scenario.step_s, np.array([0.0, 0.5, 0.5, 1.0])
+    t = h * (begin + np.arange(len(q))[:, None] + parts)[:, :, None]
     found = [np.stack(coefficients(model.gears, mesh, t, together, v), -1) for mesh in of.mesh]
     by_stage = np.stack(found, axis=3)
-    return by_stage.reshape(*by_stage.shape[:-1], LAWS, 2).swapaxes(3, 4)
+    # Stiffness and damping at the four stages of a step.
+    by_law = by_stage.reshape(*by_stage.shape[:-1], LAWS, 2).swapaxes(3, 4)
+    rates = np.zeros((*by_law.shape, 2))
+    rates[..., 0, 1] = 1.0
+    rates[..., 1, :] = -by_law / of.mass[:, None]
+    return linear_step(np.moveaxis(rates, 1, 0), np.eye(2), h)

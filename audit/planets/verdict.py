@@ -1,4 +1,7 @@
-"""What decides H7: counting three planets as one changes the paper's third fluctuation."""
+"""What decides H7: counting three planets as one changes the paper's third fluctuation.
+
+And which statements about Figs. 11 to 14 and 16 to 20 rest on planets that are lumped.
+"""
 
 from __future__ import annotations
 
@@ -10,18 +13,31 @@ from functools import cached_property
 
 import numpy as np
 
-from crosscheck.audit.claims.rule import State
-from crosscheck.audit.claims.settings import plan_of
+from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.claims.quantities import Known
+from crosscheck.audit.claims.rule import Answer, Claim, Place, State, answers
+from crosscheck.audit.claims.settings import Settings, plan_of
 from crosscheck.audit.experiments.cells import LAWS, Cell, Law
-from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.experiments.experiments import (
+    BACKLASH,
+    CONSTANT_STIFFNESS,
+    DEFAULT_B_UM,
+    DEFAULT_E_UM,
+    ERROR,
+    NO_BACKLASH,
+    NO_ERROR,
+    PD,
+)
+from crosscheck.audit.experiments.variant import Planets
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import EVIDENT
 from crosscheck.audit.measures.twosamples import TwoTests, shares_p, told_apart, two_tests
 from crosscheck.audit.page.material import Material
 
-PREDICTED = 0.10  # relative error of the time at which planets part
 TESTS = 2  # of every setting: of the shares and of the sizes
+FIGURES = (*range(11, 15), *range(16, 21))  # of the PD run
+ZETAS = (0.005, 0.02)
 
 
 class PlanetsEffect(StrEnum):
@@ -49,13 +65,6 @@ def effect(lumped: Third, free: Third, p: TwoTests, family: int) -> PlanetsEffec
     else:
         return PlanetsEffect.NONE
     return PlanetsEffect.WEAKER if weaker else PlanetsEffect.STRONGER
-
-
-def parting_is_predicted(predicted_s: float | None, measured_s: float | None) -> bool:
-    """Both never part, or both part at nearly the same time."""
-    if predicted_s is None or measured_s is None:
-        return predicted_s is measured_s
-    return abs(predicted_s / measured_s - 1) <= PREDICTED
 
 
 class Survival(StrEnum):
@@ -134,3 +143,50 @@ def freed(material: Material) -> list[Freed]:
 def effects_by_law(records: Sequence[Freed]) -> dict[Law, Counter[PlanetsEffect]]:
     """How often each effect is seen."""
     return {law: Counter(r.effect for r in records if r.cell.law == law) for law in LAWS}
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A claim in a setting with lumped and with free planets; family: tests that share the 5 %."""
+
+    claim: Claim
+    place: Place
+    lumped: Answer
+    free: Answer
+    family: int
+
+    @property
+    def survives(self) -> Survival:
+        """What becomes of it."""
+        return survival(self.lumped.state, self.free.state)
+
+    @property
+    def changed(self) -> bool | None:
+        """Whether the shares differ significantly; None where they could not be."""
+        return is_changed(self.lumped.share, self.free.share, self.family)
+
+
+def features(material: Material) -> list[Feature]:
+    """Every statement about these figures, at a small and at a larger damping under all laws."""
+    plan = plan_of(material.scale)
+    sources = [PD, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS]  # of the claims' under PD control
+    sources += [BACKLASH(size) for size in plan.backlashes]
+    sources += [ERROR(size) for size in plan.errors]
+    cells = [Cell(law, zeta) for law in LAWS for zeta in ZETAS]
+    known: dict[Planets, Settings] = {}
+    for planets in ("lumped", "free"):
+        own = {cell: replace(cell, planets=planets) for cell in cells}
+        wanted = [(one, source) for one in own.values() for source in sources]
+        sampled = material.samples(wanted, "planets: the figures' statements")
+        known[planets] = []
+        for cell, one in own.items():
+            each = Known({source: sampled[one, source] for source in sources})
+            each[BACKLASH(DEFAULT_B_UM)] = each[ERROR(DEFAULT_E_UM)] = each[PD]
+            known[planets].append((cell, each))
+    found = []
+    for claim in CLAIMS:
+        if claim.figure in FIGURES:  # none of its answers where it is about other experiments
+            alike = {one.place: one for one in answers(claim, known["lumped"])}
+            free = answers(claim, known["free"])
+            found += [(claim, one.place, alike[one.place], one) for one in free]
+    return [Feature(*each, len(found)) for each in found]

@@ -17,7 +17,6 @@ from crosscheck.audit.statics.surroundings import free_base, neglected_torques
 from crosscheck.audit.statics.teeth import clearance, gearing, stiffness_wave
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import switches
-from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm, load_scenario
 
 SCENARIO = "constant-torque"  # in which equations are compared
@@ -81,13 +80,14 @@ def equations(arm: Arm) -> Numbers:
     generator = np.random.default_rng(SEED)
     scale = np.tile([1e-4, 1e-4, 1.0], 2)
     states = [(scale * q, scale * v) for q, v in generator.normal(size=(POSES, 2, 6))]
-    eigenvalues = [np.linalg.eigvalsh(printed.mass_matrix(q)).min() for q, _ in states]
-    masses = [printed.mass_matrix(q) for q, _ in states]
+    of_printed, of_energies, of_physical = (
+        [model.mass_matrix(q) for q, _ in states] for model in (printed, energies, physical)
+    )
     return {
-        "least_eigenvalue": float(min(eigenvalues)),
-        "asymmetry": float(max(np.abs(mass - mass.T).max() for mass in masses)),
-        "mass_slip": _mass_gap(printed, energies, states),
-        "energy_gap": _mass_gap(energies, physical, states),
+        "least_eigenvalue": float(min(np.linalg.eigvalsh(mass).min() for mass in of_printed)),
+        "asymmetry": float(max(np.abs(mass - mass.T).max() for mass in of_printed)),
+        "mass_slip": _largest_gap(of_printed, of_energies),
+        "energy_gap": _largest_gap(of_energies, of_physical),
         "bias_slip": _largest_gap(
             [printed.bias(q, v) for q, v in states], [energies.bias(q, v) for q, v in states]
         ),
@@ -96,15 +96,6 @@ def equations(arm: Arm) -> Numbers:
             [energies.generalized_force(0.1, q, v) for q, v in states],
         ),
     }
-
-
-States = list[tuple[np.ndarray, np.ndarray]]
-
-
-def _mass_gap(one: Model, other: Model, states: States) -> float:
-    return _largest_gap(
-        [one.mass_matrix(q) for q, _ in states], [other.mass_matrix(q) for q, _ in states]
-    )
 
 
 def _largest_gap(one: list[np.ndarray], other: list[np.ndarray]) -> float:

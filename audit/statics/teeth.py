@@ -38,30 +38,27 @@ ADDENDUM = 1.0  # over the module: the standard tooth, uncorrected
 def gearing(stage: PaperStage) -> Numbers:
     """Ratio, conversion and frequencies against rolling without slip; contact ratios."""
     joint, geometry = stage.joint, stage.geometry
-    sun, planet = gear_angles(0.0, 0.0, 1.0, geometry.r_s, geometry.r_p, geometry.r_cp)
+    radii = geometry.r_s, geometry.r_p, geometry.r_cp
+    sun, planet = gear_angles(0.0, 0.0, 1.0, *radii)
     by_gear = (
         meshing_frequency(sun, 1.0, joint.sun_teeth),
         -meshing_frequency(-planet, 1.0, joint.planet_teeth),
         -meshing_frequency(0.0, 1.0, joint.ring_teeth),
     )
+    # Eq. 11 against Eq. 10 with the sun's rate from Eqs. 2-3 solved, teeth deforming.
+    deforming = 0.3, -0.2, 1.0  # rates of x_sp, x_pr and the carrier, of any size
+    true = meshing_frequency(gear_angles(*deforming, *radii)[0], 1.0, joint.sun_teeth)
+    eq11 = sun_mesh_frequency(*deforming, geometry, joint.sun_teeth)
     return {
         "ratio_error": abs(sun / geometry.n - 1),
         "gear_rates_spread": float(np.ptp(by_gear)),
-        "eq11_error": _eq11_error(joint, geometry),
+        "eq11_error": abs(eq11 / true - 1),
         "eq12_error": abs(sun_mesh_rate(joint, geometry) / by_gear[0] - 1),
         "eq13_error": abs(ring_mesh_rate(joint, geometry, "eq13") / by_gear[1] - 1),
         "contact_ratio_sp": sun_contact_ratio(joint),
         "contact_ratio_pr": ring_contact_ratio(joint),
         **{f"conversion_{name}": conversion_error(joint, geometry, name) for name in COUNTED},
     }
-
-
-def _eq11_error(joint: Planetary, geometry: StageGeometry) -> float:
-    """Eq. 11 against Eq. 10 with the sun's rate from Eqs. 2-3 solved, teeth deforming."""
-    x_sp, x_pr, carrier = 0.3, -0.2, 1.0  # rates of any size
-    sun, _ = gear_angles(x_sp, x_pr, carrier, geometry.r_s, geometry.r_p, geometry.r_cp)
-    true = meshing_frequency(sun, carrier, joint.sun_teeth)
-    return abs(sun_mesh_frequency(x_sp, x_pr, carrier, geometry, joint.sun_teeth) / true - 1)
 
 
 def conversion_error(joint: Planetary, geometry: StageGeometry, counted: str) -> float:
@@ -142,19 +139,16 @@ def clearance(stage: PaperStage) -> Numbers:
     def largest_error(sigma: float) -> float:
         return float(np.abs(dead_zone_tanh(x, b, sigma) - exact).max())
 
+    # On the longest way through Eq. 5: every comparison, and the longest of its lines.
+    x_, b_ = sp.symbols("x b", positive=True)
+    lines, comparisons = (x_ - b_, sp.S.Zero, x_ + b_), (x_ > b_, x_ > -b_)
+    eq5 = len(comparisons) + int(max(sp.count_ops(line) for line in lines))
     return {
         "free_play_over_2b": float(np.ptp(free) / (2 * b)),
         "eq15_excess_N": stage.mesh_stiffness_N_per_m * float(np.abs(x - exact).max()),
-        "eq5_work": _eq5_operations() / _eq6_operations(),
+        "eq5_work": eq5 / _eq6_operations(),
         **{f"tanh_error_{sigma}_m": largest_error(float(sigma)) for sigma in SIGMAS},
     }
-
-
-def _eq5_operations() -> int:
-    """On the longest way through Eq. 5: every comparison, and the longest of its lines."""
-    x, b = sp.symbols("x b", positive=True)
-    lines, comparisons = (x - b, sp.S.Zero, x + b), (x > b, x > -b)
-    return len(comparisons) + int(max(sp.count_ops(line) for line in lines))
 
 
 def _eq6_operations() -> int:
@@ -167,37 +161,30 @@ def _eq6_operations() -> int:
 
 
 def stiffness_wave(stage: PaperStage) -> Numbers:
-    """Eqs. 7-8 against the wave of Fig. 5, swing chosen so that the fundamental is k_a."""
+    """Eqs. 7-8 against the wave of Fig. 5, swing chosen so that the fundamental is k_a.
+
+    Errors of Eq. 7 over the swing, and of Eq. 8 over its own sine, at every contact ratio.
+    """
     cycle = (np.arange(20000) + 0.5) / 20000
-    swing = math.pi * stage.mesh_stiffness_amplitude_N_per_m
-    numbers: Numbers = {"force_at_one_deflection": _elasticity_at_one_deflection(stage)}
+    k_m, k_a = stage.mesh_stiffness_N_per_m, stage.mesh_stiffness_amplitude_N_per_m
+    swing = math.pi * k_a
+    # d ln F / d ln k from the softest to the stiffest, the teeth pressed together by E.
+    ends, b = fundamental(np.array([-1.0, 1.0]), k_m, k_a), stage.backlash_m
+    force = mesh_force(EXACT, b + stage.tooth_error_m, ends, b, stage.tanh_sharpness_per_m)
+    elasticity = float(np.diff(np.log(force))[0] / np.diff(np.log(ends))[0])
+    numbers: Numbers = {"force_at_one_deflection": elasticity}
     joint = stage.joint
     ratios = float(SINGLE_SINE), sun_contact_ratio(joint), ring_contact_ratio(joint)
     for text, ratio in zip(CONTACT_RATIOS, ratios, strict=True):
-        series_error, eq8_error = _wave(cycle, stage.mesh_stiffness_N_per_m, swing, ratio)
-        numbers |= {f"series_error_{text}": series_error, f"eq8_error_{text}": eq8_error}
+        low = k_m - swing * (ratio - 1)
+        wave = square_wave(cycle, low, low + swing, ratio)
+        first, many = (
+            square_wave_series(cycle, low, low + swing, ratio, count) for count in (1, HARMONICS)
+        )
+        eq8 = fundamental(np.sin(2 * np.pi * cycle), k_m, np.ptp(first) / 2)
+        numbers[f"series_error_{text}"] = _rms(many - wave) / swing
+        numbers[f"eq8_error_{text}"] = _rms(eq8 - first) / _rms(first - first.mean())
     return numbers
-
-
-def _wave(cycle: np.ndarray, k_m: float, swing: float, ratio: float) -> tuple[float, float]:
-    """Errors of Eq. 7 over the swing, and of Eq. 8 over its own sine, at a contact ratio."""
-    low = k_m - swing * (ratio - 1)
-    wave = square_wave(cycle, low, low + swing, ratio)
-    first, many = (
-        square_wave_series(cycle, low, low + swing, ratio, count) for count in (1, HARMONICS)
-    )
-    eq8 = fundamental(np.sin(2 * np.pi * cycle), k_m, np.ptp(first) / 2)
-    return _rms(many - wave) / swing, _rms(eq8 - first) / _rms(first - first.mean())
-
-
-def _elasticity_at_one_deflection(stage: PaperStage) -> float:
-    """d ln F / d ln k from the softest to the stiffest, the teeth pressed together by E."""
-    k = fundamental(
-        np.array([-1.0, 1.0]), stage.mesh_stiffness_N_per_m, stage.mesh_stiffness_amplitude_N_per_m
-    )
-    b = stage.backlash_m
-    force = mesh_force(EXACT, b + stage.tooth_error_m, k, b, stage.tanh_sharpness_per_m)
-    return float(np.diff(np.log(force))[0] / np.diff(np.log(k))[0])
 
 
 def _rms(values: np.ndarray) -> float:

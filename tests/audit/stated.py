@@ -13,8 +13,7 @@ from crosscheck.audit.experiments.cells import MODELS, PRINTED, Cell
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.figures.plate import Row
 from crosscheck.audit.hypotheses.damping_fit import DampingFit
-from crosscheck.audit.hypotheses.evidence.attribution import RigidResidual
-from crosscheck.audit.hypotheses.evidence.rungs import ZETA
+from crosscheck.audit.hypotheses.evidence.rungs import ZETA, RigidResidual
 from crosscheck.audit.measures.third import LARGE, Third
 
 

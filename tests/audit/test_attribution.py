@@ -10,18 +10,16 @@ import pytest
 from crosscheck.audit.claims.catalogue import BY_ID
 from crosscheck.audit.claims.rule import Limits, State
 from crosscheck.audit.experiments.variant import simulate
-from crosscheck.audit.hypotheses.evidence.attribution import (
-    CLAIMS,
-    by_level,
-    deviations,
-    ladder_verdict,
-    left,
-)
 from crosscheck.audit.hypotheses.evidence.rungs import (
+    CLAIMS,
     GROUPS,
     ORDERS,
     Ladder,
+    by_level,
     contributions,
+    deviations,
+    ladder_verdict,
+    left,
     rungs,
     variant,
 )

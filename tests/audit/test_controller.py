@@ -23,7 +23,7 @@ from crosscheck.audit.hypotheses.evidence.flutter import (
     Handed,
 )
 from crosscheck.audit.hypotheses.evidence.linear_limits import SUN, Point, Threshold, growth_agrees
-from crosscheck.audit.phase.runs.plant import Continued
+from crosscheck.audit.phase.runs import Continued
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.registry import build
 

@@ -22,10 +22,9 @@ from crosscheck.audit.experiments.cells import (
 )
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.front.chapter import third_svg
-from crosscheck.audit.front.findings import MODELS, Baselines, StartsStrip, Thirds
+from crosscheck.audit.front.chapter import MODELS, Baselines, StartsStrip, Thirds, third_svg
 from crosscheck.audit.front.words import stage_svg, teeth_passed
-from crosscheck.audit.hypotheses.evidence.attribution import (
+from crosscheck.audit.hypotheses.evidence.rungs import (
     TORQUE,
     Deviation,
     LadderVerdict,

@@ -11,7 +11,9 @@ import pytest
 
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.measures.third import Third
 from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.command import paper_command
 from crosscheck.audit.page.report import page, paper_files, records_json
 from crosscheck.models.errors import InputError
@@ -62,6 +64,25 @@ def test_the_contents_name_every_chapter_in_order(tmp_path: Path):
     assert re.findall(r'href="#(\w+)"', contents) == ["a", "b", "c", "provenance"]
     assert re.findall(r'<h2 id="(\w+)"', rest) == ["a", "b", "c", "provenance"]
     assert rest.count('<p class="outcome">So.</p>') == 3
+
+
+def test_a_column_follows_its_path_in_a_row_and_is_undefined_where_a_part_is_missing():
+    """By name, by place, by attributes; a share in words on the page and in the record."""
+    shares = Columns[Third](
+        "of {0.diverged}",
+        [
+            TableColumn("diverged", "diverged"),
+            TableColumn("median", "median", "quantiles.1", ".1f"),
+            TableColumn("severe", "severe in", "share"),
+            TableColumn("interval", None, "share.interval"),
+        ],
+    )
+    rows = [Third(*[np.full(4, size)] * 4, diverged=0) for size in (5.0, np.nan)]
+    known, unknown = shares.json(rows)
+    assert (known["id"], known["median"], known["severe"]) == ("of 0", 5.0, "0 of 4")
+    assert known["interval"][0] == 0.0
+    assert (unknown["median"], unknown["severe"], unknown["interval"]) == (None, None, None)
+    assert "<td>5.0</td><td>0 of 4</td>" in shares.html(rows)
 
 
 def test_records_are_identical_but_for_the_provenance(tmp_path: Path):

@@ -40,8 +40,16 @@ from crosscheck.audit.phase.dampers import (
     Ablated,
     Dampers,
 )
-from crosscheck.audit.phase.engines import WITHIN, Engines, TwoModels, UnderAngle
+from crosscheck.audit.phase.engines import WITHIN, Engines, TwoModels
 from crosscheck.audit.phase.handover import DEAD, ERROR_FREE, INTEGRATED, Fate, Handovers, Left
+from crosscheck.audit.phase.linear import (
+    Modes,
+    base_motion,
+    jacobian_error,
+    mesh_modes,
+    predicted_amplitude,
+    unstable_intervals,
+)
 from crosscheck.audit.phase.maps import (
     FOUR,
     Mapped,
@@ -61,16 +69,16 @@ from crosscheck.audit.phase.resonance import (
     StageModes,
     tongues,
 )
-from crosscheck.audit.phase.runs.experiments import Changed, models_of, pd_run, vibration
-from crosscheck.audit.phase.runs.linear import (
-    Modes,
-    base_motion,
-    jacobian_error,
-    mesh_modes,
-    predicted_amplitude,
-    unstable_intervals,
+from crosscheck.audit.phase.runs import (
+    Changed,
+    Continued,
+    models_of,
+    motion,
+    neglected_weights,
+    pd_run,
+    plant_of,
+    vibration,
 )
-from crosscheck.audit.phase.runs.plant import Continued, motion, neglected_weights, plant_of
 from crosscheck.audit.phase.stability import ONSET_WITHIN, Begun
 
 SHORT = Variant(zeta=0.02, phase="omega_t", ring_rate="corrected", duration_s=0.02)
@@ -229,7 +237,7 @@ def test_medians_of_a_branch_have_limits_on_both_sides(number: str) -> None:
 
 def _engines(same: Third, angle: float) -> Engines:
     rising = third(*np.linspace(150.0, 200.0, 16))
-    quiet = UnderAngle(CELL, third(0.1), third(angle))
+    quiet = TwoModels(CELL, third(0.1), third(angle))
     return Engines([TwoModels(CELL, rising, same)], [quiet])
 
 

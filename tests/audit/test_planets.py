@@ -14,13 +14,18 @@ from crosscheck.audit.experiments.cells import LAWS, PRINTED, Cell
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.third import APART_M, Third
-from crosscheck.audit.phase.runs.experiments import pd_run
-from crosscheck.audit.planets import growth as growths
-from crosscheck.audit.planets import hill
-from crosscheck.audit.planets.features import Feature
-from crosscheck.audit.planets.parting import FirstPartings, Parted, PartingCourse, Partings, alike
-from crosscheck.audit.planets.verdict import (
+from crosscheck.audit.phase.runs import pd_run
+from crosscheck.audit.planets import hill, parting
+from crosscheck.audit.planets.parting import (
     PREDICTED,
+    FirstPartings,
+    Parted,
+    PartingCourse,
+    Partings,
+    alike,
+)
+from crosscheck.audit.planets.verdict import (
+    Feature,
     Freed,
     PlanetsEffect,
     Survival,
@@ -194,9 +199,8 @@ def _parted(measured: float | None, lumped: float | None, strayed: float | None 
     return Parted(times, *courses, none, (None, strayed))
 
 
-def _foretold(found: list[Parted]) -> growths.Foretold:
-    courses = [one.by_lumped for one in found]
-    return growths._first_parting("lumped", len(found) + 1, found, courses)
+def _foretold(found: list[Parted]) -> parting.Foretold:
+    return parting._first_parting("lumped", len(found) + 1, found)
 
 
 def test_the_first_parting_is_foretold_start_by_start() -> None:
@@ -211,10 +215,10 @@ def test_the_first_parting_is_foretold_start_by_start() -> None:
     assert _foretold([]).all_right is None
     assert replace(told, diverged=2).all_right is True
     assert replace(told, diverged=3).all_right is None
-    elbow = growths._predictions(found, 1)
+    elbow = parting._predictions(found, 1)
     assert (elbow.parted, elbow.first, elbow.median_s, elbow.lumped_right) == (2, 2, 0.1, 3)
     assert elbow.largest_growth_per_s == pytest.approx(np.log(10) / 0.005)
-    shoulder = growths._predictions(found, 0)
+    shoulder = parting._predictions(found, 0)
     assert (shoulder.parted, shoulder.median_s) == (0, None)
 
 

@@ -10,14 +10,13 @@ from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import EVIDENT
 from crosscheck.audit.measures.twosamples import SIGNIFICANT, TwoTests
+from crosscheck.audit.planets.parting import PREDICTED, parting_is_predicted
 from crosscheck.audit.planets.verdict import (
-    PREDICTED,
     PlanetsEffect,
     Survival,
     effect,
     h7_verdict,
     is_changed,
-    parting_is_predicted,
     survival,
 )
 

@@ -22,7 +22,7 @@ from crosscheck.audit.experiments.scale import QUICK
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.figures import chapter as figures
 from crosscheck.audit.figures.shelf import Shelf
-from crosscheck.audit.front.findings import baseline_finding, third_finding
+from crosscheck.audit.front.chapter import baseline_finding, third_finding
 from crosscheck.audit.hypotheses.evidence.spin import SpinCost
 from crosscheck.audit.hypotheses.ladder import claims as ladder_claims
 from crosscheck.audit.hypotheses.ladder import climbed

@@ -24,7 +24,7 @@ from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.hypotheses.damping_fit import torque_reversals
 from crosscheck.audit.hypotheses.evidence.linear_limits import growth_rate
 from crosscheck.audit.phase.handover import CELLS, HEIRS, handover
-from crosscheck.audit.phase.runs.experiments import vibration
+from crosscheck.audit.phase.runs import vibration
 from crosscheck.audit.phase.stability import stability
 
 

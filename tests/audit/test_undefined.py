@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 
 from crosscheck.audit.hypotheses import controller
 from crosscheck.audit.hypotheses.evidence import flights, shaking
-from crosscheck.audit.hypotheses.evidence.attribution import LadderVerdict
 from crosscheck.audit.hypotheses.evidence.linear_limits import growth_agrees
-from crosscheck.audit.hypotheses.evidence.rungs import GROUPS, INERTIA
+from crosscheck.audit.hypotheses.evidence.rungs import GROUPS, INERTIA, LadderVerdict
 from crosscheck.audit.measures.undefined import UNDEFINED, all_of, recorded, shown
 from crosscheck.audit.phase.chapter import h1_verdict
 from crosscheck.audit.phase.maps import Presence

@@ -33,7 +33,7 @@ CUTS: dict[tuple[str, str], Any] = {
     (f"{PAPER}.hypotheses.evidence.flutter", "HANDED_S"): 1e-3,
     (f"{PAPER}.hypotheses.evidence.flutter", "AFTER_S"): 1e-3,
     (f"{PAPER}.phase.resonance", "RAMP_S"): 0.01,
-    (f"{PAPER}.phase.runs.linear", "BASE_STEP_S"): 0.01,
+    (f"{PAPER}.phase.linear", "BASE_STEP_S"): 0.01,
     (f"{PAPER}.phase.objections", "THIRD_EVERY"): 10,
     (f"{PAPER}.statics.teeth", "HARMONICS"): 2,
 }
@@ -95,7 +95,7 @@ def cell() -> Any:
 
 
 def changed() -> Result:
-    return question("phase.runs.experiments.Changed", variant(), (1,), (1.0, 1.0), True)()
+    return question("phase.runs.Changed", variant(), (1,), (1.0, 1.0), True)()
 
 
 def exudyn_starts() -> Result:

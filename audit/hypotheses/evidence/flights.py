@@ -79,29 +79,27 @@ class Flights(Question[list[Flight]]):
 
     def answer(self) -> list[Flight]:
         case = self.case
-        fixed = on_fixed_base(case)
-        return [self._flight(case, fixed, ratio) for ratio in RATIOS]
-
-    def _flight(self, case: Case, fixed: xr.Dataset, ratio: float) -> Flight:
-        """ratio: base's mass over that of all that it carries."""
-        mass = ratio * arm_mass(case)
-        free = PinocchioFloating(
-            case.arm, case.scenario, FloatingBase(mass, self.side_m)
-        ).simulate()
-        error = tip_error(free, fixed, case)
-        worst = int(np.argmax(error))
-        return Flight(
-            scenario=self.scenario,
-            side_m=self.side_m,
-            ratio=ratio,
-            base_mass_kg=mass,
-            largest_m=float(error[worst]),
-            largest_at_s=float(free["time"].values[worst]),
-            end_m=float(error[-1]),
-            base_turn_rad=float(free["base"].values[-1, 2]),
-            joint_error_rad=float(np.abs(free["theta"] - fixed["theta"]).max()),
-            momentum_drift=float(np.abs(free["momentum"]).max()),
-        )
+        fixed, carried_kg = on_fixed_base(case), arm_mass(case)
+        found = []
+        for ratio in RATIOS:
+            base = FloatingBase(ratio * carried_kg, self.side_m)
+            free = PinocchioFloating(case.arm, case.scenario, base).simulate()
+            error = tip_error(free, fixed, case)
+            worst = int(np.argmax(error))
+            flight = Flight(
+                scenario=self.scenario,
+                side_m=self.side_m,
+                ratio=ratio,
+                base_mass_kg=ratio * carried_kg,
+                largest_m=float(error[worst]),
+                largest_at_s=float(free["time"].values[worst]),
+                end_m=float(error[-1]),
+                base_turn_rad=float(free["base"].values[-1, 2]),
+                joint_error_rad=float(np.abs(free["theta"] - fixed["theta"]).max()),
+                momentum_drift=float(np.abs(free["momentum"]).max()),
+            )
+            found.append(flight)
+        return found
 
 
 def on_fixed_base(case: Case) -> xr.Dataset:
@@ -145,13 +143,12 @@ def larger_is_enough(needs: list[float | None]) -> bool:
     return all(need is not None and need <= RATIOS[0] for need in needs)
 
 
-def need(flights: Sequence[Flight], scenario: str, side: float) -> Need:
-    mine = [f for f in flights if (f.scenario, f.side_m) == (scenario, side)]
-    ratios = np.array([f.ratio for f in mine])
-    largest, end = np.array([(f.largest_m, f.end_m) for f in mine]).T
+def need(flown: Sequence[Flight]) -> Need:
+    """Of one scenario on one cube, flown with ever heavier bases."""
+    ratios, largest, end = np.array([(f.ratio, f.largest_m, f.end_m) for f in flown]).T
     return Need(
-        scenario=scenario,
-        side_m=side,
+        scenario=flown[0].scenario,
+        side_m=flown[0].side_m,
         ratio=needed_ratio(ratios, largest, LIMIT_M),
         ratio_at_end=needed_ratio(ratios, end, LIMIT_M),
         error_times_ratio_m=float(largest[-1] * ratios[-1]),

@@ -16,21 +16,17 @@ import numpy as np
 from crosscheck import signals
 from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.equations import TermEquations
-from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.claims.rule import State, quantiles_of, state
-from crosscheck.audit.experiments.cells import INTEGRAL, Cell
-from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments import cells, pool, starts
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.starts import RECORDED_S, Perturbed, TransientPd, rigid_course
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.torque import fast
 from crosscheck.audit.experiments.variant import Numbers, Planets, Variant
 from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.rigid import rigid_arm
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.shares import Share, share_of
 from crosscheck.audit.measures.undefined import finite
-from crosscheck.audit.phase.runs.experiments import models_of, with_torque
-from crosscheck.audit.phase.runs.plant import Continued
+from crosscheck.audit.phase.runs import Continued, models_of, with_torque
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.loading import Case
 
@@ -56,15 +52,10 @@ class FlutterSetting(NamedTuple):
     @property
     def id(self) -> str:
         """Names it in claims.json."""
-        words = [
-            self.damping,
-            f"zeta {self.zeta:g}",
-            f"E {self.tooth_error_um:g} um",
-            "k varies" if self.varying else "k steady",
-            "played back" if self.played_back else "PD",
-            self.planets,
-        ]
-        return "/".join(words)
+        stiffness = "k varies" if self.varying else "k steady"
+        drive = "played back" if self.played_back else "PD"
+        numbers = f"zeta {self.zeta:g}/E {self.tooth_error_um:g} um"
+        return f"{self.damping}/{numbers}/{stiffness}/{drive}/{self.planets}"
 
     def variant(self) -> Variant:
         """The PD run, the phase an integral, as long as needed."""
@@ -74,13 +65,13 @@ class FlutterSetting(NamedTuple):
         ]
         if not self.varying:
             meshes.append("arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0")
-        cell = Cell(INTEGRAL, self.zeta, planets=self.planets).variant()
-        stride = round(RECORDED_S / cell.case().scenario.step_s)
+        cell = cells.Cell(cells.INTEGRAL, self.zeta, planets=self.planets).variant()
+        stride = round(starts.RECORDED_S / cell.case().scenario.step_s)
         return replace(cell, meshes=tuple(meshes), duration_s=SETTLED_S[1], record_every=stride)
 
 
 @dataclass(frozen=True)
-class Vibrations(TransientPd):
+class Vibrations(starts.TransientPd):
     """Of the shoulder in SETTLED_S, less the rigid arm: size [rad/s^2] and frequency [Hz]."""
 
     played_back: bool = False
@@ -115,8 +106,7 @@ class Flutter:
     @property
     def share(self) -> Share | None:
         """Of the starts that vibrate."""
-        shaken = sum(size > VIBRATES for size in self.sizes)
-        return Share(shaken, len(self.sizes)) if self.sizes else None
+        return share_of(size > VIBRATES for size in self.sizes)
 
     @property
     def state(self) -> State:
@@ -129,20 +119,17 @@ class Flutter:
         return quantiles_of(self.sizes) or ()
 
 
-def flutters(
-    study: Study, settings: Sequence[FlutterSetting], seeds: tuple[int, ...], scale: Scale
-) -> list[Flutter]:
-    """Every setting from these starts."""
-    asked = [
-        Vibrations(scale.cut(one.variant()), seeds, played_back=one.played_back) for one in settings
-    ]
-    found = study.answers(asked, "H6, vibration against damping")
-    return [
-        flutter_of(one, Sample.of(measured)) for one, measured in zip(settings, found, strict=True)
-    ]
+def flutters(study: Study, settings: Sequence[FlutterSetting], scale: Scale) -> list[Flutter]:
+    """Every setting from the scale's starts."""
+    asked = {
+        one: Vibrations(scale.cut(one.variant()), scale.seeds, played_back=one.played_back)
+        for one in settings
+    }
+    found = study.answered(asked, "H6, vibration against damping")
+    return [flutter_of(setting, pool.Sample.of(measured)) for setting, measured in found.items()]
 
 
-def flutter_of(setting: FlutterSetting, sample: Sample) -> Flutter:
+def flutter_of(setting: FlutterSetting, sample: pool.Sample) -> Flutter:
     """From what its starts measured; one that ends before says nothing."""
     sizes = np.where(sample.diverged, np.inf, sample["vibration"])
     vibrating = sample["frequency_Hz"][np.isfinite(sizes) & (sizes > VIBRATES)]
@@ -155,7 +142,7 @@ def played_back(case: Case, variant: Variant) -> Case:
     """The case with its drive replaced by the torque that the rigid arm needs in it."""
     count = round(case.scenario.duration_s / TABLE_S) + 1
     time = np.linspace(0.0, case.scenario.duration_s, count)
-    return with_torque(case, time, rigid_course(rigid_arm(variant)).at(time).torque)
+    return with_torque(case, time, starts.rigid_course(rigid_arm(variant)).at(time).torque)
 
 
 class Handed(NamedTuple):
@@ -167,7 +154,7 @@ class Handed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class DriveHandover(Perturbed[Handed]):
+class DriveHandover(starts.Perturbed[Handed]):
     """The variant's run under PD control, handed over at HANDED_S."""
 
     cost = 16.0
@@ -176,7 +163,9 @@ class DriveHandover(Perturbed[Handed]):
         case, models = self.variant.case(), models_of(self.variant, self.seeds)
         table = drive_data(played_back(case, self.variant).scenario, len(case.arm.joints))
         later = table._replace(table_time=table.table_time - HANDED_S)
-        model, states = models[0], grown(models)
+        model = models[0]
+        *_, last = Batch(models).run(1, round(HANDED_S / model.scenario.step_s), 1)
+        states = [(last.q[-1, :, i].copy(), last.v[-1, :, i].copy()) for i in range(len(models))]
         parts = model.arm, model.layout, model.gears
         ways = (
             model.term_equations,
@@ -184,13 +173,6 @@ class DriveHandover(Perturbed[Handed]):
             TermEquations(*parts, model.drive, model.terms, sensor=model.terms.drive_map),
         )
         return Handed(*([_left(Continued(case, *x, way)) for x in states] for way in ways))
-
-
-def grown(models: Sequence[PhysicalModel]) -> list[tuple[np.ndarray, np.ndarray]]:
-    """The states q, v (n,) at HANDED_S."""
-    steps = round(HANDED_S / models[0].scenario.step_s)
-    *_, last = Batch(models).run(1, steps, 1)
-    return [(last.q[-1, :, i].copy(), last.v[-1, :, i].copy()) for i in range(len(models))]
 
 
 def _left(run: Continued) -> float:

@@ -3,25 +3,27 @@
 A model is a set of features. Joint masses are taken away by setting them to zero in the arm's
 data, so every order of rungs uses the project's own models; three features can stand on others
 only: the coupling on the reflected inertia, the teeth's compliance on both, and play, stiffness
-variation, tooth error, the paper's clock and its slips on the compliance.
+variation, tooth error, the paper's clock and its slips on the compliance. What each rung adds takes
+every deviation apart, and gives the verdicts of H2.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-import xarray as xr
 
+from crosscheck.audit.claims.rule import Claim, Limits
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.reading import angles
 from crosscheck.audit.measures.rigid import rigid_model
-from crosscheck.audit.measures.undefined import quotient
+from crosscheck.audit.measures.undefined import UNDEFINED, extreme, known, quotient, where_known
 from crosscheck.checks.trajectories import SAFETY, tip_position
-from crosscheck.models.arm.arm import Arm
 from crosscheck.registry import RIGID_LEVELS
 
 MASSES, DIAGONAL, COUPLING, COMPLIANCE = "masses", "diagonal", "coupling", "compliance"
@@ -54,6 +56,12 @@ _SWITCHED_BY = {
     STIFFNESS: "*_mesh.stiffness.amplitude_N_per_m",
     ERROR: "*_mesh.tooth_error_m",
 }
+# What Section 3.1 says of Fig. 6, each by the claim that judges it.
+CLAIMS = {"theta_1": "3.1-01", "theta_2": "3.1-02", "tip": "3.1-04"}
+IN_UNIT_OF_CLAIM = {"theta_1": 1.0, "theta_2": 1.0, "tip": 1e3}  # the tip's is in mm
+TORQUE = "constant-torque"
+NEARLY_ALL = 0.9  # of a deviation
+Instant = Literal["end", "largest"]
 
 
 def variant(
@@ -63,6 +71,12 @@ def variant(
     absent = [name for feature, name in _SWITCHED_BY.items() if feature not in features]
     if MASSES not in features:
         absent += _DEAD_WEIGHT
+    if COMPLIANCE in features:
+        model = PRINTED if SLIPS in features else PHYSICAL
+    elif DIAGONAL in features:
+        model = rigid_model("coupled" if COUPLING in features else "armature")
+    else:
+        model = rigid_model("carriers" if MASSES in features else "links")
     step, stride = grid
     settings = tuple(f"arm.joints.*.{name}=0.0" for name in absent)
     return Variant(
@@ -70,18 +84,10 @@ def variant(
         arm,
         phase="omega_t" if CLOCK in features else "angle",
         zeta=ZETA,
-        model=_model(features),
+        model=model,
         settings=(*settings, f"scenario.step_s={step!r}"),
         record_every=stride,
     )
-
-
-def _model(features: frozenset[str]) -> str:
-    if COMPLIANCE in features:
-        return PRINTED if SLIPS in features else PHYSICAL
-    if DIAGONAL in features:
-        return rigid_model("coupled" if COUPLING in features else "armature")
-    return rigid_model("carriers" if MASSES in features else "links")
 
 
 def rungs(order: tuple[str, ...]) -> Iterator[frozenset[str]]:
@@ -140,22 +146,19 @@ class Ladder:
 def climb(study: Study, scenario: str, arm: str, order: str, scale: Scale) -> Ladder:
     """Run a ladder at both steps. Raises Diverged."""
     chain = list(rungs(ORDERS[order]))
-    variants = {
-        grid: [scale.cut(variant(f, scenario, arm, grid)) for f in chain] for grid in (FINE, COARSE)
-    }
-    runs = study.runs(
-        [v for row in variants.values() for v in row], f"ladder {order}, {scenario}, {arm}", angles
+    fine, coarse = (
+        [scale.cut(variant(one, scenario, arm, grid)) for one in chain] for grid in (FINE, COARSE)
     )
-    fine, coarse = ([runs[v] for v in row] for row in variants.values())
-    geometry = variants[FINE][0].case().arm
-    parts = [contributions([_places(run, geometry) for run in row]) for row in (fine, coarse)]
-    time = fine[0]["time"].values
+    runs = study.runs([*fine, *coarse], f"ladder {order}, {scenario}, {arm}", angles)
+    geometry = fine[0].case().arm
+    # theta_1, theta_2 [rad] and the tip's x, y [m], (times, 4).
+    places = {
+        one: np.hstack([run["theta"].values, tip_position(run, geometry).values])
+        for one, run in runs.items()
+    }
+    parts = [contributions([places[one] for one in row]) for row in (fine, coarse)]
+    time = runs[fine[0]]["time"].values
     return Ladder(scenario, arm, order, RIGID_LEVELS[0], ORDERS[order], time, *parts)
-
-
-def _places(run: xr.Dataset, arm: Arm) -> np.ndarray:
-    """theta_1, theta_2 [rad] and the tip's x, y [m], shape (times, 4)."""
-    return np.hstack([run["theta"].values, tip_position(run, arm).values])
 
 
 def contributions(places: list[np.ndarray]) -> np.ndarray:
@@ -170,3 +173,191 @@ def contributions(places: list[np.ndarray]) -> np.ndarray:
     direction = np.divide(whole, distance, out=np.zeros_like(whole), where=distance > 0)
     towards = np.einsum("rta,ta->rt", steps[:, :, 2:], direction)
     return np.concatenate([steps[:, :, :2], towards[:, :, None]], axis=2)
+
+
+class LevelPart(NamedTuple):
+    """A rung's part of a deviation and its numerical uncertainty [rad or m]."""
+
+    name: str
+    contribution: float
+    uncertainty: float
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """The detailed arm's from a rigid level at an instant, taken apart; shares by group of rungs.
+
+    total [rad or m]; shares: nan if it is 0.
+    """
+
+    arm: str
+    scenario: str
+    order: str
+    level: str
+    quantity: str
+    instant: Instant
+    time_s: float
+    total: float
+    rungs: tuple[LevelPart, ...]
+    shares: Mapping[str, float]
+
+    @property
+    def where(self) -> str:
+        """Names what it is a deviation of."""
+        return f"{self.arm}/{self.scenario}/{self.order}/{self.level}/{self.instant}"
+
+    @property
+    def dominant(self) -> str:
+        """The group that alone explains nearly all of it, if one does."""
+        if not known(*self.shares.values()):
+            return UNDEFINED
+        alone = [group for group, share in self.shares.items() if share >= NEARLY_ALL]
+        return alone[0] if len(alone) == 1 else "none alone"
+
+    def fits(self, limits: Limits) -> bool:
+        """Whether its size is what the paper says."""
+        size = abs(self.total) * IN_UNIT_OF_CLAIM[self.quantity]
+        return bool(limits.yes(np.array([size]))[0])
+
+
+def deviations(ladder: Ladder) -> list[Deviation]:
+    """Of every quantity at the end and at its largest."""
+    found = []
+    for (number, quantity), instant in product(enumerate(QUANTITIES), get_args(Instant)):
+        index = -1 if instant == "end" else ladder.largest(number)
+        parts = [map(float, x[:, index, number]) for x in (ladder.fine, ladder.uncertainty)]
+        one = Deviation(
+            arm=ladder.arm,
+            scenario=ladder.scenario,
+            order=ladder.order,
+            level=ladder.level,
+            quantity=quantity,
+            instant=instant,
+            time_s=float(ladder.time[index]),
+            total=float(ladder.total[index, number]),
+            rungs=tuple(map(LevelPart, ladder.names, *parts)),
+            shares=ladder.shares(index, number),
+        )
+        found.append(one)
+    return found
+
+
+def by_level(ladders: Iterable[Ladder]) -> list[Deviation]:
+    """What every rigid baseline leaves, of ladders in order A."""
+    uppers = (ladder.above(level) for ladder in ladders for level in RIGID_LEVELS)
+    return [one for upper in uppers for one in deviations(upper)]
+
+
+def largest(found: Iterable[Deviation], **place: str) -> list[Deviation]:
+    """Those at their largest, of these arms, scenarios, orders, levels or quantities."""
+    return [
+        one
+        for one in found
+        if one.instant == "largest" and all(getattr(one, k) == v for k, v in place.items())
+    ]
+
+
+Span = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class LadderVerdict:
+    """H2. fitting: levels that leave the paper's theta_2 under constant torque, in all readings.
+
+    rest: spans of each group's shares in what these leave; whole: in what the links' leave, in
+    every scenario, order and reading; causes: what explains nearly all of that.
+    """
+
+    fitting: tuple[str, ...]
+    rest: Mapping[str, Span]
+    whole: Mapping[str, Span]
+    causes: tuple[str, ...]
+
+    @property
+    def holds(self) -> bool | None:
+        """Nearly all of what a fitting baseline leaves is reflected inertia."""
+        return _nearly_all(self.rest[INERTIA][0])
+
+    @property
+    def holds_from_links(self) -> bool | None:
+        """The same of what the links and the payload alone leave."""
+        return _nearly_all(self.whole[INERTIA][0])
+
+    @property
+    def papers(self) -> bool | None:
+        """The paper's own attribution, to the meshes, of either."""
+        return _nearly_all(max(self.most_meshes))
+
+    @property
+    def most_meshes(self) -> Span:
+        """Largest share of all effects of the meshes, of the rest and of the whole."""
+        rest, whole = (max(map(abs, spans[MESHES])) for spans in (self.rest, self.whole))
+        return rest, whole
+
+    @property
+    def slips(self) -> Span:
+        """Share of the printed matrices' slips in the rest."""
+        return self.rest[SLIPPED]
+
+
+@where_known
+def _nearly_all(share: float) -> bool:
+    return share >= NEARLY_ALL
+
+
+def ladder_verdict(
+    levels: Sequence[Deviation], climbed: Sequence[Deviation], theta_2: Limits
+) -> LadderVerdict:
+    """levels: what every baseline leaves; climbed: of whole ladders; theta_2: the paper's."""
+    angles = {
+        level: largest(levels, scenario=TORQUE, level=level, quantity="theta_2")
+        for level in RIGID_LEVELS
+    }
+    fitting = tuple(
+        level for level, own in angles.items() if own and all(one.fits(theta_2) for one in own)
+    )
+    rest = [one for one in largest(levels, scenario=TORQUE) if one.level in fitting]
+    whole = [one for one in climbed if one.instant == "largest"]
+    causes = tuple(dict.fromkeys(one.dominant for one in whole))
+    return LadderVerdict(fitting, _spans(rest), _spans(whole), causes)
+
+
+def _spans(found: Collection[Deviation]) -> dict[str, Span]:
+    """Smallest and largest share of every group of rungs."""
+    shares = {group: [one.shares[group] for one in found] for group in GROUPS}
+    return {group: (extreme(some, min), extreme(some, max)) for group, some in shares.items()}
+
+
+@dataclass(frozen=True)
+class RigidResidual:
+    """What a rigid baseline leaves under constant torque, at its largest, by quantity.
+
+    fits: whether that is what the paper says.
+    """
+
+    arm: str
+    level: str
+    found: Mapping[str, Deviation]
+    fits: Mapping[str, bool]
+
+    @property
+    def id(self) -> str:
+        """Names it in claims.json."""
+        return f"ladder/baseline/{self.arm}/{self.level}"
+
+    def span(self, group: str) -> Span:
+        """Of a group's shares in the three deviations."""
+        return _spans(self.found.values())[group]
+
+
+def left(levels: Iterable[Deviation], claims: Mapping[str, Claim]) -> list[RigidResidual]:
+    """By reading and level. claims: by quantity."""
+    by_place: dict[tuple[str, str], dict[str, Deviation]] = {}
+    for one in largest(levels, scenario=TORQUE):
+        by_place.setdefault((one.arm, one.level), {})[one.quantity] = one
+    return [
+        RigidResidual(
+            *place, found, {name: one.fits(claims[name].limits) for name, one in found.items()}
+        )
+        for place, found in by_place.items()
+    ]

@@ -8,7 +8,7 @@ foretell the error's later course.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -21,7 +21,7 @@ from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.course import Course, courses
 from crosscheck.audit.measures.rigid import COUPLED, without_gears
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.shares import Share, share_of
 from crosscheck.audit.measures.undefined import all_of, defined, quotient, where_known
 from crosscheck.models.errors import Diverged
 from crosscheck.studies.members.starts import perturbed
@@ -93,28 +93,23 @@ class Shaken:
     def own(self) -> Share | None:
         """Starts in which the error's growth is the rigid arm's own."""
         rigid = self.rigid_growth_per_s
-        return _share([is_own(one.growth_per_s, rigid, one.misfit) for one in self.starts])
+        return share_of(is_own(one.growth_per_s, rigid, one.misfit) for one in self.starts)
 
     @property
     def linear(self) -> Share | None:
         """Starts in which the error is proportional to b while small."""
-        return _share([is_linear(found.nonlinearity) for found in self.starts])
+        return share_of(is_linear(found.nonlinearity) for found in self.starts)
 
     @property
     def ordered(self) -> Share | None:
         """Starts in which a larger b means a larger error later."""
-        return _share([is_ordered(found.ordered_after) for found in self.starts])
+        return share_of(is_ordered(found.ordered_after) for found in self.starts)
 
     def span(self, name: str) -> tuple[float | None, float | None]:
         """Least and largest of a number over the starts."""
         values = [getattr(found, name) for found in self.starts]
         known = [value for value in values if value is not None]
         return min(known, default=None), max(known, default=None)
-
-
-def _share(answers: Sequence[bool | None]) -> Share | None:
-    known = [answer for answer in answers if answer is not None]
-    return Share(sum(known), len(known)) if known else None
 
 
 @dataclass(frozen=True)
@@ -151,12 +146,14 @@ class Shaking(Question[Shaken]):
         errors = [{b: x[i] - plain[i] for b, x in with_play.items()} for i in whole]
         predicted = rigid_prediction(time, errors[0][REFERENCE_M], sensitivity)
         elbow = sensitivity[:, 0, 1]
+        at = np.searchsorted(time, SMALL_S[1] - 1e-9)
+        small = abs(elbow[at]) if at < time.size else None  # the run ends before
         return Shaken(
             self.drive,
             self.zeta,
             tuple(found(time, error, sensitivity) for error in errors),
             defined(growth_rate(time, elbow)),
-            defined(abs(_at(time, elbow, SMALL_S[1]))),
+            defined(small),
             float(np.abs(elbow).max()),
             max(float(np.abs(plain[i] - rigid)[:, 0].max()) for i in whole),
             Curves(
@@ -177,22 +174,16 @@ class Shaking(Question[Shaken]):
     def _rigid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """time (times,), theta (times, 2), its derivatives by the start's states (times, 2, 4)."""
         plain = without_gears(self.variant, COUPLED)
-        variants = [
-            plain,
-            *(replace(plain, settings=(*plain.settings, _nudge(k))) for k in range(4)),
+        nudges = [
+            f"scenario.start.{name}={[NUDGE * (joint == moved) for joint in range(2)]}"
+            for name in ("theta_rad", "theta_dot_rad_per_s")
+            for moved in range(2)
         ]
+        variants = [plain, *(replace(plain, settings=(*plain.settings, x)) for x in nudges)]
         runs = courses([RigidCoupled(*variant.case()) for variant in variants])
         first, *nudged = (run for run in runs if isinstance(run, Course))
         moved = [(run.theta - first.theta) / NUDGE for run in nudged]
         return first.time, first.theta, np.stack(moved, axis=2)
-
-
-def _nudge(cause: int) -> str:
-    """The rigid arm's start moved in one of its four states."""
-    values = [0.0, 0.0]
-    values[cause % 2] = NUDGE
-    name = "theta_rad" if cause < 2 else "theta_dot_rad_per_s"
-    return f"scenario.start.{name}={values}"
 
 
 def found(time: np.ndarray, errors: Errors, sensitivity: np.ndarray) -> StartShaking:
@@ -266,13 +257,6 @@ def ordered_share(time: np.ndarray, errors: Errors, begin: float, end: float) ->
     sizes = np.array([np.abs(errors[b][:, 0]) for b in sorted(errors)])
     largest = np.array([sizes[:, first : first + records].max(axis=1) for first in firsts])
     return float((np.diff(largest, axis=1) > 0).all(axis=1).mean())
-
-
-def _at(time: np.ndarray, values: np.ndarray, instant: float) -> float:
-    """The value (times,) at an instant [s]; nan if the run ends before."""
-    if time[-1] < instant - 1e-9:
-        return np.nan
-    return float(values[np.searchsorted(time, instant - 1e-9)])
 
 
 def is_own(

@@ -1,9 +1,12 @@
-"""The sections of the chapter on the phase: what was computed, put into words, tables, drawings."""
+"""The sections of the chapter on the phase: what was computed, put into words, tables, drawings.
+
+Each is made from the simulated settings of all laws and what the chapters work from.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,27 +14,27 @@ import numpy as np
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE
 from crosscheck.audit.experiments.torque import RING_CYCLES
-from crosscheck.audit.measures.events import THIRD_S
+from crosscheck.audit.measures import events, stage, thresholds, twosamples
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
-from crosscheck.audit.measures.twosamples import SIGNIFICANT, shares_p
 from crosscheck.audit.measures.undefined import JsonObject, defined, extreme, quotient
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import html, text
-from crosscheck.audit.phase import clock, dampers, handover, maps, objections, resonance, stability
-from crosscheck.audit.phase.dampers import Runaway
-from crosscheck.audit.phase.engines import FEWEST, Engines
-from crosscheck.audit.phase.maps import PHASES, Mapped, Maps, RepairedSetting
-from crosscheck.audit.phase.objections import D_UNKNOWN, FLUTTER, FULL, PLANETS, Objected
+from crosscheck.audit.page.text import text
+from crosscheck.audit.phase import (
+    clock,
+    dampers,
+    engines,
+    handover,
+    objections,
+    resonance,
+    stability,
+)
+from crosscheck.audit.phase.maps import PHASES, Mapped, Maps, Presence
 from crosscheck.audit.phase.page import tables, views
-from crosscheck.audit.phase.runs.experiments import HIGH_PASS_HZ
+from crosscheck.audit.phase.runs import HIGH_PASS_HZ
 from crosscheck.models.loading import load_arm
 
-CLOCK_CAPTION = (
-    "Same motion (above) and same start (below); only what the clock shows at the start differs."
-    " Labelled reading, b = 50 µm, E = 5 µm. Under angle the four curves are one."
-)
+PRESENT = (State.YES, State.BISTABLE)
+CALM_ZETA = 0.015  # well above the damping at which the controller makes the arm unstable
 
 
 class Section(NamedTuple):
@@ -42,24 +45,21 @@ class Section(NamedTuple):
     supports: bool | None
 
 
-def of_clock(found: clock.Clocks, material: Material) -> Section:
-    """1."""
+def of_clock(_: Maps, material: Material) -> Section:
+    """The clock test."""
+    found = clock.clocks(material.study, material.scale)
     by_law = {one.law: one for one in found.laws}
     rows = [tables.OfClock(one.law, delay) for one in found.laws for delay in one.delays]
     said = text(
         "phase/clock",
-        motion_s=clock.MOTION_S,
-        run_s=clock.RUN_S,
-        zeta=clock.RUN_ZETA,
+        clock=clock,
+        found=found,
         starts=material.scale.starts(clock.RUN_STARTS),
-        window_s=clock.RUN_WINDOW_S,
-        table=html(tables.CLOCK.html(rows)),
+        table=tables.CLOCK.html(rows),
         drawing=views.clock(found),
-        caption=CLOCK_CAPTION,
         printed=by_law[PRINTED],
         repaired=by_law[REPAIRED_RATE],
         integral=by_law[INTEGRAL],
-        supports=found.supports,
         integral_same=all(one.same for one in by_law[INTEGRAL].delays),
         vibrations=[[tables.vibrations(one) for one in law.delays] for law in found.laws],
     )
@@ -67,16 +67,16 @@ def of_clock(found: clock.Clocks, material: Material) -> Section:
 
 
 def of_maps(found: Maps, material: Material) -> Section:
-    """2."""
+    """The third fluctuation over damping, tooth error, backlash, readings and laws."""
     plain = [one for one in found.settings if one.setting.is_paper]
     sizes = [float(size) for one in found.of("angle") for size in one.third.sizes]
-    drawings = [] if material.scale.quick else [views.error_map(found), views.backlash_map(found)]
     said = text(
         "phase/maps",
         starts=material.scale.most_starts,
-        evident=EVIDENT,
-        drawings=drawings,
-        table=html(tables.MAPPED.html(plain)),
+        drawings=[]
+        if material.scale.quick
+        else [views.error_map(found), views.backlash_map(found)],
+        table=tables.MAPPED.html(plain),
         counts=_counts(found),
         by_law=_by_law(plain),
         lumped_by_law=_by_law(found.lumped),
@@ -86,27 +86,26 @@ def of_maps(found: Maps, material: Material) -> Section:
             if settings
         ],
         State=State,
-        pooled=Share(sum(size > SEVERE for size in sizes), max(1, len(sizes))),
+        pooled=Share(sum(size > thresholds.SEVERE for size in sizes), max(1, len(sizes))),
         maps=found,
-        lumped=found.lumped,
     )
-    records = tables.MAPPED.json([*found.settings, *found.lumped])
-    known = found.visible != maps.Presence.UNKNOWN
-    return Section(said, records, found.visible == maps.Presence.PRINTED if known else None)
+    known = found.visible != Presence.UNKNOWN
+    supports = found.visible == Presence.PRINTED if known else None
+    return Section(said, tables.MAPPED.json([*found.settings, *found.lumped]), supports)
 
 
-def _counts(found: Maps) -> Mapping[str, object]:
+def _counts(found: Maps) -> dict[str, object]:
     """Settings in which the tooth error makes a fluctuation, by level and phase law."""
-    present = (State.YES, State.BISTABLE)
-
-    def counted(phase: str, visible: bool) -> int:
-        made = [one.made_visible if visible else one.made for one in found.of(phase)]
-        return sum(one.state in present for one in made)
-
+    own = {phase: found.of(phase) for phase in PHASES}
     return {
-        "settings": {phase: len(found.of(phase)) for phase in PHASES},
-        "visible": {phase: counted(phase, True) for phase in PHASES},
-        "severe": {phase: counted(phase, False) for phase in PHASES},
+        "settings": {phase: len(some) for phase, some in own.items()},
+        "visible": {
+            phase: sum(one.made_visible.state in PRESENT for one in some)
+            for phase, some in own.items()
+        },
+        "severe": {
+            phase: sum(one.made.state in PRESENT for one in some) for phase, some in own.items()
+        },
         "silent": sum(one.made_visible.share is None for one in found.settings),
     }
 
@@ -130,57 +129,44 @@ def _by_law(plain: Sequence[Mapped]) -> list[OfLaw]:
     found = []
     for law in dict.fromkeys(one.setting.cell.law for one in plain):
         own = [one for one in plain if one.setting.cell.law == law]
-        thirds = [one.third for one in own]
-        states = Counter(third.state for third in thirds)
+        states = Counter(one.third.state for one in own)
         zetas = sorted({x.setting.cell.zeta for x in own if x.third.state == State.YES})
-        ranges = (
-            _range([third.branch(severe).size for third in thirds]) for severe in (False, True)
-        )
+        medians = ([one.third.branch(severe).size for one in own] for severe in (False, True))
+        known = ([size for size in some if size is not None] for some in medians)
+        ranges = ((min(some), max(some)) if some else None for some in known)
         found.append(OfLaw(views.law_name(law), states, zetas, *ranges))
     return found
 
 
-def _range(medians: Sequence[float | None]) -> tuple[float, float] | None:
-    known = [size for size in medians if size is not None]
-    return (min(known), max(known)) if known else None
-
-
-def of_engines(found: Engines) -> Section:
-    """3."""
+def of_engines(_: Maps, material: Material) -> Section:
+    """The same in another engine."""
+    found = engines.engines(material)
     samples = [
         tables.OfModel(one.cell, name, third, parted)
         for one in found.compared
-        for name, third, parted in (
-            ("analytic", one.analytic, one.parted[0]),
-            ("Exudyn", one.engine, one.parted[1]),
+        for name, third, parted in zip(
+            ("analytic", "Exudyn"), (one.analytic, one.engine), one.parted, strict=True
         )
     ]
-    branches = [(one.cell, each) for one in found.compared for each in one.apart]
-    judged = [(cell, each) for cell, each in branches if each.met is not None]
-    missed = [
-        f"{each.number} of the {'severe' if each.severe else 'small'} branch at"
-        f" {cell.law.id}, ζ = {cell.zeta:g} ({100 * each.difference:+.1f} %; the"
-        f" analytic starts alone scatter by {each.scatter:.0%} from quantile 0.1 to 0.9)"
-        for cell, each in judged
-        if not each.met
-    ]
+    branches = [tables.Found(one.cell, each) for one in found.compared for each in one.apart]
+    judged = [one for one in branches if one.value.met is not None]
+    missed = [one for one in judged if not one.value.met]
+    parted_p = [twosamples.shares_p(*one.parted) for one in found.compared]
     quiet = [one.engine.sizes.max() for one in found.under_angle if one.engine.sizes.size]
     said = text(
         "phase/engines",
-        samples=html(tables.OF_MODEL.html(samples)),
-        compared=found.compared,
-        parted_p=[shares_p(*one.parted) for one in found.compared],
-        parting_differs=any(shares_p(*one.parted) < SIGNIFICANT for one in found.compared),
-        limit=SIGNIFICANT,
-        branches=html(tables.APART.html(branches)),
+        samples=tables.OF_MODEL.html(samples),
+        found=found,
+        parted_p=parted_p,
+        parting_differs=any(p < twosamples.SIGNIFICANT for p in parted_p),
+        limit=twosamples.SIGNIFICANT,
+        branches=tables.APART.html(branches),
         met=len(judged) - len(missed),
         decided=len(judged),
         open=len(branches) - len(judged),
         missed=missed,
-        fewest=FEWEST,
+        fewest=engines.FEWEST,
         quiet=max(map(float, quiet), default=None),
-        under_angle=found.under_angle,
-        supports=found.supports,
     )
     records = [
         *tables.OF_MODEL.json(samples),
@@ -190,30 +176,29 @@ def of_engines(found: Engines) -> Section:
     return Section(said, records, found.supports)
 
 
-def of_stability(found: stability.Stability, material: Material) -> Section:
-    """4."""
+def of_stability(_: Maps, material: Material) -> Section:
+    """Stability of the mesh modes along the motion."""
+    found = stability.stability(material.study, material.scale)
     rows = [tables.Found(cell, one) for cell, one in found.cells.items()]
-    intervals = [
-        tables.Found(cell, each) for cell, one in found.cells.items() for each in one.intervals
-    ]
+    intervals = [tables.Found(row.cell, each) for row in rows for each in row.value.intervals]
     said = text(
         "phase/stability",
-        gain=RING_CYCLES * THIRD_S[1],
+        gain=RING_CYCLES * events.THIRD_S[1],
         starts=material.scale.starts(stability.STARTS),
-        begin_s=stability.BEGIN_S,
-        onset=stability.ONSET_RAD_PER_S2,
+        stability=stability,
         band=HIGH_PASS_HZ,
         error=max(one.jacobian_error for one in found.cells.values()),
-        table=html(tables.LINEARISED.html(rows)),
-        intervals=html(tables.INTERVAL.html(intervals)),
+        table=tables.LINEARISED.html(rows),
+        intervals=tables.INTERVAL.html(intervals),
         drawing=views.stability(found),
         found=found,
     )
     return Section(said, tables.LINEARISED.json(rows), found.supports)
 
 
-def of_handover(found: handover.Handovers) -> Section:
-    """5."""
+def of_handover(_: Maps, material: Material) -> Section:
+    """The vibration continued under another law."""
+    found = handover.handover(material.study, material.scale)
     living = [
         f"ζ = {fate.cell.zeta:g}, {fate.cell.law.id}"
         for fate in found.under(handover.INTEGRATED).values()
@@ -221,7 +206,7 @@ def of_handover(found: handover.Handovers) -> Section:
     ]
     said = text(
         "phase/handover",
-        table=html(tables.FATE.html(found.fates)),
+        table=tables.FATE.html(found.fates),
         drawing=views.handed_over(found.shown) if found.shown.drawn else "",
         shown=handover.SHOWN,
         living=living,
@@ -230,8 +215,10 @@ def of_handover(found: handover.Handovers) -> Section:
     return Section(said, tables.FATE.json(found.fates), found.supports)
 
 
-def of_resonance(found: resonance.Resonance) -> Section:
-    """6."""
+def of_resonance(_: Maps, material: Material) -> Section:
+    """Where tooth error would resonate under `angle`."""
+    found = resonance.resonance(material.study, material.scale)
+    met = enumerate(zip(found.modes.modes_Hz, found.modes.speeds, strict=True))
     modes = [
         tables.Mode(
             mode,
@@ -239,17 +226,14 @@ def of_resonance(found: resonance.Resonance) -> Section:
             speed / found.speeds.pd,
             {zeta: ramp.peaks[0][place] for zeta, ramp in found.run_ups.items()},
         )
-        for place, (mode, speed) in enumerate(
-            zip(found.modes.modes_Hz, found.modes.speeds, strict=True)
-        )
+        for place, (mode, speed) in met
     ]
-    columns = tables.modes(tuple(found.run_ups))
-    growth = list(found.tongues.items())
+    columns, growth = tables.modes(tuple(found.run_ups)), list(found.tongues.items())
     said = text(
         "phase/resonance",
         digits=_digits(found),
-        modes=html(columns.html(modes)),
-        tongues=html(tables.TONGUE.html(growth)),
+        modes=columns.html(modes),
+        tongues=tables.TONGUE.html(growth),
         drawing=views.resonance(found),
         found=found,
         far=resonance.FAR,
@@ -269,104 +253,94 @@ def _digits(found: resonance.Resonance) -> int:
     return int(-np.log10(max(spread, 1e-15)))
 
 
-def of_dampers(found: dampers.Dampers, ran: Sequence[Runaway], material: Material) -> Section:
-    """7."""
+def of_dampers(_: Maps, material: Material) -> Section:
+    """What vibrates without any tooth error: told, and no evidence."""
+    found = dampers.dampers(material.study, material.scale)
+    ran = dampers.runaways(material.study, material.scale)
     own = next(one for one in found.ablated if one.ablation == dampers.AS_IT_STANDS)
     said = text(
         "phase/dampers",
         starts=material.scale.most_starts,
-        zeta=dampers.QUIET_ZETA,
-        ablated=html(tables.ABLATED.html(found.ablated)),
-        fluttering=html(tables.ABLATED.html(found.fluttering)),
+        dampers=dampers,
+        found=found,
+        ablated=tables.ABLATED.html(found.ablated),
+        fluttering=tables.ABLATED.html(found.fluttering),
         flutter=[one.third.quantiles[1] for one in found.fluttering],
-        flutter_zeta=dampers.FLUTTER_ZETA,
-        over_zeta=html(tables.ABLATED.html(found.over_zeta)),
+        over_zeta=tables.ABLATED.html(found.over_zeta),
         own=own.third.quantiles,
-        played=found.median(dampers.PLAYED_BACK.name),
-        always=found.median(dampers.ALWAYS.name),
-        steady=found.median(dampers.STEADY.name),
-        tight=found.median(dampers.TIGHT.name),
-        rest=found.rest[1],
-        explained=found.excited_hard,
-        evident=EVIDENT,
-        largest=found.largest_zeta,
-        runaways=html(tables.RUNAWAY.html(ran)),
+        runaways=tables.RUNAWAY.html(ran),
     )
     every = (*found.over_zeta, *found.ablated, *found.fluttering)
     rows = {(one.ablation.name, one.zeta): one for one in every}
-    records = [*tables.ABLATED.json(rows.values()), *tables.RUNAWAY.json(ran)]
-    return Section(said, records, None)
+    return Section(
+        said, [*tables.ABLATED.json(rows.values()), *tables.RUNAWAY.json(ran)], supports=None
+    )
 
 
-CALM_ZETA = 0.015  # well above the damping at which the controller makes the arm unstable
-
-
-def of_repair(found: Sequence[RepairedSetting]) -> Section:
-    """8."""
+def of_repair(simulated: Maps, _: Material) -> Section:
+    """Whether the repair is complete: the same with the springs' own work."""
+    found = simulated.repairs
     calm = [one for one in found if one.plain.setting.cell.zeta >= CALM_ZETA]
     thirds = [one.plain.third for one in calm], [one.conservative.third for one in calm]
     sizes = [defined(extreme((one.quantiles[1] for one in some), max)) for some in thirds]
-    present = (State.YES, State.BISTABLE)
-    visible = sum(one.conservative.made_visible.state in present for one in found)
+    visible = sum(one.conservative.made_visible.state in PRESENT for one in found)
     silent = all(one.conservative.made_visible.share is None for one in found)
-    severe = sum(bool((one.conservative.third.sizes > SEVERE).any()) for one in found)
+    severe = sum(bool((one.conservative.third.sizes > thresholds.SEVERE).any()) for one in found)
     stands = None if silent else not visible
     said = text(
         "phase/repair",
         stands=None if stands is None else stands and not severe,
-        table=html(tables.REPAIR.html(found)),
+        table=tables.REPAIR.html(found),
         calm=sizes,
         calm_zeta=CALM_ZETA,
-        factor=None if not sizes[1] else float(f"{SEVERE / sizes[1]:.1g}"),
+        factor=None if not sizes[1] else float(f"{thresholds.SEVERE / sizes[1]:.1g}"),
         severe_settings=severe,
         visible_settings=visible,
         settings=len(found),
-        evident=EVIDENT,
     )
     return Section(said, tables.REPAIR.json(found), stands)
 
 
-def of_objections(found: objections.Objections, simulated: Maps, material: Material) -> Section:
-    """What remains to be answered."""
+def of_objections(simulated: Maps, material: Material) -> Section:
+    """What a referee would object."""
+    found = objections.objections(material.study, material.scale)
     rates = [tables.Found(cell, one) for cell, one in found.rates.items()]
     over_own = [
         quotient(one.eq11_in_full_per_s, one.as_it_stands_per_s) for one in found.rates.values()
     ]
-    joint = paper_stage(load_arm(LABELLED)).joint
-    teeth = (joint.sun_teeth, joint.ring_teeth)
-    spacing = " and ".join(
-        f"{z} / {joint.planet_count} = {z / joint.planet_count:g}" for z in teeth
-    )
+    joint = stage.paper_stage(load_arm(LABELLED)).joint
+    teeth, planets = (joint.sun_teeth, joint.ring_teeth), joint.planet_count
+
+    def made(objection: str, phase: str, level: str = "made") -> str:
+        """In words: so many of so many starts, setting by setting, of its changes."""
+        chosen: Iterable[objections.Objected] = (
+            one
+            for one in found.objected
+            if (one.objection, one.cell.law.phase) == (objection, phase)
+        )
+        shares = [getattr(one, level).share for one in chosen]
+        told = ["undefined" if one is None else f"{one.yes} of {one.of}" for one in shares]
+        return ", ".join(told) + " starts"
+
     said = text(
         "phase/objections",
         starts=material.scale.most_starts,
-        table=html(tables.OBJECTED.html(found.objected)),
-        rates=html(tables.RATES.html(rates, "Largest growth rates, 0.5 to 1.2 s [1/s]")),
-        spacing=spacing,
-        d_unknown=_made(found.objected, D_UNKNOWN, "omega_t"),
-        d_unknown_angle=_made(found.objected, D_UNKNOWN, "angle"),
-        flutter=_made(found.objected, FLUTTER, "omega_t"),
-        flutter_angle=_made(found.objected, FLUTTER, "angle"),
-        planets=_made(found.objected, PLANETS, "omega_t"),
-        planets_angle=_made(found.objected, PLANETS, "angle"),
-        in_phase=all(z % joint.planet_count == 0 for z in teeth),
+        table=tables.OBJECTED.html(found.objected),
+        rates=tables.RATES.html(rates, "Largest growth rates, 0.5 to 1.2 s [1/s]"),
+        spacing=" and ".join(f"{z} / {planets} = {z / planets:g}" for z in teeth),
+        d_unknown=made(objections.D_UNKNOWN, "omega_t"),
+        d_unknown_angle=made(objections.D_UNKNOWN, "angle"),
+        flutter=made(objections.FLUTTER, "omega_t"),
+        flutter_angle=made(objections.FLUTTER, "angle"),
+        planets=made(objections.PLANETS, "omega_t"),
+        planets_angle=made(objections.PLANETS, "angle"),
+        in_phase=all(z % planets == 0 for z in teeth),
         growth=[one.value for one in rates],
         in_full_over_own=(extreme(over_own, min), extreme(over_own, max)),
-        eq11=_made(found.objected, FULL, "omega_t"),
-        eq11_visible=_made(found.objected, FULL, "omega_t", visible=True),
-        eq11_angle=_made(found.objected, FULL, "angle", visible=True),
-        evident=EVIDENT,
+        eq11=made(objections.FULL, "omega_t"),
+        eq11_visible=made(objections.FULL, "omega_t", "made_visible"),
+        eq11_angle=made(objections.FULL, "angle", "made_visible"),
         counts=_counts(simulated),
     )
     records = [*tables.OBJECTED.json(found.objected), *tables.RATES.json(rates)]
     return Section(said, records, found.supports)
-
-
-def _made(found: Sequence[Objected], objection: str, phase: str, visible: bool = False) -> str:
-    """In words: so many of so many starts, setting by setting, of all changes of an objection."""
-    chosen = [
-        one for one in found if one.change.objection == objection and one.cell.law.phase == phase
-    ]
-    made = [(one.made_visible if visible else one.made).share for one in chosen]
-    told = ["undefined" if one is None else f"{one.yes} of {one.of}" for one in made]
-    return ", ".join(told) + " starts"

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from crosscheck.audit.experiments.cells import LABELLED, Cell, Law
+from crosscheck.audit.experiments.cells import LABELLED, Law
 from crosscheck.audit.experiments.experiments import DEFAULT_B_UM, DEFAULT_E_UM
 from crosscheck.audit.figures.views import same_scale
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import Third
 from crosscheck.audit.phase.clock import RUN_WINDOW_S, Clocks, SignalEnvelope
 from crosscheck.audit.phase.handover import HEIRS, HandedOver
-from crosscheck.audit.phase.maps import BACKLASH_ZETAS, BACKLASHES_UM, FOUR, Mapped, Maps
+from crosscheck.audit.phase.maps import BACKLASH_ZETAS, BACKLASHES_UM, FOUR, Maps
 from crosscheck.audit.phase.resonance import SPEEDS, Resonance
-from crosscheck.audit.phase.runs.experiments import DECISIVE, integrated
-from crosscheck.audit.phase.stability import Linearised, Stability
+from crosscheck.audit.phase.runs import DECISIVE, integrated
+from crosscheck.audit.phase.stability import Stability
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import KILO, legend, log_y, new_figure, not_reached, to_svg
 
@@ -35,11 +35,12 @@ LABELS = (
 STRIP = "#b03050"
 
 
-def band(axes: Axes, one: SignalEnvelope, colour: str, label: str | None = None) -> None:
-    """A fast signal: smallest to largest."""
-    axes.fill_between(
-        one.time_s, one.low, one.high, color=colour, linewidth=0.6, alpha=0.75, label=label
-    )
+def band(
+    axes: Axes, one: SignalEnvelope, colour: str, label: str | None = None, unit: float = 1.0
+) -> None:
+    """A fast signal: smallest to largest, times a unit."""
+    low, high = ([unit * value for value in values] for values in (one.low, one.high))
+    axes.fill_between(one.time_s, low, high, color=colour, linewidth=0.6, alpha=0.75, label=label)
 
 
 def law_name(law: Law) -> str:
@@ -53,8 +54,7 @@ def clock(found: Clocks) -> str:
     for (above, below), law in zip(grid.T, found.laws, strict=True):
         for one, colour in reversed(list(zip(law.delays, COLOURS, strict=False))):
             label = f"clock from {one.clock_s:g} s"
-            force = _scaled(one.force_N, KILO)
-            band(above, force, colour, label)
+            band(above, one.force_N, colour, label, KILO)
             band(below, within(one.shoulder, *RUN_WINDOW_S), colour, label)
         above.set_title(law_name(law.law))
         below.set_xlabel("time since the start [s]")
@@ -73,11 +73,6 @@ def within(one: SignalEnvelope, begin_s: float, end_s: float) -> SignalEnvelope:
     )
 
 
-def _scaled(one: SignalEnvelope, by: float) -> SignalEnvelope:
-    low, high = (tuple(by * value for value in values) for values in (one.low, one.high))
-    return SignalEnvelope(one.time_s, low, high)
-
-
 def error_map(found: Maps) -> str:
     """Share of severe starts over damping and tooth error; a panel for every law."""
     chosen = {
@@ -89,19 +84,11 @@ def error_map(found: Maps) -> str:
     errors = sorted({error for _, error, _ in chosen})
     drawing, grid = new_figure(2, 2, 2.2)
     for axes, law in zip(grid.ravel(), FOUR, strict=True):
-        rows = [[chosen[law, error, zeta] for zeta in zetas] for error in errors]
-        without = [_share(one.without.share) for one in rows[0]]
-        _heat(axes, [without, *_shares(rows)], zetas, [0.0, *errors])
+        without = [chosen[law, errors[0], zeta].without for zeta in zetas]
+        rows = [[chosen[law, error, zeta].third for zeta in zetas] for error in errors]
+        _heat(axes, [without, *rows], zetas, [0.0, *errors])
         axes.set(title=law_name(law), xlabel="ζ", ylabel="E [µm]")
     return to_svg(drawing)
-
-
-def _shares(rows: Sequence[Sequence[Mapped]]) -> list[list[float]]:
-    return [[_share(one.third.share) for one in row] for row in rows]
-
-
-def _share(share: Share | None) -> float:
-    return float("nan") if share is None else 100 * share.value
 
 
 def backlash_map(found: Maps) -> str:
@@ -113,8 +100,8 @@ def backlash_map(found: Maps) -> str:
     }
     drawing, grid = new_figure(1, len(FOUR), 2.4)
     for axes, law in zip(grid[0], FOUR, strict=True):
-        rows = [[chosen[law, b, zeta] for zeta in BACKLASH_ZETAS] for b in BACKLASHES_UM]
-        _heat(axes, _shares(rows), BACKLASH_ZETAS, BACKLASHES_UM)
+        rows = [[chosen[law, b, zeta].third for zeta in BACKLASH_ZETAS] for b in BACKLASHES_UM]
+        _heat(axes, rows, BACKLASH_ZETAS, BACKLASHES_UM)
         axes.set_title(law_name(law).replace(", ", ",\n"))
         axes.set_xlabel("ζ")
     grid[0, 0].set_ylabel("b [µm]")
@@ -122,12 +109,12 @@ def backlash_map(found: Maps) -> str:
 
 
 def _heat(
-    axes: Axes, values: Sequence[Sequence[float]], columns: Sequence[float], rows: Sequence[float]
+    axes: Axes, thirds: Sequence[Sequence[Third]], columns: Sequence[float], rows: Sequence[float]
 ) -> None:
-    """Per cent on colours."""
-    numbers = np.array(values)
-    axes.imshow(numbers, origin="lower", aspect="auto", cmap="YlOrRd", vmin=0, vmax=100)
-    for (row, column), value in np.ndenumerate(numbers):
+    """Severe starts in per cent on colours."""
+    shares = [[np.nan if x.share is None else 100 * x.share.value for x in row] for row in thirds]
+    axes.imshow(shares, origin="lower", aspect="auto", cmap="YlOrRd", vmin=0, vmax=100)
+    for (row, column), value in np.ndenumerate(shares):
         shade = "white" if value > 60 else "black"
         label = "-" if np.isnan(value) else f"{value:.0f}"
         axes.text(column, row, label, ha="center", va="center", fontsize=6.5, color=shade)
@@ -156,8 +143,19 @@ def stability(found: Stability) -> str:
     drawing, grid = new_figure(len(LABELS), len(DECISIVE), 2.2)
     for axes, cell in zip(grid.T, DECISIVE, strict=True):
         axes[0].set_title(f"ζ = {cell.zeta:g}, ring rate {cell.law.ring_rate}")
-        for one, colour in zip((cell, integrated(cell)), COLOURS, strict=False):
-            _column(axes, one, found.cells[one], colour)
+        for of, colour in zip((cell, integrated(cell)), COLOURS, strict=False):
+            one = found.cells[of]
+            axes[0].plot(*one.growth, color=colour, label=law_name(of.law).partition(",")[0])
+            for curve, unstable in zip(one.frequencies, one.unstable, strict=True):
+                growing = np.where(unstable[: len(curve.values)], curve.values, np.nan)
+                axes[1].plot(*curve, color=colour, lw=0.5, alpha=0.6)
+                axes[1].plot(curve.time_s, growing, color=colour, lw=2.2)
+            axes[2].plot(*one.simulated, color=colour)
+            axes[2].plot(*one.predicted, color=colour, ls=":", lw=1.4)
+            band(axes[3], one.shoulder, colour)
+            if one.begun and one.begun[0].predicted_s is not None:
+                for below in axes[2:]:
+                    below.axvline(one.begun[0].predicted_s, color="black", ls="--", lw=0.9)
         axes[0].axhline(0.0, color="black", lw=0.6)
         axes[0].set_ylim(-500, None)
         axes[2].set(yscale="log", ylim=(1e-13, 1e5))
@@ -166,20 +164,6 @@ def stability(found: Stability) -> str:
         axes.set_ylabel(label)
     legend(drawing, grid[0, 0])
     return to_svg(drawing)
-
-
-def _column(axes: np.ndarray, cell: Cell, one: Linearised, colour: str) -> None:
-    axes[0].plot(*one.growth, color=colour, label=law_name(cell.law).partition(",")[0])
-    for curve, unstable in zip(one.frequencies, one.unstable, strict=True):
-        growing = np.where(unstable[: len(curve.values)], curve.values, np.nan)
-        axes[1].plot(*curve, color=colour, lw=0.5, alpha=0.6)
-        axes[1].plot(curve.time_s, growing, color=colour, lw=2.2)
-    axes[2].plot(*one.simulated, color=colour)
-    axes[2].plot(*one.predicted, color=colour, ls=":", lw=1.4)
-    band(axes[3], one.shoulder, colour)
-    if one.begun and one.begun[0].predicted_s is not None:
-        for below in axes[2:]:
-            below.axvline(one.begun[0].predicted_s, color="black", ls="--", lw=0.9)
 
 
 def resonance(found: Resonance) -> str:

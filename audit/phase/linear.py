@@ -7,13 +7,14 @@ sign follows cos(phi). Under `angle` only d phi / d theta_c = c is there.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from crosscheck.analytic.derivation.terms import Terms
-from crosscheck.audit.phase.runs.plant import Plant, rigid_motion
+from crosscheck.audit.phase.runs import Plant, rigid_motion
 from crosscheck.models.experiment.drive import PD
 from crosscheck.models.loading import Case
 
@@ -41,23 +42,15 @@ def base_motion(case: Case, plant: Plant, every: int) -> Base:
     q, v, a = (np.zeros((time.size, n)) for _ in range(3))
     for state, name in ((q, "theta"), (v, "theta_dot"), (a, "theta_ddot")):
         state[:, plant.terms.theta] = rigid[name].values
-    force = np.array(
-        [_carried(plant, *row) for row in zip(q, v, a, rigid["torque"].values, strict=True)]
-    )
+    gears, force = plant.gears, np.empty((time.size, plant.gears.where.size))
+    for k, torque in enumerate(rigid["torque"].values):
+        at = plant.states.at(0.0, q[k], v[k])
+        wanted = at.mass_matrix @ a[k] + at.bias - plant.terms.drive_map @ torque
+        force[k] = np.linalg.solve(plant.terms.mesh_map[gears.where], wanted[gears.where])
     sine = np.sin(phases(plant, time, q, v))
-    gears = plant.gears
     stiffness = gears.k_m + gears.k_a * sine
     q[:, gears.where] = gears.E * sine + np.sign(force) * gears.b + force / stiffness
     return Base(time, q, v, force)
-
-
-def _carried(
-    plant: Plant, q: np.ndarray, v: np.ndarray, a: np.ndarray, torque: np.ndarray
-) -> np.ndarray:
-    """Force per planet [N] of every mesh that gives the accelerations a (n,)."""
-    at, rows = plant.states.at(0.0, q, v), plant.gears.where
-    wanted = at.mass_matrix @ a + at.bias - plant.terms.drive_map @ torque
-    return np.linalg.solve(plant.terms.mesh_map[rows], wanted[rows])
 
 
 def phases(plant: Plant, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -68,37 +61,29 @@ def phases(plant: Plant, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.n
 
 def jacobian(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """d(q', q'') / d(q, q') at a state with every mesh in contact, (2 n, 2 n)."""
-    n = q.size
+    n, gears = q.size, plant.gears
     at = plant.states.at(t, q, v)
     position = -_inertia_by_q(plant.terms, q, v, at.acceleration)
     rate = -_bias_by_v(plant.terms, q, v)
-    by_x, by_phase = _mesh_force_slopes(plant, t, q, v)
-    mesh_map, where = plant.terms.mesh_map, plant.gears.where
-    position[:, where] += mesh_map * by_x
-    turned = mesh_map @ (by_phase[:, None] * plant.weights)
+    # Per mesh, of F = k(phi) f_k(x - e(phi)): dF/dx = k, dF/dphi = k_a cos f_k - k E cos.
+    phi = phases(plant, np.array([t]), q[None], v[None])[0]
+    stiffness = gears.k_m + gears.k_a * np.sin(phi)
+    gap = q[gears.where] - gears.E * np.sin(phi)
+    pressed = gap - np.sign(gap) * gears.b
+    by_phase = (gears.k_a * pressed - stiffness * gears.E) * np.cos(phi)
+    position[:, gears.where] += plant.terms.mesh_map * stiffness
+    turned = plant.terms.mesh_map @ (by_phase[:, None] * plant.weights)
     if plant.timed:
         rate += turned * t
     else:
         position += turned
-    rate[where, where] -= plant.gears.d
+    rate[gears.where, gears.where] -= gears.d
     if plant.drive.code == PD:
         sensed, drive_map = plant.terms.theta, plant.terms.drive_map
         position[:, sensed] -= drive_map * plant.drive.gains[:, 1]
         rate[:, sensed] -= drive_map * plant.drive.gains[:, 2]
     lower = np.linalg.solve(at.mass_matrix, np.hstack([position, rate]))
     return np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])
-
-
-def _mesh_force_slopes(
-    plant: Plant, t: float, q: np.ndarray, v: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """(dF/dx, dF/dphi) per mesh of F = k(phi) f_k(x - e(phi)): k and k_a cos f_k - k E cos."""
-    gears = plant.gears
-    phi = phases(plant, np.array([t]), q[None], v[None])[0]
-    stiffness = gears.k_m + gears.k_a * np.sin(phi)
-    gap = q[gears.where] - gears.E * np.sin(phi)
-    pressed = gap - np.sign(gap) * gears.b
-    return stiffness, (gears.k_a * pressed - stiffness * gears.E) * np.cos(phi)
 
 
 def _inertia_by_q(terms: Terms, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -167,31 +152,24 @@ class Modes(NamedTuple):
 
 
 def mesh_modes(plant: Plant, base: Base) -> Modes:
-    """The oscillating eigenvalues of the Jacobian along the motion, each mode in its own column."""
-    matrices = np.array(
-        [jacobian(plant, float(t), q, v) for t, q, v in zip(base.time, base.q, base.v, strict=True)]
-    )
-    poles, shapes = np.linalg.eig(matrices)
-    order = np.argsort(poles.imag, axis=1)[:, -plant.gears.where.size :]
-    poles = np.take_along_axis(poles, order, axis=1)
-    shapes = np.take_along_axis(shapes, order[:, None, :], axis=2)
-    poles = np.take_along_axis(poles, _followed(shapes), axis=1)
-    return Modes(poles.real, poles.imag / (2 * np.pi))
-
-
-def _followed(shapes: np.ndarray) -> np.ndarray:
-    """Columns (times, modes) that keep every mode in its place, given shapes (times, 2 n, modes).
+    """The oscillating eigenvalues of the Jacobian along the motion, each mode in its own column.
 
     A mode continues as the one whose shape, in rates, is most like its own at the instant before.
     """
+    along = zip(base.time, base.q, base.v, strict=True)
+    poles, shapes = np.linalg.eig(np.array([jacobian(plant, float(t), q, v) for t, q, v in along]))
+    order = np.argsort(poles.imag, axis=1)[:, -plant.gears.where.size :]
+    poles = np.take_along_axis(poles, order, axis=1)
+    shapes = np.take_along_axis(shapes, order[:, None, :], axis=2)
     rates = shapes[:, shapes.shape[1] // 2 :]
     rates = rates / np.linalg.norm(rates, axis=1, keepdims=True)
-    columns = np.empty((shapes.shape[0], shapes.shape[2]), dtype=np.int64)
-    columns[0] = np.arange(shapes.shape[2])
-    for k in range(1, columns.shape[0]):
+    columns = np.empty(poles.shape, dtype=np.int64)
+    columns[0] = np.arange(poles.shape[1])
+    for k in range(1, len(columns)):
         before = rates[k - 1][:, columns[k - 1]]
         columns[k] = linear_sum_assignment(-np.abs(before.conj().T @ rates[k]))[1]
-    return columns
+    poles = np.take_along_axis(poles, columns, axis=1)
+    return Modes(poles.real, poles.imag / (2 * np.pi))
 
 
 def predicted_amplitude(
@@ -229,3 +207,16 @@ def unstable_intervals(time: np.ndarray, modes: Modes, least_folds: float) -> li
                 mean = float(frequency[begin:end].mean())
                 found.append(Interval(float(time[begin]), float(time[end - 1]), folds, mean))
     return sorted(found)
+
+
+def linear_step(
+    rates: Sequence[np.ndarray] | np.ndarray, y: np.ndarray, h: np.ndarray | float
+) -> np.ndarray:
+    """y after a step h [s] of y' = A y by Runge and Kutta; rates: A at the step's four stages."""
+    begin, second, third, end = rates
+    k_1 = begin @ y
+    k_2 = second @ (y + h / 2 * k_1)
+    k_3 = third @ (y + h / 2 * k_2)
+    k_4 = end @ (y + h * k_3)
+    after: np.ndarray = y + h / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
+    return after

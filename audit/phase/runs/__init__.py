@@ -1,1 +1,0 @@
-"""Runs with another clock, phase or sensor than a scenario can state."""
