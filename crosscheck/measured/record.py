@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import re
-import signal
 import warnings
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,19 +11,15 @@ from dataclasses import dataclass
 from math import pi
 from pathlib import Path
 
-import h5py
 import numpy as np
-import scipy.io
 
-from crosscheck.measured.bag import ENDINGS, BagReading
+from crosscheck.measured.bag import ENDINGS, read_bag
 from crosscheck.models.errors import InputError, one_line
 from crosscheck.models.inputs import input_content, size_of
-from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.workers import perform_all
+from crosscheck.runner.foreign import arrays_in, read_apart
 
 LARGEST_FILE = 2_000_000_000  # bytes
-MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
-READING_S = 60.0
+READING_S, BAG_S = 60.0, 300.0
 # What a column holds, by the beginning of its name, and what its unit is multiplied by.
 UNITS: dict[str, dict[str, float]] = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
@@ -142,87 +137,36 @@ def _misfit(where: str, names: Sequence[str], lines: Iterable[str]) -> InputErro
 
 
 def _of_bag(path: Path, topic: str, joints: tuple[str, ...]) -> dict[str, np.ndarray]:
-    files = [each for each in path.iterdir() if each.is_file()] if path.is_dir() else [path]
+    where = str(path)
     try:
+        files = [each for each in path.iterdir() if each.is_file()] if path.is_dir() else [path]
         size = sum(map(size_of, files))
     except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
+        raise InputError(where, "", None, f"cannot be read: {error.strerror}") from None
     except ValueError as error:
-        raise InputError(str(path), "", None, f"cannot be read: {error}") from None
+        raise InputError(where, "", None, f"cannot be read: {error}") from None
     if size > LARGEST_FILE:
-        raise InputError(str(path), "", None, f"more than {LARGEST_FILE // 1_000_000} MB")
-    return _in_worker(str(path), BagReading(str(path), topic, joints))
+        raise InputError(where, "", None, f"more than {LARGEST_FILE // 1_000_000} MB")
+    return read_apart(where, read_bag, where, topic, joints, within_s=BAG_S)
 
 
 def _of_binary(where: str, content: bytes) -> dict[str, np.ndarray]:
-    variables = _in_worker(where, Reading(content))
+    variables = read_apart(where, _numbers_in, where, content, within_s=READING_S)
     return {OWN.get(name, name): values for name, values in variables.items()}
 
 
-def _in_worker(where: str, task: Reading | BagReading) -> dict[str, np.ndarray]:
-    """What a task reads in a process that a damaged file may end. Raises InputError."""
-    (found,) = perform_all([task], 1, lambda outcome: None).values()
-    if isinstance(found, Failure):
-        raise InputError(where, "", None, f"cannot be read: {found}")
-    if isinstance(found, str):
-        raise InputError(where, "", None, found)
-    variables: dict[str, np.ndarray] = found
-    return variables
-
-
-@dataclass(frozen=True)
-class Reading:
-    """The task of reading a MAT, HDF5 or NetCDF file."""
-
-    content: bytes
-    key: str = "record"
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        return 1.0
-
-    def perform(self) -> dict[str, np.ndarray] | str:
-        """Arrays of numbers by name, or what is wrong with the file."""
-        signal.setitimer(signal.ITIMER_REAL, READING_S)  # which ends the process
-        try:
-            return self._of_hdf5() if b"\x89HDF\r\n" in self.content[:600] else self._of_mat()
-        except (OSError, ValueError, KeyError, TypeError, RuntimeError, NotImplementedError) as bad:
-            return f"is no CSV, MAT, HDF5 or NetCDF file: {one_line(str(bad))[:200]}"
-
-    def _of_mat(self) -> dict[str, np.ndarray]:
-        shapes = scipy.io.whosmat(io.BytesIO(self.content))
-        _require_few(sum(int(np.prod(shape)) for _, shape, _ in shapes))
-        found = scipy.io.loadmat(io.BytesIO(self.content))
-        return {
-            name: np.asarray(values, dtype=float)
-            for name, values in found.items()
-            if isinstance(values, np.ndarray) and values.dtype.kind in "fiu"
-        }
-
-    def _of_hdf5(self) -> dict[str, np.ndarray]:
-        with h5py.File(io.BytesIO(self.content), "r") as file:
-            sets = {
-                name: each
-                for name, each in file.items()
-                if file.get(name, getlink=True).__class__ is h5py.HardLink
-                and isinstance(each, h5py.Dataset)
-                and each.dtype.kind in "fiu"
-                and not each.external
-                and not each.is_virtual
-            }
-            begins = ("t_", "theta_", "torque_")
-            wanted = {n: each for n, each in sets.items() if OWN.get(n, n).startswith(begins)}
-            _require_few(sum(each.size for each in wanted.values()))
-            # MATLAB's arrays are stored column by column.
-            turned = self.content[:6] == b"MATLAB"
-            read = {name: np.asarray(each[()], dtype=float) for name, each in wanted.items()}
-            return {name: values.T if turned else values for name, values in read.items()}
-
-
-def _require_few(count: int) -> None:
-    if count > MOST_NUMBERS:
-        raise ValueError(f"holds {count:,} numbers, at most {MOST_NUMBERS:,} are allowed")
+def _numbers_in(where: str, content: bytes) -> dict[str, np.ndarray]:
+    """Arrays of numbers by name, of a MAT, HDF5 or NetCDF file. Raises InputError."""
+    begins = ("t_", "theta_", "torque_")
+    try:
+        found = arrays_in(
+            content, lambda names: [n for n in names if OWN.get(n, n).startswith(begins)]
+        )
+        numbers = {n: values for n, values in found.items() if values.dtype.kind in "fiu"}
+        return {name: np.asarray(values, dtype=float) for name, values in numbers.items()}
+    except (OSError, ValueError, KeyError, TypeError, RuntimeError, NotImplementedError) as bad:
+        reason = f"is no CSV, MAT, HDF5 or NetCDF file: {one_line(str(bad))[:200]}"
+        raise InputError(where, "", None, reason) from None
 
 
 def _taken(

@@ -22,8 +22,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.inputs import input_content
 from crosscheck.models.loading import validated
-from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.workers import perform_all
+from crosscheck.runner.foreign import read_apart
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.input.equations import MOST, Coordinates, CoordinatesFile, Level
 
@@ -121,12 +120,11 @@ def _wanted(where: str, entries: list[zipfile.ZipInfo]) -> Iterator[tuple[zipfil
 
 @dataclass(frozen=True)
 class FmuVariable:
-    """A real number of the unit; derivative: of which state it is the derivative, if of one."""
+    """A real number of the unit, and the reference by which FMI calls it."""
 
     name: str
     reference: int
     is_input: bool
-    derivative_of: str = ""
 
 
 @dataclass(frozen=True)
@@ -142,73 +140,54 @@ class FmuDescription:
     states: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class DescriptionReading:
-    """The task of a worker, for a foreign file is parsed."""
-
-    where: str
-    folder: Path
-    key: str = "description"
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        return 1.0
-
-    def perform(self) -> FmuDescription | InputError:
-        """What stands in the file, or what is wrong with it."""
-        try:
-            from fmpy import read_model_description
-        except ImportError:
-            return InputError(self.where, "", None, EXTRA)
-        text = (self.folder / DESCRIPTION).read_bytes()
-        version = re.search(rb"fmiVersion\s*=\s*[\"']([^\"']*)", text)
-        said = "" if version is None else version[1].decode("utf-8", "backslashreplace")
-        if said[:2] not in ("2.", "3."):
-            return InputError(self.where, "fmiVersion", said, "must be 2.0 or 3.0")
-        try:
-            found = read_model_description(str(self.folder))
-        except Exception as error:
-            reason = f"is no model description: {type(error).__name__}: {error}"
-            return InputError(self.where, "", None, reason)
-        kind: Literal["exchange", "co-simulation"] = "exchange"
-        interface = found.modelExchange
-        if interface is None:
-            kind, interface = "co-simulation", found.coSimulation
-        if interface is None:
-            reason = "is neither for Model Exchange nor for Co-Simulation"
-            return InputError(self.where, "", None, reason)
-        real = [v for v in found.modelVariables if v.type in ("Real", "Float64")]
-        variables = tuple(
-            FmuVariable(
-                v.name,
-                int(v.valueReference),
-                v.causality == "input",
-                "" if v.derivative is None else v.derivative.name,
-            )
-            for v in real
-            if not v.dimensions and len(v.name) <= LONGEST and v.name.isprintable()
-        )
-        states = tuple(
-            unknown.variable.derivative.name
-            for unknown in found.derivatives
-            if unknown.variable.derivative is not None
-        )
-        identifier = interface.modelIdentifier
-        return FmuDescription(int(said[0]), kind, identifier, found.guid, variables, states)
-
-
 def described(where: str, folder: Path) -> FmuDescription:
-    """What an unpacked FMU says of itself. Raises InputError."""
-    (found,) = perform_all([DescriptionReading(where, folder)], 1, lambda key: None).values()
-    if isinstance(found, Failure):
-        raise InputError(where, "", None, f"cannot be read: {found}")
-    if isinstance(found, InputError):
-        raise found
-    assert isinstance(found, FmuDescription)
+    """What an unpacked FMU says of itself; a foreign file is parsed apart. Raises InputError."""
+    found: FmuDescription = read_apart(where, _described, where, folder)
     if "/" in found.identifier or found.identifier.startswith("."):
         raise InputError(where, "modelIdentifier", found.identifier, "must be a name of a file")
     return found
+
+
+def _described(where: str, folder: Path) -> FmuDescription:
+    try:
+        from fmpy import read_model_description
+    except ImportError:
+        raise InputError(where, "", None, EXTRA) from None
+    text = (folder / DESCRIPTION).read_bytes()
+    version = re.search(rb"fmiVersion\s*=\s*[\"']([^\"']*)", text)
+    said = "" if version is None else version[1].decode("utf-8", "backslashreplace")
+    if said[:2] not in ("2.", "3."):
+        raise InputError(where, "fmiVersion", said, "must be 2.0 or 3.0")
+    try:
+        found = read_model_description(str(folder))
+    except Exception as error:
+        reason = f"is no model description: {type(error).__name__}: {error}"
+        raise InputError(where, "", None, reason) from None
+    interface = found.modelExchange or found.coSimulation
+    if interface is None:
+        reason = "is neither for Model Exchange nor for Co-Simulation"
+        raise InputError(where, "", None, reason)
+    variables = tuple(
+        FmuVariable(v.name, int(v.valueReference), v.causality == "input")
+        for v in found.modelVariables
+        if v.type in ("Real", "Float64")
+        and not v.dimensions
+        and len(v.name) <= LONGEST
+        and v.name.isprintable()
+    )
+    states = tuple(
+        unknown.variable.derivative.name
+        for unknown in found.derivatives
+        if unknown.variable.derivative is not None
+    )
+    return FmuDescription(
+        version=int(said[0]),
+        kind="exchange" if found.modelExchange else "co-simulation",
+        identifier=interface.modelIdentifier,
+        token=found.guid,
+        variables=variables,
+        states=states,
+    )
 
 
 def drafted(name: str, found: FmuDescription) -> str:
