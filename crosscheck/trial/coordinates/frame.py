@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal, get_args
 
@@ -16,14 +15,9 @@ from crosscheck.analytic.derivation.chain import Chain, exact_chain
 from crosscheck.analytic.derivation.stage import Stage
 from crosscheck.analytic.derivation.symbols import arm_chain
 from crosscheck.analytic.paper.kinematics import mesh_displacements
+from crosscheck.models.arm import layout as layouts
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import (
-    Coordinate,
-    Layout,
-    free_layout,
-    lumped_layout,
-    rigid_layout,
-)
+from crosscheck.models.arm.layout import Coordinate, Layout
 from crosscheck.models.errors import InputError
 from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
 from crosscheck.trial.input.equations import Coordinates, Gearing
@@ -32,67 +26,108 @@ WHERE = "coordinates"
 WORST_CONDITION = 1e12  # of J, rows and columns scaled: beyond it x says too little of q
 ROUNDING = 1e-13  # of a matrix's row: what is below it was meant to be 0
 LARGEST_DENOMINATOR = 1000  # of what is taken for a ratio of whole numbers
-LAYOUTS = {"rigid": rigid_layout, "lumped": lumped_layout, "free": free_layout}
+TRIES = 40
+MOST_HALVED = 20
+PLACED = 1e-9  # of a state found for given q, before it is polished
+LAYOUTS = {
+    "rigid": layouts.rigid_layout,
+    "lumped": layouts.lumped_layout,
+    "free": layouts.free_layout,
+}
 FoundBy = Literal["linear", "sympy", "given", "complex step", "differences"]
+Vector = Callable[[np.ndarray], np.ndarray]
+Along = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
-class Frame(ABC):
+class Frame:
     """The map from x (n,), called ``names``, to the coordinates q (n,) of ``layout``.
 
-    found_by: where the Jacobian comes from. matrix: where the map is linear, q = matrix @ x.
-    symbolic: the same in symbols of ``analytic.derivation.symbols``, of named maps and of matrices
-    whose numbers are ratios, radii and gear ratios of the arm.
+    position(x): q. slopes(x): dq/dx (n, n); found_by: where it comes from. drift(x, u): J' u (n,)
+    at rates u = x', what q'' has beside J x''. They raise InputError where they find none. matrix:
+    where the map is linear, q = matrix @ x. symbolic: the same in symbols of
+    ``analytic.derivation.symbols``, of named maps and of matrices whose numbers are ratios, radii
+    and gear ratios of the arm.
     """
 
     layout: Layout
     names: tuple[str, ...]
     found_by: FoundBy
-    matrix: np.ndarray | None = field(default=None, kw_only=True)
-    symbolic: sp.ImmutableMatrix | None = field(default=None, kw_only=True)
+    position: Vector
+    slopes: Vector
+    drift: Along
+    matrix: np.ndarray | None = None
+    symbolic: sp.ImmutableMatrix | None = None
 
-    @abstractmethod
-    def position(self, x: np.ndarray) -> np.ndarray:
-        """q (n,)."""
-
-    @abstractmethod
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """J = dq/dx (n, n). Raises InputError where it is singular."""
+        found = self.slopes(x)
+        if self.matrix is None:  # which was looked at once and for all
+            require_invertible(found, "jacobian", x)
+        return found
 
-    @abstractmethod
-    def drift(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """J' u (n,) at rates u = x': what q'' has beside J x''. Raises InputError."""
-
-    @abstractmethod
     def place(self, q: np.ndarray) -> np.ndarray:
-        """An x (n,) that gives this q. Raises InputError where there is none."""
+        """An x (n,) that gives this q. Raises InputError where none is found.
+
+        Of a map that is not linear by Newton's method from several starts.
+        """
+        if self.matrix is not None:
+            return np.linalg.solve(self.matrix, q)
+        n = len(self.names)
+        drawn = np.random.default_rng(0).uniform(-np.pi, np.pi, (TRIES, n))
+        for start in (q.copy(), np.zeros(n), *drawn):
+            found = self._solved(start, q)
+            if found is not None:
+                return found
+        raise InputError(WHERE, "function", None, f"no x was found that gives q = {shown(q)}")
 
     def nearest(self, q: np.ndarray, known: np.ndarray) -> np.ndarray:
-        """An x that gives this q, or one on the way to it from that of a known x."""
-        return self.place(q)
+        """An x that gives this q, or one on the way to it from that of a known x.
+
+        By Newton's method from few starts; halfway to the known one as often as need be.
+        """
+        start = self.position(known)
+        for halved in range(MOST_HALVED):
+            wanted = start + (q - start) / 2**halved
+            for guess in (wanted, known) if halved else (wanted, np.zeros(len(q)), known):
+                found = self._solved(guess, wanted)
+                if found is not None:
+                    return found
+        return known
+
+    def _solved(self, start: np.ndarray, q: np.ndarray) -> np.ndarray | None:
+        """By Newton's method from a start; None where it does not arrive."""
+        from scipy.optimize import root
+
+        size = np.maximum(np.abs(q), 1e-3 * max(1e-3, float(np.abs(q).max())))
+        try:
+            with np.errstate(all="ignore"):
+                x = root(lambda x: (self.position(x) - q) / size, start, tol=1e-13).x
+                for _ in range(3):
+                    x = x - np.linalg.solve(self.jacobian(x), self.position(x) - q)
+                reached = np.abs(self.position(x) - q) <= PLACED * size
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            return None
+        return x if reached.all() else None
 
 
-@dataclass(frozen=True, eq=False)
-class LinearFrame(Frame):
-    """q = matrix @ x."""
-
-    matrix: np.ndarray = field(kw_only=True)
-
-    def position(self, x: np.ndarray) -> np.ndarray:
-        """matrix @ x."""
-        return self.matrix @ x
-
-    def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """The matrix, in every pose."""
-        return self.matrix.copy()
-
-    def drift(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Zeros: J does not change."""
-        return np.zeros(len(self.names))
-
-    def place(self, q: np.ndarray) -> np.ndarray:
-        """The one x."""
-        return np.linalg.solve(self.matrix, q)
+def linear_frame(
+    layout: Layout,
+    names: tuple[str, ...],
+    matrix: np.ndarray,
+    symbolic: sp.ImmutableMatrix | None,
+) -> Frame:
+    """The frame of q = matrix @ x."""
+    return Frame(
+        layout,
+        names,
+        "linear",
+        position=lambda x: matrix @ x,
+        slopes=lambda x: matrix.copy(),
+        drift=lambda x, u: np.zeros(len(names)),
+        matrix=matrix,
+        symbolic=symbolic,
+    )
 
 
 def frame_of(coordinates: Coordinates, arm: Arm) -> Frame:
@@ -103,9 +138,17 @@ def frame_of(coordinates: Coordinates, arm: Arm) -> Frame:
     layout = LAYOUTS[coordinates.gearing](arm)
     if coordinates.function is not None:
         return curved_frame(coordinates, layout, arm)
-    if coordinates.matrix is not None:
-        return _own_frame(coordinates, layout, arm)
-    return _named_frame(coordinates, layout, arm)
+    if coordinates.matrix is None:
+        return _named_frame(coordinates, layout, arm)
+    n = len(layout)
+    try:
+        matrix = numbers_of(coordinates.matrix, (n, n))
+    except NotNumbers as error:
+        reason = f"{error}, for {counted(coordinates, n, arm)}"
+        raise InputError(WHERE, "matrix", None, reason) from None
+    require_invertible(matrix, "matrix")
+    names = names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
+    return linear_frame(layout, names, matrix, in_symbols(matrix, layout, arm))
 
 
 def _require_known(coordinates: Coordinates) -> None:
@@ -139,9 +182,7 @@ def _named_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
     symbolic = _rows(arm_chain(arm, layout), coordinates)[:, order]
     numbers = _rows(exact_chain(arm, layout), coordinates)[:, order].astype(np.float64)
     names = names_of(coordinates, [usual[place] for place in order])
-    return LinearFrame(
-        layout, names, "linear", matrix=numbers, symbolic=sp.ImmutableMatrix(symbolic)
-    )
+    return linear_frame(layout, names, numbers, sp.ImmutableMatrix(symbolic))
 
 
 def _named(coordinates: Coordinates, meant: Coordinate) -> str:
@@ -192,20 +233,6 @@ def _row_by_angles(chain: Chain, turns: dict[int, np.ndarray], meant: Coordinate
     x_sp, x_pr = mesh_displacements(theta_s, theta_p, turn, stage.r_s, stage.r_p, stage.r_cp)
     rows: dict[str, np.ndarray] = {"x_sp": x_sp, "x_pr": x_pr, "x_s": x_sp + x_pr}
     return rows[meant.meaning]
-
-
-def _own_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
-    """Of a user's matrix."""
-    n = len(layout)
-    try:
-        matrix = numbers_of(coordinates.matrix, (n, n))
-    except NotNumbers as error:
-        reason = f"{error}, for {counted(coordinates, n, arm)}"
-        raise InputError(WHERE, "matrix", None, reason) from None
-    require_invertible(matrix, "matrix")
-    names = names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
-    symbolic = in_symbols(matrix, layout, arm)
-    return LinearFrame(layout, names, "linear", matrix=matrix, symbolic=symbolic)
 
 
 def counted(coordinates: Coordinates, n: int, arm: Arm) -> str:
