@@ -15,7 +15,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.errors import InputError
 from crosscheck.runner.interruption import was_stopped
-from crosscheck.trial.coordinates.differences import Curve, curvature, slope
+from crosscheck.trial.coordinates.differences import derivative
 from crosscheck.trial.coordinates.frame import (
     TRIES,
     WHERE,
@@ -154,29 +154,24 @@ def _complex_frame(frame: Frame, own: Any) -> Frame | None:
 
 
 def _by_differences(function: Vector, x: np.ndarray) -> np.ndarray:
-    columns = [_certain(slope, function, x, unit, "derivative") for unit in np.eye(len(x))]
+    columns = [_certain(1, function, x, unit) for unit in np.eye(len(x))]
     return np.stack(columns, axis=1)
 
 
 def _curvature(function: Vector, x: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Second derivative along u."""
     size = float(np.abs(u).max()) or 1.0
-    return size**2 * _certain(curvature, function, x, u / size, "second derivative")
+    return size**2 * _certain(2, function, x, u / size)
 
 
 def _turning(forward: Along, x: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Slope along u of J u, given J u."""
     size = float(np.abs(u).max()) or 1.0
-    turned = _certain(slope, lambda y: forward(y, u / size), x, u / size, "second derivative")
-    return size**2 * turned
+    return size**2 * _certain(1, lambda y: forward(y, u / size), x, u / size, "second derivative")
 
 
 def _certain(
-    derivative: Callable[[Curve], tuple[np.ndarray, np.ndarray]],
-    function: Vector,
-    x: np.ndarray,
-    unit: np.ndarray,
-    what: str,
+    order: int, function: Vector, x: np.ndarray, unit: np.ndarray, what: str = ""
 ) -> np.ndarray:
     """A derivative (n,) of the function along a line. Raises InputError where it is not certain."""
 
@@ -187,8 +182,9 @@ def _certain(
         except (ArithmeticError, ValueError):
             return np.full(len(x), math.nan)
 
-    found, apart = derivative(curve)
+    found, apart = derivative(curve, order)
     if not (apart < CERTAIN).all():
+        what = what or ("derivative" if order == 1 else "second derivative")
         reason = f"its {what} is not to be found at x = {shown(x)}; give a sympy Matrix of it"
         raise InputError(WHERE, "function", None, reason)
     return found

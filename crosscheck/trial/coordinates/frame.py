@@ -177,8 +177,18 @@ def _require_known(coordinates: Coordinates) -> None:
 
 
 def _named_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
+    """Of coordinates by name, in the user's order. Raises InputError."""
     usual = [_named(coordinates, coordinate) for coordinate in layout.coordinates]
-    order = [usual.index(name) for name in _ordered(coordinates.order, usual)]
+    ordered = coordinates.order or usual
+    missing = [name for name in usual if name not in ordered]
+    unknown = [name for name in ordered if name not in usual]
+    twice = [name for name, count in Counter(ordered).items() if count > 1]
+    said = {"is without": missing, "has unknown": unknown, "has twice": twice}
+    wrong = [f"{what} {', '.join(map(str, names))}" for what, names in said.items() if names]
+    if wrong:
+        reason = f"{' and '.join(wrong)}; must be all of {', '.join(usual)}"
+        raise InputError(WHERE, "order", None, reason)
+    order = [usual.index(name) for name in ordered]
     symbolic = _rows(arm_chain(arm, layout), coordinates)[:, order]
     numbers = _rows(exact_chain(arm, layout), coordinates)[:, order].astype(np.float64)
     names = names_of(coordinates, [usual[place] for place in order])
@@ -195,21 +205,6 @@ def _named(coordinates: Coordinates, meant: Coordinate) -> str:
     return gear + (f"_{meant.planet}" if meant.planet else "")
 
 
-def _ordered(order: Sequence[str], usual: Sequence[str]) -> Sequence[str]:
-    """The user's order, if each name is there once. Raises InputError."""
-    if not order:
-        return usual
-    missing = [name for name in usual if name not in order]
-    unknown = [name for name in order if name not in usual]
-    twice = [name for name, count in Counter(order).items() if count > 1]
-    said = {"is without": missing, "has unknown": unknown, "has twice": twice}
-    wrong = [f"{what} {', '.join(map(str, names))}" for what, names in said.items() if names]
-    if wrong:
-        reason = f"{' and '.join(wrong)}; must be all of {', '.join(usual)}"
-        raise InputError(WHERE, "order", None, reason)
-    return order
-
-
 def _rows(chain: Chain, coordinates: Coordinates) -> np.ndarray:
     """Rows over x that give q, x in the layout's order; numbers or symbols, as the chain's are."""
     own = [chain.row(c.meaning, c.joint, c.planet) for c in chain.layout.coordinates]
@@ -219,20 +214,20 @@ def _rows(chain: Chain, coordinates: Coordinates) -> np.ndarray:
     if coordinates.gears == "displacements":
         pairs = zip(chain.layout.coordinates, own, strict=True)
         return np.array([turns[c.joint] if c.is_angle else row for c, row in pairs])
-    return np.array([_row_by_angles(chain, turns, c) for c in chain.layout.coordinates])
-
-
-def _row_by_angles(chain: Chain, turns: dict[int, np.ndarray], meant: Coordinate) -> np.ndarray:
-    """Row of a coordinate over link angles and the angles of sun and planets (Eqs. 2-3)."""
-    turn, stage = turns[meant.joint], chain.stages[meant.joint - 1]
-    if meant.is_angle:
-        return turn
-    assert isinstance(stage, Stage)
-    theta_s = chain.row("x_s" if chain.layout.free else "x_sp", meant.joint)
-    theta_p = chain.row("x_pr", meant.joint, meant.planet)
-    x_sp, x_pr = mesh_displacements(theta_s, theta_p, turn, stage.r_s, stage.r_p, stage.r_cp)
-    rows: dict[str, np.ndarray] = {"x_sp": x_sp, "x_pr": x_pr, "x_s": x_sp + x_pr}
-    return rows[meant.meaning]
+    found = []
+    for meant in chain.layout.coordinates:
+        turn, stage = turns[meant.joint], chain.stages[meant.joint - 1]
+        if meant.is_angle:
+            found.append(turn)
+            continue
+        assert isinstance(stage, Stage)
+        theta_s = chain.row("x_s" if chain.layout.free else "x_sp", meant.joint)
+        theta_p = chain.row("x_pr", meant.joint, meant.planet)
+        radii = stage.r_s, stage.r_p, stage.r_cp
+        x_sp, x_pr = mesh_displacements(theta_s, theta_p, turn, *radii)  # Eqs. 2-3
+        rows: dict[str, np.ndarray] = {"x_sp": x_sp, "x_pr": x_pr, "x_s": x_sp + x_pr}
+        found.append(rows[meant.meaning])
+    return np.array(found)
 
 
 def counted(coordinates: Coordinates, n: int, arm: Arm) -> str:

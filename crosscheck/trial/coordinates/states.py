@@ -58,18 +58,15 @@ def _states(
 
 
 def _places(frame: Frame, drawn: np.ndarray) -> Iterator[np.ndarray]:
-    """x of each q (count, n)."""
+    """x of each q (count, n). Raises InputError where no x gives any of the first ones."""
     if frame.matrix is not None:
         yield from map(frame.place, drawn)
         return
-    known = _first_place(frame, drawn)
-    for q in drawn:
-        yield frame.nearest(q, known)
-
-
-def _first_place(frame: Frame, drawn: np.ndarray) -> np.ndarray:
-    """x of the first q that some x gives. Raises InputError where there is none."""
+    known = None
     for q in drawn[:FIRST]:
         with suppress(InputError):
-            return frame.place(q)
-    return frame.place(drawn[0])
+            known = frame.place(q)
+            break
+    known = frame.place(drawn[0]) if known is None else known
+    for q in drawn:
+        yield frame.nearest(q, known)

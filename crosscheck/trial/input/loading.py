@@ -87,8 +87,11 @@ def made(
     by_arm = _arguments(found, where)
 
     def rebuilt(other: Arm, drive: Scenario | None) -> Equations:
+        values = {"arm": other, "scenario": drive or scenario}
+        bound = inspect.signature(found).bind_partial()
+        bound.arguments.update({name: values[meant] for name, meant in by_arm.items()})
         with _told(where, beside):
-            answer = _called(found, by_arm, other, drive or scenario)
+            answer = found(*bound.args, **bound.kwargs)
         if isinstance(answer, type) or (callable(answer) and not _has_parts(answer)):
             kind = type(answer).__name__
             raise InputError(where, "", None, f"returned a {kind}; must return {ACCEPTED}")
@@ -116,11 +119,8 @@ def _module(source: EquationsLocation) -> ModuleType:
         raise InputError(source.text, "", None, f"no such file; must be {EXPECTED}")
     if source.file.suffix != ".py":
         raise InputError(source.text, "", None, f"is no Python file; must be {EXPECTED}")
-    return _from_file(source, source.file.resolve())
-
-
-def _from_file(source: EquationsLocation, path: Path) -> ModuleType:
-    """The file as a module of a private name, which cannot hide another one."""
+    path = source.file.resolve()
+    # Of a private name, which cannot hide another module.
     name = f"_crosscheck_trial_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None  # a .py file always has a loader
@@ -236,19 +236,6 @@ def _arguments(found: Maker, where: str) -> dict[str, str]:
     return meant
 
 
-def _called(found: Maker, by_arm: dict[str, str], arm: Arm, scenario: Scenario | None) -> Any:
-    """The factory's answer; what may only be given by place comes first."""
-    parameters = inspect.signature(found).parameters
-    values = {"arm": arm, "scenario": scenario}
-    before = [
-        values[meant]
-        for name, meant in by_arm.items()
-        if parameters[name].kind == inspect.Parameter.POSITIONAL_ONLY
-    ]
-    named = list(by_arm.items())[len(before) :]
-    return found(*before, **{name: values[meant] for name, meant in named})
-
-
 def _whole(equations: Equations, where: str) -> Equations:
     """Raise InputError unless something usable is handed over."""
     given = [part for part in TAKES if getattr(equations, part) is not None]
@@ -259,17 +246,6 @@ def _whole(equations: Equations, where: str) -> Equations:
     if not isinstance(equations.coordinates, Coordinates):
         kind = type(equations.coordinates).__name__
         raise InputError(where, "coordinates", None, f"is a {kind}; must be Coordinates")
-    _require_level(equations, where)
-    try:
-        for part in given:
-            by_name(getattr(equations, part), part)
-    except InputError as error:
-        raise InputError(where, error.field, error.value, error.allowed) from None
-    return equations
-
-
-def _require_level(equations: Equations, where: str) -> None:
-    """Raise InputError for a level that is none, or of a model with gears; for strange switches."""
     level, gearing = equations.level, equations.coordinates.gearing
     if level not in get_args(Level):
         allowed = ", ".join(filter(None, get_args(Level)))
@@ -280,3 +256,9 @@ def _require_level(equations: Equations, where: str) -> None:
     if not isinstance(equations.switches, Switches | None):
         kind = type(equations.switches).__name__
         raise InputError(where, "switches", None, f"is a {kind}; must be Switches")
+    try:
+        for part in given:
+            by_name(getattr(equations, part), part)
+    except InputError as error:
+        raise InputError(where, error.field, error.value, error.allowed) from None
+    return equations

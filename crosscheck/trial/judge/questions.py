@@ -1,28 +1,36 @@
 """What is on trial, and what is asked of it: a part at random states, in the user's coordinates.
 
 Each question is a task of its own, so that a part that raises, hangs or takes its process down
-costs that part alone.
+costs that part alone. The first call of every function comes before all else. What can be no
+equation of this arm (a wrong shape, a complex number) is bad input and ends the trial there. A
+function that never returns or takes its process down costs one call, not many.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
 
+from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
+from crosscheck.planning.comparison import ModelTask
 from crosscheck.planning.sizing import unequal_gains
 from crosscheck.registry import MODELS, RIGID_LEVELS, lead, names, of_level, promising
+from crosscheck.run import performed
 from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.tasks import built
+from crosscheck.runner.tasks import Evaluation, Simulation, built
+from crosscheck.runner.underway import Told
+from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.differences import christoffel_terms, difference_steps, rate_terms
-from crosscheck.trial.coordinates.frame import Frame, frame_of
+from crosscheck.trial.coordinates.frame import Frame, counted, frame_of
 from crosscheck.trial.coordinates.states import UserState, states_of
-from crosscheck.trial.input.calls import SuppliedEquations, told_failure
+from crosscheck.trial.input.calls import SuppliedEquations, handed, told_failure
 from crosscheck.trial.input.equations import Equations, Gearing
 from crosscheck.trial.model import HandedModel
 
@@ -31,10 +39,6 @@ CALL_S = 2e-4
 SPEEDS = (-1.0, 2.0)
 AGAIN = "_again"
 BY_RATES = ("rate_terms", "christoffel")
-# Enough to tell all the waves and signals apart that an entry may hold.
-STATES, QUICK_STATES = 300, 150
-LEAST_STATES = 20
-MOST_BYTES = 300_000_000  # of the terms of a bias at all states, of which a trial holds several
 
 
 @dataclass(frozen=True)
@@ -207,8 +211,8 @@ class Bench:
     equations: Equations
     has: frozenset[str]
     case: Case
-    count: int = STATES
-    seed: int = 0
+    count: int
+    seed: int
 
     @property
     def gearing(self) -> Gearing:
@@ -254,3 +258,98 @@ class Bench:
     def ask(self, model: str, quantity: str) -> StateQuestion:
         """The same question to another model, in these coordinates."""
         return StateQuestion(self.name, model, self.case, quantity, self.count, self.seed)
+
+
+@dataclass(frozen=True)
+class FirstCall:
+    """One of a handed model's own functions, at one state."""
+
+    model: str
+    quantity: str
+    case: Case
+    seed: int
+    cost = 0.01
+
+    @property
+    def key(self) -> FirstCall:
+        """Itself."""
+        return self
+
+    def perform(self) -> InputError | None:
+        """What makes its answer unusable; None also where it raises, which is told later."""
+        asker = built(self.model, self.case)
+        assert isinstance(asker, HandedModel)  # as it was registered
+        try:
+            (state,) = states_of(asker.frame, self.case.arm, self.case.scenario, 1, self.seed)
+            _FIRST[self.quantity](asker.handed, state)
+        except BadAnswer as error:
+            count = counted(asker.equations.coordinates, len(asker.frame.names), self.case.arm)
+            return InputError(self.model, "", None, f"{error}; x are {count}")
+        except BaseException:  # also SystemExit and KeyboardInterrupt out of a model
+            return None
+        return None
+
+
+_FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
+    "mass_matrix": lambda own, state: own.mass_matrix(state.x),
+    "bias": lambda own, state: own.bias(state.x, state.u),
+    "coriolis": lambda own, state: own.bias(state.x, state.u),
+    "force": lambda own, state: own.force(state.t, state.x, state.u, state.torque),
+    "acceleration": lambda own, state: own.acceleration(state.t, state.x, state.u, state.torque),
+    "inverse_dynamics": lambda own, state: own.inverse_dynamics(state.x, state.u, state.u),
+}
+
+
+def first_calls(bench: Bench, workers: Workers, told: Told) -> dict[str, Failure]:
+    """The parts whose function did not come back, with why; none of a table. Raises InputError."""
+    if bench.equations.table is not None:
+        return {}
+    tasks = [FirstCall(bench.name, part, bench.case, bench.seed) for part in _given(bench)]
+    outcomes = performed(workers, tasks, told).outcomes
+    lost = {}
+    for task in tasks:
+        outcome: object = outcomes[task]
+        if isinstance(outcome, InputError):
+            raise outcome
+        if isinstance(outcome, Failure):
+            message = f"{task.quantity}: {outcome.message}"
+            lost[task.quantity] = replace(outcome, message=message)
+    return lost
+
+
+def spared(
+    bench: Bench, tasks: Iterable[ModelTask], lost: dict[str, Failure]
+) -> dict[ModelTask, Failure]:
+    """The tasks that would call a function that does not come back."""
+    found = {}
+    for task in tasks:
+        parts = _behind(bench, task) if task.model == bench.name else ()
+        reasons = [lost[part] for part in parts if part in lost]
+        if reasons:
+            found[task] = reasons[0]
+    return found
+
+
+def _given(bench: Bench) -> list[str]:
+    return sorted(handed(bench.equations, bench.case.arm, bench.frame).given)
+
+
+def _behind(bench: Bench, task: ModelTask) -> tuple[str, ...]:
+    """The user's own functions that a task on the model calls."""
+    given = _given(bench)
+    mass = tuple(part for part in ("mass_matrix", "inverse_dynamics") if part in given)[:1]
+    bias = tuple(part for part in ("bias", "coriolis", "inverse_dynamics") if part in given)[:1]
+    whole = ("acceleration",) if "acceleration" in given else (*mass, *bias, "force")
+    if isinstance(task, Simulation):
+        return (*whole, *mass)
+    assert isinstance(task, StateQuestion | Evaluation)  # nothing else is asked of it
+    about = task.quantity.removesuffix(AGAIN)
+    return {
+        "mass_matrix": mass,
+        "christoffel": mass,
+        "bias": bias,
+        "rate_terms": bias,
+        "other_speeds": bias,
+        "acceleration": whole,
+        "inverse_dynamics": ("inverse_dynamics", *mass, *bias),
+    }.get(about, ("force",))

@@ -52,9 +52,9 @@ def read_answers(path: Path, n: int, states: Named) -> AnswerFile:
     if not answers:
         allowed = "; ".join(answer_columns(part, n)[0] + ", ..." for part in SHORT)
         raise InputError(where, "", None, f"has no answers; columns may be {allowed}")
-    return AnswerFile(
-        where, _numbered(where, rows), answers, found, _precision(where, answers.values())
-    )
+    # That of the part whose numbers have the fewest digits.
+    precision = max(_precision(where, values) for values in answers.values())
+    return AnswerFile(where, _numbered(where, rows), answers, found, precision)
 
 
 def _numbered(where: str, rows: np.ndarray) -> np.ndarray:
@@ -70,12 +70,8 @@ def _numbered(where: str, rows: np.ndarray) -> np.ndarray:
     return whole
 
 
-def _precision(where: str, answers: Any) -> float:
-    """That of the part whose numbers have the fewest digits. Raises InputError for too few."""
-    return max(_precision_of(where, values) for values in answers)
-
-
-def _precision_of(where: str, values: np.ndarray) -> float:
+def _precision(where: str, values: np.ndarray) -> float:
+    """Relative rounding of numbers. Raises InputError for too few digits."""
     unlike = np.unique(values[np.isfinite(values)])
     if unlike.size < FEW:
         return 0.0
