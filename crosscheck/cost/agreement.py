@@ -136,18 +136,13 @@ def with_meshes(robot: Robot, states: DrawnStates) -> DrawnStates:
     return DrawnStates(q, v, a, states.torques)
 
 
-def _run_time(model: RobotModel, mass_matrices: np.ndarray) -> float:
-    """Time of a run [s] whose steps resolve the swings of every mesh, and their dying out."""
-    if model.level != "geared":
-        return RUN_S
-    return min(RUN_S, STEPS / 2 / mesh_rates(model, mass_matrices).fastest)
-
-
 def _answers(model: RobotModel, states: DrawnStates) -> RobotAnswers:
     """Raises ValueError for what is not finite or of another shape."""
     q, v, a, torques = states
     masses = model.mass_matrix(q)
-    seconds = _run_time(model, masses)
+    seconds = RUN_S  # whose steps resolve the swings of every mesh, and their dying out
+    if model.level == "geared":
+        seconds = min(RUN_S, STEPS / 2 / mesh_rates(model, masses).fastest)
     found = RobotAnswers(
         masses,
         model.bias(q, v),

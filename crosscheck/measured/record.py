@@ -75,7 +75,10 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
         raise InputError(option, value, None, f"is for ROS bags, and {where} is none")
     else:
         content = input_content(path, LARGEST_FILE)
-        columns = _of_csv(where, content) if path.suffix == ".csv" else _of_binary(where, content)
+        if path.suffix == ".csv":
+            columns = _of_csv(where, content)
+        else:
+            columns = read_apart(where, _numbers_in, where, content, within_s=READING_S)
     time = _taken(where, columns, "t", None)
     if time is None:
         allowed = ", ".join(f"t_{unit}" for unit in UNITS["t"])
@@ -88,7 +91,9 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
     for kind, table in tables.items():
         if table is not None:
             _require_usable(where, kind, time.size, table)
-    _require_motion(where, angles)
+    if len(angles) and np.ptp(angles, axis=0).max() < LEAST_MOTION:
+        allowed = f"is the same in every row; a joint must move by {LEAST_MOTION:g} rad at least"
+        raise InputError(where, "theta", None, allowed)
     return Record(where, time, angles, tables["theta_dot"], tables["torque"])
 
 
@@ -150,11 +155,6 @@ def _of_bag(path: Path, topic: str, joints: tuple[str, ...]) -> dict[str, np.nda
     return read_apart(where, read_bag, where, topic, joints, within_s=BAG_S)
 
 
-def _of_binary(where: str, content: bytes) -> dict[str, np.ndarray]:
-    variables = read_apart(where, _numbers_in, where, content, within_s=READING_S)
-    return {OWN.get(name, name): values for name, values in variables.items()}
-
-
 def _numbers_in(where: str, content: bytes) -> dict[str, np.ndarray]:
     """Arrays of numbers by name, of a MAT, HDF5 or NetCDF file. Raises InputError."""
     begins = ("t_", "theta_", "torque_")
@@ -163,7 +163,7 @@ def _numbers_in(where: str, content: bytes) -> dict[str, np.ndarray]:
             content, lambda names: [n for n in names if OWN.get(n, n).startswith(begins)]
         )
         numbers = {n: values for n, values in found.items() if values.dtype.kind in "fiu"}
-        return {name: np.asarray(values, dtype=float) for name, values in numbers.items()}
+        return {OWN.get(n, n): np.asarray(each, dtype=float) for n, each in numbers.items()}
     except (OSError, ValueError, KeyError, TypeError, RuntimeError, NotImplementedError) as bad:
         reason = f"is no CSV, MAT, HDF5 or NetCDF file: {one_line(str(bad))[:200]}"
         raise InputError(where, "", None, reason) from None
@@ -240,12 +240,6 @@ def _require_usable(where: str, kind: str, rows: int, table: np.ndarray) -> None
         if shown is None:
             allowed = "must be a number: cut the record where it has gaps"
         raise InputError(where, f"{kind}_{joint + 1}, row {row + 1}", shown, allowed)
-
-
-def _require_motion(where: str, angles: np.ndarray) -> None:
-    if len(angles) and np.ptp(angles, axis=0).max() < LEAST_MOTION:
-        allowed = f"is the same in every row; a joint must move by {LEAST_MOTION:g} rad at least"
-        raise InputError(where, "theta", None, allowed)
 
 
 def require_slow(record: Record, slopes: np.ndarray) -> None:

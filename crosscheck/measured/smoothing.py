@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -44,6 +44,22 @@ class Block:
     torques: np.ndarray
     angle_noise: np.ndarray
     torque_noise: np.ndarray
+
+    @property
+    def motion(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Angles, rates and accelerations."""
+        return self.angles, self.rates, self.accelerations
+
+    def summed(self, rows: np.ndarray) -> np.ndarray:
+        """Rows (rows, joints) summed with every B-spline as a weight (size, joints)."""
+        found: np.ndarray = self.bases[0].T @ rows
+        return found
+
+
+def evenly(pieces: Sequence[Block], most: int) -> list[Block]:
+    """At most so many blocks, evenly over the record."""
+    count = min(len(pieces), most)
+    return [pieces[n] for n in np.linspace(0, len(pieces) - 1, count).round().astype(int)]
 
 
 def blocks(record: Record, torques: np.ndarray, spacing: int) -> Iterator[Block]:

@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.diagnose.polynomial import Entry, Monomial, Product, TermKey
+from crosscheck.trial.diagnose.polynomial import Entry, Monomial, Product, TermKey, power_text
 from crosscheck.trial.diagnose.values import KINDS, Alternative, Values, alternatives, named
 
 Kind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
@@ -24,6 +24,8 @@ PLAIN: tuple[tuple[Kind, str, float, float], ...] = (
 )
 TIMES = ((1, 0.0), (-1, 0.0), (2, 0.2), (-2, 0.2), (0.5, 0.2), (-0.5, 0.2))
 Fits = Callable[[np.ndarray], np.ndarray]  # of changes (terms, arms): which make a difference
+LENGTHS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
+INERTIAS = ("I_l", "J_r", "J_m")
 MOST_SHARED = 12  # symbols of which an error may concern all terms at once
 
 
@@ -170,11 +172,11 @@ class Candidates:
             yield Candidate("swapped", inside, change, cost, other.text, symbol)
         if len(products) == 1 and rests[0][1] >= 2:
             rest = sizes[0][0] * own ** (rests[0][1] - 1)
-            fewer = _written(symbol, rests[0][1] - 1)
+            fewer = power_text(symbol, rests[0][1] - 1)
             for other in (Alternative("", np.ones_like(own), 0.1), *self.others[symbol]):
                 change = {inside[0].key: rest * (other.value - own)}
                 text = f"{other.text} {fewer}".strip()
-                right = _written(symbol, rests[0][1])
+                right = power_text(symbol, rests[0][1])
                 yield Candidate("swapped", inside, change, 1.15 + other.cost + extra, text, right)
 
     def _forms(self, symbol: str, *, single: bool) -> Iterator[Alternative]:
@@ -220,10 +222,6 @@ def _without(monomial: Monomial, symbol: str) -> Monomial:
     return Monomial(monomial.number, tuple(p for p in monomial.powers if p[0] != symbol))
 
 
-def _written(symbol: str, power: int) -> str:
-    return symbol if power == 1 else f"{symbol}^{power}"
-
-
 def extras(
     products: Iterable[Product], wanted: Mapping[TermKey, Fits], values: Values
 ) -> Iterator[Candidate]:
@@ -256,10 +254,6 @@ def generic(values: Values) -> Iterator[Product]:
             yield _product(mass, first)
             for second in of["length"][place:]:
                 yield _product(mass, first, second)
-
-
-LENGTHS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
-INERTIAS = ("I_l", "J_r", "J_m")
 
 
 def _product(*symbols: str) -> Product:

@@ -19,6 +19,11 @@ Number = int | Fraction | float
 Powers = tuple[tuple[str, int], ...]  # (symbol, power), by name; powers may be negative
 
 
+def power_text(name: str, power: int) -> str:
+    """Such as L1^2."""
+    return name if power == 1 else f"{name}^{power}"
+
+
 class Monomial(NamedTuple):
     """number * product of symbols to their powers."""
 
@@ -128,14 +133,14 @@ def from_sympy(expression: sp.Expr) -> Polynomial | None:
             base, power = factor.as_base_exp()
             if not power.is_Integer or not (base.is_Symbol or base.is_number):
                 return None
-            of_base = symbol(base.name) if base.is_Symbol else constant(_number(base))
+            if base.is_Symbol:
+                of_base = symbol(base.name)
+            else:
+                exact = base.is_Rational
+                of_base = constant(Fraction(int(base.p), int(base.q)) if exact else float(base))
             product = product * of_base ** int(power)
         total = total + product
     return total
-
-
-def _number(value: sp.Expr) -> Number:
-    return Fraction(int(value.p), int(value.q)) if value.is_Rational else float(value)
 
 
 def _product(left: Powers, right: Powers) -> Powers:

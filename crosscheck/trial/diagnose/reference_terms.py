@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -73,7 +73,7 @@ class ReferenceTerms:
 
 def reference_terms_of(frame: Frame, arm: Arm, chosen: Switches, level: str = "") -> ReferenceTerms:
     """Of a geared model, or a rigid one at a level. Raises ValueError if the map is not linear."""
-    chain, columns = polynomial_chain(arm, frame.layout), _columns(frame)
+    chain, columns = _polynomial_chain(arm, frame.layout), _columns(frame)
     bodies = all_bodies(chain) if frame.layout.meshing else rigid_bodies(chain, level or "coupled")
     mass = _mapped(mass_terms(bodies, chain.angles[1:]), columns, frame.layout)
     turns = columns[frame.layout.theta]
@@ -98,24 +98,21 @@ def _force_entries(found: Forces, columns: np.ndarray, frame: Frame) -> dict[Ent
             left = coefficient * columns[a, i]
             for k in _filled(columns[b]):
                 total[i, TermKey(still, signal=rate_name(frame.names[k]))] += left * columns[b, k]
-    entries: defaultdict[EntryPlace, list[tuple[TermKey, Any]]] = defaultdict(list)
-    for (i, key), coefficient in _kept(total).items():
-        entries[EntryPlace("force", i)].append((key, coefficient))
-    return {place: _products(parts) for place, parts in entries.items()}
+    return _entries({(EntryPlace("force", i), key): c for (i, key), c in _kept(total).items()})
 
 
-def polynomial_chain(arm: Arm, layout: Layout) -> Chain:
+def _polynomial_chain(arm: Arm, layout: Layout) -> Chain:
     """analytic.derivation.symbols.arm_chain in polynomials in place of sympy's symbols."""
+
+    def polynomial(value: sp.Expr) -> Any:
+        return symbol(value.name) if value.is_Symbol else int(value)
+
     known = arm_chain(arm, layout)
     stages = [
-        stage._replace(**{n: _polynomial(value) for n, value in stage._asdict().items()})
+        stage._replace(**{n: polynomial(value) for n, value in stage._asdict().items()})
         for stage in known.stages
     ]
-    return Chain(tuple(stages), _polynomial(known.payload), layout)
-
-
-def _polynomial(value: sp.Expr) -> Any:
-    return symbol(value.name) if value.is_Symbol else int(value)
+    return Chain(tuple(stages), polynomial(known.payload), layout)
 
 
 def _columns(frame: Frame) -> np.ndarray:
@@ -123,15 +120,12 @@ def _columns(frame: Frame) -> np.ndarray:
     if frame.matrix is None:
         raise ValueError("the map is not linear")
     found = [from_sympy(entry) for entry in frame.symbolic] if frame.symbolic is not None else []
-    entries: list[Any] = [_plain(entry) for entry in found if entry is not None]
+    polynomials = [entry for entry in found if entry is not None]
+    # A number where it is one.
+    entries: list[Any] = [sum(p.terms.values()) if {*p.terms} <= {()} else p for p in polynomials]
     if len(entries) < frame.matrix.size:
         entries = [int(v) if v.is_integer() else v for v in frame.matrix.ravel().tolist()]
     return np.array(entries, dtype=object).reshape(frame.matrix.shape)
-
-
-def _plain(polynomial: Polynomial) -> Any:
-    """A number where it is one."""
-    return sum(polynomial.terms.values()) if set(polynomial.terms) <= {()} else polynomial
 
 
 def _mapped(mass: MassTerms, columns: np.ndarray, layout: Layout) -> MassTerms:
@@ -173,17 +167,17 @@ def _shortest(entry: Polynomial) -> Polynomial:
     return entry
 
 
-def _products(parts: Iterable[tuple[TermKey, Any]]) -> Entry:
-    return tuple(
-        Product(key, monomial) for key, entry in parts for monomial in constant(entry).monomials
-    )
+def _entries(terms: Mapping[tuple[EntryPlace, TermKey], Any]) -> dict[EntryPlace, Entry]:
+    """What stands in each place, out of coefficients by place and key."""
+    found: defaultdict[EntryPlace, list[Product]] = defaultdict(list)
+    for (place, key), entry in terms.items():
+        found[place] += [Product(key, monomial) for monomial in constant(entry).monomials]
+    return {place: tuple(products) for place, products in found.items()}
 
 
 def _mass_entries(mass: MassTerms) -> dict[EntryPlace, Entry]:
-    found: defaultdict[EntryPlace, list[tuple[TermKey, Any]]] = defaultdict(list)
-    for (i, j, wave), coefficient in sorted(mass.items(), key=lambda item: item[0]):
-        found[EntryPlace("mass_matrix", i, j)].append((TermKey(wave), coefficient))
-    return {place: _products(parts) for place, parts in found.items()}
+    ordered = sorted(mass.items(), key=lambda item: item[0])
+    return _entries({(EntryPlace("mass_matrix", i, j), TermKey(w)): c for (i, j, w), c in ordered})
 
 
 def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[EntryPlace, Entry]:
@@ -195,7 +189,7 @@ def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[EntryPlace, Entry]
             slope = -1 * coefficient * slopes[k]
             total[i, min(j, k), max(j, k), wave] += slope
             total[k, min(i, j), max(i, j), wave] += slope * Fraction(-1, 2)
-    found: defaultdict[EntryPlace, list[tuple[TermKey, Any]]] = defaultdict(list)
+    terms = {}
     for (i, j, k, wave), coefficient in sorted(_kept(total).items(), key=lambda item: item[0]):
-        found[EntryPlace("bias", i, rates=(j, k))].append((TermKey(wave, "sin"), coefficient))
-    return {place: _products(parts) for place, parts in found.items()}
+        terms[EntryPlace("bias", i, rates=(j, k)), TermKey(wave, "sin")] = coefficient
+    return _entries(terms)

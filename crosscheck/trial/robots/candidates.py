@@ -87,17 +87,19 @@ def _of_stage(robot: Robot, number: int, stage: JointStage) -> Iterator[RobotNum
 
 def _of_body(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotNumber]:
     link, put = link_of(robot, number), partial(_put, robot, "bodies", number)
+
+    def put_entry(field: str, place: tuple[int, ...], value: float) -> Robot:
+        """With another entry in the body's centre or inertia."""
+        return put(field, _with(getattr(body, field), place, value))
+
     yield RobotNumber(f"{link}: mass", "kg", body.mass, body.mass, partial(put, "mass"))
     reach = max(float(np.abs(body.com).max()), 0.01)
     for axis, own in enumerate(body.com.tolist()):
-        entry = partial(_put_entry, robot, number, "com", (axis,))
+        entry = partial(put_entry, "com", (axis,))
         yield RobotNumber(f"{link}: centre of mass, {AXES[axis]}", "m", own, reach, entry)
     size = float(np.trace(body.inertia))
     for key, place in INERTIA.items():
-        own, entry = (
-            float(body.inertia[place]),
-            partial(_put_entry, robot, number, "inertia", place),
-        )
+        own, entry = float(body.inertia[place]), partial(put_entry, "inertia", place)
         yield RobotNumber(f"{link}: I{key}", "kg m^2", own, size, entry)
 
 
@@ -202,14 +204,6 @@ def with_part(robot: Robot, kind: Kind, number: int, part: object) -> Robot:
 def _put(robot: Robot, kind: Kind, number: int, field: str, value: object) -> Robot:
     """The robot with another value in a field of one of its parts."""
     return with_part(robot, kind, number, replace(getattr(robot, kind)[number], **{field: value}))
-
-
-def _put_entry(
-    robot: Robot, number: int, field: str, place: tuple[int, ...], value: float
-) -> Robot:
-    """The robot with another entry in a vector or symmetric matrix of one of its bodies."""
-    changed = _with(getattr(robot.bodies[number], field), place, value)
-    return _put(robot, "bodies", number, field, changed)
 
 
 def _pulled(robot: Robot, axis: int, value: float) -> Robot:
