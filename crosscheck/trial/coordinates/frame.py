@@ -1,12 +1,14 @@
-"""A user's coordinates x beside the project's q: q = phi(x), q' = J(x) x'."""
+"""A user's coordinates x beside the project's q: q = phi(x), q' = J(x) x'; and random states."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Literal, get_args
+from functools import lru_cache
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 import sympy as sp
@@ -15,10 +17,14 @@ from crosscheck.analytic.derivation.chain import Chain, exact_chain
 from crosscheck.analytic.derivation.stage import Stage
 from crosscheck.analytic.derivation.symbols import arm_chain
 from crosscheck.analytic.paper.kinematics import mesh_displacements
+from crosscheck.checks.answers import random_states
+from crosscheck.checks.invariants import torques_at
 from crosscheck.models.arm import layout as layouts
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Coordinate, Layout
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
 from crosscheck.trial.input.equations import Coordinates, Gearing
 
@@ -26,6 +32,7 @@ WHERE = "coordinates"
 WORST_CONDITION = 1e12  # of J, rows and columns scaled: beyond it x says too little of q
 ROUNDING = 1e-13  # of a matrix's row: what is below it was meant to be 0
 LARGEST_DENOMINATOR = 1000  # of what is taken for a ratio of whole numbers
+FIRST = 20  # poses that a map may not reach, before it is one that reaches none
 TRIES = 40
 MOST_HALVED = 20
 PLACED = 1e-9  # of a state found for given q, before it is polished
@@ -292,3 +299,55 @@ def require_invertible(matrix: np.ndarray, what: str, x: np.ndarray | None = Non
     if not condition < WORST_CONDITION:
         place = "" if x is None else f" at x = {shown(x)}"
         raise InputError(WHERE, what, None, f"is singular{place}: other x give the same q")
+
+
+class UserState(NamedTuple):
+    """t [s]; x, u (n,), the user's coordinates and rates; q, v (n,), the project's.
+
+    torque (joints,): output torques [N m] of the scenario's drive.
+    """
+
+    t: float
+    x: np.ndarray
+    u: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    torque: np.ndarray
+
+
+@lru_cache(maxsize=8)  # every question of a trial asks at the same ones
+def states_of(
+    frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int
+) -> tuple[UserState, ...]:
+    """States on both flanks of the teeth, at any pose, moving briskly.
+
+    A pose that no x gives is moved towards one that some x gives. Raises InputError.
+    """
+    return tuple(_states(frame, arm, scenario, count, seed))
+
+
+def _states(
+    frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int
+) -> Iterator[UserState]:
+    drive, theta = drive_data(scenario, len(arm.joints)), frame.layout.theta
+    drawn = random_states(frame.layout, arm, count, seed)
+    for t, x, v in zip(drawn.t, _places(frame, drawn.q), drawn.v, strict=True):
+        q = frame.position(x)
+        u = np.linalg.solve(frame.jacobian(x), v)
+        torque = torques_at(drive, float(t), q[theta], v[theta])
+        yield UserState(float(t), x, u, q, v, torque)
+
+
+def _places(frame: Frame, drawn: np.ndarray) -> Iterator[np.ndarray]:
+    """x of each q (count, n). Raises InputError where no x gives any of the first ones."""
+    if frame.matrix is not None:
+        yield from map(frame.place, drawn)
+        return
+    known = None
+    for q in drawn[:FIRST]:
+        with suppress(InputError):
+            known = frame.place(q)
+            break
+    known = frame.place(drawn[0]) if known is None else known
+    for q in drawn:
+        yield frame.nearest(q, known)

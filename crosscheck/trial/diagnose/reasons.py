@@ -11,8 +11,7 @@ import sympy as sp
 
 from crosscheck.planning.comparison import Results
 from crosscheck.trial.coordinates.differences import paired
-from crosscheck.trial.coordinates.frame import Frame, frame_of
-from crosscheck.trial.coordinates.states import UserState
+from crosscheck.trial.coordinates.frame import Frame, UserState, frame_of
 from crosscheck.trial.diagnose.alternates import ForceDifferences
 from crosscheck.trial.diagnose.explain import UNEXPLAINED, alike, bias_of, explain, follows
 from crosscheck.trial.diagnose.force_terms import ForceStates

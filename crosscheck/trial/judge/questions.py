@@ -28,8 +28,7 @@ from crosscheck.runner.tasks import Evaluation, Simulation, built
 from crosscheck.runner.underway import Told
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.differences import christoffel_terms, difference_steps, rate_terms
-from crosscheck.trial.coordinates.frame import Frame, counted, frame_of
-from crosscheck.trial.coordinates.states import UserState, states_of
+from crosscheck.trial.coordinates.frame import Frame, UserState, counted, frame_of, states_of
 from crosscheck.trial.input.calls import SuppliedEquations, handed, told_failure
 from crosscheck.trial.input.equations import Equations, Gearing
 from crosscheck.trial.model import HandedModel
