@@ -13,7 +13,7 @@ from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_scenario
 from crosscheck.registry import build
 from crosscheck.trial.coordinates.frame import Frame, frame_of
-from crosscheck.trial.diagnose.force_terms import ForceStates, rate_name, signal_columns
+from crosscheck.trial.diagnose.reference_terms import ForceStates, rate_name, signal_columns
 from crosscheck.trial.input.equations import Coordinates
 
 

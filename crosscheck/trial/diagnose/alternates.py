@@ -18,15 +18,16 @@ from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.diagnose.explain import UNEXPLAINED, explain
-from crosscheck.trial.diagnose.force_terms import (
+from crosscheck.trial.diagnose.reference_terms import (
     USUAL,
     ForceStates,
     Phases,
+    ReferenceTerms,
     named_meshes,
     rate_name,
+    reference_terms_of,
     signal_columns,
 )
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values
 from crosscheck.trial.judge.places import EntryPlace, Explanation, Term, TermError

@@ -14,9 +14,12 @@ from crosscheck.trial.coordinates.differences import paired
 from crosscheck.trial.coordinates.frame import Frame, UserState, frame_of
 from crosscheck.trial.diagnose.alternates import ForceDifferences
 from crosscheck.trial.diagnose.explain import UNEXPLAINED, alike, bias_of, explain, follows
-from crosscheck.trial.diagnose.force_terms import ForceStates
 from crosscheck.trial.diagnose.polynomial import TermKey, from_sympy
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
+from crosscheck.trial.diagnose.reference_terms import (
+    ForceStates,
+    ReferenceTerms,
+    reference_terms_of,
+)
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, states_wanted
 from crosscheck.trial.diagnose.words import difference_of, latex_of, symbolic_difference

@@ -12,9 +12,8 @@ import numpy as np
 import sympy as sp
 
 from crosscheck.trial.diagnose.candidates import Candidate
-from crosscheck.trial.diagnose.force_terms import rate_name
 from crosscheck.trial.diagnose.polynomial import Entry, Monomial, Number, Powers, Product, TermKey
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
+from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, rate_name
 from crosscheck.trial.diagnose.values import ORDER, named
 from crosscheck.trial.input.equations import Symbolic
 from crosscheck.trial.judge.places import EntryPlace, Term, TermError, Wrong
