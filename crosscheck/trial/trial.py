@@ -34,13 +34,7 @@ from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.misread import Misread, misread
 from crosscheck.trial.judge.places import Wrong, deviations
-from crosscheck.trial.judge.questions import (
-    QUESTIONS,
-    Bench,
-    StateQuestion,
-    first_calls,
-    spared,
-)
+from crosscheck.trial.judge.questions import QUESTIONS, Bench, StateQuestion, first_calls, spared
 from crosscheck.trial.model import entry_for, switches_of
 
 BRINGS = {

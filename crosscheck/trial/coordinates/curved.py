@@ -15,18 +15,9 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.errors import InputError
 from crosscheck.runner.interruption import was_stopped
+from crosscheck.trial.coordinates import frame as frames
 from crosscheck.trial.coordinates.differences import derivative
-from crosscheck.trial.coordinates.frame import (
-    TRIES,
-    WHERE,
-    Along,
-    Frame,
-    Vector,
-    counted,
-    linear_frame,
-    names_of,
-    require_invertible,
-)
+from crosscheck.trial.coordinates.frame import WHERE, Along, Frame, Vector
 from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.input.symbolic import in_arm_symbols, in_numbers, plain_symbols
@@ -40,7 +31,7 @@ CERTAIN = 1e-9  # of what differences give where nothing better is to be had
 def curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
     """The frame of a user's function. Raises InputError."""
     n, function = len(layout), coordinates.function
-    count = counted(coordinates, n, arm)
+    count = frames.counted(coordinates, n, arm)
     if isinstance(function, sp.MatrixBase):
         frame = _sympy_frame(coordinates, function, layout, arm, count)
     elif callable(function):
@@ -67,14 +58,14 @@ def _sympy_frame(
     plain = plain_symbols(coordinates.symbols)
     x = [plain[symbol] for symbol in coordinates.symbols]
     q = in_arm_symbols(sp.Matrix(list(function)).xreplace(plain), x, {}, arm, f"{WHERE}: function")
-    names = names_of(coordinates, [symbol.name for symbol in x])
+    names = frames.names_of(coordinates, [symbol.name for symbol in x])
     jacobian = q.jacobian(x)
     if not jacobian.free_symbols & set(x) and not any(
         map(sp.simplify, q.subs(dict.fromkeys(x, 0)))
     ):
         matrix = np.array(in_numbers(jacobian, arm), dtype=np.float64)
-        require_invertible(matrix, "function")
-        return linear_frame(layout, names, matrix, jacobian)
+        frames.require_invertible(matrix, "function")
+        return frames.linear_frame(layout, names, matrix, jacobian)
     u = [sp.Dummy(f"u{k}") for k in range(n)]
     drift = (jacobian * sp.Matrix(u)).jacobian(x) * sp.Matrix(u)
     value, slopes, along = (
@@ -94,7 +85,7 @@ def _sympy_frame(
 def _callable_frame(coordinates: Coordinates, layout: Layout, count: str) -> Frame:
     """The Jacobian as given, or by complex steps, or by differences."""
     n, own, given = len(layout), coordinates.function, coordinates.jacobian
-    names = names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
+    names = frames.names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
 
     def function(x: np.ndarray) -> np.ndarray:
         return _answer(_called(own, "function", x), (n,), f"function, for {count}", x)
@@ -210,14 +201,14 @@ def _answer(raw: Any, shape: tuple[int, ...], what: str, x: np.ndarray) -> np.nd
 def _samples(frame: Frame) -> list[np.ndarray]:
     """A few states at which the function has values. Raises what it raises where it has none."""
     found: list[np.ndarray] = []
-    states = np.random.default_rng(1).uniform(-1.0, 1.0, (TRIES, len(frame.names)))
+    states = np.random.default_rng(1).uniform(-1.0, 1.0, (frames.TRIES, len(frame.names)))
     for number, x in enumerate(states):
         try:
             with np.errstate(all="ignore"):
                 frame.position(x)
             found.append(x)
         except (ArithmeticError, ValueError):
-            if number + 1 == TRIES and not found:
+            if number + 1 == frames.TRIES and not found:
                 raise
         if len(found) == SAMPLES:
             break

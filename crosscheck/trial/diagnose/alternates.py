@@ -17,17 +17,9 @@ from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.diagnose import reference_terms as reference
 from crosscheck.trial.diagnose.explain import UNEXPLAINED, explain
-from crosscheck.trial.diagnose.reference_terms import (
-    USUAL,
-    ForceStates,
-    Phases,
-    ReferenceTerms,
-    named_meshes,
-    rate_name,
-    reference_terms_of,
-    signal_columns,
-)
+from crosscheck.trial.diagnose.reference_terms import USUAL, ForceStates, Phases, ReferenceTerms
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values
 from crosscheck.trial.judge.places import EntryPlace, Explanation, Term, TermError
@@ -104,7 +96,7 @@ def _phases(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[Alternate]:
     if later:
         yours, right = "the absolute angle", f"the joint's {later}"
         yield Alternate(yours, right, "", arm, chosen, Phases(absolute=True))
-    meshes = named_meshes(arm, layout)
+    meshes = reference.named_meshes(arm, layout)
     joints: list[Any] = [arm.joints[mesh.joint] for mesh in meshes]  # planetary, as they mesh
     for teeth, field in (("z_s", "sun_teeth"), ("z_p", "planet_teeth")):
         faster = np.array([float(getattr(own, field) / own.ring_teeth) for own in joints])
@@ -145,15 +137,15 @@ class ForceDifferences:
         level: str = "",
     ) -> None:
         self.frame, self.arm, self.switches, self.states = frame, arm, chosen, states
-        self.terms = reference_terms_of(frame, arm, chosen, level)
+        self.terms = reference.reference_terms_of(frame, arm, chosen, level)
         self.values = values_of(arm)
         self.angles = states.q[:, frame.layout.theta]
-        self.rates = {rate_name(own): rates[:, k] for k, own in enumerate(frame.names)}
+        self.rates = {reference.rate_name(own): rates[:, k] for k, own in enumerate(frame.names)}
         self.signals = self._signals(arm, chosen, USUAL)
         self.fitting = Fitting.of_forces(self.terms, self.angles, self.signals)
 
     def _signals(self, arm: Arm, chosen: Switches, phases: Phases) -> dict[str, np.ndarray]:
-        own = signal_columns(arm, self.frame.layout, chosen, self.states, phases)
+        own = reference.signal_columns(arm, self.frame.layout, chosen, self.states, phases)
         return {**own, **self.rates}
 
     def observed(self, difference: np.ndarray, scale: float) -> Observed:
@@ -179,7 +171,9 @@ class ForceDifferences:
         for other in alternates(self.arm, self.frame.layout, self.switches):
             same = other.switches == self.switches
             known = (
-                self.terms if same else reference_terms_of(self.frame, other.arm, other.switches)
+                self.terms
+                if same
+                else reference.reference_terms_of(self.frame, other.arm, other.switches)
             )
             found.append((other, known, self._signals(other.arm, other.switches, other.phases)))
         return found

@@ -24,25 +24,15 @@ from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, states_wanted
 from crosscheck.trial.diagnose.words import difference_of, latex_of, symbolic_difference
 from crosscheck.trial.input.equations import Coordinates, Gearing
-from crosscheck.trial.judge.places import (
-    PARTS,
-    EntryPlace,
-    Explanation,
-    NaturalSizes,
-    TermError,
-    Wrong,
-    deviations,
-    named,
-    sizes_of,
-    wrong_entries,
-)
+from crosscheck.trial.judge import places as entries
+from crosscheck.trial.judge.places import EntryPlace, Explanation, NaturalSizes, TermError, Wrong
 from crosscheck.trial.judge.questions import Bench
 from crosscheck.trial.judge.suite import sizes_in, trusted
 
 SAME = 1e-12  # of a row of a map: what two readings of it may differ by
 ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
 FOLLOWS = "follows from the wrong M"
-QUANTITIES = {part: quantity for quantity, part in PARTS.items() if quantity != "bias"}
+QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
 
 @dataclass(frozen=True)
@@ -100,7 +90,7 @@ class Compared:
             return sizes_in(self.bench, self.results, self.level)
         S = self._columns_of(self.frame)
         mass, force, acceleration = trusted(self.bench, self.results, self.level)
-        return sizes_of(
+        return entries.sizes_of(
             self.frame,
             self.states,
             _carried("mass_matrix", mass, S),
@@ -112,13 +102,13 @@ class Compared:
     def wrong(self) -> Iterator[Wrong]:
         """Entries that differ, part by part."""
         for quantity, own in self.yours.items():
-            yield from wrong_entries(quantity, own, self.right[quantity], self.sizes)
+            yield from entries.wrong_entries(quantity, own, self.right[quantity], self.sizes)
 
     @property
     def apart(self) -> dict[str, np.ndarray]:
         """How far each entry is from the reference's, relative to its size, part by part."""
         return {
-            quantity: deviations(own, self.right[quantity], self.sizes.of(quantity))
+            quantity: entries.deviations(own, self.right[quantity], self.sizes.of(quantity))
             for quantity, own in self.yours.items()
         }
 
@@ -287,7 +277,7 @@ def _seen(wrong: Wrong, there: Sequence[Wrong], seen: Compared) -> Wrong:
     ways = 1 + max(len(each.others) for each in explanations)
     told = [_together(explanations, way) for way in range(ways)]
     left = max(each.left_over for each in explanations)
-    where = ", ".join(named(each.place, seen.frame.names) for each in making)
+    where = ", ".join(entries.named(each.place, seen.frame.names) for each in making)
     return replace(wrong, explanation=Explanation(told[0], left, tuple(told[1:]), where))
 
 

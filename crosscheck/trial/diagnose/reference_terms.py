@@ -30,16 +30,8 @@ from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.diagnose.polynomial import (
-    Entry,
-    Polynomial,
-    Product,
-    TermKey,
-    Wave,
-    constant,
-    from_sympy,
-    symbol,
-)
+from crosscheck.trial.diagnose import polynomial as poly
+from crosscheck.trial.diagnose.polynomial import Entry, Polynomial, Product, TermKey, Wave
 from crosscheck.trial.diagnose.values import damper_name
 from crosscheck.trial.judge.places import EntryPlace
 
@@ -90,7 +82,7 @@ def reference_terms_of(frame: Frame, arm: Arm, chosen: Switches, level: str = ""
     force = forces(chain, bodies, arm, chosen)
     entries |= _force_entries(force, columns, frame)
     angles = np.array(  # of dtheta/dx, of which symbols are no part
-        [[float(sum(m.number for m in constant(e).monomials)) for e in row] for row in turns]
+        [[float(sum(m.number for m in poly.constant(e).monomials)) for e in row] for row in turns]
     )
     return ReferenceTerms(frame.names, angles, entries)
 
@@ -114,7 +106,7 @@ def _polynomial_chain(arm: Arm, layout: Layout) -> Chain:
     """analytic.derivation.symbols.arm_chain in polynomials in place of sympy's symbols."""
 
     def polynomial(value: sp.Expr) -> Any:
-        return symbol(value.name) if value.is_Symbol else int(value)
+        return poly.symbol(value.name) if value.is_Symbol else int(value)
 
     known = arm_chain(arm, layout)
     stages = [
@@ -128,7 +120,9 @@ def _columns(frame: Frame) -> np.ndarray:
     """dq/dx (n, n) of numbers or polynomials."""
     if frame.matrix is None:
         raise ValueError("the map is not linear")
-    found = [from_sympy(entry) for entry in frame.symbolic] if frame.symbolic is not None else []
+    found = (
+        [poly.from_sympy(entry) for entry in frame.symbolic] if frame.symbolic is not None else []
+    )
     polynomials = [entry for entry in found if entry is not None]
     # A number where it is one.
     entries: list[Any] = [sum(p.terms.values()) if {*p.terms} <= {()} else p for p in polynomials]
@@ -155,7 +149,7 @@ def _filled(row: np.ndarray) -> list[int]:
 
 def _kept(total: Mapping[Any, Any]) -> dict[Any, Polynomial]:
     """Without what cancelled, in the fewest terms that r_cp = r_s + r_p allows."""
-    every = {place: constant(entry) for place, entry in total.items()}
+    every = {place: poly.constant(entry) for place, entry in total.items()}
     sizes = (abs(float(n)) for entry in every.values() for n in entry.terms.values())
     nothing = SHORTEST * max(sizes, default=0.0)
     found = {place: entry.without(nothing) for place, entry in every.items()}
@@ -165,7 +159,7 @@ def _kept(total: Mapping[Any, Any]) -> dict[Any, Polynomial]:
 def _shortest(entry: Polynomial) -> Polynomial:
     names = {name for powers in entry.terms for name, _ in powers}
     for number in sorted(name[4:] for name in names if name.startswith("r_cp")):
-        r_s, r_p, r_cp = (symbol(f"{radius}{number}") for radius in ("r_s", "r_p", "r_cp"))
+        r_s, r_p, r_cp = (poly.symbol(f"{radius}{number}") for radius in ("r_s", "r_p", "r_cp"))
         instead = {
             f"r_cp{number}": r_s + r_p,
             f"r_s{number}": r_cp - r_p,
@@ -180,7 +174,7 @@ def _entries(terms: Mapping[tuple[EntryPlace, TermKey], Any]) -> dict[EntryPlace
     """What stands in each place, out of coefficients by place and key."""
     found: defaultdict[EntryPlace, list[Product]] = defaultdict(list)
     for (place, key), entry in terms.items():
-        found[place] += [Product(key, monomial) for monomial in constant(entry).monomials]
+        found[place] += [Product(key, monomial) for monomial in poly.constant(entry).monomials]
     return {place: tuple(products) for place, products in found.items()}
 
 
@@ -217,7 +211,7 @@ class Forces(NamedTuple):
 class ForcedMesh(NamedTuple):
     """A mesh with a force of its own: its joint (from 0), planet (from 0), and names.
 
-    force, damper, work: signals; damping: symbol of its damping, of ``planets`` together.
+    force, damper, work: signals; damping: poly.symbol of its damping, of ``planets`` together.
     """
 
     joint: int
@@ -263,7 +257,7 @@ def forces(chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches) -> 
     for mesh, row in zip(meshes, mesh_rows(chain), strict=True):
         _add(driven, row, 1, TermKey(still, signal=mesh.force))
         moved = layout.displacement(MESHES[mesh.pair == "pr"], mesh.joint, mesh.planet)
-        damper = symbol(mesh.damping) * Fraction(-1, mesh.planets)
+        damper = poly.symbol(mesh.damping) * Fraction(-1, mesh.planets)
         moved = np.array([int(entry) for entry in moved], dtype=object)
         if chosen.damping == "contact":
             _add(driven, moved, damper, TermKey(still, signal=mesh.damper))
@@ -277,9 +271,10 @@ def forces(chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches) -> 
             driven[theta, TermKey(still, signal=mesh.work)] = 1
     for number, (joint, place) in enumerate(zip(arm.joints, layout.theta, strict=True), start=1):
         if joint.friction_N_m_s_per_rad:
-            damped.append((int(place), int(place), -1 * symbol(f"c{number}")))
+            damped.append((int(place), int(place), -1 * poly.symbol(f"c{number}")))
     pull = [
-        symbol(f"g_{axis}") if g else 0 for axis, g in zip("xy", arm.gravity_m_per_s2, strict=True)
+        poly.symbol(f"g_{axis}") if g else 0
+        for axis, g in zip("xy", arm.gravity_m_per_s2, strict=True)
     ]
     weight = weight_terms(bodies, chain.angles[1:], (pull[0], pull[1])) if any(pull) else {}
     for (place, wave), pair in weight.items():
