@@ -266,8 +266,19 @@ def in_symbols(matrix: np.ndarray, layout: Layout, arm: Arm) -> sp.ImmutableMatr
         if isinstance(stage, Stage) and isinstance(own, Stage):
             known = dict(zip(_quantities(stage), map(float, _quantities(own)), strict=True))
         nothing = ROUNDING * float(np.abs(row).max())
-        found += [_recognised(value, known, nothing) for value in row.tolist()]
-    return None if None in found else sp.ImmutableMatrix(*matrix.shape, found)
+        for value in row.tolist():
+            ratio = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
+            alike = (f for f, n in known.items() if abs(abs(value) - abs(n)) <= ROUNDING * abs(n))
+            form = next(alike, None)
+            if abs(value) <= nothing:
+                found.append(sp.Integer(0))
+            elif float(ratio) == value:
+                found.append(sp.Rational(ratio.numerator, ratio.denominator))
+            elif form is not None:
+                found.append(form if value * known[form] > 0 else -form)
+            else:
+                return None
+    return sp.ImmutableMatrix(*matrix.shape, found)
 
 
 def _quantities(stage: Stage) -> tuple[Any, ...]:
@@ -275,17 +286,6 @@ def _quantities(stage: Stage) -> tuple[Any, ...]:
     r_s, r_p, r_cp, n = stage.r_s, stage.r_p, stage.r_cp, stage.n
     radii = r_s, r_p, r_cp, 2 * r_s, 2 * r_p, 2 * r_cp, r_s + 2 * r_p
     return *radii, n, 1 / n, 1 / r_s, 1 / r_p, 1 / r_cp, r_p / r_s, r_s / r_p, 2 * r_cp / r_s
-
-
-def _recognised(value: float, known: dict[sp.Expr, float], nothing: float) -> sp.Expr | None:
-    ratio = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
-    if float(ratio) == value or abs(value) <= nothing:
-        exact = ratio if abs(value) > nothing else Fraction(0)
-        return sp.Rational(exact.numerator, exact.denominator)
-    for form, size in known.items():
-        if abs(abs(value) - abs(size)) <= ROUNDING * abs(size):
-            return form if value * size > 0 else -form
-    return None
 
 
 def require_invertible(matrix: np.ndarray, what: str, x: np.ndarray | None = None) -> None:

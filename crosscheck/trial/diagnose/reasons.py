@@ -23,7 +23,7 @@ from crosscheck.trial.diagnose.reference_terms import (
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, states_wanted
 from crosscheck.trial.diagnose.words import difference_of, latex_of, symbolic_difference
-from crosscheck.trial.input.equations import Coordinates, Gearing
+from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import places as entries
 from crosscheck.trial.judge.places import EntryPlace, Explanation, NaturalSizes, TermError, Wrong
 from crosscheck.trial.judge.questions import Bench
@@ -163,7 +163,8 @@ class Compared:
 
     def difference(self, place: EntryPlace) -> tuple[np.ndarray, float]:
         """Yours minus right of an entry at every state (count,), and the entry's size."""
-        quantity, index = QUANTITIES[place.part], _index(place)
+        quantity = QUANTITIES[place.part]
+        index = (place.row, *(place.rates or () if place.column is None else (place.column,)))
         apart = self.yours[quantity] - self.right[quantity]
         return apart[(slice(None), *index)], float(self.sizes.of(quantity)[index])
 
@@ -173,12 +174,6 @@ class Compared:
         if place.part == "force":
             return self.forces.observed(values, scale)
         return self.fitting.fit(values, scale, self.numbers)
-
-
-def _index(place: EntryPlace) -> tuple[int, ...]:
-    if place.rates is not None:
-        return (place.row, *place.rates)
-    return (place.row,) if place.column is None else (place.row, place.column)
 
 
 def _carried(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:
@@ -222,7 +217,11 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
     rank = 0 if arm.symbolic is not None else 2
     short = {kind: _length(_of(found, *kind), rank) for kind in kinds}
     spread = rank or any(length[:2] > (0, 1) for length in short.values())
-    for coordinates in _built_in(arm.bench.gearing) if spread else ():
+    gearing = arm.bench.gearing
+    built_in = [Coordinates(gearing), Coordinates(gearing, "absolute")]
+    if gearing != "rigid":
+        built_in += [replace(each, gears="angles") for each in built_in]
+    for coordinates in built_in if spread else ():
         seen = arm.seen_in(coordinates)
         there = list(_reasons(seen, [probe.seen_in(coordinates) for probe in probes]))
         for kind, length in short.items():
@@ -234,12 +233,6 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
                     for wrong in found
                 ]
     return found
-
-
-def _built_in(gearing: Gearing) -> list[Coordinates]:
-    """Coordinates that have a name, of the same meaning."""
-    rigid = [Coordinates(gearing), Coordinates(gearing, "absolute")]
-    return [*rigid, *(replace(each, gears="angles") for each in rigid if gearing != "rigid")]
 
 
 def _is(symbolic: sp.ImmutableMatrix, arm: Compared) -> bool:
