@@ -8,7 +8,7 @@ import numpy as np
 
 from crosscheck import __version__
 from crosscheck.cost.agreement import QUANTITIES
-from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost, RotorShare
+from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost
 from crosscheck.cost.meshes import RESOLVED, GearedCost
 from crosscheck.cost.springs import with_rotors_alone
 from crosscheck.models.robot.robot import LEVELS, Level
@@ -127,18 +127,15 @@ def lines(found: Cost) -> Iterator[str]:
             f" {_unit(found, pair.at)} rms, {_percent(pair.share)}"
         )
     for rotor in found.ratios:
-        yield f"rotor of {rotor.joint}, ratio {rotor.ratio:g}: {_rotor_words(rotor)}"
+        said = "its spin is coupled to no other joint"
+        if rotor.share != 0:
+            said = (
+                f"its coupling alone is {_percent(rotor.share)} in {rotor.at}; below"
+                f" {_percent(NEGLIGIBLE)} from a ratio of {rotor.enough:.3g} on"
+            )
+        yield f"rotor of {rotor.joint}, ratio {rotor.ratio:g}: {said}"
     for told in (*direct_joints(found), *found.robot.told):
         yield f"note: {told}"
-
-
-def _rotor_words(rotor: RotorShare) -> str:
-    if rotor.share == 0:
-        return "its spin is coupled to no other joint"
-    return (
-        f"its coupling alone is {_percent(rotor.share)} in {rotor.at}; below"
-        f" {_percent(NEGLIGIBLE)} from a ratio of {rotor.enough:.3g} on"
-    )
 
 
 def motion_line(found: Cost) -> str:

@@ -68,7 +68,19 @@ def blocks(record: Record, torques: np.ndarray, spacing: int) -> Iterator[Block]
     count = max(round(rows / (INTERVALS * spacing)), 1)
     edges = np.linspace(0, rows, count + 1).round().astype(int)
     for first, last in pairwise(map(int, edges)):
-        yield _block(record, torques, slice(first, last), spacing)
+        time, angles, given = (each[first:last] for each in (record.time, record.angles, torques))
+        places = knots(time, spacing)
+        bases = _basis(time, places, 0), _basis(time, places, 1), _basis(time, places, 2)
+        gram = (bases[0].T @ bases[0]).toarray()
+        factored, free = cho_factor(gram), time.size - len(gram)
+        noise = []
+        for signal in (angles, given):
+            apart = signal - bases[0] @ cho_solve(factored, bases[0].T @ signal)
+            least = LEAST_NOISE * np.maximum(np.abs(signal).max(axis=0), LEAST_SIZE)
+            noise.append(np.maximum(np.sqrt((apart**2).sum(axis=0) / free), least))
+        fitted = cho_solve(factored, bases[0].T @ angles)
+        smooth, rates, accelerations = (basis @ fitted for basis in bases)
+        yield Block(time, bases, gram, smooth, rates, accelerations, given, noise[0], noise[1])
 
 
 def chosen_spacing(record: Record) -> int:
@@ -111,22 +123,6 @@ def knots(time: np.ndarray, spacing: int) -> np.ndarray:
     places = np.linspace(0, time.size - 1, count + 1)
     inner = np.interp(places, np.arange(time.size), time)
     return np.concatenate([np.repeat(inner[0], DEGREE), inner, np.repeat(inner[-1], DEGREE)])
-
-
-def _block(record: Record, torques: np.ndarray, part: slice, spacing: int) -> Block:
-    time, angles, given = record.time[part], record.angles[part], torques[part]
-    places = knots(time, spacing)
-    bases = _basis(time, places, 0), _basis(time, places, 1), _basis(time, places, 2)
-    gram = (bases[0].T @ bases[0]).toarray()
-    factored, free = cho_factor(gram), time.size - len(gram)
-    noise = []
-    for signal in (angles, given):
-        apart = signal - bases[0] @ cho_solve(factored, bases[0].T @ signal)
-        least = LEAST_NOISE * np.maximum(np.abs(signal).max(axis=0), LEAST_SIZE)
-        noise.append(np.maximum(np.sqrt((apart**2).sum(axis=0) / free), least))
-    fitted = cho_solve(factored, bases[0].T @ angles)
-    angles, rates, accelerations = (basis @ fitted for basis in bases)
-    return Block(time, bases, gram, angles, rates, accelerations, given, noise[0], noise[1])
 
 
 def _basis(time: np.ndarray, knots: np.ndarray, derivative: int) -> csr_array:

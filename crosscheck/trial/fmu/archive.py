@@ -10,7 +10,6 @@ import platform
 import re
 import stat
 import zipfile
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Literal
@@ -53,7 +52,11 @@ def unpacked(path: Path, folder: Path) -> None:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             entries = archive.infolist()
             _require_harmless(where, entries)
-            for entry, name in _wanted(where, entries):
+            own = ("resources/", *(f"binaries/{name}/" for name in _folders()))
+            for entry in entries:
+                name = entry.filename
+                if entry.is_dir() or not (name == DESCRIPTION or name.startswith(own)):
+                    continue
                 target = folder / name
                 target.parent.mkdir(parents=True, exist_ok=True)
                 target.write_bytes(archive.read(entry))
@@ -81,7 +84,7 @@ def _folders() -> tuple[str, ...]:
 
 
 def _require_harmless(where: str, entries: list[zipfile.ZipInfo]) -> None:
-    """Raise InputError for an archive that no program should unpack."""
+    """Raise InputError for an archive that no program should unpack, or that is no FMU."""
     if len(entries) > MOST_FILES:
         raise InputError(where, "", None, f"holds {len(entries)} files; may hold {MOST_FILES}")
     size = sum(entry.file_size for entry in entries)
@@ -103,19 +106,11 @@ def _require_harmless(where: str, entries: list[zipfile.ZipInfo]) -> None:
         if str(path) in seen:
             raise InputError(where, name, None, "is there twice")
         seen.add(str(path))
-
-
-def _wanted(where: str, entries: list[zipfile.ZipInfo]) -> Iterator[tuple[zipfile.ZipInfo, str]]:
-    """What is unpacked. Raises InputError without a description."""
-    folders = [f"binaries/{name}/" for name in _folders()]
-    found = {entry.filename: entry for entry in entries if not entry.is_dir()}
-    if DESCRIPTION not in found:
+    sizes = {entry.filename: entry.file_size for entry in entries if not entry.is_dir()}
+    if DESCRIPTION not in sizes:
         raise InputError(where, DESCRIPTION, None, "is missing: this is no FMU")
-    if found[DESCRIPTION].file_size > LARGEST_DESCRIPTION:
+    if sizes[DESCRIPTION] > LARGEST_DESCRIPTION:
         raise InputError(where, DESCRIPTION, None, f"has more than {LARGEST_DESCRIPTION} bytes")
-    for name, entry in found.items():
-        if name == DESCRIPTION or name.startswith(("resources/", *folders)):
-            yield entry, name
 
 
 @dataclass(frozen=True)

@@ -320,30 +320,11 @@ def spared(
     bench: Bench, tasks: Iterable[ModelTask], lost: dict[str, Failure]
 ) -> dict[ModelTask, Failure]:
     """The tasks that would call a function that does not come back."""
-    found = {}
-    for task in tasks:
-        parts = _behind(bench, task) if task.model == bench.name else ()
-        reasons = [lost[part] for part in parts if part in lost]
-        if reasons:
-            found[task] = reasons[0]
-    return found
-
-
-def _given(bench: Bench) -> list[str]:
-    return sorted(handed(bench.equations, bench.case.arm, bench.frame).given)
-
-
-def _behind(bench: Bench, task: ModelTask) -> tuple[str, ...]:
-    """The user's own functions that a task on the model calls."""
     given = _given(bench)
     mass = tuple(part for part in ("mass_matrix", "inverse_dynamics") if part in given)[:1]
     bias = tuple(part for part in ("bias", "coriolis", "inverse_dynamics") if part in given)[:1]
     whole = ("acceleration",) if "acceleration" in given else (*mass, *bias, "force")
-    if isinstance(task, Simulation):
-        return (*whole, *mass)
-    assert isinstance(task, StateQuestion | Evaluation)  # nothing else is asked of it
-    about = task.quantity.removesuffix(AGAIN)
-    return {
+    calls = {
         "mass_matrix": mass,
         "christoffel": mass,
         "bias": bias,
@@ -351,4 +332,21 @@ def _behind(bench: Bench, task: ModelTask) -> tuple[str, ...]:
         "other_speeds": bias,
         "acceleration": whole,
         "inverse_dynamics": ("inverse_dynamics", *mass, *bias),
-    }.get(about, ("force",))
+    }
+    found: dict[ModelTask, Failure] = {}
+    for task in tasks:
+        if task.model != bench.name:
+            continue
+        parts = (*whole, *mass)
+        if not isinstance(task, Simulation):
+            assert isinstance(task, StateQuestion | Evaluation)  # nothing else is asked of it
+            parts = calls.get(task.quantity.removesuffix(AGAIN), ("force",))
+        reasons = [lost[part] for part in parts if part in lost]
+        if reasons:
+            found[task] = reasons[0]
+    return found
+
+
+def _given(bench: Bench) -> list[str]:
+    """The parts that are functions of the user's own."""
+    return sorted(handed(bench.equations, bench.case.arm, bench.frame).given)

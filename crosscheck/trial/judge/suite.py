@@ -163,17 +163,12 @@ def _by_torques(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
     return apart / sizes.force
 
 
-def _second_law(
-    sizes: NaturalSizes,
-    mass: np.ndarray,
-    bias: np.ndarray,
-    force: np.ndarray,
-    acceleration: np.ndarray,
-) -> np.ndarray:
+def _second_law(sizes: NaturalSizes, *answers: np.ndarray) -> np.ndarray:
     """M a + h = f of the acceleration that was handed over beside them.
 
-    M (count, n, n); bias, force and acceleration (count, n).
+    answers: M (count, n, n); bias, force and acceleration (count, n).
     """
+    mass, bias, force, acceleration = answers
     left = np.einsum("kij,kj->ki", mass, acceleration) + bias
     return entries.deviations(left, force, sizes.force)
 
