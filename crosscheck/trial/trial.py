@@ -145,10 +145,7 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
 
 def tasks_in(bench: Bench, probes: Sequence[Bench], asked: Asked) -> list[ModelTask]:
     """All that a trial asks of the equations and of the models that they are compared with."""
-    planned = list(suite.own_comparisons(bench))
-    for level in bench.levels:
-        planned += _engines_and_runs(bench, asked, level, binding=True)
-    planned += suite.own_balances(bench)
+    planned = list(_planned(bench, asked))
     by_entry = (question for each in (bench, *probes) for question in localising(each))
     return list(dict.fromkeys([*comparison.tasks_of(planned), *by_entry]))
 
@@ -189,12 +186,24 @@ def by_entry(bench: Bench) -> list[str]:
     return found or ["acceleration"]
 
 
-def _engines_and_runs(
-    bench: Bench, asked: Asked, level: str, *, binding: bool
+def _planned(
+    bench: Bench, asked: Asked, level: str | None = None, results: Results | None = None
 ) -> Iterator[Comparison]:
-    yield from suite.engine_comparisons(bench, level, binding=binding)
-    for scenario in asked.scenarios if binding else ():
-        yield from suite.run_comparisons(bench, scenario, level)
+    """Every comparison; binding are those of a level, or of all of them where none is chosen.
+
+    results: of other levels only those are there whose answers are, for a part that failed fails
+    once, at its level.
+    """
+    yield from suite.own_comparisons(bench)
+    for each in bench.levels:
+        binding = level is None or each == level
+        for planned in suite.engine_comparisons(bench, each, binding=binding):
+            own = (task for task in planned.needs if task.model == bench.name)
+            if binding or results is None or all(results.found(t) is not None for t in own):
+                yield planned
+        for scenario in asked.scenarios if binding else ():
+            yield from suite.run_comparisons(bench, scenario, each)
+    yield from suite.own_balances(bench)
 
 
 def probes_of(bench: Bench) -> list[Bench]:
@@ -209,17 +218,7 @@ def probes_of(bench: Bench) -> list[Bench]:
 
 def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Results) -> Trial:
     level, rungs = _level(bench, results)
-
-    def answered(planned: Comparison) -> bool:
-        """Whether the equations have what it needs: a part that failed fails once, at its level."""
-        own = (task for task in planned.needs if task.model == bench.name)
-        return all(results.found(task) is not None for task in own)
-
-    comparisons = list(suite.own_comparisons(bench))
-    for each in bench.levels:
-        found = _engines_and_runs(bench, asked, each, binding=each == level)
-        comparisons += (one for one in found if each == level or answered(one))
-    comparisons += suite.own_balances(bench)
+    comparisons = list(_planned(bench, asked, level, results))
     wanted, cases = wanted_of(asked), cases_of(comparisons)
     settings = wanted.arm, wanted.seed, wanted.quick, wanted.scenarios, wanted.chosen
     record = provenance(*settings, packages=packages(), model=wanted.model)

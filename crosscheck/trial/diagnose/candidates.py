@@ -162,21 +162,22 @@ class Candidates:
         """One symbol by another in all these products; in a single one also one of its powers."""
         inside = tuple(p for p in products if symbol in p.symbols)
         own = self.values[symbol]
-        rests = [(_without(p.monomial, symbol), dict(p.monomial.powers)[symbol]) for p in inside]
-        sizes = [(self._value(rest), power) for rest, power in rests]
+        sizes = []  # of the products without the symbol, and its powers
+        for _, (number, powers) in inside:
+            rest = Monomial(number, tuple(power for power in powers if power[0] != symbol))
+            sizes.append((self._value(rest), dict(powers)[symbol]))
         for other in (*self.others[symbol], *self._forms(symbol, single=len(products) == 1)):
             change = change_by(
                 inside, (rest * (_power(other.value, p) - _power(own, p)) for rest, p in sizes)
             )
             cost = 1.0 + other.cost + extra
             yield Candidate("swapped", inside, change, cost, other.text, symbol)
-        if len(products) == 1 and rests[0][1] >= 2:
-            rest = sizes[0][0] * own ** (rests[0][1] - 1)
-            fewer = power_text(symbol, rests[0][1] - 1)
+        size, power = sizes[0]
+        if len(products) == 1 and power >= 2:
+            fewer, right = power_text(symbol, power - 1), power_text(symbol, power)
             for other in (Alternative("", np.ones_like(own), 0.1), *self.others[symbol]):
-                change = {inside[0].key: rest * (other.value - own)}
+                change = {inside[0].key: size * own ** (power - 1) * (other.value - own)}
                 text = f"{other.text} {fewer}".strip()
-                right = power_text(symbol, rests[0][1])
                 yield Candidate("swapped", inside, change, 1.15 + other.cost + extra, text, right)
 
     def _forms(self, symbol: str, *, single: bool) -> Iterator[Alternative]:
@@ -216,10 +217,6 @@ def _power(value: Any, power: int) -> Any:
     """A value of 0 has no negative powers: infinite, and so it fits nothing."""
     with np.errstate(divide="ignore"):
         return np.asarray(value, dtype=float) ** power
-
-
-def _without(monomial: Monomial, symbol: str) -> Monomial:
-    return Monomial(monomial.number, tuple(p for p in monomial.powers if p[0] != symbol))
 
 
 def extras(

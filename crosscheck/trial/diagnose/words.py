@@ -249,13 +249,15 @@ def symbolic_difference(
         if not all(isinstance(factor, sp.exp) for factor in factors):
             return None
         waves[sp.expand(sum(f.exp for f in factors) / sp.I)] += coefficient
-    total = sp.S.Zero
+    total, numbers = sp.S.Zero, {sp.Symbol(name): value for name, value in values.items()}
     for angle in {-a if a.could_extract_minus_sign() else a: None for a in waves}:
         up, down = waves.get(angle, sp.S.Zero), waves.get(-angle, sp.S.Zero)
         pair = ((up + down, sp.cos(angle)), (sp.I * (up - down), sp.sin(angle)))
         for coefficient, wave in pair if angle != 0 else ((up, sp.S.One),):
             there = sp.expand(coefficient)
-            if not _vanishes(there, values):
+            known = numbers | dict.fromkeys(there.free_symbols - set(numbers), 1.0)  # signals
+            sizes = [complex(p.xreplace(known)) for p in sp.Add.make_args(there)]
+            if abs(sum(sizes)) > ROUNDING * sum(map(abs, sizes)):
                 total += sp.factor_terms(there) * wave
     for rate in place.rates or ():
         total *= sp.Symbol(rate_name(terms.names[rate]))
@@ -290,13 +292,6 @@ def _right(product: Product, terms: ReferenceTerms, x: list[sp.Symbol]) -> sp.Ex
     signal = sp.Symbol(key.signal) if key.signal else sp.S.One
     symbols = sp.prod([sp.Symbol(name) ** power for name, power in powers])
     return sp.sympify(number) * symbols * wave * signal
-
-
-def _vanishes(coefficient: sp.Expr, values: Mapping[str, float]) -> bool:
-    numbers = {sp.Symbol(name): value for name, value in values.items()}
-    signals = dict.fromkeys(coefficient.free_symbols - set(numbers), 1.0)
-    parts = [complex(p.xreplace(numbers | signals)) for p in sp.Add.make_args(coefficient)]
-    return abs(sum(parts)) <= ROUNDING * sum(map(abs, parts))
 
 
 def latex_of(expression: sp.Expr) -> str:

@@ -25,7 +25,7 @@ from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded, recorded_times
-from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.planning.comparison import Comparison, answered, findings_of, tasks_of
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.run_suite import engines_first
 from crosscheck.provenance import provenance
@@ -281,16 +281,16 @@ def _comparisons(unit: MappedUnit, name: str, case: Case) -> Iterator[Comparison
     first = next(engine for engine in engines if engine.startswith("analytic"))
     own = UnitRun(unit, name, case, first), UnitRun(unit, name, case, first, "coarse")
     experiment = Experiment(case.scenario.name, case)
+
+    def judged(about: About, *runs: Any) -> Finding:
+        left, right, quantity = runs[:2], runs[2:], about.key.quantity
+        widest = meaningful(quantity, case.arm, case.scenario, size(right[0], quantity))
+        return refined(about, left, right, widest)
+
     for engine in dict.fromkeys(engines):
         theirs = experiment.run(engine), experiment.run(engine, "coarse")
         for quantity in ("theta", "theta_dot"):
             key = Key(FAMILY, case.scenario.name, quantity, name, engine)
             about = About(key, UNITS[quantity], "largest absolute difference")
 
-            def judged(about: About, results: Results, theirs: Any = theirs) -> Finding:
-                left, right = ([results.need(run) for run in side] for side in (own, theirs))
-                quantity = about.key.quantity
-                widest = meaningful(quantity, case.arm, case.scenario, size(right[0], quantity))
-                return refined(about, left, right, widest)
-
-            yield Comparison(about, (*own, *theirs), judged)
+            yield answered(about, (*own, *theirs), judged)

@@ -15,7 +15,7 @@ from crosscheck.checks.states import LOOSEST, scaled, usable
 from crosscheck.checks.trajectories import UNITS, Pair, same_step, size
 from crosscheck.findings import About, Finding, Key, checked, failed, measured_only
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.planning.comparison import Comparison, Results
+from crosscheck.planning.comparison import Comparison, Results, answered
 from crosscheck.planning.plan import nudged
 from crosscheck.planning.state_suite import Spot, balances
 from crosscheck.registry import MODELS, same_integrator
@@ -267,12 +267,10 @@ def _same_steps(bench: Bench, scenario: Scenario, engine: str, quantity: str) ->
     theirs = Simulation(RunKey(name, engine), case)
     repeated = Simulation(RunKey(name, engine, "nudged"), nudged(case))
 
-    def judged(about: About, results: Results) -> Finding:
-        one: Any = results.need(yours)
-        other, moved = results.need(theirs), results.need(repeated)
+    def judged(about: About, one: Any, other: Any, moved: Any) -> Finding:
         widest = meaningful(quantity, case.arm, scenario, size(other, quantity))
         return same_step(about, one, other, Pair(other, moved), widest)
 
     key = Key(RUN, name, quantity, bench.name, engine)
     about = About(key, UNITS[quantity], "largest absolute difference")
-    return Comparison(about, (yours, theirs, repeated), judged)
+    return answered(about, (yours, theirs, repeated), judged)

@@ -11,15 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from crosscheck.cost.springs import rotors_of
-from crosscheck.models.robot.robot import (
-    BASE,
-    Joint,
-    JointStage,
-    Placement,
-    Robot,
-    RobotBody,
-    Rotor,
-)
+from crosscheck.models.robot.robot import BASE, Joint, JointStage, Placement, Robot, RobotBody
 
 AXES = "xyz"
 MOMENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2)}
@@ -120,7 +112,12 @@ def confusions(robot: Robot) -> Iterator[Confusion]:
             yield Confusion(f"joint {joint.name}: {words}", turned_joint)
     for number, rotor in enumerate(robot.rotors):
         name = f"rotor of {robot.joints[rotor.joint].name}"
-        for stator, words in _stators(robot, rotor):
+        seen = {robot.frames[rotor.stator].body}
+        for stator, frame in robot.frames.items():
+            if frame.body in seen:
+                continue
+            seen.add(frame.body)  # one link of each body
+            words = f"on {stator}" if frame.body != BASE else f"on the ground, {stator}"
             moved = _put(robot, "rotors", number, "stator", stator)
             yield Confusion(f"{name}: its stator {words}", moved)
         for roll, axis in ((1, "y, z, x"), (2, "z, x, y")):
@@ -177,15 +174,6 @@ def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
             f"its inertia and centre of mass in {words}",
             RobotBody(body.mass, turn @ body.com, turned),
         )
-
-
-def _stators(robot: Robot, rotor: Rotor) -> Iterator[tuple[str, str]]:
-    """Links that the stator may be on instead, one of each body; and words."""
-    seen = {robot.frames[rotor.stator].body}
-    for name, frame in robot.frames.items():
-        if frame.body not in seen:
-            seen.add(frame.body)
-            yield name, f"on {name}" if frame.body != BASE else f"on the ground, {name}"
 
 
 def link_of(robot: Robot, number: int) -> str:
