@@ -250,11 +250,9 @@ def _pushes(robot: Robot, states: DrawnStates) -> np.ndarray:
 
 
 def _norm(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    found: np.ndarray = np.sqrt(np.einsum("si,sij,sj->s", vector, matrix, vector))
-    return found
+    return np.sqrt(np.einsum("si,sij,sj->s", vector, matrix, vector))
 
 
 def _share(apart: np.ndarray, size: np.ndarray) -> np.ndarray:
     """apart over size; where there is no size, nothing but equal numbers agree."""
-    found: np.ndarray = np.where(apart == 0, 0.0, apart / np.maximum(size, 1e-300))
-    return found
+    return np.where(apart == 0, 0.0, apart / np.maximum(size, 1e-300))

@@ -130,8 +130,7 @@ class Cost:
     @property
     def largest(self) -> np.ndarray:
         """Of each joint's torque along the motion (n,)."""
-        found: np.ndarray = np.abs(self.torques).max(axis=0)
-        return found
+        return np.abs(self.torques).max(axis=0)
 
     @property
     def agrees(self) -> bool:
@@ -196,8 +195,7 @@ def cost_of(
 
 def _rms(values: np.ndarray) -> np.ndarray:
     """Over the first axis."""
-    found: np.ndarray = np.sqrt((values**2).mean(axis=0))
-    return found
+    return np.sqrt((values**2).mean(axis=0))
 
 
 def _share(part: float, whole: float) -> float:

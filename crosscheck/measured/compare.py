@@ -245,8 +245,7 @@ def _ranked(found: Mapping[str, Fit]) -> tuple[LevelResult, ...]:
 
 def _mean_noise(pieces: Sequence[Block], name: str) -> np.ndarray:
     """Root of the mean variance (joints,)."""
-    found: np.ndarray = np.sqrt(np.mean([getattr(block, name) ** 2 for block in pieces], axis=0))
-    return found
+    return np.sqrt(np.mean([getattr(block, name) ** 2 for block in pieces], axis=0))
 
 
 def _engines(motion: SmoothedMotion, arm: Arm, best: str, told: Told) -> Iterator[EngineAgreement]:

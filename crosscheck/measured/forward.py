@@ -122,8 +122,7 @@ def _state_noise(
     inverse = np.linalg.inv(block.gram)
 
     def spread(basis: np.ndarray) -> np.ndarray:
-        found: np.ndarray = np.sqrt(np.einsum("rk,kl,rl->r", basis, inverse, basis))
-        return found
+        return np.sqrt(np.einsum("rk,kl,rl->r", basis, inverse, basis))
 
     angles = spread(block.bases[0][inner].toarray())
     slope = spread(block.bases[1][[edge]].toarray())[0]

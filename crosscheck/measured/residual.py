@@ -132,8 +132,7 @@ def whitening(block: Block, model: Model) -> tuple[Callable[[np.ndarray], np.nda
     factor = cholesky(alike, lower=True)
 
     def whiten(sums: np.ndarray) -> np.ndarray:
-        found: np.ndarray = solve_triangular(factor, sums.T.ravel() / scale, lower=True)
-        return found
+        return solve_triangular(factor, sums.T.ravel() / scale, lower=True)
 
     return whiten, flat
 

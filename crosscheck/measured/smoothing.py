@@ -52,8 +52,7 @@ class Block:
 
     def summed(self, rows: np.ndarray) -> np.ndarray:
         """Rows (rows, joints) summed with every B-spline as a weight (size, joints)."""
-        found: np.ndarray = self.bases[0].T @ rows
-        return found
+        return self.bases[0].T @ rows
 
 
 def evenly(pieces: Sequence[Block], most: int) -> list[Block]:

@@ -30,8 +30,7 @@ class Run(NamedTuple):
 
 def run_of(path: Path) -> Run:
     """What a file holds; HDF5 reads it in another process. Raises InputError."""
-    run: Run = used(path, TrajectoryFile.run, TrajectoryFile)
-    return run
+    return used(path, TrajectoryFile.run, TrajectoryFile)
 
 
 class TrajectoryFile(SoundFile):

@@ -109,8 +109,7 @@ def difference_steps(jacobian: np.ndarray, angular: np.ndarray) -> np.ndarray:
 
 def turns(jacobian: np.ndarray, angular: np.ndarray) -> np.ndarray:
     """How far each of x (n,) turns the joints, added up."""
-    found: np.ndarray = np.abs(jacobian[angular]).sum(axis=0)
-    return found
+    return np.abs(jacobian[angular]).sum(axis=0)
 
 
 def _certain_slope(mass_matrix: Mass, x: np.ndarray, k: int, step: float) -> np.ndarray:

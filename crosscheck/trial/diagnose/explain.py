@@ -120,8 +120,7 @@ def _makes(target: Target, row: int, changes: np.ndarray) -> np.ndarray:
     """Which changes (terms, arms) make the difference before one key."""
     arms = target.difference.shape[1]
     off = np.abs(changes[:, :arms] - target.difference[row])
-    made: np.ndarray = (off <= target.tolerance[row]).all(axis=1)
-    return made
+    return (off <= target.tolerance[row]).all(axis=1)
 
 
 def table_of(target: Target, candidates: Sequence[Candidate]) -> np.ndarray:

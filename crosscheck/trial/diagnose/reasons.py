@@ -238,11 +238,11 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
 def _is(symbolic: sp.ImmutableMatrix, arm: Compared) -> bool:
     """Whether a map in symbols has the numbers of an arm's."""
     values, matrix = values_of(arm.bench.case.arm), arm.bench.frame.matrix
-    entries = [from_sympy(entry) for entry in symbolic]
-    if matrix is None or None in entries:
+    polynomials = [from_sympy(entry) for entry in symbolic]
+    if matrix is None or None in polynomials:
         return False
     numbers = np.array(
-        [sum(m.value(values) for m in e.monomials) for e in entries if e is not None]
+        [sum(m.value(values) for m in e.monomials) for e in polynomials if e is not None]
     )
     off = np.abs(numbers.reshape(matrix.shape) - matrix)
     return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())

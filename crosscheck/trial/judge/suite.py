@@ -145,8 +145,7 @@ def _quadratic(sizes: NaturalSizes, bias: np.ndarray, at_speeds: np.ndarray) -> 
     """
     expected = np.repeat(bias[:, None], at_speeds.shape[1], axis=1)
     expected[:, -1] = 0.0
-    apart: np.ndarray = (np.abs(at_speeds - expected) / sizes.bias).max(axis=(0, 1))
-    return apart
+    return (np.abs(at_speeds - expected) / sizes.bias).max(axis=(0, 1))
 
 
 def _by_torques(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:

@@ -140,8 +140,7 @@ def confusions(robot: Robot) -> Iterator[Confusion]:
 
 def steiner(mass: float, com: np.ndarray) -> np.ndarray:
     """Inertia (3, 3) that a point mass [kg] at com [m] has about the origin."""
-    found: np.ndarray = mass * (com @ com * np.eye(3) - np.outer(com, com))
-    return found
+    return mass * (com @ com * np.eye(3) - np.outer(com, com))
 
 
 def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
