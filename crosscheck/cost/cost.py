@@ -118,7 +118,7 @@ class Cost:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the free joints."""
+        """Names of the free joints."""
         return tuple(self.robot.joints[number].name for number in self.robot.coordinates)
 
     @property
@@ -194,7 +194,7 @@ def cost_of(
 
 
 def _rms(values: np.ndarray) -> np.ndarray:
-    """Over the first axis."""
+    """Root mean square over the first axis."""
     return np.sqrt((values**2).mean(axis=0))
 
 

@@ -31,7 +31,7 @@ class RobotEngine:
     title: str = ""
 
     def promises(self, level: Level) -> bool:
-        """Whether it has a level."""
+        """Whether the engine has this level."""
         return not self.levels or level in self.levels
 
 

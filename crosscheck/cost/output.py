@@ -139,7 +139,7 @@ def lines(found: Cost) -> Iterator[str]:
 
 
 def motion_line(found: Cost) -> str:
-    """How the robot is moved."""
+    """The line that says how the robot is moved."""
     return f"motion: {found.motion}; end effector: {found.robot.tip}"
 
 

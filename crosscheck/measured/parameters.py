@@ -44,7 +44,7 @@ class Estimate:
 
 
 def parameters(arm: Arm) -> list[Parameter]:
-    """Those that an arm has."""
+    """The parameters that an arm has."""
     return list(_walked(arm.model_dump(), "arm"))
 
 

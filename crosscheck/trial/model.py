@@ -49,26 +49,26 @@ class HandedModel(Model):
         self.drive = drive_data(scenario, len(arm.joints))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """J^-T M_x J^-1."""
+        """M = J^-T M_x J^-1, shape (n, n)."""
         x = self.frame.place(q)
         inverse = np.linalg.inv(self.frame.jacobian(x))
         return inverse.T @ self.handed.mass_matrix(x) @ inverse
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """J^-T h_x - M J' u."""
+        """h = J^-T h_x - M J' u, shape (n,)."""
         x, u, jacobian = self._moving(q, v)
         curved = self.frame.drift(x, u)
         force = np.linalg.inv(jacobian).T @ self.handed.bias(x, u)
         return force - self.mass_matrix(q) @ curved if curved.any() else force
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """J^-T f_x."""
+        """f = J^-T f_x, shape (n,)."""
         x, u, jacobian = self._moving(q, v)
         own = self.handed.force(t, x, u, self.torques(t, q, v))
         return np.linalg.inv(jacobian).T @ own
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """J x'' + J' u."""
+        """q'' = J x'' + J' u, shape (n,)."""
         x, u, jacobian = self._moving(q, v)
         own = self.handed.acceleration(t, x, u, self.torques(t, q, v))
         return jacobian @ own + self.frame.drift(x, u)

@@ -115,7 +115,7 @@ class Trial:
 
     @property
     def exit_code(self) -> int:
-        """As of an Agreement."""
+        """The exit code of the agreement."""
         return self.agreement.exit_code
 
 

@@ -150,7 +150,7 @@ def _by_differences(function: Vector, x: np.ndarray) -> np.ndarray:
 
 
 def _curvature(function: Vector, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Second derivative along u."""
+    """The second derivative (n,) of the function along u."""
     size = float(np.abs(u).max()) or 1.0
     return size**2 * _certain(2, function, x, u / size)
 

@@ -42,7 +42,7 @@ class Alternate(NamedTuple):
 
     @property
     def error(self) -> TermError:
-        """As it is told."""
+        """The other law as an error in a term."""
         of = "mesh force" if self.phases is USUAL else "phase of mesh force"
         return TermError("swapped", Term(f"{of} {self.meshes}".strip()), self.yours, self.right)
 

@@ -20,7 +20,7 @@ Powers = tuple[tuple[str, int], ...]  # (symbol, power), by name; powers may be 
 
 
 def power_text(name: str, power: int) -> str:
-    """Such as L1^2."""
+    """A power as text, such as L1^2."""
     return name if power == 1 else f"{name}^{power}"
 
 
@@ -46,7 +46,7 @@ class Polynomial:
 
     @property
     def monomials(self) -> Iterator[Monomial]:
-        """Its terms."""
+        """Its terms, one by one."""
         return (Monomial(number, powers) for powers, number in self.terms.items())
 
     def __bool__(self) -> bool:
@@ -112,7 +112,7 @@ class Polynomial:
 
 
 def symbol(name: str) -> Polynomial:
-    """A quantity itself."""
+    """The polynomial that is this quantity."""
     return Polynomial({((name, 1),): 1})
 
 
@@ -176,7 +176,7 @@ class Product(NamedTuple):
 
     @property
     def symbols(self) -> tuple[str, ...]:
-        """That it has."""
+        """Names of the quantities that it has."""
         return tuple(name for name, _ in self.monomial.powers)
 
 

@@ -25,7 +25,7 @@ from crosscheck.trial.diagnose.waves import Fitting, Observed, states_wanted
 from crosscheck.trial.diagnose.words import difference_of, latex_of, symbolic_difference
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import places as entries
-from crosscheck.trial.judge.places import EntryPlace, Explanation, NaturalSizes, TermError, Wrong
+from crosscheck.trial.judge.places import EntryPlace, Explanation, NaturalSizes, Wrong
 from crosscheck.trial.judge.questions import Bench
 from crosscheck.trial.judge.suite import sizes_in, trusted
 
@@ -77,7 +77,7 @@ class Compared:
 
     @cached_property
     def states(self) -> Sequence[UserState]:
-        """At which both were asked."""
+        """The states at which both were asked."""
         if self.seen is None:
             return self.bench.states
         S = np.linalg.inv(self._columns_of(self.frame))
@@ -85,7 +85,7 @@ class Compared:
 
     @cached_property
     def sizes(self) -> NaturalSizes:
-        """Natural sizes of entries."""
+        """Natural sizes of the entries in these coordinates."""
         if self.seen is None:
             return sizes_in(self.bench, self.results, self.level)
         S = self._columns_of(self.frame)
@@ -142,7 +142,7 @@ class Compared:
 
     @cached_property
     def numbers(self) -> Mapping[str, float]:
-        """Of the arm, by their symbols' names."""
+        """The arm's quantities by the names of their symbols."""
         return values_of(self.bench.case.arm)
 
     @cached_property
@@ -169,7 +169,7 @@ class Compared:
         return apart[(slice(None), *index)], float(self.sizes.of(quantity)[index])
 
     def observed(self, place: EntryPlace) -> Observed:
-        """The same, taken apart."""
+        """The difference of an entry, taken apart into waves and signals."""
         values, scale = self.difference(place)
         if place.part == "force":
             return self.forces.observed(values, scale)
@@ -268,17 +268,14 @@ def _seen(wrong: Wrong, there: Sequence[Wrong], seen: Compared) -> Wrong:
         return wrong
     explanations = [each.explanation for each in making if each.explanation]
     ways = 1 + max(len(each.others) for each in explanations)
-    told = [_together(explanations, way) for way in range(ways)]
+    told = []
+    for way in range(ways):  # each error once; of each entry as likely ones as there are
+        of_each = ((each.errors, *each.others) for each in explanations)
+        errors = (error for own in of_each for error in own[min(way, len(own) - 1)])
+        told.append(tuple({alike(error): error for error in errors}.values()))
     left = max(each.left_over for each in explanations)
     where = ", ".join(entries.named(each.place, seen.frame.names) for each in making)
     return replace(wrong, explanation=Explanation(told[0], left, tuple(told[1:]), where))
-
-
-def _together(explanations: Sequence[Explanation], way: int) -> tuple[TermError, ...]:
-    """The errors of several entries, each once; of each entry as likely ones as there are."""
-    ways = ((each.errors, *each.others) for each in explanations)
-    errors = (error for way_of in ways for error in way_of[min(way, len(way_of) - 1)])
-    return tuple({alike(error): error for error in errors}.values())
 
 
 def _reaches(there: EntryPlace, here: EntryPlace, turns: np.ndarray) -> bool:
@@ -311,7 +308,10 @@ def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong
         return wrong
     if wrong.place.rates is not None and arm.follows(wrong.place):
         return replace(wrong, notes=(FOLLOWS,))
-    wrong = replace(wrong, latex=_typeset(wrong.place, arm))
+    symbolic = arm.bench.equations.symbolic
+    if symbolic is not None and arm.seen is None:
+        apart = symbolic_difference(wrong.place, symbolic, arm.terms, arm.numbers)
+        wrong = replace(wrong, latex="" if apart is None else latex_of(apart))
     quantity = QUANTITIES[wrong.place.part]
     more = [other.observed(wrong.place) for other in others if quantity in other.yours]
     observed = arm.observed(wrong.place)
@@ -323,12 +323,3 @@ def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong
     if found is not None or observed.left_over > UNEXPLAINED:
         return replace(wrong, explanation=found)
     return replace(wrong, difference=difference_of(observed.found, arm.terms))
-
-
-def _typeset(place: EntryPlace, arm: Compared) -> str:
-    """Yours minus right of symbolic equations as TeX, '' of others."""
-    symbolic = arm.bench.equations.symbolic
-    if symbolic is None or arm.terms is None or arm.seen is not None:
-        return ""
-    found = symbolic_difference(place, symbolic, arm.terms, arm.numbers)
-    return "" if found is None else latex_of(found)

@@ -52,7 +52,7 @@ class ReferenceTerms:
 
     @property
     def joints(self) -> int:
-        """Of the arm."""
+        """How many joints the arm has."""
         return len(self.angles)
 
     def entry(self, place: EntryPlace) -> Entry:

@@ -66,7 +66,7 @@ class Alternative(NamedTuple):
 
 
 def named(symbol: str) -> Named:
-    """Of a symbol's name."""
+    """A symbol's name, taken apart."""
     found = re.fullmatch(r"(.*?)(\d+)(_\d+)?", symbol)
     return Named(found[1], int(found[2]), found[3] or "") if found else Named(symbol, 0)
 

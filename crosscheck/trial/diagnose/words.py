@@ -282,7 +282,7 @@ def _entry(place: EntryPlace, symbolic: Symbolic) -> sp.Expr | None:
 
 
 def _right(product: Product, terms: ReferenceTerms, x: list[sp.Symbol]) -> sp.Expr:
-    """A term of the reference's."""
+    """A term of the reference as a sympy expression."""
     key, (number, powers) = product
     turned = [
         sum(w * a for w, a in zip(key.wave, column, strict=True)) for column in terms.angles.T

@@ -231,12 +231,12 @@ class MappedUnit:
     torque: tuple[str, ...]
 
     def references(self, names: tuple[str, ...]) -> list[int]:
-        """Of variables."""
+        """The references by which FMI calls these variables."""
         known = {v.name: v.reference for v in self.description.variables}
         return [known[name] for name in names]
 
     def places(self, names: tuple[str, ...]) -> list[int]:
-        """Of continuous states among them."""
+        """Where these stand among the continuous states, from 0."""
         return [self.description.states.index(name) for name in names]
 
 

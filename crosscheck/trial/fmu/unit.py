@@ -91,7 +91,7 @@ class LoadedUnit:
         self.torque = mapped.references(mapped.torque)
 
     def initialise(self) -> None:
-        """From what was set on."""
+        """Begin with the values that were set."""
         if self.old:
             self.unit.setupExperiment(startTime=0.0)
         self.unit.enterInitializationMode()
@@ -113,7 +113,7 @@ class ExchangeUnit(LoadedUnit):
         self.unit.getContinuousStates(_pointer(self.begin), self.begin.size)
 
     def rates(self, t: float, q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Derivatives of all states."""
+        """Derivatives (states,) of all continuous states at time t [s]."""
         states, found = self.begin.copy(), np.full(self.begin.size, np.nan)
         states[self.mapped.places(self.mapped.q)] = q
         states[self.mapped.places(self.mapped.v)] = v
@@ -135,7 +135,7 @@ class SteppedUnit(LoadedUnit):
         self.initialise()
 
     def now(self) -> tuple[np.ndarray, np.ndarray]:
-        """q and v."""
+        """q and v, each (n,), as the unit has them."""
         q, v = np.split(np.array(self.get(self.state)), 2)
         return q, v
 
@@ -200,17 +200,17 @@ class UnitRun:
 
     @cached_property
     def key(self) -> RunKey:
-        """What it is called."""
+        """What the run is called among others."""
         return RunKey(self.case.scenario.name, self.name, self.variant)
 
     @property
     def model(self) -> str:
-        """Whose run."""
+        """The name of the unit."""
         return self.name
 
     @property
     def cost(self) -> float:
-        """Rough seconds."""
+        """Roughly how long the run takes [s]."""
         return 1.0 + self.case.scenario.steps * STEP_S
 
     def perform(self) -> xr.Dataset | Failure:

@@ -114,12 +114,12 @@ class StateQuestion:
 
     @property
     def key(self) -> StateQuestion:
-        """Itself."""
+        """A task is its own key."""
         return self
 
     @property
     def cost(self) -> float:
-        """Rough seconds."""
+        """Roughly how long the answers take [s]."""
         calls = len(self.case.arm.joints) ** 2 if self.quantity in BY_RATES else 1
         return 0.5 + self.count * calls * max(MODELS[self.model].call_s, CALL_S)
 
@@ -215,7 +215,7 @@ class Bench:
 
     @property
     def gearing(self) -> Gearing:
-        """Of the coordinates."""
+        """The gearing of the coordinates."""
         return self.equations.coordinates.gearing
 
     @cached_property
@@ -271,7 +271,7 @@ class FirstCall:
 
     @property
     def key(self) -> FirstCall:
-        """Itself."""
+        """A task is its own key."""
         return self
 
     def perform(self) -> InputError | None:

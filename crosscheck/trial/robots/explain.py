@@ -333,7 +333,7 @@ def lines(found: Explained) -> Iterator[str]:
 
 
 def explained_json(found: Explained, robot: Robot, text: str) -> str:
-    """Everything."""
+    """JSON text of all that was found."""
     return document(
         {
             "schema_version": 1,

@@ -102,7 +102,7 @@ class AskedStates:
 
     @property
     def count(self) -> int:
-        """Of the rows."""
+        """How many rows there are."""
         return len(self.arguments["t"])
 
     @property
@@ -111,7 +111,7 @@ class AskedStates:
         return self.needed[APART]
 
     def shape(self, part: str) -> tuple[int, ...]:
-        """Of an answer."""
+        """The shape of an answer for this part."""
         n = len(self.frame.names)
         return (n, n) if part in MATRICES else (n,)
 
