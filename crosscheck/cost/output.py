@@ -39,7 +39,16 @@ def first_lines(found: Cost) -> Iterator[str]:
             f"{pair.at} by {pair.by} ({_percent(pair.share)})" for pair in found.pairs[:3]
         )
         yield f"coupling that armature leaves out: {named} of the largest torque, rms"
-    yield _ratio_line(found)
+    limit = _percent(NEGLIGIBLE)
+    if found.factor == 0:
+        yield f"ratios: the coupling stays below {limit} at any ratio, the reflected inertia kept"
+    else:
+        largest = max(each.share for each in found.by_joint if each.level == "armature")
+        verb = "would still be" if largest < NEGLIGIBLE else "would be"
+        yield (
+            f"ratios: the coupling {verb} below {limit} of every joint's largest torque with all"
+            f" ratios {found.factor:.3g} times as large, the reflected inertias kept"
+        )
     if found.geared:
         yield from _mesh_lines(found.geared)
 
@@ -95,18 +104,6 @@ def _away_words(distances: np.ndarray) -> str:
     off = f"{_length(float(np.median(distances)))} in the median of {distances.size} runs"
     most = f"{lost} of them diverge" if lost else f"{_length(float(distances.max()))} at most"
     return f"end effector after a second of feed-forward off by {off}, {most}"
-
-
-def _ratio_line(found: Cost) -> str:
-    limit = _percent(NEGLIGIBLE)
-    if found.factor == 0:
-        return f"ratios: the coupling stays below {limit} at any ratio, the reflected inertia kept"
-    below = max(each.share for each in found.by_joint if each.level == "armature") < NEGLIGIBLE
-    verb = "would still be" if below else "would be"
-    return (
-        f"ratios: the coupling {verb} below {limit} of every joint's largest torque with all ratios"
-        f" {found.factor:.3g} times as large, the reflected inertias kept"
-    )
 
 
 def lines(found: Cost) -> Iterator[str]:

@@ -115,19 +115,28 @@ class Candidates:
     def all(self) -> list[Candidate]:
         """Without those of angles; each error once, in its simplest form."""
         found: dict[Any, Candidate] = {}
-        for candidate in (*self._factors(), *self._swaps()):
+        for candidate in self._all():
             mark = candidate.print
             if mark and (mark not in found or candidate.cost < found[mark].cost):
                 found[mark] = candidate
         return list(found.values())
 
-    def _factors(self) -> Iterator[Candidate]:
+    def _all(self) -> Iterator[Candidate]:
+        """Factors of every group of terms; then one symbol in the place of another."""
         for products, extra in self.groups:
             whole = change_by(products, (self.size[p] for p in products))
             for kind, yours, by, cost in (*PLAIN, *self._counts(products)):
                 change = {key: (by - 1) * size for key, size in whole.items()}
-                number = None if yours else float(by)
-                yield Candidate(kind, products, change, cost + extra, yours, by=number)
+                plain = None if yours else float(by)
+                yield Candidate(kind, products, change, cost + extra, yours, by=plain)
+        for products, extra in self.groups:
+            symbols = {symbol for product in products for symbol in product.symbols}
+            for symbol in symbols if len(symbols) <= MOST_SHARED or extra <= 0.06 else ():
+                yield from self._swapped(products, symbol, extra)
+                ((key, (number, powers)), *more) = products
+                if not more and abs(number) == 2:  # a coupling that is written twice, once wrong
+                    once = Product(key, Monomial(Fraction(number) / 2, powers))
+                    yield from self._swapped((once,), symbol, extra + 0.15)
 
     def _counts(self, products: Entry) -> Iterator[tuple[Kind, str, Any, float]]:
         """Factors that are a number of planets, or a ratio, of a joint that these terms concern.
@@ -147,16 +156,6 @@ class Candidates:
                 yield "factor", f"1/sqrt({symbol})", count**-0.5, 1.3
             elif len(products) == 1 and symbol in self.others and np.all(count):
                 yield "factor", symbol, count, 1.45
-
-    def _swaps(self) -> Iterator[Candidate]:
-        for products, extra in self.groups:
-            symbols = {symbol for product in products for symbol in product.symbols}
-            for symbol in symbols if len(symbols) <= MOST_SHARED or extra <= 0.06 else ():
-                yield from self._swapped(products, symbol, extra)
-                ((key, (number, powers)), *more) = products
-                if not more and abs(number) == 2:  # a coupling that is written twice, once wrong
-                    once = Product(key, Monomial(Fraction(number) / 2, powers))
-                    yield from self._swapped((once,), symbol, extra + 0.15)
 
     def _swapped(self, products: Entry, symbol: str, extra: float) -> Iterator[Candidate]:
         """One symbol by another in all these products; in a single one also one of its powers."""

@@ -8,7 +8,7 @@ tell from it are told too.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import product as combinations
 from typing import NamedTuple
@@ -63,9 +63,13 @@ def explain(
         return None
     arms = [*(each.values for each in observed), unrelated(observed[0].values)]
     values = {name: np.array([arm[name] for arm in arms]) for name in arms[0]}
-    found = ranked(search(target, place, terms, values))
-    if not found:
+    unique: dict[object, Found] = {}  # what does the same on all arms is the same
+    for errors in sorted(search(target, place, terms, values), key=_cost):
+        unique.setdefault(frozenset(error.print for error in errors), errors)
+    likely = list(unique.values())
+    if not likely:
         return None
+    found = [errors for errors in likely if _cost(errors) <= _cost(likely[0]) + FAR_FETCHED]
     first, *others = (tuple(error_of(each, terms) for each in errors) for errors in found)
     made = table_of(target, found[0]).sum(axis=0)
     size = float(np.linalg.norm(target.difference))
@@ -184,15 +188,6 @@ def pairs(target: Target, candidates: Sequence[Candidate], changes: np.ndarray) 
             if (np.abs(both - target.difference) <= target.tolerance).all():
                 found.append((candidates[a], candidates[b]))
     return found
-
-
-def ranked(found: Iterable[Found]) -> list[Found]:
-    """Likeliest first, each once: what does the same on all arms is the same."""
-    unique: dict[object, Found] = {}
-    for each in sorted(found, key=_cost):
-        unique.setdefault(frozenset(s.print for s in each), each)
-    likely = list(unique.values())
-    return [each for each in likely if _cost(each) <= _cost(likely[0]) + FAR_FETCHED]
 
 
 def _cost(found: Found) -> float:

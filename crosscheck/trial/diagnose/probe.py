@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from contextlib import suppress
 from typing import Any
 
 from pydantic import ValidationError
@@ -24,17 +25,17 @@ def probe_arms(arm: Arm, count: int) -> list[Arm]:
     Seeded, so the same every time. A mass, inertia or error that is 0 in the arm is not in them;
     weight and friction are as absent as they were. Raises InputError where none can be made.
     """
-    return [_probe(arm, number) for number in range(1, count + 1)]
-
-
-def _probe(arm: Arm, number: int) -> Arm:
-    for draw in range(DRAWS):
-        generator = random.Random(1000 * number + draw)
-        try:
-            return Arm.model_validate(_arm(arm, generator, number))
-        except ValidationError:
-            continue
-    raise InputError(arm.name, "", None, "no arm of its structure with other numbers can be made")
+    found = []
+    for number in range(1, count + 1):
+        for draw in range(DRAWS):
+            generator = random.Random(1000 * number + draw)
+            with suppress(ValidationError):
+                found.append(Arm.model_validate(_arm(arm, generator, number)))
+                break
+        else:
+            reason = "no arm of its structure with other numbers can be made"
+            raise InputError(arm.name, "", None, reason)
+    return found
 
 
 def _arm(arm: Arm, generator: random.Random, number: int) -> dict[str, Any]:

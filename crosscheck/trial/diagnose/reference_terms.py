@@ -78,7 +78,11 @@ def reference_terms_of(frame: Frame, arm: Arm, chosen: Switches, level: str = ""
     bodies = all_bodies(chain) if frame.layout.meshing else rigid_bodies(chain, level or "coupled")
     mass = _mapped(mass_terms(bodies, chain.angles[1:]), columns, frame.layout)
     turns = columns[frame.layout.theta]
-    entries = _mass_entries(mass) | _bias_entries(mass, turns)
+    ordered = sorted(mass.items(), key=lambda item: item[0])
+    entries = _entries(
+        {(EntryPlace("mass_matrix", i, j), TermKey(wave)): c for (i, j, wave), c in ordered}
+    )
+    entries |= _bias_entries(mass, turns)
     force = forces(chain, bodies, arm, chosen)
     entries |= _force_entries(force, columns, frame)
     angles = np.array(  # of dtheta/dx, of which symbols are no part
@@ -176,11 +180,6 @@ def _entries(terms: Mapping[tuple[EntryPlace, TermKey], Any]) -> dict[EntryPlace
     for (place, key), entry in terms.items():
         found[place] += [Product(key, monomial) for monomial in poly.constant(entry).monomials]
     return {place: tuple(products) for place, products in found.items()}
-
-
-def _mass_entries(mass: MassTerms) -> dict[EntryPlace, Entry]:
-    ordered = sorted(mass.items(), key=lambda item: item[0])
-    return _entries({(EntryPlace("mass_matrix", i, j), TermKey(w)): c for (i, j, w), c in ordered})
 
 
 def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[EntryPlace, Entry]:

@@ -193,20 +193,16 @@ def told(error: TermError) -> str:
         return f"yours has {error.yours} where {error.right} belongs, in {term}"
     if error.kind == "extra":
         return f"extra term: {term}"
-    short = _short_of(error)
-    return f"{short}{error.yours} where {error.right} belongs" + ("" if short else f", in {term}")
-
-
-def _short_of(error: TermError) -> str:
-    """missing term: m (L2 - d2) L1: where one symbol stands for another in one product."""
-    coefficient = error.term.coefficient
-    found = re.search(rf"(?<!\S){re.escape(error.right)}(\^\d+)?(?!\S)", coefficient)
-    if found is None or "(" in coefficient or not error.yours.isidentifier():
-        return ""
+    # missing term: m (L2 - d2) L1: where one symbol stands for another in one product.
+    coefficient, right, yours = error.term.coefficient, error.right, error.yours
+    found = re.search(rf"(?<!\S){re.escape(right)}(\^\d+)?(?!\S)", coefficient)
+    if found is None or "(" in coefficient or not yours.isidentifier():
+        return f"{yours} where {right} belongs, in {term}"
     power = found[1] or ""
-    inside = f"({error.right}{power} - {error.yours}{power})"
+    inside = f"({right}{power} - {yours}{power})"
     short = coefficient[: found.start()] + inside + coefficient[found.end() :]
-    return f"missing term: {written(replace(error.term, coefficient=short))}; "
+    missing = written(replace(error.term, coefficient=short))
+    return f"missing term: {missing}; {yours} where {right} belongs"
 
 
 def difference_of(coefficients: Mapping[TermKey, float], terms: ReferenceTerms) -> tuple[Term, ...]:

@@ -35,6 +35,7 @@ BINARIES = {
     ("Linux", "aarch64"): ("aarch64-linux",),
     ("Darwin", "arm64"): ("aarch64-darwin", "darwin64"),
 }
+LIBRARIES = (".so", ".dylib")
 EXTRA = "needs FMPy: pip install 'geararm-crosscheck[fmu]'"
 LONGEST = 200  # characters of a name that is looked at
 Variables = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST)]
@@ -66,17 +67,6 @@ def unpacked(path: Path, folder: Path) -> None:
     if b"<!DOCTYPE" in description or b"<!ENTITY" in description or b"\0" in description:
         reason = "must be XML in UTF-8 without definitions of its own"
         raise InputError(where, DESCRIPTION, None, reason)
-
-
-def library_of(where: str, folder: Path, identifier: str) -> Path:
-    """This machine's binary of an unpacked unit. Raises InputError where there is none."""
-    for name in _folders():
-        for suffix in (".so", ".dylib"):
-            found = folder / "binaries" / name / f"{identifier}{suffix}"
-            if found.is_file():
-                return found
-    machine = f"{platform.system()} {platform.machine()}"
-    raise InputError(where, "binaries", None, f"holds none of {identifier} for {machine}")
 
 
 def _folders() -> tuple[str, ...]:
@@ -245,8 +235,8 @@ def mapped_unit(path: Path, mapping: Path, arm: Arm, folder: Path) -> MappedUnit
     said = validated(MappingFile, read_toml(mapping), str(mapping))
     unpacked(path, folder)
     description = described(str(path), folder)
-    own = Coordinates(**said.model_dump(exclude={"level", "q", "v", "torque"}))
-    size = len(frame_of(own, arm).names)
+    coordinates = Coordinates(**said.model_dump(exclude={"level", "q", "v", "torque"}))
+    size = len(frame_of(coordinates, arm).names)
     inputs = tuple(v.name for v in description.variables if v.is_input)
     states, kind = description.states, "a continuous state"
     if description.kind == "co-simulation":
@@ -254,8 +244,14 @@ def mapped_unit(path: Path, mapping: Path, arm: Arm, folder: Path) -> MappedUnit
     _require(mapping, "q", said.q, size, states, kind)
     _require(mapping, "v", said.v, size, states, kind)
     _require(mapping, "torque", said.torque, len(arm.joints), inputs, "a real input")
-    library = library_of(str(path), folder, description.identifier)
-    return MappedUnit(folder, library, description, own, said.level, said.q, said.v, said.torque)
+    name = description.identifier
+    places = (folder / "binaries" / own / f"{name}{end}" for own in _folders() for end in LIBRARIES)
+    library = next((place for place in places if place.is_file()), None)
+    if library is None:
+        machine = f"{platform.system()} {platform.machine()}"
+        raise InputError(str(path), "binaries", None, f"holds none of {name} for {machine}")
+    names = said.q, said.v, said.torque
+    return MappedUnit(folder, library, description, coordinates, said.level, *names)
 
 
 def _require(

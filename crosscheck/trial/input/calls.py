@@ -222,18 +222,11 @@ def _casadi_arguments(own: Any, part: str) -> Sequence[str]:
 def told_failure(error: BaseException) -> Failure:
     """An exception with the state at which it was raised and, if it is the user's, its traceback.
 
-    The message is one line of at most 400 characters.
+    The message is one line of at most 400 characters. The traceback is without the frames by which
+    the user's code was reached; of exceptions that led to each other all are told, without notes.
     """
     known, notes = failure(error), "; ".join(getattr(error, "__notes__", ()))
     message = one_line(f"{known.message} ({notes})" if notes else known.message)
-    return Failure(known.kind, message, own_trace(error))
-
-
-def own_trace(error: BaseException) -> str:
-    """The traceback without the frames by which the user's code was reached; '' if there is none.
-
-    Of exceptions that led to each other all are told, without notes.
-    """
     whole = TracebackException.from_exception(error, compact=True)
     told: TracebackException | None = whole
     users = False
@@ -244,4 +237,4 @@ def own_trace(error: BaseException) -> str:
         told.stack, told.__notes__ = StackSummary.from_list(frames), []
         users = users or bool(frames)
         told = told.__cause__ or told.__context__
-    return "".join(whole.format()) if users else ""
+    return Failure(known.kind, message, "".join(whole.format()) if users else "")
