@@ -163,8 +163,8 @@ class Compared:
 
     def difference(self, place: EntryPlace) -> tuple[np.ndarray, float]:
         """Yours minus right of an entry at every state (count,), and the entry's size."""
-        quantity = QUANTITIES[place.part]
-        index = (place.row, *(place.rates or () if place.column is None else (place.column,)))
+        quantity, beside = QUANTITIES[place.part], place.rates or ()
+        index = (place.row, *beside) if place.column is None else (place.row, place.column)
         apart = self.yours[quantity] - self.right[quantity]
         return apart[(slice(None), *index)], float(self.sizes.of(quantity)[index])
 

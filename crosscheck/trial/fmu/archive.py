@@ -10,7 +10,8 @@ import platform
 import re
 import stat
 import zipfile
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Literal
 
@@ -104,24 +105,20 @@ def _require_harmless(where: str, entries: list[zipfile.ZipInfo]) -> None:
 
 
 @dataclass(frozen=True)
-class FmuVariable:
-    """A real number of the unit, and the reference by which FMI calls it."""
-
-    name: str
-    reference: int
-    is_input: bool
-
-
-@dataclass(frozen=True)
 class FmuDescription:
-    """version: 2 or 3; kind: Model Exchange, where it has that, or Co-Simulation; states: the
-    continuous ones, in the order of their derivatives."""
+    """What a unit says of itself.
+
+    version: 2 or 3; kind: Model Exchange, where it has that, or Co-Simulation; references: by which
+    FMI calls its real variables, by their names; inputs: names of those that are inputs; states:
+    the continuous ones, in the order of their derivatives.
+    """
 
     version: int
     kind: Literal["exchange", "co-simulation"]
     identifier: str
     token: str
-    variables: tuple[FmuVariable, ...]
+    references: Mapping[str, int] = field(hash=False)
+    inputs: tuple[str, ...]
     states: tuple[str, ...]
 
 
@@ -152,14 +149,14 @@ def _described(where: str, folder: Path) -> FmuDescription:
     if interface is None:
         reason = "is neither for Model Exchange nor for Co-Simulation"
         raise InputError(where, "", None, reason)
-    variables = tuple(
-        FmuVariable(v.name, int(v.valueReference), v.causality == "input")
-        for v in found.modelVariables
-        if v.type in ("Real", "Float64")
-        and not v.dimensions
-        and len(v.name) <= LONGEST
-        and v.name.isprintable()
-    )
+    variables = [
+        variable
+        for variable in found.modelVariables
+        if variable.type in ("Real", "Float64")
+        and not variable.dimensions
+        and len(variable.name) <= LONGEST
+        and variable.name.isprintable()
+    ]
     states = tuple(
         unknown.variable.derivative.name
         for unknown in found.derivatives
@@ -170,14 +167,14 @@ def _described(where: str, folder: Path) -> FmuDescription:
         kind="exchange" if found.modelExchange else "co-simulation",
         identifier=interface.modelIdentifier,
         token=found.guid,
-        variables=variables,
+        references={v.name: int(v.valueReference) for v in variables},
+        inputs=tuple(v.name for v in variables if v.causality == "input"),
         states=states,
     )
 
 
 def drafted(name: str, found: FmuDescription) -> str:
     """A mapping to begin with: states that have others for derivatives by their order, inputs."""
-    inputs = [v.name for v in found.variables if v.is_input]
     half = len(found.states) // 2
     runs = '# The rigid level that a unit for Co-Simulation is compared with.\nlevel = "links"\n'
     return (
@@ -185,7 +182,7 @@ def drafted(name: str, found: FmuDescription) -> str:
         "# Coordinates in their order, their rates, and the drive's torques on the output side.\n"
         f"q = {_list(found.states[:half])}\n"
         f"v = {_list(found.states[half:])}\n"
-        f"torque = {_list(inputs)}\n"
+        f"torque = {_list(found.inputs)}\n"
         "\n"
         '# What q are: gearing = "rigid", "lumped" or "free"; links = "relative" or "absolute";\n'
         '# gears = "displacements" or "angles"; or matrix = [[1, 0], [0, 1]].\n'
@@ -194,7 +191,7 @@ def drafted(name: str, found: FmuDescription) -> str:
     )
 
 
-def _list(names: tuple[str, ...] | list[str]) -> str:
+def _list(names: tuple[str, ...]) -> str:
     quoted = ('"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"' for name in names)
     return f"[{', '.join(quoted)}]"
 
@@ -222,8 +219,7 @@ class MappedUnit:
 
     def references(self, names: tuple[str, ...]) -> list[int]:
         """The references by which FMI calls these variables."""
-        known = {v.name: v.reference for v in self.description.variables}
-        return [known[name] for name in names]
+        return [self.description.references[name] for name in names]
 
     def places(self, names: tuple[str, ...]) -> list[int]:
         """Where these stand among the continuous states, from 0."""
@@ -237,13 +233,12 @@ def mapped_unit(path: Path, mapping: Path, arm: Arm, folder: Path) -> MappedUnit
     description = described(str(path), folder)
     coordinates = Coordinates(**said.model_dump(exclude={"level", "q", "v", "torque"}))
     size = len(frame_of(coordinates, arm).names)
-    inputs = tuple(v.name for v in description.variables if v.is_input)
     states, kind = description.states, "a continuous state"
     if description.kind == "co-simulation":
-        states, kind = tuple(v.name for v in description.variables), "a real variable"
+        states, kind = tuple(description.references), "a real variable"
     _require(mapping, "q", said.q, size, states, kind)
     _require(mapping, "v", said.v, size, states, kind)
-    _require(mapping, "torque", said.torque, len(arm.joints), inputs, "a real input")
+    _require(mapping, "torque", said.torque, len(arm.joints), description.inputs, "a real input")
     name = description.identifier
     places = (folder / "binaries" / own / f"{name}{end}" for own in _folders() for end in LIBRARIES)
     library = next((place for place in places if place.is_file()), None)
