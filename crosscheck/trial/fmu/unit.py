@@ -227,18 +227,21 @@ class UnitRun:
         theta, drive = frame.layout.theta, drive_data(scenario, len(arm.joints))
         q, v = build(self.reference, *self.case).start()
         own = SteppedUnit(self.unit, frame.place(q), np.linalg.solve(frame.jacobian(q), v))
+
+        def moving() -> tuple[np.ndarray, np.ndarray]:
+            """Angles and rates of the joints, as the unit has them now."""
+            x, u = own.now()
+            return frame.position(x)[theta], (frame.jacobian(x) @ u)[theta]
+
         time = recorded_times(scenario)
         often = max(scenario.stride // 2, 1) * (1 if self.variant else 2)
         found = []
         for begin, end in zip(time, [*time[1:], None], strict=True):
-            x, u = own.now()
-            found.append((frame.position(x)[theta], (frame.jacobian(x) @ u)[theta]))
+            found.append(moving())
             for part in range(often if end is not None else 0):
                 h = (end - begin) / often
                 t = begin + part * h
-                x, u = own.now()
-                angle, rate = frame.position(x)[theta], (frame.jacobian(x) @ u)[theta]
-                own.step(t, h, torques_at(drive, t, angle, rate))
+                own.step(t, h, torques_at(drive, t, *moving()))
         angles, rates = (np.array(each) for each in zip(*found, strict=True))
         run = recorded(self.name, *self.case, time, theta=angles, theta_dot=rates)
         return run.assign_attrs(step_s=(time[1] - time[0]) / often)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -192,12 +193,8 @@ def _in_rows(bench: Bench, notes: Iterable[Call], first: int) -> AskedStates:
         takes = TAKES[call.part]
         key = ("".join(takes), call.again, call.arguments)
         if key not in places:
-            ends = np.cumsum([sizes[name] for name in takes]).tolist()
-            parts = [
-                call.arguments[end - sizes[name] : end]
-                for name, end in zip(takes, ends, strict=True)
-            ]
-            row = dict(zip(takes, parts, strict=True))
+            values = iter(call.arguments)
+            row = {name: tuple(islice(values, sizes[name])) for name in takes}
             for fewer in {TAKES[part] for part in PARTS if set(TAKES[part]) <= set(takes)}:
                 own = tuple(value for name in fewer for value in row[name])
                 places.setdefault(("".join(fewer), call.again, own), len(rows))
