@@ -28,7 +28,7 @@ ABILITIES = {
     "force": "generalized_force",
     "acceleration": "acceleration",
 }
-CALL_S = 2e-4  # of a user's Python
+CALL_S = 2e-4  # [s] that a tooth force or a bias takes a user's Python, at most
 
 
 class HandedModel(Model):

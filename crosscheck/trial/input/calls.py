@@ -17,7 +17,7 @@ from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import CannotDo, InputError, one_line
 from crosscheck.runner.outcomes import Failure, failure
-from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.coordinates.frame import Frame, UserState
 from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
 from crosscheck.trial.input.equations import Equations
 
@@ -96,6 +96,14 @@ class SuppliedEquations:
         size = np.sqrt(np.abs(np.diag(mass)))
         size = np.where(size > 0, size, 1.0)
         return np.linalg.solve(mass / np.outer(size, size), balance / size) / size
+
+    def force_at(self, state: UserState) -> np.ndarray:
+        """The force at a state, shape (n,)."""
+        return self.force(state.t, state.x, state.u, state.torque)
+
+    def acceleration_at(self, state: UserState) -> np.ndarray:
+        """The acceleration at a state, shape (n,)."""
+        return self.acceleration(state.t, state.x, state.u, state.torque)
 
     def inverse_dynamics(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """M(x) a + bias(x, v), shape (n,)."""

@@ -31,37 +31,11 @@ from crosscheck.trial.coordinates.differences import christoffel_terms, differen
 from crosscheck.trial.coordinates.frame import Frame, UserState, counted, frame_of, states_of
 from crosscheck.trial.input.calls import SuppliedEquations, handed, told_failure
 from crosscheck.trial.input.equations import Equations, Gearing
-from crosscheck.trial.model import HandedModel
+from crosscheck.trial.model import CALL_S, HandedModel
 
-# A tooth force or a bias takes a user's Python this long [s] at most.
-CALL_S = 2e-4
 SPEEDS = (-1.0, 2.0)
 AGAIN = "_again"
 BY_RATES = ("rate_terms", "christoffel")
-
-
-@dataclass(frozen=True)
-class Own:
-    """What was handed over, answering in its own coordinates x (n,) at rates u (n,)."""
-
-    handed: SuppliedEquations
-    frame: Frame
-
-    def mass_matrix(self, x: np.ndarray) -> np.ndarray:
-        """M_x, shape (n, n)."""
-        return self.handed.mass_matrix(x)
-
-    def bias(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """h_x, shape (n,)."""
-        return self.handed.bias(x, u)
-
-    def force(self, state: UserState) -> np.ndarray:
-        """f_x, shape (n,)."""
-        return self.handed.force(state.t, state.x, state.u, state.torque)
-
-    def acceleration(self, state: UserState) -> np.ndarray:
-        """x'', shape (n,)."""
-        return self.handed.acceleration(state.t, state.x, state.u, state.torque)
 
 
 @dataclass(frozen=True)
@@ -86,12 +60,12 @@ class Moved:
         inertial = self.model.mass_matrix(q) @ self.frame.drift(x, u)
         return jacobian.T @ (self.model.bias(q, jacobian @ u) + inertial)
 
-    def force(self, state: UserState) -> np.ndarray:
+    def force_at(self, state: UserState) -> np.ndarray:
         """f_x = J^T f, shape (n,)."""
         force = self.model.generalized_force(state.t, state.q, state.v)
         return self.frame.jacobian(state.x).T @ force
 
-    def acceleration(self, state: UserState) -> np.ndarray:
+    def acceleration_at(self, state: UserState) -> np.ndarray:
         """x'' of q'' = J x'' + J' u, shape (n,)."""
         moving = self.model.acceleration(state.t, state.q, state.v)
         drift = self.frame.drift(state.x, state.u)
@@ -140,13 +114,13 @@ class StateQuestion:
         source: Source = Moved(model, frame)
         again = self.quantity.endswith(AGAIN)
         if isinstance(model, HandedModel):
-            source = Own(model.asked_again if again else model.handed, frame)
+            source = model.asked_again if again else model.handed
         order, ask = -1 if again else 1, QUESTIONS[self.quantity]
         pairs = list(zip(states, [*states[1:], states[0]], strict=True))[::order]
         return np.array([ask(source, state, other.u) for state, other in pairs][::order])
 
 
-Source = Own | Moved
+Source = SuppliedEquations | Moved
 # At a state, and with an acceleration (n,) where one is needed: the rates of another state.
 Answer = Callable[[Source, UserState, np.ndarray], np.ndarray]
 
@@ -172,21 +146,21 @@ def _by_torques(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
     """f at no torque, each alone, twice each alone, all together: shape (2 m + 2, n)."""
     alone = np.diag(state.torque)
     torques = [0 * state.torque, *alone, *(2 * alone), state.torque]
-    return np.array([source.force(state._replace(torque=each)) for each in torques])
+    return np.array([source.force_at(state._replace(torque=each)) for each in torques])
 
 
 def _inverse_dynamics(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
     """As handed over, M a + h, and the a of both: shape (3, n)."""
-    assert isinstance(source, Own)  # nobody else is asked
-    own = source.handed.inverse_dynamics(state.x, state.u, a)
+    assert isinstance(source, SuppliedEquations)  # nobody else is asked
+    own = source.inverse_dynamics(state.x, state.u, a)
     return np.array([own, source.mass_matrix(state.x) @ a + source.bias(state.x, state.u), a])
 
 
 REPEATED: dict[str, Answer] = {
     "mass_matrix": lambda source, state, a: source.mass_matrix(state.x),
     "bias": lambda source, state, a: source.bias(state.x, state.u),
-    "force": lambda source, state, a: source.force(state),
-    "acceleration": lambda source, state, a: source.acceleration(state),
+    "force": lambda source, state, a: source.force_at(state),
+    "acceleration": lambda source, state, a: source.acceleration_at(state),
 }
 QUESTIONS: dict[str, Answer] = {
     **REPEATED,
@@ -293,8 +267,8 @@ _FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
     "mass_matrix": lambda own, state: own.mass_matrix(state.x),
     "bias": lambda own, state: own.bias(state.x, state.u),
     "coriolis": lambda own, state: own.bias(state.x, state.u),
-    "force": lambda own, state: own.force(state.t, state.x, state.u, state.torque),
-    "acceleration": lambda own, state: own.acceleration(state.t, state.x, state.u, state.torque),
+    "force": lambda own, state: own.force_at(state),
+    "acceleration": lambda own, state: own.acceleration_at(state),
     "inverse_dynamics": lambda own, state: own.inverse_dynamics(state.x, state.u, state.u),
 }
 

@@ -128,6 +128,4 @@ def _value(value: Any) -> str:
         return f"{{ {', '.join(_entries(value))} }}"
     if isinstance(value, list):
         return f"[{', '.join(map(_value, value))}]"
-    if isinstance(value, str):
-        return json.dumps(value)
-    return json.dumps(value) if isinstance(value, bool) else repr(value)
+    return json.dumps(value)
