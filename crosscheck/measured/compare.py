@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import exp
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,14 +31,6 @@ MOST_BLOCKS = 50  # by which parameters are estimated
 BEYOND_NOISE = 4.0
 SAMPLES = 400  # of the residual that a picture shows, a block
 Told = Callable[[str, int, int], None]
-
-
-class SmoothedMotion(NamedTuple):
-    """Of the smoothed angles at all rows, each (rows, joints)."""
-
-    angles: np.ndarray
-    rates: np.ndarray
-    accelerations: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -154,11 +145,10 @@ def compare(
     torques, source = _torques(record, scenario, spacing)
     rows = record.time.size
     every = list(blocks(record, torques, spacing))
-    motion = SmoothedMotion(
-        *(np.concatenate([getattr(b, name) for b in every]) for name in SmoothedMotion._fields)
-    )
-    require_slow(record, motion.rates)
-    require_same_units(record, motion.rates)
+    parts = zip(*(block.motion for block in every), strict=True)
+    motion = tuple(map(np.concatenate, parts))  # angles, rates, accelerations (rows, joints)
+    require_slow(record, motion[1])
+    require_same_units(record, motion[1])
 
     models = {level: _model(f"analytic:{level}", arm) for level in RIGID_LEVELS}
     found = fits(every, [*models.values()], lambda done: told("comparing the levels", done, rows))
@@ -248,9 +238,11 @@ def _mean_noise(pieces: Sequence[Block], name: str) -> np.ndarray:
     return np.sqrt(np.mean([getattr(block, name) ** 2 for block in pieces], axis=0))
 
 
-def _engines(motion: SmoothedMotion, arm: Arm, best: str, told: Told) -> Iterator[EngineAgreement]:
+def _engines(
+    motion: tuple[np.ndarray, ...], arm: Arm, best: str, told: Told
+) -> Iterator[EngineAgreement]:
     """Every other rigid model: Pinocchio's of the best level at all rows, others at drawn ones."""
-    able, rows = set(covering("rigid", arm, usual_switches(arm))), len(motion.angles)
+    able, rows = set(covering("rigid", arm, usual_switches(arm))), len(motion[0])
     drawn = np.linspace(0, rows - 1, min(rows, DRAWN)).round().astype(int)
     for level in RIGID_LEVELS:
         own = _model(f"analytic:{level}", arm)

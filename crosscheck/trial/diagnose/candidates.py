@@ -23,6 +23,8 @@ PLAIN: tuple[tuple[Kind, str, float, float], ...] = (
     *(("factor", "", by, 1.2 + 0.05 * place) for place, by in enumerate(FACTORS[1:])),
 )
 TIMES = ((1, 0.0), (-1, 0.0), (2, 0.2), (-2, 0.2), (0.5, 0.2), (-0.5, 0.2))
+# Terms that one error may concern together, and how far-fetched that is.
+TermGroup = tuple[Entry, float]
 Fits = Callable[[np.ndarray], np.ndarray]  # of changes (terms, arms): which make a difference
 LENGTHS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
 INERTIAS = ("I_l", "J_r", "J_m")
@@ -48,32 +50,23 @@ class Candidate(NamedTuple):
         return tuple(sorted(last))
 
 
-class TermGroup(NamedTuple):
-    """Terms that one error may concern together; cost: how far-fetched that is."""
-
-    products: Entry
-    cost: float
-
-
 def groups(entry: Entry) -> list[TermGroup]:
     """Each term; all; those before one wave; with one symbol in common; with a joint's masses."""
-    found = [TermGroup((product,), 0.0) for product in entry]
+    found: list[TermGroup] = [((product,), 0.0) for product in entry]
     by_key: defaultdict[TermKey, list[Product]] = defaultdict(list)
     by_symbol: defaultdict[str, list[Product]] = defaultdict(list)
     for product in entry:
         by_key[product.key].append(product)
         for symbol in product.symbols:
             by_symbol[symbol].append(product)
-    found.append(TermGroup(entry, 0.02))
-    found += [TermGroup(tuple(each), 0.04) for each in by_key.values()]
-    found += [TermGroup(tuple(each), 0.06) for each in by_symbol.values()]
+    found.append((entry, 0.02))
+    found += [(tuple(each), 0.04) for each in by_key.values()]
+    found += [(tuple(each), 0.06) for each in by_symbol.values()]
     for each in by_symbol.values():
         keys = {product.key for product in each}
-        found += [
-            TermGroup(tuple(p for p in each if p.key == k), 0.12) for k in keys if len(keys) > 1
-        ]
+        found += [(tuple(p for p in each if p.key == k), 0.12) for k in keys if len(keys) > 1]
     found += _joint_masses(entry)
-    unique = {group.products: group for group in reversed(found) if group.products}
+    unique = {group[0]: group for group in reversed(found) if group[0]}
     return list(unique.values())
 
 
@@ -85,7 +78,7 @@ def _joint_masses(entry: Entry) -> Iterator[TermGroup]:
         if masses and masses[0].stem != "m":
             lever = tuple(p for p in product.monomial.powers if named(p[0]).stem in LENGTHS)
             levers[masses[0].joint, lever, product.key].append(product)
-    yield from (TermGroup(tuple(each), 0.05) for each in levers.values() if len(each) > 1)
+    yield from ((tuple(each), 0.05) for each in levers.values() if len(each) > 1)
 
 
 def change_by(products: Iterable[Product], of_each: Iterable[Any]) -> dict[TermKey, np.ndarray]:
