@@ -125,11 +125,7 @@ class RecordComparison:
 
 
 def compare(
-    record: Record,
-    arm: Arm,
-    scenario: Scenario | None,
-    tolerances: Mapping[str, float],
-    told: Told,
+    record: Record, arm: Arm, scenario: Scenario | None, tolerances: Mapping[str, float], told: Told
 ) -> RecordComparison:
     """Raises InputError for a record without torques or with too few rows.
 

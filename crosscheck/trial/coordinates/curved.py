@@ -127,10 +127,7 @@ def _complex_frame(frame: Frame, own: Any) -> Frame | None:
         return _answer(np.stack(columns, axis=1), (len(x), len(x)), "function's jacobian", x)
 
     found = replace(
-        frame,
-        found_by="complex step",
-        slopes=slopes,
-        drift=lambda x, u: _turning(forward, x, u),
+        frame, found_by="complex step", slopes=slopes, drift=lambda x, u: _turning(forward, x, u)
     )
     try:
         with warnings.catch_warnings():

@@ -119,10 +119,7 @@ class Frame:
 
 
 def linear_frame(
-    layout: Layout,
-    names: tuple[str, ...],
-    matrix: np.ndarray,
-    symbolic: sp.ImmutableMatrix | None,
+    layout: Layout, names: tuple[str, ...], matrix: np.ndarray, symbolic: sp.ImmutableMatrix | None
 ) -> Frame:
     """The frame of q = matrix @ x."""
     return Frame(
