@@ -108,13 +108,13 @@ class Candidates:
     def all(self) -> list[Candidate]:
         """Without those of angles; each error once, in its simplest form."""
         found: dict[Any, Candidate] = {}
-        for candidate in self._all():
+        for candidate in self._made():
             mark = candidate.print
             if mark and (mark not in found or candidate.cost < found[mark].cost):
                 found[mark] = candidate
         return list(found.values())
 
-    def _all(self) -> Iterator[Candidate]:
+    def _made(self) -> Iterator[Candidate]:
         """Factors of every group of terms; then one symbol in the place of another."""
         for products, extra in self.groups:
             whole = change_by(products, (self.size[p] for p in products))

@@ -10,7 +10,7 @@ import ctypes
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -157,27 +157,25 @@ def fmu_equations(unit: MappedUnit, arm: Arm) -> Equations:
     frame = frame_of(unit.coordinates, arm)
     theta = frame.jacobian(np.zeros(len(frame.names)))[frame.layout.theta]
     joints, size = theta.shape
+    ask = partial(acceleration_of, unit)
     if joints != size:
-        return Equations(
-            acceleration=lambda t, x, v, torque: acceleration_of(unit, t, x, v, torque),
-            coordinates=unit.coordinates,
-        )
+        return Equations(acceleration=ask, coordinates=unit.coordinates)
 
     def mass_matrix(x: np.ndarray) -> np.ndarray:
         still, gained = np.zeros(size), np.zeros((size, joints))
         for joint, push in enumerate(PUSH_N_M * np.eye(joints)):
-            ahead, back = (acceleration_of(unit, 0.0, x, still, sign * push) for sign in (1, -1))
+            ahead, back = (ask(0.0, x, still, sign * push) for sign in (1, -1))
             gained[:, joint] = (ahead - back) / (2 * PUSH_N_M)
         return theta.T @ np.linalg.inv(gained)
 
     def bias(x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """What is even in the rates and vanishes with them: weight and friction do not."""
         idle = np.zeros(joints)
-        ahead, back, still = (acceleration_of(unit, 0.0, x, s * v, idle) for s in (1, -1, 0))
+        ahead, back, still = (ask(0.0, x, s * v, idle) for s in (1, -1, 0))
         return mass_matrix(x) @ (still - (ahead + back) / 2)
 
     def force(t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        return mass_matrix(x) @ acceleration_of(unit, t, x, v, torque) + bias(x, v)
+        return mass_matrix(x) @ ask(t, x, v, torque) + bias(x, v)
 
     return Equations(
         mass_matrix=mass_matrix,

@@ -254,7 +254,7 @@ class FirstCall:
         assert isinstance(asker, HandedModel)  # as it was registered
         try:
             (state,) = states_of(asker.frame, self.case.arm, self.case.scenario, 1, self.seed)
-            _FIRST[self.quantity](asker.handed, state)
+            FIRST[self.quantity](asker.handed, state)
         except BadAnswer as error:
             count = counted(asker.equations.coordinates, len(asker.frame.names), self.case.arm)
             return InputError(self.model, "", None, f"{error}; x are {count}")
@@ -263,7 +263,7 @@ class FirstCall:
         return None
 
 
-_FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
+FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
     "mass_matrix": lambda own, state: own.mass_matrix(state.x),
     "bias": lambda own, state: own.bias(state.x, state.u),
     "coriolis": lambda own, state: own.bias(state.x, state.u),
