@@ -160,37 +160,29 @@ def comparison_page(found: RecordComparison) -> str:
     """HTML text, figures inlined."""
     from crosscheck.report.rendering import page
 
-    return page(
-        "measured",
-        found=found,
-        answers=list(first_lines(found)),
-        levels=LEVELS,
-        residual=_residual_drawing(found),
-        runs=_runs_drawing(found),
-    )
-
-
-def _residual_drawing(found: RecordComparison) -> str:
-    def draw(joint: int, axes: Axes) -> None:
-        residual, bound = found.shown.residual[:, joint], 2 * found.shown.deviation[:, joint]
+    def residual(joint: int, axes: Axes) -> None:
+        values, bound = found.shown.residual[:, joint], 2 * found.shown.deviation[:, joint]
         label = "2 standard deviations of noise"
         axes.fill_between(found.shown.time, -bound, bound, color="0.85", label=label)
-        axes.plot(found.shown.time, residual, lw=0.7, label="residual")
-        top = IN_SIGHT * np.median(bound) + np.quantile(np.abs(residual), 0.98)
+        axes.plot(found.shown.time, values, lw=0.7, label="residual")
+        top = IN_SIGHT * np.median(bound) + np.quantile(np.abs(values), 0.98)
         axes.set_ylim(-top, top)
 
-    return _drawing(found, draw, "N m")
-
-
-def _runs_drawing(found: RecordComparison) -> str:
-    def draw(joint: int, axes: Axes) -> None:
+    def runs(joint: int, axes: Axes) -> None:
         for number, window in enumerate(found.windows):
             bound = 2 * window.validation[:, joint]
             label = ("2 u_val", "E") if number == 0 else (None, None)
             axes.fill_between(window.time, -bound, bound, color="0.85", label=label[0])
             axes.plot(window.time, window.error[:, joint], "C1", lw=0.9, label=label[1])
 
-    return _drawing(found, draw, "rad")
+    return page(
+        "measured",
+        found=found,
+        answers=list(first_lines(found)),
+        levels=LEVELS,
+        residual=_drawing(found, residual, "N m"),
+        runs=_drawing(found, runs, "rad"),
+    )
 
 
 def _drawing(found: RecordComparison, draw: Callable[[int, Axes], None], unit: str) -> str:

@@ -320,19 +320,13 @@ def states_of(
 
     A pose that no x gives is moved towards one that some x gives. Raises InputError.
     """
-    return tuple(_states(frame, arm, scenario, count, seed))
-
-
-def _states(
-    frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int
-) -> Iterator[UserState]:
     drive, theta = drive_data(scenario, len(arm.joints)), frame.layout.theta
-    drawn = random_states(frame.layout, arm, count, seed)
-    for t, x, v in zip(drawn.t, _places(frame, drawn.q), drawn.v, strict=True):
+    drawn, found = random_states(frame.layout, arm, count, seed), []
+    for t, x, v in zip(drawn.t.tolist(), _places(frame, drawn.q), drawn.v, strict=True):
         q = frame.position(x)
         u = np.linalg.solve(frame.jacobian(x), v)
-        torque = torques_at(drive, float(t), q[theta], v[theta])
-        yield UserState(float(t), x, u, q, v, torque)
+        found.append(UserState(t, x, u, q, v, torques_at(drive, t, q[theta], v[theta])))
+    return tuple(found)
 
 
 def _places(frame: Frame, drawn: np.ndarray) -> Iterator[np.ndarray]:

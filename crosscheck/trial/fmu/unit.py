@@ -10,7 +10,7 @@ import ctypes
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -47,16 +47,6 @@ MOST_EVENTS = 100
 PUSH_N_M = 1e3  # by which torques are told from weight
 FAMILY = "trial-run"
 STEP_S = 1e-4  # rough cost of a communication
-
-
-def acceleration_of(
-    unit: MappedUnit, t: float, q: np.ndarray, v: np.ndarray, torque: np.ndarray
-) -> np.ndarray:
-    """v' (n,) at time t [s], with torques (joints,); other states are as the unit begins.
-
-    Raises what FMPy raises.
-    """
-    return _exchange(unit, os.getpid()).rates(t, q, v, torque)[unit.places(unit.v)]
 
 
 @lru_cache(maxsize=2)
@@ -157,7 +147,11 @@ def fmu_equations(unit: MappedUnit, arm: Arm) -> Equations:
     frame = frame_of(unit.coordinates, arm)
     theta = frame.jacobian(np.zeros(len(frame.names)))[frame.layout.theta]
     joints, size = theta.shape
-    ask = partial(acceleration_of, unit)
+
+    def ask(t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """v' (n,) at time t [s], torques (joints,); other states are as the unit begins."""
+        return _exchange(unit, os.getpid()).rates(t, x, v, torque)[unit.places(unit.v)]
+
     if joints != size:
         return Equations(acceleration=ask, coordinates=unit.coordinates)
 
