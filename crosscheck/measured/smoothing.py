@@ -95,8 +95,16 @@ def chosen_spacing(record: Record) -> int:
     taken = min(rows, MOST_TRIED)
     firsts = np.linspace(0, rows - taken, TRIED).astype(int) if rows > taken else [0]
     parts = [slice(int(first), int(first) + taken) for first in firsts]
+
+    def left(part: slice, spacing: int) -> np.ndarray:
+        """Variance (joints,) [rad^2] of the angles about their splines."""
+        time, angles = record.time[part], record.angles[part]
+        places = knots(time, spacing)
+        apart = angles - make_lsq_spline(time, angles, places, DEGREE)(time)
+        return (apart**2).sum(axis=0) / (len(time) - (places.size - DEGREE - 1))
+
     variances = np.array(
-        [np.mean([_left(record, part, each) for part in parts], axis=0) for each in possible]
+        [np.mean([left(part, each) for part in parts], axis=0) for each in possible]
     )
     # A joint that stands still leaves rounding, which other knots may lower or raise.
     least = (ROUNDING * np.abs(record.angles).max(axis=0)) ** 2
@@ -106,14 +114,6 @@ def chosen_spacing(record: Record) -> int:
     enough &= np.cumprod(enough).astype(bool)  # and every finer one too
     best = int(np.flatnonzero(enough)[-1])
     return possible[max(best - 1, 0)]
-
-
-def _left(record: Record, part: slice, spacing: int) -> np.ndarray:
-    """Variance (joints,) [rad^2] of the angles about their splines."""
-    time, angles = record.time[part], record.angles[part]
-    places = knots(time, spacing)
-    apart = angles - make_lsq_spline(time, angles, places, DEGREE)(time)
-    return (apart**2).sum(axis=0) / (len(time) - (places.size - DEGREE - 1))
 
 
 def knots(time: np.ndarray, spacing: int) -> np.ndarray:

@@ -73,9 +73,12 @@ def _planetary(joint: Planetary, generator: random.Random, place: int) -> dict[s
     zeros = {f"{gear}_mass_kg": 1.0 for gear in ("sun", "planet", "carrier", "ring")}
     found = _scaled(joint, generator, **zeros, ring_inertia_kg_m2=0.1)
     sun, planet = _gear_set(joint, OF_WIDEST[place % len(OF_WIDEST)])
-    teeth = {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
-    meshes = {name: _mesh(getattr(joint, name), generator) for name in ("sun_mesh", "ring_mesh")}
-    return {**found, **teeth, **meshes, "pressure_angle_deg": generator.uniform(18, 25)}
+    found |= {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
+    for name in ("sun_mesh", "ring_mesh"):  # law and lists stay; single numbers move
+        mesh: Mesh = getattr(joint, name)
+        moved = _scaled(mesh, generator, backlash_m=1e-5, tooth_error_m=1e-5)
+        found[name] = {**moved, "stiffness": mesh.model_dump()["stiffness"]}
+    return {**found, "pressure_angle_deg": generator.uniform(18, 25)}
 
 
 def _gear_set(joint: Planetary, of_widest: float) -> tuple[int, int]:
@@ -91,9 +94,3 @@ def _gear_set(joint: Planetary, of_widest: float) -> tuple[int, int]:
     planet = int(of_widest * widest)
     planet -= (planet + joint.sun_teeth) % planets
     return together - planet, planet
-
-
-def _mesh(mesh: Mesh, generator: random.Random) -> dict[str, Any]:
-    """Its law and lists stay; single numbers move."""
-    found = _scaled(mesh, generator, backlash_m=1e-5, tooth_error_m=1e-5)
-    return {**found, "stiffness": mesh.model_dump()["stiffness"]}
