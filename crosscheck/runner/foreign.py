@@ -81,13 +81,14 @@ def arrays_in(
         found = scipy.io.loadmat(io.BytesIO(content), variable_names=names)
         return {name: found[name] for name in names}
     with h5py.File(io.BytesIO(content), "r") as file:
+        # No link is followed, for it may lead out of the file.
+        own = [n for n in file if isinstance(file.get(n, getlink=True), h5py.HardLink)]
         sets = {
-            name: data
-            for name, data in file.items()
-            if isinstance(file.get(name, getlink=True), h5py.HardLink)
-            and isinstance(data, h5py.Dataset)
-            and not data.external
-            and not data.is_virtual
+            name: file[name]
+            for name in own
+            if isinstance(file[name], h5py.Dataset)
+            and not file[name].external
+            and not file[name].is_virtual
         }
         names = _affordable(wanted(sets), {name: data.shape for name, data in sets.items()})
         turned = as_matlab or content[:6] == b"MATLAB"
