@@ -96,15 +96,14 @@ def _matrix(given: Any, name: str, n: int) -> sp.ImmutableMatrix:
 
 def _standard(parts: Parts, v: Sequence[sp.Symbol]) -> Parts:
     """Mass matrix, bias and force out of whatever of them was given. Raises InputError."""
-    for pair in (("bias", "coriolis"), ("force", "forcing"), ("bias", "forcing")):
-        if all(name in parts for name in pair):
-            raise InputError(WHERE, pair[1], None, f"give either {pair[0]} or {pair[1]}")
+    twice = (("bias", "coriolis"), ("force", "forcing"), ("bias", "forcing"))
+    for one, other in (*twice, ("coriolis", "forcing")):
+        if one in parts and other in parts:
+            raise InputError(WHERE, other, None, f"give either {one} or {other}")
     found = {name: parts[name] for name in PARTS if name in parts}
     if "coriolis" in parts:
         found["bias"] = sp.ImmutableMatrix(parts["coriolis"] * sp.Matrix(v))
     if "forcing" in parts:
-        if "coriolis" in parts:
-            raise InputError(WHERE, "forcing", None, "give either coriolis or forcing")
         found["bias"], found["force"] = _split(parts["forcing"], v)
     return found
 
