@@ -44,18 +44,7 @@ class DrawnStates(NamedTuple):
     torques: np.ndarray
 
 
-class RobotAnswers(NamedTuple):
-    """What a model says of the states, by the names of QUANTITIES."""
-
-    mass_matrix: np.ndarray
-    bias: np.ndarray
-    gravity: np.ndarray
-    inverse_dynamics: np.ndarray
-    forward_dynamics: np.ndarray
-    energy: np.ndarray
-    momentum: np.ndarray
-    tip: np.ndarray
-    run: np.ndarray
+RobotAnswers = dict[str, np.ndarray]  # what a model says of the states, by QUANTITIES
 
 
 @dataclass(frozen=True)
@@ -136,56 +125,47 @@ def with_meshes(robot: Robot, states: DrawnStates) -> DrawnStates:
     return DrawnStates(q, v, a, states.torques)
 
 
-def _run_time(model: RobotModel, mass_matrices: np.ndarray) -> float:
-    """Time of a run [s] whose steps resolve the swings of every mesh, and their dying out."""
-    if model.level != "geared":
-        return RUN_S
-    return min(RUN_S, STEPS / 2 / mesh_rates(model, mass_matrices).fastest)
-
-
 def _answers(model: RobotModel, states: DrawnStates) -> RobotAnswers:
     """Raises ValueError for what is not finite or of another shape."""
     q, v, a, torques = states
     masses = model.mass_matrix(q)
-    seconds = _run_time(model, masses)
-    found = RobotAnswers(
-        masses,
-        model.bias(q, v),
-        model.gravity(q),
-        model.inverse_dynamics(q, v, a),
-        model.forward_dynamics(q, v, torques),
-        model.energy(q, v),
-        model.momentum(q, v),
-        model.tip(q),
-        run(model, q[:RUNS], v[:RUNS], lambda time: 0 * torques[:RUNS], seconds, STEPS),
-    )
+    seconds = RUN_S  # whose steps resolve the swings of every mesh, and their dying out
+    if model.level == "geared":
+        seconds = min(RUN_S, STEPS / 2 / mesh_rates(model, masses).fastest)
     count, size = q.shape
-    shapes = [
-        (count, size, size),
-        *[(count, size)] * 4,
-        (count,),
-        (count, 6),
-        (count, 3),
-        (min(count, RUNS), size),
-    ]
-    for name, value, shape in zip(QUANTITIES, found, shapes, strict=True):
+    runs = min(count, RUNS)
+    found = {
+        "mass matrix": (masses, (count, size, size)),
+        "bias": (model.bias(q, v), (count, size)),
+        "gravity": (model.gravity(q), (count, size)),
+        "inverse dynamics": (model.inverse_dynamics(q, v, a), (count, size)),
+        "forward dynamics": (model.forward_dynamics(q, v, torques), (count, size)),
+        "energy": (model.energy(q, v), (count,)),
+        "momentum": (model.momentum(q, v), (count, 6)),
+        "tip": (model.tip(q), (count, 3)),
+        "run": (
+            run(model, q[:RUNS], v[:RUNS], lambda time: 0 * torques[:RUNS], seconds, STEPS),
+            (runs, size),
+        ),
+    }
+    for name, (value, shape) in found.items():
         if value.shape != shape or not np.isfinite(value).all():
             raise ValueError(f"{name} is not finite, or not {shape}")
-    return found
+    return {name: value for name, (value, _) in found.items()}
 
 
 def _comparisons(
     level: Level, answers: Mapping[str, RobotAnswers | Exception], robot: Robot, states: DrawnStates
 ) -> list[EngineDifference]:
-    given = [each for each in answers.values() if isinstance(each, RobotAnswers)]
+    given = [each for each in answers.values() if isinstance(each, dict)]
     found: list[EngineDifference] = []
     for left, right in combinations(answers, 2):
         one, other = answers[left], answers[right]
-        if isinstance(one, RobotAnswers) and isinstance(other, RobotAnswers):
+        if isinstance(one, dict) and isinstance(other, dict):
             measured, condition = _measured(one, other, given[0], robot, states)
             if ROUNDINGS * condition > LARGEST_TOLERANCE:
                 raise too_unlike(robot)
-            for quantity, value in zip(QUANTITIES, measured, strict=True):
+            for quantity, value in measured.items():
                 harmed = ROUNDINGS * condition if quantity in SOLVED else 0.0
                 tolerance = max(TOLERANCE, harmed)
                 found.append(EngineDifference(quantity, level, left, right, value, tolerance))
@@ -204,18 +184,18 @@ def _comparisons(
 
 def _measured(
     one: RobotAnswers, other: RobotAnswers, scale: RobotAnswers, robot: Robot, states: DrawnStates
-) -> tuple[list[float], float]:
+) -> tuple[dict[str, float], float]:
     """By quantity, in parts of its size by `scale`; and the condition number of M, scaled.
 
     By Cauchy and Schwarz a torque is at most the root of M's diagonal times the root of the sum of
     m times acceleration squared: so joints of a wrist are judged by their own size.
     """
-    diagonal = np.sqrt(np.diagonal(scale.mass_matrix, axis1=1, axis2=2))
-    alike = scale.mass_matrix / (diagonal[:, :, None] * diagonal[:, None, :])
-    values = np.linalg.eigvalsh(alike)
+    diagonal = np.sqrt(np.diagonal(scale["mass matrix"], axis1=1, axis2=2))
+    roots = diagonal[:, :, None] * diagonal[:, None, :]
+    values = np.linalg.eigvalsh(scale["mass matrix"] / roots)
     condition = float((values[:, -1] / values[:, 0]).max())
     turning = [robot.joints[number].kind == "revolute" for number in robot.coordinates]
-    motion = _norm(scale.mass_matrix, states.v)
+    motion, accelerated = (_norm(scale["mass matrix"], each) for each in (states.v, states.a))
     bias = motion * np.abs(states.v).sum(axis=1)
     mass = sum(body.mass for body in robot.bodies)
     weight = np.full(len(bias), np.linalg.norm(robot.gravity) * np.sqrt(mass))
@@ -228,31 +208,32 @@ def _measured(
     reach = sum(float(np.linalg.norm(joint.placement.position)) for joint in robot.joints)
     reach += float(np.linalg.norm(robot.frames[robot.tip].placement.position))
     reach += float(np.abs(states.q).max()) * (len(turning) - sum(turning))
-    apart = [np.abs(a - b) for a, b in zip(one, other, strict=True)]
-    moved = np.abs(scale.run - states.q[:RUNS])
-    parts = [
-        (apart[0] / (diagonal[:, :, None] * diagonal[:, None, :])).max(axis=(1, 2)),
-        _share((apart[1] / diagonal).max(axis=1), bias),
-        _share((apart[2] / diagonal).max(axis=1), weight),
-        _share((apart[3] / diagonal).max(axis=1), held + _norm(scale.mass_matrix, states.a)),
-        _share((apart[4] * diagonal).max(axis=1) * values[:, 0], held + given),
-        _share(apart[5], motion**2 / 2 + weight * np.sqrt(mass) * reach),
-        np.concatenate(
-            [
-                _share(apart[6][:, :3].max(axis=1), motion * np.sqrt(mass)),
-                _share(apart[6][:, 3:].max(axis=1), motion * np.sqrt(mass * reach**2 + inertia)),
-            ]
-        ),
-        _share(apart[7].max(axis=1), np.full(len(bias), reach)),
-        np.concatenate(
-            [
-                _share(apart[8][:, own].max(axis=1), moved[:, own].max(axis=1))
-                for own in (slice(free), slice(free, None))
-                if moved[:, own].size
-            ]
-        ),
-    ]
-    return [float(each.max()) for each in parts], condition
+    apart = {name: np.abs(one[name] - other[name]) for name in QUANTITIES}
+    moved = np.abs(scale["run"] - states.q[:RUNS])
+    joined = np.sqrt(mass * reach**2 + inertia)
+    momenta = np.split(apart["momentum"], 2, axis=1), (np.sqrt(mass), joined)
+    parts = {
+        "mass matrix": [(apart["mass matrix"] / roots).max(axis=(1, 2))],
+        "bias": [_share((apart["bias"] / diagonal).max(axis=1), bias)],
+        "gravity": [_share((apart["gravity"] / diagonal).max(axis=1), weight)],
+        "inverse dynamics": [
+            _share((apart["inverse dynamics"] / diagonal).max(axis=1), held + accelerated)
+        ],
+        "forward dynamics": [
+            _share((apart["forward dynamics"] * diagonal).max(axis=1) * values[:, 0], held + given)
+        ],
+        "energy": [_share(apart["energy"], motion**2 / 2 + weight * np.sqrt(mass) * reach)],
+        "momentum": [
+            _share(own.max(axis=1), motion * most) for own, most in zip(*momenta, strict=True)
+        ],
+        "tip": [_share(apart["tip"].max(axis=1), np.full(len(bias), reach))],
+        "run": [
+            _share(apart["run"][:, own].max(axis=1), moved[:, own].max(axis=1))
+            for own in (slice(free), slice(free, None))
+            if moved[:, own].size
+        ],
+    }
+    return {name: float(max(each.max() for each in own)) for name, own in parts.items()}, condition
 
 
 def _pushes(robot: Robot, states: DrawnStates) -> np.ndarray:
@@ -269,11 +250,9 @@ def _pushes(robot: Robot, states: DrawnStates) -> np.ndarray:
 
 
 def _norm(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    found: np.ndarray = np.sqrt(np.einsum("si,sij,sj->s", vector, matrix, vector))
-    return found
+    return np.sqrt(np.einsum("si,sij,sj->s", vector, matrix, vector))
 
 
 def _share(apart: np.ndarray, size: np.ndarray) -> np.ndarray:
     """apart over size; where there is no size, nothing but equal numbers agree."""
-    found: np.ndarray = np.where(apart == 0, 0.0, apart / np.maximum(size, 1e-300))
-    return found
+    return np.where(apart == 0, 0.0, apart / np.maximum(size, 1e-300))

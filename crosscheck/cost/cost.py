@@ -10,7 +10,7 @@ import numpy as np
 from crosscheck.cost.agreement import TOLERANCE, EngineDifference, compared, drawn
 from crosscheck.cost.engines import LEAD, model_of
 from crosscheck.cost.meshes import GearedCost, geared_cost
-from crosscheck.cost.motion import RobotMotion, beyond_limits, excitation
+from crosscheck.cost.motion import RobotMotion, State, beyond_limits, excitation
 from crosscheck.cost.runs import away, run
 from crosscheck.cost.springs import rotors_of
 from crosscheck.models.robot.interface import RobotModel
@@ -118,7 +118,7 @@ class Cost:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the free joints."""
+        """Names of the free joints."""
         return tuple(self.robot.joints[number].name for number in self.robot.coordinates)
 
     @property
@@ -130,8 +130,7 @@ class Cost:
     @property
     def largest(self) -> np.ndarray:
         """Of each joint's torque along the motion (n,)."""
-        found: np.ndarray = np.abs(self.torques).max(axis=0)
-        return found
+        return np.abs(self.torques).max(axis=0)
 
     @property
     def agrees(self) -> bool:
@@ -166,9 +165,8 @@ def cost_of(
     by_rates = exact.bias(*state[:2]) - shortcuts["armature"].bias(*state[:2])
     geared = None
     if "geared" in robot.levels:
-        own = model_of(LEAD, robot, "geared")
-        sizes = extent.instants, extent.runs, extent.most_steps
-        geared = geared_cost(exact, own, motion, *sizes)
+        own, sizes = model_of(LEAD, robot, "geared"), (extent.instants, extent.runs)
+        geared = geared_cost(exact, own, motion, *sizes, extent.most_steps)
     told("done", 4, 4)
     return Cost(
         robot=robot,
@@ -196,9 +194,8 @@ def cost_of(
 
 
 def _rms(values: np.ndarray) -> np.ndarray:
-    """Over the first axis."""
-    found: np.ndarray = np.sqrt((values**2).mean(axis=0))
-    return found
+    """Root mean square over the first axis."""
+    return np.sqrt((values**2).mean(axis=0))
 
 
 def _share(part: float, whole: float) -> float:
@@ -210,19 +207,18 @@ def _pairs(
     coupling: np.ndarray, a: np.ndarray, largest: np.ndarray, names: list[str]
 ) -> list[CoupledPair]:
     """Those that carry any, the strongest of its joint first."""
-    rms = _rms(coupling * a[:, None, :])
+    rms = _rms(coupling * a[:, None, :]).tolist()
     found = [
-        CoupledPair(
-            names[i], names[j], float(rms[i, j]), _share(float(rms[i, j]), float(largest[i]))
-        )
-        for i, j in np.ndindex(rms.shape)
-        if i != j and rms[i, j] > 0
+        CoupledPair(at, by, rms[i][j], _share(rms[i][j], float(largest[i])))
+        for i, at in enumerate(names)
+        for j, by in enumerate(names)
+        if i != j and rms[i][j] > 0
     ]
     return sorted(found, key=lambda pair: -pair.share)
 
 
 def _ratios(
-    robot: Robot, state: tuple[np.ndarray, ...], largest: np.ndarray, names: list[str]
+    robot: Robot, state: State, largest: np.ndarray, names: list[str]
 ) -> tuple[list[RotorShare], float]:
     """What each gear's coupling costs by itself, and by which factor all ratios would do.
 
@@ -233,10 +229,8 @@ def _ratios(
     def coupling(own: tuple[Rotor, ...], sign: int) -> np.ndarray:
         turned = tuple(replace(rotor, ratio=sign * rotor.ratio) for rotor in own)
         alone = replace(robot, rotors=turned, stages=())
-        exact, short = (
-            model_of(LEAD, alone, level).inverse_dynamics(*state)
-            for level in ("coupled", "armature")
-        )
+        models = model_of(LEAD, alone, "coupled"), model_of(LEAD, alone, "armature")
+        exact, short = (model.inverse_dynamics(*state) for model in models)
         return (exact - short) / np.maximum(largest, 1e-300)
 
     found, linear, square = [], np.zeros_like(state[0]), np.zeros_like(state[0])

@@ -31,7 +31,7 @@ class RobotEngine:
     title: str = ""
 
     def promises(self, level: Level) -> bool:
-        """Whether it has a level."""
+        """Whether the engine has this level."""
         return not self.levels or level in self.levels
 
 
@@ -75,5 +75,4 @@ def engines() -> dict[str, RobotEngine]:
 def model_of(engine: str, robot: Robot, level: Level) -> RobotModel:
     """A new model; engine: a name of engines()."""
     entry = engines()[engine]
-    made: RobotModel = getattr(import_module(entry.module), entry.attribute)(robot, level)
-    return made
+    return getattr(import_module(entry.module), entry.attribute)(robot, level)

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from crosscheck.cost.motion import RobotMotion
+from crosscheck.cost.motion import RobotMotion, State
 from crosscheck.cost.runs import away, mesh_rates, run
 from crosscheck.cost.springs import springs
 from crosscheck.models.robot.interface import RobotModel
 
 RESOLVED = 0.4  # [rad] of the fastest swing in a step of a run
-States = tuple[np.ndarray, np.ndarray, np.ndarray]  # coordinates, rates, accelerations
 
 
 @dataclass(frozen=True)
@@ -73,9 +72,8 @@ def geared_cost(
             )
         )
     steps = int(np.ceil(rates.fastest / RESOLVED))
-    distances = None
-    if steps <= most_steps:
-        distances = _distances(coupled, geared, motion, runs, steps)
+    able = steps <= most_steps
+    distances = _distances(coupled, geared, motion, runs, steps) if able else None
     return GearedCost(tuple(costs), steps, distances)
 
 
@@ -99,7 +97,7 @@ def _distances(
     return away(geared, ends, coupled.tip(motion.at(starts + 1.0)[0]))
 
 
-def _forces(coupled: RobotModel, geared: RobotModel, state: States) -> np.ndarray:
+def _forces(coupled: RobotModel, geared: RobotModel, state: State) -> np.ndarray:
     """Of each mesh on its wheel (instants, meshes) [N], teeth rigid: the motor's less inertia's."""
     torques, free = coupled.inverse_dynamics(*state), geared.robot.coordinates
     still = np.zeros((len(torques), len(springs(geared.robot))))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,26 +21,11 @@ RATE = 1.0  # [rad/s] or [m/s] of a joint without a velocity limit
 GRID = 2000  # instants in a period at which limits are kept
 LEEWAY = 1.01  # of a limit, for instants between these
 LEAST_S = 1.1  # of a given motion, of which each second is run
-
-
-class RobotMotion(ABC):
-    """Coordinates, rates and accelerations over time."""
-
-    @abstractmethod
-    def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Coordinates, rates and accelerations at times [s], each (times, n)."""
-
-    @abstractmethod
-    def instants(self, count: int, before_end: float = 0.0) -> np.ndarray:
-        """So many times over the motion [s], even, the last at least so long before its end."""
-
-    @abstractmethod
-    def __str__(self) -> str:
-        """Where it is from."""
+State = tuple[np.ndarray, np.ndarray, np.ndarray]  # coordinates, rates, accelerations
 
 
 @dataclass(frozen=True)
-class Sines(RobotMotion):
+class Sines:
     """Of period [s]; sines of joint and harmonic: sizes, phases (n, harmonics) about middle (n,).
 
     limited_by: the joint whose effort limit asks for the period; none if empty.
@@ -59,11 +43,11 @@ class Sines(RobotMotion):
         return f"sums of sines of seed {self.seed}, period {self.period:.3g} s{why}"
 
     def instants(self, count: int, before_end: float = 0.0) -> np.ndarray:
-        """Over a period, which has no end."""
+        """So many times [s], even, over a period, which has no end."""
         return self.period * np.arange(count) / count
 
-    def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """By the sines and their derivatives."""
+    def at(self, time: np.ndarray) -> State:
+        """Coordinates, rates and accelerations at times [s], each (times, n)."""
         rates = 2 * np.pi * np.arange(1, HARMONICS + 1) / self.period
         angles = rates * time[:, None, None] + self.phases
         sines, cosines = self.sizes * np.sin(angles), self.sizes * np.cos(angles)
@@ -75,7 +59,7 @@ class Sines(RobotMotion):
 
 
 @dataclass(frozen=True)
-class Given(RobotMotion):
+class Given:
     """A motion from a file, as a spline (n,) of fifth degree over times [s] from first to last."""
 
     where: str
@@ -86,22 +70,23 @@ class Given(RobotMotion):
     def __str__(self) -> str:
         return f"{self.where}, {self.last - self.first:.3g} s"
 
-    def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """By the spline and its derivatives."""
-        found = [self.spline(time), self.spline(time, 1), self.spline(time, 2)]
-        return found[0], found[1], found[2]
+    def at(self, time: np.ndarray) -> State:
+        """Coordinates, rates and accelerations at times [s], each (times, n)."""
+        return self.spline(time), self.spline(time, 1), self.spline(time, 2)
 
     def instants(self, count: int, before_end: float = 0.0) -> np.ndarray:
-        """From its beginning to its end."""
+        """So many times [s], even, the last at least so long before its end."""
         return np.linspace(self.first, self.last - before_end, count)
+
+
+RobotMotion = Sines | Given
 
 
 def given(record: Record) -> Given:
     """A record's angles without their noise. Raises InputError if it is too short."""
-    if record.time[-1] - record.time[0] < LEAST_S:
-        allowed = (
-            f"lasts {record.time[-1] - record.time[0]:.3g} s; must last {LEAST_S:g} s at least"
-        )
+    lasts = record.time[-1] - record.time[0]
+    if lasts < LEAST_S:
+        allowed = f"lasts {lasts:.3g} s; must last {LEAST_S:g} s at least"
         raise InputError(record.where, "", None, allowed)
     places = knots(record.time, chosen_spacing(record))
     spline = make_lsq_spline(record.time, record.angles, places, DEGREE)
@@ -130,9 +115,7 @@ def excitation(model: RobotModel, seed: int) -> Sines:
     return replace(chosen, period=PERIOD * slower, limited_by=limited_by)
 
 
-def _slower(
-    model: RobotModel, motion: tuple[np.ndarray, np.ndarray, np.ndarray]
-) -> tuple[float, str]:
+def _slower(model: RobotModel, motion: State) -> tuple[float, str]:
     """How much longer the period has to be for the effort limits, and of which joint.
 
     In a period longer by a factor torques are those of the weight and 1 / factor^2 of the rest.
@@ -152,24 +135,18 @@ def _slower(
     return longest, limited_by
 
 
-def beyond_limits(
-    robot: Robot, state: tuple[np.ndarray, np.ndarray, np.ndarray], torques: np.ndarray
-) -> list[str]:
+def beyond_limits(robot: Robot, state: State, torques: np.ndarray) -> list[str]:
     """A line for every limit of the URDF that a motion, or what it needs, exceeds."""
     found = []
     q, v, _ = state
     for column, number in enumerate(robot.coordinates):
-        joint = robot.joints[number]
-        lower, upper = (
-            q[:, column].min() < joint.limits.lower,
-            q[:, column].max() > joint.limits.upper,
-        )
+        joint, own = robot.joints[number], q[:, column]
         for name, most, limit in (
             ("velocity", np.abs(v[:, column]).max(), joint.limits.velocity),
             ("effort", np.abs(torques[:, column]).max(), joint.limits.effort),
         ):
             if most > LEEWAY * limit:
                 found.append(f"{joint.name}: {name} of {most:.4g} is beyond its limit, {limit:g}")
-        if lower or upper:
+        if own.min() < joint.limits.lower or own.max() > joint.limits.upper:
             found.append(f"{joint.name}: leaves its range")
     return found

@@ -8,7 +8,7 @@ import numpy as np
 
 from crosscheck import __version__
 from crosscheck.cost.agreement import QUANTITIES
-from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost, RotorShare
+from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost
 from crosscheck.cost.meshes import RESOLVED, GearedCost
 from crosscheck.cost.springs import with_rotors_alone
 from crosscheck.models.robot.robot import LEVELS, Level
@@ -39,7 +39,16 @@ def first_lines(found: Cost) -> Iterator[str]:
             f"{pair.at} by {pair.by} ({_percent(pair.share)})" for pair in found.pairs[:3]
         )
         yield f"coupling that armature leaves out: {named} of the largest torque, rms"
-    yield _ratio_line(found)
+    limit = _percent(NEGLIGIBLE)
+    if found.factor == 0:
+        yield f"ratios: the coupling stays below {limit} at any ratio, the reflected inertia kept"
+    else:
+        largest = max(each.share for each in found.by_joint if each.level == "armature")
+        verb = "would still be" if largest < NEGLIGIBLE else "would be"
+        yield (
+            f"ratios: the coupling {verb} below {limit} of every joint's largest torque with all"
+            f" ratios {found.factor:.3g} times as large, the reflected inertias kept"
+        )
     if found.geared:
         yield from _mesh_lines(found.geared)
 
@@ -97,18 +106,6 @@ def _away_words(distances: np.ndarray) -> str:
     return f"end effector after a second of feed-forward off by {off}, {most}"
 
 
-def _ratio_line(found: Cost) -> str:
-    limit = _percent(NEGLIGIBLE)
-    if found.factor == 0:
-        return f"ratios: the coupling stays below {limit} at any ratio, the reflected inertia kept"
-    below = max(each.share for each in found.by_joint if each.level == "armature") < NEGLIGIBLE
-    verb = "would still be" if below else "would be"
-    return (
-        f"ratios: the coupling {verb} below {limit} of every joint's largest torque with all ratios"
-        f" {found.factor:.3g} times as large, the reflected inertias kept"
-    )
-
-
 def lines(found: Cost) -> Iterator[str]:
     """The first lines, then motion, joints, rotors, and what of the files is not used."""
     yield from first_lines(found)
@@ -127,22 +124,19 @@ def lines(found: Cost) -> Iterator[str]:
             f" {_unit(found, pair.at)} rms, {_percent(pair.share)}"
         )
     for rotor in found.ratios:
-        yield f"rotor of {rotor.joint}, ratio {rotor.ratio:g}: {_rotor_words(rotor)}"
+        said = "its spin is coupled to no other joint"
+        if rotor.share != 0:
+            said = (
+                f"its coupling alone is {_percent(rotor.share)} in {rotor.at}; below"
+                f" {_percent(NEGLIGIBLE)} from a ratio of {rotor.enough:.3g} on"
+            )
+        yield f"rotor of {rotor.joint}, ratio {rotor.ratio:g}: {said}"
     for told in (*direct_joints(found), *found.robot.told):
         yield f"note: {told}"
 
 
-def _rotor_words(rotor: RotorShare) -> str:
-    if rotor.share == 0:
-        return "its spin is coupled to no other joint"
-    return (
-        f"its coupling alone is {_percent(rotor.share)} in {rotor.at}; below"
-        f" {_percent(NEGLIGIBLE)} from a ratio of {rotor.enough:.3g} on"
-    )
-
-
 def motion_line(found: Cost) -> str:
-    """How the robot is moved."""
+    """The line that says how the robot is moved."""
     return f"motion: {found.motion}; end effector: {found.robot.tip}"
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,7 @@ def run(
     """
     alive, step = np.ones(len(q), dtype=bool), seconds / steps
 
-    def slope(at: np.ndarray, rate: np.ndarray, given: np.ndarray) -> np.ndarray:
+    def slope(given: np.ndarray, at: np.ndarray, rate: np.ndarray) -> np.ndarray:
         found = np.zeros_like(at)
         try:
             found[alive] = model.forward_dynamics(at[alive], rate[alive], given[alive])
@@ -36,21 +36,35 @@ def run(
     first = torques(0.0)
     for number in range(steps):
         half, last = torques((number + 0.5) * step), torques((number + 1) * step)
-        a1 = slope(q, v, first)
-        v2 = v + step / 2 * a1
-        a2 = slope(q + step / 2 * v, v2, half)
-        v3 = v + step / 2 * a2
-        a3 = slope(q + step / 2 * v2, v3, half)
-        v4 = v + step * a3
-        a4 = slope(q + step * v3, v4, last)
-        q = q + step / 6 * (v + 2 * v2 + 2 * v3 + v4)
-        v = v + step / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+        q, v = classical_step(slope, (first, half, last), q, v, step)
         alive &= (np.abs(v) < FASTEST).all(axis=1)
         q, v = np.where(alive[:, None], q, 0.0), np.where(alive[:, None], v, 0.0)
         first = last
         if not alive.any():
             break
     return np.where(alive[:, None], q, np.inf)
+
+
+def classical_step(
+    acceleration: Callable[[Any, np.ndarray, np.ndarray], np.ndarray],
+    at: tuple[Any, Any, Any],
+    q: np.ndarray,
+    v: np.ndarray,
+    h: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """q and v after a step h [s] of the classical Runge-Kutta method, of fourth order.
+
+    at: what the acceleration is a function of beside q and v, at beginning, middle and end.
+    """
+    begin, middle, end = at
+    a1 = acceleration(begin, q, v)
+    v2 = v + h / 2 * a1
+    a2 = acceleration(middle, q + h / 2 * v, v2)
+    v3 = v + h / 2 * a2
+    a3 = acceleration(middle, q + h / 2 * v2, v3)
+    v4 = v + h * a3
+    a4 = acceleration(end, q + h * v3, v4)
+    return q + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
 
 
 def away(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> np.ndarray:

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import exp
-from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck.measured.forward import Window, windows
-from crosscheck.measured.parameters import Estimate, Parameter, alone, increased, parameters
+from crosscheck.measured.parameters import Estimate, alone, increased, parameters
 from crosscheck.measured.parameters import together as base_of
 from crosscheck.measured.record import Record, require_same_units, require_slow
 from crosscheck.measured.residual import Fit, Normal, fits, normal_equations, whitening
-from crosscheck.measured.smoothing import Block, blocks, chosen_spacing
+from crosscheck.measured.smoothing import Block, blocks, chosen_spacing, evenly
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
@@ -32,14 +31,6 @@ MOST_BLOCKS = 50  # by which parameters are estimated
 BEYOND_NOISE = 4.0
 SAMPLES = 400  # of the residual that a picture shows, a block
 Told = Callable[[str, int, int], None]
-
-
-class SmoothedMotion(NamedTuple):
-    """Of the smoothed angles at all rows, each (rows, joints)."""
-
-    angles: np.ndarray
-    rates: np.ndarray
-    accelerations: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -134,11 +125,7 @@ class RecordComparison:
 
 
 def compare(
-    record: Record,
-    arm: Arm,
-    scenario: Scenario | None,
-    tolerances: Mapping[str, float],
-    told: Told,
+    record: Record, arm: Arm, scenario: Scenario | None, tolerances: Mapping[str, float], told: Told
 ) -> RecordComparison:
     """Raises InputError for a record without torques or with too few rows.
 
@@ -154,25 +141,21 @@ def compare(
     torques, source = _torques(record, scenario, spacing)
     rows = record.time.size
     every = list(blocks(record, torques, spacing))
-    motion = SmoothedMotion(
-        *(np.concatenate([getattr(b, name) for b in every]) for name in SmoothedMotion._fields)
-    )
-    require_slow(record, motion.rates)
-    require_same_units(record, motion.rates)
+    parts = zip(*(block.motion for block in every), strict=True)
+    motion = tuple(map(np.concatenate, parts))  # angles, rates, accelerations (rows, joints)
+    require_slow(record, motion[1])
+    require_same_units(record, motion[1])
 
     models = {level: _model(f"analytic:{level}", arm) for level in RIGID_LEVELS}
-    found = fits(
-        every,
-        [*models.values()],
-        lambda done: told("comparing the levels", done, rows),
-    )
+    found = fits(every, [*models.values()], lambda done: told("comparing the levels", done, rows))
     levels = _ranked(dict(zip(models, found, strict=True)))
     best = levels[0].name
-    pieces = _some(every)
+    pieces = evenly(every, MOST_BLOCKS)
     among, asked = parameters(arm), sum(len(block.time) for block in pieces)
 
     def estimated(level: str) -> Normal:
-        changed = [_changed(arm, parameter, level) for parameter in among]
+        more = [increased(arm, parameter) for parameter in among]
+        changed = [(_model(f"analytic:{level}", other), by) for other, by in more]
         doing = f"estimating parameters of {level}"
         return normal_equations(
             pieces, models[level], changed, lambda done: told(doing, done, asked)
@@ -233,11 +216,6 @@ def _model(name: str, arm: Arm) -> Model:
     return build(name, arm, at_rest())
 
 
-def _changed(arm: Arm, parameter: Parameter, level: str) -> tuple[Model, float]:
-    more, by = increased(arm, parameter)
-    return _model(f"analytic:{level}", more), by
-
-
 def _ranked(found: Mapping[str, Fit]) -> tuple[LevelResult, ...]:
     """By likelihood; where more than noise is left, what is left counts as noise for all."""
     least = min(found.values(), key=lambda fit: fit.chi2)
@@ -251,21 +229,16 @@ def _ranked(found: Mapping[str, Fit]) -> tuple[LevelResult, ...]:
     return tuple(sorted(levels, key=lambda level: twice[level.name]))
 
 
-def _some(pieces: Sequence[Block]) -> list[Block]:
-    """At most so many blocks, evenly over the record."""
-    count = min(len(pieces), MOST_BLOCKS)
-    return [pieces[n] for n in np.linspace(0, len(pieces) - 1, count).round().astype(int)]
-
-
 def _mean_noise(pieces: Sequence[Block], name: str) -> np.ndarray:
     """Root of the mean variance (joints,)."""
-    found: np.ndarray = np.sqrt(np.mean([getattr(block, name) ** 2 for block in pieces], axis=0))
-    return found
+    return np.sqrt(np.mean([getattr(block, name) ** 2 for block in pieces], axis=0))
 
 
-def _engines(motion: SmoothedMotion, arm: Arm, best: str, told: Told) -> Iterator[EngineAgreement]:
+def _engines(
+    motion: tuple[np.ndarray, ...], arm: Arm, best: str, told: Told
+) -> Iterator[EngineAgreement]:
     """Every other rigid model: Pinocchio's of the best level at all rows, others at drawn ones."""
-    able, rows = set(covering("rigid", arm, usual_switches(arm))), len(motion.angles)
+    able, rows = set(covering("rigid", arm, usual_switches(arm))), len(motion[0])
     drawn = np.linspace(0, rows - 1, min(rows, DRAWN)).round().astype(int)
     for level in RIGID_LEVELS:
         own = _model(f"analytic:{level}", arm)
@@ -285,15 +258,13 @@ def _shown(pieces: Sequence[Block], model: Model) -> Shown:
     times, rows, deviations = [], [], []
     for block in pieces:
         shown = slice(None, None, max(len(block.time) // SAMPLES, 1))
-        residual = block.torques - model.inverse_dynamics(
-            block.angles, block.rates, block.accelerations
-        )
+        residual = block.torques - model.inverse_dynamics(*block.motion)
         smoothing = block.bases[0][shown] @ np.linalg.inv(block.gram)
         _, covariance = whitening(block, model)
         own = np.split(covariance, residual.shape[1])
         own = [np.split(part, len(own), axis=1)[joint] for joint, part in enumerate(own)]
         times.append(block.time[shown])
-        rows.append(smoothing @ (block.bases[0].T @ residual))
+        rows.append(smoothing @ block.summed(residual))
         deviations.append(
             np.sqrt([np.einsum("rk,kl,rl->r", smoothing, part, smoothing) for part in own]).T
         )

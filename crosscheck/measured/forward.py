@@ -14,7 +14,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from crosscheck.measured.parameters import changed, parameters
-from crosscheck.measured.smoothing import Block
+from crosscheck.measured.smoothing import Block, evenly
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import Scenario, Start, TableDrive
@@ -65,9 +65,8 @@ def windows(
 
     tolerances: relative standard uncertainties of parameters, by path.
     """
-    count = min(len(blocks), MOST_WINDOWS)
-    for number in np.linspace(0, len(blocks) - 1, count).round().astype(int):
-        found = _window(blocks[number], arm, level, tolerances, seed)
+    for block in evenly(blocks, MOST_WINDOWS):
+        found = _window(block, arm, level, tolerances, seed)
         if found is not None:
             yield found
 
@@ -123,8 +122,7 @@ def _state_noise(
     inverse = np.linalg.inv(block.gram)
 
     def spread(basis: np.ndarray) -> np.ndarray:
-        found: np.ndarray = np.sqrt(np.einsum("rk,kl,rl->r", basis, inverse, basis))
-        return found
+        return np.sqrt(np.einsum("rk,kl,rl->r", basis, inverse, basis))
 
     angles = spread(block.bases[0][inner].toarray())
     slope = spread(block.bases[1][[edge]].toarray())[0]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from crosscheck.measured.compare import RecordComparison
 from crosscheck.measured.parameters import NORMAL, Estimate
 from crosscheck.registry import LEVELS
 from crosscheck.report.records import document, plain
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SCHEMA_VERSION = 1
 MOST_PARAMETERS = 6  # of those alone, in the terminal
@@ -156,53 +160,44 @@ def comparison_page(found: RecordComparison) -> str:
     """HTML text, figures inlined."""
     from crosscheck.report.rendering import page
 
-    return page(
-        "measured",
-        found=found,
-        answers=list(first_lines(found)),
-        levels=LEVELS,
-        residual=_residual_drawing(found),
-        runs=_runs_drawing(found),
-    )
-
-
-def _residual_drawing(found: RecordComparison) -> str:
-    from matplotlib.figure import Figure
-
-    from crosscheck.report.plots.figures import to_svg
-
-    joints = found.shown.residual.shape[1]
-    figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")
-    rows = figure.subplots(joints, 1, sharex=True, squeeze=False)[:, 0]
-    for joint, axes in enumerate(rows):
-        residual, bound = found.shown.residual[:, joint], 2 * found.shown.deviation[:, joint]
+    def residual(joint: int, axes: Axes) -> None:
+        values, bound = found.shown.residual[:, joint], 2 * found.shown.deviation[:, joint]
         label = "2 standard deviations of noise"
         axes.fill_between(found.shown.time, -bound, bound, color="0.85", label=label)
-        axes.plot(found.shown.time, residual, lw=0.7, label="residual")
-        top = IN_SIGHT * np.median(bound) + np.quantile(np.abs(residual), 0.98)
+        axes.plot(found.shown.time, values, lw=0.7, label="residual")
+        top = IN_SIGHT * np.median(bound) + np.quantile(np.abs(values), 0.98)
         axes.set_ylim(-top, top)
-        axes.set_ylabel(f"joint {joint + 1} [N m]")
-    rows[0].legend(loc="upper right", fontsize="small")
-    rows[-1].set_xlabel("time [s]")
-    return to_svg(figure)
 
-
-def _runs_drawing(found: RecordComparison) -> str:
-    from matplotlib.figure import Figure
-
-    from crosscheck.report.plots.figures import to_svg
-
-    joints = found.shown.residual.shape[1]
-    figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")
-    rows = figure.subplots(joints, 1, sharex=True, squeeze=False)[:, 0]
-    for joint, axes in enumerate(rows):
+    def runs(joint: int, axes: Axes) -> None:
         for number, window in enumerate(found.windows):
             bound = 2 * window.validation[:, joint]
             label = ("2 u_val", "E") if number == 0 else (None, None)
             axes.fill_between(window.time, -bound, bound, color="0.85", label=label[0])
             axes.plot(window.time, window.error[:, joint], "C1", lw=0.9, label=label[1])
-        axes.set_ylabel(f"joint {joint + 1} [rad]")
-    if found.windows:
+
+    return page(
+        "measured",
+        found=found,
+        answers=list(first_lines(found)),
+        levels=LEVELS,
+        residual=_drawing(found, residual, "N m"),
+        runs=_drawing(found, runs, "rad"),
+    )
+
+
+def _drawing(found: RecordComparison, draw: Callable[[int, Axes], None], unit: str) -> str:
+    """SVG text of a row for each joint, over time."""
+    from matplotlib.figure import Figure
+
+    from crosscheck.report.plots.figures import to_svg
+
+    joints = found.shown.residual.shape[1]
+    figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")
+    rows = figure.subplots(joints, 1, sharex=True, squeeze=False)[:, 0]
+    for joint, axes in enumerate(rows):
+        draw(joint, axes)
+        axes.set_ylabel(f"joint {joint + 1} [{unit}]")
+    if rows[0].get_legend_handles_labels()[0]:
         rows[0].legend(loc="upper right", fontsize="small")
     rows[-1].set_xlabel("time [s]")
     return to_svg(figure)

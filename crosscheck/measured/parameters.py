@@ -11,6 +11,7 @@ import numpy as np
 from crosscheck.measured.residual import Normal
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import validated
+from crosscheck.models.paths import assign, places
 
 ENDINGS = ("mass_kg", "inertia_kg_m2", "density_kg_per_m3", "friction_N_m_s_per_rad")
 STEP = 2.0**-10  # relative; of a number that is zero, its own unit
@@ -44,7 +45,7 @@ class Estimate:
 
 
 def parameters(arm: Arm) -> list[Parameter]:
-    """Those that an arm has."""
+    """The parameters that an arm has."""
     return list(_walked(arm.model_dump(), "arm"))
 
 
@@ -68,14 +69,11 @@ def increased(arm: Arm, parameter: Parameter) -> tuple[Arm, float]:
 
 def changed(arm: Arm, values: Mapping[str, float]) -> Arm:
     """The arm with other values of its parameters, by path. Raises InputError."""
-    data = arm.model_dump()
+    data = {"arm": arm.model_dump(mode="json")}
     for path, value in values.items():
-        place: Any = data
-        *above, name = path.split(".")[1:]
-        for key in above:
-            place = place[int(key)] if key.isdigit() else place[key]
-        place[name] = value
-    return validated(Arm, data, arm.name)
+        for place in places(data, path, "--tolerance"):
+            assign(data, place, value)
+    return validated(Arm, data["arm"], arm.name)
 
 
 def alone(found: Normal, among: Sequence[Parameter]) -> list[Estimate]:

@@ -4,27 +4,25 @@ from __future__ import annotations
 
 import io
 import re
-import signal
 import warnings
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
+from typing import Any
 
-import h5py
 import numpy as np
-import scipy.io
 
-from crosscheck.measured.bag import ENDINGS, BagReading
 from crosscheck.models.errors import InputError, one_line
 from crosscheck.models.inputs import input_content, size_of
-from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.workers import perform_all
+from crosscheck.runner.foreign import arrays_in, read_apart
 
 LARGEST_FILE = 2_000_000_000  # bytes
-MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
-READING_S = 60.0
+READING_S, BAG_S = 60.0, 300.0
+BAGS = (".bag", ".db3", ".mcap")
+MESSAGE = "sensor_msgs/msg/JointState"
+MISSING = "ROS bags need the package rosbags: pip install 'geararm-crosscheck[ros]'"
 # What a column holds, by the beginning of its name, and what its unit is multiplied by.
 UNITS: dict[str, dict[str, float]] = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
@@ -71,7 +69,7 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
     trajectory of this program. topic, named: of a ROS bag, and its names of the arm's joints.
     """
     where = str(path)
-    if path.is_dir() or path.suffix in ENDINGS:
+    if path.is_dir() or path.suffix in BAGS:
         if named and len(named) != joints:
             raise InputError("--joint", "", len(named), f"must be given {joints} times")
         columns = _of_bag(path, topic, tuple(named))
@@ -80,7 +78,10 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
         raise InputError(option, value, None, f"is for ROS bags, and {where} is none")
     else:
         content = input_content(path, LARGEST_FILE)
-        columns = _of_csv(where, content) if path.suffix == ".csv" else _of_binary(where, content)
+        if path.suffix == ".csv":
+            columns = _of_csv(where, content)
+        else:
+            columns = read_apart(where, _numbers_in, where, content, within_s=READING_S)
     time = _taken(where, columns, "t", None)
     if time is None:
         allowed = ", ".join(f"t_{unit}" for unit in UNITS["t"])
@@ -93,7 +94,9 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
     for kind, table in tables.items():
         if table is not None:
             _require_usable(where, kind, time.size, table)
-    _require_motion(where, angles)
+    if len(angles) and np.ptp(angles, axis=0).max() < LEAST_MOTION:
+        allowed = f"is the same in every row; a joint must move by {LEAST_MOTION:g} rad at least"
+        raise InputError(where, "theta", None, allowed)
     return Record(where, time, angles, tables["theta_dot"], tables["torque"])
 
 
@@ -142,87 +145,92 @@ def _misfit(where: str, names: Sequence[str], lines: Iterable[str]) -> InputErro
 
 
 def _of_bag(path: Path, topic: str, joints: tuple[str, ...]) -> dict[str, np.ndarray]:
-    files = [each for each in path.iterdir() if each.is_file()] if path.is_dir() else [path]
+    where = str(path)
     try:
+        files = [each for each in path.iterdir() if each.is_file()] if path.is_dir() else [path]
         size = sum(map(size_of, files))
     except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
+        raise InputError(where, "", None, f"cannot be read: {error.strerror}") from None
     except ValueError as error:
-        raise InputError(str(path), "", None, f"cannot be read: {error}") from None
+        raise InputError(where, "", None, f"cannot be read: {error}") from None
     if size > LARGEST_FILE:
-        raise InputError(str(path), "", None, f"more than {LARGEST_FILE // 1_000_000} MB")
-    return _in_worker(str(path), BagReading(str(path), topic, joints))
+        raise InputError(where, "", None, f"more than {LARGEST_FILE // 1_000_000} MB")
+    return read_apart(where, _from_bag, where, topic, joints, within_s=BAG_S)
 
 
-def _of_binary(where: str, content: bytes) -> dict[str, np.ndarray]:
-    variables = _in_worker(where, Reading(content))
-    return {OWN.get(name, name): values for name, values in variables.items()}
+def _from_bag(where: str, topic: str, joints: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """Columns by name, as of the other formats, of a bag: a file, or the folder of a ROS 2 bag.
+
+    topic: whose messages; empty for the only one of JointState. joints: names of the arm's, from
+    the base on; messages may have others beside them. Raises InputError.
+    """
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise InputError(where, "", None, MISSING) from None
+    try:
+        types = get_typestore(Stores.LATEST)
+        with AnyReader([Path(where)], default_typestore=types) as bag:
+            return _messages(where, bag, topic, joints)
+    except InputError:
+        raise
+    except Exception as bad:  # the package raises what its parsers and SQLite raise
+        reason = f"is no readable ROS bag: {one_line(str(bad))[:200]}"
+        raise InputError(where, "", None, reason) from None
 
 
-def _in_worker(where: str, task: Reading | BagReading) -> dict[str, np.ndarray]:
-    """What a task reads in a process that a damaged file may end. Raises InputError."""
-    (found,) = perform_all([task], 1, lambda outcome: None).values()
-    if isinstance(found, Failure):
-        raise InputError(where, "", None, f"cannot be read: {found}")
-    if isinstance(found, str):
-        raise InputError(where, "", None, found)
-    variables: dict[str, np.ndarray] = found
-    return variables
+def _messages(where: str, bag: Any, topic: str, joints: tuple[str, ...]) -> dict[str, np.ndarray]:
+    able = sorted({each.topic for each in bag.connections if each.msgtype == MESSAGE})
+    chosen = [topic] if topic else able
+    if len(chosen) != 1 or chosen[0] not in able:
+        asked = f"has no topic {topic} of {MESSAGE}" if topic else "needs --topic"
+        reason = f"{asked}; topics of {MESSAGE}: {', '.join(able) or 'none'}"
+        raise InputError(where, "", None, reason)
+    connections = [each for each in bag.connections if each.topic == chosen[0]]
+    stamps: list[int] = []
+    logged: list[int] = []
+    rows: list[list[np.ndarray | None]] = []
+    for connection, time, raw in bag.messages(connections):
+        state = bag.deserialize(raw, connection.msgtype)
+        names, signals = list(state.name), [state.position, state.velocity, state.effort]
+        missing = [name for name in joints if name not in names]
+        if missing or not joints:
+            asked = f"has no joint {missing[0]}" if missing else "needs --joint for each joint"
+            there = ", ".join(names)[:200] or "none"
+            reason = f"{asked}; message {len(rows) + 1} has {there}"
+            raise InputError(where, "", None, reason)
+        order = [names.index(name) for name in joints]
+        if any(len(each) not in (0, len(names)) for each in signals):
+            reason = f"message {len(rows) + 1} has another number of values than joints"
+            raise InputError(where, "", None, reason)
+        rows.append([each[order] if len(each) else None for each in signals])
+        stamps.append(state.header.stamp.sec * 10**9 + state.header.stamp.nanosec)
+        logged.append(time)
+    clock = stamps if any(stamps) else logged
+    columns = {"t_s": np.array([1e-9 * (each - clock[0]) for each in clock])}
+    kinds = ("theta_rad", "theta_dot_rad_per_s", "torque_N_m")  # as REP 103 has the units
+    for kind, values in zip(kinds, zip(*rows, strict=True), strict=False):
+        given = [each for each in values if each is not None]
+        if given and len(given) < len(values):
+            raise InputError(where, "", None, f"only some messages have values of {kind}")
+        if given:
+            columns[kind] = np.array(given, dtype=float)
+    return columns
 
 
-@dataclass(frozen=True)
-class Reading:
-    """The task of reading a MAT, HDF5 or NetCDF file."""
-
-    content: bytes
-    key: str = "record"
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        return 1.0
-
-    def perform(self) -> dict[str, np.ndarray] | str:
-        """Arrays of numbers by name, or what is wrong with the file."""
-        signal.setitimer(signal.ITIMER_REAL, READING_S)  # which ends the process
-        try:
-            return self._of_hdf5() if b"\x89HDF\r\n" in self.content[:600] else self._of_mat()
-        except (OSError, ValueError, KeyError, TypeError, RuntimeError, NotImplementedError) as bad:
-            return f"is no CSV, MAT, HDF5 or NetCDF file: {one_line(str(bad))[:200]}"
-
-    def _of_mat(self) -> dict[str, np.ndarray]:
-        shapes = scipy.io.whosmat(io.BytesIO(self.content))
-        _require_few(sum(int(np.prod(shape)) for _, shape, _ in shapes))
-        found = scipy.io.loadmat(io.BytesIO(self.content))
-        return {
-            name: np.asarray(values, dtype=float)
-            for name, values in found.items()
-            if isinstance(values, np.ndarray) and values.dtype.kind in "fiu"
-        }
-
-    def _of_hdf5(self) -> dict[str, np.ndarray]:
-        with h5py.File(io.BytesIO(self.content), "r") as file:
-            sets = {
-                name: each
-                for name, each in file.items()
-                if file.get(name, getlink=True).__class__ is h5py.HardLink
-                and isinstance(each, h5py.Dataset)
-                and each.dtype.kind in "fiu"
-                and not each.external
-                and not each.is_virtual
-            }
-            begins = ("t_", "theta_", "torque_")
-            wanted = {n: each for n, each in sets.items() if OWN.get(n, n).startswith(begins)}
-            _require_few(sum(each.size for each in wanted.values()))
-            # MATLAB's arrays are stored column by column.
-            turned = self.content[:6] == b"MATLAB"
-            read = {name: np.asarray(each[()], dtype=float) for name, each in wanted.items()}
-            return {name: values.T if turned else values for name, values in read.items()}
-
-
-def _require_few(count: int) -> None:
-    if count > MOST_NUMBERS:
-        raise ValueError(f"holds {count:,} numbers, at most {MOST_NUMBERS:,} are allowed")
+def _numbers_in(where: str, content: bytes) -> dict[str, np.ndarray]:
+    """Arrays of numbers by name, of a MAT, HDF5 or NetCDF file. Raises InputError."""
+    begins = ("t_", "theta_", "torque_")
+    try:
+        found = arrays_in(
+            content, lambda names: [n for n in names if OWN.get(n, n).startswith(begins)]
+        )
+        numbers = {n: values for n, values in found.items() if values.dtype.kind in "fiu"}
+        return {OWN.get(n, n): np.asarray(each, dtype=float) for n, each in numbers.items()}
+    except (OSError, ValueError, KeyError, TypeError, RuntimeError, NotImplementedError) as bad:
+        reason = f"is no CSV, MAT, HDF5 or NetCDF file: {one_line(str(bad))[:200]}"
+        raise InputError(where, "", None, reason) from None
 
 
 def _taken(
@@ -296,12 +304,6 @@ def _require_usable(where: str, kind: str, rows: int, table: np.ndarray) -> None
         if shown is None:
             allowed = "must be a number: cut the record where it has gaps"
         raise InputError(where, f"{kind}_{joint + 1}, row {row + 1}", shown, allowed)
-
-
-def _require_motion(where: str, angles: np.ndarray) -> None:
-    if len(angles) and np.ptp(angles, axis=0).max() < LEAST_MOTION:
-        allowed = f"is the same in every row; a joint must move by {LEAST_MOTION:g} rad at least"
-        raise InputError(where, "theta", None, allowed)
 
 
 def require_slow(record: Record, slopes: np.ndarray) -> None:

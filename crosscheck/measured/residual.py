@@ -49,7 +49,7 @@ def fits(blocks: Iterable[Block], models: Sequence[Model], told: Told) -> list[F
         size, joints = len(block.gram), shape[1]
         for number, model in enumerate(models):
             whiten, covariance = whitening(block, model)
-            sums = _summed(block, block.torques - _inverse(model, block))
+            sums = block.summed(block.torques - model.inverse_dynamics(*block.motion))
             chi2[number] += (whiten(sums) ** 2).sum()
             spread[number] += np.linalg.slogdet(covariance)[1]
             left[number] += np.einsum("kj,kl,lj->j", sums, inverse, sums)
@@ -90,14 +90,15 @@ def normal_equations(
     matrix, right = np.zeros((count, count)), np.zeros(count)
     for block in blocks:
         whiten, _ = whitening(block, model)
-        base = _inverse(model, block)
-        residual = whiten(_summed(block, block.torques - base))
-        columns = np.stack(
-            [whiten(_summed(block, (_inverse(other, block) - base) / by)) for other, by in changed],
-            axis=1,
-        )
-        matrix += columns.T @ columns
-        right += columns.T @ residual
+        base = model.inverse_dynamics(*block.motion)
+        residual = whiten(block.summed(block.torques - base))
+        columns = []
+        for other, by in changed:
+            slope = (other.inverse_dynamics(*block.motion) - base) / by
+            columns.append(whiten(block.summed(slope)))
+        table = np.stack(columns, axis=1)
+        matrix += table.T @ table
+        right += table.T @ residual
         chi2 += residual @ residual
         freedom += residual.size
         rows += len(block.time)
@@ -131,29 +132,18 @@ def whitening(block: Block, model: Model) -> tuple[Callable[[np.ndarray], np.nda
     factor = cholesky(alike, lower=True)
 
     def whiten(sums: np.ndarray) -> np.ndarray:
-        found: np.ndarray = solve_triangular(factor, sums.T.ravel() / scale, lower=True)
-        return found
+        return solve_triangular(factor, sums.T.ravel() / scale, lower=True)
 
     return whiten, flat
 
 
-def _summed(block: Block, rows: np.ndarray) -> np.ndarray:
-    found: np.ndarray = block.bases[0].T @ rows
-    return found
-
-
-def _inverse(model: Model, block: Block) -> np.ndarray:
-    return model.inverse_dynamics(block.angles, block.rates, block.accelerations)
-
-
 def _slopes(model: Model, block: Block) -> list[np.ndarray]:
     """Of the torques by angles, rates and accelerations: each (rows, joints, of joints)."""
-    motion = block.angles, block.rates, block.accelerations
-    here, found = model.inverse_dynamics(*motion), []
-    for number, signal in enumerate(motion):
+    here, found = model.inverse_dynamics(*block.motion), []
+    for number, signal in enumerate(block.motion):
         columns = []
         for joint in range(signal.shape[1]):
-            moved = [*motion]
+            moved = [*block.motion]
             moved[number] = signal.copy()
             moved[number][:, joint] += DIFFERENCE
             columns.append((model.inverse_dynamics(*moved) - here) / DIFFERENCE)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -45,6 +45,21 @@ class Block:
     angle_noise: np.ndarray
     torque_noise: np.ndarray
 
+    @property
+    def motion(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Angles, rates and accelerations."""
+        return self.angles, self.rates, self.accelerations
+
+    def summed(self, rows: np.ndarray) -> np.ndarray:
+        """Rows (rows, joints) summed with every B-spline as a weight (size, joints)."""
+        return self.bases[0].T @ rows
+
+
+def evenly(pieces: Sequence[Block], most: int) -> list[Block]:
+    """At most so many blocks, evenly over the record."""
+    count = min(len(pieces), most)
+    return [pieces[n] for n in np.linspace(0, len(pieces) - 1, count).round().astype(int)]
+
 
 def blocks(record: Record, torques: np.ndarray, spacing: int) -> Iterator[Block]:
     """The record, piece by piece; torques (rows, joints) [N m]; spacing: samples between knots."""
@@ -52,7 +67,19 @@ def blocks(record: Record, torques: np.ndarray, spacing: int) -> Iterator[Block]
     count = max(round(rows / (INTERVALS * spacing)), 1)
     edges = np.linspace(0, rows, count + 1).round().astype(int)
     for first, last in pairwise(map(int, edges)):
-        yield _block(record, torques, slice(first, last), spacing)
+        time, angles, given = (each[first:last] for each in (record.time, record.angles, torques))
+        places = knots(time, spacing)
+        bases = _basis(time, places, 0), _basis(time, places, 1), _basis(time, places, 2)
+        gram = (bases[0].T @ bases[0]).toarray()
+        factored, free = cho_factor(gram), time.size - len(gram)
+        noise = []
+        for signal in (angles, given):
+            apart = signal - bases[0] @ cho_solve(factored, bases[0].T @ signal)
+            least = LEAST_NOISE * np.maximum(np.abs(signal).max(axis=0), LEAST_SIZE)
+            noise.append(np.maximum(np.sqrt((apart**2).sum(axis=0) / free), least))
+        fitted = cho_solve(factored, bases[0].T @ angles)
+        smooth, rates, accelerations = (basis @ fitted for basis in bases)
+        yield Block(time, bases, gram, smooth, rates, accelerations, given, noise[0], noise[1])
 
 
 def chosen_spacing(record: Record) -> int:
@@ -68,8 +95,16 @@ def chosen_spacing(record: Record) -> int:
     taken = min(rows, MOST_TRIED)
     firsts = np.linspace(0, rows - taken, TRIED).astype(int) if rows > taken else [0]
     parts = [slice(int(first), int(first) + taken) for first in firsts]
+
+    def left(part: slice, spacing: int) -> np.ndarray:
+        """Variance (joints,) [rad^2] of the angles about their splines."""
+        time, angles = record.time[part], record.angles[part]
+        places = knots(time, spacing)
+        apart = angles - make_lsq_spline(time, angles, places, DEGREE)(time)
+        return (apart**2).sum(axis=0) / (len(time) - (places.size - DEGREE - 1))
+
     variances = np.array(
-        [np.mean([_left(record, part, each) for part in parts], axis=0) for each in possible]
+        [np.mean([left(part, each) for part in parts], axis=0) for each in possible]
     )
     # A joint that stands still leaves rounding, which other knots may lower or raise.
     least = (ROUNDING * np.abs(record.angles).max(axis=0)) ** 2
@@ -81,36 +116,12 @@ def chosen_spacing(record: Record) -> int:
     return possible[max(best - 1, 0)]
 
 
-def _left(record: Record, part: slice, spacing: int) -> np.ndarray:
-    """Variance (joints,) [rad^2] of the angles about their splines."""
-    time, angles = record.time[part], record.angles[part]
-    places = knots(time, spacing)
-    apart = angles - make_lsq_spline(time, angles, places, DEGREE)(time)
-    return (apart**2).sum(axis=0) / (len(time) - (places.size - DEGREE - 1))
-
-
 def knots(time: np.ndarray, spacing: int) -> np.ndarray:
     """Every so many samples, so that each interval has as many; the ends DEGREE times more."""
     count = max(round((time.size - 1) / spacing), 1)
     places = np.linspace(0, time.size - 1, count + 1)
     inner = np.interp(places, np.arange(time.size), time)
     return np.concatenate([np.repeat(inner[0], DEGREE), inner, np.repeat(inner[-1], DEGREE)])
-
-
-def _block(record: Record, torques: np.ndarray, part: slice, spacing: int) -> Block:
-    time, angles, given = record.time[part], record.angles[part], torques[part]
-    places = knots(time, spacing)
-    bases = _basis(time, places, 0), _basis(time, places, 1), _basis(time, places, 2)
-    gram = (bases[0].T @ bases[0]).toarray()
-    factored, free = cho_factor(gram), time.size - len(gram)
-    noise = []
-    for signal in (angles, given):
-        apart = signal - bases[0] @ cho_solve(factored, bases[0].T @ signal)
-        least = LEAST_NOISE * np.maximum(np.abs(signal).max(axis=0), LEAST_SIZE)
-        noise.append(np.maximum(np.sqrt((apart**2).sum(axis=0) / free), least))
-    fitted = cho_solve(factored, bases[0].T @ angles)
-    angles, rates, accelerations = (basis @ fitted for basis in bases)
-    return Block(time, bases, gram, angles, rates, accelerations, given, noise[0], noise[1])
 
 
 def _basis(time: np.ndarray, knots: np.ndarray, derivative: int) -> csr_array:

@@ -9,8 +9,9 @@ import xarray as xr
 
 from crosscheck.checks.invariants import torques_at
 from crosscheck.checks.scales import geared
+from crosscheck.cost.runs import classical_step
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import MESHES, Layout, Meaning
+from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario, Switches
@@ -27,7 +28,7 @@ ABILITIES = {
     "force": "generalized_force",
     "acceleration": "acceleration",
 }
-CALL_S = 2e-4  # of a user's Python
+CALL_S = 2e-4  # [s] that a tooth force or a bias takes a user's Python, at most
 
 
 class HandedModel(Model):
@@ -48,26 +49,26 @@ class HandedModel(Model):
         self.drive = drive_data(scenario, len(arm.joints))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """J^-T M_x J^-1."""
+        """M = J^-T M_x J^-1, shape (n, n)."""
         x = self.frame.place(q)
         inverse = np.linalg.inv(self.frame.jacobian(x))
         return inverse.T @ self.handed.mass_matrix(x) @ inverse
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """J^-T h_x - M J' u."""
+        """h = J^-T h_x - M J' u, shape (n,)."""
         x, u, jacobian = self._moving(q, v)
         curved = self.frame.drift(x, u)
         force = np.linalg.inv(jacobian).T @ self.handed.bias(x, u)
         return force - self.mass_matrix(q) @ curved if curved.any() else force
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """J^-T f_x."""
+        """f = J^-T f_x, shape (n,)."""
         x, u, jacobian = self._moving(q, v)
         own = self.handed.force(t, x, u, self.torques(t, q, v))
         return np.linalg.inv(jacobian).T @ own
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """J x'' + J' u."""
+        """q'' = J x'' + J' u, shape (n,)."""
         x, u, jacobian = self._moving(q, v)
         own = self.handed.acceleration(t, x, u, self.torques(t, q, v))
         return jacobian @ own + self.frame.drift(x, u)
@@ -94,26 +95,16 @@ class HandedModel(Model):
         time = recorded_times(scenario)
         qs, vs = np.full((2, len(time), q.size), np.nan)
         qs[0], vs[0] = q, v
+        h = scenario.step_s
         for k in range(scenario.steps):
-            q, v = self._step(k * scenario.step_s, q, v)
+            t = k * h
+            q, v = classical_step(self.acceleration, (t, t + h / 2, t + h), q, v, h)
             if (k + 1) % scenario.stride == 0:
                 if not (np.isfinite(q).all() and np.isfinite(v).all()):
                     break
                 qs[(k + 1) // scenario.stride], vs[(k + 1) // scenario.stride] = q, v
         require_finite(self.name, time, qs, vs)
         return self._recorded(time, qs, vs)
-
-    def _step(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """One classical fourth-order step."""
-        h = self.scenario.step_s
-        a1 = self.acceleration(t, q, v)
-        v2 = v + h / 2 * a1
-        a2 = self.acceleration(t + h / 2, q + h / 2 * v, v2)
-        v3 = v + h / 2 * a2
-        a3 = self.acceleration(t + h / 2, q + h / 2 * v2, v3)
-        v4 = v + h * a3
-        a4 = self.acceleration(t + h, q + h * v3, v4)
-        return q + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
 
     def _recorded(self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> xr.Dataset:
         """The trajectory through states (times, n)."""
@@ -126,20 +117,16 @@ class HandedModel(Model):
             "torque": np.array([self.torques(*moment) for moment in moments]),
             "kinetic_energy": np.array([v @ self.mass_matrix(q) @ v / 2 for _, q, v in moments]),
         }
+        planets = [joint.planet_count for joint in self.arm.joints]
         for mesh in MESHES if self.layout.meshing else ():
-            rows = self._by_planet(mesh)
+            # (joints, planets, n) of the displacements; NaN where there is no planet.
+            rows = np.full((len(planets), max(planets), len(self.layout)), np.nan)
+            for number, _ in geared(self.arm):
+                for planet in range(planets[number]):
+                    rows[number, planet] = self.layout.displacement(mesh, number, planet)
             for name, values in ((mesh, qs), (f"{mesh}_dot", vs)):
                 variables[name] = np.moveaxis(rows @ values.T, -1, 0)
         return trajectory(self, time, **variables)
-
-    def _by_planet(self, mesh: Meaning) -> np.ndarray:
-        """Rows (joints, planets, n) of a mesh's displacements; NaN where there is no planet."""
-        planets = [joint.planet_count for joint in self.arm.joints]
-        rows = np.full((len(planets), max(planets), len(self.layout)), np.nan)
-        for number, _ in geared(self.arm):
-            for planet in range(planets[number]):
-                rows[number, planet] = self.layout.displacement(mesh, number, planet)
-        return rows
 
 
 def _reference_of(handed: HandedModel) -> Model:

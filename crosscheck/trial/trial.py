@@ -13,14 +13,8 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
-from crosscheck.planning.comparison import (
-    Comparison,
-    ModelTask,
-    Results,
-    Unavailable,
-    findings_of,
-    tasks_of,
-)
+from crosscheck.planning import comparison
+from crosscheck.planning.comparison import Comparison, ModelTask, Results
 from crosscheck.planning.plan import Wanted
 from crosscheck.planning.sizing import unequal_gains
 from crosscheck.provenance import provenance
@@ -37,27 +31,10 @@ from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.waves import states_wanted
 from crosscheck.trial.input.calls import handed
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.input.first_calls import first_calls, spared
+from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.misread import Misread, misread
 from crosscheck.trial.judge.places import Wrong, deviations
-from crosscheck.trial.judge.questions import (
-    LEAST_STATES,
-    MOST_BYTES,
-    QUESTIONS,
-    QUICK_STATES,
-    STATES,
-    Bench,
-    StateQuestion,
-)
-from crosscheck.trial.judge.suite import (
-    COMPARED,
-    engine_comparisons,
-    own_balances,
-    own_comparisons,
-    run_comparisons,
-    sizes_in,
-    sizing,
-)
+from crosscheck.trial.judge.questions import QUESTIONS, Bench, StateQuestion, first_calls, spared
 from crosscheck.trial.model import entry_for, switches_of
 
 BRINGS = {
@@ -71,6 +48,10 @@ BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"
 PROBES = 2
 JUDGING_S = 60.0  # rough cost
 RUNNABLE = {"mass_matrix", "bias", "force"}
+# Enough to tell all the waves and signals apart that an entry may hold.
+STATES, QUICK_STATES = 300, 150
+LEAST_STATES = 20
+MOST_BYTES = 300_000_000  # of the terms of a bias at all states, of which a trial holds several
 
 
 @dataclass(frozen=True)
@@ -134,7 +115,7 @@ class Trial:
 
     @property
     def exit_code(self) -> int:
-        """As of an Agreement."""
+        """The exit code of the agreement."""
         return self.agreement.exit_code
 
 
@@ -158,18 +139,15 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
         try:
             with overseen(asked.name, JUDGING_S):
                 return _judged(bench, probes, asked, results)
-        except Unavailable as error:
+        except comparison.Unavailable as error:
             raise Unfinished(f"{bench.name} cannot be judged: {error}") from None
 
 
 def tasks_in(bench: Bench, probes: Sequence[Bench], asked: Asked) -> list[ModelTask]:
     """All that a trial asks of the equations and of the models that they are compared with."""
-    planned = list(own_comparisons(bench))
-    for level in bench.levels:
-        planned += _engines_and_runs(bench, asked, level, binding=True)
-    planned += own_balances(bench)
+    planned = list(_planned(bench, asked))
     by_entry = (question for each in (bench, *probes) for question in localising(each))
-    return list(dict.fromkeys([*tasks_of(planned), *by_entry]))
+    return list(dict.fromkeys([*comparison.tasks_of(planned), *by_entry]))
 
 
 def bench_of(asked: Asked) -> Bench:
@@ -197,7 +175,7 @@ def bench_of(asked: Asked) -> Bench:
 def localising(bench: Bench) -> Iterator[StateQuestion]:
     """What is looked at entry by entry: yours and that of the reference, of every level."""
     for level in bench.levels:
-        yield from sizing(bench, level)
+        yield from suite.sizing(bench, level)
         yield from (bench.ask(bench.reference(level), part) for part in by_entry(bench))
     yield from map(bench.yours, by_entry(bench))
 
@@ -208,12 +186,24 @@ def by_entry(bench: Bench) -> list[str]:
     return found or ["acceleration"]
 
 
-def _engines_and_runs(
-    bench: Bench, asked: Asked, level: str, *, binding: bool
+def _planned(
+    bench: Bench, asked: Asked, level: str | None = None, results: Results | None = None
 ) -> Iterator[Comparison]:
-    yield from engine_comparisons(bench, level, binding=binding)
-    for scenario in asked.scenarios if binding else ():
-        yield from run_comparisons(bench, scenario, level)
+    """Every comparison; binding are those of a level, or of all of them where none is chosen.
+
+    results: of other levels only those are there whose answers are, for a part that failed fails
+    once, at its level.
+    """
+    yield from suite.own_comparisons(bench)
+    for each in bench.levels:
+        binding = level is None or each == level
+        for planned in suite.engine_comparisons(bench, each, binding=binding):
+            own = (task for task in planned.needs if task.model == bench.name)
+            if binding or results is None or all(results.found(t) is not None for t in own):
+                yield planned
+        for scenario in asked.scenarios if binding else ():
+            yield from suite.run_comparisons(bench, scenario, each)
+    yield from suite.own_balances(bench)
 
 
 def probes_of(bench: Bench) -> list[Bench]:
@@ -228,15 +218,11 @@ def probes_of(bench: Bench) -> list[Bench]:
 
 def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Results) -> Trial:
     level, rungs = _level(bench, results)
-    comparisons = list(own_comparisons(bench))
-    for each in bench.levels:
-        found = _engines_and_runs(bench, asked, each, binding=each == level)
-        comparisons += (one for one in found if each == level or _answered(one, bench, results))
-    comparisons += own_balances(bench)
+    comparisons = list(_planned(bench, asked, level, results))
     wanted, cases = wanted_of(asked), cases_of(comparisons)
     settings = wanted.arm, wanted.seed, wanted.quick, wanted.scenarios, wanted.chosen
     record = provenance(*settings, packages=packages(), model=wanted.model)
-    agreement = Agreement(list(findings_of(comparisons, results)), record)
+    agreement = Agreement(list(comparison.findings_of(comparisons, results)), record)
     runs = {key: run for key, run in runs_of(results).items() if key in cases}
     here, *there = (compared(each, level, by_entry(each), results) for each in (bench, *probes))
     return Trial(
@@ -247,7 +233,7 @@ def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Result
         apart=here.apart,
         wrong=tuple(reasoned(here, there)),
         probes=tuple(probe.case.arm.name for probe in probes),
-        missing=tuple(part for part in COMPARED if part not in bench.has),
+        missing=tuple(part for part in suite.COMPARED if part not in bench.has),
         misread=misread(here.yours, here.right, bench.equations.table),
         traces=_traces(bench, results),
     )
@@ -257,12 +243,6 @@ def wanted_of(asked: Asked) -> Wanted:
     """The same as a cross-check's; its laws are those that the equations follow."""
     laws = switches_of(asked.equations, asked.arm, asked.chosen)
     return Wanted(asked.arm, asked.quick, asked.seed, asked.scenarios, laws, asked.name)
-
-
-def _answered(comparison: Comparison, bench: Bench, results: Results) -> bool:
-    """Whether the equations have what it needs: a part that failed fails at its own level once."""
-    own = (task for task in comparison.needs if task.model == bench.name)
-    return all(results.found(task) is not None for task in own)
 
 
 def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
@@ -278,7 +258,7 @@ def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
     masses = [results.need(question) for question in asked]
     if yours is None:
         return min(bench.levels, key=partial(_farthest, bench, results)), []
-    sizes, rungs = sizes_in(bench, results, bench.levels[-1]), []
+    sizes, rungs = suite.sizes_in(bench, results, bench.levels[-1]), []
     for level, mass in zip(bench.levels, masses, strict=True):
         found = deviations(yours, mass, sizes.mass)
         count = int((~(found <= sizes.tolerance("mass_matrix"))).sum())
@@ -288,8 +268,8 @@ def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
 
 def _farthest(bench: Bench, results: Results, level: str) -> float:
     """How far the parts that answer are from a level's, relative to their sizes, at most."""
-    sizes, found = sizes_in(bench, results, level), [0.0]
-    for part in COMPARED:
+    sizes, found = suite.sizes_in(bench, results, level), [0.0]
+    for part in suite.COMPARED:
         own = results.found(bench.yours(part)) if part in bench.has else None
         if own is not None:
             right = results.need(bench.ask(bench.reference(level), part))

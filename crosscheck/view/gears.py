@@ -14,9 +14,8 @@ import numpy as np
 
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.models.arm.arm import Planetary
-from crosscheck.view.mesh_geometry import Side, Wheel, flank, mesh_geometry, tooth
+from crosscheck.view.mesh_geometry import THICKNESS, Side, Wheel, mesh_geometry, tooth
 
-THIN = 0.46  # thickness of a drawn tooth over the pitch: the clearance can be seen
 GAP = 0.07  # of a pitch, that half the clearance of a mesh is drawn as
 BESIDE = 2  # teeth on either side of the one in contact
 
@@ -24,11 +23,8 @@ BESIDE = 2  # teeth on either side of the one in contact
 def outline(wheel: Wheel) -> np.ndarray:
     """All teeth of a wheel round its own centre, (points,), the first one's middle on x."""
     pitch = 2 * math.pi / wheel.teeth
-    half = THIN * pitch / 2
-    foot = wheel.radii[1]
-    one, other = flank(wheel, -half, False), flank(wheel, half, True)
-    feet = foot * np.exp(1j * np.angle([one[0], other[0]]))
-    single = np.concatenate([feet[:1], one, other[::-1], feet[1:]])
+    half = THICKNESS * pitch / 2
+    single = np.roll(tooth(wheel, -half, half), 1)  # from foot to foot
     turns = np.exp(1j * pitch * np.arange(wheel.teeth))
     return np.asarray(turns[:, None] * single).ravel()
 

@@ -16,9 +16,8 @@ from crosscheck.models.arm.arm import Planetary
 
 Side = Literal["sun", "ring"]
 SIDES: tuple[Side, Side] = ("sun", "ring")
-THICKNESS = (
-    0.46  # of a tooth over the pitch; the missing part is the backlash, far larger than real
-)
+# Of a tooth over the pitch; the missing part is the backlash, far larger than real.
+THICKNESS = 0.46
 FLANK_POINTS = 9
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.report.plots.scheme import described
-from crosscheck.view.gears import GearAngles, assembly, close_up, gear_angles, outline
+from crosscheck.view.gears import assembly, close_up, gear_angles, outline
 from crosscheck.view.mesh_geometry import SIDES, mesh_geometry
 from crosscheck.view.trajectory_file import Run
 
@@ -43,7 +43,10 @@ def _joint(run: Run, place: int) -> dict[str, Any]:
     body = {"length_m": run.arm.links[place].length_m, "theta": packed(angles)}
     if not isinstance(joint, Planetary):
         return body | {"kind": "direct"}
-    gears, stand = _gears(run, place, joint), assembly(joint)
+    # Of a run without teeth, gears that roll as if they were rigid.
+    x = [_of_planets(run, name, place, joint) for name in ("x_sp", "x_pr")]
+    x_sp, x_pr = (np.zeros((angles.size, 1)) if each is None else each for each in x)
+    gears, stand = gear_angles(joint, angles, x_sp, x_pr), assembly(joint)
     wheels = {side: mesh_geometry(joint, side) for side in SIDES}
     return body | {
         "kind": "planetary",
@@ -64,14 +67,6 @@ def _joint(run: Run, place: int) -> dict[str, Any]:
         "planets": [packed(column) for column in gears.planets.T],
         "meshes": dict(_meshes(run, place, joint)),
     }
-
-
-def _gears(run: Run, place: int, joint: Planetary) -> GearAngles:
-    """Of a run without teeth, gears that roll as if they were rigid."""
-    angles = run.signals["theta"][:, place]
-    none = np.zeros((angles.size, 1))
-    x = [_of_planets(run, name, place, joint) for name in ("x_sp", "x_pr")]
-    return gear_angles(joint, angles, *(none if each is None else each for each in x))
 
 
 def _of_planets(run: Run, name: str, place: int, joint: Planetary) -> np.ndarray | None:
@@ -108,7 +103,7 @@ def _meshes(run: Run, place: int, joint: Planetary) -> Iterator[tuple[str, dict[
 
 
 def _points(outline: np.ndarray) -> list[list[float]]:
-    """To a micrometre."""
+    """Points [m] as pairs, rounded to a micrometre."""
     return np.stack([outline.real, outline.imag], axis=1).round(6).tolist()
 
 

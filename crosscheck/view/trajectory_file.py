@@ -30,8 +30,7 @@ class Run(NamedTuple):
 
 def run_of(path: Path) -> Run:
     """What a file holds; HDF5 reads it in another process. Raises InputError."""
-    run: Run = used(path, TrajectoryFile.run, TrajectoryFile)
-    return run
+    return used(path, TrajectoryFile.run, TrajectoryFile)
 
 
 class TrajectoryFile(SoundFile):
@@ -60,13 +59,11 @@ class TrajectoryFile(SoundFile):
         self._require(bool(even), "times are not equally spaced")
         signals = {name: data[name].values for name in names}
         self._require(signals["theta"].shape[1] == len(arm.joints), "joints are not the arm's")
+        geared = [n for n, joint in enumerate(arm.joints) if isinstance(joint, Planetary)]
         for name, values in signals.items():
-            own = values if values.ndim == 2 else values[:, self._geared(arm), 0]
+            own = values if values.ndim == 2 else values[:, geared, 0]
             self._require(bool(np.isfinite(own).all()), f"{name} is not finite")
         return Run(self._text(self.file, "model"), arm, time, signals)
-
-    def _geared(self, arm: Arm) -> list[int]:
-        return [n for n, joint in enumerate(arm.joints) if isinstance(joint, Planetary)]
 
     def _arm(self) -> Arm:
         text = self.file.attrs.get("arm")

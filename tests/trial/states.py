@@ -12,8 +12,8 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_scenario
 from crosscheck.registry import build
-from crosscheck.trial.coordinates.frame import LinearFrame, frame_of
-from crosscheck.trial.diagnose.force_terms import ForceStates, rate_name, signal_columns
+from crosscheck.trial.coordinates.frame import Frame, frame_of
+from crosscheck.trial.diagnose.reference_terms import ForceStates, rate_name, signal_columns
 from crosscheck.trial.input.equations import Coordinates
 
 
@@ -22,7 +22,7 @@ class Sample:
     """A model and states in the user's coordinates: x and v (K, n), joint angles (K, joints)."""
 
     model: Model
-    frame: LinearFrame
+    frame: Frame
     x: np.ndarray
     v: np.ndarray
     angles: np.ndarray

@@ -11,8 +11,8 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.diagnose.alternates import ForceDifferences
-from crosscheck.trial.diagnose.force_terms import ForceStates
 from crosscheck.trial.diagnose.polynomial import TermKey
+from crosscheck.trial.diagnose.reference_terms import ForceStates
 from crosscheck.trial.diagnose.waves import Fitting, keys_of, states_wanted, waves_tried
 from crosscheck.trial.diagnose.words import told
 from crosscheck.trial.judge.places import EntryPlace

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,96 +15,23 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.errors import InputError
 from crosscheck.runner.interruption import was_stopped
-from crosscheck.trial.coordinates.differences import curvature, slope
-from crosscheck.trial.coordinates.frame import (
-    WHERE,
-    FoundBy,
-    Frame,
-    LinearFrame,
-    counted,
-    names_of,
-    require_invertible,
-)
+from crosscheck.trial.coordinates import frame as frames
+from crosscheck.trial.coordinates.differences import derivative
+from crosscheck.trial.coordinates.frame import WHERE, Along, Frame, Vector
 from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
-from crosscheck.trial.input.bindings import in_arm_symbols, in_numbers, plain_symbols
 from crosscheck.trial.input.equations import Coordinates
+from crosscheck.trial.input.symbolic import in_arm_symbols, in_numbers, plain_symbols
 
-Vector = Callable[[np.ndarray], np.ndarray]
-Along = Callable[[np.ndarray, np.ndarray], np.ndarray]
 COMPLEX_STEP = 1e-30
-SAMPLES, TRIES = 3, 40
-MOST_HALVED = 20
+SAMPLES = 3
 AGREED = 1e-6  # of a Jacobian held against differences, relative to its row
 CERTAIN = 1e-9  # of what differences give where nothing better is to be had
-PLACED = 1e-9  # of a state found for given q, before it is polished
-
-
-@dataclass(frozen=True, eq=False)
-class CurvedFrame(Frame):
-    """q = function(x); slopes(x) = J; along(x, u) = J' u where known exactly."""
-
-    function: Vector = field(kw_only=True)
-    slopes: Vector = field(kw_only=True)
-    along: Along = field(kw_only=True)
-
-    def position(self, x: np.ndarray) -> np.ndarray:
-        """function(x)."""
-        return self.function(x)
-
-    def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """dq/dx. Raises InputError where it is singular."""
-        found = self.slopes(x)
-        require_invertible(found, "jacobian", x)
-        return found
-
-    def drift(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """The second derivative of phi along u."""
-        return self.along(x, u)
-
-    def place(self, q: np.ndarray) -> np.ndarray:
-        """By Newton's method from several starts. Raises InputError where none arrives."""
-        for start in _starts(len(self.names), q):
-            found = self._solved(start, q)
-            if found is not None:
-                return found
-        raise InputError(WHERE, "function", None, f"no x was found that gives q = {shown(q)}")
-
-    def nearest(self, q: np.ndarray, known: np.ndarray) -> np.ndarray:
-        """By Newton's method from few starts; halfway to the known one as often as need be."""
-        start = self.function(known)
-        for halved in range(MOST_HALVED):
-            wanted = start + (q - start) / 2**halved
-            for guess in (wanted, known) if halved else (wanted, np.zeros(len(q)), known):
-                found = self._solved(guess, wanted)
-                if found is not None:
-                    return found
-        return known
-
-    def _solved(self, start: np.ndarray, q: np.ndarray) -> np.ndarray | None:
-        from scipy.optimize import root
-
-        size = np.maximum(np.abs(q), 1e-3 * max(1e-3, float(np.abs(q).max())))
-        try:
-            with np.errstate(all="ignore"):
-                x = root(lambda x: (self.function(x) - q) / size, start, tol=1e-13).x
-                for _ in range(3):
-                    x = x - np.linalg.solve(self.jacobian(x), self.function(x) - q)
-                reached = np.abs(self.function(x) - q) <= PLACED * size
-        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-            return None
-        return x if reached.all() else None
-
-
-def _starts(n: int, q: np.ndarray) -> Iterator[np.ndarray]:
-    yield q.copy()
-    yield np.zeros(n)
-    yield from np.random.default_rng(0).uniform(-np.pi, np.pi, (TRIES, n))
 
 
 def curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
     """The frame of a user's function. Raises InputError."""
     n, function = len(layout), coordinates.function
-    count = counted(coordinates, n, arm)
+    count = frames.counted(coordinates, n, arm)
     if isinstance(function, sp.MatrixBase):
         frame = _sympy_frame(coordinates, function, layout, arm, count)
     elif callable(function):
@@ -112,7 +39,7 @@ def curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
     else:
         reason = f"is a {type(function).__name__}; must be a function of x or a sympy Matrix"
         raise InputError(WHERE, "function", None, reason)
-    if isinstance(frame, CurvedFrame):
+    if frame.matrix is None:
         _require_derivative(frame)
     return frame
 
@@ -131,63 +58,64 @@ def _sympy_frame(
     plain = plain_symbols(coordinates.symbols)
     x = [plain[symbol] for symbol in coordinates.symbols]
     q = in_arm_symbols(sp.Matrix(list(function)).xreplace(plain), x, {}, arm, f"{WHERE}: function")
-    names = names_of(coordinates, [symbol.name for symbol in x])
+    names = frames.names_of(coordinates, [symbol.name for symbol in x])
     jacobian = q.jacobian(x)
     if not jacobian.free_symbols & set(x) and not any(
         map(sp.simplify, q.subs(dict.fromkeys(x, 0)))
     ):
         matrix = np.array(in_numbers(jacobian, arm), dtype=np.float64)
-        require_invertible(matrix, "function")
-        return LinearFrame(layout, names, "linear", matrix=matrix, symbolic=jacobian)
+        frames.require_invertible(matrix, "function")
+        return frames.linear_frame(layout, names, matrix, jacobian)
     u = [sp.Dummy(f"u{k}") for k in range(n)]
     drift = (jacobian * sp.Matrix(u)).jacobian(x) * sp.Matrix(u)
     value, slopes, along = (
         sp.lambdify([x, u], in_numbers(entries, arm), "numpy", cse=True)
         for entries in (q, jacobian, drift)
     )
-    return CurvedFrame(
+    return Frame(
         layout,
         names,
         "sympy",
-        function=lambda x: _answer(value(x, x), (n,), "function", x),
+        position=lambda x: _answer(value(x, x), (n,), "function", x),
         slopes=lambda x: _answer(slopes(x, x), (n, n), "function's jacobian", x),
-        along=lambda x, u: _answer(along(x, u), (n,), "function's second derivative", x),
+        drift=lambda x, u: _answer(along(x, u), (n,), "function's second derivative", x),
     )
 
 
 def _callable_frame(coordinates: Coordinates, layout: Layout, count: str) -> Frame:
+    """The Jacobian as given, or by complex steps, or by differences."""
     n, own, given = len(layout), coordinates.function, coordinates.jacobian
-    names = names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
+    names = frames.names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
 
     def function(x: np.ndarray) -> np.ndarray:
         return _answer(_called(own, "function", x), (n,), f"function, for {count}", x)
 
-    by_differences = CurvedFrame(
+    by_differences = Frame(
         layout,
         names,
         "differences",
-        function=function,
+        position=function,
         slopes=lambda x: _by_differences(function, x),
-        along=lambda x, u: _curvature(function, x, u),
+        drift=lambda x, u: _curvature(function, x, u),
     )
-    if given is not None:
-        return _given_frame(by_differences, given, count)
-    return _complex_frame(by_differences, own) or by_differences
-
-
-def _given_frame(frame: CurvedFrame, given: Any, count: str) -> CurvedFrame:
+    if given is None:
+        return _complex_frame(by_differences, own) or by_differences
     if not callable(given):
         reason = f"is a {type(given).__name__}; must be a function of x"
         raise InputError(WHERE, "jacobian", None, reason)
-    n = len(frame.names)
 
     def slopes(x: np.ndarray) -> np.ndarray:
         return _answer(_called(given, "jacobian", x), (n, n), f"jacobian, for {count}", x)
 
-    return _with(frame, "given", slopes, lambda x, u: _turning(lambda y, w: slopes(y) @ w, x, u))
+    return replace(
+        by_differences,
+        found_by="given",
+        slopes=slopes,
+        drift=lambda x, u: _turning(lambda y, w: slopes(y) @ w, x, u),
+    )
 
 
-def _complex_frame(frame: CurvedFrame, own: Any) -> CurvedFrame | None:
+def _complex_frame(frame: Frame, own: Any) -> Frame | None:
     """By complex steps, if the function takes complex numbers and means them."""
 
     def forward(x: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -198,7 +126,9 @@ def _complex_frame(frame: CurvedFrame, own: Any) -> CurvedFrame | None:
         columns = [forward(x, unit) for unit in np.eye(len(x))]
         return _answer(np.stack(columns, axis=1), (len(x), len(x)), "function's jacobian", x)
 
-    found = _with(frame, "complex step", slopes, lambda x, u: _turning(forward, x, u))
+    found = replace(
+        frame, found_by="complex step", slopes=slopes, drift=lambda x, u: _turning(forward, x, u)
+    )
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # numpy's, for an imaginary part that is lost
@@ -211,38 +141,27 @@ def _complex_frame(frame: CurvedFrame, own: Any) -> CurvedFrame | None:
         return None
 
 
-def _with(frame: CurvedFrame, found_by: FoundBy, slopes: Vector, along: Along) -> CurvedFrame:
-    return CurvedFrame(
-        frame.layout, frame.names, found_by, function=frame.function, slopes=slopes, along=along
-    )
-
-
 def _by_differences(function: Vector, x: np.ndarray) -> np.ndarray:
-    columns = []
-    for unit in np.eye(len(x)):
-        column, apart = slope(_along_line(function, x, unit))
-        _require_certain(apart, "derivative", x)
-        columns.append(column)
+    columns = [_certain(1, function, x, unit) for unit in np.eye(len(x))]
     return np.stack(columns, axis=1)
 
 
 def _curvature(function: Vector, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """The second derivative (n,) of the function along u."""
     size = float(np.abs(u).max()) or 1.0
-    found, apart = curvature(_along_line(function, x, u / size))
-    _require_certain(apart, "second derivative", x)
-    return size**2 * found
+    return size**2 * _certain(2, function, x, u / size)
 
 
 def _turning(forward: Along, x: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Slope along u of J u, given J u."""
     size = float(np.abs(u).max()) or 1.0
-    found, apart = slope(_along_line(lambda y: forward(y, u / size), x, u / size))
-    _require_certain(apart, "second derivative", x)
-    return size**2 * found
+    return size**2 * _certain(1, lambda y: forward(y, u / size), x, u / size, "second derivative")
 
 
-def _along_line(function: Vector, x: np.ndarray, unit: np.ndarray) -> Callable[[float], np.ndarray]:
-    """The function along a line, NaN where it has no value."""
+def _certain(
+    order: int, function: Vector, x: np.ndarray, unit: np.ndarray, what: str = ""
+) -> np.ndarray:
+    """A derivative (n,) of the function along a line. Raises InputError where it is not certain."""
 
     def curve(s: float) -> np.ndarray:
         try:
@@ -251,13 +170,12 @@ def _along_line(function: Vector, x: np.ndarray, unit: np.ndarray) -> Callable[[
         except (ArithmeticError, ValueError):
             return np.full(len(x), math.nan)
 
-    return curve
-
-
-def _require_certain(apart: np.ndarray, what: str, x: np.ndarray) -> None:
+    found, apart = derivative(curve, order)
     if not (apart < CERTAIN).all():
+        what = what or ("derivative" if order == 1 else "second derivative")
         reason = f"its {what} is not to be found at x = {shown(x)}; give a sympy Matrix of it"
         raise InputError(WHERE, "function", None, reason)
+    return found
 
 
 def _called(own: Callable[[np.ndarray], Any], what: str, x: np.ndarray) -> Any:
@@ -277,24 +195,24 @@ def _answer(raw: Any, shape: tuple[int, ...], what: str, x: np.ndarray) -> np.nd
         raise InputError(WHERE, what, None, f"{error}, at x = {shown(x)}") from None
 
 
-def _samples(frame: CurvedFrame) -> list[np.ndarray]:
+def _samples(frame: Frame) -> list[np.ndarray]:
     """A few states at which the function has values. Raises what it raises where it has none."""
     found: list[np.ndarray] = []
-    states = np.random.default_rng(1).uniform(-1.0, 1.0, (TRIES, len(frame.names)))
+    states = np.random.default_rng(1).uniform(-1.0, 1.0, (frames.TRIES, len(frame.names)))
     for number, x in enumerate(states):
         try:
             with np.errstate(all="ignore"):
-                frame.function(x)
+                frame.position(x)
             found.append(x)
         except (ArithmeticError, ValueError):
-            if number + 1 == TRIES and not found:
+            if number + 1 == frames.TRIES and not found:
                 raise
         if len(found) == SAMPLES:
             break
     return found
 
 
-def _require_derivative(frame: CurvedFrame) -> None:
+def _require_derivative(frame: Frame) -> None:
     """Raise InputError unless J is what differences say, and invertible somewhere."""
     states = _samples(frame)
     for x in states:
@@ -312,9 +230,9 @@ def _require_derivative(frame: CurvedFrame) -> None:
     raise singular
 
 
-def _misfit(frame: CurvedFrame, x: np.ndarray) -> str | None:
+def _misfit(frame: Frame, x: np.ndarray) -> str | None:
     """Which entry of J differs from differences, and both values; None if all agree."""
-    given, expected = frame.slopes(x), _by_differences(frame.function, x)
+    given, expected = frame.slopes(x), _by_differences(frame.position, x)
     apart = np.abs(given - expected) / np.abs(expected).max(axis=1, keepdims=True).clip(1e-12)
     row, column = np.unravel_index(int(apart.argmax()), apart.shape)
     if apart[row, column] <= AGREED:

@@ -11,15 +11,17 @@ import numpy as np
 
 Curve = Callable[[float], np.ndarray]
 STEPS = 0.5 ** np.arange(1, 16)
-# Weights of f(-4 h) ... f(4 h), of order 8 and of order 6, for f' h and for f'' h^2.
-FIRST = (
-    np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280]),
-    np.array([0, -1 / 60, 3 / 20, -3 / 4, 0, 3 / 4, -3 / 20, 1 / 60, 0]),
-)
-SECOND = (
-    np.array([-1 / 560, 8 / 315, -1 / 5, 8 / 5, -205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560]),
-    np.array([0, 1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90, 0]),
-)
+# Of f' h and of f'' h^2: weights of f(-4 h) ... f(4 h), of order 8 and of order 6.
+CENTRAL = {
+    1: (
+        np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 / 105, -1 / 280]),
+        np.array([0, -1 / 60, 3 / 20, -3 / 4, 0, 3 / 4, -3 / 20, 1 / 60, 0]),
+    ),
+    2: (
+        np.array([-1 / 560, 8 / 315, -1 / 5, 8 / 5, -205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560]),
+        np.array([0, 1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90, 0]),
+    ),
+}
 ENOUGH = 1e-13  # of the size of what is differenced
 Mass = Callable[[np.ndarray], np.ndarray]
 # Central differences of eighth order; at steps that turn joints by this angle [rad] a mass matrix
@@ -28,27 +30,16 @@ WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 TURN_RAD, SHIFT_M = 0.03, 1e-4
 
 
-def slope(curve: Curve) -> tuple[np.ndarray, np.ndarray]:
-    """f'(0) of f: s -> (n,), and how uncertain each is, relative to the largest |f| nearby."""
-    return _derivative(curve, FIRST, 1)
+def derivative(curve: Curve, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """f'(0) or f''(0) of f: s -> (n,), and how uncertain each is, relative to the largest |f| near.
 
-
-def curvature(curve: Curve) -> tuple[np.ndarray, np.ndarray]:
-    """f''(0), the same way."""
-    return _derivative(curve, SECOND, 2)
-
-
-def _derivative(
-    curve: Curve, weights: tuple[np.ndarray, np.ndarray], order: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """The step at which two orders agree best, for each component by itself.
-
-    Both see other truncation and other rounding, so their difference bounds both.
+    By the step at which two methods agree best, for each component by itself: both see other
+    truncation and other rounding, so their difference bounds both.
     """
     best, uncertain = np.zeros(0), np.zeros(0)
     for step in STEPS:
         values = np.array([curve(k * step) for k in range(-4, 5)])
-        high, low = (w @ values / step**order for w in weights)
+        high, low = (w @ values / step**order for w in CENTRAL[order])
         size = np.abs(values).max(axis=0)
         size[size == 0] = 1.0
         apart = np.abs(high - low) / size
@@ -118,8 +109,7 @@ def difference_steps(jacobian: np.ndarray, angular: np.ndarray) -> np.ndarray:
 
 def turns(jacobian: np.ndarray, angular: np.ndarray) -> np.ndarray:
     """How far each of x (n,) turns the joints, added up."""
-    found: np.ndarray = np.abs(jacobian[angular]).sum(axis=0)
-    return found
+    return np.abs(jacobian[angular]).sum(axis=0)
 
 
 def _certain_slope(mass_matrix: Mass, x: np.ndarray, k: int, step: float) -> np.ndarray:
@@ -135,7 +125,7 @@ def _certain_slope(mass_matrix: Mass, x: np.ndarray, k: int, step: float) -> np.
         except (ArithmeticError, ValueError):
             return np.full(x.size**2, np.nan)
 
-    found, uncertain = slope(answer)
+    found, uncertain = derivative(answer, 1)
     found[~np.isfinite(uncertain)] = np.nan
     return found.reshape(x.size, x.size) / (step / 2)
 

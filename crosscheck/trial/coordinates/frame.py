@@ -1,13 +1,14 @@
-"""A user's coordinates x beside the project's q: q = phi(x), q' = J(x) x'."""
+"""A user's coordinates x beside the project's q: q = phi(x), q' = J(x) x'; and random states."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Literal, get_args
+from functools import lru_cache
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 import sympy as sp
@@ -16,15 +17,14 @@ from crosscheck.analytic.derivation.chain import Chain, exact_chain
 from crosscheck.analytic.derivation.stage import Stage
 from crosscheck.analytic.derivation.symbols import arm_chain
 from crosscheck.analytic.paper.kinematics import mesh_displacements
+from crosscheck.checks.answers import random_states
+from crosscheck.checks.invariants import torques_at
+from crosscheck.models.arm import layout as layouts
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import (
-    Coordinate,
-    Layout,
-    free_layout,
-    lumped_layout,
-    rigid_layout,
-)
+from crosscheck.models.arm.layout import Coordinate, Layout
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
 from crosscheck.trial.input.equations import Coordinates, Gearing
 
@@ -32,67 +32,106 @@ WHERE = "coordinates"
 WORST_CONDITION = 1e12  # of J, rows and columns scaled: beyond it x says too little of q
 ROUNDING = 1e-13  # of a matrix's row: what is below it was meant to be 0
 LARGEST_DENOMINATOR = 1000  # of what is taken for a ratio of whole numbers
-LAYOUTS = {"rigid": rigid_layout, "lumped": lumped_layout, "free": free_layout}
+FIRST = 20  # poses that a map may not reach, before it is one that reaches none
+TRIES = 40
+MOST_HALVED = 20
+PLACED = 1e-9  # of a state found for given q, before it is polished
+LAYOUTS = {
+    "rigid": layouts.rigid_layout,
+    "lumped": layouts.lumped_layout,
+    "free": layouts.free_layout,
+}
 FoundBy = Literal["linear", "sympy", "given", "complex step", "differences"]
+Vector = Callable[[np.ndarray], np.ndarray]
+Along = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
-class Frame(ABC):
+class Frame:
     """The map from x (n,), called ``names``, to the coordinates q (n,) of ``layout``.
 
-    found_by: where the Jacobian comes from. matrix: where the map is linear, q = matrix @ x.
-    symbolic: the same in symbols of ``analytic.derivation.symbols``, of named maps and of matrices
-    whose numbers are ratios, radii and gear ratios of the arm.
+    position(x): q. slopes(x): dq/dx (n, n); found_by: where it comes from. drift(x, u): J' u (n,)
+    at rates u = x', what q'' has beside J x''. They raise InputError where they find none. matrix:
+    where the map is linear, q = matrix @ x. symbolic: the same in symbols of
+    ``analytic.derivation.symbols``, of named maps and of matrices whose numbers are ratios, radii
+    and gear ratios of the arm.
     """
 
     layout: Layout
     names: tuple[str, ...]
     found_by: FoundBy
-    matrix: np.ndarray | None = field(default=None, kw_only=True)
-    symbolic: sp.ImmutableMatrix | None = field(default=None, kw_only=True)
+    position: Vector
+    slopes: Vector
+    drift: Along
+    matrix: np.ndarray | None = None
+    symbolic: sp.ImmutableMatrix | None = None
 
-    @abstractmethod
-    def position(self, x: np.ndarray) -> np.ndarray:
-        """q (n,)."""
-
-    @abstractmethod
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """J = dq/dx (n, n). Raises InputError where it is singular."""
+        found = self.slopes(x)
+        if self.matrix is None:  # which was looked at once and for all
+            require_invertible(found, "jacobian", x)
+        return found
 
-    @abstractmethod
-    def drift(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """J' u (n,) at rates u = x': what q'' has beside J x''. Raises InputError."""
-
-    @abstractmethod
     def place(self, q: np.ndarray) -> np.ndarray:
-        """An x (n,) that gives this q. Raises InputError where there is none."""
+        """An x (n,) that gives this q. Raises InputError where none is found.
+
+        Of a map that is not linear by Newton's method from several starts.
+        """
+        if self.matrix is not None:
+            return np.linalg.solve(self.matrix, q)
+        n = len(self.names)
+        drawn = np.random.default_rng(0).uniform(-np.pi, np.pi, (TRIES, n))
+        for start in (q.copy(), np.zeros(n), *drawn):
+            found = self._solved(start, q)
+            if found is not None:
+                return found
+        raise InputError(WHERE, "function", None, f"no x was found that gives q = {shown(q)}")
 
     def nearest(self, q: np.ndarray, known: np.ndarray) -> np.ndarray:
-        """An x that gives this q, or one on the way to it from that of a known x."""
-        return self.place(q)
+        """An x that gives this q, or one on the way to it from that of a known x.
+
+        By Newton's method from few starts; halfway to the known one as often as need be.
+        """
+        start = self.position(known)
+        for halved in range(MOST_HALVED):
+            wanted = start + (q - start) / 2**halved
+            for guess in (wanted, known) if halved else (wanted, np.zeros(len(q)), known):
+                found = self._solved(guess, wanted)
+                if found is not None:
+                    return found
+        return known
+
+    def _solved(self, start: np.ndarray, q: np.ndarray) -> np.ndarray | None:
+        """By Newton's method from a start; None where it does not arrive."""
+        from scipy.optimize import root
+
+        size = np.maximum(np.abs(q), 1e-3 * max(1e-3, float(np.abs(q).max())))
+        try:
+            with np.errstate(all="ignore"):
+                x = root(lambda x: (self.position(x) - q) / size, start, tol=1e-13).x
+                for _ in range(3):
+                    x = x - np.linalg.solve(self.jacobian(x), self.position(x) - q)
+                reached = np.abs(self.position(x) - q) <= PLACED * size
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            return None
+        return x if reached.all() else None
 
 
-@dataclass(frozen=True, eq=False)
-class LinearFrame(Frame):
-    """q = matrix @ x."""
-
-    matrix: np.ndarray = field(kw_only=True)
-
-    def position(self, x: np.ndarray) -> np.ndarray:
-        """matrix @ x."""
-        return self.matrix @ x
-
-    def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """The matrix, in every pose."""
-        return self.matrix.copy()
-
-    def drift(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Zeros: J does not change."""
-        return np.zeros(len(self.names))
-
-    def place(self, q: np.ndarray) -> np.ndarray:
-        """The one x."""
-        return np.linalg.solve(self.matrix, q)
+def linear_frame(
+    layout: Layout, names: tuple[str, ...], matrix: np.ndarray, symbolic: sp.ImmutableMatrix | None
+) -> Frame:
+    """The frame of q = matrix @ x."""
+    return Frame(
+        layout,
+        names,
+        "linear",
+        position=lambda x: matrix @ x,
+        slopes=lambda x: matrix.copy(),
+        drift=lambda x, u: np.zeros(len(names)),
+        matrix=matrix,
+        symbolic=symbolic,
+    )
 
 
 def frame_of(coordinates: Coordinates, arm: Arm) -> Frame:
@@ -103,9 +142,17 @@ def frame_of(coordinates: Coordinates, arm: Arm) -> Frame:
     layout = LAYOUTS[coordinates.gearing](arm)
     if coordinates.function is not None:
         return curved_frame(coordinates, layout, arm)
-    if coordinates.matrix is not None:
-        return _own_frame(coordinates, layout, arm)
-    return _named_frame(coordinates, layout, arm)
+    if coordinates.matrix is None:
+        return _named_frame(coordinates, layout, arm)
+    n = len(layout)
+    try:
+        matrix = numbers_of(coordinates.matrix, (n, n))
+    except NotNumbers as error:
+        reason = f"{error}, for {counted(coordinates, n, arm)}"
+        raise InputError(WHERE, "matrix", None, reason) from None
+    require_invertible(matrix, "matrix")
+    names = names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
+    return linear_frame(layout, names, matrix, in_symbols(matrix, layout, arm))
 
 
 def _require_known(coordinates: Coordinates) -> None:
@@ -134,14 +181,22 @@ def _require_known(coordinates: Coordinates) -> None:
 
 
 def _named_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
+    """Of coordinates by name, in the user's order. Raises InputError."""
     usual = [_named(coordinates, coordinate) for coordinate in layout.coordinates]
-    order = [usual.index(name) for name in _ordered(coordinates.order, usual)]
+    ordered = coordinates.order or usual
+    missing = [name for name in usual if name not in ordered]
+    unknown = [name for name in ordered if name not in usual]
+    twice = [name for name, count in Counter(ordered).items() if count > 1]
+    said = {"is without": missing, "has unknown": unknown, "has twice": twice}
+    wrong = [f"{what} {', '.join(map(str, names))}" for what, names in said.items() if names]
+    if wrong:
+        reason = f"{' and '.join(wrong)}; must be all of {', '.join(usual)}"
+        raise InputError(WHERE, "order", None, reason)
+    order = [usual.index(name) for name in ordered]
     symbolic = _rows(arm_chain(arm, layout), coordinates)[:, order]
     numbers = _rows(exact_chain(arm, layout), coordinates)[:, order].astype(np.float64)
     names = names_of(coordinates, [usual[place] for place in order])
-    return LinearFrame(
-        layout, names, "linear", matrix=numbers, symbolic=sp.ImmutableMatrix(symbolic)
-    )
+    return linear_frame(layout, names, numbers, sp.ImmutableMatrix(symbolic))
 
 
 def _named(coordinates: Coordinates, meant: Coordinate) -> str:
@@ -154,21 +209,6 @@ def _named(coordinates: Coordinates, meant: Coordinate) -> str:
     return gear + (f"_{meant.planet}" if meant.planet else "")
 
 
-def _ordered(order: Sequence[str], usual: Sequence[str]) -> Sequence[str]:
-    """The user's order, if each name is there once. Raises InputError."""
-    if not order:
-        return usual
-    missing = [name for name in usual if name not in order]
-    unknown = [name for name in order if name not in usual]
-    twice = [name for name, count in Counter(order).items() if count > 1]
-    said = {"is without": missing, "has unknown": unknown, "has twice": twice}
-    wrong = [f"{what} {', '.join(map(str, names))}" for what, names in said.items() if names]
-    if wrong:
-        reason = f"{' and '.join(wrong)}; must be all of {', '.join(usual)}"
-        raise InputError(WHERE, "order", None, reason)
-    return order
-
-
 def _rows(chain: Chain, coordinates: Coordinates) -> np.ndarray:
     """Rows over x that give q, x in the layout's order; numbers or symbols, as the chain's are."""
     own = [chain.row(c.meaning, c.joint, c.planet) for c in chain.layout.coordinates]
@@ -178,34 +218,20 @@ def _rows(chain: Chain, coordinates: Coordinates) -> np.ndarray:
     if coordinates.gears == "displacements":
         pairs = zip(chain.layout.coordinates, own, strict=True)
         return np.array([turns[c.joint] if c.is_angle else row for c, row in pairs])
-    return np.array([_row_by_angles(chain, turns, c) for c in chain.layout.coordinates])
-
-
-def _row_by_angles(chain: Chain, turns: dict[int, np.ndarray], meant: Coordinate) -> np.ndarray:
-    """Row of a coordinate over link angles and the angles of sun and planets (Eqs. 2-3)."""
-    turn, stage = turns[meant.joint], chain.stages[meant.joint - 1]
-    if meant.is_angle:
-        return turn
-    assert isinstance(stage, Stage)
-    theta_s = chain.row("x_s" if chain.layout.free else "x_sp", meant.joint)
-    theta_p = chain.row("x_pr", meant.joint, meant.planet)
-    x_sp, x_pr = mesh_displacements(theta_s, theta_p, turn, stage.r_s, stage.r_p, stage.r_cp)
-    rows: dict[str, np.ndarray] = {"x_sp": x_sp, "x_pr": x_pr, "x_s": x_sp + x_pr}
-    return rows[meant.meaning]
-
-
-def _own_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
-    """Of a user's matrix."""
-    n = len(layout)
-    try:
-        matrix = numbers_of(coordinates.matrix, (n, n))
-    except NotNumbers as error:
-        reason = f"{error}, for {counted(coordinates, n, arm)}"
-        raise InputError(WHERE, "matrix", None, reason) from None
-    require_invertible(matrix, "matrix")
-    names = names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
-    symbolic = in_symbols(matrix, layout, arm)
-    return LinearFrame(layout, names, "linear", matrix=matrix, symbolic=symbolic)
+    found = []
+    for meant in chain.layout.coordinates:
+        turn, stage = turns[meant.joint], chain.stages[meant.joint - 1]
+        if meant.is_angle:
+            found.append(turn)
+            continue
+        assert isinstance(stage, Stage)
+        theta_s = chain.row("x_s" if chain.layout.free else "x_sp", meant.joint)
+        theta_p = chain.row("x_pr", meant.joint, meant.planet)
+        radii = stage.r_s, stage.r_p, stage.r_cp
+        x_sp, x_pr = mesh_displacements(theta_s, theta_p, turn, *radii)  # Eqs. 2-3
+        rows: dict[str, np.ndarray] = {"x_sp": x_sp, "x_pr": x_pr, "x_s": x_sp + x_pr}
+        found.append(rows[meant.meaning])
+    return np.array(found)
 
 
 def counted(coordinates: Coordinates, n: int, arm: Arm) -> str:
@@ -237,8 +263,19 @@ def in_symbols(matrix: np.ndarray, layout: Layout, arm: Arm) -> sp.ImmutableMatr
         if isinstance(stage, Stage) and isinstance(own, Stage):
             known = dict(zip(_quantities(stage), map(float, _quantities(own)), strict=True))
         nothing = ROUNDING * float(np.abs(row).max())
-        found += [_recognised(value, known, nothing) for value in row.tolist()]
-    return None if None in found else sp.ImmutableMatrix(*matrix.shape, found)
+        for value in row.tolist():
+            ratio = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
+            alike = (f for f, n in known.items() if abs(abs(value) - abs(n)) <= ROUNDING * abs(n))
+            form = next(alike, None)
+            if abs(value) <= nothing:
+                found.append(sp.Integer(0))
+            elif float(ratio) == value:
+                found.append(sp.Rational(ratio.numerator, ratio.denominator))
+            elif form is not None:
+                found.append(form if value * known[form] > 0 else -form)
+            else:
+                return None
+    return sp.ImmutableMatrix(*matrix.shape, found)
 
 
 def _quantities(stage: Stage) -> tuple[Any, ...]:
@@ -246,17 +283,6 @@ def _quantities(stage: Stage) -> tuple[Any, ...]:
     r_s, r_p, r_cp, n = stage.r_s, stage.r_p, stage.r_cp, stage.n
     radii = r_s, r_p, r_cp, 2 * r_s, 2 * r_p, 2 * r_cp, r_s + 2 * r_p
     return *radii, n, 1 / n, 1 / r_s, 1 / r_p, 1 / r_cp, r_p / r_s, r_s / r_p, 2 * r_cp / r_s
-
-
-def _recognised(value: float, known: dict[sp.Expr, float], nothing: float) -> sp.Expr | None:
-    ratio = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
-    if float(ratio) == value or abs(value) <= nothing:
-        exact = ratio if abs(value) > nothing else Fraction(0)
-        return sp.Rational(exact.numerator, exact.denominator)
-    for form, size in known.items():
-        if abs(abs(value) - abs(size)) <= ROUNDING * abs(size):
-            return form if value * size > 0 else -form
-    return None
 
 
 def require_invertible(matrix: np.ndarray, what: str, x: np.ndarray | None = None) -> None:
@@ -270,3 +296,49 @@ def require_invertible(matrix: np.ndarray, what: str, x: np.ndarray | None = Non
     if not condition < WORST_CONDITION:
         place = "" if x is None else f" at x = {shown(x)}"
         raise InputError(WHERE, what, None, f"is singular{place}: other x give the same q")
+
+
+class UserState(NamedTuple):
+    """t [s]; x, u (n,), the user's coordinates and rates; q, v (n,), the project's.
+
+    torque (joints,): output torques [N m] of the scenario's drive.
+    """
+
+    t: float
+    x: np.ndarray
+    u: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    torque: np.ndarray
+
+
+@lru_cache(maxsize=8)  # every question of a trial asks at the same ones
+def states_of(
+    frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int
+) -> tuple[UserState, ...]:
+    """States on both flanks of the teeth, at any pose, moving briskly.
+
+    A pose that no x gives is moved towards one that some x gives. Raises InputError.
+    """
+    drive, theta = drive_data(scenario, len(arm.joints)), frame.layout.theta
+    drawn, found = random_states(frame.layout, arm, count, seed), []
+    for t, x, v in zip(drawn.t.tolist(), _places(frame, drawn.q), drawn.v, strict=True):
+        q = frame.position(x)
+        u = np.linalg.solve(frame.jacobian(x), v)
+        found.append(UserState(t, x, u, q, v, torques_at(drive, t, q[theta], v[theta])))
+    return tuple(found)
+
+
+def _places(frame: Frame, drawn: np.ndarray) -> Iterator[np.ndarray]:
+    """x of each q (count, n). Raises InputError where no x gives any of the first ones."""
+    if frame.matrix is not None:
+        yield from map(frame.place, drawn)
+        return
+    known = None
+    for q in drawn[:FIRST]:
+        with suppress(InputError):
+            known = frame.place(q)
+            break
+    known = frame.place(drawn[0]) if known is None else known
+    for q in drawn:
+        yield frame.nearest(q, known)

@@ -17,16 +17,9 @@ from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.diagnose import reference_terms as reference
 from crosscheck.trial.diagnose.explain import UNEXPLAINED, explain
-from crosscheck.trial.diagnose.force_terms import (
-    USUAL,
-    ForceStates,
-    Phases,
-    named_meshes,
-    rate_name,
-    signal_columns,
-)
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
+from crosscheck.trial.diagnose.reference_terms import USUAL, ForceStates, Phases, ReferenceTerms
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values
 from crosscheck.trial.judge.places import EntryPlace, Explanation, Term, TermError
@@ -47,10 +40,11 @@ class Alternate(NamedTuple):
     switches: Switches
     phases: Phases = USUAL
 
-
-def _each(value: Any, change: Callable[[Any], Any]) -> Any:
-    """Of one value for all planets, or of each planet's."""
-    return tuple(map(change, value)) if isinstance(value, tuple) else change(value)
+    @property
+    def error(self) -> TermError:
+        """The other law as an error in a term."""
+        of = "mesh force" if self.phases is USUAL else "phase of mesh force"
+        return TermError("swapped", Term(f"{of} {self.meshes}".strip()), self.yours, self.right)
 
 
 def _constant(law: Any) -> SineStiffness:
@@ -102,9 +96,10 @@ def _phases(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[Alternate]:
     if later:
         yours, right = "the absolute angle", f"the joint's {later}"
         yield Alternate(yours, right, "", arm, chosen, Phases(absolute=True))
-    meshes = named_meshes(arm, layout)
-    for teeth in ("z_s", "z_p"):
-        faster = np.array([_teeth(arm.joints[m.joint], teeth) for m in meshes])
+    meshes = reference.named_meshes(arm, layout)
+    joints: list[Any] = [arm.joints[mesh.joint] for mesh in meshes]  # planetary, as they mesh
+    for teeth, field in (("z_s", "sun_teeth"), ("z_p", "planet_teeth")):
+        faster = np.array([float(getattr(own, field) / own.ring_teeth) for own in joints])
         yield Alternate(teeth, "z_r", "", arm, chosen, Phases(faster=faster))
         for joint, pair in {(m.joint, m.pair): None for m in meshes}:
             own = np.array([(m.joint, m.pair) == (joint, pair) for m in meshes])
@@ -112,20 +107,17 @@ def _phases(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[Alternate]:
             yield Alternate(teeth, "z_r", f"{pair}{joint + 1}", arm, chosen, phases)
 
 
-def _teeth(joint: Any, teeth: str) -> float:
-    """Of sun or planet, over those of the ring."""
-    own = joint.sun_teeth if teeth == "z_s" else joint.planet_teeth
-    return float(own / joint.ring_teeth)
-
-
 def _changed(
     arm: Arm, where: Sequence[tuple[int, str]], field: str, change: Callable[[Any], Any]
 ) -> Arm:
+    """The arm with a field of these meshes changed, for all planets or each planet's."""
     joints = list(arm.joints)
     for place, pair in where:
         mesh: Mesh = getattr(joints[place], SIDES[pair])
-        other = mesh.model_copy(update={field: _each(getattr(mesh, field), change)})
-        joints[place] = joints[place].model_copy(update={SIDES[pair]: other})
+        own = getattr(mesh, field)
+        other = tuple(map(change, own)) if isinstance(own, tuple) else change(own)
+        changed = mesh.model_copy(update={field: other})
+        joints[place] = joints[place].model_copy(update={SIDES[pair]: changed})
     return arm.model_copy(update={"joints": tuple(joints)})
 
 
@@ -145,15 +137,15 @@ class ForceDifferences:
         level: str = "",
     ) -> None:
         self.frame, self.arm, self.switches, self.states = frame, arm, chosen, states
-        self.terms = reference_terms_of(frame, arm, chosen, level)
+        self.terms = reference.reference_terms_of(frame, arm, chosen, level)
         self.values = values_of(arm)
         self.angles = states.q[:, frame.layout.theta]
-        self.rates = {rate_name(own): rates[:, k] for k, own in enumerate(frame.names)}
+        self.rates = {reference.rate_name(own): rates[:, k] for k, own in enumerate(frame.names)}
         self.signals = self._signals(arm, chosen, USUAL)
         self.fitting = Fitting.of_forces(self.terms, self.angles, self.signals)
 
     def _signals(self, arm: Arm, chosen: Switches, phases: Phases) -> dict[str, np.ndarray]:
-        own = signal_columns(arm, self.frame.layout, chosen, self.states, phases)
+        own = reference.signal_columns(arm, self.frame.layout, chosen, self.states, phases)
         return {**own, **self.rates}
 
     def observed(self, difference: np.ndarray, scale: float) -> Observed:
@@ -179,7 +171,9 @@ class ForceDifferences:
         for other in alternates(self.arm, self.frame.layout, self.switches):
             same = other.switches == self.switches
             known = (
-                self.terms if same else reference_terms_of(self.frame, other.arm, other.switches)
+                self.terms
+                if same
+                else reference.reference_terms_of(self.frame, other.arm, other.switches)
             )
             found.append((other, known, self._signals(other.arm, other.switches, other.phases)))
         return found
@@ -194,33 +188,37 @@ class ForceDifferences:
             for _, known, signals in self._laws
         ]
         moved = [number for number, change in enumerate(changes) if np.abs(change).any()]
-        tried = [(number,) for number in moved]
-        fits = self._fitting_laws(tried, changes, difference, scale)
-        fits = fits or self._fitting_laws(
-            self._pairs(moved, changes, difference), changes, difference, scale
-        )
+        size = float(np.linalg.norm(difference))
+
+        def left_by(laws: Sequence[int]) -> np.ndarray:
+            return difference - sum(changes[number] for number in laws)
+
+        def fitting(tried: Iterable[tuple[int, ...]]) -> list[tuple[int, ...]]:
+            """Those that leave nothing but waves and signals; first those that leave nothing."""
+            found = []
+            for laws in tried:
+                rest = left_by(laws)
+                fit = self.fitting.fit(rest, scale, self.values)
+                if fit.left_over * float(np.linalg.norm(rest)) <= UNEXPLAINED * size:
+                    found.append((len(fit.found), len(laws), laws))
+            return [laws for _, _, laws in sorted(found)]
+
+        fits = fitting((number,) for number in moved)
+        fits = fits or fitting(self._pairs(moved, changes, difference))
         if not fits:
             return None
-        told = [self._told(place, laws, changes, difference, scale) for laws in fits[:MOST_TOLD]]
+        told = []
+        for laws in fits[:MOST_TOLD]:
+            errors = tuple(self._laws[number][0].error for number in laws)
+            left = float(np.linalg.norm(left_by(laws))) / size
+            observed = self.observed(left_by(laws), scale)
+            beside = explain(place, [observed], self.terms)
+            if beside is not None:
+                errors = (*errors, *beside.errors)
+                left *= max(beside.left_over, observed.left_over)
+            told.append((errors, left))
         (errors, left_over), *others = told
         return Explanation(errors, left_over, tuple(other for other, _ in others))
-
-    def _fitting_laws(
-        self,
-        tried: Iterable[tuple[int, ...]],
-        changes: Sequence[np.ndarray],
-        difference: np.ndarray,
-        scale: float,
-    ) -> list[tuple[int, ...]]:
-        """Those that leave nothing but waves and signals; first those that leave nothing at all."""
-        found = []
-        for laws in tried:
-            rest = difference - sum(changes[number] for number in laws)
-            fit = self.fitting.fit(rest, scale, self.values)
-            left = fit.left_over * float(np.linalg.norm(rest))
-            if left <= UNEXPLAINED * float(np.linalg.norm(difference)):
-                found.append((len(fit.found), len(laws), laws))
-        return [laws for _, _, laws in sorted(found)]
 
     def _pairs(
         self, moved: Sequence[int], changes: Sequence[np.ndarray], difference: np.ndarray
@@ -234,28 +232,3 @@ class ForceDifferences:
         total = rest @ rest + single[:, None] + single[None, :] + 2 * parts @ parts.T
         close = np.argwhere(np.triu(total <= NEARLY * (rest @ rest), 1))
         return [(moved[a], moved[b]) for a, b in close.tolist()]
-
-    def _told(
-        self,
-        place: EntryPlace,
-        laws: Sequence[int],
-        changes: Sequence[np.ndarray],
-        difference: np.ndarray,
-        scale: float,
-    ) -> tuple[tuple[TermError, ...], float]:
-        """Errors of these laws, and of terms in what they leave."""
-        rest = difference - sum(changes[number] for number in laws)
-        errors = tuple(_error(self._laws[number][0]) for number in laws)
-        size = float(np.linalg.norm(difference))
-        left = float(np.linalg.norm(rest)) / size
-        observed = self.observed(rest, scale)
-        beside = explain(place, [observed], self.terms)
-        if beside is None:
-            return errors, left
-        return (*errors, *beside.errors), left * max(beside.left_over, observed.left_over)
-
-
-def _error(other: Alternate) -> TermError:
-    of = "mesh force" if other.phases is USUAL else "phase of mesh force"
-    term = Term(f"{of} {other.meshes}".strip())
-    return TermError("swapped", term, other.yours, other.right)

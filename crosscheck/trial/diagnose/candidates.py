@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.diagnose.polynomial import Entry, Monomial, Product, TermKey
+from crosscheck.trial.diagnose.polynomial import Entry, Monomial, Product, TermKey, power_text
 from crosscheck.trial.diagnose.values import KINDS, Alternative, Values, alternatives, named
 
 Kind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
@@ -23,7 +23,11 @@ PLAIN: tuple[tuple[Kind, str, float, float], ...] = (
     *(("factor", "", by, 1.2 + 0.05 * place) for place, by in enumerate(FACTORS[1:])),
 )
 TIMES = ((1, 0.0), (-1, 0.0), (2, 0.2), (-2, 0.2), (0.5, 0.2), (-0.5, 0.2))
+# Terms that one error may concern together, and how far-fetched that is.
+TermGroup = tuple[Entry, float]
 Fits = Callable[[np.ndarray], np.ndarray]  # of changes (terms, arms): which make a difference
+LENGTHS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
+INERTIAS = ("I_l", "J_r", "J_m")
 MOST_SHARED = 12  # symbols of which an error may concern all terms at once
 
 
@@ -46,32 +50,23 @@ class Candidate(NamedTuple):
         return tuple(sorted(last))
 
 
-class TermGroup(NamedTuple):
-    """Terms that one error may concern together; cost: how far-fetched that is."""
-
-    products: Entry
-    cost: float
-
-
 def groups(entry: Entry) -> list[TermGroup]:
     """Each term; all; those before one wave; with one symbol in common; with a joint's masses."""
-    found = [TermGroup((product,), 0.0) for product in entry]
+    found: list[TermGroup] = [((product,), 0.0) for product in entry]
     by_key: defaultdict[TermKey, list[Product]] = defaultdict(list)
     by_symbol: defaultdict[str, list[Product]] = defaultdict(list)
     for product in entry:
         by_key[product.key].append(product)
         for symbol in product.symbols:
             by_symbol[symbol].append(product)
-    found.append(TermGroup(entry, 0.02))
-    found += [TermGroup(tuple(each), 0.04) for each in by_key.values()]
-    found += [TermGroup(tuple(each), 0.06) for each in by_symbol.values()]
+    found.append((entry, 0.02))
+    found += [(tuple(each), 0.04) for each in by_key.values()]
+    found += [(tuple(each), 0.06) for each in by_symbol.values()]
     for each in by_symbol.values():
         keys = {product.key for product in each}
-        found += [
-            TermGroup(tuple(p for p in each if p.key == k), 0.12) for k in keys if len(keys) > 1
-        ]
+        found += [(tuple(p for p in each if p.key == k), 0.12) for k in keys if len(keys) > 1]
     found += _joint_masses(entry)
-    unique = {group.products: group for group in reversed(found) if group.products}
+    unique = {group[0]: group for group in reversed(found) if group[0]}
     return list(unique.values())
 
 
@@ -83,7 +78,7 @@ def _joint_masses(entry: Entry) -> Iterator[TermGroup]:
         if masses and masses[0].stem != "m":
             lever = tuple(p for p in product.monomial.powers if named(p[0]).stem in LENGTHS)
             levers[masses[0].joint, lever, product.key].append(product)
-    yield from (TermGroup(tuple(each), 0.05) for each in levers.values() if len(each) > 1)
+    yield from ((tuple(each), 0.05) for each in levers.values() if len(each) > 1)
 
 
 def change_by(products: Iterable[Product], of_each: Iterable[Any]) -> dict[TermKey, np.ndarray]:
@@ -113,19 +108,28 @@ class Candidates:
     def all(self) -> list[Candidate]:
         """Without those of angles; each error once, in its simplest form."""
         found: dict[Any, Candidate] = {}
-        for candidate in (*self._factors(), *self._swaps()):
+        for candidate in self._made():
             mark = candidate.print
             if mark and (mark not in found or candidate.cost < found[mark].cost):
                 found[mark] = candidate
         return list(found.values())
 
-    def _factors(self) -> Iterator[Candidate]:
+    def _made(self) -> Iterator[Candidate]:
+        """Factors of every group of terms; then one symbol in the place of another."""
         for products, extra in self.groups:
             whole = change_by(products, (self.size[p] for p in products))
             for kind, yours, by, cost in (*PLAIN, *self._counts(products)):
                 change = {key: (by - 1) * size for key, size in whole.items()}
-                number = None if yours else float(by)
-                yield Candidate(kind, products, change, cost + extra, yours, by=number)
+                plain = None if yours else float(by)
+                yield Candidate(kind, products, change, cost + extra, yours, by=plain)
+        for products, extra in self.groups:
+            symbols = {symbol for product in products for symbol in product.symbols}
+            for symbol in symbols if len(symbols) <= MOST_SHARED or extra <= 0.06 else ():
+                yield from self._swapped(products, symbol, extra)
+                ((key, (number, powers)), *more) = products
+                if not more and abs(number) == 2:  # a coupling that is written twice, once wrong
+                    once = Product(key, Monomial(Fraction(number) / 2, powers))
+                    yield from self._swapped((once,), symbol, extra + 0.15)
 
     def _counts(self, products: Entry) -> Iterator[tuple[Kind, str, Any, float]]:
         """Factors that are a number of planets, or a ratio, of a joint that these terms concern.
@@ -146,35 +150,26 @@ class Candidates:
             elif len(products) == 1 and symbol in self.others and np.all(count):
                 yield "factor", symbol, count, 1.45
 
-    def _swaps(self) -> Iterator[Candidate]:
-        for products, extra in self.groups:
-            symbols = {symbol for product in products for symbol in product.symbols}
-            for symbol in symbols if len(symbols) <= MOST_SHARED or extra <= 0.06 else ():
-                yield from self._swapped(products, symbol, extra)
-                ((key, (number, powers)), *more) = products
-                if not more and abs(number) == 2:  # a coupling that is written twice, once wrong
-                    once = Product(key, Monomial(Fraction(number) / 2, powers))
-                    yield from self._swapped((once,), symbol, extra + 0.15)
-
     def _swapped(self, products: Entry, symbol: str, extra: float) -> Iterator[Candidate]:
         """One symbol by another in all these products; in a single one also one of its powers."""
         inside = tuple(p for p in products if symbol in p.symbols)
         own = self.values[symbol]
-        rests = [(_without(p.monomial, symbol), dict(p.monomial.powers)[symbol]) for p in inside]
-        sizes = [(self._value(rest), power) for rest, power in rests]
+        sizes = []  # of the products without the symbol, and its powers
+        for _, (number, powers) in inside:
+            rest = Monomial(number, tuple(power for power in powers if power[0] != symbol))
+            sizes.append((self._value(rest), dict(powers)[symbol]))
         for other in (*self.others[symbol], *self._forms(symbol, single=len(products) == 1)):
             change = change_by(
                 inside, (rest * (_power(other.value, p) - _power(own, p)) for rest, p in sizes)
             )
             cost = 1.0 + other.cost + extra
             yield Candidate("swapped", inside, change, cost, other.text, symbol)
-        if len(products) == 1 and rests[0][1] >= 2:
-            rest = sizes[0][0] * own ** (rests[0][1] - 1)
-            fewer = _written(symbol, rests[0][1] - 1)
+        size, power = sizes[0]
+        if len(products) == 1 and power >= 2:
+            fewer, right = power_text(symbol, power - 1), power_text(symbol, power)
             for other in (Alternative("", np.ones_like(own), 0.1), *self.others[symbol]):
-                change = {inside[0].key: rest * (other.value - own)}
+                change = {inside[0].key: size * own ** (power - 1) * (other.value - own)}
                 text = f"{other.text} {fewer}".strip()
-                right = _written(symbol, rests[0][1])
                 yield Candidate("swapped", inside, change, 1.15 + other.cost + extra, text, right)
 
     def _forms(self, symbol: str, *, single: bool) -> Iterator[Alternative]:
@@ -216,14 +211,6 @@ def _power(value: Any, power: int) -> Any:
         return np.asarray(value, dtype=float) ** power
 
 
-def _without(monomial: Monomial, symbol: str) -> Monomial:
-    return Monomial(monomial.number, tuple(p for p in monomial.powers if p[0] != symbol))
-
-
-def _written(symbol: str, power: int) -> str:
-    return symbol if power == 1 else f"{symbol}^{power}"
-
-
 def extras(
     products: Iterable[Product], wanted: Mapping[TermKey, Fits], values: Values
 ) -> Iterator[Candidate]:
@@ -256,10 +243,6 @@ def generic(values: Values) -> Iterator[Product]:
             yield _product(mass, first)
             for second in of["length"][place:]:
                 yield _product(mass, first, second)
-
-
-LENGTHS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
-INERTIAS = ("I_l", "J_r", "J_m")
 
 
 def _product(*symbols: str) -> Product:

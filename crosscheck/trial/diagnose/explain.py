@@ -8,7 +8,7 @@ tell from it are told too.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import product as combinations
 from typing import NamedTuple
@@ -18,7 +18,7 @@ import numpy as np
 from crosscheck.trial.diagnose.candidates import Candidate, Candidates, extras, generic
 from crosscheck.trial.diagnose.polynomial import TermKey
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
-from crosscheck.trial.diagnose.values import Values, together, unrelated
+from crosscheck.trial.diagnose.values import Values, unrelated
 from crosscheck.trial.diagnose.waves import Observed
 from crosscheck.trial.diagnose.words import error_of
 from crosscheck.trial.judge.places import EntryPlace, Explanation, TermError, Wrong
@@ -61,12 +61,20 @@ def explain(
     target = target_of(observed)
     if not target.wrong.any() or max(each.left_over for each in observed) > UNEXPLAINED:
         return None
-    values = together([*(each.values for each in observed), unrelated(observed[0].values)])
-    found = ranked(search(target, place, terms, values))
-    if not found:
+    arms = [*(each.values for each in observed), unrelated(observed[0].values)]
+    values = {name: np.array([arm[name] for arm in arms]) for name in arms[0]}
+    unique: dict[object, Found] = {}  # what does the same on all arms is the same
+    for errors in sorted(search(target, place, terms, values), key=_cost):
+        unique.setdefault(frozenset(error.print for error in errors), errors)
+    likely = list(unique.values())
+    if not likely:
         return None
+    found = [errors for errors in likely if _cost(errors) <= _cost(likely[0]) + FAR_FETCHED]
     first, *others = (tuple(error_of(each, terms) for each in errors) for errors in found)
-    left = max(_left_over(found[0], target), *(each.left_over for each in observed))
+    made = table_of(target, found[0]).sum(axis=0)
+    size = float(np.linalg.norm(target.difference))
+    left = float(np.linalg.norm(target.difference - made)) / size
+    left = max(left, *(each.left_over for each in observed))
     return Explanation(first, left, tuple(others[:MOST_OTHERS]))
 
 
@@ -116,8 +124,7 @@ def _makes(target: Target, row: int, changes: np.ndarray) -> np.ndarray:
     """Which changes (terms, arms) make the difference before one key."""
     arms = target.difference.shape[1]
     off = np.abs(changes[:, :arms] - target.difference[row])
-    made: np.ndarray = (off <= target.tolerance[row]).all(axis=1)
-    return made
+    return (off <= target.tolerance[row]).all(axis=1)
 
 
 def table_of(target: Target, candidates: Sequence[Candidate]) -> np.ndarray:
@@ -135,7 +142,10 @@ def table_of(target: Target, candidates: Sequence[Candidate]) -> np.ndarray:
 
 
 def covers(target: Target, candidates: Sequence[Candidate], changes: np.ndarray) -> list[Found]:
-    """Errors of which each makes some of the coefficients alone, and all together all."""
+    """Errors of which each makes some of the coefficients alone, and all together all.
+
+    Or, where some are made so, two more errors that make the rest together.
+    """
     active = (np.abs(changes) > target.tolerance).any(axis=2)
     close = (np.abs(changes - target.difference) <= target.tolerance).all(axis=2)
     partial = np.flatnonzero(active.any(axis=1) & (close | ~active).all(axis=1)).tolist()
@@ -143,29 +153,18 @@ def covers(target: Target, candidates: Sequence[Candidate], changes: np.ndarray)
     open_keys, chosen = target.wrong.copy(), list[list[Candidate]]()
     while open_keys.any():
         fitting = [s for s in parts if not (active[s] & ~open_keys).any()]
-        if not fitting:
-            return _with_pairs(target, open_keys, chosen, candidates, changes)
+        if not fitting and not chosen:
+            return []
+        if not fitting:  # what is left may be made by two errors together
+            inside = ~active[:, ~open_keys].any(axis=1)
+            left = [each for each, there in zip(candidates, inside, strict=True) if there]
+            two = pairs(target.of(open_keys), left, changes[inside][:, open_keys])
+            return [(*(each[0] for each in chosen), *pair) for pair in two]
         best = active[fitting[0]]
         same = [s for s in fitting if (active[s] == best).all()]
         chosen.append([candidates[s] for s in same[:MOST_PER_KEY]])
         open_keys &= ~best
     return list(combinations(*chosen)) if len(chosen) <= 3 else [tuple(c[0] for c in chosen)]
-
-
-def _with_pairs(
-    target: Target,
-    rest: np.ndarray,
-    chosen: Sequence[Sequence[Candidate]],
-    candidates: Sequence[Candidate],
-    changes: np.ndarray,
-) -> list[Found]:
-    """What is left unexplained made by two errors together, if some of it is explained already."""
-    if not chosen:
-        return []
-    inside = ~(np.abs(changes) > target.tolerance).any(axis=2)[:, ~rest].any(axis=1)
-    left = [candidate for candidate, there in zip(candidates, inside, strict=True) if there]
-    two = pairs(target.of(rest), left, changes[inside][:, rest])
-    return [(*(each[0] for each in chosen), *pair) for pair in two]
 
 
 def pairs(target: Target, candidates: Sequence[Candidate], changes: np.ndarray) -> list[Found]:
@@ -191,24 +190,8 @@ def pairs(target: Target, candidates: Sequence[Candidate], changes: np.ndarray) 
     return found
 
 
-def ranked(found: Iterable[Found]) -> list[Found]:
-    """Likeliest first, each once: what does the same on all arms is the same."""
-    unique: dict[object, Found] = {}
-    for each in sorted(found, key=_cost):
-        unique.setdefault(frozenset(s.print for s in each), each)
-    likely = list(unique.values())
-    return [each for each in likely if _cost(each) <= _cost(likely[0]) + FAR_FETCHED]
-
-
 def _cost(found: Found) -> float:
     return sum(candidate.cost for candidate in found)
-
-
-def _left_over(found: Found, target: Target) -> float:
-    """What the errors leave, over the difference."""
-    made = table_of(target, found).sum(axis=0)
-    size = float(np.linalg.norm(target.difference))
-    return float(np.linalg.norm(target.difference - made)) / size
 
 
 def told_once(wrong: Sequence[Wrong]) -> list[list[Wrong]]:

@@ -19,6 +19,11 @@ Number = int | Fraction | float
 Powers = tuple[tuple[str, int], ...]  # (symbol, power), by name; powers may be negative
 
 
+def power_text(name: str, power: int) -> str:
+    """A power as text, such as L1^2."""
+    return name if power == 1 else f"{name}^{power}"
+
+
 class Monomial(NamedTuple):
     """number * product of symbols to their powers."""
 
@@ -41,7 +46,7 @@ class Polynomial:
 
     @property
     def monomials(self) -> Iterator[Monomial]:
-        """Its terms."""
+        """Its terms, one by one."""
         return (Monomial(number, powers) for powers, number in self.terms.items())
 
     def __bool__(self) -> bool:
@@ -107,7 +112,7 @@ class Polynomial:
 
 
 def symbol(name: str) -> Polynomial:
-    """A quantity itself."""
+    """The polynomial that is this quantity."""
     return Polynomial({((name, 1),): 1})
 
 
@@ -128,14 +133,14 @@ def from_sympy(expression: sp.Expr) -> Polynomial | None:
             base, power = factor.as_base_exp()
             if not power.is_Integer or not (base.is_Symbol or base.is_number):
                 return None
-            of_base = symbol(base.name) if base.is_Symbol else constant(_number(base))
+            if base.is_Symbol:
+                of_base = symbol(base.name)
+            else:
+                exact = base.is_Rational
+                of_base = constant(Fraction(int(base.p), int(base.q)) if exact else float(base))
             product = product * of_base ** int(power)
         total = total + product
     return total
-
-
-def _number(value: sp.Expr) -> Number:
-    return Fraction(int(value.p), int(value.q)) if value.is_Rational else float(value)
 
 
 def _product(left: Powers, right: Powers) -> Powers:
@@ -171,7 +176,7 @@ class Product(NamedTuple):
 
     @property
     def symbols(self) -> tuple[str, ...]:
-        """That it has."""
+        """Names of the quantities that it has."""
         return tuple(name for name, _ in self.monomial.powers)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from contextlib import suppress
 from typing import Any
 
 from pydantic import ValidationError
@@ -24,17 +25,17 @@ def probe_arms(arm: Arm, count: int) -> list[Arm]:
     Seeded, so the same every time. A mass, inertia or error that is 0 in the arm is not in them;
     weight and friction are as absent as they were. Raises InputError where none can be made.
     """
-    return [_probe(arm, number) for number in range(1, count + 1)]
-
-
-def _probe(arm: Arm, number: int) -> Arm:
-    for draw in range(DRAWS):
-        generator = random.Random(1000 * number + draw)
-        try:
-            return Arm.model_validate(_arm(arm, generator, number))
-        except ValidationError:
-            continue
-    raise InputError(arm.name, "", None, "no arm of its structure with other numbers can be made")
+    found = []
+    for number in range(1, count + 1):
+        for draw in range(DRAWS):
+            generator = random.Random(1000 * number + draw)
+            with suppress(ValidationError):
+                found.append(Arm.model_validate(_arm(arm, generator, number)))
+                break
+        else:
+            reason = "no arm of its structure with other numbers can be made"
+            raise InputError(arm.name, "", None, reason)
+    return found
 
 
 def _arm(arm: Arm, generator: random.Random, number: int) -> dict[str, Any]:
@@ -72,9 +73,12 @@ def _planetary(joint: Planetary, generator: random.Random, place: int) -> dict[s
     zeros = {f"{gear}_mass_kg": 1.0 for gear in ("sun", "planet", "carrier", "ring")}
     found = _scaled(joint, generator, **zeros, ring_inertia_kg_m2=0.1)
     sun, planet = _gear_set(joint, OF_WIDEST[place % len(OF_WIDEST)])
-    teeth = {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
-    meshes = {name: _mesh(getattr(joint, name), generator) for name in ("sun_mesh", "ring_mesh")}
-    return {**found, **teeth, **meshes, "pressure_angle_deg": generator.uniform(18, 25)}
+    found |= {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
+    for name in ("sun_mesh", "ring_mesh"):  # law and lists stay; single numbers move
+        mesh: Mesh = getattr(joint, name)
+        moved = _scaled(mesh, generator, backlash_m=1e-5, tooth_error_m=1e-5)
+        found[name] = {**moved, "stiffness": mesh.model_dump()["stiffness"]}
+    return {**found, "pressure_angle_deg": generator.uniform(18, 25)}
 
 
 def _gear_set(joint: Planetary, of_widest: float) -> tuple[int, int]:
@@ -90,9 +94,3 @@ def _gear_set(joint: Planetary, of_widest: float) -> tuple[int, int]:
     planet = int(of_widest * widest)
     planet -= (planet + joint.sun_teeth) % planets
     return together - planet, planet
-
-
-def _mesh(mesh: Mesh, generator: random.Random) -> dict[str, Any]:
-    """Its law and lists stay; single numbers move."""
-    found = _scaled(mesh, generator, backlash_m=1e-5, tooth_error_m=1e-5)
-    return {**found, "stiffness": mesh.model_dump()["stiffness"]}

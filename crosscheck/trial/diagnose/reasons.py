@@ -11,36 +11,28 @@ import sympy as sp
 
 from crosscheck.planning.comparison import Results
 from crosscheck.trial.coordinates.differences import paired
-from crosscheck.trial.coordinates.frame import Frame, frame_of
-from crosscheck.trial.coordinates.states import UserState
+from crosscheck.trial.coordinates.frame import Frame, UserState, frame_of
 from crosscheck.trial.diagnose.alternates import ForceDifferences
 from crosscheck.trial.diagnose.explain import UNEXPLAINED, alike, bias_of, explain, follows
-from crosscheck.trial.diagnose.force_terms import ForceStates
 from crosscheck.trial.diagnose.polynomial import TermKey, from_sympy
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
+from crosscheck.trial.diagnose.reference_terms import (
+    ForceStates,
+    ReferenceTerms,
+    reference_terms_of,
+)
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, states_wanted
 from crosscheck.trial.diagnose.words import difference_of, latex_of, symbolic_difference
-from crosscheck.trial.input.equations import Coordinates, Gearing
-from crosscheck.trial.judge.places import (
-    PARTS,
-    EntryPlace,
-    Explanation,
-    NaturalSizes,
-    TermError,
-    Wrong,
-    deviations,
-    named,
-    sizes_of,
-    wrong_entries,
-)
+from crosscheck.trial.input.equations import Coordinates
+from crosscheck.trial.judge import places as entries
+from crosscheck.trial.judge.places import EntryPlace, Explanation, NaturalSizes, Wrong
 from crosscheck.trial.judge.questions import Bench
 from crosscheck.trial.judge.suite import sizes_in, trusted
 
 SAME = 1e-12  # of a row of a map: what two readings of it may differ by
 ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
 FOLLOWS = "follows from the wrong M"
-QUANTITIES = {part: quantity for quantity, part in PARTS.items() if quantity != "bias"}
+QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
 
 @dataclass(frozen=True)
@@ -85,7 +77,7 @@ class Compared:
 
     @cached_property
     def states(self) -> Sequence[UserState]:
-        """At which both were asked."""
+        """The states at which both were asked."""
         if self.seen is None:
             return self.bench.states
         S = np.linalg.inv(self._columns_of(self.frame))
@@ -93,12 +85,12 @@ class Compared:
 
     @cached_property
     def sizes(self) -> NaturalSizes:
-        """Natural sizes of entries."""
+        """Natural sizes of the entries in these coordinates."""
         if self.seen is None:
             return sizes_in(self.bench, self.results, self.level)
         S = self._columns_of(self.frame)
         mass, force, acceleration = trusted(self.bench, self.results, self.level)
-        return sizes_of(
+        return entries.sizes_of(
             self.frame,
             self.states,
             _carried("mass_matrix", mass, S),
@@ -110,13 +102,13 @@ class Compared:
     def wrong(self) -> Iterator[Wrong]:
         """Entries that differ, part by part."""
         for quantity, own in self.yours.items():
-            yield from wrong_entries(quantity, own, self.right[quantity], self.sizes)
+            yield from entries.wrong_entries(quantity, own, self.right[quantity], self.sizes)
 
     @property
     def apart(self) -> dict[str, np.ndarray]:
         """How far each entry is from the reference's, relative to its size, part by part."""
         return {
-            quantity: deviations(own, self.right[quantity], self.sizes.of(quantity))
+            quantity: entries.deviations(own, self.right[quantity], self.sizes.of(quantity))
             for quantity, own in self.yours.items()
         }
 
@@ -150,7 +142,7 @@ class Compared:
 
     @cached_property
     def numbers(self) -> Mapping[str, float]:
-        """Of the arm, by their symbols' names."""
+        """The arm's quantities by the names of their symbols."""
         return values_of(self.bench.case.arm)
 
     @cached_property
@@ -171,22 +163,17 @@ class Compared:
 
     def difference(self, place: EntryPlace) -> tuple[np.ndarray, float]:
         """Yours minus right of an entry at every state (count,), and the entry's size."""
-        quantity, index = QUANTITIES[place.part], _index(place)
+        quantity, beside = QUANTITIES[place.part], place.rates or ()
+        index = (place.row, *beside) if place.column is None else (place.row, place.column)
         apart = self.yours[quantity] - self.right[quantity]
         return apart[(slice(None), *index)], float(self.sizes.of(quantity)[index])
 
     def observed(self, place: EntryPlace) -> Observed:
-        """The same, taken apart."""
+        """The difference of an entry, taken apart into waves and signals."""
         values, scale = self.difference(place)
         if place.part == "force":
             return self.forces.observed(values, scale)
         return self.fitting.fit(values, scale, self.numbers)
-
-
-def _index(place: EntryPlace) -> tuple[int, ...]:
-    if place.rates is not None:
-        return (place.row, *place.rates)
-    return (place.row,) if place.column is None else (place.row, place.column)
 
 
 def _carried(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:
@@ -230,7 +217,11 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
     rank = 0 if arm.symbolic is not None else 2
     short = {kind: _length(_of(found, *kind), rank) for kind in kinds}
     spread = rank or any(length[:2] > (0, 1) for length in short.values())
-    for coordinates in _built_in(arm.bench.gearing) if spread else ():
+    gearing = arm.bench.gearing
+    built_in = [Coordinates(gearing), Coordinates(gearing, "absolute")]
+    if gearing != "rigid":
+        built_in += [replace(each, gears="angles") for each in built_in]
+    for coordinates in built_in if spread else ():
         seen = arm.seen_in(coordinates)
         there = list(_reasons(seen, [probe.seen_in(coordinates) for probe in probes]))
         for kind, length in short.items():
@@ -244,20 +235,14 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
     return found
 
 
-def _built_in(gearing: Gearing) -> list[Coordinates]:
-    """Coordinates that have a name, of the same meaning."""
-    rigid = [Coordinates(gearing), Coordinates(gearing, "absolute")]
-    return [*rigid, *(replace(each, gears="angles") for each in rigid if gearing != "rigid")]
-
-
 def _is(symbolic: sp.ImmutableMatrix, arm: Compared) -> bool:
     """Whether a map in symbols has the numbers of an arm's."""
     values, matrix = values_of(arm.bench.case.arm), arm.bench.frame.matrix
-    entries = [from_sympy(entry) for entry in symbolic]
-    if matrix is None or None in entries:
+    polynomials = [from_sympy(entry) for entry in symbolic]
+    if matrix is None or None in polynomials:
         return False
     numbers = np.array(
-        [sum(m.value(values) for m in e.monomials) for e in entries if e is not None]
+        [sum(m.value(values) for m in e.monomials) for e in polynomials if e is not None]
     )
     off = np.abs(numbers.reshape(matrix.shape) - matrix)
     return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
@@ -283,17 +268,14 @@ def _seen(wrong: Wrong, there: Sequence[Wrong], seen: Compared) -> Wrong:
         return wrong
     explanations = [each.explanation for each in making if each.explanation]
     ways = 1 + max(len(each.others) for each in explanations)
-    told = [_together(explanations, way) for way in range(ways)]
+    told = []
+    for way in range(ways):  # each error once; of each entry as likely ones as there are
+        of_each = ((each.errors, *each.others) for each in explanations)
+        errors = (error for own in of_each for error in own[min(way, len(own) - 1)])
+        told.append(tuple({alike(error): error for error in errors}.values()))
     left = max(each.left_over for each in explanations)
-    where = ", ".join(named(each.place, seen.frame.names) for each in making)
+    where = ", ".join(entries.named(each.place, seen.frame.names) for each in making)
     return replace(wrong, explanation=Explanation(told[0], left, tuple(told[1:]), where))
-
-
-def _together(explanations: Sequence[Explanation], way: int) -> tuple[TermError, ...]:
-    """The errors of several entries, each once; of each entry as likely ones as there are."""
-    ways = ((each.errors, *each.others) for each in explanations)
-    errors = (error for way_of in ways for error in way_of[min(way, len(way_of) - 1)])
-    return tuple({alike(error): error for error in errors}.values())
 
 
 def _reaches(there: EntryPlace, here: EntryPlace, turns: np.ndarray) -> bool:
@@ -326,7 +308,10 @@ def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong
         return wrong
     if wrong.place.rates is not None and arm.follows(wrong.place):
         return replace(wrong, notes=(FOLLOWS,))
-    wrong = replace(wrong, latex=_typeset(wrong.place, arm))
+    symbolic = arm.bench.equations.symbolic
+    if symbolic is not None and arm.seen is None:
+        apart = symbolic_difference(wrong.place, symbolic, arm.terms, arm.numbers)
+        wrong = replace(wrong, latex="" if apart is None else latex_of(apart))
     quantity = QUANTITIES[wrong.place.part]
     more = [other.observed(wrong.place) for other in others if quantity in other.yours]
     observed = arm.observed(wrong.place)
@@ -338,12 +323,3 @@ def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong
     if found is not None or observed.left_over > UNEXPLAINED:
         return replace(wrong, explanation=found)
     return replace(wrong, difference=difference_of(observed.found, arm.terms))
-
-
-def _typeset(place: EntryPlace, arm: Compared) -> str:
-    """Yours minus right of symbolic equations as TeX, '' of others."""
-    symbolic = arm.bench.equations.symbolic
-    if symbolic is None or arm.terms is None or arm.seen is not None:
-        return ""
-    found = symbolic_difference(place, symbolic, arm.terms, arm.numbers)
-    return "" if found is None else latex_of(found)

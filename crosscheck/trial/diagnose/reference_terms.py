@@ -1,37 +1,38 @@
-"""The reference's own terms of every entry, in the user's coordinates and the arm's symbols."""
+"""The reference's own terms of every entry, in the user's coordinates and the arm's symbols.
+
+Those of its force hang on signals: torques, forces of meshes, rates of dampers.
+"""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
 
-from crosscheck.analytic.derivation.bodies import all_bodies
+from crosscheck.analytic.derivation.bodies import Body, all_bodies
 from crosscheck.analytic.derivation.chain import Chain
-from crosscheck.analytic.derivation.lagrange import MassTerms, mass_terms
+from crosscheck.analytic.derivation.efforts import drive_rows, mesh_rows
+from crosscheck.analytic.derivation.gears import gears
+from crosscheck.analytic.derivation.lagrange import MassTerms, mass_terms, weight_terms
 from crosscheck.analytic.derivation.rigid import rigid_bodies
 from crosscheck.analytic.derivation.symbols import arm_chain
-from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import Layout
+from crosscheck.analytic.paper.mesh_force import in_contact, mesh_force, phase_force
+from crosscheck.analytic.paper.mesh_frequency import mesh_phase
+from crosscheck.analytic.paper.stiffness import stiffness, stiffness_slope
+from crosscheck.analytic.paper.tooth_error import whole_error
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.diagnose.force_terms import Forces, forces, rate_name
-from crosscheck.trial.diagnose.polynomial import (
-    Entry,
-    Polynomial,
-    Product,
-    TermKey,
-    Wave,
-    constant,
-    from_sympy,
-    symbol,
-)
+from crosscheck.trial.diagnose import polynomial as poly
+from crosscheck.trial.diagnose.polynomial import Entry, Polynomial, Product, TermKey, Wave
+from crosscheck.trial.diagnose.values import damper_name
 from crosscheck.trial.judge.places import EntryPlace
 
 SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a sum
@@ -51,7 +52,7 @@ class ReferenceTerms:
 
     @property
     def joints(self) -> int:
-        """Of the arm."""
+        """How many joints the arm has."""
         return len(self.angles)
 
     def entry(self, place: EntryPlace) -> Entry:
@@ -73,15 +74,19 @@ class ReferenceTerms:
 
 def reference_terms_of(frame: Frame, arm: Arm, chosen: Switches, level: str = "") -> ReferenceTerms:
     """Of a geared model, or a rigid one at a level. Raises ValueError if the map is not linear."""
-    chain, columns = polynomial_chain(arm, frame.layout), _columns(frame)
+    chain, columns = _polynomial_chain(arm, frame.layout), _columns(frame)
     bodies = all_bodies(chain) if frame.layout.meshing else rigid_bodies(chain, level or "coupled")
     mass = _mapped(mass_terms(bodies, chain.angles[1:]), columns, frame.layout)
     turns = columns[frame.layout.theta]
-    entries = _mass_entries(mass) | _bias_entries(mass, turns)
+    ordered = sorted(mass.items(), key=lambda item: item[0])
+    entries = _entries(
+        {(EntryPlace("mass_matrix", i, j), TermKey(wave)): c for (i, j, wave), c in ordered}
+    )
+    entries |= _bias_entries(mass, turns)
     force = forces(chain, bodies, arm, chosen)
     entries |= _force_entries(force, columns, frame)
     angles = np.array(  # of dtheta/dx, of which symbols are no part
-        [[float(sum(m.number for m in constant(e).monomials)) for e in row] for row in turns]
+        [[float(sum(m.number for m in poly.constant(e).monomials)) for e in row] for row in turns]
     )
     return ReferenceTerms(frame.names, angles, entries)
 
@@ -98,40 +103,36 @@ def _force_entries(found: Forces, columns: np.ndarray, frame: Frame) -> dict[Ent
             left = coefficient * columns[a, i]
             for k in _filled(columns[b]):
                 total[i, TermKey(still, signal=rate_name(frame.names[k]))] += left * columns[b, k]
-    entries: defaultdict[EntryPlace, list[tuple[TermKey, Any]]] = defaultdict(list)
-    for (i, key), coefficient in _kept(total).items():
-        entries[EntryPlace("force", i)].append((key, coefficient))
-    return {place: _products(parts) for place, parts in entries.items()}
+    return _entries({(EntryPlace("force", i), key): c for (i, key), c in _kept(total).items()})
 
 
-def polynomial_chain(arm: Arm, layout: Layout) -> Chain:
+def _polynomial_chain(arm: Arm, layout: Layout) -> Chain:
     """analytic.derivation.symbols.arm_chain in polynomials in place of sympy's symbols."""
+
+    def polynomial(value: sp.Expr) -> Any:
+        return poly.symbol(value.name) if value.is_Symbol else int(value)
+
     known = arm_chain(arm, layout)
     stages = [
-        stage._replace(**{n: _polynomial(value) for n, value in stage._asdict().items()})
+        stage._replace(**{n: polynomial(value) for n, value in stage._asdict().items()})
         for stage in known.stages
     ]
-    return Chain(tuple(stages), _polynomial(known.payload), layout)
-
-
-def _polynomial(value: sp.Expr) -> Any:
-    return symbol(value.name) if value.is_Symbol else int(value)
+    return Chain(tuple(stages), polynomial(known.payload), layout)
 
 
 def _columns(frame: Frame) -> np.ndarray:
     """dq/dx (n, n) of numbers or polynomials."""
     if frame.matrix is None:
         raise ValueError("the map is not linear")
-    found = [from_sympy(entry) for entry in frame.symbolic] if frame.symbolic is not None else []
-    entries: list[Any] = [_plain(entry) for entry in found if entry is not None]
+    found = (
+        [poly.from_sympy(entry) for entry in frame.symbolic] if frame.symbolic is not None else []
+    )
+    polynomials = [entry for entry in found if entry is not None]
+    # A number where it is one.
+    entries: list[Any] = [sum(p.terms.values()) if {*p.terms} <= {()} else p for p in polynomials]
     if len(entries) < frame.matrix.size:
         entries = [int(v) if v.is_integer() else v for v in frame.matrix.ravel().tolist()]
     return np.array(entries, dtype=object).reshape(frame.matrix.shape)
-
-
-def _plain(polynomial: Polynomial) -> Any:
-    """A number where it is one."""
-    return sum(polynomial.terms.values()) if set(polynomial.terms) <= {()} else polynomial
 
 
 def _mapped(mass: MassTerms, columns: np.ndarray, layout: Layout) -> MassTerms:
@@ -152,7 +153,7 @@ def _filled(row: np.ndarray) -> list[int]:
 
 def _kept(total: Mapping[Any, Any]) -> dict[Any, Polynomial]:
     """Without what cancelled, in the fewest terms that r_cp = r_s + r_p allows."""
-    every = {place: constant(entry) for place, entry in total.items()}
+    every = {place: poly.constant(entry) for place, entry in total.items()}
     sizes = (abs(float(n)) for entry in every.values() for n in entry.terms.values())
     nothing = SHORTEST * max(sizes, default=0.0)
     found = {place: entry.without(nothing) for place, entry in every.items()}
@@ -162,7 +163,7 @@ def _kept(total: Mapping[Any, Any]) -> dict[Any, Polynomial]:
 def _shortest(entry: Polynomial) -> Polynomial:
     names = {name for powers in entry.terms for name, _ in powers}
     for number in sorted(name[4:] for name in names if name.startswith("r_cp")):
-        r_s, r_p, r_cp = (symbol(f"{radius}{number}") for radius in ("r_s", "r_p", "r_cp"))
+        r_s, r_p, r_cp = (poly.symbol(f"{radius}{number}") for radius in ("r_s", "r_p", "r_cp"))
         instead = {
             f"r_cp{number}": r_s + r_p,
             f"r_s{number}": r_cp - r_p,
@@ -173,17 +174,12 @@ def _shortest(entry: Polynomial) -> Polynomial:
     return entry
 
 
-def _products(parts: Iterable[tuple[TermKey, Any]]) -> Entry:
-    return tuple(
-        Product(key, monomial) for key, entry in parts for monomial in constant(entry).monomials
-    )
-
-
-def _mass_entries(mass: MassTerms) -> dict[EntryPlace, Entry]:
-    found: defaultdict[EntryPlace, list[tuple[TermKey, Any]]] = defaultdict(list)
-    for (i, j, wave), coefficient in sorted(mass.items(), key=lambda item: item[0]):
-        found[EntryPlace("mass_matrix", i, j)].append((TermKey(wave), coefficient))
-    return {place: _products(parts) for place, parts in found.items()}
+def _entries(terms: Mapping[tuple[EntryPlace, TermKey], Any]) -> dict[EntryPlace, Entry]:
+    """What stands in each place, out of coefficients by place and key."""
+    found: defaultdict[EntryPlace, list[Product]] = defaultdict(list)
+    for (place, key), entry in terms.items():
+        found[place] += [Product(key, monomial) for monomial in poly.constant(entry).monomials]
+    return {place: tuple(products) for place, products in found.items()}
 
 
 def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[EntryPlace, Entry]:
@@ -195,7 +191,156 @@ def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[EntryPlace, Entry]
             slope = -1 * coefficient * slopes[k]
             total[i, min(j, k), max(j, k), wave] += slope
             total[k, min(i, j), max(i, j), wave] += slope * Fraction(-1, 2)
-    found: defaultdict[EntryPlace, list[tuple[TermKey, Any]]] = defaultdict(list)
+    terms = {}
     for (i, j, k, wave), coefficient in sorted(_kept(total).items(), key=lambda item: item[0]):
-        found[EntryPlace("bias", i, rates=(j, k))].append((TermKey(wave, "sin"), coefficient))
-    return {place: _products(parts) for place, parts in found.items()}
+        terms[EntryPlace("bias", i, rates=(j, k)), TermKey(wave, "sin")] = coefficient
+    return _entries(terms)
+
+
+Columns = Mapping[str, np.ndarray]  # signals by name, (K,) each
+
+
+class Forces(NamedTuple):
+    """driven: coefficient by row and key; damped: (row, rate, coefficient) on rates of q."""
+
+    driven: Mapping[tuple[int, TermKey], Any]
+    damped: Sequence[tuple[int, int, Any]]
+
+
+class ForcedMesh(NamedTuple):
+    """A mesh with a force of its own: its joint (from 0), planet (from 0), and names.
+
+    force, damper, work: signals; damping: poly.symbol of its damping, of ``planets`` together.
+    """
+
+    joint: int
+    planet: int
+    pair: str
+    force: str
+    damper: str
+    work: str
+    damping: str
+    planets: int
+
+
+def rate_name(coordinate: str) -> str:
+    """The signal that is a coordinate's rate."""
+    return f"{coordinate}'"
+
+
+def named_meshes(arm: Arm, layout: Layout) -> list[ForcedMesh]:
+    """In the order of crosscheck.analytic.derivation.gears."""
+    found = []
+    for place in layout.meshing:
+        joint, number = arm.joints[place], place + 1
+        assert isinstance(joint, Planetary)  # as joints with mesh displacements are
+        for planet in range(joint.planet_count if layout.free else 1):
+            suffix = f"{number}_{planet + 1}" if layout.free else f"{number}"
+            for pair in ("sp", "pr"):
+                force, damper, work = (f"{kind}_{pair}{suffix}" for kind in "FDQ")
+                own = damper_name(pair, joint, number, planet)
+                count = joint.planet_count if layout.free else 1
+                found.append(ForcedMesh(place, planet, pair, force, damper, work, own, count))
+    return found
+
+
+def forces(chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches) -> Forces:
+    """Drive, meshes, dampers, friction and weight (see docs/explanation/equations.md)."""
+    layout = chain.layout
+    still = (0,) * len(chain.stages)
+    driven: dict[tuple[int, TermKey], Any] = {}
+    damped: list[tuple[int, int, Any]] = []
+    for number, row in enumerate(drive_rows(chain), start=1):
+        _add(driven, row, 1, TermKey(still, signal=f"T_{number}"))
+    meshes = named_meshes(arm, layout)
+    for mesh, row in zip(meshes, mesh_rows(chain), strict=True):
+        _add(driven, row, 1, TermKey(still, signal=mesh.force))
+        moved = layout.displacement(MESHES[mesh.pair == "pr"], mesh.joint, mesh.planet)
+        damper = poly.symbol(mesh.damping) * Fraction(-1, mesh.planets)
+        moved = np.array([int(entry) for entry in moved], dtype=object)
+        if chosen.damping == "contact":
+            _add(driven, moved, damper, TermKey(still, signal=mesh.damper))
+        else:
+            places = np.flatnonzero(moved)
+            damped += [
+                (int(a), int(b), damper * moved[a] * moved[b]) for a in places for b in places
+            ]
+        if chosen.mesh_work == "conservative":
+            theta = int(layout.theta[mesh.joint])
+            driven[theta, TermKey(still, signal=mesh.work)] = 1
+    for number, (joint, place) in enumerate(zip(arm.joints, layout.theta, strict=True), start=1):
+        if joint.friction_N_m_s_per_rad:
+            damped.append((int(place), int(place), -1 * poly.symbol(f"c{number}")))
+    pull = [
+        poly.symbol(f"g_{axis}") if g else 0
+        for axis, g in zip("xy", arm.gravity_m_per_s2, strict=True)
+    ]
+    weight = weight_terms(bodies, chain.angles[1:], (pull[0], pull[1])) if any(pull) else {}
+    for (place, wave), pair in weight.items():
+        turned = tuple(wave[angle] for angle in layout.theta)
+        for function, coefficient in zip(("cos", "sin"), pair, strict=True):
+            key = place, TermKey(turned, function)
+            if coefficient:
+                driven[key] = driven.get(key, 0) + coefficient
+    return Forces(driven, damped)
+
+
+def _add(
+    driven: dict[tuple[int, TermKey], Any], row: np.ndarray, factor: Any, key: TermKey
+) -> None:
+    for place in np.flatnonzero(row):
+        driven[int(place), key] = factor * row[place]
+
+
+class ForceStates(NamedTuple):
+    """Where forces are asked for: t (K,), q and v (K, n) of the layout, torque (K, joints)."""
+
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    torque: np.ndarray
+
+
+class Phases(NamedTuple):
+    """How mesh phases are counted: by absolute link angles; faster by factors (meshes,) or one."""
+
+    absolute: bool = False
+    faster: np.ndarray | float = 1.0
+
+
+USUAL = Phases()
+
+
+def signal_columns(
+    arm: Arm, layout: Layout, chosen: Switches, states: ForceStates, phases: Phases = USUAL
+) -> Columns:
+    """Output torques [N m], forces of a planet's meshes [N], and the dampers' rates [m/s].
+
+    Those of the user's rates are the caller's: ``rate_name`` of each coordinate.
+    """
+    found = {f"T_{j + 1}": states.torque[:, j] for j in range(states.torque.shape[1])}
+    data, meshes = gears(arm, layout, chosen), named_meshes(arm, layout)
+    clock, q, v = states.t[:, None], states.q, states.v
+    of_two = data.less >= 0
+    x, rate = (each[:, data.where] - of_two * each[:, data.less] for each in (q, v))
+    turned = np.array((q, v))
+    if phases.absolute:
+        turned[:, :, layout.theta] = turned[:, :, layout.theta].cumsum(axis=2)
+    phase = mesh_phase(
+        data.phase, data.rate * phases.faster, data.offset, clock, *turned[:, :, data.theta]
+    )
+    gap = x - whole_error(phase, data.E, data.lead, data.static)
+    touching = in_contact(gap, data.b) | data.damps_apart
+    for i, mesh in enumerate(meshes):
+        k = stiffness(data.law, i, phase[:, i], data.k_m[i], data.k_a[i])
+        found[mesh.force] = mesh_force(data.dead_zone, gap[:, i], k, data.b[i], data.sigma[i])
+        if chosen.damping == "contact":
+            found[mesh.damper] = np.where(touching[:, i], rate[:, i], 0.0)
+        if chosen.mesh_work == "conservative":
+            slopes = (
+                stiffness_slope(data.law, i, phase[:, i], data.k_a[i]),
+                data.E[i] * np.cos(phase[:, i] + data.lead[i]),
+            )
+            on_phase = phase_force(gap[:, i], k, *slopes, data.b[i])
+            found[mesh.work] = data.planets[i] * data.rate[i] * on_phase
+    return found

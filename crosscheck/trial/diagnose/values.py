@@ -66,7 +66,7 @@ class Alternative(NamedTuple):
 
 
 def named(symbol: str) -> Named:
-    """Of a symbol's name."""
+    """A symbol's name, taken apart."""
     found = re.fullmatch(r"(.*?)(\d+)(_\d+)?", symbol)
     return Named(found[1], int(found[2]), found[3] or "") if found else Named(symbol, 0)
 
@@ -82,22 +82,16 @@ def values_of(arm: Arm) -> dict[str, float]:
     found["g_x"], found["g_y"] = arm.gravity_m_per_s2
     for number, joint in enumerate(arm.joints, start=1):
         found[f"c{number}"] = joint.friction_N_m_s_per_rad
-        if isinstance(joint, Planetary):
-            found |= _of_gears(joint, number)
-    return found
-
-
-def _of_gears(joint: Planetary, number: int) -> dict[str, float]:
-    geometry = stage_geometry(joint)
-    found = {
-        f"z_s{number}": float(joint.sun_teeth),
-        f"z_p{number}": float(joint.planet_teeth),
-        f"z_r{number}": float(joint.ring_teeth),
-        f"r_r{number}": geometry.r_s + 2 * geometry.r_p,
-    }
-    for planet in range(joint.planet_count):
-        for pair, d in zip(("sp", "pr"), damping(joint, planet), strict=True):
-            found[damper_name(pair, joint, number, planet)] = d
+        if not isinstance(joint, Planetary):
+            continue
+        geometry = stage_geometry(joint)
+        found[f"z_s{number}"] = float(joint.sun_teeth)
+        found[f"z_p{number}"] = float(joint.planet_teeth)
+        found[f"z_r{number}"] = float(joint.ring_teeth)
+        found[f"r_r{number}"] = geometry.r_s + 2 * geometry.r_p
+        for planet in range(joint.planet_count):
+            for pair, d in zip(("sp", "pr"), damping(joint, planet), strict=True):
+                found[damper_name(pair, joint, number, planet)] = d
     return found
 
 
@@ -114,11 +108,6 @@ def unrelated(symbols: Iterable[str], seed: int = 0) -> dict[str, float]:
     """
     seeds = {name: [seed, *name.encode()] for name in symbols}
     return {n: float(np.random.default_rng(own).uniform(0.5, 2.0)) for n, own in seeds.items()}
-
-
-def together(each: list[Mapping[str, float]]) -> dict[str, np.ndarray]:
-    """One array (arms,) for each symbol."""
-    return {name: np.array([values[name] for values in each]) for name in each[0]}
 
 
 def alternatives(symbol: str, values: Values) -> Iterator[Alternative]:

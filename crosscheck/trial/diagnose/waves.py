@@ -46,10 +46,7 @@ def waves_tried(terms: ReferenceTerms) -> tuple[Wave, ...]:
     """
     single = _angles(terms.joints)
     pairs = [a + sign * b for a in single for b in single for sign in (1, -1)]
-    found = [*terms.waves, *map(tuple, single), *map(tuple, pairs)]
-    if terms.joints <= FULL:
-        found += list(combinations(range(-2, 3), repeat=terms.joints))
-    return tuple(dict.fromkeys(map(_upward, found)))
+    return _with_sums(terms, [*single, *pairs], range(-2, 3))
 
 
 def links_tried(terms: ReferenceTerms) -> tuple[Wave, ...]:
@@ -58,11 +55,17 @@ def links_tried(terms: ReferenceTerms) -> tuple[Wave, ...]:
     Of few joints also every sum of joint angles, each once or not at all.
     """
     single = _angles(terms.joints)
-    own = [(0,) * terms.joints, *terms.waves, *map(tuple, single)]
-    own += map(tuple, 2 * single)
+    return _with_sums(terms, [*single, *(2 * single)], (-1, 0, 1))
+
+
+def _with_sums(
+    terms: ReferenceTerms, waves: Iterable[np.ndarray], times: Iterable[int]
+) -> tuple[Wave, ...]:
+    """The reference's own, 0 among them, and these; of few joints all sums, each so many times."""
+    found: list[Iterable[int]] = [*terms.waves, *waves]
     if terms.joints <= FULL:
-        own += list(combinations((-1, 0, 1), repeat=terms.joints))
-    return tuple(dict.fromkeys(map(_upward, own)))
+        found += combinations(times, repeat=terms.joints)
+    return tuple(dict.fromkeys(map(_upward, found)))
 
 
 def _angles(joints: int) -> np.ndarray:

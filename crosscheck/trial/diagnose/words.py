@@ -7,14 +7,21 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from typing import Literal
 
 import numpy as np
 import sympy as sp
 
 from crosscheck.trial.diagnose.candidates import Candidate
-from crosscheck.trial.diagnose.force_terms import rate_name
-from crosscheck.trial.diagnose.polynomial import Entry, Monomial, Number, Powers, Product, TermKey
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
+from crosscheck.trial.diagnose.polynomial import (
+    Entry,
+    Monomial,
+    Powers,
+    Product,
+    TermKey,
+    power_text,
+)
+from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, rate_name
 from crosscheck.trial.diagnose.values import ORDER, named
 from crosscheck.trial.input.equations import Symbolic
 from crosscheck.trial.judge.places import EntryPlace, Term, TermError, Wrong
@@ -38,44 +45,47 @@ def error_of(candidate: Candidate, terms: ReferenceTerms) -> TermError:
 def term_of(products: Entry, terms: ReferenceTerms) -> Term:
     """Of terms that belong together, before one wave or (their angle then untold) several."""
     keys = list(dict.fromkeys(product.key for product in products))
+    latex = _joined(product_latex(p, terms) for p in products[:MOST_TERMS])
+    latex += r" + \dots" if len(products) > MOST_TERMS else ""
     if len(keys) > 1:
         text = " + ".join(written(term_of((p,), terms)) for p in products[:MOST_TERMS])
-        return Term(_cut(text, products), latex=_sum_latex(products, terms))
-    key, shared = keys[0], _shared(products)
-    text = coefficient_text(products, shared)
+        return Term(_cut(text, products), latex=latex)
+    key, text = keys[0], coefficient_text(products)
     sign, angle = angle_text(key, terms)
     if key.function == "sin" and sign < 0:
         text = text[1:] if text.startswith("-") else f"-{text}"
-    wave = key.function if angle else ""
-    latex = _sum_latex(products, terms)
-    return Term(text, "cos" if wave == "cos" else "sin" if wave else "", angle, key.signal, latex)
+    wave: Literal["", "cos", "sin"] = "cos" if key.function == "cos" else "sin"
+    return Term(text, wave if angle else "", angle, key.signal, latex)
 
 
-def coefficient_text(products: Entry, shared: Powers) -> str:
+def coefficient_text(products: Entry) -> str:
     """A sum, what all its terms have in common before it."""
     if len(products) == 1:
         return monomial_text(products[0].monomial)
-    rests = [_over(p.monomial, shared) for p in products[:MOST_TERMS]]
-    inside = _cut(_joined(monomial_text(rest) for rest in rests), products)
-    common = monomial_text(Monomial(1, shared)) if shared else ""
+    powers = [dict(product.monomial.powers) for product in products]
+    least = {name: min(each.get(name, 0) for each in powers) for name in powers[0]}
+    shared = {name: power for name, power in least.items() if power > 0}
+    rests = []
+    for number, own in (product.monomial for product in products[:MOST_TERMS]):
+        rest = ((name, power - shared.get(name, 0)) for name, power in own)
+        rests.append(Monomial(number, tuple((name, power) for name, power in rest if power)))
+    inside = _cut(_joined(map(monomial_text, rests)), products)
+    common = monomial_text(Monomial(1, tuple(shared.items()))) if shared else ""
     return f"{common} ({inside})".strip()
 
 
 def monomial_text(monomial: Monomial) -> str:
-    """Number, masses, lengths: 2 m_payload L1 d2."""
-    above = [_power(name, power) for name, power in _sorted(monomial.powers) if power > 0]
-    below = [_power(name, -power) for name, power in _sorted(monomial.powers) if power < 0]
-    number = number_text(monomial.number)
-    if above and number in ("1", "-1"):
-        number = number[:-1]
-    text = (number + " " if number not in ("", "-") else number) + " ".join(above)
+    """Number, masses, lengths: 2 m_payload L1 d2; whole numbers and fractions as such."""
+    number = monomial.number
+    front = f"{number:.6g}" if isinstance(number, float) else str(Fraction(number))
+    ordered = _sorted(monomial.powers)
+    above = [power_text(name, power) for name, power in ordered if power > 0]
+    below = [power_text(name, -power) for name, power in ordered if power < 0]
+    if above and front in ("1", "-1"):
+        front = front[:-1]
+    text = (front + " " if front not in ("", "-") else front) + " ".join(above)
     under = " ".join(below)
     return text.strip() + (f"/({under})" if len(below) > 1 else f"/{under}" if below else "")
-
-
-def number_text(number: Number) -> str:
-    """Whole numbers and fractions as such."""
-    return str(Fraction(number)) if not isinstance(number, float) else f"{number:.6g}"
 
 
 def angle_text(key: TermKey, terms: ReferenceTerms) -> tuple[int, str]:
@@ -88,13 +98,8 @@ def angle_text(key: TermKey, terms: ReferenceTerms) -> tuple[int, str]:
     whole = [round(entry) for entry in turned.tolist()]
     sign = 1 if next((entry for entry in whole if entry), 1) > 0 else -1
     parts = [(sign * entry, name) for entry, name in zip(whole, names, strict=True) if entry]
-    return sign, _joined(_multiple(number, name) for number, name in parts)
-
-
-def _multiple(number: int, name: str) -> str:
-    if abs(number) == 1:
-        return name if number > 0 else f"-{name}"
-    return f"{number} {name}"
+    once = {1: "", -1: "-"}
+    return sign, _joined(f"{once.get(number, f'{number} ')}{name}" for number, name in parts)
 
 
 def _joined(parts: Iterable[str]) -> str:
@@ -107,33 +112,12 @@ def _cut(text: str, products: Sequence[object]) -> str:
     return f"{text} + {more} more" if more > 0 else text
 
 
-def _shared(products: Entry) -> Powers:
-    """What all of them have at least."""
-    first, *others = (dict(product.monomial.powers) for product in products)
-    least = {
-        name: min(power, *(other.get(name, 0) for other in others)) if others else power
-        for name, power in first.items()
-    }
-    return tuple((name, power) for name, power in least.items() if power > 0)
-
-
-def _over(monomial: Monomial, shared: Powers) -> Monomial:
-    powers = dict(monomial.powers)
-    for name, power in shared:
-        powers[name] -= power
-    return Monomial(monomial.number, tuple((n, p) for n, p in powers.items() if p))
-
-
 def _sorted(powers: Powers) -> list[tuple[str, int]]:
     def order(power: tuple[str, int]) -> tuple[int, int]:
         own = named(power[0])
         return ORDER.get(own.stem, len(ORDER)), own.joint
 
     return sorted(powers, key=order)
-
-
-def _power(name: str, power: int) -> str:
-    return name if power == 1 else f"{name}^{power}"
 
 
 def _trig(key: TermKey, terms: ReferenceTerms) -> str:
@@ -181,29 +165,18 @@ def monomial_latex(monomial: Monomial) -> str:
     return sign + r"\,".join(filter(None, (front, *parts)))
 
 
-def key_latex(key: TermKey, terms: ReferenceTerms) -> str:
-    """Wave and signal as TeX, without the sign of a sine."""
-    _, angle = angle_text(key, terms)
-    turned = re.sub(r"[A-Za-z]\w*", lambda found: latex_name(found[0]), angle)
-    wave = rf"\{key.function}({turned})" if angle else ""
-    return r"\,".join(filter(None, (wave, latex_name(key.signal) if key.signal else "")))
-
-
 def product_latex(product: Product, terms: ReferenceTerms) -> str:
     """A term as TeX."""
-    monomial, (sign, angle) = product.monomial, angle_text(product.key, terms)
-    if angle and product.key.function == "sin" and sign < 0:
-        monomial = Monomial(-1 * monomial.number, monomial.powers)
-    wave = key_latex(product.key, terms)
-    plain = monomial_latex(monomial)
-    if wave and plain in ("1", "-1"):
-        return plain[:-1] + wave
-    return r"\,".join(filter(None, (plain, wave)))
-
-
-def _sum_latex(products: Entry, terms: ReferenceTerms) -> str:
-    parts = _joined(product_latex(p, terms) for p in products[:MOST_TERMS])
-    return parts + (r" + \dots" if len(products) > MOST_TERMS else "")
+    key, (number, powers) = product
+    sign, angle = angle_text(key, terms)
+    turned = re.sub(r"[A-Za-z]\w*", lambda found: latex_name(found[0]), angle)
+    wave = rf"\{key.function}({turned})" if angle else ""
+    behind = r"\,".join(filter(None, (wave, latex_name(key.signal) if key.signal else "")))
+    negated = angle and key.function == "sin" and sign < 0
+    plain = monomial_latex(Monomial(-1 * number if negated else number, powers))
+    if behind and plain in ("1", "-1"):
+        return plain[:-1] + behind
+    return r"\,".join(filter(None, (plain, behind)))
 
 
 def told(error: TermError) -> str:
@@ -220,20 +193,16 @@ def told(error: TermError) -> str:
         return f"yours has {error.yours} where {error.right} belongs, in {term}"
     if error.kind == "extra":
         return f"extra term: {term}"
-    short = _short_of(error)
-    return f"{short}{error.yours} where {error.right} belongs" + ("" if short else f", in {term}")
-
-
-def _short_of(error: TermError) -> str:
-    """missing term: m (L2 - d2) L1: where one symbol stands for another in one product."""
-    coefficient = error.term.coefficient
-    found = re.search(rf"(?<!\S){re.escape(error.right)}(\^\d+)?(?!\S)", coefficient)
-    if found is None or "(" in coefficient or not error.yours.isidentifier():
-        return ""
+    # missing term: m (L2 - d2) L1: where one symbol stands for another in one product.
+    coefficient, right, yours = error.term.coefficient, error.right, error.yours
+    found = re.search(rf"(?<!\S){re.escape(right)}(\^\d+)?(?!\S)", coefficient)
+    if found is None or "(" in coefficient or not yours.isidentifier():
+        return f"{yours} where {right} belongs, in {term}"
     power = found[1] or ""
-    inside = f"({error.right}{power} - {error.yours}{power})"
+    inside = f"({right}{power} - {yours}{power})"
     short = coefficient[: found.start()] + inside + coefficient[found.end() :]
-    return f"missing term: {written(replace(error.term, coefficient=short))}; "
+    missing = written(replace(error.term, coefficient=short))
+    return f"missing term: {missing}; {yours} where {right} belongs"
 
 
 def difference_of(coefficients: Mapping[TermKey, float], terms: ReferenceTerms) -> tuple[Term, ...]:
@@ -276,13 +245,15 @@ def symbolic_difference(
         if not all(isinstance(factor, sp.exp) for factor in factors):
             return None
         waves[sp.expand(sum(f.exp for f in factors) / sp.I)] += coefficient
-    total = sp.S.Zero
+    total, numbers = sp.S.Zero, {sp.Symbol(name): value for name, value in values.items()}
     for angle in {-a if a.could_extract_minus_sign() else a: None for a in waves}:
         up, down = waves.get(angle, sp.S.Zero), waves.get(-angle, sp.S.Zero)
         pair = ((up + down, sp.cos(angle)), (sp.I * (up - down), sp.sin(angle)))
         for coefficient, wave in pair if angle != 0 else ((up, sp.S.One),):
             there = sp.expand(coefficient)
-            if not _vanishes(there, values):
+            known = numbers | dict.fromkeys(there.free_symbols - set(numbers), 1.0)  # signals
+            sizes = [complex(p.xreplace(known)) for p in sp.Add.make_args(there)]
+            if abs(sum(sizes)) > ROUNDING * sum(map(abs, sizes)):
                 total += sp.factor_terms(there) * wave
     for rate in place.rates or ():
         total *= sp.Symbol(rate_name(terms.names[rate]))
@@ -307,7 +278,7 @@ def _entry(place: EntryPlace, symbolic: Symbolic) -> sp.Expr | None:
 
 
 def _right(product: Product, terms: ReferenceTerms, x: list[sp.Symbol]) -> sp.Expr:
-    """A term of the reference's."""
+    """A term of the reference as a sympy expression."""
     key, (number, powers) = product
     turned = [
         sum(w * a for w, a in zip(key.wave, column, strict=True)) for column in terms.angles.T
@@ -317,13 +288,6 @@ def _right(product: Product, terms: ReferenceTerms, x: list[sp.Symbol]) -> sp.Ex
     signal = sp.Symbol(key.signal) if key.signal else sp.S.One
     symbols = sp.prod([sp.Symbol(name) ** power for name, power in powers])
     return sp.sympify(number) * symbols * wave * signal
-
-
-def _vanishes(coefficient: sp.Expr, values: Mapping[str, float]) -> bool:
-    numbers = {sp.Symbol(name): value for name, value in values.items()}
-    signals = dict.fromkeys(coefficient.free_symbols - set(numbers), 1.0)
-    parts = [complex(p.xreplace(numbers | signals)) for p in sp.Add.make_args(coefficient)]
-    return abs(sum(parts)) <= ROUNDING * sum(map(abs, parts))
 
 
 def latex_of(expression: sp.Expr) -> str:

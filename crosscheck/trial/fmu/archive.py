@@ -10,8 +10,8 @@ import platform
 import re
 import stat
 import zipfile
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Literal
 
@@ -22,8 +22,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.inputs import input_content
 from crosscheck.models.loading import validated
-from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.workers import perform_all
+from crosscheck.runner.foreign import read_apart
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.input.equations import MOST, Coordinates, CoordinatesFile, Level
 
@@ -37,6 +36,7 @@ BINARIES = {
     ("Linux", "aarch64"): ("aarch64-linux",),
     ("Darwin", "arm64"): ("aarch64-darwin", "darwin64"),
 }
+LIBRARIES = (".so", ".dylib")
 EXTRA = "needs FMPy: pip install 'geararm-crosscheck[fmu]'"
 LONGEST = 200  # characters of a name that is looked at
 Variables = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST)]
@@ -54,7 +54,11 @@ def unpacked(path: Path, folder: Path) -> None:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             entries = archive.infolist()
             _require_harmless(where, entries)
-            for entry, name in _wanted(where, entries):
+            own = ("resources/", *(f"binaries/{name}/" for name in _folders()))
+            for entry in entries:
+                name = entry.filename
+                if entry.is_dir() or not (name == DESCRIPTION or name.startswith(own)):
+                    continue
                 target = folder / name
                 target.parent.mkdir(parents=True, exist_ok=True)
                 target.write_bytes(archive.read(entry))
@@ -66,23 +70,12 @@ def unpacked(path: Path, folder: Path) -> None:
         raise InputError(where, DESCRIPTION, None, reason)
 
 
-def library_of(where: str, folder: Path, identifier: str) -> Path:
-    """This machine's binary of an unpacked unit. Raises InputError where there is none."""
-    for name in _folders():
-        for suffix in (".so", ".dylib"):
-            found = folder / "binaries" / name / f"{identifier}{suffix}"
-            if found.is_file():
-                return found
-    machine = f"{platform.system()} {platform.machine()}"
-    raise InputError(where, "binaries", None, f"holds none of {identifier} for {machine}")
-
-
 def _folders() -> tuple[str, ...]:
     return BINARIES.get((platform.system(), platform.machine()), ())
 
 
 def _require_harmless(where: str, entries: list[zipfile.ZipInfo]) -> None:
-    """Raise InputError for an archive that no program should unpack."""
+    """Raise InputError for an archive that no program should unpack, or that is no FMU."""
     if len(entries) > MOST_FILES:
         raise InputError(where, "", None, f"holds {len(entries)} files; may hold {MOST_FILES}")
     size = sum(entry.file_size for entry in entries)
@@ -104,116 +97,84 @@ def _require_harmless(where: str, entries: list[zipfile.ZipInfo]) -> None:
         if str(path) in seen:
             raise InputError(where, name, None, "is there twice")
         seen.add(str(path))
-
-
-def _wanted(where: str, entries: list[zipfile.ZipInfo]) -> Iterator[tuple[zipfile.ZipInfo, str]]:
-    """What is unpacked. Raises InputError without a description."""
-    folders = [f"binaries/{name}/" for name in _folders()]
-    found = {entry.filename: entry for entry in entries if not entry.is_dir()}
-    if DESCRIPTION not in found:
+    sizes = {entry.filename: entry.file_size for entry in entries if not entry.is_dir()}
+    if DESCRIPTION not in sizes:
         raise InputError(where, DESCRIPTION, None, "is missing: this is no FMU")
-    if found[DESCRIPTION].file_size > LARGEST_DESCRIPTION:
+    if sizes[DESCRIPTION] > LARGEST_DESCRIPTION:
         raise InputError(where, DESCRIPTION, None, f"has more than {LARGEST_DESCRIPTION} bytes")
-    for name, entry in found.items():
-        if name == DESCRIPTION or name.startswith(("resources/", *folders)):
-            yield entry, name
-
-
-@dataclass(frozen=True)
-class FmuVariable:
-    """A real number of the unit; derivative: of which state it is the derivative, if of one."""
-
-    name: str
-    reference: int
-    is_input: bool
-    derivative_of: str = ""
 
 
 @dataclass(frozen=True)
 class FmuDescription:
-    """version: 2 or 3; kind: Model Exchange, where it has that, or Co-Simulation; states: the
-    continuous ones, in the order of their derivatives."""
+    """What a unit says of itself.
+
+    version: 2 or 3; kind: Model Exchange, where it has that, or Co-Simulation; references: by which
+    FMI calls its real variables, by their names; inputs: names of those that are inputs; states:
+    the continuous ones, in the order of their derivatives.
+    """
 
     version: int
     kind: Literal["exchange", "co-simulation"]
     identifier: str
     token: str
-    variables: tuple[FmuVariable, ...]
+    references: Mapping[str, int] = field(hash=False)
+    inputs: tuple[str, ...]
     states: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class DescriptionReading:
-    """The task of a worker, for a foreign file is parsed."""
-
-    where: str
-    folder: Path
-    key: str = "description"
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        return 1.0
-
-    def perform(self) -> FmuDescription | InputError:
-        """What stands in the file, or what is wrong with it."""
-        try:
-            from fmpy import read_model_description
-        except ImportError:
-            return InputError(self.where, "", None, EXTRA)
-        text = (self.folder / DESCRIPTION).read_bytes()
-        version = re.search(rb"fmiVersion\s*=\s*[\"']([^\"']*)", text)
-        said = "" if version is None else version[1].decode("utf-8", "backslashreplace")
-        if said[:2] not in ("2.", "3."):
-            return InputError(self.where, "fmiVersion", said, "must be 2.0 or 3.0")
-        try:
-            found = read_model_description(str(self.folder))
-        except Exception as error:
-            reason = f"is no model description: {type(error).__name__}: {error}"
-            return InputError(self.where, "", None, reason)
-        kind: Literal["exchange", "co-simulation"] = "exchange"
-        interface = found.modelExchange
-        if interface is None:
-            kind, interface = "co-simulation", found.coSimulation
-        if interface is None:
-            reason = "is neither for Model Exchange nor for Co-Simulation"
-            return InputError(self.where, "", None, reason)
-        real = [v for v in found.modelVariables if v.type in ("Real", "Float64")]
-        variables = tuple(
-            FmuVariable(
-                v.name,
-                int(v.valueReference),
-                v.causality == "input",
-                "" if v.derivative is None else v.derivative.name,
-            )
-            for v in real
-            if not v.dimensions and len(v.name) <= LONGEST and v.name.isprintable()
-        )
-        states = tuple(
-            unknown.variable.derivative.name
-            for unknown in found.derivatives
-            if unknown.variable.derivative is not None
-        )
-        identifier = interface.modelIdentifier
-        return FmuDescription(int(said[0]), kind, identifier, found.guid, variables, states)
-
-
 def described(where: str, folder: Path) -> FmuDescription:
-    """What an unpacked FMU says of itself. Raises InputError."""
-    (found,) = perform_all([DescriptionReading(where, folder)], 1, lambda key: None).values()
-    if isinstance(found, Failure):
-        raise InputError(where, "", None, f"cannot be read: {found}")
-    if isinstance(found, InputError):
-        raise found
-    assert isinstance(found, FmuDescription)
+    """What an unpacked FMU says of itself; a foreign file is parsed apart. Raises InputError."""
+    found: FmuDescription = read_apart(where, _described, where, folder)
     if "/" in found.identifier or found.identifier.startswith("."):
         raise InputError(where, "modelIdentifier", found.identifier, "must be a name of a file")
     return found
 
 
+def _described(where: str, folder: Path) -> FmuDescription:
+    try:
+        from fmpy import read_model_description
+    except ImportError:
+        raise InputError(where, "", None, EXTRA) from None
+    text = (folder / DESCRIPTION).read_bytes()
+    version = re.search(rb"fmiVersion\s*=\s*[\"']([^\"']*)", text)
+    said = "" if version is None else version[1].decode("utf-8", "backslashreplace")
+    if said[:2] not in ("2.", "3."):
+        raise InputError(where, "fmiVersion", said, "must be 2.0 or 3.0")
+    try:
+        found = read_model_description(str(folder))
+    except Exception as error:
+        reason = f"is no model description: {type(error).__name__}: {error}"
+        raise InputError(where, "", None, reason) from None
+    interface = found.modelExchange or found.coSimulation
+    if interface is None:
+        reason = "is neither for Model Exchange nor for Co-Simulation"
+        raise InputError(where, "", None, reason)
+    variables = [
+        variable
+        for variable in found.modelVariables
+        if variable.type in ("Real", "Float64")
+        and not variable.dimensions
+        and len(variable.name) <= LONGEST
+        and variable.name.isprintable()
+    ]
+    states = tuple(
+        unknown.variable.derivative.name
+        for unknown in found.derivatives
+        if unknown.variable.derivative is not None
+    )
+    return FmuDescription(
+        version=int(said[0]),
+        kind="exchange" if found.modelExchange else "co-simulation",
+        identifier=interface.modelIdentifier,
+        token=found.guid,
+        references={v.name: int(v.valueReference) for v in variables},
+        inputs=tuple(v.name for v in variables if v.causality == "input"),
+        states=states,
+    )
+
+
 def drafted(name: str, found: FmuDescription) -> str:
     """A mapping to begin with: states that have others for derivatives by their order, inputs."""
-    inputs = [v.name for v in found.variables if v.is_input]
     half = len(found.states) // 2
     runs = '# The rigid level that a unit for Co-Simulation is compared with.\nlevel = "links"\n'
     return (
@@ -221,7 +182,7 @@ def drafted(name: str, found: FmuDescription) -> str:
         "# Coordinates in their order, their rates, and the drive's torques on the output side.\n"
         f"q = {_list(found.states[:half])}\n"
         f"v = {_list(found.states[half:])}\n"
-        f"torque = {_list(inputs)}\n"
+        f"torque = {_list(found.inputs)}\n"
         "\n"
         '# What q are: gearing = "rigid", "lumped" or "free"; links = "relative" or "absolute";\n'
         '# gears = "displacements" or "angles"; or matrix = [[1, 0], [0, 1]].\n'
@@ -230,7 +191,7 @@ def drafted(name: str, found: FmuDescription) -> str:
     )
 
 
-def _list(names: tuple[str, ...] | list[str]) -> str:
+def _list(names: tuple[str, ...]) -> str:
     quoted = ('"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"' for name in names)
     return f"[{', '.join(quoted)}]"
 
@@ -257,12 +218,11 @@ class MappedUnit:
     torque: tuple[str, ...]
 
     def references(self, names: tuple[str, ...]) -> list[int]:
-        """Of variables."""
-        known = {v.name: v.reference for v in self.description.variables}
-        return [known[name] for name in names]
+        """The references by which FMI calls these variables."""
+        return [self.description.references[name] for name in names]
 
     def places(self, names: tuple[str, ...]) -> list[int]:
-        """Of continuous states among them."""
+        """Where these stand among the continuous states, from 0."""
         return [self.description.states.index(name) for name in names]
 
 
@@ -271,17 +231,22 @@ def mapped_unit(path: Path, mapping: Path, arm: Arm, folder: Path) -> MappedUnit
     said = validated(MappingFile, read_toml(mapping), str(mapping))
     unpacked(path, folder)
     description = described(str(path), folder)
-    own = Coordinates(**said.model_dump(exclude={"level", "q", "v", "torque"}))
-    size = len(frame_of(own, arm).names)
-    inputs = tuple(v.name for v in description.variables if v.is_input)
+    coordinates = Coordinates(**said.model_dump(exclude={"level", "q", "v", "torque"}))
+    size = len(frame_of(coordinates, arm).names)
     states, kind = description.states, "a continuous state"
     if description.kind == "co-simulation":
-        states, kind = tuple(v.name for v in description.variables), "a real variable"
+        states, kind = tuple(description.references), "a real variable"
     _require(mapping, "q", said.q, size, states, kind)
     _require(mapping, "v", said.v, size, states, kind)
-    _require(mapping, "torque", said.torque, len(arm.joints), inputs, "a real input")
-    library = library_of(str(path), folder, description.identifier)
-    return MappedUnit(folder, library, description, own, said.level, said.q, said.v, said.torque)
+    _require(mapping, "torque", said.torque, len(arm.joints), description.inputs, "a real input")
+    name = description.identifier
+    places = (folder / "binaries" / own / f"{name}{end}" for own in _folders() for end in LIBRARIES)
+    library = next((place for place in places if place.is_file()), None)
+    if library is None:
+        machine = f"{platform.system()} {platform.machine()}"
+        raise InputError(str(path), "binaries", None, f"holds none of {name} for {machine}")
+    names = said.q, said.v, said.torque
+    return MappedUnit(folder, library, description, coordinates, said.level, *names)
 
 
 def _require(

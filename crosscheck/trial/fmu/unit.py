@@ -25,7 +25,7 @@ from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded, recorded_times
-from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.planning.comparison import Comparison, answered, findings_of, tasks_of
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.run_suite import engines_first
 from crosscheck.provenance import provenance
@@ -47,16 +47,6 @@ MOST_EVENTS = 100
 PUSH_N_M = 1e3  # by which torques are told from weight
 FAMILY = "trial-run"
 STEP_S = 1e-4  # rough cost of a communication
-
-
-def acceleration_of(
-    unit: MappedUnit, t: float, q: np.ndarray, v: np.ndarray, torque: np.ndarray
-) -> np.ndarray:
-    """v' (n,) at time t [s], with torques (joints,); other states are as the unit begins.
-
-    Raises what FMPy raises.
-    """
-    return _exchange(unit, os.getpid()).rates(t, q, v, torque)[unit.places(unit.v)]
 
 
 @lru_cache(maxsize=2)
@@ -91,7 +81,7 @@ class LoadedUnit:
         self.torque = mapped.references(mapped.torque)
 
     def initialise(self) -> None:
-        """From what was set on."""
+        """Begin with the values that were set."""
         if self.old:
             self.unit.setupExperiment(startTime=0.0)
         self.unit.enterInitializationMode()
@@ -113,7 +103,7 @@ class ExchangeUnit(LoadedUnit):
         self.unit.getContinuousStates(_pointer(self.begin), self.begin.size)
 
     def rates(self, t: float, q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Derivatives of all states."""
+        """Derivatives (states,) of all continuous states at time t [s]."""
         states, found = self.begin.copy(), np.full(self.begin.size, np.nan)
         states[self.mapped.places(self.mapped.q)] = q
         states[self.mapped.places(self.mapped.v)] = v
@@ -135,7 +125,7 @@ class SteppedUnit(LoadedUnit):
         self.initialise()
 
     def now(self) -> tuple[np.ndarray, np.ndarray]:
-        """q and v."""
+        """q and v, each (n,), as the unit has them."""
         q, v = np.split(np.array(self.get(self.state)), 2)
         return q, v
 
@@ -157,27 +147,29 @@ def fmu_equations(unit: MappedUnit, arm: Arm) -> Equations:
     frame = frame_of(unit.coordinates, arm)
     theta = frame.jacobian(np.zeros(len(frame.names)))[frame.layout.theta]
     joints, size = theta.shape
+
+    def ask(t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """v' (n,) at time t [s], torques (joints,); other states are as the unit begins."""
+        return _exchange(unit, os.getpid()).rates(t, x, v, torque)[unit.places(unit.v)]
+
     if joints != size:
-        return Equations(
-            acceleration=lambda t, x, v, torque: acceleration_of(unit, t, x, v, torque),
-            coordinates=unit.coordinates,
-        )
+        return Equations(acceleration=ask, coordinates=unit.coordinates)
 
     def mass_matrix(x: np.ndarray) -> np.ndarray:
         still, gained = np.zeros(size), np.zeros((size, joints))
         for joint, push in enumerate(PUSH_N_M * np.eye(joints)):
-            ahead, back = (acceleration_of(unit, 0.0, x, still, sign * push) for sign in (1, -1))
+            ahead, back = (ask(0.0, x, still, sign * push) for sign in (1, -1))
             gained[:, joint] = (ahead - back) / (2 * PUSH_N_M)
         return theta.T @ np.linalg.inv(gained)
 
     def bias(x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """What is even in the rates and vanishes with them: weight and friction do not."""
         idle = np.zeros(joints)
-        ahead, back, still = (acceleration_of(unit, 0.0, x, s * v, idle) for s in (1, -1, 0))
+        ahead, back, still = (ask(0.0, x, s * v, idle) for s in (1, -1, 0))
         return mass_matrix(x) @ (still - (ahead + back) / 2)
 
     def force(t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        return mass_matrix(x) @ acceleration_of(unit, t, x, v, torque) + bias(x, v)
+        return mass_matrix(x) @ ask(t, x, v, torque) + bias(x, v)
 
     return Equations(
         mass_matrix=mass_matrix,
@@ -200,17 +192,17 @@ class UnitRun:
 
     @cached_property
     def key(self) -> RunKey:
-        """What it is called."""
+        """What the run is called among others."""
         return RunKey(self.case.scenario.name, self.name, self.variant)
 
     @property
     def model(self) -> str:
-        """Whose run."""
+        """The name of the unit."""
         return self.name
 
     @property
     def cost(self) -> float:
-        """Rough seconds."""
+        """Roughly how long the run takes [s]."""
         return 1.0 + self.case.scenario.steps * STEP_S
 
     def perform(self) -> xr.Dataset | Failure:
@@ -227,18 +219,21 @@ class UnitRun:
         theta, drive = frame.layout.theta, drive_data(scenario, len(arm.joints))
         q, v = build(self.reference, *self.case).start()
         own = SteppedUnit(self.unit, frame.place(q), np.linalg.solve(frame.jacobian(q), v))
+
+        def moving() -> tuple[np.ndarray, np.ndarray]:
+            """Angles and rates of the joints, as the unit has them now."""
+            x, u = own.now()
+            return frame.position(x)[theta], (frame.jacobian(x) @ u)[theta]
+
         time = recorded_times(scenario)
         often = max(scenario.stride // 2, 1) * (1 if self.variant else 2)
         found = []
         for begin, end in zip(time, [*time[1:], None], strict=True):
-            x, u = own.now()
-            found.append((frame.position(x)[theta], (frame.jacobian(x) @ u)[theta]))
+            found.append(moving())
             for part in range(often if end is not None else 0):
                 h = (end - begin) / often
                 t = begin + part * h
-                x, u = own.now()
-                angle, rate = frame.position(x)[theta], (frame.jacobian(x) @ u)[theta]
-                own.step(t, h, torques_at(drive, t, angle, rate))
+                own.step(t, h, torques_at(drive, t, *moving()))
         angles, rates = (np.array(each) for each in zip(*found, strict=True))
         run = recorded(self.name, *self.case, time, theta=angles, theta_dot=rates)
         return run.assign_attrs(step_s=(time[1] - time[0]) / often)
@@ -281,16 +276,16 @@ def _comparisons(unit: MappedUnit, name: str, case: Case) -> Iterator[Comparison
     first = next(engine for engine in engines if engine.startswith("analytic"))
     own = UnitRun(unit, name, case, first), UnitRun(unit, name, case, first, "coarse")
     experiment = Experiment(case.scenario.name, case)
+
+    def judged(about: About, *runs: Any) -> Finding:
+        left, right, quantity = runs[:2], runs[2:], about.key.quantity
+        widest = meaningful(quantity, case.arm, case.scenario, size(right[0], quantity))
+        return refined(about, left, right, widest)
+
     for engine in dict.fromkeys(engines):
         theirs = experiment.run(engine), experiment.run(engine, "coarse")
         for quantity in ("theta", "theta_dot"):
             key = Key(FAMILY, case.scenario.name, quantity, name, engine)
             about = About(key, UNITS[quantity], "largest absolute difference")
 
-            def judged(about: About, results: Results, theirs: Any = theirs) -> Finding:
-                left, right = ([results.need(run) for run in side] for side in (own, theirs))
-                quantity = about.key.quantity
-                widest = meaningful(quantity, case.arm, case.scenario, size(right[0], quantity))
-                return refined(about, left, right, widest)
-
-            yield Comparison(about, (*own, *theirs), judged)
+            yield answered(about, (*own, *theirs), judged)

@@ -16,8 +16,13 @@ def numbers_of(answer: Any, shape: tuple[int, ...]) -> np.ndarray:
 
     Raises NotNumbers.
     """
-    found = _real(_array(answer))
-    if found.shape != shape and _without_ones(found.shape) == _without_ones(shape):
+    found = _array(answer)
+    if found.dtype.kind not in "biufc":
+        raise NotNumbers(f"is of type {found.dtype}, must be numbers")
+    if found.dtype.kind == "c" and np.any(found.imag != 0):
+        raise NotNumbers("is complex, must be real")
+    found = found.real.astype(np.float64)
+    if [n for n in found.shape if n != 1] == [n for n in shape if n != 1]:
         found = found.reshape(shape)
     if found.shape != shape:
         raise NotNumbers(f"has shape {found.shape}, must be {shape}")
@@ -29,41 +34,25 @@ def numbers_of(answer: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _array(answer: Any) -> np.ndarray:
+    """An array of any kind of number; those that numpy does not know, sympy's, as complex ones."""
     if callable(getattr(answer, "full", None)):  # a casadi DM, sparse or not
         answer = answer.full()
     if answer is None or np.ma.is_masked(answer):
         raise NotNumbers(f"is {'None' if answer is None else 'masked'}, must be numbers")
+    name = type(answer).__name__
     try:
         found = np.array(answer)
     except ValueError:
         raise NotNumbers("has rows of unequal length, must be an array of numbers") from None
     except TypeError:  # a casadi expression
-        raise NotNumbers(f"is a {type(answer).__name__}, must be numbers") from None
-    return found if found.dtype != object else _from_objects(found, answer)
-
-
-def _from_objects(found: np.ndarray, answer: Any) -> np.ndarray:
-    """Numbers that numpy does not know, sympy's or one-element arrays, as complex ones."""
+        raise NotNumbers(f"is a {name}, must be numbers") from None
+    if found.dtype != object:
+        return found
     try:
         return np.array([complex(item) for item in found.flat]).reshape(found.shape)
     except (TypeError, ValueError):
         kinds = ", ".join(sorted({type(item).__name__ for item in found.flat}))
-        name = type(answer).__name__
         raise NotNumbers(f"is a {name} that holds {kinds or name}, must be numbers") from None
-
-
-def _real(found: np.ndarray) -> np.ndarray:
-    if found.dtype.kind not in "biufc":
-        raise NotNumbers(f"is of type {found.dtype}, must be numbers")
-    if found.dtype.kind == "c":
-        if np.any(found.imag != 0):
-            raise NotNumbers("is complex, must be real")
-        found = found.real
-    return found.astype(np.float64)
-
-
-def _without_ones(shape: tuple[int, ...]) -> tuple[int, ...]:
-    return tuple(length for length in shape if length != 1)
 
 
 def shown(vector: np.ndarray) -> str:

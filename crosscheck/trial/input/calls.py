@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from traceback import StackSummary, TracebackException
@@ -17,7 +17,7 @@ from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import CannotDo, InputError, one_line
 from crosscheck.runner.outcomes import Failure, failure
-from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.coordinates.frame import Frame, UserState
 from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
 from crosscheck.trial.input.equations import Equations
 
@@ -97,6 +97,14 @@ class SuppliedEquations:
         size = np.where(size > 0, size, 1.0)
         return np.linalg.solve(mass / np.outer(size, size), balance / size) / size
 
+    def force_at(self, state: UserState) -> np.ndarray:
+        """The force at a state, shape (n,)."""
+        return self.force(state.t, state.x, state.u, state.torque)
+
+    def acceleration_at(self, state: UserState) -> np.ndarray:
+        """The acceleration at a state, shape (n,)."""
+        return self.acceleration(state.t, state.x, state.u, state.torque)
+
     def inverse_dynamics(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """M(x) a + bias(x, v), shape (n,)."""
         if "inverse_dynamics" in self.given:
@@ -133,13 +141,8 @@ def handed(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEquations:
     functions = {part: getattr(equations, part) for part in TAKES}
     given = {part: own for part, own in functions.items() if own is not None}
     calls = {part: by_name(own, part) for part, own in given.items()}
-    return SuppliedEquations(equations, arm, frame, frozenset(given), _following(set(given)), calls)
-
-
-def _following(given: set[str]) -> frozenset[str]:
-    """The parts that are there or follow."""
     has = set(given)
-    if given & {"coriolis", "inverse_dynamics"}:
+    if has & {"coriolis", "inverse_dynamics"}:
         has.add("bias")
     if "inverse_dynamics" in given:
         has.add("mass_matrix")
@@ -147,7 +150,7 @@ def _following(given: set[str]) -> frozenset[str]:
         has.add("inverse_dynamics")
     if has >= {"mass_matrix", "bias", "force"}:
         has.add("acceleration")
-    return frozenset(has)
+    return SuppliedEquations(equations, arm, frame, frozenset(given), frozenset(has), calls)
 
 
 def by_name(own: Any, part: str) -> Callable[[Arguments], Any]:
@@ -168,22 +171,6 @@ def by_name(own: Any, part: str) -> Callable[[Arguments], Any]:
     required = [p for p in parameters if p.default is p.empty]
     if _nameless(own, required):
         return _by_position(own, _first(part, len(required)))
-    return _by_keyword(own, part, parameters)
-
-
-def _nameless(own: Any, required: Sequence[inspect.Parameter]) -> bool:
-    """Whether the names of parameters mean nothing: sympy's lambdify and C functions make them."""
-    known = [parameter.name in MEANT for parameter in required]
-    code = getattr(own, "__code__", None)
-    if code is not None and code.co_filename.startswith(LAMBDIFIED):
-        return not all(known)
-    by_place = all(parameter.kind == parameter.POSITIONAL_ONLY for parameter in required)
-    return bool(required) and by_place and not any(known)
-
-
-def _by_keyword(
-    own: Callable[..., Any], part: str, parameters: Sequence[inspect.Parameter]
-) -> Callable[[Arguments], Any]:
     wanted = [p for p in parameters if p.default is p.empty or MEANT.get(p.name) in TAKES[part]]
     for parameter in wanted:
         _require_meaning(parameter.name, part)
@@ -195,6 +182,16 @@ def _by_keyword(
         return own(*(arguments[meant] for meant in before), **by_keyword)
 
     return call
+
+
+def _nameless(own: Any, required: Sequence[inspect.Parameter]) -> bool:
+    """Whether the names of parameters mean nothing: sympy's lambdify and C functions make them."""
+    known = [parameter.name in MEANT for parameter in required]
+    code = getattr(own, "__code__", None)
+    if code is not None and code.co_filename.startswith(LAMBDIFIED):
+        return not all(known)
+    by_place = all(parameter.kind == parameter.POSITIONAL_ONLY for parameter in required)
+    return bool(required) and by_place and not any(known)
 
 
 def _require_meaning(name: str, part: str) -> None:
@@ -233,35 +230,19 @@ def _casadi_arguments(own: Any, part: str) -> Sequence[str]:
 def told_failure(error: BaseException) -> Failure:
     """An exception with the state at which it was raised and, if it is the user's, its traceback.
 
-    The message is one line of at most 400 characters.
+    The message is one line of at most 400 characters. The traceback is without the frames by which
+    the user's code was reached; of exceptions that led to each other all are told, without notes.
     """
     known, notes = failure(error), "; ".join(getattr(error, "__notes__", ()))
     message = one_line(f"{known.message} ({notes})" if notes else known.message)
-    return Failure(known.kind, message, own_trace(error))
-
-
-def own_trace(error: BaseException) -> str:
-    """The traceback without the frames by which the user's code was reached; '' if there is none.
-
-    Of exceptions that led to each other all are told, without notes.
-    """
-    told = TracebackException.from_exception(error, compact=True)
-    chain = list(_chained(told))
-    for each in chain:
-        each.stack = StackSummary.from_list(_from_users(each.stack))
-        each.__notes__ = []
-    return "".join(told.format()) if any(each.stack for each in chain) else ""
-
-
-def _chained(told: TracebackException | None) -> Iterator[TracebackException]:
+    whole = TracebackException.from_exception(error, compact=True)
+    told: TracebackException | None = whole
+    users = False
     while told is not None:
-        yield told
+        frames = list(told.stack)
+        while frames and any(own in Path(frames[0].filename).parents for own in OURS):
+            frames.pop(0)
+        told.stack, told.__notes__ = StackSummary.from_list(frames), []
+        users = users or bool(frames)
         told = told.__cause__ or told.__context__
-
-
-def _from_users(stack: StackSummary) -> list:
-    """The frames from the first on that is none of ours."""
-    frames = list(stack)
-    while frames and any(own in Path(frames[0].filename).parents for own in OURS):
-        frames.pop(0)
-    return frames
+    return Failure(known.kind, message, "".join(whole.format()) if users else "")

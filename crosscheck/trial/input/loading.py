@@ -11,7 +11,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any, get_args
@@ -31,21 +31,6 @@ MOST_NAMED = 5
 Maker = Callable[..., Any]
 
 
-@dataclass(frozen=True)
-class EquationsLocation:
-    """Where a user's equations are: the text on the command line, its two halves, a folder."""
-
-    text: str
-    module: str
-    name: str
-    folder: Path
-
-    @property
-    def file(self) -> Path | None:
-        """The Python file, if it is not a package's module."""
-        return Path(self.module) if self.module.endswith(".py") or "/" in self.module else None
-
-
 def handed_over(text: str, arm: Arm, scenario: Scenario | None) -> Equations:
     """The equations that a user names, with the numbers of an arm.
 
@@ -53,10 +38,9 @@ def handed_over(text: str, arm: Arm, scenario: Scenario | None) -> Equations:
     functions called like theirs, or of a function or class that takes none, one or both of arm and
     scenario and gives either. Raises InputError for whatever is wrong with it, in one line.
     """
-    source = _source(text)
-    with overseen(source.text):
-        found = _named(_module(source), source)
-        return made(found, arm, scenario, source.text, source.folder)
+    _, _, folder = _place(text)
+    with overseen(text):
+        return made(object_named(text), arm, scenario, text, folder)
 
 
 def object_named(text: str) -> Any:
@@ -64,14 +48,23 @@ def object_named(text: str) -> Any:
 
     Raises InputError.
     """
-    source = _source(text)
-    return _named(_module(source), source)
+    module, name, folder = _place(text)
+    loaded = _module(text, module, folder)
+    found: Any = loaded
+    for part in name.split("."):
+        if isinstance(getattr(found, part, sys), ModuleType):  # or there, once it is imported
+            names = [name for name in vars(loaded) if not name.startswith("_")]
+            near = difflib.get_close_matches(part, names, n=MOST_NAMED, cutoff=0.5) or names
+            there = f"; there is {', '.join(near[:MOST_NAMED])}" if near else ""
+            raise InputError(text, "", None, f"no {part} in {module}{there}")
+        found = getattr(found, part)
+    return found
 
 
 @contextmanager
 def user_code(text: str) -> Iterator[None]:
     """A user's code runs inside; whatever it raises is an InputError that names it by its text."""
-    with overseen(text), _told(text, _source(text).folder):
+    with overseen(text), _told(text, _place(text)[2]):
         yield
 
 
@@ -87,8 +80,11 @@ def made(
     by_arm = _arguments(found, where)
 
     def rebuilt(other: Arm, drive: Scenario | None) -> Equations:
+        values = {"arm": other, "scenario": drive or scenario}
+        bound = inspect.signature(found).bind_partial()
+        bound.arguments.update({name: values[meant] for name, meant in by_arm.items()})
         with _told(where, beside):
-            answer = _called(found, by_arm, other, drive or scenario)
+            answer = found(*bound.args, **bound.kwargs)
         if isinstance(answer, type) or (callable(answer) and not _has_parts(answer)):
             kind = type(answer).__name__
             raise InputError(where, "", None, f"returned a {kind}; must return {ACCEPTED}")
@@ -100,36 +96,34 @@ def made(
     return rebuilt(arm, scenario)
 
 
-def _source(text: str) -> EquationsLocation:
+def _place(text: str) -> tuple[str, str, Path]:
+    """Module or file, the name in it, and the folder that it is in. Raises InputError."""
     module, colon, name = text.rpartition(":")
     if not colon or not module or not name:
         raise InputError(text, "", None, f"must be {EXPECTED}")
     folder = Path(module).resolve().parent if module.endswith(".py") else Path.cwd().resolve()
-    return EquationsLocation(text, module, name, folder)
+    return module, name, folder
 
 
-def _module(source: EquationsLocation) -> ModuleType:
-    if source.file is None:
-        with _told(source.text, source.folder), _findable(source.folder):
-            return importlib.import_module(source.module)
-    if not source.file.is_file():
-        raise InputError(source.text, "", None, f"no such file; must be {EXPECTED}")
-    if source.file.suffix != ".py":
-        raise InputError(source.text, "", None, f"is no Python file; must be {EXPECTED}")
-    return _from_file(source, source.file.resolve())
-
-
-def _from_file(source: EquationsLocation, path: Path) -> ModuleType:
-    """The file as a module of a private name, which cannot hide another one."""
+def _module(text: str, module: str, folder: Path) -> ModuleType:
+    if not module.endswith(".py") and "/" not in module:
+        with _told(text, folder), _findable(folder):
+            return importlib.import_module(module)
+    if not Path(module).is_file():
+        raise InputError(text, "", None, f"no such file; must be {EXPECTED}")
+    if not module.endswith(".py"):
+        raise InputError(text, "", None, f"is no Python file; must be {EXPECTED}")
+    path = Path(module).resolve()
+    # Of a private name, which cannot hide another module.
     name = f"_crosscheck_trial_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None  # a .py file always has a loader
     assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses and pickles look their module up
-    with _told(source.text, source.folder), _findable(source.folder):
-        spec.loader.exec_module(module)
-    return module
+    found = importlib.util.module_from_spec(spec)
+    sys.modules[name] = found  # dataclasses and pickles look their module up
+    with _told(text, folder), _findable(folder):
+        spec.loader.exec_module(found)
+    return found
 
 
 @contextmanager
@@ -186,18 +180,6 @@ def _line(error: BaseException, folder: Path) -> str:
     return f" ({path.name}, line {line})" if line else ""
 
 
-def _named(module: ModuleType, source: EquationsLocation) -> Any:
-    found: Any = module
-    for part in source.name.split("."):
-        if isinstance(getattr(found, part, sys), ModuleType):  # or there, once it is imported
-            names = [name for name in vars(module) if not name.startswith("_")]
-            near = difflib.get_close_matches(part, names, n=MOST_NAMED, cutoff=0.5) or names
-            there = f"; there is {', '.join(near[:MOST_NAMED])}" if near else ""
-            raise InputError(source.text, "", None, f"no {part} in {source.module}{there}")
-        found = getattr(found, part)
-    return found
-
-
 def _has_parts(found: Any) -> bool:
     return any(callable(getattr(found, part, None)) for part in TAKES)
 
@@ -236,19 +218,6 @@ def _arguments(found: Maker, where: str) -> dict[str, str]:
     return meant
 
 
-def _called(found: Maker, by_arm: dict[str, str], arm: Arm, scenario: Scenario | None) -> Any:
-    """The factory's answer; what may only be given by place comes first."""
-    parameters = inspect.signature(found).parameters
-    values = {"arm": arm, "scenario": scenario}
-    before = [
-        values[meant]
-        for name, meant in by_arm.items()
-        if parameters[name].kind == inspect.Parameter.POSITIONAL_ONLY
-    ]
-    named = list(by_arm.items())[len(before) :]
-    return found(*before, **{name: values[meant] for name, meant in named})
-
-
 def _whole(equations: Equations, where: str) -> Equations:
     """Raise InputError unless something usable is handed over."""
     given = [part for part in TAKES if getattr(equations, part) is not None]
@@ -259,17 +228,6 @@ def _whole(equations: Equations, where: str) -> Equations:
     if not isinstance(equations.coordinates, Coordinates):
         kind = type(equations.coordinates).__name__
         raise InputError(where, "coordinates", None, f"is a {kind}; must be Coordinates")
-    _require_level(equations, where)
-    try:
-        for part in given:
-            by_name(getattr(equations, part), part)
-    except InputError as error:
-        raise InputError(where, error.field, error.value, error.allowed) from None
-    return equations
-
-
-def _require_level(equations: Equations, where: str) -> None:
-    """Raise InputError for a level that is none, or of a model with gears; for strange switches."""
     level, gearing = equations.level, equations.coordinates.gearing
     if level not in get_args(Level):
         allowed = ", ".join(filter(None, get_args(Level)))
@@ -280,3 +238,9 @@ def _require_level(equations: Equations, where: str) -> None:
     if not isinstance(equations.switches, Switches | None):
         kind = type(equations.switches).__name__
         raise InputError(where, "switches", None, f"is a {kind}; must be Switches")
+    try:
+        for part in given:
+            by_name(getattr(equations, part), part)
+    except InputError as error:
+        raise InputError(where, error.field, error.value, error.allowed) from None
+    return equations

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import difflib
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from functools import lru_cache
+from numbers import Real
 from typing import Any
 
 import numpy as np
 import sympy as sp
+from sympy.core.function import AppliedUndef
 
 from crosscheck.analytic.derivation.symbols import parameter_values
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import Scenario, Switches
-from crosscheck.trial.input.bindings import in_arm_symbols, plain_symbols
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.input.equations import Coordinates, Equations, Level, Symbolic
 
 WHERE = "equations"
 QUADRATIC = 2
 USUAL, TIME = Coordinates(), sp.Symbol("t")
 PARTS = ("mass_matrix", "bias", "force")
+NEAR, MOST_NAMED = 0.4, 4  # of names of quantities that may have been meant
 Parts = dict[str, sp.Matrix]
 
 
@@ -92,15 +96,14 @@ def _matrix(given: Any, name: str, n: int) -> sp.ImmutableMatrix:
 
 def _standard(parts: Parts, v: Sequence[sp.Symbol]) -> Parts:
     """Mass matrix, bias and force out of whatever of them was given. Raises InputError."""
-    for pair in (("bias", "coriolis"), ("force", "forcing"), ("bias", "forcing")):
-        if all(name in parts for name in pair):
-            raise InputError(WHERE, pair[1], None, f"give either {pair[0]} or {pair[1]}")
+    twice = (("bias", "coriolis"), ("force", "forcing"), ("bias", "forcing"))
+    for one, other in (*twice, ("coriolis", "forcing")):
+        if one in parts and other in parts:
+            raise InputError(WHERE, other, None, f"give either {one} or {other}")
     found = {name: parts[name] for name in PARTS if name in parts}
     if "coriolis" in parts:
         found["bias"] = sp.ImmutableMatrix(parts["coriolis"] * sp.Matrix(v))
     if "forcing" in parts:
-        if "coriolis" in parts:
-            raise InputError(WHERE, "forcing", None, "give either coriolis or forcing")
         found["bias"], found["force"] = _split(parts["forcing"], v)
     return found
 
@@ -108,27 +111,24 @@ def _standard(parts: Parts, v: Sequence[sp.Symbol]) -> Parts:
 def _split(
     forcing: sp.ImmutableMatrix, v: Sequence[sp.Symbol]
 ) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
-    """Bias, the part of -forcing that is quadratic in v, and the rest, the force."""
-    columns = [_by_degree(entry, number, v) for number, entry in enumerate(forcing)]
-    bias, force = zip(*columns, strict=True)
+    """Bias, the part of -forcing that is quadratic in v, and the rest, the force.
+
+    Raises InputError for a row that is no polynomial in v.
+    """
+    bias, force = [sp.Integer(0)] * len(forcing), [sp.Integer(0)] * len(forcing)
+    for row, entry in enumerate(forcing):
+        try:
+            terms = sp.Poly(entry, *v).terms()
+        except sp.PolynomialError:
+            reason = "is no polynomial in v; give bias and force apart"
+            raise InputError(WHERE, f"forcing[{row}]", None, reason) from None
+        for powers, factor in terms:
+            term = factor * sp.prod([u**p for u, p in zip(v, powers, strict=True)])
+            if sum(powers) == QUADRATIC:
+                bias[row] -= term
+            else:
+                force[row] += term
     return sp.ImmutableMatrix(bias), sp.ImmutableMatrix(force)
-
-
-def _by_degree(entry: sp.Expr, number: int, v: Sequence[sp.Symbol]) -> tuple[sp.Expr, sp.Expr]:
-    """Of a row of forcing. Raises InputError where it is no polynomial in v."""
-    try:
-        terms = sp.Poly(entry, *v).terms()
-    except sp.PolynomialError:
-        reason = "is no polynomial in v; give bias and force apart"
-        raise InputError(WHERE, f"forcing[{number}]", None, reason) from None
-    bias, force = sp.Integer(0), sp.Integer(0)
-    for powers, factor in terms:
-        term = factor * sp.prod([u**p for u, p in zip(v, powers, strict=True)])
-        if sum(powers) == QUADRATIC:
-            bias -= term
-        else:
-            force += term
-    return bias, force
 
 
 def of_arm(symbolic: Symbolic, arm: Arm) -> Symbolic:
@@ -156,16 +156,12 @@ def _bound(unbound: Equations, symbolic: Symbolic, arm: Arm) -> Equations:
     functions = {
         name: _function(matrix, bound, name, numbers) for name, matrix in _parts(bound).items()
     }
-
-    def again(other: Arm, scenario: Scenario | None) -> Equations:
-        return _bound(unbound, symbolic, other)
-
     return replace(
         unbound,
         mass_matrix=functions.get("mass_matrix"),
         bias=functions.get("bias"),
         force=functions.get("force"),
-        rebuild=again,
+        rebuild=lambda other, scenario: _bound(unbound, symbolic, other),
         any_arm=_by_name(symbolic, unbound.coordinates),
     )
 
@@ -185,10 +181,15 @@ def _by_name(symbolic: Symbolic, coordinates: Coordinates) -> bool:
 def _function(
     matrix: sp.ImmutableMatrix, bound: Symbolic, name: str, numbers: Mapping[sp.Symbol, float]
 ) -> Callable[..., np.ndarray]:
-    variables = (bound.x, bound.v, bound.torque)
+    """Of a part. Raises InputError where M or the bias hangs on what it cannot hang on."""
+    strange = {"mass_matrix": (*bound.v, *bound.torque, bound.t), "bias": (*bound.torque, bound.t)}
+    found = sorted(map(str, matrix.free_symbols & set(strange.get(name, ()))))
+    if found:
+        allowed = "x alone" if name == "mass_matrix" else "x and v alone"
+        reason = f"has {', '.join(found)}; must be of {allowed}"
+        raise InputError(WHERE, name, None, reason)
     quantities = tuple(sorted(matrix.free_symbols & set(numbers), key=str))
-    _require_variables(matrix, name, bound)
-    compiled = _compiled(matrix, bound.t, variables, quantities)
+    compiled = _compiled(matrix, bound.t, (bound.x, bound.v, bound.torque), quantities)
     values = [numbers[symbol] for symbol in quantities]
     if name == "mass_matrix":
         return lambda x: compiled(0.0, x, 0 * x, np.zeros(len(bound.torque)), values)
@@ -197,16 +198,6 @@ def _function(
     if not bound.torque:
         return lambda t, x, v: compiled(t, x, v, (), values)
     return lambda t, x, v, torque: compiled(t, x, v, torque, values)
-
-
-def _require_variables(matrix: sp.ImmutableMatrix, name: str, bound: Symbolic) -> None:
-    """Raise InputError where M or the bias hangs on what it cannot hang on."""
-    strange = {"mass_matrix": (*bound.v, *bound.torque, bound.t), "bias": (*bound.torque, bound.t)}
-    found = sorted(map(str, matrix.free_symbols & set(strange.get(name, ()))))
-    if found:
-        allowed = "x alone" if name == "mass_matrix" else "x and v alone"
-        reason = f"has {', '.join(found)}; must be of {allowed}"
-        raise InputError(WHERE, name, None, reason)
 
 
 @lru_cache(maxsize=64)
@@ -221,3 +212,81 @@ def _compiled(
         [t, *map(list, variables), list(quantities)], matrix, "numpy", cse=True
     )
     return function
+
+
+def plain_symbols(
+    x: Sequence[Any], v: Sequence[Any] = (), torque: Sequence[Any] = ()
+) -> dict[Any, sp.Symbol]:
+    """A symbol for each coordinate, rate and torque, whatever sympy.physics.mechanics calls them.
+
+    x: Symbols or dynamicsymbols; v: these, or the time derivatives of x, which mean v anyway.
+    Raises InputError.
+    """
+    if v and len(v) != len(x):
+        raise InputError("symbols", "v", None, f"has {len(v)}, x has {len(x)}; must be as many")
+    found = {own: _plain(own) for own in (*x, *v, *torque)}
+    if len(set(found.values())) < len(x) + len(v) + len(torque):
+        words = ", ".join(map(str, (*x, *v, *torque)))
+        raise InputError("symbols", "", None, f"two of them are called the same: {words}")
+    moving = [(own, rate) for own, rate in zip(x, v, strict=False) if own not in found.values()]
+    return found | {own.diff(own.args[0]): found[rate] for own, rate in moving}
+
+
+def _plain(own: Any) -> sp.Symbol:
+    if isinstance(own, sp.Symbol):
+        return own
+    if isinstance(own, AppliedUndef):
+        return sp.Symbol(own.func.__name__, real=True)
+    if isinstance(own, sp.Derivative) and isinstance(own.expr, AppliedUndef):
+        return sp.Symbol(f"d{own.expr.func.__name__}", real=True)
+    raise InputError("symbols", str(own), None, "must be a Symbol or a dynamicsymbol")
+
+
+def in_arm_symbols(
+    expression: sp.Matrix,
+    own: Collection[Any],
+    values: Mapping[Any, float | str],
+    arm: Arm,
+    where: str,
+) -> sp.ImmutableMatrix:
+    """An expression with each symbol that is not the user's own variable as one of the arm's.
+
+    values: symbol, or its name, to a number or the name of a quantity of the arm; a symbol that is
+    called like a quantity is this. Raises InputError naming a symbol that is nothing of this.
+    """
+    known = {symbol.name: symbol for symbol in parameter_values(arm)}
+    undone = sorted(map(str, expression.atoms(AppliedUndef, sp.Derivative)))
+    if undone:
+        reason = "depend on time; coordinates and rates are x and v"
+        raise InputError(where, ", ".join(undone), None, reason)
+    unbound = sorted(expression.free_symbols - set(own), key=str)
+    meant = {symbol: _meaning(symbol, values, known, where) for symbol in unbound}
+    return sp.ImmutableMatrix(expression.xreplace(meant))
+
+
+def _meaning(
+    symbol: sp.Symbol, values: Mapping[Any, float | str], known: dict[str, sp.Symbol], where: str
+) -> Any:
+    value = values.get(symbol, values.get(symbol.name, symbol.name))
+    if isinstance(value, str):
+        if value in known:
+            return known[value]
+        # l_1 and L1 are called alike, but for the way of writing.
+        bare = value.replace("_", "").lower()
+        close = [own for own in known if own.replace("_", "").lower() == bare]
+        close = close or difflib.get_close_matches(value, known, n=MOST_NAMED, cutoff=NEAR)
+        near = f"near it: {', '.join(close)}" if close else f"there are {', '.join(known)}"
+        reason = f"is no quantity of the arm; give its value, or its name ({near})"
+        raise InputError(where, symbol.name, None if value == symbol.name else value, reason)
+    if isinstance(value, Real | sp.Number) and sp.sympify(value).is_finite:
+        return sp.Rational(*Fraction(float(value)).as_integer_ratio())
+    raise InputError(where, symbol.name, value, "must be a number, or the name of a quantity")
+
+
+def in_numbers(expression: sp.Matrix, arm: Arm) -> sp.ImmutableMatrix:
+    """An expression in the arm's symbols with its numbers, rounded only when it is evaluated."""
+    numbers = {
+        symbol: sp.Float(float(value)) if value.denominator > 1 else sp.Integer(value)
+        for symbol, value in parameter_values(arm).items()
+    }
+    return sp.ImmutableMatrix(expression.xreplace(numbers))

@@ -46,26 +46,21 @@ def misread(
 
 
 def _units(quantity: str, yours: np.ndarray, right: np.ndarray) -> Iterator[Misread]:
-    """By factor, the entries that have it."""
+    """By factor, one of FACTORS, the entries that have it at most states."""
     by_factor: dict[float, list[EntryPlace]] = {}
     for index in np.ndindex(yours.shape[1:]):
-        at = (slice(None), *index)
-        factor = _factor(yours[at], right[at])
+        own, expected = yours[(slice(None), *index)], right[(slice(None), *index)]
+        there = np.abs(expected) > SIZABLE * np.sqrt((expected**2).mean())
+        if not there.any():
+            continue
+        with np.errstate(over="ignore"):  # of numbers that are wrong by all means
+            ratios = own[there] / expected[there]
+            near = (f for f in FACTORS if (np.abs(ratios / f - 1) < NEAR).mean() > MOST)
+            factor = next(near, None)
         if factor is not None:
             by_factor.setdefault(factor, []).append(place_of(quantity, index))
     for factor, places in by_factor.items():
         yield Misread(PARTS[quantity], "unit", tuple(places), factor)
-
-
-def _factor(yours: np.ndarray, right: np.ndarray) -> float | None:
-    """Of an entry (states,): one of FACTORS, if most states show it."""
-    there = np.abs(right) > SIZABLE * np.sqrt((right**2).mean())
-    if not there.any():
-        return None
-    with np.errstate(over="ignore"):  # of numbers that are wrong by all means
-        ratios = yours[there] / right[there]
-        near = (f for f in FACTORS if (np.abs(ratios / f - 1) < NEAR).mean() > MOST)
-        return next(near, None)
 
 
 def _order(

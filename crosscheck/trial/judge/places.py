@@ -12,8 +12,7 @@ import numpy as np
 from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes
 from crosscheck.models.errors import InputError
 from crosscheck.trial.coordinates.differences import TURN_RAD, turns
-from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.coordinates.states import UserState
+from crosscheck.trial.coordinates.frame import Frame, UserState
 
 NUDGE = 1e-7  # of coordinates, to see how a map bends
 WRITTEN = 10  # roundings of states and answers that were written with fewer digits
@@ -48,7 +47,7 @@ class NaturalSizes:
     precision: float = 0.0
 
     def tolerance(self, quantity: str) -> float:
-        """Relative to the sizes of a part."""
+        """What entries of a part may differ by, relative to their sizes."""
         solved = SOLVED * EPS * self.solving if quantity == "acceleration" else 0.0
         return LOOSEST + ROUNDINGS * EPS * self.roundings + solved + self.written(quantity)
 
@@ -58,7 +57,7 @@ class NaturalSizes:
         return WRITTEN * self.precision * self.roundings * larger
 
     def basis(self, quantity: str) -> str:
-        """In words."""
+        """The tolerance of a part in words."""
         solved = f" + {SOLVED} eps x {self.solving:.3g}, that of M" * (quantity == "acceleration")
         rounding = self.written(quantity)
         written = f" + {rounding:.3g}, by the digits of the answers' file" if rounding else ""
@@ -68,7 +67,7 @@ class NaturalSizes:
         )
 
     def of(self, quantity: str) -> np.ndarray:
-        """Of a part."""
+        """The natural sizes of a part's entries."""
         found = {"mass_matrix": self.mass, "rate_terms": self.rate_terms, "force": self.force}
         return {**found, "bias": self.bias, "acceleration": self.acceleration}[quantity]
 

@@ -1,64 +1,41 @@
 """What is on trial, and what is asked of it: a part at random states, in the user's coordinates.
 
 Each question is a task of its own, so that a part that raises, hangs or takes its process down
-costs that part alone.
+costs that part alone. The first call of every function comes before all else. What can be no
+equation of this arm (a wrong shape, a complex number) is bad input and ends the trial there. A
+function that never returns or takes its process down costs one call, not many.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
 
+from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
+from crosscheck.planning.comparison import ModelTask
 from crosscheck.planning.sizing import unequal_gains
 from crosscheck.registry import MODELS, RIGID_LEVELS, lead, names, of_level, promising
+from crosscheck.run import performed
 from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.tasks import built
+from crosscheck.runner.tasks import Evaluation, Simulation, built
+from crosscheck.runner.underway import Told
+from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.differences import christoffel_terms, difference_steps, rate_terms
-from crosscheck.trial.coordinates.frame import Frame, frame_of
-from crosscheck.trial.coordinates.states import UserState, states_of
-from crosscheck.trial.input.calls import SuppliedEquations, told_failure
+from crosscheck.trial.coordinates.frame import Frame, UserState, counted, frame_of, states_of
+from crosscheck.trial.input.calls import SuppliedEquations, handed, told_failure
 from crosscheck.trial.input.equations import Equations, Gearing
-from crosscheck.trial.model import HandedModel
+from crosscheck.trial.model import CALL_S, HandedModel
 
-# A tooth force or a bias takes a user's Python this long [s] at most.
-CALL_S = 2e-4
 SPEEDS = (-1.0, 2.0)
 AGAIN = "_again"
 BY_RATES = ("rate_terms", "christoffel")
-# Enough to tell all the waves and signals apart that an entry may hold.
-STATES, QUICK_STATES = 300, 150
-LEAST_STATES = 20
-MOST_BYTES = 300_000_000  # of the terms of a bias at all states, of which a trial holds several
-
-
-@dataclass(frozen=True)
-class Own:
-    """What was handed over, answering in its own coordinates x (n,) at rates u (n,)."""
-
-    handed: SuppliedEquations
-    frame: Frame
-
-    def mass_matrix(self, x: np.ndarray) -> np.ndarray:
-        """M_x, shape (n, n)."""
-        return self.handed.mass_matrix(x)
-
-    def bias(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """h_x, shape (n,)."""
-        return self.handed.bias(x, u)
-
-    def force(self, state: UserState) -> np.ndarray:
-        """f_x, shape (n,)."""
-        return self.handed.force(state.t, state.x, state.u, state.torque)
-
-    def acceleration(self, state: UserState) -> np.ndarray:
-        """x'', shape (n,)."""
-        return self.handed.acceleration(state.t, state.x, state.u, state.torque)
 
 
 @dataclass(frozen=True)
@@ -83,12 +60,12 @@ class Moved:
         inertial = self.model.mass_matrix(q) @ self.frame.drift(x, u)
         return jacobian.T @ (self.model.bias(q, jacobian @ u) + inertial)
 
-    def force(self, state: UserState) -> np.ndarray:
+    def force_at(self, state: UserState) -> np.ndarray:
         """f_x = J^T f, shape (n,)."""
         force = self.model.generalized_force(state.t, state.q, state.v)
         return self.frame.jacobian(state.x).T @ force
 
-    def acceleration(self, state: UserState) -> np.ndarray:
+    def acceleration_at(self, state: UserState) -> np.ndarray:
         """x'' of q'' = J x'' + J' u, shape (n,)."""
         moving = self.model.acceleration(state.t, state.q, state.v)
         drift = self.frame.drift(state.x, state.u)
@@ -111,12 +88,12 @@ class StateQuestion:
 
     @property
     def key(self) -> StateQuestion:
-        """Itself."""
+        """A task is its own key."""
         return self
 
     @property
     def cost(self) -> float:
-        """Rough seconds."""
+        """Roughly how long the answers take [s]."""
         calls = len(self.case.arm.joints) ** 2 if self.quantity in BY_RATES else 1
         return 0.5 + self.count * calls * max(MODELS[self.model].call_s, CALL_S)
 
@@ -137,13 +114,13 @@ class StateQuestion:
         source: Source = Moved(model, frame)
         again = self.quantity.endswith(AGAIN)
         if isinstance(model, HandedModel):
-            source = Own(model.asked_again if again else model.handed, frame)
+            source = model.asked_again if again else model.handed
         order, ask = -1 if again else 1, QUESTIONS[self.quantity]
         pairs = list(zip(states, [*states[1:], states[0]], strict=True))[::order]
         return np.array([ask(source, state, other.u) for state, other in pairs][::order])
 
 
-Source = Own | Moved
+Source = SuppliedEquations | Moved
 # At a state, and with an acceleration (n,) where one is needed: the rates of another state.
 Answer = Callable[[Source, UserState, np.ndarray], np.ndarray]
 
@@ -169,21 +146,21 @@ def _by_torques(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
     """f at no torque, each alone, twice each alone, all together: shape (2 m + 2, n)."""
     alone = np.diag(state.torque)
     torques = [0 * state.torque, *alone, *(2 * alone), state.torque]
-    return np.array([source.force(state._replace(torque=each)) for each in torques])
+    return np.array([source.force_at(state._replace(torque=each)) for each in torques])
 
 
 def _inverse_dynamics(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
     """As handed over, M a + h, and the a of both: shape (3, n)."""
-    assert isinstance(source, Own)  # nobody else is asked
-    own = source.handed.inverse_dynamics(state.x, state.u, a)
+    assert isinstance(source, SuppliedEquations)  # nobody else is asked
+    own = source.inverse_dynamics(state.x, state.u, a)
     return np.array([own, source.mass_matrix(state.x) @ a + source.bias(state.x, state.u), a])
 
 
 REPEATED: dict[str, Answer] = {
     "mass_matrix": lambda source, state, a: source.mass_matrix(state.x),
     "bias": lambda source, state, a: source.bias(state.x, state.u),
-    "force": lambda source, state, a: source.force(state),
-    "acceleration": lambda source, state, a: source.acceleration(state),
+    "force": lambda source, state, a: source.force_at(state),
+    "acceleration": lambda source, state, a: source.acceleration_at(state),
 }
 QUESTIONS: dict[str, Answer] = {
     **REPEATED,
@@ -207,12 +184,12 @@ class Bench:
     equations: Equations
     has: frozenset[str]
     case: Case
-    count: int = STATES
-    seed: int = 0
+    count: int
+    seed: int
 
     @property
     def gearing(self) -> Gearing:
-        """Of the coordinates."""
+        """The gearing of the coordinates."""
         return self.equations.coordinates.gearing
 
     @cached_property
@@ -254,3 +231,96 @@ class Bench:
     def ask(self, model: str, quantity: str) -> StateQuestion:
         """The same question to another model, in these coordinates."""
         return StateQuestion(self.name, model, self.case, quantity, self.count, self.seed)
+
+
+@dataclass(frozen=True)
+class FirstCall:
+    """One of a handed model's own functions, at one state."""
+
+    model: str
+    quantity: str
+    case: Case
+    seed: int
+    cost = 0.01
+
+    @property
+    def key(self) -> FirstCall:
+        """A task is its own key."""
+        return self
+
+    def perform(self) -> InputError | None:
+        """What makes its answer unusable; None also where it raises, which is told later."""
+        asker = built(self.model, self.case)
+        assert isinstance(asker, HandedModel)  # as it was registered
+        try:
+            (state,) = states_of(asker.frame, self.case.arm, self.case.scenario, 1, self.seed)
+            FIRST[self.quantity](asker.handed, state)
+        except BadAnswer as error:
+            count = counted(asker.equations.coordinates, len(asker.frame.names), self.case.arm)
+            return InputError(self.model, "", None, f"{error}; x are {count}")
+        except BaseException:  # also SystemExit and KeyboardInterrupt out of a model
+            return None
+        return None
+
+
+FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
+    "mass_matrix": lambda own, state: own.mass_matrix(state.x),
+    "bias": lambda own, state: own.bias(state.x, state.u),
+    "coriolis": lambda own, state: own.bias(state.x, state.u),
+    "force": lambda own, state: own.force_at(state),
+    "acceleration": lambda own, state: own.acceleration_at(state),
+    "inverse_dynamics": lambda own, state: own.inverse_dynamics(state.x, state.u, state.u),
+}
+
+
+def first_calls(bench: Bench, workers: Workers, told: Told) -> dict[str, Failure]:
+    """The parts whose function did not come back, with why; none of a table. Raises InputError."""
+    if bench.equations.table is not None:
+        return {}
+    tasks = [FirstCall(bench.name, part, bench.case, bench.seed) for part in _given(bench)]
+    outcomes = performed(workers, tasks, told).outcomes
+    lost = {}
+    for task in tasks:
+        outcome: object = outcomes[task]
+        if isinstance(outcome, InputError):
+            raise outcome
+        if isinstance(outcome, Failure):
+            message = f"{task.quantity}: {outcome.message}"
+            lost[task.quantity] = replace(outcome, message=message)
+    return lost
+
+
+def spared(
+    bench: Bench, tasks: Iterable[ModelTask], lost: dict[str, Failure]
+) -> dict[ModelTask, Failure]:
+    """The tasks that would call a function that does not come back."""
+    given = _given(bench)
+    mass = tuple(part for part in ("mass_matrix", "inverse_dynamics") if part in given)[:1]
+    bias = tuple(part for part in ("bias", "coriolis", "inverse_dynamics") if part in given)[:1]
+    whole = ("acceleration",) if "acceleration" in given else (*mass, *bias, "force")
+    calls = {
+        "mass_matrix": mass,
+        "christoffel": mass,
+        "bias": bias,
+        "rate_terms": bias,
+        "other_speeds": bias,
+        "acceleration": whole,
+        "inverse_dynamics": ("inverse_dynamics", *mass, *bias),
+    }
+    found: dict[ModelTask, Failure] = {}
+    for task in tasks:
+        if task.model != bench.name:
+            continue
+        parts = (*whole, *mass)
+        if not isinstance(task, Simulation):
+            assert isinstance(task, StateQuestion | Evaluation)  # nothing else is asked of it
+            parts = calls.get(task.quantity.removesuffix(AGAIN), ("force",))
+        reasons = [lost[part] for part in parts if part in lost]
+        if reasons:
+            found[task] = reasons[0]
+    return found
+
+
+def _given(bench: Bench) -> list[str]:
+    """The parts that are functions of the user's own."""
+    return sorted(handed(bench.equations, bench.case.arm, bench.frame).given)

@@ -15,20 +15,13 @@ from crosscheck.checks.states import LOOSEST, scaled, usable
 from crosscheck.checks.trajectories import UNITS, Pair, same_step, size
 from crosscheck.findings import About, Finding, Key, checked, failed, measured_only
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.planning.comparison import Comparison, Results
+from crosscheck.planning.comparison import Comparison, Results, answered
 from crosscheck.planning.plan import nudged
 from crosscheck.planning.state_suite import Spot, balances
 from crosscheck.registry import MODELS, same_integrator
 from crosscheck.runner.tasks import RunKey, Simulation
-from crosscheck.trial.judge.places import (
-    EntryPlace,
-    NaturalSizes,
-    deviations,
-    listed,
-    place_of,
-    sizes_of,
-    wrong_entries,
-)
+from crosscheck.trial.judge import places as entries
+from crosscheck.trial.judge.places import EntryPlace, NaturalSizes
 from crosscheck.trial.judge.questions import AGAIN, Bench, StateQuestion
 
 MEANINGFUL = 1e-4  # engines further apart, at the end of what numbers can do, judge nobody
@@ -59,7 +52,7 @@ def sizes_in(bench: Bench, results: Results, level: str) -> NaturalSizes:
     """Natural sizes by the reference's answers. Raises Unavailable."""
     precision = bench.equations.table.precision if bench.equations.table else 0.0
     found = trusted(bench, results, level)
-    return sizes_of(bench.frame, bench.states, *found, precision)
+    return entries.sizes_of(bench.frame, bench.states, *found, precision)
 
 
 def own_comparisons(bench: Bench) -> Iterator[Comparison]:
@@ -94,7 +87,7 @@ def _own(bench: Bench, quantity: str, check: Check, *parts: str) -> Comparison:
     def judged(about: About, results: Results) -> Finding:
         answers = [results.need(question) for question in questions]
         finding, places = check(about, sizes_in(bench, results, level), *answers)
-        return replace(finding, note=finding.note or listed(places, bench.frame.names))
+        return replace(finding, note=finding.note or entries.listed(places, bench.frame.names))
 
     about = About(key, "1", metric, "first principles")
     return Comparison(about, (*questions, *sizing(bench, level)), judged)
@@ -106,7 +99,7 @@ def _entries(quantity: str, apart_of: Callable[..., np.ndarray]) -> Check:
     def check(about: About, sizes: NaturalSizes, *answers: np.ndarray) -> Judged:
         apart, tolerance = apart_of(sizes, *answers), sizes.tolerance(quantity)
         beyond = np.argwhere(~(apart <= tolerance))
-        wrong = [place_of(quantity, tuple(index)) for index in beyond.tolist()]
+        wrong = [entries.place_of(quantity, tuple(index)) for index in beyond.tolist()]
         basis = sizes.basis(quantity)
         return checked(about, measured=float(apart.max()), tolerance=tolerance, basis=basis), wrong
 
@@ -115,7 +108,7 @@ def _entries(quantity: str, apart_of: Callable[..., np.ndarray]) -> Check:
 
 def _apart(quantity: str, sizes: NaturalSizes, one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """The same question has the same answer; a bias's terms are those that its own M demands."""
-    return deviations(one, other, sizes.of(quantity))
+    return entries.deviations(one, other, sizes.of(quantity))
 
 
 def _symmetric(about: About, sizes: NaturalSizes, mass: np.ndarray) -> Judged:
@@ -125,7 +118,7 @@ def _symmetric(about: About, sizes: NaturalSizes, mass: np.ndarray) -> Judged:
         bad = np.flatnonzero(~(lowest > 0)).tolist()
         return failed(about, NO_DIAGONAL), [EntryPlace("mass_matrix", i, i) for i in bad]
     size = np.sqrt(np.einsum("kii,kjj->kij", mass, mass)).max(axis=0)
-    apart = deviations(mass, mass.swapaxes(1, 2), size)
+    apart = entries.deviations(mass, mass.swapaxes(1, 2), size)
     tolerance = SYMMETRY + sizes.written("mass_matrix")
     wrong = [EntryPlace("mass_matrix", i, j) for i, j in np.argwhere(apart > tolerance) if i < j]
     basis = "rounding of the entries' natural sizes"
@@ -152,8 +145,7 @@ def _quadratic(sizes: NaturalSizes, bias: np.ndarray, at_speeds: np.ndarray) -> 
     """
     expected = np.repeat(bias[:, None], at_speeds.shape[1], axis=1)
     expected[:, -1] = 0.0
-    apart: np.ndarray = (np.abs(at_speeds - expected) / sizes.bias).max(axis=(0, 1))
-    return apart
+    return (np.abs(at_speeds - expected) / sizes.bias).max(axis=(0, 1))
 
 
 def _by_torques(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
@@ -170,19 +162,14 @@ def _by_torques(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
     return apart / sizes.force
 
 
-def _second_law(
-    sizes: NaturalSizes,
-    mass: np.ndarray,
-    bias: np.ndarray,
-    force: np.ndarray,
-    acceleration: np.ndarray,
-) -> np.ndarray:
+def _second_law(sizes: NaturalSizes, *answers: np.ndarray) -> np.ndarray:
     """M a + h = f of the acceleration that was handed over beside them.
 
-    M (count, n, n); bias, force and acceleration (count, n).
+    answers: M (count, n, n); bias, force and acceleration (count, n).
     """
+    mass, bias, force, acceleration = answers
     left = np.einsum("kij,kj->ki", mass, acceleration) + bias
-    return deviations(left, force, sizes.force)
+    return entries.deviations(left, force, sizes.force)
 
 
 def _inverse_dynamics(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
@@ -192,7 +179,7 @@ def _inverse_dynamics(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
     """
     one, other, a = answers.swapaxes(0, 1)
     size = sizes.bias + sizes.mass @ np.abs(a).max(axis=0)
-    return deviations(one, other, size)
+    return entries.deviations(one, other, size)
 
 
 def own_balances(bench: Bench) -> Iterator[Comparison]:
@@ -243,11 +230,11 @@ def _against(bench: Bench, engine: str, part: str, level: str, binding: bool) ->
     def judged(about: About, results: Results) -> Finding:
         one, other = results.need(yours), results.need(theirs)
         sizes = sizes_in(bench, results, level)
-        measured = float(deviations(one, other, sizes.of(part)).max())
+        measured = float(entries.deviations(one, other, sizes.of(part)).max())
         if not binding:
             return measured_only(about, measured=measured)
-        wrong = [each.place for each in wrong_entries(part, one, other, sizes)]
-        among = float(deviations(results.need(reference), other, sizes.of(part)).max())
+        wrong = [each.place for each in entries.wrong_entries(part, one, other, sizes)]
+        among = float(entries.deviations(results.need(reference), other, sizes.of(part)).max())
         return checked(
             about,
             measured=measured,
@@ -255,7 +242,7 @@ def _against(bench: Bench, engine: str, part: str, level: str, binding: bool) ->
             basis=f"{sizes.basis(part)}; engines among themselves {among:.2g}",
             resolved=among <= MEANINGFUL,
             relative=measured,
-            note=listed(wrong, bench.frame.names),
+            note=entries.listed(wrong, bench.frame.names),
         )
 
     needs = dict.fromkeys((yours, theirs, reference, *sizing(bench, level)))
@@ -279,12 +266,10 @@ def _same_steps(bench: Bench, scenario: Scenario, engine: str, quantity: str) ->
     theirs = Simulation(RunKey(name, engine), case)
     repeated = Simulation(RunKey(name, engine, "nudged"), nudged(case))
 
-    def judged(about: About, results: Results) -> Finding:
-        one: Any = results.need(yours)
-        other, moved = results.need(theirs), results.need(repeated)
+    def judged(about: About, one: Any, other: Any, moved: Any) -> Finding:
         widest = meaningful(quantity, case.arm, scenario, size(other, quantity))
         return same_step(about, one, other, Pair(other, moved), widest)
 
     key = Key(RUN, name, quantity, bench.name, engine)
     about = About(key, UNITS[quantity], "largest absolute difference")
-    return Comparison(about, (yours, theirs, repeated), judged)
+    return answered(about, (yours, theirs, repeated), judged)

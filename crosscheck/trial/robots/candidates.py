@@ -11,15 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from crosscheck.cost.springs import rotors_of
-from crosscheck.models.robot.robot import (
-    BASE,
-    Joint,
-    JointStage,
-    Placement,
-    Robot,
-    RobotBody,
-    Rotor,
-)
+from crosscheck.models.robot.robot import BASE, Joint, JointStage, Placement, Robot, RobotBody
 
 AXES = "xyz"
 MOMENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2)}
@@ -87,17 +79,19 @@ def _of_stage(robot: Robot, number: int, stage: JointStage) -> Iterator[RobotNum
 
 def _of_body(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotNumber]:
     link, put = link_of(robot, number), partial(_put, robot, "bodies", number)
+
+    def put_entry(field: str, place: tuple[int, ...], value: float) -> Robot:
+        """With another entry in the body's centre or inertia."""
+        return put(field, _with(getattr(body, field), place, value))
+
     yield RobotNumber(f"{link}: mass", "kg", body.mass, body.mass, partial(put, "mass"))
     reach = max(float(np.abs(body.com).max()), 0.01)
     for axis, own in enumerate(body.com.tolist()):
-        entry = partial(_put_entry, robot, number, "com", (axis,))
+        entry = partial(put_entry, "com", (axis,))
         yield RobotNumber(f"{link}: centre of mass, {AXES[axis]}", "m", own, reach, entry)
     size = float(np.trace(body.inertia))
     for key, place in INERTIA.items():
-        own, entry = (
-            float(body.inertia[place]),
-            partial(_put_entry, robot, number, "inertia", place),
-        )
+        own, entry = float(body.inertia[place]), partial(put_entry, "inertia", place)
         yield RobotNumber(f"{link}: I{key}", "kg m^2", own, size, entry)
 
 
@@ -118,7 +112,12 @@ def confusions(robot: Robot) -> Iterator[Confusion]:
             yield Confusion(f"joint {joint.name}: {words}", turned_joint)
     for number, rotor in enumerate(robot.rotors):
         name = f"rotor of {robot.joints[rotor.joint].name}"
-        for stator, words in _stators(robot, rotor):
+        seen = {robot.frames[rotor.stator].body}
+        for stator, frame in robot.frames.items():
+            if frame.body in seen:
+                continue
+            seen.add(frame.body)  # one link of each body
+            words = f"on {stator}" if frame.body != BASE else f"on the ground, {stator}"
             moved = _put(robot, "rotors", number, "stator", stator)
             yield Confusion(f"{name}: its stator {words}", moved)
         for roll, axis in ((1, "y, z, x"), (2, "z, x, y")):
@@ -141,8 +140,7 @@ def confusions(robot: Robot) -> Iterator[Confusion]:
 
 def steiner(mass: float, com: np.ndarray) -> np.ndarray:
     """Inertia (3, 3) that a point mass [kg] at com [m] has about the origin."""
-    found: np.ndarray = mass * (com @ com * np.eye(3) - np.outer(com, com))
-    return found
+    return mass * (com @ com * np.eye(3) - np.outer(com, com))
 
 
 def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
@@ -177,15 +175,6 @@ def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
         )
 
 
-def _stators(robot: Robot, rotor: Rotor) -> Iterator[tuple[str, str]]:
-    """Links that the stator may be on instead, one of each body; and words."""
-    seen = {robot.frames[rotor.stator].body}
-    for name, frame in robot.frames.items():
-        if frame.body not in seen:
-            seen.add(frame.body)
-            yield name, f"on {name}" if frame.body != BASE else f"on the ground, {name}"
-
-
 def link_of(robot: Robot, number: int) -> str:
     """The URDF's name of the link that a joint moves."""
     return next(name for name, frame in robot.frames.items() if frame.body == number)
@@ -202,14 +191,6 @@ def with_part(robot: Robot, kind: Kind, number: int, part: object) -> Robot:
 def _put(robot: Robot, kind: Kind, number: int, field: str, value: object) -> Robot:
     """The robot with another value in a field of one of its parts."""
     return with_part(robot, kind, number, replace(getattr(robot, kind)[number], **{field: value}))
-
-
-def _put_entry(
-    robot: Robot, number: int, field: str, place: tuple[int, ...], value: float
-) -> Robot:
-    """The robot with another entry in a vector or symmetric matrix of one of its bodies."""
-    changed = _with(getattr(robot.bodies[number], field), place, value)
-    return _put(robot, "bodies", number, field, changed)
 
 
 def _pulled(robot: Robot, axis: int, value: float) -> Robot:

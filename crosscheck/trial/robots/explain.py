@@ -116,7 +116,7 @@ class _Question:
     def entries(self, difference: np.ndarray) -> Iterator[WrongEntry]:
         """The largest difference of each entry, over the states."""
         joints = [self.robot.joints[number].name for number in self.robot.coordinates]
-        for part, block in zip(self.parts, self._blocks(difference), strict=True):
+        for part, block in self.blocks(difference).items():
             letter = {"mass_matrix": "M", "bias": "bias", "gravity": "gravity"}[part]
             largest = np.abs(block).max(axis=0)
             for place in np.ndindex(largest.shape):
@@ -124,21 +124,16 @@ class _Question:
                     names = ", ".join(joints[n] for n in place)
                     yield WrongEntry(part, f"{letter}[{names}]", float(largest[place]))
 
-    def block(self, row: np.ndarray, part: str) -> np.ndarray:
-        """A part of a row, in the shape of its sizes."""
-        return self._blocks(row)[self.parts.index(part)]
-
     def _row(self, found: list[np.ndarray]) -> np.ndarray:
         scaled = [value / self.sizes[part] for part, value in zip(self.parts, found, strict=True)]
         return np.concatenate([np.ravel(each) for each in scaled])
 
-    def _blocks(self, row: np.ndarray) -> list[np.ndarray]:
-        shapes = [self.sizes[part].shape for part in self.parts]
-        ends = np.cumsum([int(np.prod(shape)) for shape in shapes])
-        return [
-            each.reshape(shape)
-            for each, shape in zip(np.split(row, ends[:-1]), shapes, strict=True)
-        ]
+    def blocks(self, row: np.ndarray) -> dict[str, np.ndarray]:
+        """A row by part, in the shape of its sizes."""
+        shapes = {part: self.sizes[part].shape for part in self.parts}
+        ends = np.cumsum([int(np.prod(shape)) for shape in shapes.values()])
+        pieces = zip(shapes.items(), np.split(row, ends[:-1]), strict=True)
+        return {part: each.reshape(shape) for (part, shape), each in pieces}
 
 
 def explained(own: OwnEquations, robot: Robot, seed: int, where: str = "yours") -> Explained:
@@ -151,22 +146,14 @@ def explained(own: OwnEquations, robot: Robot, seed: int, where: str = "yours") 
     apart = {level: asked - question.of_robot(robot, level) for level in RIGID}
     sizes = {level: float(np.abs(row).max()) for level, row in apart.items()}
     nearest = sorted(RIGID, key=lambda each: sizes[each])
-    chosen = nearest[0]
-    found: tuple[str, ...] = ()
-    links: tuple[str, ...] = ()
+    chosen, found, links = nearest[0], tuple[str, ...](), tuple[str, ...]()
     if sizes[chosen] > TOLERANCE:
         chosen, found = _first(_explanations, question, apart, nearest)
     if sizes[chosen] > TOLERANCE and not found:
         chosen, links = _first(_links, question, apart, nearest)
     worst = sorted(question.entries(apart[chosen]), key=lambda entry: -entry.share)
-    return Explained(
-        parts,
-        chosen,
-        sizes[chosen],
-        tuple(entry for entry in worst if entry.share > TOLERANCE),
-        found,
-        links,
-    )
+    wrong = tuple(entry for entry in worst if entry.share > TOLERANCE)
+    return Explained(parts, chosen, sizes[chosen], wrong, found, links)
 
 
 def _first(
@@ -234,7 +221,7 @@ def _solved(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> f
 def _missing_pairs(question: _Question, difference: np.ndarray) -> Iterator[str]:
     """Where M lacks nothing but what the coupling of a rotor, or of a stage, puts at two joints."""
     robot, q = question.robot, question.states.q
-    missing = question.block(difference, "mass_matrix")
+    missing = question.blocks(difference)["mass_matrix"]
     names = [robot.joints[number].name for number in robot.coordinates]
     bare = replace(robot, rotors=(), stages=())
     gears = [("rotor", own.joint, replace(bare, rotors=(own,))) for own in robot.rotors]
@@ -274,7 +261,7 @@ def _ten(body: RobotBody) -> Iterator[RobotBody]:
         elif number < 4:
             first[number - 1] += size * max(float(np.abs(body.com).max()), 0.01)
         else:
-            i, j = np.triu_indices(3)[0][number - 4], np.triu_indices(3)[1][number - 4]
+            i, j = np.transpose(np.triu_indices(3))[number - 4]
             second[i, j] += inertia
             second[j, i] = second[i, j]
         com = first / mass
@@ -305,17 +292,12 @@ def own_equations(text: str, robot: Robot) -> OwnEquations:
         if callable(found) and not any(hasattr(found, part) for part in PARTS):
             found = found(robot)
         functions = {part: getattr(found, part, None) for part in PARTS}
-    for part, function in functions.items():
-        if function is not None and not callable(function):
-            kind = type(function).__name__
+    given = {part: own for part, own in functions.items() if own is not None}
+    for part, own in given.items():
+        if not callable(own):
+            kind = type(own).__name__
             raise InputError(text, part, None, f"is a {kind}; must be a function")
-    return OwnEquations(
-        **{
-            part: _guarded(function, text)
-            for part, function in functions.items()
-            if function is not None
-        }
-    )
+    return OwnEquations(**{part: _guarded(own, text) for part, own in given.items()})
 
 
 def _guarded(function: Callable[..., Any], text: str) -> Callable[..., Any]:
@@ -351,7 +333,7 @@ def lines(found: Explained) -> Iterator[str]:
 
 
 def explained_json(found: Explained, robot: Robot, text: str) -> str:
-    """Everything."""
+    """JSON text of all that was found."""
     return document(
         {
             "schema_version": 1,

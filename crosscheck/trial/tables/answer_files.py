@@ -4,27 +4,22 @@ from __future__ import annotations
 
 import csv
 import io
-import signal
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import input_content
-from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.workers import perform_all
+from crosscheck.runner.foreign import MOST_NUMBERS, TooManyNumbers, arrays_in, read_apart
 from crosscheck.trial.input.calls import MATRICES
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.tables.asked import ARGUMENTS, LETTERS, NEEDED, ROW, SHORT, answer_columns
 
 LARGEST_FILE = 500_000_000  # bytes
-MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
 READING_S = 60.0
-MAT, HDF5, HDF5_AT = ".mat", b"\x89HDF\r\n\x1a\n", 512
 FEW = 20  # different numbers, that show nothing of how many digits a file has
 SAMPLE = 2000
 LEAST_DIGITS, MOST_DIGITS = 7, 15
@@ -51,15 +46,15 @@ def read_answers(path: Path, n: int, states: Named) -> AnswerFile:
     """
     where = str(path)
     content = input_content(path, LARGEST_FILE)
-    read = _from_mat if path.suffix == MAT else _from_csv
+    read = _from_mat if path.suffix == ".mat" else _from_csv
     found = read(where, content, n, states)
     rows, answers = found.pop(ROW), {part: found.pop(part) for part in SHORT if part in found}
     if not answers:
         allowed = "; ".join(answer_columns(part, n)[0] + ", ..." for part in SHORT)
         raise InputError(where, "", None, f"has no answers; columns may be {allowed}")
-    return AnswerFile(
-        where, _numbered(where, rows), answers, found, _precision(where, answers.values())
-    )
+    # That of the part whose numbers have the fewest digits.
+    precision = max(_precision(where, values) for values in answers.values())
+    return AnswerFile(where, _numbered(where, rows), answers, found, precision)
 
 
 def _numbered(where: str, rows: np.ndarray) -> np.ndarray:
@@ -75,12 +70,8 @@ def _numbered(where: str, rows: np.ndarray) -> np.ndarray:
     return whole
 
 
-def _precision(where: str, answers: Any) -> float:
-    """That of the part whose numbers have the fewest digits. Raises InputError for too few."""
-    return max(_precision_of(where, values) for values in answers)
-
-
-def _precision_of(where: str, values: np.ndarray) -> float:
+def _precision(where: str, values: np.ndarray) -> float:
+    """Relative rounding of numbers. Raises InputError for too few digits."""
     unlike = np.unique(values[np.isfinite(values)])
     if unlike.size < FEW:
         return 0.0
@@ -173,66 +164,10 @@ def _numbers(where: str, header: Sequence[str], line: Sequence[str], number: int
     return found
 
 
-@dataclass(frozen=True)
-class MatReading:
-    """The task of a worker, for a MAT file may bring down whoever reads it."""
-
-    where: str
-    content: bytes
-    key: str = "reading"
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        return 1.0
-
-    def perform(self) -> dict[str, np.ndarray] | InputError:
-        """Variables by name, or what is wrong with them."""
-        signal.setitimer(signal.ITIMER_REAL, READING_S)  # which ends the process
-        try:
-            if HDF5 in (self.content[:8], self.content[HDF5_AT : HDF5_AT + 8]):
-                return self._of_version_7()
-            return self._of_version_5()
-        except InputError as error:
-            return error
-        except Exception as error:
-            reason = f"is no MAT file: {type(error).__name__}: {error}"
-            return InputError(self.where, "", None, reason)
-
-    def _of_version_5(self) -> dict[str, np.ndarray]:
-        import scipy.io  # a fifth of a second, for MAT files alone
-
-        listed = {name: shape for name, shape, _ in scipy.io.whosmat(io.BytesIO(self.content))}
-        names = self._wanted(listed)
-        return dict(scipy.io.loadmat(io.BytesIO(self.content), variable_names=names))
-
-    def _of_version_7(self) -> dict[str, np.ndarray]:
-        with h5py.File(io.BytesIO(self.content), "r") as file:
-            plain = {
-                name: file[name]
-                for name in file
-                if isinstance(file.get(name, getlink=True), h5py.HardLink)
-                and isinstance(file[name], h5py.Dataset)
-                and not file[name].id.get_create_plist().get_external_count()
-            }
-            names = self._wanted({name: data.shape[::-1] for name, data in plain.items()})
-            return {name: np.asarray(plain[name]).T for name in names}
-
-    def _wanted(self, listed: Mapping[str, tuple[int, ...]]) -> list[str]:
-        letters = [LETTERS.get(argument, argument) for argument in ARGUMENTS]
-        names = [name for name in (ROW, *SHORT.values(), *letters) if name in listed]
-        if sum(float(np.prod(listed[name], dtype=float)) for name in names) > MOST_NUMBERS:
-            reason = f"holds more than {MOST_NUMBERS} numbers"
-            raise InputError(self.where, "", None, reason)
-        return names
-
-
 def _from_mat(where: str, content: bytes, n: int, states: Named) -> dict[str, np.ndarray]:
-    (read,) = perform_all([MatReading(where, content)], 1, lambda key: None).values()
-    if isinstance(read, Failure):
-        raise InputError(where, "", None, f"is no MAT file: {read}")
-    if isinstance(read, InputError):
-        raise read
+    read = read_apart(
+        where, _mat_variables, where, content, within_s=READING_S, fails="is no MAT file"
+    )
     if ROW not in read:
         raise InputError(where, ROW, None, "is missing: the numbers of the rows that are answered")
     rows = read[ROW].ravel()
@@ -248,6 +183,19 @@ def _from_mat(where: str, content: bytes, n: int, states: Named) -> dict[str, np
             beside = _by_row(where, letter, read[letter], len(rows), 1, len(names))
             found |= dict(zip(names, beside.T, strict=True))
     return found
+
+
+def _mat_variables(where: str, content: bytes) -> dict[str, np.ndarray]:
+    """Variables of a MAT file, v5 or v7.3, that may be in one, by name. Raises InputError."""
+    known = (ROW, *SHORT.values(), *(LETTERS.get(argument, argument) for argument in ARGUMENTS))
+    try:
+        return arrays_in(content, set(known).intersection, as_matlab=True)
+    except TooManyNumbers:
+        reason = f"holds more than {MOST_NUMBERS} numbers"
+        raise InputError(where, "", None, reason) from None
+    except Exception as error:
+        reason = f"is no MAT file: {type(error).__name__}: {error}"
+        raise InputError(where, "", None, reason) from None
 
 
 def _by_row(where: str, name: str, values: Any, count: int, height: int, width: int) -> np.ndarray:

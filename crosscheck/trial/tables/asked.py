@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,13 +20,7 @@ from crosscheck.registry import register
 from crosscheck.trial.coordinates.frame import Frame, frame_of
 from crosscheck.trial.diagnose.probe import probe_arms
 from crosscheck.trial.input.calls import MATRICES, TAKES
-from crosscheck.trial.input.equations import (
-    AnswerTable,
-    Coordinates,
-    Equations,
-    Function,
-    Level,
-)
+from crosscheck.trial.input.equations import AnswerTable, Coordinates, Equations, Function, Level
 from crosscheck.trial.judge.questions import Bench
 from crosscheck.trial.model import entry_for
 from crosscheck.trial.trial import PROBES, Asked, bench_of, localising, tasks_in
@@ -74,10 +69,10 @@ class TableTrial:
 
     def equations(self, parts: Iterable[str], answer: Answer) -> Equations:
         """Equations whose parts are what ``answer`` gives for a Call."""
-        bare, made = Equations(coordinates=self.coordinates, level=self.level), []
+        made = []
         for again in (False, True):
             functions: dict[str, Any] = {part: _function(part, again, answer) for part in parts}
-            made.append(replace(bare, **functions))
+            made.append(Equations(coordinates=self.coordinates, level=self.level, **functions))
         first, second = made
         return replace(first, table=AnswerTable(second))
 
@@ -86,17 +81,7 @@ Answer = Callable[[Call], np.ndarray]
 
 
 def _function(part: str, again: bool, answer: Answer) -> Function:
-    def ask(*arguments: np.ndarray | float) -> np.ndarray:
-        return answer(call_of(part, again, *arguments))
-
-    functions: dict[str, Function] = {
-        "mass_matrix": lambda x: ask(x),
-        "bias": lambda x, v: ask(x, v),
-        "force": lambda t, x, v, torque: ask(t, x, v, torque),
-        "acceleration": lambda t, x, v, torque: ask(t, x, v, torque),
-        "inverse_dynamics": lambda x, v, a: ask(x, v, a),
-    }
-    return functions[part]
+    return lambda *arguments: answer(call_of(part, again, *arguments))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +103,7 @@ class AskedStates:
 
     @property
     def count(self) -> int:
-        """Of the rows."""
+        """How many rows there are."""
         return len(self.arguments["t"])
 
     @property
@@ -127,7 +112,7 @@ class AskedStates:
         return self.needed[APART]
 
     def shape(self, part: str) -> tuple[int, ...]:
-        """Of an answer."""
+        """The shape of an answer for this part."""
         n = len(self.frame.names)
         return (n, n) if part in MATRICES else (n,)
 
@@ -208,12 +193,8 @@ def _in_rows(bench: Bench, notes: Iterable[Call], first: int) -> AskedStates:
         takes = TAKES[call.part]
         key = ("".join(takes), call.again, call.arguments)
         if key not in places:
-            ends = np.cumsum([sizes[name] for name in takes]).tolist()
-            parts = [
-                call.arguments[end - sizes[name] : end]
-                for name, end in zip(takes, ends, strict=True)
-            ]
-            row = dict(zip(takes, parts, strict=True))
+            values = iter(call.arguments)
+            row = {name: tuple(islice(values, sizes[name])) for name in takes}
             for fewer in {TAKES[part] for part in PARTS if set(TAKES[part]) <= set(takes)}:
                 own = tuple(value for name in fewer for value in row[name])
                 places.setdefault(("".join(fewer), call.again, own), len(rows))
@@ -226,15 +207,13 @@ def _in_rows(bench: Bench, notes: Iterable[Call], first: int) -> AskedStates:
     needed = {part: np.zeros(len(rows), dtype=bool) for part in PARTS}
     for call, place in row_of.items():
         needed[call.part][place] = True
-    at = {part: _places_of_states(bench, part, row_of) for part in PARTS[:4]}
+    # Rows of the trial's own states, -1 where a part is not asked at them.
+    states = [{"t": s.t, "x": s.x, "v": s.u, "torque": s.torque} for s in bench.states]
+    at = {}
+    for part in PARTS[:4]:
+        calls = (call_of(part, False, *(state[name] for name in TAKES[part])) for state in states)
+        at[part] = np.array([row_of.get(call, -1) for call in calls])
     return AskedStates(bench.case.arm, bench.frame, first, arguments, needed, row_of, at)
-
-
-def _places_of_states(bench: Bench, part: str, row_of: Mapping[Call, int]) -> np.ndarray:
-    """Rows of the trial's own states, -1 where a part is not asked at them."""
-    named = ({"t": s.t, "x": s.x, "v": s.u, "torque": s.torque} for s in bench.states)
-    calls = (call_of(part, False, *(values[name] for name in TAKES[part])) for values in named)
-    return np.array([row_of.get(call, -1) for call in calls])
 
 
 def call_of(part: str, again: bool, *arguments: Any) -> Call:

@@ -52,34 +52,33 @@ def probe_files(
 
 
 def _tables(trial: TableTrial, asked: AskedStates, begins: str) -> dict[str, str | bytes]:
-    """All rows; those of inverse dynamics, which take accelerations, in files of their own."""
+    """All rows as CSV and MAT files, with the arguments that they have.
+
+    Those of inverse dynamics, which take accelerations, are in files of their own.
+    """
     found: dict[str, str | bytes] = {}
-    for name, here in (("states", ~asked.apart), ("inverse_dynamics", asked.apart)):
-        if here.any():
-            found |= _table(trial, asked, begins + name, np.flatnonzero(here))
-    return found
-
-
-def _table(
-    trial: TableTrial, asked: AskedStates, name: str, rows: np.ndarray
-) -> dict[str, str | bytes]:
-    """Rows as a CSV and a MAT file, with the arguments that they have."""
-    apart = bool(asked.apart[rows].any())
-    arguments = ("x", "v", "a") if apart else ("t", "x", "v", "torque")
     named = argument_columns(asked.frame, trial.coordinates, asked.arm)
-    numbers = asked.first + rows
-    flags = np.array([asked.needed[part][rows] for part in PARTS], dtype=int).T
-    columns = [ROW, *(column for name in arguments for column in named[name]), *NEEDED]
-    values = np.hstack([asked.arguments[name][rows] for name in arguments])
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    for number, row, flag in zip(numbers.tolist(), values.tolist(), flags.tolist(), strict=True):
-        writer.writerow([number, *row, *flag])
-    variables: dict[str, Any] = {ROW: numbers[:, None].astype(float)}
-    variables |= {LETTERS.get(each, each): asked.arguments[each][rows] for each in arguments}
-    variables |= dict(zip(NEEDED, flags.T[:, :, None].astype(float), strict=True))
-    return {f"{name}.csv": text.getvalue(), f"{name}.mat": mat_file(variables)}
+    for name, here, arguments in (
+        ("states", ~asked.apart, ("t", "x", "v", "torque")),
+        ("inverse_dynamics", asked.apart, ("x", "v", "a")),
+    ):
+        rows = np.flatnonzero(here)
+        if not rows.size:
+            continue
+        numbers = asked.first + rows
+        flags = np.array([asked.needed[part][rows] for part in PARTS], dtype=int).T
+        values = np.hstack([asked.arguments[each][rows] for each in arguments])
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow([ROW, *(column for each in arguments for column in named[each]), *NEEDED])
+        lines = zip(numbers.tolist(), values.tolist(), flags.tolist(), strict=True)
+        writer.writerows([number, *row, *flag] for number, row, flag in lines)
+        variables: dict[str, Any] = {ROW: numbers[:, None].astype(float)}
+        variables |= {LETTERS.get(each, each): asked.arguments[each][rows] for each in arguments}
+        variables |= dict(zip(NEEDED, flags.T[:, :, None].astype(float), strict=True))
+        found[f"{begins}{name}.csv"] = text.getvalue()
+        found[f"{begins}{name}.mat"] = mat_file(variables)
+    return found
 
 
 def mat_file(variables: Mapping[str, np.ndarray]) -> bytes:
@@ -129,6 +128,4 @@ def _value(value: Any) -> str:
         return f"{{ {', '.join(_entries(value))} }}"
     if isinstance(value, list):
         return f"[{', '.join(map(_value, value))}]"
-    if isinstance(value, str):
-        return json.dumps(value)
-    return json.dumps(value) if isinstance(value, bool) else repr(value)
+    return json.dumps(value)

@@ -1,0 +1,104 @@
+"""Files from outside, read in a process of their own, which a damaged one may bring down."""
+
+from __future__ import annotations
+
+import io
+import signal
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import h5py
+import numpy as np
+
+from crosscheck.models.errors import InputError
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.workers import perform_all
+
+SIGNATURE, USER_BLOCK = b"\x89HDF\r\n\x1a\n", 512  # of HDF5, at the beginning or behind this
+MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """The task of the process."""
+
+    read: Callable[[], Any]
+    within_s: float
+    key: str = "reading"
+    cost: float = 1.0
+
+    def perform(self) -> Any:
+        signal.setitimer(signal.ITIMER_REAL, self.within_s)  # which ends the process
+        try:
+            return self.read()
+        except InputError as error:
+            return error
+
+
+def read_apart(
+    where: str,
+    read: Callable[..., Any],
+    *arguments: Any,
+    within_s: float = 0.0,
+    fails: str = "cannot be read",
+) -> Any:
+    """What read(*arguments) returns in another process.
+
+    within_s [s]: until then; 0 sets no time. Raises the InputError that it raises, and one of
+    ``where`` that begins with ``fails`` for whatever else ends it.
+    """
+    task = _Reading(partial(read, *arguments), within_s)
+    (found,) = perform_all([task], 1, lambda key: None).values()
+    if isinstance(found, Failure):
+        raise InputError(where, "", None, f"{fails}: {found}")
+    if isinstance(found, InputError):
+        raise found
+    return found
+
+
+class TooManyNumbers(ValueError):
+    """A file holds more than MOST_NUMBERS."""
+
+
+def arrays_in(
+    content: bytes,
+    wanted: Callable[[Iterable[str]], Iterable[str]],
+    *,
+    as_matlab: bool = False,
+) -> dict[str, np.ndarray]:
+    """The variables of a MAT, HDF5 or NetCDF file by name, those that are wanted of its names.
+
+    as_matlab: whether an HDF5 file holds arrays column by column though it does not say so. Raises
+    TooManyNumbers before it reads any, and whatever scipy and h5py raise.
+    """
+    if SIGNATURE not in (content[:8], content[USER_BLOCK : USER_BLOCK + 8]):
+        import scipy.io  # a fifth of a second, for MAT files alone
+
+        shapes = {name: shape for name, shape, _ in scipy.io.whosmat(io.BytesIO(content))}
+        names = _affordable(wanted(shapes), shapes)
+        found = scipy.io.loadmat(io.BytesIO(content), variable_names=names)
+        return {name: found[name] for name in names}
+    with h5py.File(io.BytesIO(content), "r") as file:
+        # No link is followed, for it may lead out of the file.
+        own = [n for n in file if isinstance(file.get(n, getlink=True), h5py.HardLink)]
+        sets = {
+            name: file[name]
+            for name in own
+            if isinstance(file[name], h5py.Dataset)
+            and not file[name].external
+            and not file[name].is_virtual
+        }
+        names = _affordable(wanted(sets), {name: data.shape for name, data in sets.items()})
+        turned = as_matlab or content[:6] == b"MATLAB"
+        return {n: np.asarray(sets[n]).T if turned else np.asarray(sets[n]) for n in names}
+
+
+def _affordable(names: Iterable[str], shapes: Mapping[str, tuple[int, ...]]) -> list[str]:
+    """The names. Raises TooManyNumbers."""
+    chosen = list(names)
+    count = sum(float(np.prod(shapes[name], dtype=float)) for name in chosen)
+    if count > MOST_NUMBERS:
+        raise TooManyNumbers(f"holds {count:,.0f} numbers, at most {MOST_NUMBERS:,} are allowed")
+    return chosen
