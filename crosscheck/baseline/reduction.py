@@ -19,16 +19,7 @@ import xarray as xr
 from pydantic import ValidationError
 
 from crosscheck import __version__
-from crosscheck.baseline.record import (
-    BEST_FIRST,
-    Baseline,
-    CheckVerdict,
-    ExtremesName,
-    KnownFailure,
-    Measurement,
-    RecordedRun,
-    SampledName,
-)
+from crosscheck.baseline import record
 from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.scales import ReasonedLimit, meaningful
 from crosscheck.checks.states import LOOSEST
@@ -50,8 +41,8 @@ from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
 
-SAMPLED: tuple[str, ...] = get_args(SampledName)
-EXTREMES: tuple[str, ...] = get_args(ExtremesName)
+SAMPLED: tuple[str, ...] = get_args(record.SampledName)
+EXTREMES: tuple[str, ...] = get_args(record.ExtremesName)
 INTERVALS = 20
 # Runs that are recorded for themselves, and the run that measures the uncertainty of each; all
 # others (another step, a nudged start) are not recorded.
@@ -80,28 +71,32 @@ class Bound(NamedTuple):
 Bounds = dict[RunKey, dict[str, Bound]]
 
 
-def baseline_of(result: CrossCheck) -> Baseline:
+def baseline_of(result: CrossCheck) -> record.Baseline:
     """What to record of a cross-check. Runs that failed and checks not judged are left out."""
     agreement = result.agreement
     assert agreement.provenance is not None  # as cross_check gives it
-    runs: dict[str, RecordedRun] = {}
+    runs: dict[str, record.RecordedRun] = {}
     bounds: Bounds = {}
     for key in filter(is_recorded, result.runs):
         reduced = reduced_run(key, result)
         if not isinstance(reduced, Failure):
             runs[str(key)], bounds[key] = reduced
 
-    def number(finding: Finding) -> Measurement:
+    def number(finding: Finding) -> record.Measurement:
         return _measurement(finding, bounds, result.arm)
 
     judged = checks_by_id(agreement).items()
     checks = {name: finding for name, finding in judged if finding.verdict != "unfinished"}
     red = {name: finding for name, finding in checks.items() if finding.verdict != "agree"}
-    return Baseline(
+    return record.Baseline(
         project_version=__version__,
-        checks={name: cast(CheckVerdict, finding.verdict) for name, finding in checks.items()},
+        checks={
+            name: cast(record.CheckVerdict, finding.verdict) for name, finding in checks.items()
+        },
         known={
-            name: KnownFailure(said=outcome(f), number=None if f.measured is None else number(f))
+            name: record.KnownFailure(
+                said=outcome(f), number=None if f.measured is None else number(f)
+            )
             for name, f in red.items()
         },
         measurements={name: number(f) for name, f in measurements_by_id(agreement).items()},
@@ -112,7 +107,9 @@ def baseline_of(result: CrossCheck) -> Baseline:
 
 def checks_by_id(agreement: Agreement) -> dict[str, Finding]:
     """The checks by id; of several with one id the worst stands."""
-    worst_last = sorted(agreement.checks, key=lambda finding: BEST_FIRST.index(finding.verdict))
+    worst_last = sorted(
+        agreement.checks, key=lambda finding: record.BEST_FIRST.index(finding.verdict)
+    )
     return {finding.id: finding for finding in worst_last}
 
 
@@ -121,7 +118,9 @@ def measurements_by_id(agreement: Agreement) -> dict[str, Finding]:
     return {f.id: f for f in agreement.findings if f.kind == "measurement"}
 
 
-def reduced_run(key: RunKey, result: CrossCheck) -> tuple[RecordedRun, dict[str, Bound]] | Failure:
+def reduced_run(
+    key: RunKey, result: CrossCheck
+) -> tuple[record.RecordedRun, dict[str, Bound]] | Failure:
     """What is recorded of a run, and how far each quantity may move; or why it has no record.
 
     A run holds whatever its model put there: what cannot be reduced is a failed run, no crash.
@@ -274,7 +273,7 @@ def _short(value: float | None) -> float | None:
     return digits if digits >= value else float(f"{value * 1.005:.2e}")
 
 
-def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> RecordedRun:
+def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> record.RecordedRun:
     times = run["time"].values.round(10)
     at = sample_times(run)
     tables: dict[str, dict[str, Any]] = {"sampled": {}, "extremes": {}}
@@ -288,13 +287,13 @@ def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> RecordedR
         joints = joints_of(run, case, quantity)
         tables[section][quantity] = {"joints": joints, "rows": rows.tolist(), **fields}
     settings = {"scenario": case.scenario, "switches": case.switches}
-    return RecordedRun.model_validate({**settings, **tables})
+    return record.RecordedRun.model_validate({**settings, **tables})
 
 
-def _measurement(finding: Finding, bounds: Bounds, arm: Arm) -> Measurement:
+def _measurement(finding: Finding, bounds: Bounds, arm: Arm) -> record.Measurement:
     assert finding.measured is not None  # a measurement always has a number
     bound = _measurement_bound(finding, bounds, arm)
-    return Measurement(unit=finding.unit, measured=finding.measured, **bound._asdict())
+    return record.Measurement(unit=finding.unit, measured=finding.measured, **bound._asdict())
 
 
 def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:
@@ -335,7 +334,7 @@ def _reach(arm: Arm) -> float:
     return sum(number * link.length_m for number, link in enumerate(arm.links, start=1))
 
 
-def uncompared(baseline: Baseline) -> Iterator[str]:
+def uncompared(baseline: record.Baseline) -> Iterator[str]:
     """Quantities that are recorded but not comparable, as ``run quantity: reason``."""
     for key, run in baseline.runs.items():
         for quantity, table in run.tables.items():

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from crosscheck.baseline import reduction
 from crosscheck.baseline.record import (
     BEST_FIRST,
     Baseline,
@@ -18,13 +19,6 @@ from crosscheck.baseline.record import (
     RecordedRun,
     SampledQuantity,
     differences,
-)
-from crosscheck.baseline.reduction import (
-    baseline_of,
-    checks_by_id,
-    is_recorded,
-    measurements_by_id,
-    reduced_run,
 )
 from crosscheck.checks.trajectories import UNITS
 from crosscheck.findings import (
@@ -68,7 +62,7 @@ def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
     was made with other settings; ``unfinished``: it was not judged now. The provenance names the
     checks that are red as accepted in ``known``.
     """
-    now = baseline_of(result)
+    now = reduction.baseline_of(result)
     findings = [*_verdicts(baseline, now, result.agreement)]
     findings += _measurements(baseline, now, result.agreement)
     for name in sorted({*baseline.runs, *now.runs}):
@@ -111,7 +105,7 @@ def _brief(name: str, value: Any) -> str:
 
 
 def _verdicts(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterator[Finding]:
-    findings = checks_by_id(agreement)
+    findings = reduction.checks_by_id(agreement)
     for name in sorted({*baseline.checks, *findings}):
         was, finding = baseline.checks.get(name), findings.get(name)
         about = _about("verdict", name, finding, "1")
@@ -168,7 +162,7 @@ def _verdict(about: About, steps: int, note: str) -> Finding:
 
 
 def _measurements(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterator[Finding]:
-    findings = measurements_by_id(agreement)
+    findings = reduction.measurements_by_id(agreement)
     unjudged = {finding.id for finding in agreement.disagreeing if finding.verdict == "unfinished"}
     for name in sorted({*baseline.measurements, *now.measurements} - unjudged):
         record, is_now = baseline.measurements.get(name), now.measurements.get(name)
@@ -212,10 +206,12 @@ def _run_findings(
 
 def _absence(name: str, result: CrossCheck) -> Failure | str:
     """Why there is no run of this name now."""
-    key = next((key for key in filter(is_recorded, result.runs) if str(key) == name), None)
+    key = next(
+        (key for key in filter(reduction.is_recorded, result.runs) if str(key) == name), None
+    )
     if key is None:
         return "no longer part of the plan"
-    reduced = reduced_run(key, result)
+    reduced = reduction.reduced_run(key, result)
     assert isinstance(reduced, Failure)  # for it is not among those recorded
     return reduced
 

@@ -7,15 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from crosscheck.checks import invariants
 from crosscheck.checks.first_principles.mesh_energy import MeshSpring, energy_of, springs, waves
 from crosscheck.checks.first_principles.weights import weight_energy
-from crosscheck.checks.invariants import (
-    Answered,
-    balanced,
-    motions,
-    outside_powers,
-    sun_of,
-)
 from crosscheck.checks.scales import geared, meshes
 from crosscheck.checks.states import Setting
 from crosscheck.findings import About, Finding, measured_only, within_share
@@ -37,18 +31,18 @@ ALONG_RAD, ALONG_S = 3e-4, 1e-6
 CLOSES = 1e-9
 
 
-def rate_closes(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
+def rate_closes(about: About, given: invariants.Answered, setting: Setting, case: Case) -> Finding:
     """Kinetic and spring energy gain what motors, weight and friction put in."""
     rates = [
         _spring_rate(setting.arm, case.switches, setting.layout, q, v)
         for _, q, v in zip(*setting.states, strict=True)
     ]
     pairs = []
-    for motion, rate in zip(motions(given, setting, case.scenario), rates, strict=True):
-        terms = [*outside_powers(setting.arm, motion), -rate]
+    for motion, rate in zip(invariants.motions(given, setting, case.scenario), rates, strict=True):
+        terms = [*invariants.outside_powers(setting.arm, motion), -rate]
         size = np.abs(motion.v) @ motion.summed + np.abs(terms).sum()
         pairs.append((float(motion.v @ motion.inertial - np.sum(terms)), float(size)))
-    return balanced(about, pairs)
+    return invariants.balanced(about, pairs)
 
 
 def _spring_rate(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray, v: np.ndarray) -> float:
@@ -127,7 +121,7 @@ def _motors_work(arm: Arm, case: Case, theta: np.ndarray, advance: np.ndarray) -
     for number, torque in enumerate(per_joint(drive.torque_N_m, len(arm.joints))):
         joint, angle = arm.joints[number], theta[:, number]
         if isinstance(joint, Planetary):
-            radius, ratio = sun_of(joint)
+            radius, ratio = invariants.sun_of(joint)
             angle = advance[:, number] / (radius * ratio) + angle
         work += torque * (angle - angle[0])
     return work

@@ -7,15 +7,7 @@ from collections.abc import Iterator
 from rich.console import Console
 from rich.table import Table
 
-from crosscheck.derived import (
-    DerivedQuantity,
-    derived_arm,
-    derived_experiments,
-    derived_joint,
-    derived_link,
-    derived_mesh,
-    named_meshes,
-)
+from crosscheck import derived
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
 from crosscheck.models.arm.quantities import Data
@@ -42,7 +34,7 @@ def show_command(name: str) -> None:
 def _tables(arm: Arm) -> Iterator[Table]:
     for place in range(len(arm.joints)):
         yield from _joint_tables(arm, place)
-    yield _table("arm", [*_given(arm), *derived_arm(arm)])
+    yield _table("arm", [*_given(arm), *derived.derived_arm(arm)])
     if not is_the_papers(arm):
         yield _table("experiments of its size", _experiments(arm))
 
@@ -52,31 +44,33 @@ def _joint_tables(arm: Arm, place: int) -> Iterator[Table]:
     joint, title = arm.joints[place], f"joint {place + 1}"
     yield _table(title, _given(joint))
     if isinstance(joint, Planetary):
-        for named in named_meshes(joint):
+        for named in derived.named_meshes(joint):
             given = (*_given(named.mesh.stiffness), *_given(named.mesh))
-            rows = [*given, *derived_mesh(joint, named)]
+            rows = [*given, *derived.derived_mesh(joint, named)]
             yield _table(f"{title}, {named.title}", rows)
-    yield _table(f"{title}, derived", derived_joint(joint))
-    rows = [*_given(arm.links[place]), *derived_link(arm, place)]
+    yield _table(f"{title}, derived", derived.derived_joint(joint))
+    rows = [*_given(arm.links[place]), *derived.derived_link(arm, place)]
     yield _table(f"link {place + 1}", rows)
 
 
-def _given(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
+def _given(record: Data | PlanetMesh) -> Iterator[derived.DerivedQuantity]:
     """The values of a record itself, not of what it holds, nor of the file around it."""
     for field in described(Mesh if isinstance(record, PlanetMesh) else type(record)):
         value = getattr(record, field.name)
         if value is not None and not field.records and field.name not in OF_THE_FILE:
-            yield DerivedQuantity(field.name, value, field.unit)
+            yield derived.DerivedQuantity(field.name, value, field.unit)
 
 
-def _experiments(arm: Arm) -> list[DerivedQuantity]:
+def _experiments(arm: Arm) -> list[derived.DerivedQuantity]:
     try:
-        return list(derived_experiments(sizes_of(arm)))
+        return list(derived.derived_experiments(sizes_of(arm)))
     except InputError as error:
-        return [DerivedQuantity("none", error.allowed)]
+        return [derived.DerivedQuantity("none", error.allowed)]
 
 
-def _table(title: str, rows: Iterator[DerivedQuantity] | list[DerivedQuantity]) -> Table:
+def _table(
+    title: str, rows: Iterator[derived.DerivedQuantity] | list[derived.DerivedQuantity]
+) -> Table:
     table = Table("quantity", "value", "unit", title=title, title_justify="left", box=None)
     for quantity in rows:
         table.add_row(quantity.name, _shown(quantity.value), quantity.unit)

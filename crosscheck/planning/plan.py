@@ -25,14 +25,7 @@ from crosscheck.models.experiment.scenario import (
 )
 from crosscheck.models.files import raw_arm
 from crosscheck.models.loading import Case, load_arm, load_scenario
-from crosscheck.planning.sizing import (
-    GrowingMode,
-    Sizes,
-    held_torques,
-    made,
-    pd_scenario,
-    step_scenario,
-)
+from crosscheck.planning import sizing
 from crosscheck.registry import MODELS
 from crosscheck.runner.tasks import RunKey, Simulation
 
@@ -79,7 +72,7 @@ class Experiment:
 
     name: str
     case: Case
-    growth: GrowingMode | None = None
+    growth: sizing.GrowingMode | None = None
 
     def run(self, model: str, variant: Variant = "") -> Simulation:
         """One of a model's runs: at its step, at about twice that, or from a start a rounding away.
@@ -151,13 +144,13 @@ class Wanted:
         return not self.scenarios and is_the_papers(self.arm)
 
 
-def outlined(wanted: Wanted, sizes: Sizes | None) -> list[Experiment]:
+def outlined(wanted: Wanted, sizes: sizing.Sizes | None) -> list[Experiment]:
     """The experiments at the steps of their scenarios: what must be known before the plan."""
     laws = wanted.chosen or usual_switches(wanted.arm)
     if wanted.scenarios:
         return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in wanted.scenarios]
     if sizes is not None:
-        scenarios = (step_scenario(sizes), pd_scenario(sizes))
+        scenarios = (sizing.step_scenario(sizes), sizing.pd_scenario(sizes))
         return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in scenarios]
     found = []
     for law, duration in (QUICK_S if wanted.quick else FULL_S).items():
@@ -235,13 +228,13 @@ def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Exper
     bent = Start(theta_rad=tuple(map(float, 0.4 - 0.7 * numbers)))
     found = []
     for name, sign in (("short-contact", 1.0), ("short-crossing", -1.0)):
-        scenario = made(
+        scenario = sizing.made(
             name,
             duration_s=duration,
             step_s=step,
             record_every=SHORT_STEPS // SHORT_RECORDS,
             start=bent,
-            drive=held_torques(sign * torques * (1 - 0.1 * numbers)),
+            drive=sizing.held_torques(sign * torques * (1 - 0.1 * numbers)),
         )
         found.append(Experiment(name, Case(arm, scenario, usual_switches(arm))))
     return found
@@ -295,13 +288,13 @@ def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
     for number, joint in geared(arm):
         stretched[number] = ORDER_OFFSET * base_radius(joint, joint.sun_teeth)
     start = Start(mesh="centre", sun_planet_offset_m=tuple(map(float, stretched)))
-    scenario = made(
+    scenario = sizing.made(
         "order",
         duration_s=ORDER_STEPS * step,
         step_s=step,
         record_every=8,
         start=start,
-        drive=held_torques(largest_torques(arm, first.case.scenario)),
+        drive=sizing.held_torques(largest_torques(arm, first.case.scenario)),
     )
     return [
         OrderCase("order-smooth", Case(without_play(arm), scenario, usual_switches(arm)), True),

@@ -12,16 +12,8 @@ from crosscheck.checks.trajectories import size, uncertainty
 from crosscheck.findings import About, Key, failed
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import Diverged, Unfinished
+from crosscheck.planning import plan
 from crosscheck.planning.comparison import Comparison, answered
-from crosscheck.planning.plan import (
-    Experiment,
-    Wanted,
-    finer,
-    outlined,
-    probe_experiment,
-    resolved,
-    shortened,
-)
 from crosscheck.planning.sizing import Sizes, growth_of, sizes_of
 from crosscheck.registry import about, build, lead, same_integrator
 from crosscheck.runner.outcomes import DIED, Failure, failure
@@ -62,7 +54,7 @@ class Prepared:
     lost: what is not known because a model failed; each is a failed check.
     """
 
-    experiments: Sequence[Experiment]
+    experiments: Sequence[plan.Experiment]
     limit_s: float
     remarks: tuple[str, ...]
     lost: tuple[Lost, ...] = ()
@@ -89,20 +81,20 @@ class Query(Generic[Known]):
             return failure(error)
 
 
-def settled(wanted: Wanted, experiment: Experiment) -> Experiment:
+def settled(wanted: plan.Wanted, experiment: plan.Experiment) -> plan.Experiment:
     """The experiment at a step that its comparisons can mean something at, found by trying.
 
     On the lead, which is a hundred times as fast as the engines that are to follow.
     """
-    experiment = shortened(wanted, experiment)
+    experiment = plan.shortened(wanted, experiment)
     for _ in range(MOST_HALVINGS):
         if _is_fine(experiment):
             break
-        experiment = shortened(wanted, finer(experiment))
+        experiment = plan.shortened(wanted, plan.finer(experiment))
     return experiment
 
 
-def _is_fine(experiment: Experiment) -> bool:
+def _is_fine(experiment: plan.Experiment) -> bool:
     """Whether twice the step leads apart by less than means something, twice over.
 
     Or whether no step would help: a run that diverges is what its checks are about.
@@ -127,7 +119,7 @@ def _run(task: Simulation) -> xr.Dataset:
     return build(task.model, *task.case).simulate()
 
 
-def prepared(wanted: Wanted, workers: Workers) -> Prepared:
+def prepared(wanted: plan.Wanted, workers: Workers) -> Prepared:
     """Everything that the plan needs to know.
 
     Raises InputError, and Unfinished where a model was stopped or its process died: what is then
@@ -139,10 +131,10 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
         asked = _Asked(Query(sizes_of, (wanted.arm,), 1.0), wanted.arm.name, "sizes", lead())
         (sizes,) = _answers([asked], workers, lost)
         said = _of_sizes(sizes, lost)
-    outline = outlined(wanted, sizes)
+    outline = plan.outlined(wanted, sizes)
     limits = _answers([*_limits(wanted, outline)], workers, lost)
     limit = min((float(known) for known in limits if known is not None), default=float("inf"))
-    started = [resolved(each, limit) for each in outline]
+    started = [plan.resolved(each, limit) for each in outline]
     growths, steps = [], list[_Asked]()
     for each in outline:
         task = Query(growth_of, (each.case.arm, each.case.scenario), 0.5)
@@ -152,11 +144,11 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
     answers = _answers([*growths, *steps], workers, lost)
     fine = answers[len(growths) :] or [None] * len(started)
     found = [
-        replace(settling or shortened(wanted, own), growth=growth)
+        replace(settling or plan.shortened(wanted, own), growth=growth)
         for own, growth, settling in zip(started, answers, fine, strict=False)
     ]
     remarks = [f"{each.name}: {each.growth}" for each in found if each.growth is not None]
-    return Prepared([*found, probe_experiment()], limit, (*said, *remarks), tuple(lost))
+    return Prepared([*found, plan.probe_experiment()], limit, (*said, *remarks), tuple(lost))
 
 
 class _Asked(NamedTuple):
@@ -168,7 +160,7 @@ class _Asked(NamedTuple):
     model: str
 
 
-def _limits(wanted: Wanted, outline: Sequence[Experiment]) -> Iterator[_Asked]:
+def _limits(wanted: plan.Wanted, outline: Sequence[plan.Experiment]) -> Iterator[_Asked]:
     laws, what = usual_switches(wanted.arm), "largest_stable_step"
     for model in about(same_integrator(), wanted.arm, laws):
         for each in outline:

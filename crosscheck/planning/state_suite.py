@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import combinations, product
 from typing import Any, NamedTuple
 
@@ -83,7 +84,11 @@ def geared(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Compar
     case = _case(arm, chosen)
     spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
     yield from _of_states(spots, content)
-    yield from _closed_joints(spots)
+    for spot in spots:
+        if "constraint_residual" in MODELS[spot.model].promises:
+            metric = f"largest gap, rate, acceleration or error of one, {spot.number} random states"
+            about = spot.own("constraints", metric, "closure of its joints")
+            yield answered(about, (spot.of("constraint_residual"),), invariants.constraints)
     yield from linearised(arm.name, arm, chosen)
     yield from _forms([spot for spot in spots if spot.model != lead()])
     for form in covering("form", arm, switches()):
@@ -151,6 +156,11 @@ class Spot(NamedTuple):
         """What a check of this model alone is about."""
         return About(Key("invariants", self.where, quantity, self.model), unit, metric, against)
 
+    def told(self, quantity: str) -> About:
+        """What a check of this model against the arm's data is about."""
+        key = Key("as-told", self.where, quantity, self.model)
+        return About(key, "1", self.over(DIFFERENCE), "the arm's data")
+
 
 def pairs(spots: Sequence[Spot], quantities: Sequence[str]) -> Iterator[Comparison]:
     """A comparison per quantity and pair of models; their coordinates are the same."""
@@ -176,7 +186,7 @@ def _of_form(spot: Spot, content: Content) -> Iterator[Comparison]:
     """
     yield from _own(spot)
     yield from balances(spot)
-    yield _force_as_told(spot, content)
+    yield from _as_told(spot, content, inertia=False)
 
     def as_stated(about: About, own: Any, stated: Any, mass: Any) -> Finding:
         return states.compare_values(about, stated, own, mass[0], spot.setting)
@@ -202,56 +212,42 @@ def _pair(family: str, quantity: str, left: Spot, right: Spot, judge: states.Jud
 
 
 def _own(spot: Spot) -> Iterator[Comparison]:
-    """What one model owes to itself."""
+    """What one model owes to itself.
+
+    It must say of itself all that the registry says of it, for users ask the model.
+    """
     mass, bias, symbols = (spot.of(name) for name in ("mass_matrix", "bias", CHRISTOFFEL))
     metric = f"{spot.over('largest relative asymmetry')}; positive definite"
     about = spot.own("inertia", metric, FIRST_PRINCIPLES)
     yield answered(about, (mass,), invariants.is_inertia)
-
-    def follows(about: About, bias: Any, symbols: Any, mass: Any) -> Finding:
-        return invariants.bias_follows(about, bias, symbols, mass, spot.setting)
-
     against = "Christoffel symbols of its own mass matrix"
     about = spot.own("bias-from-inertia", spot.over(DIFFERENCE), against)
+    follows = partial(invariants.bias_follows, setting=spot.setting)
     yield answered(about, (bias, symbols, mass), follows)
-    yield _promises(spot)
-
-
-def _as_told(spot: Spot, content: Content) -> Iterator[Comparison]:
-    """What a model says of inertia and forces, against the data of arm and experiment alone."""
-
-    def inertia(about: About, mass: Any) -> Finding:
-        level = MODELS[spot.model].level
-        return told.inertia_as_told(about, mass, spot.setting, content, level)
-
-    key = Key("as-told", spot.where, "mass_matrix", spot.model)
-    about = About(key, "1", spot.over(DIFFERENCE), "the arm's data")
-    yield answered(about, (spot.of("mass_matrix"),), inertia)
-    yield _force_as_told(spot, content)
-
-
-def _force_as_told(spot: Spot, content: Content) -> Comparison:
-    def forces(about: About, force: Any, mass: Any) -> Finding:
-        level = MODELS[spot.model].level
-        return told.force_as_told(about, force, mass, spot.setting, spot.case, content, level)
-
-    key = Key("as-told", spot.where, "generalized_force", spot.model)
-    about = About(key, "1", spot.over(DIFFERENCE), "the arm's data")
-    return answered(about, (spot.of("generalized_force"), spot.of("mass_matrix")), forces)
-
-
-def _promises(spot: Spot) -> Comparison:
-    """A model must say of itself all that the registry says of it: users ask the model."""
-    task, promised = Evaluation(spot.model, spot.case, ABILITIES), MODELS[spot.model].promises
-
-    def judged(about: About, claimed: Any) -> Finding:
-        lacking = sorted(promised - set(claimed.tolist()))
-        if lacking:
-            return failed(about, f"the model does not claim to have {', '.join(lacking)}")
-        return checked(about, measured=0.0, tolerance=0.0, basis="every promised ability is there")
-
     about = spot.own("abilities", "abilities missing", "declared capabilities")
-    return answered(about, (task,), judged)
+    task = Evaluation(spot.model, spot.case, ABILITIES)
+    yield answered(about, (task,), partial(_claims_all, promised=MODELS[spot.model].promises))
+
+
+def _claims_all(about: About, claimed: Any, promised: frozenset[str]) -> Finding:
+    lacking = sorted(promised - set(claimed.tolist()))
+    if lacking:
+        return failed(about, f"the model does not claim to have {', '.join(lacking)}")
+    return checked(about, measured=0.0, tolerance=0.0, basis="every promised ability is there")
+
+
+def _as_told(spot: Spot, content: Content, *, inertia: bool = True) -> Iterator[Comparison]:
+    """What a model says of forces, and of inertia too, against the data of arm and experiment."""
+    given: dict[str, Any] = {
+        "setting": spot.setting,
+        "content": content,
+        "level": MODELS[spot.model].level,
+    }
+    mass, force = spot.of("mass_matrix"), spot.of("generalized_force")
+    if inertia:
+        yield answered(spot.told("mass_matrix"), (mass,), partial(told.inertia_as_told, **given))
+    judged = partial(told.force_as_told, case=spot.case, **given)
+    yield answered(spot.told("generalized_force"), (force, mass), judged)
 
 
 def balances(spot: Spot) -> Iterator[Comparison]:
@@ -268,14 +264,6 @@ def balance(spot: Spot, name: str, unit: str, law: invariants.Balance) -> Compar
 
     about = spot.own(name, spot.over("largest residual"), FIRST_PRINCIPLES, unit)
     return answered(about, [spot.of(quantity) for quantity in STATE_ABILITIES], judged)
-
-
-def _closed_joints(spots: Sequence[Spot]) -> Iterator[Comparison]:
-    for spot in spots:
-        if "constraint_residual" in MODELS[spot.model].promises:
-            metric = f"largest gap, rate, acceleration or error of one, {spot.number} random states"
-            about = spot.own("constraints", metric, "closure of its joints")
-            yield answered(about, (spot.of("constraint_residual"),), invariants.constraints)
 
 
 def all_switches() -> list[Switches]:

@@ -12,13 +12,7 @@ from crosscheck.models.loading import Case
 from crosscheck.studies.batches.batch import Numbers, run_batch, run_check
 from crosscheck.studies.batches.schedule import FunctionTask
 from crosscheck.studies.batches.version import digest_of
-from crosscheck.studies.definition.quantities import (
-    BandRms,
-    Function,
-    RigidDeviation,
-    SpectralPeak,
-    Trajectories,
-)
+from crosscheck.studies.definition import quantities
 from crosscheck.studies.measures.columns import Column
 from crosscheck.studies.members.members import PreparedStudy
 
@@ -85,11 +79,13 @@ def _kept_bytes(study: PreparedStudy) -> float:
     planets = max(1, *(joint.planet_count for joint in study.base.arm.joints))
     total = 0.0
     for quantity in study.definition.quantities:
-        if isinstance(quantity, SpectralPeak | BandRms | RigidDeviation):
+        if isinstance(
+            quantity, quantities.SpectralPeak | quantities.BandRms | quantities.RigidDeviation
+        ):
             total += 2 * record
-        elif isinstance(quantity, Trajectories):
+        elif isinstance(quantity, quantities.Trajectories):
             total += 3 * record * len(quantity.signals) * planets
-        elif isinstance(quantity, Function):
+        elif isinstance(quantity, quantities.Function):
             total += 2 * record * (4 + 6 * planets)
     return total
 

@@ -15,16 +15,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.paths import Place, is_path, places, shown, value_at
 from crosscheck.schema import Described, described
-from crosscheck.studies.definition.definition import (
-    Axis,
-    GridAxis,
-    HypercubeAxis,
-    ListAxis,
-    NormalAxis,
-    Sampled,
-    SampledAxis,
-    Samples,
-)
+from crosscheck.studies.definition import definition
 
 RECORDS: dict[str | int, type[Data]] = {"arm": Arm, "scenario": Scenario, "switches": Switches}
 SAMPLE, START = "sample", "start"
@@ -57,7 +48,10 @@ class VariedAxis:
 
 
 def varied(
-    axes: Sequence[Axis], samples: Samples | None, data: dict[str, Any], file: str
+    axes: Sequence[definition.Axis],
+    samples: definition.Samples | None,
+    data: dict[str, Any],
+    file: str,
 ) -> list[VariedAxis]:
     """All axes of a study; data: what ``raw_case`` gave. file: the study's. Raises InputError."""
     found: list[VariedAxis] = []
@@ -68,7 +62,7 @@ def varied(
     return found
 
 
-def _entries(axis: Axis, data: dict[str, Any], where: str) -> tuple[Place, ...]:
+def _entries(axis: definition.Axis, data: dict[str, Any], where: str) -> tuple[Place, ...]:
     found: list[Place] = []
     for path in axis.paths:
         if not is_path(path):
@@ -79,23 +73,23 @@ def _entries(axis: Axis, data: dict[str, Any], where: str) -> tuple[Place, ...]:
 
 
 def _varied(
-    axis: Axis,
+    axis: definition.Axis,
     entries: tuple[Place, ...],
-    samples: Samples | None,
+    samples: definition.Samples | None,
     data: dict[str, Any],
     where: str,
 ) -> VariedAxis:
     name = axis.name or str(next(k for k in reversed(entries[0]) if isinstance(k, str)))
     values: np.ndarray | tuple[tuple[Any, ...], ...]
-    if isinstance(axis, ListAxis):
+    if isinstance(axis, definition.ListAxis):
         values = tuple((value,) for value in axis.values)
-    elif isinstance(axis, GridAxis):
+    elif isinstance(axis, definition.GridAxis):
         space = np.geomspace if axis.spacing == "log" else np.linspace
         values = space(axis.start, axis.stop, axis.count)[:, np.newaxis]
     else:
         assert samples is not None  # the definition's own validation
         values = _sampled(axis, entries, samples, data, where)
-    dimension = SAMPLE if isinstance(axis, Sampled) else name
+    dimension = SAMPLE if isinstance(axis, definition.Sampled) else name
     return VariedAxis(name, dimension, ", ".join(axis.paths), _unit(entries[0]), entries, values)
 
 
@@ -111,20 +105,20 @@ def _unit(place: Place) -> str:
 
 
 def _sampled(
-    axis: SampledAxis,
+    axis: definition.SampledAxis,
     entries: tuple[Place, ...],
-    samples: Samples,
+    samples: definition.Samples,
     data: dict[str, Any],
     where: str,
 ) -> np.ndarray:
     columns = len(entries) if axis.each else 1
     generator = np.random.default_rng([samples.seed, _stream(axis)])
-    if isinstance(axis, HypercubeAxis):
+    if isinstance(axis, definition.HypercubeAxis):
         return _hypercube(axis, samples.count, columns, generator)
     centres = _centres(axis.centre, entries, data, where)
     if len(set(centres.tolist())) == 1:
         centres = centres[: columns if axis.each else 1]
-    if isinstance(axis, NormalAxis):
+    if isinstance(axis, definition.NormalAxis):
         draws = _normal(samples.count, columns, axis.within_sd, generator)
         width, relative = axis.sd, axis.relative_sd
     else:
@@ -134,13 +128,13 @@ def _sampled(
     return centres + draws * widths
 
 
-def _stream(axis: SampledAxis) -> int:
+def _stream(axis: definition.SampledAxis) -> int:
     """What sets an axis' random numbers apart: others may come and go beside it."""
     return int.from_bytes(hashlib.sha256("\n".join(axis.paths).encode()).digest()[:8])
 
 
 def _hypercube(
-    axis: HypercubeAxis, count: int, columns: int, generator: np.random.Generator
+    axis: definition.HypercubeAxis, count: int, columns: int, generator: np.random.Generator
 ) -> np.ndarray:
     """One sample in each of ``count`` equal parts of the range, (count, columns)."""
     parts = generator.permuted(np.tile(np.arange(count), (columns, 1)), axis=1).T

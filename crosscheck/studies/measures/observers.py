@@ -11,41 +11,14 @@ from crosscheck import signals
 from crosscheck.models.experiment.scenario import PdDrive, per_joint
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded
+from crosscheck.studies.definition import quantities
 from crosscheck.studies.definition.functions import returned
-from crosscheck.studies.definition.quantities import (
-    OF_JOINTS,
-    ApartShare,
-    BandRms,
-    ContactLoss,
-    Crossing,
-    FinalError,
-    Function,
-    OfSignal,
-    Quantity,
-    RigidDeviation,
-    Settling,
-    Size,
-    SpectralPeak,
-    Trajectories,
-)
+from crosscheck.studies.measures import folds
 from crosscheck.studies.measures.columns import require_measurable
-from crosscheck.studies.measures.folds import (
-    Average,
-    BandRmsFold,
-    ContactLossShare,
-    First,
-    FirstLoss,
-    Fold,
-    LargestLine,
-    Last,
-    PeakFold,
-    Range,
-    Settled,
-)
 from crosscheck.studies.members.rigid import rigid_angles
 
 MESH_SIGNALS = ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr")
-SIGNALS = (*OF_JOINTS, *MESH_SIGNALS)
+SIGNALS = (*quantities.OF_JOINTS, *MESH_SIGNALS)
 
 
 class ChunkRecords(Protocol):
@@ -73,15 +46,15 @@ class Watched(NamedTuple):
     file: str
 
 
-def observer(quantity: Quantity, watched: Watched) -> Observer:
+def observer(quantity: quantities.Quantity, watched: Watched) -> Observer:
     """Who sees to a quantity. Raises InputError where it means nothing for a member."""
     for case in watched.cases:
         require_measurable(quantity, case, watched.file)
-    if isinstance(quantity, Function):
+    if isinstance(quantity, quantities.Function):
         return _Called(quantity, watched)
-    if isinstance(quantity, Trajectories):
+    if isinstance(quantity, quantities.Trajectories):
         return _Kept(quantity, watched.cases)
-    if isinstance(quantity, RigidDeviation):
+    if isinstance(quantity, quantities.RigidDeviation):
         return _Deviation(quantity, watched.cases)
     return _Folded(quantity, watched.cases)
 
@@ -89,7 +62,7 @@ def observer(quantity: Quantity, watched: Watched) -> Observer:
 class _Folded:
     """A signal of one joint, or of all, folded over a window."""
 
-    def __init__(self, quantity: Quantity, cases: Sequence[Case]) -> None:
+    def __init__(self, quantity: quantities.Quantity, cases: Sequence[Case]) -> None:
         self.name, self.window = quantity.called, getattr(quantity, "window_s", None)
         self.signal = getattr(quantity, "signal", "theta")
         self.planet = getattr(quantity, "planet", 1)
@@ -115,11 +88,11 @@ class _Folded:
 class _Deviation:
     """How far an angle gets from the rigid arm's."""
 
-    def __init__(self, quantity: RigidDeviation, cases: Sequence[Case]) -> None:
+    def __init__(self, quantity: quantities.RigidDeviation, cases: Sequence[Case]) -> None:
         self.name, self.window = quantity.called, quantity.window_s
         self.joints = _joints(quantity, cases)
         self.angles, self.whose = rigid_angles(quantity.level, cases)
-        self.fold = PeakFold(_columns(self.joints, cases))
+        self.fold = folds.PeakFold(_columns(self.joints, cases))
         self.seen = 0
 
     def see(self, chunk: ChunkRecords) -> None:
@@ -157,7 +130,7 @@ class _Whole:
 class _Kept(_Whole):
     """Trajectories for the result."""
 
-    def __init__(self, quantity: Trajectories, cases: Sequence[Case]) -> None:
+    def __init__(self, quantity: quantities.Trajectories, cases: Sequence[Case]) -> None:
         super().__init__(quantity.signals)
         self.prefix = f"{quantity.name}_" if quantity.name else ""
         self.planets = _planets(cases[0])
@@ -174,7 +147,7 @@ class _Kept(_Whole):
 class _Called(_Whole):
     """Runs for a function of the user's."""
 
-    def __init__(self, quantity: Function, watched: Watched) -> None:
+    def __init__(self, quantity: quantities.Function, watched: Watched) -> None:
         super().__init__(SIGNALS)
         self.quantity, self.watched = quantity, watched
 
@@ -184,7 +157,7 @@ class _Called(_Whole):
         time, source = np.concatenate(self.time), self.watched.sources[self.quantity.function]
         answers: dict[str, list[float]] = {name: [] for name in self.quantity.returns}
         planets = _planets(self.watched.cases[0])  # of all alike, as they stand side by side
-        wanted = SIGNALS if any(planets) else OF_JOINTS
+        wanted = SIGNALS if any(planets) else quantities.OF_JOINTS
         whole = {name: self.joined(name, planets) for name in wanted}
         for place, (arm, scenario, chosen) in enumerate(self.watched.cases):
             own = {name: values[..., place] for name, values in whole.items()}
@@ -197,43 +170,43 @@ class _Called(_Whole):
 
 
 def _fold(
-    quantity: Quantity, cases: Sequence[Case], joints: slice | int
-) -> tuple[Fold, np.ndarray | float]:
+    quantity: quantities.Quantity, cases: Sequence[Case], joints: slice | int
+) -> tuple[folds.Fold, np.ndarray | float]:
     """The fold of a quantity, and what its number is less."""
     columns = _columns(joints, cases)
-    if isinstance(quantity, FinalError):
-        return Last(columns), _targets(cases)[joints]
-    if isinstance(quantity, Settling):
+    if isinstance(quantity, quantities.FinalError):
+        return folds.Last(columns), _targets(cases)[joints]
+    if isinstance(quantity, quantities.Settling):
         aim = quantity.target_rad
         targets = _targets(cases)[joints] if aim is None else np.full(columns, aim)
-        return Settled(targets, quantity.band_rad), 0.0
-    if isinstance(quantity, ContactLoss):
-        return FirstLoss(columns), 0.0
-    if isinstance(quantity, ApartShare):
-        return ContactLossShare(columns), 0.0
-    assert isinstance(quantity, OfSignal)
+        return folds.Settled(targets, quantity.band_rad), 0.0
+    if isinstance(quantity, quantities.ContactLoss):
+        return folds.FirstLoss(columns), 0.0
+    if isinstance(quantity, quantities.ApartShare):
+        return folds.ContactLossShare(columns), 0.0
+    assert isinstance(quantity, quantities.OfSignal)
     return _of_signal(quantity, columns), 0.0
 
 
-def _of_signal(quantity: OfSignal, columns: tuple[int, ...]) -> Fold:
-    if isinstance(quantity, BandRms):
-        return BandRmsFold(columns, *quantity.band_Hz)
-    if isinstance(quantity, SpectralPeak):
-        return LargestLine(columns, *quantity.band_Hz)
-    if isinstance(quantity, Crossing):
+def _of_signal(quantity: quantities.OfSignal, columns: tuple[int, ...]) -> folds.Fold:
+    if isinstance(quantity, quantities.BandRms):
+        return folds.BandRmsFold(columns, *quantity.band_Hz)
+    if isinstance(quantity, quantities.SpectralPeak):
+        return folds.LargestLine(columns, *quantity.band_Hz)
+    if isinstance(quantity, quantities.Crossing):
         level = quantity.level
         if quantity.side == "above":
-            return First(columns, lambda values: values > level)
-        return First(columns, lambda values: values < level)
-    assert isinstance(quantity, Size)
+            return folds.First(columns, lambda values: values > level)
+        return folds.First(columns, lambda values: values < level)
+    assert isinstance(quantity, quantities.Size)
     if quantity.kind == "final":
-        return Last(columns)
+        return folds.Last(columns)
     if quantity.kind in ("peak", "peak_to_peak"):
-        return PeakFold(columns) if quantity.kind == "peak" else Range(columns)
-    return Average(columns, squared=quantity.kind == "rms")
+        return folds.PeakFold(columns) if quantity.kind == "peak" else folds.Range(columns)
+    return folds.Average(columns, squared=quantity.kind == "rms")
 
 
-def _joints(quantity: Quantity, cases: Sequence[Case]) -> slice | int:
+def _joints(quantity: quantities.Quantity, cases: Sequence[Case]) -> slice | int:
     """Of a quantity: all, or one."""
     joint = getattr(quantity, "joint", None)
     return slice(None) if joint is None else int(joint) - 1
@@ -266,7 +239,7 @@ def _inside(time: np.ndarray, window: tuple[float, float] | None) -> slice:
 def _signal(chunk: ChunkRecords, name: str, planet: int) -> np.ndarray:
     """(records, joints, members) of a chunk."""
     values: np.ndarray = getattr(chunk, name)
-    if name in OF_JOINTS:
+    if name in quantities.OF_JOINTS:
         return values
     if values.shape[2] == 1:
         return values[:, :, 0]
