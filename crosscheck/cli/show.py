@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from crosscheck import derived
+from crosscheck.derived import DerivedQuantity
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
 from crosscheck.models.arm.quantities import Data
@@ -53,24 +54,22 @@ def _joint_tables(arm: Arm, place: int) -> Iterator[Table]:
     yield _table(f"link {place + 1}", rows)
 
 
-def _given(record: Data | PlanetMesh) -> Iterator[derived.DerivedQuantity]:
+def _given(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
     """The values of a record itself, not of what it holds, nor of the file around it."""
     for field in described(Mesh if isinstance(record, PlanetMesh) else type(record)):
         value = getattr(record, field.name)
         if value is not None and not field.records and field.name not in OF_THE_FILE:
-            yield derived.DerivedQuantity(field.name, value, field.unit)
+            yield DerivedQuantity(field.name, value, field.unit)
 
 
-def _experiments(arm: Arm) -> list[derived.DerivedQuantity]:
+def _experiments(arm: Arm) -> list[DerivedQuantity]:
     try:
         return list(derived.derived_experiments(sizes_of(arm)))
     except InputError as error:
-        return [derived.DerivedQuantity("none", error.allowed)]
+        return [DerivedQuantity("none", error.allowed)]
 
 
-def _table(
-    title: str, rows: Iterator[derived.DerivedQuantity] | list[derived.DerivedQuantity]
-) -> Table:
+def _table(title: str, rows: Iterator[DerivedQuantity] | list[DerivedQuantity]) -> Table:
     table = Table("quantity", "value", "unit", title=title, title_justify="left", box=None)
     for quantity in rows:
         table.add_row(quantity.name, _shown(quantity.value), quantity.unit)

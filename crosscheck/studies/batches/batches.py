@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.models.loading import Case
 from crosscheck.studies.batches.batch import Numbers, run_batch, run_check
 from crosscheck.studies.batches.schedule import FunctionTask
 from crosscheck.studies.batches.version import digest_of
@@ -57,19 +56,13 @@ def checks(study: PreparedStudy, version: str) -> list[FunctionTask]:
 def batch_size(study: PreparedStudy) -> int:
     """Members of a batch: some seconds of work, full lanes, bounded memory."""
     case = study.base
-    meshes = sum(_meshes(case)) or 1
+    free = case.switches.planets == "free"
+    planets = [joint.planet_count for joint in case.arm.joints if joint.planet_count]
+    meshes = 2 * (sum(planets) if free else len(planets)) or 1  # that are worked out in a step
     for_time = min(BATCH_S / (case.scenario.steps * meshes * STEP_S), study.count / FEWEST)
     by_memory = MOST_BYTES / max(1.0, _kept_bytes(study))
     size = max(LANES * math.ceil(for_time / LANES), LANES)
     return max(1, min(size, int(by_memory), study.count))
-
-
-def _meshes(case: Case) -> list[int]:
-    """Of each joint, that are worked out in a step."""
-    free = case.switches.planets == "free"
-    return [
-        2 * (joint.planet_count if free else 1) for joint in case.arm.joints if joint.planet_count
-    ]
 
 
 def _kept_bytes(study: PreparedStudy) -> float:
@@ -77,11 +70,10 @@ def _kept_bytes(study: PreparedStudy) -> float:
     scenario, joints = study.base.scenario, len(study.base.arm.joints)
     record = 8.0 * (scenario.steps // scenario.stride + 1) * joints
     planets = max(1, *(joint.planet_count for joint in study.base.arm.joints))
+    whole = quantities.SpectralPeak | quantities.BandRms | quantities.RigidDeviation
     total = 0.0
     for quantity in study.definition.quantities:
-        if isinstance(
-            quantity, quantities.SpectralPeak | quantities.BandRms | quantities.RigidDeviation
-        ):
+        if isinstance(quantity, whole):
             total += 2 * record
         elif isinstance(quantity, quantities.Trajectories):
             total += 3 * record * len(quantity.signals) * planets

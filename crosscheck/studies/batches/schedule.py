@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from itertools import islice
 from queue import SimpleQueue
 from typing import Any, Protocol
@@ -67,7 +67,7 @@ class _Work:
 
     def perform(self) -> Any:
         """Its result, or what it raised."""
-        _get_ready()
+        made_ready()
         try:
             return self.task.function(*self.task.arguments)
         except Exception as error:
@@ -77,11 +77,6 @@ class _Work:
 @dataclass(frozen=True)
 class _Raised:
     error: Exception
-
-
-@lru_cache
-def _get_ready() -> None:
-    made_ready()
 
 
 class _Waiting:

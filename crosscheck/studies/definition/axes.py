@@ -111,47 +111,31 @@ def _sampled(
     data: dict[str, Any],
     where: str,
 ) -> np.ndarray:
-    columns = len(entries) if axis.each else 1
-    generator = np.random.default_rng([samples.seed, _stream(axis)])
+    """What is drawn, (samples, 1) where one draw serves all entries, else (samples, entries)."""
+    count, columns = samples.count, len(entries) if axis.each else 1
+    # By the paths alone, so that other axes may come and go beside this one.
+    stream = int.from_bytes(hashlib.sha256("\n".join(axis.paths).encode()).digest()[:8])
+    generator = np.random.default_rng([samples.seed, stream])
     if isinstance(axis, definition.HypercubeAxis):
-        return _hypercube(axis, samples.count, columns, generator)
+        # One sample in each of ``count`` equal parts of the range.
+        parts = generator.permuted(np.tile(np.arange(count), (columns, 1)), axis=1).T
+        share = (parts + generator.uniform(size=(count, columns))) / count
+        if axis.spacing == "log":
+            return axis.low * (axis.high / axis.low) ** share
+        return axis.low + (axis.high - axis.low) * share
     centres = _centres(axis.centre, entries, data, where)
     if len(set(centres.tolist())) == 1:
         centres = centres[: columns if axis.each else 1]
     if isinstance(axis, definition.NormalAxis):
-        draws = _normal(samples.count, columns, axis.within_sd, generator)
+        draws = generator.standard_normal((count, columns))
+        while axis.within_sd is not None and (far := np.abs(draws) > axis.within_sd).any():
+            draws[far] = generator.standard_normal(int(far.sum()))
         width, relative = axis.sd, axis.relative_sd
     else:
-        draws = generator.uniform(-1, 1, (samples.count, columns))
+        draws = generator.uniform(-1, 1, (count, columns))
         width, relative = axis.tolerance, axis.relative_tolerance
     widths = np.abs(centres) * relative if relative is not None else width
     return centres + draws * widths
-
-
-def _stream(axis: definition.SampledAxis) -> int:
-    """What sets an axis' random numbers apart: others may come and go beside it."""
-    return int.from_bytes(hashlib.sha256("\n".join(axis.paths).encode()).digest()[:8])
-
-
-def _hypercube(
-    axis: definition.HypercubeAxis, count: int, columns: int, generator: np.random.Generator
-) -> np.ndarray:
-    """One sample in each of ``count`` equal parts of the range, (count, columns)."""
-    parts = generator.permuted(np.tile(np.arange(count), (columns, 1)), axis=1).T
-    share = (parts + generator.uniform(size=(count, columns))) / count
-    if axis.spacing == "log":
-        return axis.low * (axis.high / axis.low) ** share
-    return axis.low + (axis.high - axis.low) * share
-
-
-def _normal(
-    count: int, columns: int, within: float | None, generator: np.random.Generator
-) -> np.ndarray:
-    """Standard normal deviates, (count, columns), those beyond ``within`` drawn again."""
-    draws = generator.standard_normal((count, columns))
-    while within is not None and (far := np.abs(draws) > within).any():
-        draws[far] = generator.standard_normal(int(far.sum()))
-    return draws
 
 
 def _centres(

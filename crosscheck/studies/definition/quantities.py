@@ -54,26 +54,31 @@ class Units(Limit):
         return bool(value) or not isinstance(value, dict)
 
 
-def _rising(field: str, pair: tuple[float, float] | None) -> None:
-    if pair is not None and pair[1] <= pair[0]:
-        raise ValueError(f"{field}|must end after it begins")
-
-
 class MeasuredQuantity(Data):
     """What every quantity has: its name in the result."""
 
     name: Called | None = None
     """What the result calls it; made of signal and kind."""
 
+    @model_validator(mode="after")
+    def _ranges_rise(self) -> Self:
+        for field in ("window_s", "band_Hz"):
+            pair = getattr(self, field, None)
+            if pair is not None and pair[1] <= pair[0]:
+                raise ValueError(f"{field}|must end after it begins")
+        return self
+
     @property
-    def usual_name(self) -> str:
-        """Where the user gives none."""
-        raise NotImplementedError
+    def words(self) -> tuple[str, ...]:
+        """Of which its name is made where the user gives none: signal and kind."""
+        return getattr(self, "signal", "theta"), getattr(self, "kind", "")
 
     @property
     def called(self) -> str:
         """Its name in the result."""
-        return self.name or self.usual_name
+        joint = getattr(self, "joint", None)
+        own = f"joint{joint}" if joint else ""
+        return self.name or "_".join(filter(None, (*self.words, own)))
 
 
 class InWindow(MeasuredQuantity):
@@ -83,14 +88,6 @@ class InWindow(MeasuredQuantity):
     """Number of the joint; without it, of every joint."""
     window_s: Annotated[tuple[Second, Second], Pair] | None = None
     """From the first time on, until before the second; the whole run."""
-
-    @model_validator(mode="after")
-    def _window_rises(self) -> Self:
-        _rising("window_s", self.window_s)
-        return self
-
-    def _named(self, *parts: str) -> str:
-        return "_".join([*parts, *([f"joint{self.joint}"] if self.joint else [])])
 
 
 class OfSignal(InWindow):
@@ -108,10 +105,6 @@ class Size(OfSignal):
     kind: Literal["peak", "peak_to_peak", "mean", "rms", "final"]
     """Which of them."""
 
-    @property
-    def usual_name(self) -> str:
-        return self._named(self.signal, self.kind)
-
 
 class BandRms(OfSignal):
     """Root mean square of what lies in a band of frequencies, less the mean; Hann window."""
@@ -120,15 +113,6 @@ class BandRms(OfSignal):
     """Which quantity this is."""
     band_Hz: Annotated[tuple[Hertz, Hertz], Pair]
     """From the first frequency on, until below the second."""
-
-    @model_validator(mode="after")
-    def _band_rises(self) -> Self:
-        _rising("band_Hz", self.band_Hz)
-        return self
-
-    @property
-    def usual_name(self) -> str:
-        return self._named(self.signal, self.kind)
 
 
 class SpectralPeak(OfSignal):
@@ -139,15 +123,6 @@ class SpectralPeak(OfSignal):
     band_Hz: Annotated[tuple[Hertz, Hertz], Pair] = (0.0, 1e9)
     """From the first frequency on, until below the second."""
 
-    @model_validator(mode="after")
-    def _band_rises(self) -> Self:
-        _rising("band_Hz", self.band_Hz)
-        return self
-
-    @property
-    def usual_name(self) -> str:
-        return self._named(self.signal, self.kind)
-
 
 class FinalError(MeasuredQuantity):
     """Angle at the end less the PD drive's target [rad]."""
@@ -156,10 +131,6 @@ class FinalError(MeasuredQuantity):
     """Which quantity this is."""
     joint: Annotated[int, Within(1, 7)] | None = None
     """Number of the joint; without it, of every joint."""
-
-    @property
-    def usual_name(self) -> str:
-        return "_".join(["theta", self.kind, *([f"joint{self.joint}"] if self.joint else [])])
 
 
 class Crossing(OfSignal):
@@ -173,8 +144,8 @@ class Crossing(OfSignal):
     """On which side of the level."""
 
     @property
-    def usual_name(self) -> str:
-        return self._named(self.signal, self.side, f"{self.level:g}")
+    def words(self) -> tuple[str, ...]:
+        return self.signal, self.side, f"{self.level:g}"
 
 
 class Settling(InWindow):
@@ -187,10 +158,6 @@ class Settling(InWindow):
     target_rad: Annotated[float, Within(-1e4, 1e4, "rad")] | None = None
     """In place of the PD drive's target."""
 
-    @property
-    def usual_name(self) -> str:
-        return self._named("theta", self.kind)
-
 
 class ContactLoss(InWindow):
     """When a mesh that carried a force first carries none [s]."""
@@ -201,10 +168,6 @@ class ContactLoss(InWindow):
     """Of which mesh: F_sp the sun's, F_pr the ring's."""
     planet: Annotated[int, Within(1, 8)] = 1
     """Number of the planet; lumped, all are the same."""
-
-    @property
-    def usual_name(self) -> str:
-        return self._named(self.signal, self.kind)
 
 
 class ApartShare(InWindow):
@@ -217,10 +180,6 @@ class ApartShare(InWindow):
     planet: Annotated[int, Within(1, 8)] = 1
     """Number of the planet; lumped, all are the same."""
 
-    @property
-    def usual_name(self) -> str:
-        return self._named(self.signal, self.kind)
-
 
 class RigidDeviation(InWindow):
     """Largest distance of an angle from that of the rigid arm in the same experiment [rad]."""
@@ -231,8 +190,8 @@ class RigidDeviation(InWindow):
     """What of the gears' inertia the rigid arm has: links, carriers, armature or coupled."""
 
     @property
-    def usual_name(self) -> str:
-        return self._named("theta", self.kind, self.level)
+    def words(self) -> tuple[str, ...]:
+        return "theta", self.kind, self.level
 
 
 class Function(MeasuredQuantity):
@@ -246,8 +205,8 @@ class Function(MeasuredQuantity):
     """The numbers that it returns by name, with their units."""
 
     @property
-    def usual_name(self) -> str:
-        return self.function.rpartition(":")[2]
+    def words(self) -> tuple[str, ...]:
+        return (self.function.rpartition(":")[2],)
 
 
 class Trajectories(MeasuredQuantity):
@@ -259,8 +218,8 @@ class Trajectories(MeasuredQuantity):
     """Which signals are kept whole."""
 
     @property
-    def usual_name(self) -> str:
-        return "trajectories"
+    def words(self) -> tuple[str, ...]:
+        return (self.kind,)
 
 
 Quantity = Annotated[

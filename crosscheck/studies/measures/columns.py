@@ -48,16 +48,14 @@ def require_measurable(quantity: quantities.Quantity, case: Case, file: str) -> 
     planet = getattr(quantity, "planet", None)
     if planet is not None and planet > max(planets, 1):
         raise InputError(where, "planet", planet, f"the arm's joints have up to {planets}")
-    if (
-        isinstance(quantity, quantities.ContactLoss | quantities.ApartShare)
-        and case.switches.dead_zone != "exact"
-    ):
+    of_contact = isinstance(quantity, quantities.ContactLoss | quantities.ApartShare)
+    if of_contact and case.switches.dead_zone != "exact":
         allowed = "needs dead_zone = exact: by Eq. 6 no force is ever 0"
         raise InputError(where, "kind", quantity.kind, allowed)
-    aims = isinstance(quantity, quantities.Settling) and quantity.target_rad is None
-    if (aims or isinstance(quantity, quantities.FinalError)) and not isinstance(
-        case.scenario.drive, PdDrive
-    ):
+    aims = isinstance(quantity, quantities.FinalError) or (
+        isinstance(quantity, quantities.Settling) and quantity.target_rad is None
+    )
+    if aims and not isinstance(case.scenario.drive, PdDrive):
         raise InputError(where, "kind", quantity.kind, "needs a PD drive, which has a target")
     if isinstance(quantity, quantities.RigidDeviation) and quantity.level not in RIGID_LEVELS:
         raise InputError(where, "level", quantity.level, f"allowed: {', '.join(RIGID_LEVELS)}")
@@ -77,17 +75,13 @@ def _columns(quantity: quantities.Quantity, case: Case) -> Iterator[Column]:
     else:
         every = getattr(quantity, "joint", None) is None
         dims, shape = (("joint",), (joints,)) if every else ((), ())
-        for part, unit, meaning in _parts(quantity):
-            yield Column(quantity.called + part, unit, meaning, dims, shape)
-
-
-def _parts(quantity: quantities.Quantity) -> list[tuple[str, str, str]]:
-    """Of a number's name what is added to the quantity's, its unit and its meaning."""
-    if isinstance(quantity, quantities.SpectralPeak):
-        about = f"largest line of {quantity.signal}"
-        amplitude = ("_amplitude", unit_of(quantity.signal), f"amplitude of the {about}")
-        return [("_frequency", "Hz", f"frequency of the {about}"), amplitude]
-    return [("", *_meaning(quantity))]
+        if isinstance(quantity, quantities.SpectralPeak):
+            about = f"largest line of {quantity.signal}"
+            name, unit = quantity.called, unit_of(quantity.signal)
+            yield Column(f"{name}_frequency", "Hz", f"frequency of the {about}", dims, shape)
+            yield Column(f"{name}_amplitude", unit, f"amplitude of the {about}", dims, shape)
+        else:
+            yield Column(quantity.called, *_meaning(quantity), dims, shape)
 
 
 def _meaning(quantity: quantities.Quantity) -> tuple[str, str]:

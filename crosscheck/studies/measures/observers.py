@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -122,9 +124,19 @@ class _Whole:
             pieces.append(getattr(chunk, name).copy())
 
     def joined(self, name: str, planets: Sequence[int]) -> np.ndarray:
-        """A signal, as often as a joint has planets where one stands for all; nan beyond these."""
+        """A signal, (records, joints, [planets,] members).
+
+        Of meshes as often as a joint has planets, where one stands for all; nan beyond these, and
+        where there are no meshes.
+        """
         whole = np.concatenate(self.values[name])
-        return whole if whole.ndim == 3 else _each(whole, planets)
+        if whole.ndim == 3:
+            return whole
+        records, joints, known, members = whole.shape
+        found = np.full((records, joints, max(1, *planets), members), np.nan)
+        for joint, count in enumerate(planets):
+            found[:, joint, :count] = whole[:, joint, : 1 if known == 1 else count]
+        return found
 
 
 class _Kept(_Whole):
@@ -176,34 +188,33 @@ def _fold(
     columns = _columns(joints, cases)
     if isinstance(quantity, quantities.FinalError):
         return folds.Last(columns), _targets(cases)[joints]
+    fold: folds.Fold
     if isinstance(quantity, quantities.Settling):
         aim = quantity.target_rad
         targets = _targets(cases)[joints] if aim is None else np.full(columns, aim)
-        return folds.Settled(targets, quantity.band_rad), 0.0
-    if isinstance(quantity, quantities.ContactLoss):
-        return folds.FirstLoss(columns), 0.0
-    if isinstance(quantity, quantities.ApartShare):
-        return folds.ContactLossShare(columns), 0.0
-    assert isinstance(quantity, quantities.OfSignal)
-    return _of_signal(quantity, columns), 0.0
-
-
-def _of_signal(quantity: quantities.OfSignal, columns: tuple[int, ...]) -> folds.Fold:
-    if isinstance(quantity, quantities.BandRms):
-        return folds.BandRmsFold(columns, *quantity.band_Hz)
-    if isinstance(quantity, quantities.SpectralPeak):
-        return folds.LargestLine(columns, *quantity.band_Hz)
-    if isinstance(quantity, quantities.Crossing):
-        level = quantity.level
-        if quantity.side == "above":
-            return folds.First(columns, lambda values: values > level)
-        return folds.First(columns, lambda values: values < level)
-    assert isinstance(quantity, quantities.Size)
-    if quantity.kind == "final":
-        return folds.Last(columns)
-    if quantity.kind in ("peak", "peak_to_peak"):
-        return folds.PeakFold(columns) if quantity.kind == "peak" else folds.Range(columns)
-    return folds.Average(columns, squared=quantity.kind == "rms")
+        fold = folds.Settled(targets, quantity.band_rad)
+    elif isinstance(quantity, quantities.ContactLoss):
+        fold = folds.FirstLoss(columns)
+    elif isinstance(quantity, quantities.ApartShare):
+        fold = folds.ContactLossShare(columns)
+    elif isinstance(quantity, quantities.BandRms):
+        fold = folds.BandRmsFold(columns, *quantity.band_Hz)
+    elif isinstance(quantity, quantities.SpectralPeak):
+        fold = folds.LargestLine(columns, *quantity.band_Hz)
+    elif isinstance(quantity, quantities.Crossing):
+        beyond = operator.gt if quantity.side == "above" else operator.lt
+        fold = folds.First(columns, lambda values: beyond(values, quantity.level))
+    else:
+        assert isinstance(quantity, quantities.Size)
+        sizes: dict[str, Callable[[tuple[int, ...]], folds.Fold]] = {
+            "final": folds.Last,
+            "peak": folds.PeakFold,
+            "peak_to_peak": folds.Range,
+            "mean": partial(folds.Average, squared=False),
+            "rms": partial(folds.Average, squared=True),
+        }
+        fold = sizes[quantity.kind](columns)
+    return fold, 0.0
 
 
 def _joints(quantity: quantities.Quantity, cases: Sequence[Case]) -> slice | int:
@@ -246,16 +257,3 @@ def _signal(chunk: ChunkRecords, name: str, planet: int) -> np.ndarray:
     if planet > values.shape[2]:  # none of that number, or no meshes at all
         return np.full((values.shape[0], values.shape[1], values.shape[3]), np.nan)
     return values[:, :, planet - 1]
-
-
-def _each(values: np.ndarray, counts: Sequence[int]) -> np.ndarray:
-    """(records, joints, planets, members) of a planet that stands for all, or of each.
-
-    counts: of every joint's planets; beyond them, and where there are no meshes, all is nan.
-    """
-    planets = max(1, *counts)
-    found = np.full((*values.shape[:2], planets, values.shape[3]), np.nan)
-    for joint, count in enumerate(counts):
-        alone = values.shape[2] == 1
-        found[:, joint, :count] = values[:, joint, : 1 if alone else count]
-    return found
