@@ -134,8 +134,10 @@ def _sampled(
     else:
         draws = generator.uniform(-1, 1, (count, columns))
         width, relative = axis.tolerance, axis.relative_tolerance
-    widths = np.abs(centres) * relative if relative is not None else width
-    return centres + draws * widths
+    if relative is not None:
+        return centres + draws * (np.abs(centres) * relative)
+    assert width is not None  # the definition's own validation
+    return centres + draws * width
 
 
 def _centres(
