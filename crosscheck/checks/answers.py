@@ -172,24 +172,18 @@ def _force_slopes(model: Model) -> np.ndarray:
 
     Over differences of one size, and of twice that.
     """
-    sizes = np.tile(np.where(model.layout.angular, TURN, SHIFT), 2)
-    return np.array([_slopes(model, size) for size in (sizes, 2 * sizes)])
-
-
-def _slopes(model: Model, sizes: np.ndarray) -> np.ndarray:
     pose = _start_pose(model)
+    start, found = np.append(pose, 0 * pose), []
+    once = np.tile(np.where(model.layout.angular, TURN, SHIFT), 2)
 
     def force(state: np.ndarray) -> np.ndarray:
         q, v = np.split(state, 2)
         return _generalized_force(model, 0.0, q, v)
 
-    start, steps = np.append(pose, 0 * pose), np.diag(sizes)
-    differences = [force(start + step) - force(start - step) for step in steps]
-    return np.stack(differences, axis=1) / (2 * sizes)
-
-
-def _abilities(model: Model) -> list[str]:
-    return sorted(model.abilities)
+    for sizes in (once, 2 * once):
+        apart = [force(start + step) - force(start - step) for step in np.diag(sizes)]
+        found.append(np.stack(apart, axis=1) / (2 * sizes))
+    return np.array(found)
 
 
 AT_STATE: dict[str, Callable[[Model, float, np.ndarray, np.ndarray], np.ndarray | float]] = {
@@ -204,7 +198,7 @@ WITHOUT_STATE: dict[str, Callable[[Model], np.ndarray | float | list[str]]] = {
     "mesh_modes": _mesh_modes,
     "contact_poles": _contact_poles,
     "largest_stable_step": _largest_stable_step,
-    ABILITIES: _abilities,
+    ABILITIES: lambda model: sorted(model.abilities),
     START_MASS: _start_mass,
     FORCE_SLOPES: _force_slopes,
 }

@@ -39,7 +39,7 @@ def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> N
     model closes its joints by constraint equations.
     """
     tolerance = TOLERANCE_OF_CONSTRAINTS if constrained else TOLERANCE
-    at = _chosen(run)
+    at = np.unique(np.linspace(0, run.sizes["time"] - 1, TIMES).round().astype(int))
     if not model.layout.free:
         at = at[_planets_move_alike(run, at, model)]
     q, v = (_states(run, model.layout, suffix) for suffix in ("", "_dot"))
@@ -106,10 +106,6 @@ def _sizes(run: xr.Dataset, model: Model, q: np.ndarray) -> dict[str, float]:
 
 def _largest(values: xr.DataArray) -> float:
     return float(np.nanmax(np.abs(values.values)))
-
-
-def _chosen(run: xr.Dataset) -> np.ndarray:
-    return np.unique(np.linspace(0, run.sizes["time"] - 1, TIMES).round().astype(int))
 
 
 def _planets_move_alike(run: xr.Dataset, at: np.ndarray, model: Model) -> np.ndarray:

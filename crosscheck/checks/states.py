@@ -124,9 +124,15 @@ def natural_sizes(
 def _scale(
     quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Setting
 ) -> DifferenceScale:
+    """Of values of a quantity, whose tolerance is rounding times how badly conditioned it is."""
     conditioning, reason = 1.0, "1"
+    angular, arc = setting.layout.angular, gear_arc(setting.arm)
     if quantity in ("generalized_force", "acceleration"):
-        conditioning = _play_conditioning(setting)
+        if not angular.all():
+            # A mesh displacement is a small difference of large arcs, in a model that turns gears.
+            q = setting.states.q
+            arcs = arc * np.abs(q[:, angular]).max()
+            conditioning = float(arcs / np.sqrt((q[:, ~angular] ** 2).mean()))
         reason = f"{conditioning:.0f} (arcs of the gears against the play between their teeth)"
     if quantity == "acceleration":
         inverse = float(np.linalg.cond(scaled(inertia)))
@@ -136,30 +142,13 @@ def _scale(
     basis = f"{ROUNDINGS} eps x conditioning {reason}, at most {LOOSEST:g}"
     least = np.zeros(len(inertia))
     if quantity == "generalized_force":
-        least = _cancelling(values, setting) * ROUNDINGS * EPS / tolerance
-    return DifferenceScale(
-        natural_sizes(quantity, values, inertia, setting), least, tolerance, basis
-    )
-
-
-def _cancelling(values: np.ndarray, setting: Setting) -> np.ndarray:
-    """Of each component of a generalized force, (n,), what cancels in it.
-
-    Mesh forces do no work on the joint angles. In a model that lets them act on bodies their
-    moments cancel there, and leave roundings of their own size, however small the motors' torques.
-    """
-    angular = setting.layout.angular
-    forces = np.sqrt((values[:, ~angular] ** 2).mean(axis=0)).max(initial=0.0)
-    return np.where(angular, forces * gear_arc(setting.arm), 0.0)
-
-
-def _play_conditioning(setting: Setting) -> float:
-    """A mesh displacement is a small difference of large arcs, in a model that turns its gears."""
-    angular = setting.layout.angular
-    if angular.all():
-        return 1.0
-    arcs = gear_arc(setting.arm) * np.abs(setting.states.q[:, angular]).max()
-    return float(arcs / np.sqrt((setting.states.q[:, ~angular] ** 2).mean()))
+        # Mesh forces do no work on the joint angles. In a model that lets them act on bodies their
+        # moments cancel there, and leave roundings of their own size, however small the motors'
+        # torques.
+        forces = np.sqrt((values[:, ~angular] ** 2).mean(axis=0)).max(initial=0.0)
+        least = np.where(angular, forces * arc, 0.0) * ROUNDINGS * EPS / tolerance
+    natural = natural_sizes(quantity, values, inertia, setting)
+    return DifferenceScale(natural, least, tolerance, basis)
 
 
 def scaled(inertia: np.ndarray) -> np.ndarray:

@@ -48,13 +48,12 @@ def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[
     fine = Experiment("energy-fine", finer)
     for model in promising("simulate", covering("geared", lossless, springs)):
         own = smooth if model in same_integrator() else fine
-        yield _balance(own, own.run(model), energy.stays)
+        yield _balance(own, energy.stays, own.run(model))
     impacts = Experiment("energy-impacts", Case(lossless, scenario, springs))
-    yield _balance(
-        impacts, _reference(impacts), energy.stays, _reference(impacts, "-finer", FINER_RTOL)
-    )
+    again = _reference(impacts, "-finer", FINER_RTOL)
+    yield _balance(impacts, energy.stays, _reference(impacts), again)
     papers = Experiment("energy-paper", impacts.case._replace(switches=free))
-    yield _balance(papers, _reference(papers), energy.strays)
+    yield _balance(papers, energy.strays, _reference(papers))
 
 
 def without_losses(arm: Arm) -> Arm:
@@ -85,15 +84,13 @@ def _reference(experiment: Experiment, variant: str = "", rtol: float = RTOL) ->
     return Simulation(RunKey(experiment.name, lead(), f"reference{variant}"), experiment.case, rtol)
 
 
-def _balance(
-    experiment: Experiment, run: Simulation, judge: Judge, *again: Simulation
-) -> Comparison:
+def _balance(experiment: Experiment, judge: Judge, *runs: Simulation) -> Comparison:
     """Of a run; or of the better of several, for what a law makes of nothing it makes in all."""
-    key = Key("invariants", experiment.name, "energy", run.model)
+    key = Key("invariants", experiment.name, "energy", runs[0].model)
     about = About(key, "J", METRIC, "first principles")
 
     def judged(about: About, *runs: xr.Dataset) -> Finding:
         found = [judge(about, each, experiment.case) for each in runs]
         return min(found, key=lambda finding: finding.relative or 0.0)
 
-    return answered(about, (run, *again), judged)
+    return answered(about, runs, judged)

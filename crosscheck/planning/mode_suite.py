@@ -25,7 +25,12 @@ MODE_METRIC = "largest relative distance of a mode to the nearest of the other m
 
 def linearised(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
     """Modes and poles with the teeth in contact."""
-    yield from mode_comparisons(where, arm, chosen)
+    case = Case(arm, at_rest(), chosen)
+    able = promising("mesh_modes", _geared(case)) if scales.geared(arm) else ()
+    for left, right in combinations(able, 2):
+        tasks = [Evaluation(name, case, "mesh_modes") for name in (left, right)]
+        key = Key("modes", where, "mesh-mode", left, right)
+        yield answered(About(key, "1", MODE_METRIC), tasks, partial(_same_modes, tasks, []))
     yield from pole_comparisons(where, arm, chosen)
     yield from _locked_stages(where, arm, chosen)
     yield from _stable_steps(where, arm, chosen)
@@ -47,16 +52,6 @@ def _stable_steps(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison
 def _system(name: str, case: Case) -> tuple[Evaluation, Evaluation]:
     """A model's inertia and slopes of its force at the start, of which poles are made."""
     return Evaluation(name, case, START_MASS), Evaluation(name, case, FORCE_SLOPES)
-
-
-def mode_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
-    """Mesh modes of every pair of models that have them."""
-    case = Case(arm, at_rest(), chosen)
-    able = promising("mesh_modes", _geared(case)) if scales.geared(arm) else ()
-    for left, right in combinations(able, 2):
-        tasks = [Evaluation(name, case, "mesh_modes") for name in (left, right)]
-        key = Key("modes", where, "mesh-mode", left, right)
-        yield answered(About(key, "1", MODE_METRIC), tasks, partial(_same_modes, tasks, []))
 
 
 def pole_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:

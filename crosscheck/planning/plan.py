@@ -147,10 +147,10 @@ class Wanted:
 def outlined(wanted: Wanted, sizes: sizing.Sizes | None) -> list[Experiment]:
     """The experiments at the steps of their scenarios: what must be known before the plan."""
     laws = wanted.chosen or usual_switches(wanted.arm)
-    if wanted.scenarios:
-        return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in wanted.scenarios]
-    if sizes is not None:
+    scenarios = wanted.scenarios
+    if not scenarios and sizes is not None:
         scenarios = (sizing.step_scenario(sizes), sizing.pd_scenario(sizes))
+    if scenarios:
         return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in scenarios]
     found = []
     for law, duration in (QUICK_S if wanted.quick else FULL_S).items():
@@ -335,20 +335,15 @@ def nudged(case: Case) -> Case:
         )
     }
     if case.switches.planets == "free":
-        update["planet_offset_m"] = _apart(case.arm, start)
+        update["planet_offset_m"] = tuple(
+            tuple(
+                offset + rounding(case.arm) * (1 if planet % 2 else -1)
+                for planet, offset in enumerate(planet_offsets(start, number, joint.planet_count))
+            )
+            for number, joint in enumerate(case.arm.joints)
+        )
     moved = {"start": start.model_copy(update=update)}
     return case._replace(scenario=case.scenario.model_copy(update=moved))
-
-
-def _apart(arm: Arm, start: Start) -> tuple[tuple[float, ...], ...]:
-    counts = [joint.planet_count for joint in arm.joints]
-    return tuple(
-        tuple(
-            offset + rounding(arm) * (1 if planet % 2 else -1)
-            for planet, offset in enumerate(planet_offsets(start, joint, count))
-        )
-        for joint, count in enumerate(counts)
-    )
 
 
 def readings(wanted: Wanted) -> list[tuple[Arm, Content]]:

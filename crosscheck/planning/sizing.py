@@ -79,23 +79,16 @@ def sizes_of(arm: Arm) -> Sizes:
     rate = WITHOUT_GEARS if mode is None else 2 * np.pi * mode / SLOWER
     rigid = build(of_level("coupled")[0], arm, scenario_of("sizing", still, rate, 1.0))
     inertia = np.diag(rigid.mass_matrix(np.zeros(len(arm.joints))))
+    held = -weight_moments(arm, np.zeros(inertia.size))
+    step = _allowed(Torque, inertia * rate**2 * STEP_SWING + held)
     for halvings in range(GENTLER):
-        sizes = _controlled(arm, inertia, rate, rate / 2**halvings, mode)
+        controllers = rate / 2**halvings
+        P = _allowed(Gain, inertia * controllers**2 + 2 * largest_weights(arm))
+        D = _allowed(RateGain, 2 * DAMPING_RATIO * inertia * controllers)
+        sizes = Sizes(rate, tuple(map(float, inertia)), P, D, step, mode)
         if growth_of(arm, pd_scenario(sizes)) is None:
             break
     return sizes
-
-
-def _controlled(
-    arm: Arm, inertia: np.ndarray, rate: float, controllers: float, mode: float | None
-) -> Sizes:
-    proportional = inertia * controllers**2 + 2 * largest_weights(arm)
-    derivative = 2 * DAMPING_RATIO * inertia * controllers
-    held = -weight_moments(arm, np.zeros(inertia.size))
-    step = inertia * rate**2 * STEP_SWING + held
-    own = tuple(map(float, inertia))
-    P, D = _allowed(Gain, proportional), _allowed(RateGain, derivative)
-    return Sizes(rate, own, P, D, _allowed(Torque, step), mode)
 
 
 def _allowed(kind: Any, values: Iterable[float], digits: int = DIGITS) -> tuple[float, ...]:
@@ -190,8 +183,12 @@ def growth_of(arm: Arm, scenario: Scenario) -> GrowingMode | None:
 
     None if none grows to speak of within its duration. A fall is no vibration.
     """
-    found = [_growth(arm, posed) for posed in _poses(arm, scenario)]
-    worst = max(found, key=lambda growth: growth.rate_per_s)
+    poses = [scenario]
+    if isinstance(scenario.drive, PdDrive):
+        there = per_joint(scenario.drive.target_rad, len(arm.joints))
+        start = scenario.start.model_copy(update={"theta_rad": there})
+        poses.append(scenario.model_copy(update={"start": start}))
+    worst = max((_growth(arm, pose) for pose in poses), key=lambda growth: growth.rate_per_s)
     return worst if worst.rate_per_s * scenario.duration_s > TOLERATED else None
 
 
@@ -203,12 +200,3 @@ def _growth(arm: Arm, scenario: Scenario) -> GrowingMode:
     worst = vibrations[np.argmax(vibrations.real)]
     rate = float(worst.real) if worst.real > ROUNDING * np.abs(poles).max() else 0.0
     return GrowingMode(rate, float(worst.imag) / (2 * np.pi))
-
-
-def _poses(arm: Arm, scenario: Scenario) -> list[Scenario]:
-    poses = [scenario]
-    if isinstance(scenario.drive, PdDrive):
-        there = per_joint(scenario.drive.target_rad, len(arm.joints))
-        start = scenario.start.model_copy(update={"theta_rad": there})
-        poses.append(scenario.model_copy(update={"start": start}))
-    return poses
