@@ -188,23 +188,22 @@ def _require_same_plan(provenance: Provenance, wanted: Wanted) -> None:
 def _lines(value: Any, indent: int = 0, head: str = "", tail: str = "") -> Iterator[str]:
     """JSON with sorted keys in which whatever holds only scalars takes one line, if it fits."""
     pad = " " * indent
-    inline = f"{pad}{head}{_inline(value)}{tail}" if _is_flat(value) else None
-    if inline is not None and (len(inline) <= WIDTH or not isinstance(value, dict)):
-        yield inline
-        return
+    named: list[tuple[str | None, Any]] = []
+    if isinstance(value, dict):
+        named = sorted(value.items())
+    elif isinstance(value, list):
+        named = [(None, item) for item in value]
+    if not any(isinstance(item, dict | list) for _, item in named):
+        inline = f"{pad}{head}{_inline(value)}{tail}"
+        if len(inline) <= WIDTH or not isinstance(value, dict):
+            yield inline
+            return
     opening, closing = "{}" if isinstance(value, dict) else "[]"
     yield f"{pad}{head}{opening}"
-    named = sorted(value.items()) if isinstance(value, dict) else [(None, item) for item in value]
     for number, (key, item) in enumerate(named, start=1):
         label = "" if key is None else f"{json.dumps(key)}: "
         yield from _lines(item, indent + 1, label, "," if number < len(named) else "")
     yield f"{pad}{closing}{tail}"
-
-
-def _is_flat(value: Any) -> bool:
-    """Whether a value is a scalar or holds nothing but scalars."""
-    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    return not any(isinstance(item, dict | list) for item in inner)
 
 
 def _inline(value: Any) -> str:

@@ -113,32 +113,23 @@ def _verdicts(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterat
             yield failed(about, f"{_GONE}; was {was}")
         elif finding.verdict == "unfinished":
             yield unfinished(about, outcome(finding))
+        elif was is None and finding.verdict == "agree" and _of_guest(finding):
+            note = f"{finding.id}: {_GUEST}; agree: {outcome(finding)}"
+            yield measured_only(about, measured=0.0, basis="nothing on record", note=note)
         elif was is None:
-            yield _appeared(about, finding)
+            yield failed(about, f"{_NEW}; {finding.verdict}: {outcome(finding)}")
         elif was != finding.verdict:
-            yield _turned(about, was, finding)
+            steps = BEST_FIRST.index(finding.verdict) - BEST_FIRST.index(was)
+            way = "worse" if steps > 0 else "better"
+            note = f"{way}: {was} -> {finding.verdict}: {outcome(finding)}"
+            yield _verdict(about, abs(steps), note)
         else:
             yield _unturned(about, baseline.known.get(name), now.known.get(name), finding)
 
 
-def _appeared(about: About, finding: Finding) -> Finding:
-    """A check that is not on record: said, where a model is a guest that was not there then."""
-    said = f"{finding.verdict}: {outcome(finding)}"
-    if finding.verdict == "agree" and _of_guest(finding):
-        note = f"{finding.id}: {_GUEST}; {said}"
-        return measured_only(about, measured=0.0, basis="nothing on record", note=note)
-    return failed(about, f"{_NEW}; {said}")
-
-
 def _of_guest(finding: Finding) -> bool:
+    """Whether one of its models is a guest, which may not have been there when it was recorded."""
     return any(map(is_guest, (finding.left, finding.right)))
-
-
-def _turned(about: About, was: str, finding: Finding) -> Finding:
-    steps = BEST_FIRST.index(finding.verdict) - BEST_FIRST.index(was)
-    way = "worse" if steps > 0 else "better"
-    note = f"{way}: {was} -> {finding.verdict}: {outcome(finding)}"
-    return _verdict(about, abs(steps), note)
 
 
 def _unturned(
@@ -184,43 +175,34 @@ def _measurements(baseline: Baseline, now: Baseline, agreement: Agreement) -> It
 def _run_findings(
     name: str, record: RecordedRun | None, now: RecordedRun | None, result: CrossCheck
 ) -> Iterator[Finding]:
-    if record is None and any(str(key) == name and is_guest(key.model) for key in result.runs):
-        basis = "nothing on record"
-        yield measured_only(_run_about(name, "run", "1"), measured=0.0, basis=basis, note=_GUEST)
+    whole = _run_about(name, "run", "1")
+    own = filter(reduction.is_recorded, result.runs)
+    key = next((key for key in own if str(key) == name), None)
+    if record is None and key is not None and is_guest(key.model):
+        yield measured_only(whole, measured=0.0, basis="nothing on record", note=_GUEST)
     elif record is None:
-        yield failed(_run_about(name, "run", "1"), _NEW)
+        yield failed(whole, _NEW)
     elif now is None:
-        absence = _absence(name, result)
-        stopped = isinstance(absence, Failure) and absence.unfinished
-        missing = unfinished if stopped else failed
-        yield missing(_run_about(name, "run", "1"), f"{_GONE}: {absence}")
-    elif moved := _moved_settings(record, now):
+        why = None if key is None else reduction.reduced_run(key, result)
+        missing = unfinished if isinstance(why, Failure) and why.unfinished else failed
+        yield missing(whole, f"{_GONE}: {why or 'no longer part of the plan'}")
+    else:
+        yield from _tables(name, record, now)
+
+
+def _tables(name: str, record: RecordedRun, now: RecordedRun) -> Iterator[Finding]:
+    """Of a run on record and now, quantity by quantity, if it has the same settings."""
+    settings = {"scenario", "switches"}
+    then, today = (run.model_dump(mode="json", include=settings) for run in (record, now))
+    moved = [f"{path} {was!r} -> {is_now!r}" for path, was, is_now in differences(then, today)]
+    if moved:
         note = f"other settings, numbers not compared: {'; '.join(moved)}"
         yield failed(_run_about(name, "settings", "1"), note)
-    else:
-        before, after = record.tables, now.tables
-        for quantity in sorted({*before, *after}):
-            about = _run_about(name, quantity, UNITS[quantity])
-            yield _table(about, before.get(quantity), after.get(quantity))
-
-
-def _absence(name: str, result: CrossCheck) -> Failure | str:
-    """Why there is no run of this name now."""
-    key = next(
-        (key for key in filter(reduction.is_recorded, result.runs) if str(key) == name), None
-    )
-    if key is None:
-        return "no longer part of the plan"
-    reduced = reduction.reduced_run(key, result)
-    assert isinstance(reduced, Failure)  # for it is not among those recorded
-    return reduced
-
-
-def _moved_settings(record: RecordedRun, now: RecordedRun) -> list[str]:
-    then, today = (
-        run.model_dump(mode="json", include={"scenario", "switches"}) for run in (record, now)
-    )
-    return [f"{path} {was!r} -> {is_now!r}" for path, was, is_now in differences(then, today)]
+        return
+    before, after = record.tables, now.tables
+    for quantity in sorted({*before, *after}):
+        about = _run_about(name, quantity, UNITS[quantity])
+        yield _table(about, before.get(quantity), after.get(quantity))
 
 
 def _table(
@@ -251,21 +233,15 @@ def _number(about: About, pair: NumberPair, where: str) -> Finding:
     if record.uncertainty is not None and record.uncertainty > (record.tolerance or 0.0):
         note += f" (numerical uncertainty {record.uncertainty:g})"
     moved = record.tolerance is not None and apart > record.tolerance
-    if not moved and _is_widened(record, now):
+    # The lack of a tolerance counts as the widest that there may be.
+    uncompared = math.inf if now.widest is None else now.widest
+    granted = uncompared if record.tolerance is None else record.tolerance
+    if not moved and now.tolerance is not None and granted > WIDENED * now.tolerance:
         said = f"{record.tolerance} on record, {now.tolerance} now; renew the record"
         return failed(about, f"a tolerance that is not granted: {said}; {note}")
     if record.tolerance is None:
         return measured_only(about, measured=apart, basis=record.basis, note=note)
     return checked(about, measured=apart, tolerance=record.tolerance, basis=record.basis, note=note)
-
-
-def _is_widened(record: Bounded, now: Bounded) -> bool:
-    """Whether a tolerance on record, or the lack of one, is far from what is granted now."""
-    if now.tolerance is None:
-        return False
-    uncompared = math.inf if now.widest is None else now.widest
-    was = uncompared if record.tolerance is None else record.tolerance
-    return was > WIDENED * now.tolerance
 
 
 def _key(what: str, name: str) -> Key:
