@@ -20,14 +20,26 @@ def prepare() -> None:
     for descriptor, name in enumerate(("stdin", "stdout", "stderr")):
         stream = getattr(sys, name)
         if descriptor and stream is getattr(sys, f"__{name}__"):  # not one that a caller put there
-            setattr(sys, name, _tolerant(descriptor, stream))
+            outlet = _outlets[descriptor] = _Outlet(descriptor, "w", closefd=False)
+            tolerant = io.TextIOWrapper(
+                io.BufferedWriter(outlet),
+                encoding=getattr(stream, "encoding", "utf-8"),
+                errors="backslashreplace",  # for what the encoding does not have
+                line_buffering=descriptor == 2 or outlet.isatty(),
+            )
+            setattr(sys, name, tolerant)
     try:
         os.getcwd()  # which libraries ask for
     except OSError as error:
         raise InputError("working folder", "", None, f"is gone: {error.strerror}") from None
     # Processes share the work, of many small matrices: threads of the linear algebra only wait.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    _settle_matplotlib()
+    # Where Matplotlib's own folders cannot be used it would say so at length.
+    chosen = os.environ.get("MPLCONFIGDIR")
+    homes = {"XDG_CONFIG_HOME": ".config", "XDG_CACHE_HOME": ".cache"}
+    own = [Path(os.environ.get(n) or home_folder() / place) for n, place in homes.items()]
+    if not all(map(usable, [Path(chosen)] if chosen else own)):
+        os.environ["MPLCONFIGDIR"] = str(own_folder() / "matplotlib")
 
 
 def closing_code(code: int) -> int:
@@ -64,23 +76,3 @@ def occupy_streams() -> None:
             os.fstat(descriptor)
         except OSError:
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
-
-
-def _tolerant(descriptor: int, given: Any) -> io.TextIOWrapper:
-    """In the same encoding, with escapes for what it does not have."""
-    outlet = _outlets[descriptor] = _Outlet(descriptor, "w", closefd=False)
-    return io.TextIOWrapper(
-        io.BufferedWriter(outlet),
-        encoding=getattr(given, "encoding", "utf-8"),
-        errors="backslashreplace",
-        line_buffering=descriptor == 2 or outlet.isatty(),
-    )
-
-
-def _settle_matplotlib() -> None:
-    """Where its own folders cannot be used it would say so at length."""
-    chosen = os.environ.get("MPLCONFIGDIR")
-    homes = {"XDG_CONFIG_HOME": ".config", "XDG_CACHE_HOME": ".cache"}
-    own = [Path(os.environ.get(n) or home_folder() / place) for n, place in homes.items()]
-    if not all(map(usable, [Path(chosen)] if chosen else own)):
-        os.environ["MPLCONFIGDIR"] = str(own_folder() / "matplotlib")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -88,18 +88,14 @@ def compared(agreement: Agreement, arm: Arm) -> list[ModelAnswer]:
     pairs = [f for f in agreement.findings if f.about.key.right]
     own = [f for f in pairs if _is_own(f, arm)]
     found = []
-    for model in (*names("form"), lead(), *_derived_levels()):
+    home = lead().partition(":")[0]  # the package of the derivation, with rigid models of its own
+    derived = [name for name in names("rigid") if name.partition(":")[0] == home]
+    for model in (*names("form"), lead(), *derived):
         others = [f for f in own if _with_engine(f, model)]
         checks = [f for f in pairs if f.kind == "check" and _with_engine(f, model)]
         if others:
             found.append(_compared(model, others, checks, own))
     return found
-
-
-def _derived_levels() -> Iterator[str]:
-    """Rigid models of the derivation's own package."""
-    home = lead().partition(":")[0]
-    return (name for name in names("rigid") if name.partition(":")[0] == home)
 
 
 def _with_engine(finding: Finding, model: str) -> bool:
@@ -132,8 +128,8 @@ def _compared(
     else:
         verdict = "differ" if any(_beyond(f, own) for f in others) else "agree"
     ordered = {quantity: worst[quantity] for quantity in QUANTITIES if quantity in worst}
-    relative = [f.relative for f in checks if f.about.key.family == "states"]
-    common = [digits(value) for value in relative if value is not None]
+    states = [f.relative for f in checks if f.about.key.family == "states"]
+    common = [digits(value) for value in states if value is not None]
     return ModelAnswer(model, tuple(against), ordered, verdict, min(common, default=None))
 
 
@@ -190,23 +186,20 @@ def rigid_from_geared(agreement: Agreement) -> str:
             by_case.setdefault(key.case, []).append(finding)
     if not by_case:
         return "No rigid model was run beside the geared one."
-    return " ".join(_tips(case, found) for case, found in by_case.items())
+    said = []
+    for case, found in by_case.items():
+        ends = ", by ".join(map(_tip, (found[0], *found[1:][-1:])))
+        said.append(f"In experiment {case} the rigid arm's tip is off by up to {ends}.")
+    return " ".join(said)
 
 
-def _tips(case: str, found: Sequence[Finding]) -> str:
-    """Of one experiment."""
-    ends = [found[0], *found[1:][-1:]]
-    sizes = (f"{_length(f.measured or 0.0)} {_with(MODELS[f.left].level)}" for f in ends)
-    return f"In experiment {case} the rigid arm's tip is off by up to {', by '.join(sizes)}."
-
-
-def _length(metres: float) -> str:
-    return f"{1e3 * metres:.3g} mm" if metres >= 1e-5 else f"{1e6 * metres:.3g} µm"
-
-
-def _with(level: str) -> str:
-    """What a rigid level has."""
-    return f"with {LEVELS_HAVE[level]} ({level})" if level in LEVELS_HAVE else f"at level {level}"
+def _tip(finding: Finding) -> str:
+    """How far it is off, and what that rigid level has."""
+    metres, level = finding.measured or 0.0, MODELS[finding.left].level
+    length = f"{1e3 * metres:.3g} mm" if metres >= 1e-5 else f"{1e6 * metres:.3g} µm"
+    if level not in LEVELS_HAVE:
+        return f"{length} at level {level}"
+    return f"{length} with {LEVELS_HAVE[level]} ({level})"
 
 
 def trust(agreement: Agreement) -> str:

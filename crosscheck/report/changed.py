@@ -16,7 +16,8 @@ def print_changed(agreement: Agreement) -> None:
 
     agreement: as regression.compare returns it.
     """
-    beyond, known = sorted(agreement.disagreeing, key=_from_largest), known_differences(agreement)
+    beyond = sorted(agreement.disagreeing, key=lambda finding: -times_allowed(finding))
+    known = known_differences(agreement)
     for finding in beyond[:MOST]:
         print(printable(_line(finding)))
     if len(beyond) > MOST:
@@ -27,10 +28,6 @@ def print_changed(agreement: Agreement) -> None:
     print(printable(f"changed since the record: {changed}"))
     left = f"; {counted(len(known), 'known difference')} left as accepted" if known else ""
     print(f"{len(beyond)} of {counted(len(agreement.checks), 'recorded result')} changed{left}")
-
-
-def _from_largest(finding: Finding) -> float:
-    return -times_allowed(finding)
 
 
 def times_allowed(finding: Finding) -> float:

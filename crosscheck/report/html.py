@@ -36,7 +36,11 @@ def report_page(result: CrossCheck, pictures: Pictures) -> str:
         quantities=QUANTITIES,
         cells=found,
         groups=groups([cell for cell in found if cell.between_models]),
-        headline=[f for f in agreement.checks if _is_headline(f)],
+        headline=[
+            f
+            for f in agreement.checks
+            if f.about.key.case in HEADLINE_CASES and f.about.key.family in HEADLINE
+        ],
         deviations=_deviations(agreement.findings),
         pictures=pictures,
         signals=signals_json(pictures.signals),
@@ -67,11 +71,6 @@ def preliminary(wanted: plan.Wanted) -> str:
         f"With --quick {runs}, and models are compared at {QUICK_COUNT} random states where a full"
         f" cross-check takes {COUNT}. What happens later in the runs is not judged here."
     )
-
-
-def _is_headline(finding: Finding) -> bool:
-    key = finding.about.key
-    return key.case in HEADLINE_CASES and key.family in HEADLINE
 
 
 def _deviations(findings: Sequence[Finding]) -> dict[str, dict[str, list[Finding]]]:

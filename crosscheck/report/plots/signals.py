@@ -151,17 +151,18 @@ def _values(reference: str, runs: Mapping[str, xr.Dataset]) -> Iterator[tuple[Li
     first = runs[reference]
     for quantity in (name for name in QUANTITIES if name in first):
         for place, joint in enumerate(map(int, first["joint"].values)):
-            base = _first_planet(first[quantity])[:, place]
+            base = first_planet(first[quantity])[:, place]
             for model, run in runs.items():
                 if quantity not in run:
                     continue
-                own = base if model == reference else _first_planet(run[quantity])[:, place] - base
+                own = base if model == reference else first_planet(run[quantity])[:, place] - base
                 name = f"{quantity}/{joint}/{model}"
                 peak = float(np.abs(own).max())
                 yield Line(name, quantity, joint, model, peak), own
 
 
-def _first_planet(values: xr.DataArray) -> np.ndarray:
+def first_planet(values: xr.DataArray) -> np.ndarray:
+    """Of planet 1, (times, joints), or as they are where they are of no planet."""
     return (values.isel(planet=0) if "planet" in values.dims else values).values
 
 
@@ -192,7 +193,7 @@ def _events(
     if CONTACT not in run:
         return
     force = {
-        int(joint): _first_planet(run[CONTACT])[:, place]
+        int(joint): first_planet(run[CONTACT])[:, place]
         for place, joint in enumerate(run["joint"].values)
     }
     joint = max(force, key=lambda number: float(np.abs(force[number]).max()))
