@@ -15,7 +15,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from crosscheck import LARGEST_SEED, __version__
-from crosscheck.cli.surroundings import closing_code, prepare
+from crosscheck.cli.surroundings import closing_code, enough_memory, prepare
 from crosscheck.entry import loaded, unusable
 from crosscheck.runner.interruption import exit_code, farewell, was_stopped
 
@@ -378,8 +378,6 @@ def sweep(
     ] = False,
 ) -> None:
     """Run a study, many members of one arm and experiment; write a NetCDF file."""
-    from crosscheck.studies.batches.memory import enough_memory
-
     with enough_memory():
         from crosscheck.cli.studies import sweep_command
 
@@ -397,8 +395,6 @@ def plot(
     ] = None,
 ) -> None:
     """Draw the result of a study: maps, curves and distributions."""
-    from crosscheck.studies.batches.memory import enough_memory
-
     with enough_memory():
         from crosscheck.cli.studies import plot_command
 

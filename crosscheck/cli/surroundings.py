@@ -1,16 +1,22 @@
-"""What the command line needs around it: streams that take every print, folders for libraries."""
+"""What the command line needs around it: streams that take every print, folders, memory."""
 
 from __future__ import annotations
 
+import errno
 import io
 import os
+import resource
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import forget
 from crosscheck.models.places import home_folder, own_folder, usable
+
+LEAST_BYTES = 600_000_000  # of address space, where a study's libraries take 450 MB
 
 
 def prepare() -> None:
@@ -50,6 +56,24 @@ def closing_code(code: int) -> int:
         return code
     print(f"crosscheck: standard output: cannot be written: {lost.strerror}", file=sys.stderr)
     return code or 2
+
+
+@contextmanager
+def enough_memory() -> Iterator[None]:
+    """Raise InputError where the limit is too low for the libraries, or for the work in here."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if resource.RLIM_INFINITY != limit < LEAST_BYTES:
+        need = LEAST_BYTES // 10**6
+        allowed = f"a limit of {limit // 10**6} MB is set; at least {need} are needed"
+        raise InputError("memory", "", None, allowed)
+    try:
+        yield
+    except MemoryError as error:
+        raise InputError("memory", "", None, f"is not enough: {error or 'none left'}") from None
+    except OSError as error:
+        if error.errno != errno.ENOMEM:
+            raise
+        raise InputError("memory", "", None, f"is not enough: {error.strerror}") from None
 
 
 class _Outlet(io.FileIO):

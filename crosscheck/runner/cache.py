@@ -41,14 +41,13 @@ def clear_command() -> None:
 def kept() -> Iterator[KeptFiles]:
     """Simulations, kernels, and the functions of an engine, compiled."""
     own = cache_folder()
-    yield _of("simulations", own, entries(own))
     machine_code = own / MACHINE_CODE
-    yield _of("kernels", machine_code, sorted(machine_code.glob("*.o")))
-    compiled = [*compiled_files(ROOT / "crosscheck"), *(own / "compiled").glob("*/*.nb[ci]")]
-    yield _of("compiled functions", ROOT, sorted(set(compiled)))
-
-
-def _of(said: str, folder: Path, paths: list[Path]) -> KeptFiles:
-    with in_one_line(folder):
-        sizes = {path: path.lstat().st_size for path in paths}
-    return KeptFiles(said, folder, sizes)
+    compiled = {*compiled_files(ROOT / "crosscheck"), *(own / "compiled").glob("*/*.nb[ci]")}
+    for said, folder, paths in (
+        ("simulations", own, entries(own)),
+        ("kernels", machine_code, sorted(machine_code.glob("*.o"))),
+        ("compiled functions", ROOT, sorted(compiled)),
+    ):
+        with in_one_line(folder):
+            sizes = {path: path.lstat().st_size for path in paths}
+        yield KeptFiles(said, folder, sizes)

@@ -84,18 +84,14 @@ def supervised(command: Callable[[], NoReturn]) -> int:
         end_with_parent()
         if os.getppid() != parent:
             os._exit(NO_VERDICT)
-        _perform(command)
+        try:
+            command()
+        except SystemExit as left:
+            _say(code=left.code if isinstance(left.code, int) else int(left.code is not None))
+            raise
+        raise AssertionError("a command leaves by SystemExit")
     os.close(there)
     return _Supervision(child, here).exit_code()
-
-
-def _perform(command: Callable[[], NoReturn]) -> NoReturn:
-    try:
-        command()
-    except SystemExit as left:
-        _say(code=left.code if isinstance(left.code, int) else int(left.code is not None))
-        raise
-    raise AssertionError("a command leaves by SystemExit")
 
 
 @dataclass
@@ -133,8 +129,11 @@ class _Supervision:
             return self.said
         if self.stopped is not None:
             return 128 + self.stopped
-        assert self.status is not None  # it has ended
-        how = _end(self.status)
+        assert self.status is not None  # it has ended, by itself
+        code = os.waitstatus_to_exitcode(self.status)
+        how = f"its process ended with exit code {code}"
+        if code < 0:
+            how = f"its process was ended by {signal.Signals(-code).name}"
         if self.begun:
             return self._blamed(f"{self.begun[-1][0]}: {how}", BAD_INPUT)
         return self._blamed(f"came to no verdict: {how}", NO_VERDICT)
@@ -205,11 +204,3 @@ class _Supervision:
         shown = SHOW_CURSOR if os.isatty(2) else ""
         print(f"{shown}{one_line(PROGRAM + line)}", file=sys.stderr)
         return code
-
-
-def _end(status: int) -> str:
-    """How a process ended by itself, in words."""
-    code = os.waitstatus_to_exitcode(status)
-    if code < 0:
-        return f"its process was ended by {signal.Signals(-code).name}"
-    return f"its process ended with exit code {code}"

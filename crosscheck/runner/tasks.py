@@ -66,7 +66,10 @@ class Simulation:
         """The whole trajectory, or what prevented it: a failed check, not a crash."""
         try:
             entry, model = MODELS[self.model], built(self.model, self.case)
-            run = self._run(model)
+            if self.rtol is None:
+                run = model.simulate()
+            else:
+                run = (model.precise if self.is_precise else model.reference)(self.rtol)
             own_teeth = entry.role != "handed"
             meshing = bool(entry.layout(self.case.arm, self.case.switches).meshing)
             require_complete(run, self.model, self.case, meshing=meshing and own_teeth)
@@ -81,11 +84,6 @@ class Simulation:
     def is_precise(self) -> bool:
         """Whether its steps end where contacts change."""
         return self.key.variant.startswith(PRECISE)
-
-    def _run(self, model: Model) -> xr.Dataset:
-        if self.rtol is None:
-            return model.simulate()
-        return model.precise(self.rtol) if self.is_precise else model.reference(self.rtol)
 
 
 @dataclass(frozen=True)

@@ -139,7 +139,8 @@ class Workers:
             try:
                 finished = self._finished()
             except KeyboardInterrupt:
-                yield from [*map(self._ended, self._with_results())]
+                done = [w for w in self.crew if w.task is not None and w.pipe.poll()]
+                yield from [*map(self._ended, done)]
                 raise
             ended = [*map(self._ended, finished)]
             given = self._employ(waiting)
@@ -164,9 +165,6 @@ class Workers:
                 worker.give(task)
             given.append(task.key)
         return given
-
-    def _with_results(self) -> list[_Worker]:
-        return [w for w in self.crew if w.task is not None and w.pipe.poll()]
 
     def _hired(self) -> _Worker:
         here, there = FORK.Pipe()
@@ -210,14 +208,12 @@ class Workers:
         worker.kill()
         if worker.over:
             return Failure("TooSlow", worker.over, unfinished=True)
-        return Failure(DIED, _last_words(worker.process.exitcode))
-
-
-def _last_words(code: int | None) -> str:
-    """Of a process that ended by itself."""
-    if code is not None and code < 0:
-        return f"the process of the model was ended by {signal.Signals(-code).name}"
-    return f"the process of the model ended with exit code {code}"
+        code = worker.process.exitcode
+        if code is not None and code < 0:
+            how = f"was ended by {signal.Signals(-code).name}"
+        else:
+            how = f"ended with exit code {code}"
+        return Failure(DIED, f"the process of the model {how}")
 
 
 def _serve(pipe: Connection, parent: int) -> None:
