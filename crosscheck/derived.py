@@ -20,7 +20,7 @@ from crosscheck.checks.scales import largest_weights
 from crosscheck.models.arm.arm import Arm, Direct, Planetary
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.arm.planets import unlike_fields
-from crosscheck.models.arm.stiffness import SineStiffness, StiffnessLaw
+from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.loading import load_scenario
 from crosscheck.planning.sizing import Sizes, pd_scenario, step_scenario
 
@@ -68,8 +68,10 @@ def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[DerivedQuantity
     law, pair = named.mesh.stiffness, named.pair
     mean = mean_stiffness(law)
     ratio = named.damping / (2 * math.sqrt(joint.planet_count * mean * named.mass))
+    amplitude = np.array([law.amplitude_N_per_m if isinstance(law, SineStiffness) else 0.0])
+    largest = float(peak_stiffness(stiffness_data([law]), np.array([mean]), amplitude)[0])
     yield DerivedQuantity("mean stiffness, per planet", mean, "N/m")
-    yield DerivedQuantity("largest stiffness, per planet", _largest_stiffness(law), "N/m")
+    yield DerivedQuantity("largest stiffness, per planet", largest, "N/m")
     together = f"d_{pair}, damping of x_{pair}, {joint.planet_count} planets alike"
     yield DerivedQuantity(together, named.damping, "N s/m")
     yield DerivedQuantity(f"zeta_{pair}, damping ratio of x_{pair}", ratio)
@@ -77,40 +79,32 @@ def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[DerivedQuantity
         yield DerivedQuantity("phase from the teeth", named.phase, "rad")
 
 
-def _largest_stiffness(law: StiffnessLaw) -> float:
-    amplitude = law.amplitude_N_per_m if isinstance(law, SineStiffness) else 0.0
-    mean = np.array([mean_stiffness(law)])
-    return float(peak_stiffness(stiffness_data([law]), mean, np.array([amplitude]))[0])
-
-
 def derived_joint(joint: Planetary | Direct) -> Iterator[DerivedQuantity]:
     """Of its gears, if it has any, and what a rigid arm has of it."""
     if isinstance(joint, Planetary):
-        yield from _gearing(joint)
-        yield from _inertias(joint)
-    source = "sun and planets" if isinstance(joint, Planetary) else "the rotor"
-    yield DerivedQuantity(f"reflected inertia of {source}", _reflected(joint), "kg m^2")
+        yield from _stage(joint)
+        sun, planet, _ = equivalent_masses(joint)
+        source, radius = "sun and planets", stage_geometry(joint).r_cp
+        reflected = (4 * sun + joint.planet_count * planet) * radius**2
+    else:
+        source, reflected = "the rotor", joint.rotor_inertia_kg_m2
+    yield DerivedQuantity(f"reflected inertia of {source}", reflected, "kg m^2")
     yield DerivedQuantity("mass at the joint's axis", joint_mass(joint), "kg")
 
 
-def _gearing(joint: Planetary) -> Iterator[DerivedQuantity]:
+def _stage(joint: Planetary) -> Iterator[DerivedQuantity]:
+    """Its geometry and rates; inertias as equivalent masses M and as I = M r^2."""
     geometry = stage_geometry(joint)
     yield DerivedQuantity("r_s, base radius of the sun", geometry.r_s, "m")
     yield DerivedQuantity("r_p, base radius of a planet", geometry.r_p, "m")
     yield DerivedQuantity("r_c, carrier radius", geometry.r_c, "m")
     yield DerivedQuantity("r_cp = r_c cos(alpha)", geometry.r_cp, "m")
     yield DerivedQuantity("n, reduction ratio", geometry.n)
-    yield DerivedQuantity(
-        "sun mesh: cycles per turn of the carrier", sun_mesh_rate(joint, geometry)
-    )
+    cycles = sun_mesh_rate(joint, geometry)
+    yield DerivedQuantity("sun mesh: cycles per turn of the carrier", cycles)
     for rate in ("eq13", "corrected"):
         cycles = ring_mesh_rate(joint, geometry, rate)
         yield DerivedQuantity(f"ring mesh: the same, {rate}", cycles)
-
-
-def _inertias(joint: Planetary) -> Iterator[DerivedQuantity]:
-    """As equivalent masses M and as inertias I = M r^2."""
-    geometry = stage_geometry(joint)
     parts = (("s", "the sun"), ("p", "a planet"), ("c", "the carrier"))
     radii = geometry.r_s, geometry.r_p, geometry.r_cp
     masses = equivalent_masses(joint)
@@ -122,17 +116,8 @@ def _inertias(joint: Planetary) -> Iterator[DerivedQuantity]:
         ("planet", masses[1], joint.planet_mass_kg),
     ):
         if mass:
-            yield DerivedQuantity(
-                f"{part}: radius of gyration over base radius", math.sqrt(own / mass)
-            )
-
-
-def _reflected(joint: Planetary | Direct) -> float:
-    """What the link feels of sun and planets, or of a motor without gears [kg m^2]."""
-    if isinstance(joint, Direct):
-        return joint.rotor_inertia_kg_m2
-    sun, planet, _ = equivalent_masses(joint)
-    return (4 * sun + joint.planet_count * planet) * stage_geometry(joint).r_cp ** 2
+            ratio = math.sqrt(own / mass)
+            yield DerivedQuantity(f"{part}: radius of gyration over base radius", ratio)
 
 
 def derived_link(arm: Arm, place: int) -> Iterator[DerivedQuantity]:
@@ -148,27 +133,23 @@ def derived_arm(arm: Arm) -> Iterator[DerivedQuantity]:
     yield DerivedQuantity("total mass", sum(masses), "kg")
     for number, moment in enumerate(largest_weights(arm), start=1):
         yield DerivedQuantity(f"joint {number}: largest moment of weight", float(moment), "N m")
-    for pole in _mesh_poles(arm):
+    model = PhysicalModel(arm, load_scenario("constant-torque"))
+    for pole in _mesh_poles(model):
         yield DerivedQuantity("mesh mode", abs(pole) / (2 * math.pi), "Hz")
         yield DerivedQuantity("its damping ratio", -pole.real / abs(pole))
-    yield DerivedQuantity("largest stable step of RK4", _model(arm).largest_stable_step(), "s")
+    yield DerivedQuantity("largest stable step of RK4", model.largest_stable_step(), "s")
 
 
-def _mesh_poles(arm: Arm) -> list[complex]:
+def _mesh_poles(model: PhysicalModel) -> list[complex]:
     """Eigenvalues [1/s] of the teeth, slowest first: the fastest vibrations, of suns and planets.
 
     Those damped beyond vibrating, and what the arm's weight lets swing, are not among them.
     """
-    model = _model(arm)
     poles = model.contact_poles()
     teeth = int((~model.layout.angular).sum())
     fastest = poles[np.argsort(poles.imag)[poles.size - teeth :]]
     vibrating = fastest[fastest.imag > RIGID * np.abs(poles).max()]
     return sorted(map(complex, vibrating), key=abs)
-
-
-def _model(arm: Arm) -> PhysicalModel:
-    return PhysicalModel(arm, load_scenario("constant-torque"))
 
 
 def derived_experiments(sizes: Sizes) -> Iterator[DerivedQuantity]:

@@ -188,15 +188,13 @@ def growth_of(arm: Arm, scenario: Scenario) -> GrowingMode | None:
         there = per_joint(scenario.drive.target_rad, len(arm.joints))
         start = scenario.start.model_copy(update={"theta_rad": there})
         poses.append(scenario.model_copy(update={"start": start}))
-    worst = max((_growth(arm, pose) for pose in poses), key=lambda growth: growth.rate_per_s)
+    worst = GrowingMode(0.0, 0.0)
+    for pose in poses:
+        poles = build(lead(), arm, pose, usual_switches(arm)).contact_poles()
+        rounding = ROUNDING * np.abs(poles).max()
+        vibrations = poles[poles.imag > rounding]
+        if vibrations.size:
+            fastest = vibrations[np.argmax(vibrations.real)]
+            if fastest.real > max(rounding, worst.rate_per_s):
+                worst = GrowingMode(float(fastest.real), float(fastest.imag) / (2 * np.pi))
     return worst if worst.rate_per_s * scenario.duration_s > TOLERATED else None
-
-
-def _growth(arm: Arm, scenario: Scenario) -> GrowingMode:
-    poles = build(lead(), arm, scenario, usual_switches(arm)).contact_poles()
-    vibrations = poles[poles.imag > ROUNDING * np.abs(poles).max()]
-    if not vibrations.size:
-        return GrowingMode(0.0, 0.0)
-    worst = vibrations[np.argmax(vibrations.real)]
-    rate = float(worst.real) if worst.real > ROUNDING * np.abs(poles).max() else 0.0
-    return GrowingMode(rate, float(worst.imag) / (2 * np.pi))

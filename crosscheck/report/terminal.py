@@ -34,19 +34,15 @@ def print_answers(agreement: Agreement, arm: Arm) -> None:
 
 def print_agreement(agreement: Agreement) -> None:
     """Verdict matrix, then every check that is not green, then the count."""
-    console = Console()
-    console.print(_matrix(agreement))
-    for finding in agreement.disagreeing:
-        told = printable(f" {finding.id}: {outcome(finding)}")
-        line = Text.assemble((finding.verdict, COLOURS[finding.verdict]), told)  # never markup
-        console.print(line, soft_wrap=True, highlight=False)
-    print(tally(agreement))
-
-
-def _matrix(agreement: Agreement) -> Table:
     table = Table("left", "right", "verdict", "checks", "digits in common", box=None)
     for cell in folded(cells(agreement.findings)):
         digits = ", ".join(f"{value:.1f} {family}" for family, value in cell.digits.items())
         verdict = Text(cell.verdict, COLOURS[cell.verdict])
         table.add_row(Text(cell.left), Text(cell.right), verdict, str(cell.checks), digits)
-    return table
+    console = Console()
+    console.print(table)
+    for finding in agreement.disagreeing:
+        told = printable(f" {finding.id}: {outcome(finding)}")
+        line = Text.assemble((finding.verdict, COLOURS[finding.verdict]), told)  # never markup
+        console.print(line, soft_wrap=True, highlight=False)
+    print(tally(agreement))

@@ -6,11 +6,11 @@ import hashlib
 import platform
 from collections.abc import Callable
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from crosscheck import __version__
 from crosscheck.models.errors import InputError
+from crosscheck.provenance import version
 from crosscheck.registry import MODELS, lead, second
 from crosscheck.runner.sources import code_hash
 
@@ -25,17 +25,10 @@ def fingerprint() -> str:
     models = [entry.module for entry in run_by]
     parts = [
         f"python {platform.python_version()} {platform.machine()}",
-        *(f"{name} {_version(name)}" for name in packages),
+        *(f"{name} {version(name) or 'missing'}" for name in packages),
         f"crosscheck {__version__} {code_hash(BATCH, *models)[:16]}",
     ]
     return ", ".join(parts)
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "missing"
 
 
 def digest_of(*parts: object) -> str:
