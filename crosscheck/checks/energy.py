@@ -33,13 +33,12 @@ CLOSES = 1e-9
 
 def rate_closes(about: About, given: invariants.Answered, setting: Setting, case: Case) -> Finding:
     """Kinetic and spring energy gain what motors, weight and friction put in."""
-    rates = [
-        _spring_rate(setting.arm, case.switches, setting.layout, q, v)
-        for _, q, v in zip(*setting.states, strict=True)
-    ]
+    arm, layout, drawn = setting
+    found = invariants.motions(given, setting, case.scenario)
     pairs = []
-    for motion, rate in zip(invariants.motions(given, setting, case.scenario), rates, strict=True):
-        terms = [*invariants.outside_powers(setting.arm, motion), -rate]
+    for motion, q, v in zip(found, drawn.q, drawn.v, strict=True):
+        rate = _spring_rate(arm, case.switches, layout, q, v)
+        terms = [*invariants.outside_powers(arm, motion), -rate]
         size = np.abs(motion.v) @ motion.summed + np.abs(terms).sum()
         pairs.append((float(motion.v @ motion.inertial - np.sum(terms)), float(size)))
     return invariants.balanced(about, pairs)
@@ -47,7 +46,13 @@ def rate_closes(about: About, given: invariants.Answered, setting: Setting, case
 
 def _spring_rate(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray, v: np.ndarray) -> float:
     """dV/dt [W] by central differences of the fourth order, teeth on the flank of the state."""
-    step = _along(arm, layout, v)
+    rates = np.abs(v[layout.theta])
+    fastest = max(  # wave of any mesh [rad/s]
+        joint.ring_teeth * rates[number] * waves(mesh.stiffness)
+        for number, joint in geared(arm)
+        for mesh in meshes(joint)
+    )
+    step = min(ALONG_S, ALONG_RAD / fastest) if fastest else ALONG_S  # half a difference's length
     way = q + np.array([0, -2, -1, 1, 2])[:, None] * step * v
     rate = 0.0
     for spring in springs_at(arm, chosen, layout, way):
@@ -56,17 +61,6 @@ def _spring_rate(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray, v: n
             energy = spring.stiffness * (spring.gap - flank) ** 2 / 2
             rate += float(np.array([0, 1, -8, 8, -1]) @ energy) / (12 * step)
     return rate
-
-
-def _along(arm: Arm, layout: Layout, v: np.ndarray) -> float:
-    """Half a difference's length [s] for the fastest wave of any mesh."""
-    rates = np.abs(v[layout.theta])
-    fastest = max(
-        joint.ring_teeth * rates[number] * waves(mesh.stiffness)
-        for number, joint in geared(arm)
-        for mesh in meshes(joint)
-    )
-    return min(ALONG_S, ALONG_RAD / fastest) if fastest else ALONG_S
 
 
 def springs_at(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray) -> Iterator[MeshSpring]:

@@ -10,16 +10,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from crosscheck.checks import states
 from crosscheck.checks.first_principles.weights import weight_moments
 from crosscheck.checks.scales import base_radius, geared
-from crosscheck.checks.states import (
-    LOOSEST,
-    Setting,
-    component_sizes,
-    natural_sizes,
-    scaled,
-    usable,
-)
+from crosscheck.checks.states import LOOSEST, Setting, scaled, usable
 from crosscheck.findings import About, Finding, checked, failed, within_share
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Coordinate, Layout
@@ -94,9 +88,9 @@ def motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[F
     mass, a, bias = given.mass_matrix, given.acceleration, given.bias
     inertial = np.einsum("kij,kj->ki", mass, a) + bias
     summed = np.einsum("kij,kj->ki", np.abs(mass), np.abs(a)) + np.abs(bias)
-    states = zip(*setting.states, inertial, summed, given.generalized_force, strict=True)
     friction = np.array([joint.friction_N_m_s_per_rad for joint in setting.arm.joints])
-    for t, q, v, moved, magnitude, force in states:
+    moving = zip(*setting.states, inertial, summed, given.generalized_force, strict=True)
+    for t, q, v, moved, magnitude, force in moving:
         theta, theta_dot = q[setting.layout.theta], v[setting.layout.theta]
         torques = torques_at(drive, t, theta, theta_dot)
         passive = weight_moments(setting.arm, theta) - friction * theta_dot
@@ -176,9 +170,8 @@ def moves(coordinate: Coordinate, joint: int) -> bool:
 
 def sun_of(joint: Planetary) -> tuple[float, float]:
     """(base radius of the sun [m], speed ratio) from the joint's own numbers."""
-    return base_radius(joint, joint.sun_teeth), (
-        joint.sun_teeth + joint.ring_teeth
-    ) / joint.sun_teeth
+    ratio = (joint.sun_teeth + joint.ring_teeth) / joint.sun_teeth
+    return base_radius(joint, joint.sun_teeth), ratio
 
 
 def bias_follows(
@@ -187,7 +180,7 @@ def bias_follows(
     """Bias against what Christoffel's symbols make of the model's own M, both (count, n)."""
     if not usable(mass[0]):
         return failed(about, "the mass matrix has a diagonal that is not positive")
-    size = component_sizes(bias, natural_sizes("bias", bias, mass[0], setting))
+    size = states.component_sizes(bias, states.natural_sizes("bias", bias, mass[0], setting))
     measured = float((np.abs(bias - christoffel) / size).max())
     return checked(
         about,

@@ -63,7 +63,13 @@ def step_follows(about: About, limit: np.ndarray, mass: np.ndarray, slopes: np.n
 
     mass, slopes: of one pose with the teeth at their largest stiffness, as in poles_follow.
     """
-    limit_s, expected = float(limit), _runge_kutta_step(_poles(mass, slopes[0]))
+    poles = _poles(mass, slopes[0])
+    # The first step at which |1 + z + ... + z^4 / 24| > 1, z = h p, of any mode. The method must
+    # follow a growing mode's frequency too, so its growth alone is left out.
+    own = np.minimum(poles.real, 0.0) + 1j * poles.imag
+    steps = np.linspace(0.0, REACH / np.abs(own).max(), STEPS)[1:]
+    grows = (np.abs(np.polyval(STABILITY, np.outer(steps, own))) > 1 + 1e-6).any(axis=1)
+    limit_s, expected = float(limit), float(steps[np.argmax(grows)] if grows.any() else steps[-1])
     measured = max(limit_s / expected, expected / limit_s)
     return checked(
         about,
@@ -72,17 +78,6 @@ def step_follows(about: About, limit: np.ndarray, mass: np.ndarray, slopes: np.n
         basis=f"{OTHER_POSES:g}: other poses, and bounds of a stiffness that overshoots",
         note=f"{limit_s:.4g} s, by the poles {expected:.4g} s",
     )
-
-
-def _runge_kutta_step(poles: np.ndarray) -> float:
-    """The first step [s] at which |1 + z + ... + z^4 / 24| > 1, z = h p, of any mode.
-
-    The method must follow a growing mode's frequency too, so its growth alone is left out.
-    """
-    own = np.minimum(poles.real, 0.0) + 1j * poles.imag
-    steps = np.linspace(0.0, REACH / np.abs(own).max(), STEPS)[1:]
-    grows = (np.abs(np.polyval(STABILITY, np.outer(steps, own))) > 1 + 1e-6).any(axis=1)
-    return float(steps[np.argmax(grows)]) if grows.any() else float(steps[-1])
 
 
 def _poles(mass: np.ndarray, slopes: np.ndarray) -> np.ndarray:

@@ -35,7 +35,9 @@ def springs(
     theta (times, joints) [rad]; x_sp, x_pr (times, joints, planets) [m].
     """
     for number, joint in geared(arm):
-        rates = _rates(joint, chosen)
+        # Teeth that pass a planet per turn of the carrier, at sun and ring; or as Eq. 13 has them.
+        printed = chosen.ring_rate == "eq13"
+        rates = joint.ring_teeth, joint.sun_teeth if printed else joint.ring_teeth
         for planet in range(joint.planet_count):
             contacts = joint.sun_mesh.of_planet(planet), joint.ring_mesh.of_planet(planet)
             phases = _constants(joint, planet)
@@ -50,12 +52,6 @@ def energy_of(spring: MeshSpring) -> np.ndarray:
     """1/2 k f^2 [J], (times,): what of x - e is beyond the clearance is pressed in."""
     pressed = np.maximum(np.abs(spring.gap) - spring.backlash, 0.0)
     return spring.stiffness * pressed**2 / 2
-
-
-def _rates(joint: Planetary, chosen: Switches) -> tuple[int, int]:
-    """Teeth that pass a planet per turn of the carrier, at sun and ring; or as Eq. 13 has them."""
-    printed = chosen.ring_rate == "eq13"
-    return joint.ring_teeth, joint.sun_teeth if printed else joint.ring_teeth
 
 
 def _constants(joint: Planetary, planet: int) -> tuple[float, float]:
@@ -84,8 +80,13 @@ def stiffness_at(law: StiffnessLaw, phase: np.ndarray) -> np.ndarray:
         for order, size in enumerate(law.sine_N_per_m, 1):
             k += size * np.sin(order * phase)
         return k
-    if isinstance(law, SquareStiffness):
-        return _square(law, phase)
+    if isinstance(law, SquareStiffness):  # Eq. 7
+        overlap = law.contact_ratio - 1
+        series = np.full(phase.shape, overlap)
+        for i in range(1, law.harmonics + 1):
+            shifted = np.sin(i * (2 * np.pi * overlap - phase))
+            series += (shifted + np.sin(i * phase)) / (i * np.pi)
+        return law.least_N_per_m + (law.largest_N_per_m - law.least_N_per_m) * series
     from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
 
     spline = CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
@@ -101,13 +102,3 @@ def waves(law: StiffnessLaw) -> int:
     if isinstance(law, SquareStiffness):
         return law.harmonics
     return len(law.phase_cycles)
-
-
-def _square(law: SquareStiffness, phase: np.ndarray) -> np.ndarray:
-    """Eq. 7."""
-    overlap = law.contact_ratio - 1
-    series = np.full(phase.shape, overlap)
-    for i in range(1, law.harmonics + 1):
-        shifted = np.sin(i * (2 * np.pi * overlap - phase))
-        series += (shifted + np.sin(i * phase)) / (i * np.pi)
-    return law.least_N_per_m + (law.largest_N_per_m - law.least_N_per_m) * series
