@@ -14,7 +14,7 @@ from crosscheck.models.loading import Case, load_case
 from crosscheck.output import require_file, write_files
 from crosscheck.provenance import provenance
 from crosscheck.registry import build, entry_of, usable_numbers
-from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.outcomes import Failure, OwnKey
 from crosscheck.runner.workers import perform_all
 
 
@@ -28,23 +28,14 @@ class Written:
 
 
 @dataclass(frozen=True)
-class Request:
+class Request(OwnKey):
     """A run that a user asks for by name; see ``api.simulate``."""
 
     model: str
     case: Case
     force: bool
     rtol: float | None = None
-
-    @property
-    def key(self) -> Request:
-        """Itself."""
-        return self
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds; a user may well ask for a run of hours."""
-        return 3600.0
+    cost = 3600.0  # rough seconds; a user may well ask for a run of hours
 
     def perform(self) -> Written | InputError | Diverged:
         """The run as a file, or what is wrong with the request or its run."""

@@ -17,7 +17,7 @@ from crosscheck.planning.comparison import Comparison, answered
 from crosscheck.planning.plan import Experiment, Wanted
 from crosscheck.planning.sizing import Sizes, growth_of, sizes_of
 from crosscheck.registry import about, build, lead, same_integrator
-from crosscheck.runner.outcomes import DIED, Failure, failure
+from crosscheck.runner.outcomes import DIED, Failure, OwnKey, or_failure
 from crosscheck.runner.tasks import Evaluation, Simulation
 from crosscheck.runner.workers import Workers
 
@@ -57,24 +57,17 @@ class Prepared:
 
 
 @dataclass(frozen=True)
-class Query(Generic[Known]):
+class Query(OwnKey, Generic[Known]):
     """What a function finds out by asking models, in another process; ``cost``: rough seconds."""
 
     function: Callable[..., Known]
     arguments: tuple[Any, ...]
     cost: float
 
-    @property
-    def key(self) -> Query[Known]:
-        """Itself."""
-        return self
-
-    def perform(self) -> Known | Failure:
+    @or_failure
+    def perform(self) -> Known:
         """The answer, or what is wrong with a model that was asked."""
-        try:
-            return self.function(*self.arguments)
-        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
-            return failure(error)
+        return self.function(*self.arguments)
 
 
 def settled(wanted: Wanted, experiment: Experiment) -> Experiment:

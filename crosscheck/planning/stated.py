@@ -9,13 +9,13 @@ import numpy as np
 from crosscheck.checks.answers import random_states
 from crosscheck.models.loading import Case
 from crosscheck.registry import MODELS
-from crosscheck.runner.outcomes import Failure, failure
+from crosscheck.runner.outcomes import OwnKey, or_failure
 
 FORMS = "analytic:energies", "analytic:printed"
 
 
 @dataclass(frozen=True)
-class Stated:
+class Stated(OwnKey):
     """The closed form of every entry of a matrix of a form, at random states of a seed."""
 
     form: str
@@ -23,30 +23,16 @@ class Stated:
     case: Case
     count: int
     seed: int
-
-    @property
-    def key(self) -> Stated:
-        """Itself."""
-        return self
+    cost = 1.0  # rough seconds
 
     @property
     def model(self) -> str:
         """What answers: the symbols."""
         return f"{self.form} in symbols"
 
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        return 1.0
-
-    def perform(self) -> np.ndarray | Failure:
+    @or_failure
+    def perform(self) -> np.ndarray:
         """M (count, n, n) or the bias (count, n), or why there is none."""
-        try:
-            return self._values()
-        except BaseException as error:  # as of a model's tasks
-            return failure(error)
-
-    def _values(self) -> np.ndarray:
         import sympy as sp  # half a second, for this alone
 
         from crosscheck.analytic.derivation.symbols import parameter_values

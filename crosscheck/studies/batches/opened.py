@@ -47,10 +47,9 @@ def used(path: Path, use: Use, form: type[SoundFile] | None = None) -> Any:
     form = form or Opened
     try:
         size = size_of(path)
-    except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(str(path), "", None, f"cannot be read: {error}") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(str(path), "", None, f"cannot be read: {reason}") from None
     reading = _Reading(path, use, form, OPENING_S + size / READING_BYTES_PER_S)
     (found,) = perform_all([reading], 1, lambda key: None).values()
     if isinstance(found, InputError):
@@ -70,11 +69,7 @@ class _Reading:
     form: type[SoundFile]
     within_s: float
     key: str = "reading"
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        return 1.0
+    cost = 1.0  # rough seconds
 
     def perform(self) -> Any:
         """What the use makes of it, or an InputError."""
@@ -122,7 +117,14 @@ class SoundFile:
         data = self.file[name]
         if data.is_scale and data.ndim == 1:
             return (name,)
-        return tuple(self._dimension(name, dim) for dim in data.dims)
+        found = []
+        for dim in data.dims:
+            self._require(len(dim) == 1, f"a dimension of {name} has no scale")
+            scale = str(dim[0].name).removeprefix("/")
+            self._require(scale in self.file, f"a dimension of {name} is {scale}")
+            self._require(self.file[scale].ndim == 1, f"dimension {scale} is not one")
+            found.append(scale)
+        return tuple(found)
 
     def joints(self, name: str) -> int:
         """Of how many a variable has numbers, each for itself."""
@@ -165,13 +167,6 @@ class SoundFile:
         self._require(isinstance(text, str), f"{what} is no text")
         self._require(len(text) <= LONGEST and text.isprintable(), f"{what} is no printable line")
         return str(text)
-
-    def _dimension(self, name: str, dim: Any) -> str:
-        self._require(len(dim) == 1, f"a dimension of {name} has no scale")
-        scale = str(dim[0].name).removeprefix("/")
-        self._require(scale in self.file, f"a dimension of {name} is {scale}")
-        self._require(self.file[scale].ndim == 1, f"dimension {scale} is not one")
-        return scale
 
     def _require_sound(self, name: str) -> int:
         """Of a variable, before it is read; how many bytes it takes, if it is compressed."""

@@ -133,7 +133,19 @@ class ResultFile:
     def _fill(self, file: h5netcdf.File, version: str) -> list[str]:
         """All but the numbers; the names of these variables."""
         self.file = file
-        file.attrs.update(_attributes(self.study, version))
+        base, definition = self.study.base, self.study.definition
+        record = provenance(base.arm, 0, False, [base.scenario], base.switches)
+        file.attrs.update(
+            {
+                "Conventions": "CF-1.11",
+                "schema_version": SCHEMA_VERSION,
+                "title": definition.title or definition.name,
+                "study": definition.model_dump_json(),
+                STUDY: self.study.digest,
+                VERSION: version,
+                "provenance": record.model_dump_json(),
+            }
+        )
         self._coordinates()
         if self.checks:
             self._check_places()
@@ -212,20 +224,6 @@ def _as_array(axis: VariedAxis) -> np.ndarray:
         return np.array(column)
     words = [value if isinstance(value, str) else json.dumps(value) for value in column]
     return np.array(words, dtype=object)
-
-
-def _attributes(study: PreparedStudy, version: str) -> dict[str, Any]:
-    base, definition = study.base, study.definition
-    record = provenance(base.arm, 0, False, [base.scenario], base.switches)
-    return {
-        "Conventions": "CF-1.11",
-        "schema_version": SCHEMA_VERSION,
-        "title": definition.title or definition.name,
-        "study": definition.model_dump_json(),
-        STUDY: study.digest,
-        VERSION: version,
-        "provenance": record.model_dump_json(),
-    }
 
 
 @dataclass(frozen=True)

@@ -131,11 +131,9 @@ class _Maker:
         changed = {section: self._put(section, points) for section in self.of_section}
         if self.made is not None and not any(changed.values()):
             return self.made
-        before, names = self.made, self.study.definition
+        names = self.study.definition
+        arm, scenario, chosen = self.made or (None, None, None)
         self.made = None
-        arm = scenario = chosen = None
-        if before is not None:
-            arm, scenario, chosen = before
         if arm is None or changed["arm"]:
             arm = validated(Arm, self.data["arm"], names.arm)
         if scenario is None or changed["scenario"]:
