@@ -24,9 +24,8 @@ from crosscheck.models.loading import load_chosen
 from crosscheck.output import require_files, write_files
 from crosscheck.planning.plan import Wanted
 from crosscheck.report.answers import agreement_json
-from crosscheck.report.changed import print_changed
 from crosscheck.report.junit import junit_xml
-from crosscheck.report.terminal import print_agreement, print_answers
+from crosscheck.report.terminal import print_agreement, print_answers, print_changed
 from crosscheck.report.words import counted, printable
 from crosscheck.run import CrossCheck, Shown, cross_check
 from crosscheck.runner.progress import QUIET_S, shown_progress

@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from crosscheck.checks import modes, poles, scales
+from crosscheck.checks import modes, scales
 from crosscheck.checks.answers import FORCE_SLOPES, START_MASS
 from crosscheck.findings import About, Finding, Key
 from crosscheck.models.arm.arm import Arm
@@ -39,14 +39,14 @@ def linearised(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
 def _stable_steps(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
     """The limit that a model gives its own steps, against its own poles with the stiffest teeth."""
     case = Case(arm, unequal_gains(arm), chosen)
-    stiff = case._replace(arm=poles.linear_teeth(arm, scales.largest_of))
+    stiff = case._replace(arm=modes.linear_teeth(arm, scales.largest_of))
     able = *about(same_integrator(), arm, chosen), *covering("form", arm, chosen)
     for name in able if scales.geared(arm) else ():
         limit = Evaluation(name, case, "largest_stable_step")
         key = Key("modes", where, "stable-step", name)
         metric = "largest stable step over that of its poles, or the other way round"
         told = About(key, "1", metric, "its poles")
-        yield answered(told, (limit, *_system(name, stiff)), poles.step_follows)
+        yield answered(told, (limit, *_system(name, stiff)), modes.step_follows)
 
 
 def _system(name: str, case: Case) -> tuple[Evaluation, Evaluation]:
@@ -59,12 +59,12 @@ def pole_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Compari
     bent = Start(theta_rad=tuple(0.4 - 0.7 * number for number in range(len(arm.joints))))
     scenario = unequal_gains(arm).model_copy(update={"start": bent})
     case = Case(arm, scenario, chosen)
-    linear = case._replace(arm=poles.linear_teeth(arm))
+    linear = case._replace(arm=modes.linear_teeth(arm))
     for left in promising("contact_poles", _geared(linear)):
         for right in (name for name in _geared(linear) if name != left):
             tasks = Evaluation(left, case, "contact_poles"), *_system(right, linear)
             key = Key("modes", where, "contact-poles", left, right)
-            yield answered(About(key, "1", POLE_METRIC), tasks, poles.poles_follow)
+            yield answered(About(key, "1", POLE_METRIC), tasks, modes.poles_follow)
 
 
 def _same_modes(

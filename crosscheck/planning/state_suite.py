@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import combinations, product
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from crosscheck.checks import energy, invariants, scales, states, told
 from crosscheck.checks.answers import ABILITIES, CHRISTOFFEL, random_states
@@ -21,13 +24,14 @@ from crosscheck.models.loading import Case, load_arm
 from crosscheck.planning.comparison import Comparison, Results, answered
 from crosscheck.planning.mode_suite import linearised
 from crosscheck.planning.sizing import unequal_gains
-from crosscheck.planning.stated import FORMS, Stated
 from crosscheck.registry import MODELS, RIGID_LEVELS, about, covering, lead, of_level
+from crosscheck.runner.outcomes import OwnKey, or_failure
 from crosscheck.runner.tasks import Evaluation
 
 COUNT, QUICK_COUNT = 200, 20
 # Per switch setting; M and bias know no switch, so they are compared under one setting alone.
 SWITCH_COUNT, SWITCHED = 20, ("generalized_force", "acceleration")
+FORMS = "analytic:energies", "analytic:printed"  # whose symbols are at hand
 DIFFERENCE, FIRST_PRINCIPLES = "largest relative difference", "first principles"
 
 
@@ -73,7 +77,7 @@ def rigid(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Compari
 def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
     """Forces and accelerations of the geared models under every setting of the switches."""
     for chosen in all_switches():
-        where, case = f"{arm.name}/{_label(chosen)}", Case(arm, unequal_gains(arm), chosen)
+        where, case = f"{arm.name}/{_label(chosen)}", _case(arm, chosen)
         spots = [Spot(where, name, case, SWITCH_COUNT, seed) for name in _geared(case)]
         yield from pairs(spots, SWITCHED)
 
@@ -162,6 +166,37 @@ class Spot(NamedTuple):
         return About(key, "1", self.over(DIFFERENCE), "the arm's data")
 
 
+@dataclass(frozen=True)
+class Stated(OwnKey):
+    """What a form of the paper says in symbols, worked out at the states that its model answers."""
+
+    spot: Spot
+    quantity: str
+    cost = 1.0  # rough seconds
+
+    @property
+    def model(self) -> str:
+        """What answers: the symbols."""
+        return f"{self.spot.model} in symbols"
+
+    @or_failure
+    def perform(self) -> np.ndarray:
+        """M (count, n, n) or the bias (count, n), or why there is none."""
+        import sympy as sp  # half a second, for this alone
+
+        from crosscheck.analytic.derivation.symbols import parameter_values
+        from crosscheck.analytic.paper.energies import energies_form
+        from crosscheck.analytic.paper.printed import printed_form
+
+        forms = dict(zip(FORMS, (energies_form, printed_form), strict=True))
+        form, (arm, _, drawn) = forms[self.spot.model](), self.spot.setting
+        numbers = {s: sp.Float(float(x), 17) for s, x in parameter_values(arm).items()}
+        entries = getattr(form, self.quantity).xreplace(numbers)
+        evaluate = sp.lambdify((form.q, form.v), entries, "numpy")
+        values = [np.array(evaluate(q, v), dtype=float) for _, q, v in zip(*drawn, strict=True)]
+        return np.array([v[:, 0] if v.shape[1] == 1 else v for v in values])
+
+
 def pairs(spots: Sequence[Spot], quantities: Sequence[str]) -> Iterator[Comparison]:
     """A comparison per quantity and pair of models; their coordinates are the same."""
     for quantity in quantities:
@@ -192,7 +227,7 @@ def _of_form(spot: Spot, content: Content) -> Iterator[Comparison]:
         return states.compare_values(about, stated, own, mass[0], spot.setting)
 
     for quantity in ("mass_matrix", "bias") if spot.model in FORMS else ():
-        symbols = Stated(spot.model, quantity, spot.case, spot.number, spot.seed)
+        symbols = Stated(spot, quantity)
         key = Key("form-symbols", spot.where, quantity, spot.model)
         about = About(key, "1", spot.over(DIFFERENCE), "its equations in symbols")
         yield answered(about, (spot.of(quantity), symbols, spot.of("mass_matrix")), as_stated)

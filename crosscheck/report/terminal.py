@@ -1,17 +1,21 @@
-"""The Agreement as a table in the terminal."""
+"""The Agreement in the terminal: as a table, or as what has changed since a baseline."""
 
 from __future__ import annotations
+
+import math
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from crosscheck.findings import Agreement
+from crosscheck.baseline.regression import changed_since, known_differences
+from crosscheck.findings import Agreement, Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.report.answers import QUESTIONS, answers
 from crosscheck.report.matrix import cells, folded
-from crosscheck.report.words import outcome, printable, tally
+from crosscheck.report.words import counted, outcome, printable, tally
 
+MOST = 40  # lines; a real change concerns everything at once, and the largest say enough
 COLOURS = {
     "agree": "green",
     "differ": "red",
@@ -46,3 +50,36 @@ def print_agreement(agreement: Agreement) -> None:
         line = Text.assemble((finding.verdict, COLOURS[finding.verdict]), told)  # never markup
         console.print(line, soft_wrap=True, highlight=False)
     print(tally(agreement))
+
+
+def print_changed(agreement: Agreement) -> None:
+    """Everything that has changed, largest first; known differences; what else changed; the count.
+
+    agreement: as regression.compare returns it.
+    """
+    beyond = sorted(agreement.disagreeing, key=lambda finding: -times_allowed(finding))
+    known = known_differences(agreement)
+    for finding in beyond[:MOST]:
+        print(printable(_line(finding)))
+    if len(beyond) > MOST:
+        print(f"... and {counted(len(beyond) - MOST, 'smaller one')} (all are in --junit)")
+    for finding in known:
+        print(printable(f"{finding.id}: {finding.note}"))
+    changed = "; ".join(changed_since(agreement)) or "nothing"
+    print(printable(f"changed since the record: {changed}"))
+    left = f"; {counted(len(known), 'known difference')} left as accepted" if known else ""
+    print(f"{len(beyond)} of {counted(len(agreement.checks), 'recorded result')} changed{left}")
+
+
+def times_allowed(finding: Finding) -> float:
+    """How many tolerances a result changed by; inf for one that has gone, appeared or turned."""
+    if finding.measured is None or not finding.tolerance:
+        return math.inf
+    return finding.measured / finding.tolerance
+
+
+def _line(finding: Finding) -> str:
+    if finding.measured is None or not finding.tolerance:
+        return f"{finding.id}: {finding.note}"
+    by = f"{finding.measured:.3g} {finding.unit}, {times_allowed(finding):.3g} x the allowed"
+    return f"{finding.id}: changed by {by} {finding.tolerance:.3g}; {finding.note}"
