@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-import numpy as np
 import xarray as xr
 
 from crosscheck.checks import energy
@@ -13,11 +12,10 @@ from crosscheck.findings import About, Finding, Key
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.meshes import damped
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.experiment.scenario import Scenario, Start
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, answered
 from crosscheck.planning.plan import SHORT_RESOLVED, Experiment, resolved_step, without_play
-from crosscheck.planning.sizing import held_torques, made
+from crosscheck.planning.sizing import bent
 from crosscheck.registry import covering, lead, promising, same_integrator
 from crosscheck.runner.tasks import RunKey, Simulation
 
@@ -38,7 +36,9 @@ def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[
     """
     if not geared(arm):
         return
-    scenario = _scenario(arm, first, limit_s)
+    step = resolved_step(first, limit_s, SHORT_RESOLVED)
+    torques = largest_torques(arm, first.case.scenario)
+    scenario = bent("energy", STEPS, RECORDS, step, torques)
     free, lossless = usual_switches(arm, planets="free"), without_losses(arm)
     springs = free.model_copy(update={"mesh_work": "conservative"})
     smooth = Experiment("energy", Case(without_play(lossless), scenario, springs))
@@ -63,21 +63,6 @@ def without_losses(arm: Arm) -> Arm:
         for joint in damped(arm, 0.0).joints
     )
     return arm.model_copy(update={"joints": joints})
-
-
-def _scenario(arm: Arm, first: Experiment, limit_s: float) -> Scenario:
-    """The torques of an experiment, held, on a bent arm."""
-    step = resolved_step(first, limit_s, SHORT_RESOLVED)
-    numbers = np.arange(len(arm.joints))
-    torques = largest_torques(arm, first.case.scenario) * (1 - 0.1 * numbers)
-    return made(
-        "energy",
-        duration_s=STEPS * step,
-        step_s=step,
-        record_every=STEPS // RECORDS,
-        start=Start(theta_rad=tuple(map(float, 0.4 - 0.7 * numbers))),
-        drive=held_torques(torques),
-    )
 
 
 def _reference(experiment: Experiment, variant: str = "", rtol: float = RTOL) -> Simulation:

@@ -12,10 +12,10 @@ from crosscheck.checks import modes, scales
 from crosscheck.checks.answers import FORCE_SLOPES, START_MASS
 from crosscheck.findings import About, Finding, Key
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Start, Switches
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Unavailable, answered
-from crosscheck.planning.sizing import at_rest, unequal_gains
+from crosscheck.planning.sizing import at_rest, bent_start, unequal_gains
 from crosscheck.registry import MODELS, about, covering, promising, same_integrator
 from crosscheck.runner.tasks import Evaluation
 
@@ -56,8 +56,8 @@ def _system(name: str, case: Case) -> tuple[Evaluation, Evaluation]:
 
 def pole_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
     """Poles of the loop with the teeth in contact, by which experiments are called unstable."""
-    bent = Start(theta_rad=tuple(0.4 - 0.7 * number for number in range(len(arm.joints))))
-    scenario = unequal_gains(arm).model_copy(update={"start": bent})
+    start = bent_start(len(arm.joints))
+    scenario = unequal_gains(arm).model_copy(update={"start": start})
     case = Case(arm, scenario, chosen)
     linear = case._replace(arm=modes.linear_teeth(arm))
     for left in promising("contact_poles", _geared(linear)):

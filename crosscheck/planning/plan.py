@@ -224,18 +224,9 @@ def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Exper
     torques = np.maximum(
         largest_torques(arm, first.case.scenario), _crossing_torques(arm, duration / 3)
     )
-    numbers = np.arange(len(arm.joints))
-    bent = Start(theta_rad=tuple(map(float, 0.4 - 0.7 * numbers)))
     found = []
     for name, sign in (("short-contact", 1.0), ("short-crossing", -1.0)):
-        scenario = sizing.made(
-            name,
-            duration_s=duration,
-            step_s=step,
-            record_every=SHORT_STEPS // SHORT_RECORDS,
-            start=bent,
-            drive=sizing.held_torques(sign * torques * (1 - 0.1 * numbers)),
-        )
+        scenario = sizing.bent(name, SHORT_STEPS, SHORT_RECORDS, step, sign * torques)
         found.append(Experiment(name, Case(arm, scenario, usual_switches(arm))))
     return found
 

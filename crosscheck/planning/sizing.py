@@ -161,6 +161,24 @@ def made(name: str, **fields: Any) -> Scenario:
     return validated(Scenario, data, f"experiment {name}, sized to the arm")
 
 
+def bent(name: str, steps: int, records: int, step_s: float, torques: np.ndarray) -> Scenario:
+    """An arm that starts bent, under held torques [N m], (joints,), less from joint to joint."""
+    numbers = np.arange(torques.size)
+    return made(
+        name,
+        duration_s=steps * step_s,
+        step_s=step_s,
+        record_every=steps // records,
+        start=bent_start(torques.size),
+        drive=held_torques(torques * (1 - 0.1 * numbers)),
+    )
+
+
+def bent_start(joints: int) -> Start:
+    """At rest, every joint at another angle."""
+    return Start(theta_rad=tuple(0.4 - 0.7 * number for number in range(joints)))
+
+
 def held_torques(torques: Iterable[float]) -> ConstantDrive:
     """These torques [N m], as large as a scenario's may be at most."""
     return ConstantDrive(kind="constant", torque_N_m=_allowed(Torque, torques, digits=17))

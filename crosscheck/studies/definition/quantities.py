@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Literal, Self
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -29,29 +30,27 @@ Level = Annotated[float, Within(-1e15, 1e15)]
 Pair = Field(strict=False)
 
 
-class Word(Limit):
-    """Metadata of a name that stands in files: letters, digits and what never needs quotes."""
+class Rule(Limit):
+    """Metadata of a field: what it may be, in words; ``holds``: what the schema does not see to."""
+
+    def __init__(self, said: str, holds: Callable[[Any], bool] = lambda value: True) -> None:
+        self.said, self.holds = said, holds
 
     def __str__(self) -> str:
-        return "1 to 80 letters, digits, or _ . + -"
+        return self.said
 
     def allows(self, value: object) -> bool:
-        """Whether a text is such."""
-        return not isinstance(value, str) or bool(re.fullmatch(r"[A-Za-z_][\w.+-]{0,79}", value))
+        """See Limit."""
+        return self.holds(value)
 
 
-Called = Annotated[str, Word()]
+def _is_plain(value: object) -> bool:
+    """Whether a name stands in files without quotes; what is no text, the schema refuses."""
+    return not isinstance(value, str) or bool(re.fullmatch(r"[A-Za-z_][\w.+-]{0,79}", value))
 
 
-class Units(Limit):
-    """Metadata of the table of what a function returns."""
-
-    def __str__(self) -> str:
-        return "units by name, as { ripple = 'rad/s^2' }"
-
-    def allows(self, value: object) -> bool:
-        """At least one; the schema sees to their form."""
-        return bool(value) or not isinstance(value, dict)
+Called = Annotated[str, Rule("1 to 80 letters, digits, or _ . + -", _is_plain)]
+UNITS = Rule("units by name, as { ripple = 'rad/s^2' }", lambda value: value != {})
 
 
 class MeasuredQuantity(Data):
@@ -201,7 +200,7 @@ class Function(MeasuredQuantity):
     """Which quantity this is."""
     function: Annotated[str, Printable(200)]
     """Whose code is run: module:function, or file.py:function beside the study's file."""
-    returns: Annotated[dict[Called, str], Units()]
+    returns: Annotated[dict[Called, str], UNITS]
     """The numbers that it returns by name, with their units."""
 
     @property
