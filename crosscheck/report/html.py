@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from crosscheck.findings import Finding
 from crosscheck.planning import plan
 from crosscheck.planning.run_suite import MIDWAY_S
@@ -26,6 +24,12 @@ def report_page(result: CrossCheck, pictures: Pictures) -> str:
     """HTML text of the report, figures inlined."""
     agreement = result.agreement
     found = cells(agreement.findings)
+    # By experiment and rigid model, how far that is from the geared arm.
+    deviations: dict[str, dict[str, list[Finding]]] = {}
+    for finding in agreement.findings:
+        key = finding.about.key
+        if key.family == "deviation":
+            deviations.setdefault(key.case, {}).setdefault(key.left, []).append(finding)
     made = page(
         "page",
         arm=result.arm,
@@ -41,7 +45,7 @@ def report_page(result: CrossCheck, pictures: Pictures) -> str:
             for f in agreement.checks
             if f.about.key.case in HEADLINE_CASES and f.about.key.family in HEADLINE
         ],
-        deviations=_deviations(agreement.findings),
+        deviations=deviations,
         pictures=pictures,
         signals=signals_json(pictures.signals),
         plot_style=vendored("uPlot.min.css"),
@@ -71,13 +75,3 @@ def preliminary(wanted: plan.Wanted) -> str:
         f"With --quick {runs}, and models are compared at {QUICK_COUNT} random states where a full"
         f" cross-check takes {COUNT}. What happens later in the runs is not judged here."
     )
-
-
-def _deviations(findings: Sequence[Finding]) -> dict[str, dict[str, list[Finding]]]:
-    """experiment -> rigid model -> Findings of how far it is from the geared arm."""
-    table: dict[str, dict[str, list[Finding]]] = {}
-    for finding in findings:
-        key = finding.about.key
-        if key.family == "deviation":
-            table.setdefault(key.case, {}).setdefault(key.left, []).append(finding)
-    return table

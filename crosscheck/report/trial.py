@@ -63,9 +63,8 @@ def summary(trial: Trial) -> Iterator[str]:
         yield "checked on this arm alone: errors that its equal numbers and zeros hide are not seen"
     table = bench.equations.table
     if table is not None and table.precision:
-        known = (
-            "single precision" if table.precision == SINGLE else "fewer digits than a double has"
-        )
+        single = table.precision == SINGLE
+        known = "single precision" if single else "fewer digits than a double has"
         yield f"answers have {known}, {table.precision:.2g} relative: the tolerances follow"
     for each in trial.misread:
         yield misread_line(each, bench.frame.names)
