@@ -91,6 +91,23 @@ def _is_papers(arm: Arm, chosen: Switches) -> bool:
     return papers_kind(arm) and chosen.planets == "lumped"
 
 
+def _of_levels(package: str, one: Entry) -> dict[str, Entry]:
+    """A rigid model of each level; one: what they share, its attribute how their names begin."""
+    return {
+        f"{package}:{level}": replace(
+            one, attribute=f"{one.attribute}{level.capitalize()}", level=level, title=title
+        )
+        for level, title in LEVELS.items()
+    }
+
+
+_ANALYTIC = "crosscheck.analytic.model"
+_RIGID = Entry(_ANALYTIC, "Rigid", "rigid", RUNS, ANALYTIC_PACKAGES, order=4, abreast=ABREAST)
+_PINOCCHIO = Entry(
+    "crosscheck.models.pinocchio.rigid", "Pinocchio", "rigid", BOTH_WAYS, ("pin",), call_s=3e-6
+)
+
+
 BUILT_IN = {
     "analytic:physical": Entry(
         "crosscheck.analytic.model",
@@ -118,33 +135,8 @@ BUILT_IN = {
             ("printed", "PrintedModel", "the paper's equations of motion as printed, Eqs. 21-22"),
         )
     },
-    **{
-        f"analytic:{level}": Entry(
-            "crosscheck.analytic.model",
-            f"Rigid{level.capitalize()}",
-            "rigid",
-            RUNS,
-            ANALYTIC_PACKAGES,
-            order=4,
-            level=level,
-            abreast=ABREAST,
-            title=title,
-        )
-        for level, title in LEVELS.items()
-    },
-    **{
-        f"pinocchio:{level}": Entry(
-            "crosscheck.models.pinocchio.rigid",
-            f"Pinocchio{level.capitalize()}",
-            "rigid",
-            BOTH_WAYS,
-            ("pin",),
-            call_s=3e-6,
-            level=level,
-            title=title,
-        )
-        for level, title in LEVELS.items()
-    },
+    **_of_levels("analytic", _RIGID),
+    **_of_levels("pinocchio", _PINOCCHIO),
     "pinocchio:gears": Entry(
         "crosscheck.models.pinocchio.gears",
         "PinocchioGears",

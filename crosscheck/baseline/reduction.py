@@ -77,7 +77,9 @@ def baseline_of(result: CrossCheck) -> record.Baseline:
             runs[str(key)], bounds[key] = reduced
 
     def number(finding: Finding) -> record.Measurement:
-        return _measurement(finding, bounds, result.arm)
+        assert finding.measured is not None  # a measurement always has a number
+        bound = _measurement_bound(finding, bounds, result.arm)._asdict()
+        return record.Measurement(unit=finding.unit, measured=finding.measured, **bound)
 
     judged = checks_by_id(agreement).items()
     checks = {name: finding for name, finding in judged if finding.verdict != "unfinished"}
@@ -253,12 +255,6 @@ def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> record.Re
         tables[section][quantity] = {"joints": joints, "rows": rows.tolist(), **fields}
     settings = {"scenario": case.scenario, "switches": case.switches}
     return record.RecordedRun.model_validate({**settings, **tables})
-
-
-def _measurement(finding: Finding, bounds: Bounds, arm: Arm) -> record.Measurement:
-    assert finding.measured is not None  # a measurement always has a number
-    bound = _measurement_bound(finding, bounds, arm)
-    return record.Measurement(unit=finding.unit, measured=finding.measured, **bound._asdict())
 
 
 def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded_times
 
@@ -48,22 +47,24 @@ def _missing(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Iterato
     """What is not as it must be, the gravest first."""
     yield from (f"the run has no {name}" for name in ("time", "joint") if name not in run.coords)
     yield from (f"the run has no {name}" for name in variables if name not in run)
-    yield from _off_grid(run, case)
-    yield from _other_labels(run, "joint", len(case.arm.joints))
-    if "x_sp" in variables:
-        planets = max(joint.planet_count for joint in case.arm.joints)
-        yield from _other_labels(run, "planet", planets)
-    yield from (_misshapen(run, name) for name in variables if _misshapen(run, name))
-    for name in variables:
-        yield from _not_finite(run, name, case.arm)
-
-
-def _off_grid(run: xr.Dataset, case: Case) -> Iterator[str]:
     expected, time = recorded_times(case.scenario), run["time"].values
     if len(time) != len(expected):
         yield f"the run has {len(time)} times, the scenario asks for {len(expected)}"
     elif time.dtype != np.float64 or not (np.abs(time - expected) <= SAME_TIME_S).all():
         yield "the run's times are not those that the scenario asks for"
+    yield from _other_labels(run, "joint", len(case.arm.joints))
+    if "x_sp" in variables:
+        planets = max(joint.planet_count for joint in case.arm.joints)
+        yield from _other_labels(run, "planet", planets)
+    yield from (_misshapen(run, name) for name in variables if _misshapen(run, name))
+    counts = np.array([[joint.planet_count] for joint in case.arm.joints])
+    for name in variables:
+        known = np.isfinite(run[name].values)
+        own = np.arange(known.shape[2]) < counts if name in BY_PLANET else True
+        wrong = known != own
+        if wrong.any():
+            first = time[np.argwhere(wrong)[0, 0]]
+            yield f"{name} is not finite at t = {first:.6g} s"
 
 
 def _other_labels(run: xr.Dataset, name: str, count: int) -> Iterator[str]:
@@ -82,16 +83,3 @@ def _misshapen(run: xr.Dataset, name: str) -> str:
     if run[name].dtype != np.float64:
         return f"{name} is of type {run[name].dtype}, must be float64"
     return ""
-
-
-def _not_finite(run: xr.Dataset, name: str, arm: Arm) -> Iterator[str]:
-    values = run[name].values
-    if name not in BY_PLANET:
-        wrong = ~np.isfinite(values)
-    else:
-        planets = [joint.planet_count for joint in arm.joints]
-        own = np.arange(values.shape[2]) < np.array(planets)[:, None]
-        wrong = np.isfinite(values) != own
-    if wrong.any():
-        first = run["time"].values[np.argwhere(wrong)[0, 0]]
-        yield f"{name} is not finite at t = {first:.6g} s"

@@ -33,25 +33,26 @@ def show_command(name: str) -> None:
 
 
 def _tables(arm: Arm) -> Iterator[Table]:
-    for place in range(len(arm.joints)):
-        yield from _joint_tables(arm, place)
+    """Of each joint, its meshes and the link behind it; of the arm; of its experiments."""
+    for place, joint in enumerate(arm.joints):
+        title = f"joint {place + 1}"
+        yield _table(title, _given(joint))
+        if isinstance(joint, Planetary):
+            for named in derived.named_meshes(joint):
+                given = (*_given(named.mesh.stiffness), *_given(named.mesh))
+                rows = [*given, *derived.derived_mesh(joint, named)]
+                yield _table(f"{title}, {named.title}", rows)
+        yield _table(f"{title}, derived", derived.derived_joint(joint))
+        rows = [*_given(arm.links[place]), *derived.derived_link(arm, place)]
+        yield _table(f"link {place + 1}", rows)
     yield _table("arm", [*_given(arm), *derived.derived_arm(arm)])
-    if not is_the_papers(arm):
-        yield _table("experiments of its size", _experiments(arm))
-
-
-def _joint_tables(arm: Arm, place: int) -> Iterator[Table]:
-    """Of a joint, its meshes and the link behind it."""
-    joint, title = arm.joints[place], f"joint {place + 1}"
-    yield _table(title, _given(joint))
-    if isinstance(joint, Planetary):
-        for named in derived.named_meshes(joint):
-            given = (*_given(named.mesh.stiffness), *_given(named.mesh))
-            rows = [*given, *derived.derived_mesh(joint, named)]
-            yield _table(f"{title}, {named.title}", rows)
-    yield _table(f"{title}, derived", derived.derived_joint(joint))
-    rows = [*_given(arm.links[place]), *derived.derived_link(arm, place)]
-    yield _table(f"link {place + 1}", rows)
+    if is_the_papers(arm):
+        return
+    try:
+        rows = list(derived.derived_experiments(sizes_of(arm)))
+    except InputError as error:
+        rows = [DerivedQuantity("none", error.allowed)]
+    yield _table("experiments of its size", rows)
 
 
 def _given(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
@@ -60,13 +61,6 @@ def _given(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
         value = getattr(record, field.name)
         if value is not None and not field.records and field.name not in OF_THE_FILE:
             yield DerivedQuantity(field.name, value, field.unit)
-
-
-def _experiments(arm: Arm) -> list[DerivedQuantity]:
-    try:
-        return list(derived.derived_experiments(sizes_of(arm)))
-    except InputError as error:
-        return [DerivedQuantity("none", error.allowed)]
 
 
 def _table(title: str, rows: Iterator[DerivedQuantity] | list[DerivedQuantity]) -> Table:

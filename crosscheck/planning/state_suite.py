@@ -77,7 +77,11 @@ def rigid(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Compari
 def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
     """Forces and accelerations of the geared models under every setting of the switches."""
     for chosen in all_switches():
-        where, case = f"{arm.name}/{_label(chosen)}", _case(arm, chosen)
+        # The paper's own way with planets and springs goes without saying.
+        laws: list[str] = [chosen.phase, chosen.ring_rate, chosen.dead_zone, chosen.damping]
+        laws += ["free"] if chosen.planets == "free" else []
+        laws += ["conservative"] if chosen.mesh_work == "conservative" else []
+        where, case = f"{arm.name}/{'-'.join(laws)}", _case(arm, chosen)
         spots = [Spot(where, name, case, SWITCH_COUNT, seed) for name in _geared(case)]
         yield from pairs(spots, SWITCHED)
 
@@ -315,14 +319,6 @@ def all_switches() -> list[Switches]:
         if (each["phase"], each["dead_zone"]) == ("angle", "exact")
     ]
     return [switches(**chosen) for chosen in (*papers, *single, *springs)]
-
-
-def _label(chosen: Switches) -> str:
-    """Of a setting; the paper's own way with planets and springs goes without saying."""
-    single = ("free",) * (chosen.planets == "free")
-    springs = ("conservative",) * (chosen.mesh_work == "conservative")
-    papers = (chosen.phase, chosen.ring_rate, chosen.dead_zone, chosen.damping)
-    return "-".join((*papers, *single, *springs))
 
 
 def _geared(case: Case) -> tuple[str, ...]:

@@ -86,7 +86,13 @@ def compared(agreement: Agreement, arm: Arm) -> list[ModelAnswer]:
     are about this arm.
     """
     pairs = [f for f in agreement.findings if f.about.key.right]
-    own = [f for f in pairs if _is_own(f, arm)]
+    # States of this arm, not of the probe's or another reading's; and any run.
+    own = [
+        f
+        for f in pairs
+        if f.about.key.family in RUNS
+        or (f.about.key.family in STATES and f.about.key.case.partition("/")[0] == arm.name)
+    ]
     found = []
     home = lead().partition(":")[0]  # the package of the derivation, with rigid models of its own
     derived = [name for name in names("rigid") if name.partition(":")[0] == home]
@@ -104,14 +110,6 @@ def _with_engine(finding: Finding, model: str) -> bool:
         return False
     other = finding.right if finding.left == model else finding.left
     return other.partition(":")[0] != model.partition(":")[0]
-
-
-def _is_own(finding: Finding, arm: Arm) -> bool:
-    """States of this arm, not of the probe's or another reading's; and any run."""
-    key = finding.about.key
-    if key.family in STATES:
-        return key.case.partition("/")[0] == arm.name
-    return key.family in RUNS
 
 
 def _compared(

@@ -189,12 +189,23 @@ class ResultFile:
             self._coordinate("time", ("time",), time, "s", "time")
 
     def _axis(self, axis: VariedAxis) -> None:
-        values = _as_array(axis)
+        """Its values, (points,) where all entries are given the same; words where no numbers."""
         dims: tuple[str, ...] = (axis.dimension,)
-        if values.ndim == 2:  # entries that are given unlike values
-            entry = f"{axis.name}_entry"
-            self.file.dimensions[entry] = values.shape[1]
-            dims = (*dims, entry)
+        if isinstance(axis.values, np.ndarray):
+            values = axis.values
+            if values.shape[1] == 1:
+                values = values[:, 0]
+            else:
+                entry = f"{axis.name}_entry"
+                self.file.dimensions[entry] = values.shape[1]
+                dims = (*dims, entry)
+        else:
+            given = [row[0] for row in axis.values]
+            if all(isinstance(v, int | float) and not isinstance(v, bool) for v in given):
+                values = np.array(given)
+            else:
+                words = [value if isinstance(value, str) else json.dumps(value) for value in given]
+                values = np.array(words, dtype=object)
         self._coordinate(axis.name, dims, values, axis.unit, axis.path)
 
     def _coordinate(
@@ -213,17 +224,6 @@ class ResultFile:
         beside = [a.name for a in self.study.axes if a.dimension == SAMPLE and SAMPLE in dims]
         if beside:  # by which readers find the samples' values
             made.attrs["coordinates"] = " ".join(beside)
-
-
-def _as_array(axis: VariedAxis) -> np.ndarray:
-    """An axis' values: (points,) where all entries are given the same, words where no numbers."""
-    if isinstance(axis.values, np.ndarray):
-        return axis.values[:, 0] if axis.values.shape[1] == 1 else axis.values
-    column = [row[0] for row in axis.values]
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in column):
-        return np.array(column)
-    words = [value if isinstance(value, str) else json.dumps(value) for value in column]
-    return np.array(words, dtype=object)
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,10 @@ def _by_futures(
 @contextmanager
 def cluster(address: str) -> Iterator[Place]:
     """The workers of a Dask scheduler. Raises InputError if it cannot be used."""
-    if not _is_address(address):
+    # Host and port; other protocols need more than a name.
+    host = r"(?:tcp://)?(?:[\w.-]+|\[[0-9A-Fa-f:.%\w]+\])"
+    named = re.fullmatch(rf"{host}:(\d{{1,5}})", address, re.ASCII)
+    if named is None or not 0 < int(named[1]) < 65536:
         raise InputError("--scheduler", "", address, "must be tcp://HOST:PORT")
     try:
         import distributed
@@ -177,12 +180,6 @@ def cluster(address: str) -> Iterator[Place]:
         except (distributed.KilledWorker, distributed.client.FutureCancelledError) as error:
             reason = f"{type(error).__name__}: a batch's workers died, or the scheduler did"
             raise Unfinished(f"{address}: {reason}; --resume goes on") from None
-
-
-def _is_address(text: str) -> bool:
-    """Whether it names host and port; other protocols need more than a name."""
-    named = re.fullmatch(r"(?:tcp://)?(?:[\w.-]+|\[[0-9A-Fa-f:.%\w]+\]):(\d{1,5})", text, re.ASCII)
-    return named is not None and 0 < int(named[1]) < 65536
 
 
 @contextmanager

@@ -56,20 +56,15 @@ def varied(
     """All axes of a study; data: what ``raw_case`` gave. file: the study's. Raises InputError."""
     found: list[VariedAxis] = []
     for number, axis in enumerate(axes):
-        entries = _entries(axis, data, f"{file}: axes[{number}]")
-        found.append(_varied(axis, entries, samples, data, f"{file}: axes[{number}]"))
+        where, entries = f"{file}: axes[{number}]", list[Place]()
+        for path in axis.paths:
+            if not is_path(path):
+                allowed = "must be the path of an entry, beginning with arm, scenario, switches"
+                raise InputError(where, "path", path, allowed)
+            entries += places(data, path, f"{where}: path")
+        found.append(_varied(axis, tuple(entries), samples, data, where))
     _require_apart(found, file)
     return found
-
-
-def _entries(axis: definition.Axis, data: dict[str, Any], where: str) -> tuple[Place, ...]:
-    found: list[Place] = []
-    for path in axis.paths:
-        if not is_path(path):
-            allowed = "must be the path of an entry, beginning with arm, scenario, switches"
-            raise InputError(where, "path", path, allowed)
-        found += places(data, path, f"{where}: path")
-    return tuple(found)
 
 
 def _varied(

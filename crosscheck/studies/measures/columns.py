@@ -67,11 +67,20 @@ def require_measurable(quantity: quantities.Quantity, case: Case, file: str) -> 
 
 def _columns(quantity: quantities.Quantity, case: Case) -> Iterator[Column]:
     joints = len(case.arm.joints)
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
     if isinstance(quantity, quantities.Function):
         for name, unit in quantity.returns.items():
             yield Column(name, unit, f"{name} by {quantity.function}")
     elif isinstance(quantity, quantities.Trajectories):
-        yield from _whole(quantity, case)
+        records = case.scenario.steps // case.scenario.stride + 1
+        planets = max(1, *(joint.planet_count for joint in case.arm.joints))
+        for signal in quantity.signals:
+            name = signal if quantity.name is None else f"{quantity.name}_{signal}"
+            dims, shape = ("time", "joint"), (records, joints)
+            if signal not in quantities.OF_JOINTS:
+                dims, shape = (*dims, "planet"), (*shape, planets)
+            yield Column(name, unit_of(signal), meaning_of(signal), dims, shape)
     else:
         every = getattr(quantity, "joint", None) is None
         dims, shape = (("joint",), (joints,)) if every else ((), ())
@@ -101,16 +110,3 @@ def _meaning(quantity: quantities.Quantity) -> tuple[str, str]:
         return "rad", "theta at the end less its target"
     assert isinstance(quantity, quantities.RigidDeviation)
     return "rad", f"largest distance of theta from the rigid arm's, {quantity.level}"
-
-
-def _whole(quantity: quantities.Trajectories, case: Case) -> Iterator[Column]:
-    records = case.scenario.steps // case.scenario.stride + 1
-    joints = len(case.arm.joints)
-    planets = max(1, *(joint.planet_count for joint in case.arm.joints))
-    for signal in quantity.signals:
-        name = signal if quantity.name is None else f"{quantity.name}_{signal}"
-        dims: tuple[str, ...] = ("time", "joint")
-        shape: tuple[int, ...] = (records, joints)
-        if signal not in quantities.OF_JOINTS:
-            dims, shape = (*dims, "planet"), (*shape, planets)
-        yield Column(name, unit_of(signal), meaning_of(signal), dims, shape)
