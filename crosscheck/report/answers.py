@@ -7,7 +7,6 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from crosscheck.findings import Agreement, Finding, Verdict
 from crosscheck.models.arm.arm import Arm
@@ -57,18 +56,6 @@ class ModelAnswer:
         """The largest difference, with its unit; empty where it was not compared."""
         finding = self.worst.get(quantity)
         return "" if finding is None else amount(finding)
-
-    def to_dict(self) -> dict[str, Any]:
-        """As in crosscheck/schema/agreement.schema.json."""
-        return {
-            "model": self.model,
-            "against": list(self.against),
-            "verdict": self.verdict,
-            "differences": [
-                {"quantity": q, "measured": f.measured, "unit": f.unit, "id": f.id}
-                for q, f in self.worst.items()
-            ],
-        }
 
 
 def amount(finding: Finding) -> str:
@@ -230,15 +217,6 @@ class Answers:
     rigid: str
     trust: str
 
-    def to_dict(self) -> dict[str, Any]:
-        """As in crosscheck/schema/agreement.schema.json."""
-        models = [row.to_dict() for row in self.rows]
-        return {
-            "equations": {"answer": self.equations, "models": models},
-            "rigid": {"answer": self.rigid},
-            "trust": {"answer": self.trust},
-        }
-
 
 def answers(agreement: Agreement, arm: Arm) -> Answers:
     """Of a cross-check of an arm."""
@@ -248,6 +226,23 @@ def answers(agreement: Agreement, arm: Arm) -> Answers:
 
 def agreement_json(agreement: Agreement, arm: Arm) -> str:
     """As crosscheck/schema/agreement.schema.json has it, the answers before the findings."""
-    whole, found = agreement.to_dict(), answers(agreement, arm).to_dict()
-    document = {"schema_version": whole.pop("schema_version"), "answers": found, **whole}
+    whole, found = agreement.to_dict(), answers(agreement, arm)
+    models = [
+        {
+            "model": row.model,
+            "against": row.against,
+            "verdict": row.verdict,
+            "differences": [
+                {"quantity": q, "measured": f.measured, "unit": f.unit, "id": f.id}
+                for q, f in row.worst.items()
+            ],
+        }
+        for row in found.rows
+    ]
+    said = {
+        "equations": {"answer": found.equations, "models": models},
+        "rigid": {"answer": found.rigid},
+        "trust": {"answer": found.trust},
+    }
+    document = {"schema_version": whole.pop("schema_version"), "answers": said, **whole}
     return json.dumps(document, indent=1, allow_nan=False) + "\n"

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from crosscheck.checks.answers import answers
-from crosscheck.checks.consistency import require_consistent
-from crosscheck.checks.records import require_complete
+from crosscheck.checks.records import require_complete, require_consistent
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.registry import MODELS, Entry, build

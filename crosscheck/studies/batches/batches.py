@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.studies.batches.batch import Numbers, run_batch, run_check
-from crosscheck.studies.batches.schedule import FunctionTask
-from crosscheck.studies.batches.version import digest_of
+from crosscheck.studies.batches.schedule import FunctionTask, digest_of
 from crosscheck.studies.definition import quantities
 from crosscheck.studies.measures.columns import Column
 from crosscheck.studies.members.members import PreparedStudy

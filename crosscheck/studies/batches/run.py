@@ -23,8 +23,7 @@ from crosscheck.studies.batches.kept import (
     require_room,
 )
 from crosscheck.studies.batches.result_file import ResultFile, expected_bytes, require_apart
-from crosscheck.studies.batches.schedule import FunctionTask, Place, cluster, here
-from crosscheck.studies.batches.version import fingerprint
+from crosscheck.studies.batches.schedule import FunctionTask, Place, cluster, fingerprint, here
 from crosscheck.studies.measures.columns import DIVERGED, Column, columns
 from crosscheck.studies.members.members import PreparedStudy, require_members
 

@@ -1,4 +1,4 @@
-"""Where batches are run: on this machine, or on the workers of a Dask scheduler.
+"""Where batches are run, and by which version: on this machine, or on a Dask scheduler's workers.
 
 Both are functions that take tasks and give each with its result, as they come; what is done with
 them does not know which it is.
@@ -6,24 +6,30 @@ them does not know which it is.
 
 from __future__ import annotations
 
+import hashlib
 import logging
+import platform
 import re
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from itertools import islice
 from queue import SimpleQueue
 from typing import Any, Protocol
 
+from crosscheck import __version__
 from crosscheck.models.errors import InputError, Unfinished
+from crosscheck.provenance import version
+from crosscheck.registry import MODELS, lead, second
 from crosscheck.runner.outcomes import DIED, Failure
+from crosscheck.runner.sources import code_hash
 from crosscheck.runner.workers import Workers
 from crosscheck.studies.batches.batch import made_ready
-from crosscheck.studies.batches.version import fingerprint, performed_as, require_same
 
+BATCH = "crosscheck.studies.batches.batch"  # whose code, and all that it imports, makes a batch
 PATIENCE_S = 6.0  # until an unreachable scheduler is given up
 AHEAD = 2  # tasks that wait beyond those that run
 ATTEMPTS = 3  # at a batch whose worker dies
@@ -217,3 +223,41 @@ def _quiet() -> None:
         if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
     warnings.filterwarnings("ignore", module="distributed")
+
+
+@cache
+def fingerprint() -> str:
+    """Of this process: equal where the same study gives the same numbers."""
+    run_by = [MODELS[name] for name in (lead(), second())]
+    packages = sorted({name for entry in run_by for name in entry.versioned})
+    models = [entry.module for entry in run_by]
+    parts = [
+        f"python {platform.python_version()} {platform.machine()}",
+        *(f"{name} {version(name) or 'missing'}" for name in packages),
+        f"crosscheck {__version__} {code_hash(BATCH, *models)[:16]}",
+    ]
+    return ", ".join(parts)
+
+
+def digest_of(*parts: object) -> str:
+    """A name for what depends on all of these."""
+    return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:32]
+
+
+def differs(ours: str, theirs: str) -> str:
+    """Of two fingerprints what is unlike, in words."""
+    pairs = zip(ours.split(", "), theirs.split(", "), strict=False)
+    return "; ".join(f"{a} here, {b} there" for a, b in pairs if a != b) or "another one"
+
+
+def require_same(ours: str, theirs: str, worker: str) -> None:
+    """Raise InputError unless a worker's fingerprint is the one that is expected."""
+    if ours != theirs:
+        allowed = f"runs another version: {differs(ours, theirs)}"
+        raise InputError("--scheduler", "", worker, allowed)
+
+
+def performed_as(expected: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    """What a function gives, where the versions are those that are expected. Raises InputError."""
+    require_same(expected, fingerprint(), f"a worker on {platform.node()}")
+    return function(*arguments)
