@@ -22,14 +22,7 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = (
-    "pin",
-    "exudyn",
-    "numpy",
-    "scipy",
-    "llvmlite",
-    "numba",
-    "sympy",
-    "xarray",
+    *("pin", "exudyn", "numpy", "scipy", "llvmlite", "numba", "sympy", "xarray"),
     "geararm-crosscheck",
 )
 

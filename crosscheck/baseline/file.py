@@ -178,11 +178,8 @@ def _require_same_plan(provenance: Provenance, wanted: Wanted) -> None:
     then, now = (one.model_dump(mode="json") for one in (provenance.arm, arm))
     moved = next(differences(then, now), None)
     what = f": {moved[0]} was {moved[1]!r}, is {moved[2]!r}" if moved else ""
-    raise Misfit(
-        "provenance.arm_sha256",
-        provenance.arm_sha256[:12],
-        f"another arm than {arm.name}, which has {arm_digest(arm)[:12]}{what}",
-    )
+    allowed = f"another arm than {arm.name}, which has {arm_digest(arm)[:12]}{what}"
+    raise Misfit("provenance.arm_sha256", provenance.arm_sha256[:12], allowed)
 
 
 def _lines(value: Any, indent: int = 0, head: str = "", tail: str = "") -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,7 +31,6 @@ from crosscheck.findings import (
     measured_only,
     unfinished,
 )
-from crosscheck.provenance import Provenance
 from crosscheck.registry import is_guest
 from crosscheck.report.words import outcome
 from crosscheck.run import CrossCheck
@@ -84,24 +83,13 @@ def changed_since(agreement: Agreement) -> list[str]:
     then, now = agreement.record, agreement.provenance
     if then is None or now is None:
         return []
-    return [
-        f"{name} {_brief(name, was)} -> {_brief(name, is_now)}"
-        for name, was, is_now in differences(_surroundings(then), _surroundings(now))
-    ]
-
-
-def _surroundings(of: Provenance) -> dict[str, str | None]:
-    return of.versions | {
-        "python": of.python,
-        "machine": of.machine,
-        "revision": of.revision,
-        "lock_sha256": of.lock_sha256,
-        "arm_sha256": of.arm_sha256,
-    }
-
-
-def _brief(name: str, value: Any) -> str:
-    return str(value)[:DIGEST] if name.endswith("sha256") else str(value)
+    named = {"python", "machine", "revision", "lock_sha256", "arm_sha256"}
+    old, new = (each.versions | each.model_dump(include=named) for each in (then, now))
+    found = []
+    for name, was, is_now in differences(old, new):
+        digits = DIGEST if name.endswith("sha256") else None
+        found.append(f"{name} {str(was)[:digits]} -> {str(is_now)[:digits]}")
+    return found
 
 
 def _verdicts(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterator[Finding]:

@@ -46,11 +46,9 @@ def random_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
     q_size = np.where(layout.angular, np.pi, play)
     v_size = np.where(layout.angular, TURNING_RAD_PER_S, SLIDING_M_PER_S)
     shape = (count, len(layout))
-    return States(
-        generator.uniform(0, 2, count),
-        generator.uniform(-1, 1, shape) * q_size,
-        generator.uniform(-1, 1, shape) * v_size,
-    )
+    t = generator.uniform(0, 2, count)
+    q, v = (generator.uniform(-1, 1, shape) * size for size in (q_size, v_size))
+    return States(t, q, v)
 
 
 def answers(model: Model, expected: Layout, quantity: str, count: int, seed: int) -> np.ndarray:

@@ -83,12 +83,11 @@ def stays(about: About, run: xr.Dataset, case: Case) -> Finding:
 def strays(about: About, run: xr.Dataset, case: Case) -> Finding:
     """The same where the springs' work on the angles is left out, as in the paper."""
     strayed, turned = _balance(run, case)
-    return measured_only(
-        about,
-        measured=strayed,
-        basis=f"of the work turned over, {turned:.3g} J",
-        relative=strayed / turned if turned else None,
+    basis, relative = (
+        f"of the work turned over, {turned:.3g} J",
+        strayed / turned if turned else None,
     )
+    return measured_only(about, measured=strayed, basis=basis, relative=relative)
 
 
 def _balance(run: xr.Dataset, case: Case) -> tuple[float, float]:

@@ -182,13 +182,8 @@ def bias_follows(
         return failed(about, "the mass matrix has a diagonal that is not positive")
     size = states.component_sizes(bias, states.natural_sizes("bias", bias, mass[0], setting))
     measured = float((np.abs(bias - christoffel) / size).max())
-    return checked(
-        about,
-        measured=measured,
-        tolerance=LOOSEST,
-        basis=f"{LOOSEST:g}, as for state checks: differences of M that are exact but for rounding",
-        relative=measured,
-    )
+    basis = f"{LOOSEST:g}, as for state checks: differences of M that are exact but for rounding"
+    return checked(about, measured=measured, tolerance=LOOSEST, basis=basis, relative=measured)
 
 
 def is_inertia(about: About, mass: np.ndarray) -> Finding:

@@ -42,13 +42,9 @@ def modes_among(about: About, few: np.ndarray, many: np.ndarray) -> Finding:
     else:
         distance = np.abs(few[:, None] - many[None, :]).min(axis=1) / few
     measured = float(distance.max())
+    note = "modes [Hz]: " + ", ".join(f"{mode:.2f}" for mode in few)
     return checked(
-        about,
-        measured=measured,
-        tolerance=TOLERANCE,
-        basis=BASIS,
-        relative=measured,
-        note="modes [Hz]: " + ", ".join(f"{mode:.2f}" for mode in few),
+        about, measured=measured, tolerance=TOLERANCE, basis=BASIS, relative=measured, note=note
     )
 
 
@@ -154,13 +150,9 @@ def step_follows(about: About, limit: np.ndarray, mass: np.ndarray, slopes: np.n
     grows = (np.abs(np.polyval(STABILITY, np.outer(steps, own))) > 1 + 1e-6).any(axis=1)
     limit_s, expected = float(limit), float(steps[np.argmax(grows)] if grows.any() else steps[-1])
     measured = max(limit_s / expected, expected / limit_s)
-    return checked(
-        about,
-        measured=measured,
-        tolerance=OTHER_POSES,
-        basis=f"{OTHER_POSES:g}: other poses, and bounds of a stiffness that overshoots",
-        note=f"{limit_s:.4g} s, by the poles {expected:.4g} s",
-    )
+    basis = f"{OTHER_POSES:g}: other poses, and bounds of a stiffness that overshoots"
+    note = f"{limit_s:.4g} s, by the poles {expected:.4g} s"
+    return checked(about, measured=measured, tolerance=OTHER_POSES, basis=basis, note=note)
 
 
 def _poles(mass: np.ndarray, slopes: np.ndarray) -> np.ndarray:

@@ -233,13 +233,9 @@ def observed_order(runs: Sequence[xr.Dataset], quantity: str) -> float:
 def formal_order(about: About, runs: Sequence[xr.Dataset], formal: int, quantity: str) -> Finding:
     """In smooth motion the formal order must show."""
     observed = observed_order(runs, quantity)
-    return checked(
-        about,
-        measured=abs(observed - formal),
-        tolerance=ORDER_TOLERANCE,
-        basis="three grids in the asymptotic range",
-        note=f"observed order {observed:.3f} from steps h, h/2, h/4",
-    )
+    apart, basis = abs(observed - formal), "three grids in the asymptotic range"
+    note = f"observed order {observed:.3f} from steps h, h/2, h/4"
+    return checked(about, measured=apart, tolerance=ORDER_TOLERANCE, basis=basis, note=note)
 
 
 def order_through_impacts(about: About, runs: Sequence[xr.Dataset], quantity: str) -> Finding:

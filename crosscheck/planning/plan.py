@@ -59,10 +59,8 @@ Variant = Literal["", "nudged", "free", "free-nudged"] | Coarse | Adaptive
 FEWER: dict[str, float] = {"coarse": 0.5, "coarse-2": 0.465, "coarse-3": 0.435}
 # Of runs that choose their own steps.
 RTOL: dict[str, float] = {
-    "reference": REFERENCE_RTOL,
-    "reference-coarse": COARSE_RTOL,
-    "precise": REFERENCE_RTOL,
-    "precise-coarse": COARSE_RTOL,
+    **dict.fromkeys(("reference", "precise"), REFERENCE_RTOL),
+    **dict.fromkeys(("reference-coarse", "precise-coarse"), COARSE_RTOL),
 }
 
 
@@ -258,13 +256,11 @@ class OrderCase:
 
     def runs(self, model: str) -> tuple[Simulation, ...]:
         """A model's run at each of the steps, the largest first."""
-        step = self.case.scenario.step_s
-        return tuple(
-            Simulation(
-                RunKey(self.name, model, f"level-{level}"), with_step(self.case, step / 2**level)
-            )
-            for level in range(ORDER_LEVELS)
-        )
+        found, step = [], self.case.scenario.step_s
+        for level in range(ORDER_LEVELS):
+            key = RunKey(self.name, model, f"level-{level}")
+            found.append(Simulation(key, with_step(self.case, step / 2**level)))
+        return tuple(found)
 
 
 def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:

@@ -277,11 +277,8 @@ def _claims_all(about: About, claimed: Any, promised: frozenset[str]) -> Finding
 
 def _as_told(spot: Spot, content: Content, *, inertia: bool = True) -> Iterator[Comparison]:
     """What a model says of forces, and of inertia too, against the data of arm and experiment."""
-    given: dict[str, Any] = {
-        "setting": spot.setting,
-        "content": content,
-        "level": MODELS[spot.model].level,
-    }
+    level, setting = MODELS[spot.model].level, spot.setting
+    given: dict[str, Any] = {"setting": setting, "content": content, "level": level}
     mass, force = spot.of("mass_matrix"), spot.of("generalized_force")
     if inertia:
         yield answered(spot.told("mass_matrix"), (mass,), partial(told.inertia_as_told, **given))

@@ -24,12 +24,11 @@ def weight_moments(arm: Arm, theta: np.ndarray) -> np.ndarray:
     """
     masses, places, owners = _masses(arm, theta)
     axes, pull = places[len(theta) : 2 * len(theta)], complex(*arm.gravity_m_per_s2)
-    return np.array(
-        [
-            float((masses * (np.conj(places - axis) * pull).imag)[owners >= joint].sum())
-            for joint, axis in enumerate(axes)
-        ]
-    )
+    found = []
+    for joint, axis in enumerate(axes):
+        moments = masses * (np.conj(places - axis) * pull).imag
+        found.append(float(moments[owners >= joint].sum()))
+    return np.array(found)
 
 
 def weight_energy(arm: Arm, theta: np.ndarray) -> np.ndarray:

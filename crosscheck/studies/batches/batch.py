@@ -14,8 +14,9 @@ import xarray as xr
 from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import Case
 from crosscheck.registry import build, lead, second
+from crosscheck.studies.definition.quantities import SIGNALS
 from crosscheck.studies.measures.columns import DIVERGED, columns
-from crosscheck.studies.measures.observers import SIGNALS, ChunkRecords, Watched, observer
+from crosscheck.studies.measures.observers import ChunkRecords, Watched, observer
 from crosscheck.studies.members.members import PreparedStudy, study_of
 
 if TYPE_CHECKING:

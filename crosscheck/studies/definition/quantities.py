@@ -4,26 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import Field, model_validator
 
 from crosscheck.models.arm.quantities import Data, Limit, Printable, Within
 
-Signal = Literal[
-    "theta",
-    "theta_dot",
-    "theta_ddot",
-    "torque",
-    "x_sp",
-    "x_pr",
-    "x_sp_dot",
-    "x_pr_dot",
-    "F_sp",
-    "F_pr",
-]
+JointSignal = Literal["theta", "theta_dot", "theta_ddot", "torque"]
+MeshSignal = Literal["x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr"]
 MeshForce = Literal["F_sp", "F_pr"]
-OF_JOINTS = ("theta", "theta_dot", "theta_ddot", "torque")
+Signal = Literal[JointSignal, MeshSignal]
+OF_JOINTS: tuple[str, ...] = get_args(JointSignal)
+SIGNALS: tuple[str, ...] = get_args(Signal)
 Second = Annotated[float, Within(0, 1e6, "s")]
 Hertz = Annotated[float, Within(0, 1e9, "Hz")]
 Level = Annotated[float, Within(-1e15, 1e15)]

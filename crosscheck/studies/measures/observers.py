@@ -19,9 +19,6 @@ from crosscheck.studies.measures import folds
 from crosscheck.studies.measures.columns import require_measurable
 from crosscheck.studies.members.rigid import rigid_angles
 
-MESH_SIGNALS = ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr")
-SIGNALS = (*quantities.OF_JOINTS, *MESH_SIGNALS)
-
 
 class ChunkRecords(Protocol):
     """What is asked of a chunk; see crosscheck.analytic.ensemble.Chunk."""
@@ -160,7 +157,7 @@ class _Called(_Whole):
     """Runs for a function of the user's."""
 
     def __init__(self, quantity: quantities.Function, watched: Watched) -> None:
-        super().__init__(SIGNALS)
+        super().__init__(quantities.SIGNALS)
         self.quantity, self.watched = quantity, watched
 
     def found(self) -> Mapping[str, np.ndarray]:
@@ -169,7 +166,7 @@ class _Called(_Whole):
         time, source = np.concatenate(self.time), self.watched.sources[self.quantity.function]
         answers: dict[str, list[float]] = {name: [] for name in self.quantity.returns}
         planets = _planets(self.watched.cases[0])  # of all alike, as they stand side by side
-        wanted = SIGNALS if any(planets) else quantities.OF_JOINTS
+        wanted = quantities.SIGNALS if any(planets) else quantities.OF_JOINTS
         whole = {name: self.joined(name, planets) for name in wanted}
         for place, (arm, scenario, chosen) in enumerate(self.watched.cases):
             own = {name: values[..., place] for name, values in whole.items()}

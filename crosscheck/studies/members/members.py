@@ -191,12 +191,7 @@ def blamed(study: PreparedStudy, place: int, error: InputError) -> InputError:
         try:
             case_of(data, study.definition.arm, study.definition.scenario)
         except InputError as alone:
-            return InputError(
-                f"{study.file}: axis {axis.path}",
-                "",
-                alone.value,
-                f"{alone.field}: {alone.allowed}",
-            )
-    return InputError(
-        f"{study.file}: member {place}", error.field, error.value, f"{error.allowed}, as varied"
-    )
+            where, allowed = f"{study.file}: axis {axis.path}", f"{alone.field}: {alone.allowed}"
+            return InputError(where, "", alone.value, allowed)
+    where, allowed = f"{study.file}: member {place}", f"{error.allowed}, as varied"
+    return InputError(where, error.field, error.value, allowed)
