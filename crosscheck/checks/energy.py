@@ -83,11 +83,9 @@ def stays(about: About, run: xr.Dataset, case: Case) -> Finding:
 def strays(about: About, run: xr.Dataset, case: Case) -> Finding:
     """The same where the springs' work on the angles is left out, as in the paper."""
     strayed, turned = _balance(run, case)
-    basis, relative = (
-        f"of the work turned over, {turned:.3g} J",
-        strayed / turned if turned else None,
-    )
-    return measured_only(about, measured=strayed, basis=basis, relative=relative)
+    basis = f"of the work turned over, {turned:.3g} J"
+    share = strayed / turned if turned else None
+    return measured_only(about, measured=strayed, basis=basis, relative=share)
 
 
 def _balance(run: xr.Dataset, case: Case) -> tuple[float, float]:
