@@ -136,13 +136,9 @@ def _require_version(data: dict[str, Any]) -> None:
     if type(schema) is not int or schema != SCHEMA_VERSION:
         older = ", this is an older one" if type(schema) is int and schema < SCHEMA_VERSION else ""
         raise Misfit("schema_version", schema, f"only format {SCHEMA_VERSION} is read{older}")
-    if not isinstance(version, str) or _major(version) != _major(__version__):
-        allowed = f"major version {_major(__version__)} is allowed"
-        raise Misfit("project_version", version, allowed)
-
-
-def _major(version: str) -> str:
-    return version.split(".", 1)[0]
+    major = __version__.split(".", 1)[0]
+    if not isinstance(version, str) or version.split(".", 1)[0] != major:
+        raise Misfit("project_version", version, f"major version {major} is allowed")
 
 
 def _validated(data: dict[str, Any]) -> Baseline:

@@ -137,10 +137,11 @@ def reduced_run(
 
 def unrecorded(result: CrossCheck) -> Iterator[str]:
     """Runs that have a trajectory of which nothing can be recorded, as ``run: reason``."""
-    for key in filter(is_recorded, datasets(result)):
-        reduced = reduced_run(key, result)
-        if isinstance(reduced, Failure):
-            yield f"{key} {reduced}"
+    for key, run in result.runs.items():
+        if is_recorded(key) and not isinstance(run, Failure):
+            reduced = reduced_run(key, result)
+            if isinstance(reduced, Failure):
+                yield f"{key} {reduced}"
 
 
 def is_recorded(key: RunKey) -> bool:
@@ -148,14 +149,10 @@ def is_recorded(key: RunKey) -> bool:
     return key.variant in COARSER
 
 
-def datasets(result: CrossCheck) -> Datasets:
-    """The runs that have a trajectory."""
-    return {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
-
-
 def bounds_of(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
     """Quantity -> how far a repetition of this run may move."""
-    runs, case = datasets(result), result.cases[key]
+    runs = {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
+    case = result.cases[key]
     run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
     pair = _pair(key.experiment, runs)
     # A coarser run at the same step is one whose integrator chooses its own, as references do.
@@ -169,7 +166,13 @@ def bounds_of(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
         if own_steps:
             limit = _adaptive(limit, measured)
         widest = meaningful(quantity, case.arm, case.scenario, size(run, quantity))
-        bounds[quantity] = _meaningful(limit, widest, _short(measured))
+        means_nothing = not limit.value <= widest.value
+        tolerance, basis = _short(limit.value), limit.basis
+        if means_nothing:
+            tolerance, basis = None, f"not compared: {limit.basis}"
+            if math.isfinite(limit.value):
+                basis += f", {limit.value:.2g}; {widest.value:.2g} at most, {widest.basis}"
+        bounds[quantity] = Bound(tolerance, basis, _short(measured), _short(widest.value))
     return bounds
 
 
@@ -214,15 +217,6 @@ def _repeated(pair: Pair | None, run: xr.Dataset, quantity: str) -> ReasonedLimi
     value = UNMEASURED_ROUNDINGS * trajectories.rounding_of(run, quantity)
     basis = f"{UNMEASURED_ROUNDINGS} x rounding, whose growth could not be measured"
     return ReasonedLimit(value, basis)
-
-
-def _meaningful(limit: ReasonedLimit, widest: ReasonedLimit, uncertainty: float | None) -> Bound:
-    if not limit.value <= widest.value:
-        reason = f"not compared: {limit.basis}"
-        if math.isfinite(limit.value):
-            reason += f", {limit.value:.2g}; {widest.value:.2g} at most, {widest.basis}"
-        return Bound(None, reason, uncertainty, _short(widest.value))
-    return Bound(_short(limit.value), limit.basis, uncertainty, _short(widest.value))
 
 
 def _short(value: float | None) -> float | None:

@@ -82,10 +82,6 @@ def _mass_matrix(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.nda
     return _numbers(model.mass_matrix(q.copy()), "mass_matrix", (q.size, q.size))
 
 
-def _bias(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return _numbers(model.bias(q.copy(), v.copy()), "bias", q.shape)
-
-
 def _generalized_force(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     answer = model.generalized_force(t, q.copy(), v.copy())
     return _numbers(answer, "generalized_force", q.shape)
@@ -186,7 +182,7 @@ def _force_slopes(model: Model) -> np.ndarray:
 
 AT_STATE: dict[str, Callable[[Model, float, np.ndarray, np.ndarray], np.ndarray | float]] = {
     "mass_matrix": _mass_matrix,
-    "bias": _bias,
+    "bias": lambda model, t, q, v: _numbers(model.bias(q.copy(), v.copy()), "bias", q.shape),
     "generalized_force": _generalized_force,
     "acceleration": _acceleration,
     CHRISTOFFEL: _christoffel,

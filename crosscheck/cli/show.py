@@ -56,7 +56,11 @@ def _tables(arm: Arm) -> Iterator[Table]:
                 rows = [*given, *derived_mesh(joint, named)]
                 yield _table(f"{title}, {named.title}", rows)
         yield _table(f"{title}, derived", derived_joint(joint))
-        rows = [*_given(arm.links[place]), *derived_link(arm, place)]
+        values = stage_values(joint, arm.links[place])
+        rows = [*_given(arm.links[place]), DerivedQuantity("mass", float(values.m), "kg")]
+        rows.append(
+            DerivedQuantity("inertia about its centre of mass", float(values.I_l), "kg m^2")
+        )
         yield _table(f"link {place + 1}", rows)
     yield _table("arm", [*_given(arm), *derived_arm(arm)])
     if is_the_papers(arm):
@@ -185,13 +189,6 @@ def _stage(joint: Planetary) -> Iterator[DerivedQuantity]:
         if mass:
             ratio = math.sqrt(own / mass)
             yield DerivedQuantity(f"{part}: radius of gyration over base radius", ratio)
-
-
-def derived_link(arm: Arm, place: int) -> Iterator[DerivedQuantity]:
-    """Of the link behind a joint, counted from 0."""
-    values = stage_values(arm.joints[place], arm.links[place])
-    yield DerivedQuantity("mass", float(values.m), "kg")
-    yield DerivedQuantity("inertia about its centre of mass", float(values.I_l), "kg m^2")
 
 
 def derived_arm(arm: Arm) -> Iterator[DerivedQuantity]:

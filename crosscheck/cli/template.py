@@ -109,12 +109,13 @@ def template(name: str, joints: int) -> str:
     for number, joint in enumerate(arm.joints):
         lines += ["", f"# {_place(number, joints)}", *_joint_lines(joint, number == 0)]
     numbers = {"motor_mass_kg": 4.0, "rotor_inertia_kg_m2": 0.02, "friction_N_m_s_per_rad": 1.2}
-    lines += ["", DIRECT, *_commented(_joint_lines(Direct(kind="direct", **numbers), True))]
+    direct = _joint_lines(Direct(kind="direct", **numbers), True)
+    lines += ["", DIRECT, *(f"# {line}" for line in direct)]
     for number, link in enumerate(arm.links):
         lines += ["", f"[[links]] # from the {_place(number, joints)} on"]
         lines += _fields(link, number == 0)
     from_cad = Link(length_m=0.6, com_m=0.27, mass_kg=11.0, inertia_kg_m2=0.4)
-    lines += ["", CAD, *_commented(["[[links]]", *_fields(from_cad, True)])]
+    lines += ["", CAD, *(f"# {line}" for line in ("[[links]]", *_fields(from_cad, True)))]
     return "\n".join(lines) + "\n"
 
 
@@ -202,10 +203,6 @@ def _fields(record: Data, explained: bool) -> list[str]:
         meaning = f"[{field.unit}] {field.meaning}" if field.unit else field.meaning
         lines.append(f"{line:<{COLUMN}} # {meaning}" if explained else line)
     return lines
-
-
-def _commented(lines: list[str]) -> list[str]:
-    return [f"# {line}" for line in lines]
 
 
 def _toml(value: object) -> str:

@@ -39,7 +39,12 @@ def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[
     step = resolved_step(first, limit_s, SHORT_RESOLVED)
     torques = largest_torques(arm, first.case.scenario)
     scenario = bent("energy", STEPS, RECORDS, step, torques)
-    free, lossless = usual_switches(arm, planets="free"), without_losses(arm)
+    free = usual_switches(arm, planets="free")
+    smooth_joints = tuple(
+        joint.model_copy(update={"friction_N_m_s_per_rad": 0.0})
+        for joint in damped(arm, 0.0).joints
+    )
+    lossless = arm.model_copy(update={"joints": smooth_joints})
     springs = free.model_copy(update={"mesh_work": "conservative"})
     smooth = Experiment("energy", Case(without_play(lossless), scenario, springs))
     # For integrators of second order: half as long, at a quarter of the step.
@@ -54,15 +59,6 @@ def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[
     yield _balance(impacts, energy.stays, _reference(impacts), again)
     papers = Experiment("energy-paper", impacts.case._replace(switches=free))
     yield _balance(papers, energy.strays, _reference(papers))
-
-
-def without_losses(arm: Arm) -> Arm:
-    """The arm without mesh damping and friction."""
-    joints = tuple(
-        joint.model_copy(update={"friction_N_m_s_per_rad": 0.0})
-        for joint in damped(arm, 0.0).joints
-    )
-    return arm.model_copy(update={"joints": joints})
 
 
 def _reference(experiment: Experiment, variant: str = "", rtol: float = RTOL) -> Simulation:

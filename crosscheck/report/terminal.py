@@ -60,7 +60,13 @@ def print_changed(agreement: Agreement) -> None:
     beyond = sorted(agreement.disagreeing, key=lambda finding: -times_allowed(finding))
     known = known_differences(agreement)
     for finding in beyond[:MOST]:
-        print(printable(_line(finding)))
+        said = ""
+        if finding.measured is not None and finding.tolerance:
+            by = (
+                f"{finding.measured:.3g} {finding.unit}, {times_allowed(finding):.3g} x the allowed"
+            )
+            said = f"changed by {by} {finding.tolerance:.3g}; "
+        print(printable(f"{finding.id}: {said}{finding.note}"))
     if len(beyond) > MOST:
         print(f"... and {counted(len(beyond) - MOST, 'smaller one')} (all are in --junit)")
     for finding in known:
@@ -76,10 +82,3 @@ def times_allowed(finding: Finding) -> float:
     if finding.measured is None or not finding.tolerance:
         return math.inf
     return finding.measured / finding.tolerance
-
-
-def _line(finding: Finding) -> str:
-    if finding.measured is None or not finding.tolerance:
-        return f"{finding.id}: {finding.note}"
-    by = f"{finding.measured:.3g} {finding.unit}, {times_allowed(finding):.3g} x the allowed"
-    return f"{finding.id}: changed by {by} {finding.tolerance:.3g}; {finding.note}"
