@@ -57,10 +57,9 @@ def _tables(arm: Arm) -> Iterator[Table]:
                 yield _table(f"{title}, {named.title}", rows)
         yield _table(f"{title}, derived", derived_joint(joint))
         values = stage_values(joint, arm.links[place])
-        rows = [*_given(arm.links[place]), DerivedQuantity("mass", float(values.m), "kg")]
-        rows.append(
-            DerivedQuantity("inertia about its centre of mass", float(values.I_l), "kg m^2")
-        )
+        mass, inertia = float(values.m), float(values.I_l)
+        rows = [*_given(arm.links[place]), DerivedQuantity("mass", mass, "kg")]
+        rows.append(DerivedQuantity("inertia about its centre of mass", inertia, "kg m^2"))
         yield _table(f"link {place + 1}", rows)
     yield _table("arm", [*_given(arm), *derived_arm(arm)])
     if is_the_papers(arm):

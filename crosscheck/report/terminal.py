@@ -62,10 +62,8 @@ def print_changed(agreement: Agreement) -> None:
     for finding in beyond[:MOST]:
         said = ""
         if finding.measured is not None and finding.tolerance:
-            by = (
-                f"{finding.measured:.3g} {finding.unit}, {times_allowed(finding):.3g} x the allowed"
-            )
-            said = f"changed by {by} {finding.tolerance:.3g}; "
+            times = f"{times_allowed(finding):.3g} x the allowed {finding.tolerance:.3g}"
+            said = f"changed by {finding.measured:.3g} {finding.unit}, {times}; "
         print(printable(f"{finding.id}: {said}{finding.note}"))
     if len(beyond) > MOST:
         print(f"... and {counted(len(beyond) - MOST, 'smaller one')} (all are in --junit)")
