@@ -56,7 +56,7 @@ Adaptive = Literal["reference", "reference-coarse", "precise", "precise-coarse"]
 Coarse = Literal["coarse", "coarse-2", "coarse-3"]
 Variant = Literal["", "nudged", "free", "free-nudged"] | Coarse | Adaptive
 # Steps of coarser runs, as shares of the fine run's. Each meets contacts elsewhere in a step.
-FEWER: dict[str, float] = {"coarse": 0.5, "coarse-2": 0.465, "coarse-3": 0.435}
+FEWER: dict[Coarse, float] = {"coarse": 0.5, "coarse-2": 0.465, "coarse-3": 0.435}
 # Of runs that choose their own steps.
 RTOL: dict[str, float] = {
     **dict.fromkeys(("reference", "precise"), REFERENCE_RTOL),

@@ -17,7 +17,7 @@ from crosscheck.models.arm.layout import lumped_layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Results, answered
-from crosscheck.planning.plan import Experiment, OrderCase
+from crosscheck.planning.plan import FEWER, Experiment, OrderCase
 from crosscheck.runner.tasks import Evaluation, Simulation
 
 LARGEST = "largest absolute difference"
@@ -192,15 +192,13 @@ def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, ...]:
     These are of the same integrator, whose error hangs on where in a step the teeth meet: two runs
     may err alike by chance.
     """
-    own = experiment.run(model), experiment.run(model, "coarse")
+    own: tuple[Simulation, ...] = experiment.run(model), experiment.run(model, "coarse")
     if model not in registry.same_integrator():
         return own
     first = registry.lead()
-    again = [
-        (experiment.run(first), experiment.run(first, variant))
-        for variant in ("coarse", "coarse-2", "coarse-3")
-    ]
-    return *own, *(run for pair in again for run in pair)
+    for variant in FEWER:
+        own = *own, experiment.run(first), experiment.run(first, variant)
+    return own
 
 
 def _forms(experiment: Experiment) -> Iterator[Comparison]:

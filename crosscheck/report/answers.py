@@ -103,19 +103,17 @@ def _compared(
     model: str, others: Sequence[Finding], checks: Sequence[Finding], own: Sequence[Finding]
 ) -> ModelAnswer:
     worst: dict[str, Finding] = {}
-    for finding in others:
-        quantity, known = finding.quantity, worst.get(finding.quantity)
-        if quantity in QUANTITIES and (known is None or _size(finding) > _size(known)):
-            worst[quantity] = finding
+    for quantity in QUANTITIES:
+        if found := [f for f in others if f.quantity == quantity]:
+            worst[quantity] = max(found, key=_size)
     against = dict.fromkeys(f.right if f.left == model else f.left for f in others)
     if checks:
         verdict = min((f.verdict for f in checks), key=WORST_FIRST.index)
     else:
         verdict = "differ" if any(_beyond(f, own) for f in others) else "agree"
-    ordered = {quantity: worst[quantity] for quantity in QUANTITIES if quantity in worst}
     states = [f.relative for f in checks if f.about.key.family == "states"]
     common = [digits(value) for value in states if value is not None]
-    return ModelAnswer(model, tuple(against), ordered, verdict, min(common, default=None))
+    return ModelAnswer(model, tuple(against), worst, verdict, min(common, default=None))
 
 
 def _size(finding: Finding) -> float:
@@ -144,11 +142,8 @@ def headline(rows: Sequence[ModelAnswer]) -> str:
     said = []
     for row in wrong:
         sizes = ", ".join(f"{row.number(q)} in {WORDS[q]}" for q in row.worst)
-        title = MODELS[row.model].title
-        said.append(
-            f"{title[0].upper()}{title[1:]}, do not agree with the engines: they differ by up to"
-            f" {sizes}."
-        )
+        title = f"{row.title[0].upper()}{row.title[1:]}"
+        said.append(f"{title}, do not agree with the engines: they differ by up to {sizes}.")
     if forms and not wrong:
         said.append("The paper's equations as printed agree with the engines.")
     red = [row.model for row in rest if row.verdict != "agree"]

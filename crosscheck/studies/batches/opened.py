@@ -33,12 +33,6 @@ SCALE = "This is a netCDF dimension but not a netCDF variable"
 Use = Callable[[Any], Any]
 
 
-def identity_of(path: Path) -> tuple[str, str]:
-    """Digest of the study, and version, that made a file. Raises InputError for any other file."""
-    identity: tuple[str, str] = used(path, Opened.identity)
-    return identity
-
-
 def used(path: Path, use: Use, form: type[SoundFile] | None = None) -> Any:
     """What a function makes of a file of a form; it is called in another process.
 
@@ -104,12 +98,8 @@ class SoundFile:
 
     def variables(self) -> list[str]:
         """Those that are no coordinates of others."""
-        beside = {
-            one
-            for data in self.file.values()
-            if "coordinates" in data.attrs
-            for one in self._text(data, "coordinates").split()
-        }
+        named = (data for data in self.file.values() if "coordinates" in data.attrs)
+        beside = {one for data in named for one in self._text(data, "coordinates").split()}
         return [n for n in self.names() if n not in beside and not self.file[n].is_scale]
 
     def dims(self, name: str) -> tuple[str, ...]:
@@ -149,12 +139,12 @@ class SoundFile:
 
     def _values(self, name: str) -> np.ndarray:
         """Numbers, all finite, or words."""
-        if self.file[name].dtype.kind == "O":
-            return np.array([self._printable(name, word) for word in self.file[name].asstr()[()]])
+        data = self.file[name]
+        if data.dtype.kind == "O":
+            return np.array([self._printable(name, word) for word in data.asstr()[()]])
         values = self._numbers(name)
         self._require(bool(np.isfinite(values).all()), f"{name} is not finite")
-        whole = self.file[name].dtype.kind in "iu"
-        return values.astype(np.int64) if whole else values
+        return values.astype(np.int64) if data.dtype.kind in "iu" else values
 
     def _about(self, name: str) -> dict[str, str]:
         data = self.file[name]
