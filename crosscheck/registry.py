@@ -31,11 +31,6 @@ EVERY_MODELS_PACKAGES = ("numpy", "scipy", "xarray")
 ANALYTIC_PACKAGES = ("sympy", "llvmlite")
 
 
-def every_arm(arm: Arm, chosen: Switches) -> bool:
-    """What a model is about unless its entry says otherwise."""
-    return True
-
-
 @dataclass(frozen=True)
 class Entry:
     """A model: where its class is, and what a cross-check may count on.
@@ -63,7 +58,7 @@ class Entry:
     level: str = ""
     abreast: int = 1
     title: str = ""
-    covers: Callable[[Arm, Switches], bool] = every_arm
+    covers: Callable[[Arm, Switches], bool] = lambda arm, chosen: True
     made: type[Model] | None = None
 
     def layout(self, arm: Arm, chosen: Switches) -> Layout:

@@ -39,8 +39,8 @@ def wanted(
 ) -> Wanted:
     """What a command line asks to be cross-checked. Raises InputError."""
     chosen = load_chosen(arm, scenarios or [], settings or [])
-    laws, told = chosen.switches, chosen.told
-    return Wanted(chosen.arm, quick, seed, chosen.scenarios, laws, told=told)
+    own = chosen.scenarios, chosen.switches
+    return Wanted(chosen.arm, quick, seed, *own, told=chosen.told)
 
 
 def run_command(chosen: Wanted, out: Path, jobs: int) -> int:

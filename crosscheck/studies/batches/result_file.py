@@ -46,22 +46,21 @@ def _size(column: Column) -> int:
 
 def checked_columns(columns: Sequence[Column], engine: str) -> list[Column]:
     """What a second engine makes of these, over the members that are checked."""
-    return [made for column in columns for made in _checked(column, engine)]
-
-
-def _checked(column: Column, engine: str) -> list[Column]:
-    about = f"{column.name} by {engine}"
-    if "time" in column.dims:
-        worst = f"largest difference of {about} over the run"
-        return [Column(f"{column.name}_difference", column.unit, worst, column.dims[1:],
-                       column.shape[1:])]  # fmt: skip
-    own = [("_checked", column.unit, about), ("_difference", column.unit, f"{about}, distance")]
-    if column.name != DIVERGED:
-        own.append(("_difference_over_spread", "1", f"{about}, distance over spread"))
-    return [
-        Column(column.name + suffix, unit, meaning, column.dims, column.shape)
-        for suffix, unit, meaning in own
-    ]
+    found = []
+    for column in columns:
+        name, unit, about = column.name, column.unit, f"{column.name} by {engine}"
+        if "time" in column.dims:
+            over = column.dims[1:], column.shape[1:]
+            worst = f"largest difference of {about} over the run"
+            found.append(Column(f"{name}_difference", unit, worst, *over))
+            continue
+        over = column.dims, column.shape
+        found.append(Column(f"{name}_checked", unit, about, *over))
+        found.append(Column(f"{name}_difference", unit, f"{about}, distance", *over))
+        if name != DIVERGED:
+            meaning = f"{about}, distance over spread"
+            found.append(Column(f"{name}_difference_over_spread", "1", meaning, *over))
+    return found
 
 
 def require_apart(study: PreparedStudy, columns: Sequence[Column]) -> None:
