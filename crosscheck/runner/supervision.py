@@ -32,20 +32,8 @@ CLOSING_S = 5.0  # from the verdict to the end of the process
 SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
-@dataclass(frozen=True)
-class _Line:
-    """From the command to whoever waits for it. maker: the command's process, whose word counts."""
-
-    handle: int
-    maker: int
-
-    def say(self, **message: Any) -> None:
-        if os.getpid() == self.maker:
-            with suppress(OSError):  # nobody waits any more
-                os.write(self.handle, json.dumps(message).encode() + b"\n")
-
-
-_lines: list[_Line] = []
+# From the command to whoever waits for it: the pipe, and the process whose word counts.
+_lines: list[tuple[int, int]] = []
 
 
 @contextmanager
@@ -62,8 +50,10 @@ def overseen(whose: str, cost: float = 5.0) -> Iterator[None]:
 
 
 def _say(**message: Any) -> None:
-    for line in _lines:
-        line.say(**message)
+    for handle, maker in _lines:
+        if os.getpid() == maker:
+            with suppress(OSError):  # nobody waits any more
+                os.write(handle, json.dumps(message).encode() + b"\n")
 
 
 def supervised(command: Callable[[], NoReturn]) -> int:
@@ -80,7 +70,7 @@ def supervised(command: Callable[[], NoReturn]) -> int:
     child = os.fork()
     if child == 0:
         os.close(here)
-        _lines.append(_Line(there, os.getpid()))
+        _lines.append((there, os.getpid()))
         end_with_parent()
         if os.getppid() != parent:
             os._exit(NO_VERDICT)

@@ -61,10 +61,6 @@ class _Worker:
         assert self.process.pid is not None  # it has been started
         return self.process.pid
 
-    def give(self, task: Task) -> None:
-        self.task, self.patience = task, None
-        self.pipe.send(task)
-
     def is_over(self, table: Table) -> bool:
         """Whether its task must be stopped; the first look at it begins to count."""
         assert self.task is not None  # those at work alone are looked at
@@ -161,8 +157,9 @@ class Workers:
             if task is None:
                 break
             worker = idle.pop() if idle else self._hired()
+            worker.task, worker.patience = task, None
             with suppress(OSError):  # it has died idle, and will be found dead
-                worker.give(task)
+                worker.pipe.send(task)
             given.append(task.key)
         return given
 

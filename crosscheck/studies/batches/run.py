@@ -31,10 +31,6 @@ Told = Callable[[str, int, int], None]
 RESUME = "the same with --resume goes on where it stopped"
 
 
-def _unsaid(what: str, done: int, total: int) -> None:
-    pass
-
-
 @dataclass(frozen=True)
 class How:
     """How a study is run. scheduler: address of Dask's, else ``jobs`` processes of this machine."""
@@ -42,7 +38,7 @@ class How:
     jobs: int = 1
     scheduler: str | None = None
     resume: bool = False
-    told: Told = _unsaid
+    told: Told = lambda what, done, total: None
 
     def place(self) -> AbstractContextManager[Place]:
         """Where its batches are run."""

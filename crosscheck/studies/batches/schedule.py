@@ -171,7 +171,11 @@ def cluster(address: str) -> Iterator[Place]:
     except ImportError:
         allowed = "needs Dask: pip install 'geararm-crosscheck[dask]'"
         raise InputError("--scheduler", "", address, allowed) from None
-    _quiet()
+    # Dask's own remarks would stand between the lines of the progress.
+    for name in [*logging.root.manager.loggerDict, "tornado", "asyncio"]:
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+    warnings.filterwarnings("ignore", module="distributed")
     ours = fingerprint()
     with _connected(distributed, address) as client:
         threads = _ready(client, address, ours)
@@ -215,14 +219,6 @@ def _ready(client: Any, address: str, ours: str) -> int:
         require_same(ours, theirs, worker)
     client.run(made_ready)
     return sum(threads.values())
-
-
-def _quiet() -> None:
-    """Dask's own remarks would stand between the lines of the progress."""
-    for name in [*logging.root.manager.loggerDict, "tornado", "asyncio"]:
-        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
-            logging.getLogger(name).setLevel(logging.CRITICAL)
-    warnings.filterwarnings("ignore", module="distributed")
 
 
 @cache
