@@ -9,8 +9,7 @@ from __future__ import annotations
 import io
 import json
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import h5netcdf
@@ -90,10 +89,15 @@ class ResultFile:
         self.engine = second()
         extra = checked_columns(columns, self.engine) if checks else []
         self.over_checks = {column.name: column for column in extra}
-        self.skeleton = laid_out(lambda file: self._fill(file, version))
-        new.reserve(self.skeleton.size)
-        for place, piece in self.skeleton.pieces():
-            new.write_at(place, piece)
+        memory = _Sparse()
+        with h5netcdf.File(memory, "w") as file:
+            self._fill(file, version)
+        with h5py.File(memory, "r") as file:  # where each variable's first number is
+            names = (*self.columns, *self.over_checks)
+            self.places = {name: file[name].id.get_offset() for name in names}
+        new.reserve(memory.size)
+        for number, page in sorted(memory.pages.items()):
+            new.write_at(number * PAGE, bytes(page[: memory.size - number * PAGE]))
 
     def write(self, begin: int, numbers: Numbers) -> None:
         """Members from a place on. Raises OSError."""
@@ -119,18 +123,18 @@ class ResultFile:
     def _put(self, name: str, first: int, values: np.ndarray) -> None:
         """Numbers of a variable, from one of them on; members stand in the grid's C order."""
         content = np.ascontiguousarray(values, dtype=np.float64).tobytes()
-        self.new.write_at(self.skeleton.places[name] + first * NUMBER_BYTES, content)
+        self.new.write_at(self.places[name] + first * NUMBER_BYTES, content)
 
     def _numbers(self, name: str, place: int, members: int) -> np.ndarray:
         """(members, *the column's shape), from a place on."""
         column = self.columns[name]
         count = members * _size(column)
-        offset = self.skeleton.places[name] + place * _size(column) * NUMBER_BYTES
+        offset = self.places[name] + place * _size(column) * NUMBER_BYTES
         found = np.fromfile(self.new.path, np.float64, count, offset=offset)
         return found.reshape(members, *column.shape)
 
-    def _fill(self, file: h5netcdf.File, version: str) -> list[str]:
-        """All but the numbers; the names of these variables."""
+    def _fill(self, file: h5netcdf.File, version: str) -> None:
+        """All but the numbers."""
         self.file = file
         base, definition = self.study.base, self.study.definition
         record = provenance(base.arm, 0, False, [base.scenario], base.switches)
@@ -152,7 +156,6 @@ class ResultFile:
             self._variable(column, tuple(self.study.dimensions))
         for column in self.over_checks.values():
             self._variable(column, (CHECKED,))
-        return [*self.columns, *self.over_checks]
 
     def _check_places(self) -> None:
         """Which members a second engine runs."""
@@ -217,47 +220,20 @@ class ResultFile:
         made.attrs.update({"long_name": meaning, **({"units": unit} if unit else {})})
 
     def _variable(self, column: Column, over: tuple[str, ...]) -> None:
+        """Of numbers whose place is kept free."""
         dims = (*over, *column.dims)
-        made = room(self.file, column.name, dims)
+        kept_free = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        kept_free.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+        kept_free.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+        made = self.file.create_variable(
+            column.name, dims, np.float64, fillvalue=np.nan, dcpl=kept_free
+        )
+        if not dims:  # h5py takes no such wishes for a single number: it has its place once written
+            made[...] = np.nan
         made.attrs.update({"units": column.unit, "long_name": column.meaning})
         beside = [a.name for a in self.study.axes if a.dimension == SAMPLE and SAMPLE in dims]
         if beside:  # by which readers find the samples' values
             made.attrs["coordinates"] = " ".join(beside)
-
-
-@dataclass(frozen=True)
-class Skeleton:
-    """size: of the whole file [bytes]; places: of each variable's first number, by its name."""
-
-    size: int
-    places: dict[str, int]
-    memory: _Sparse
-
-    def pieces(self) -> Iterator[tuple[int, bytes]]:
-        """All bytes that are no numbers to come, each piece with its place."""
-        for number, page in sorted(self.memory.pages.items()):
-            yield number * PAGE, bytes(page[: self.size - number * PAGE])
-
-
-def laid_out(fill: Callable[[h5netcdf.File], list[str]]) -> Skeleton:
-    """The skeleton of the file that a function fills; it gives the names of the rooms in it."""
-    memory = _Sparse()
-    with h5netcdf.File(memory, "w") as file:
-        names = fill(file)
-    with h5py.File(memory, "r") as file:
-        places = {name: file[name].id.get_offset() for name in names}
-    return Skeleton(memory.size, places, memory)
-
-
-def room(file: h5netcdf.File, name: str, dims: tuple[str, ...]) -> h5netcdf.Variable:
-    """A variable of numbers whose place is kept free."""
-    kept_free = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    kept_free.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-    kept_free.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
-    made = file.create_variable(name, dims, np.float64, fillvalue=np.nan, dcpl=kept_free)
-    if not dims:  # h5py takes no such wishes for a single number, which has its place once written
-        made[...] = np.nan
-    return made
 
 
 class _Sparse(io.RawIOBase):
