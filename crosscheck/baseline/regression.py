@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -43,15 +42,6 @@ WIDENED = 100.0
 _GONE = "disappeared"
 _NEW = "appeared: nothing on record"
 _GUEST = "of a model that came in after the record was made; accept again to hold it"
-
-
-class NumberPair(NamedTuple):
-    """A number on record and the same now, each with its bounds."""
-
-    record: Bounded
-    now: Bounded
-    was: float
-    is_now: float
 
 
 def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
@@ -128,8 +118,8 @@ def _unturned(
         return _verdict(about, 0, "")
     said = f"known difference, {finding.verdict}: {outcome(finding)}"
     if was.number is not None and now.number is not None:
-        pair = NumberPair(was.number, now.number, was.number.measured, now.number.measured)
-        found = _number(replace(about, unit=finding.unit), pair, said)
+        values = was.number.measured, now.number.measured
+        found = _number(replace(about, unit=finding.unit), was.number, now.number, values, said)
         if found.kind == "check":
             return found
     return _verdict(about, 0, said)
@@ -156,8 +146,7 @@ def _measurements(baseline: Baseline, now: Baseline, agreement: Agreement) -> It
         elif record is None:
             yield failed(about, _NEW)
         else:
-            pair = NumberPair(record, is_now, record.measured, is_now.measured)
-            yield _number(about, pair, "")
+            yield _number(about, record, is_now, (record.measured, is_now.measured))
 
 
 def _run_findings(
@@ -207,13 +196,15 @@ def _table(
         apart = np.abs(is_now - was)[:, record.values]
     row, place = map(int, np.unravel_index(int(apart.argmax()), apart.shape))
     column = record.values[place]
-    pair = NumberPair(record, now, float(was[row, column]), float(is_now[row, column]))
-    return _number(about, pair, record.place(row, column))
+    values = float(was[row, column]), float(is_now[row, column])
+    return _number(about, record, now, values, record.place(row, column))
 
 
-def _number(about: About, pair: NumberPair, where: str) -> Finding:
-    """One number held against another; where: what to say before it."""
-    record, now, was, is_now = pair
+def _number(
+    about: About, record: Bounded, now: Bounded, values: tuple[float, float], where: str = ""
+) -> Finding:
+    """A number on record held against that of now; where: what to say before it."""
+    was, is_now = values
     apart = abs(is_now - was)
     note = f"{where}: {was:.12g} -> {is_now:.12g}".removeprefix(": ")
     if record.unit != now.unit:

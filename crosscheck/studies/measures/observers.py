@@ -71,12 +71,17 @@ class _Folded:
         scenario = cases[0].scenario
         late = scenario.step_s * (scenario.steps - scenario.stride / 2)
         self.after_s = late if self.fold.ends and self.window is None else -np.inf
+        self.seen = 0  # records
 
     def see(self, chunk: ChunkRecords) -> None:
         part = _inside(chunk.time, self.window)
         if part.stop > part.start and chunk.time[-1] > self.after_s:
-            values = _signal(chunk, self.signal, self.planet)[part, self.joints]
-            self.fold.take(chunk.time[part], values)
+            self.fold.take(chunk.time[part], self.values(chunk, part))
+        self.seen += chunk.time.size
+
+    def values(self, chunk: ChunkRecords, part: slice) -> np.ndarray:
+        """What is folded, (records of the part, [joints,] members)."""
+        return _signal(chunk, self.signal, self.planet)[part, self.joints]
 
     def found(self) -> Mapping[str, np.ndarray]:
         numbers = self.fold.numbers()
@@ -84,28 +89,17 @@ class _Folded:
         return {self.name + part: (value - self.less).T for part, value in named}
 
 
-class _Deviation:
+class _Deviation(_Folded):
     """How far an angle gets from the rigid arm's."""
 
     def __init__(self, quantity: quantities.RigidDeviation, cases: Sequence[Case]) -> None:
-        self.name, self.window = quantity.called, quantity.window_s
-        self.joints = _joints(quantity, cases)
+        super().__init__(quantity, cases)
         self.angles, self.whose = rigid_angles(quantity.level, cases)
-        self.fold = folds.PeakFold(_columns(self.joints, cases))
-        self.seen = 0
 
-    def see(self, chunk: ChunkRecords) -> None:
-        part = _inside(chunk.time, self.window)
-        if part.stop > part.start:
-            theta = _signal(chunk, "theta", 1)[part, self.joints]
-            here = slice(self.seen + part.start, self.seen + part.stop)
-            rigid = np.moveaxis(self.angles[:, here][self.whose][..., self.joints], 0, -1)
-            self.fold.take(chunk.time[part], theta - rigid)
-        self.seen += chunk.time.size
-
-    def found(self) -> Mapping[str, np.ndarray]:
-        (value,) = self.fold.numbers()
-        return {self.name: value.T}
+    def values(self, chunk: ChunkRecords, part: slice) -> np.ndarray:
+        here = slice(self.seen + part.start, self.seen + part.stop)
+        rigid = np.moveaxis(self.angles[:, here][self.whose][..., self.joints], 0, -1)
+        return super().values(chunk, part) - rigid
 
 
 class _Whole:
@@ -201,6 +195,8 @@ def _fold(
     elif isinstance(quantity, quantities.Crossing):
         beyond = operator.gt if quantity.side == "above" else operator.lt
         fold = folds.First(columns, lambda values: beyond(values, quantity.level))
+    elif isinstance(quantity, quantities.RigidDeviation):
+        fold = folds.PeakFold(columns)
     else:
         assert isinstance(quantity, quantities.Size)
         sizes: dict[str, Callable[[tuple[int, ...]], folds.Fold]] = {
