@@ -19,15 +19,6 @@ from crosscheck.runner.workers import perform_all
 
 
 @dataclass(frozen=True)
-class Written:
-    """A run as the content of a NetCDF file; how many times it has, theta [rad] at its end."""
-
-    content: bytes
-    times: int
-    theta: tuple[float, ...]
-
-
-@dataclass(frozen=True)
 class Request(OwnKey):
     """A run that a user asks for by name; see ``api.simulate``."""
 
@@ -37,8 +28,8 @@ class Request(OwnKey):
     rtol: float | None = None
     cost = 3600.0  # rough seconds; a user may well ask for a run of hours
 
-    def perform(self) -> Written | InputError | Diverged:
-        """The run as a file, or what is wrong with the request or its run."""
+    def perform(self) -> tuple[bytes, str] | InputError | Diverged:
+        """The content of the run's file and what is said of it; or what is wrong."""
         from crosscheck.api import simulate
         from crosscheck.models.trajectory import netcdf
 
@@ -51,8 +42,8 @@ class Request(OwnKey):
         packages = entry_of(self.model).versioned
         record = provenance(self.case.arm, 0, False, packages=packages)
         run.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
-        final = tuple(map(float, run["theta"].values[-1]))
-        return Written(netcdf(run), run.sizes["time"], final)
+        final = ", ".join(f"{angle:.9g}" for angle in run["theta"].values[-1])
+        return netcdf(run), f"{run.sizes['time']} times, theta at the end {final} rad"
 
 
 def simulate_command(
@@ -77,6 +68,6 @@ def simulate_command(
         raise Unfinished(f"{model}: {written}")
     if isinstance(written, Exception):
         raise written
-    write_files({out: written.content})
-    final = ", ".join(f"{angle:.9g}" for angle in written.theta)
-    print(f"wrote {out}: {written.times} times, theta at the end {final} rad")
+    content, said = written
+    write_files({out: content})
+    print(f"wrote {out}: {said}")

@@ -2,19 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
-
-
-class Masses(NamedTuple):
-    """Masses [kg] and complex places [m] of an arm, and the first joint that carries each."""
-
-    masses: np.ndarray
-    places: np.ndarray
-    owners: np.ndarray
 
 
 def weight_moments(arm: Arm, theta: np.ndarray) -> np.ndarray:
@@ -38,8 +28,11 @@ def weight_energy(arm: Arm, theta: np.ndarray) -> np.ndarray:
     return np.array([-float((m * (np.conj(places) * pull).real).sum()) for m, places, _ in found])
 
 
-def _masses(arm: Arm, theta: np.ndarray) -> Masses:
-    """Links, then joints, and the payload."""
+def _masses(arm: Arm, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Masses [kg], their complex places [m], and the first joint that carries each.
+
+    Links, then joints, and the payload.
+    """
     directions = np.exp(1j * np.cumsum(theta))
     lengths = np.array([link.length_m for link in arm.links])
     ends = np.cumsum(lengths * directions)
@@ -48,7 +41,7 @@ def _masses(arm: Arm, theta: np.ndarray) -> Masses:
     masses = [*map(link_mass, arm.links), *map(joint_mass, arm.joints), arm.payload_mass_kg]
     joints = range(len(axes))
     owners = np.array([*joints, *joints, len(axes)])
-    return Masses(np.array(masses), np.array([*coms, *axes, ends[-1]]), owners)
+    return np.array(masses), np.array([*coms, *axes, ends[-1]]), owners
 
 
 def joint_mass(joint: Planetary | Direct) -> float:
