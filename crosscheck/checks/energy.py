@@ -38,9 +38,7 @@ def rate_closes(about: About, given: invariants.Answered, setting: Setting, case
     pairs = []
     for motion, q, v in zip(found, drawn.q, drawn.v, strict=True):
         rate = _spring_rate(arm, case.switches, layout, q, v)
-        terms = [*invariants.outside_powers(arm, motion), -rate]
-        size = np.abs(motion.v) @ motion.summed + np.abs(terms).sum()
-        pairs.append((float(motion.v @ motion.inertial - np.sum(terms)), float(size)))
+        pairs.append(motion.unbalanced([*invariants.outside_powers(arm, motion), -rate]))
     return invariants.balanced(about, pairs)
 
 

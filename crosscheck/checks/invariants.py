@@ -59,14 +59,34 @@ class ForcedState(NamedTuple):
     torques: np.ndarray
     passive: np.ndarray
 
+    def unbalanced(self, powers: list[float]) -> tuple[float, float]:
+        """What kinetic energy gains beyond these powers [W], and the size of what is summed.
+
+        v . (M a + bias) is the rate of v . M v / 2.
+        """
+        size = np.abs(self.v) @ self.summed + np.abs(powers).sum()
+        return float(self.v @ self.inertial - np.sum(powers)), float(size)
+
 
 Balance = Callable[[About, Answered, Setting, Case], Finding]
 
 
 def power(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
-    """What the drive, meshes and dampers put in is what the kinetic energy gains."""
-    found = motions(given, setting, case.scenario)
-    return balanced(about, [_power_residual(setting.arm, motion) for motion in found])
+    """d(kinetic)/dt = sum of T theta_s' / n and of what meshes, dampers, weight, friction put in.
+
+    A motor turns its sun n times as fast as the link, and by the mesh displacements; its torque
+    reaches a mesh row of the force as T / (n r_s).
+    """
+    pairs = []
+    for motion in motions(given, setting, case.scenario):
+        terms = outside_powers(setting.arm, motion)
+        for number, joint in geared(setting.arm):
+            radius, ratio = sun_of(joint)
+            motor = motion.torques[number] / ratio * sun_advance(motion.layout, number) / radius
+            rows = [k for k, c in enumerate(motion.layout.coordinates) if moves(c, number)]
+            terms += [*((motion.force - motor) * motion.v)[rows]]
+        pairs.append(motion.unbalanced(terms))
+    return balanced(about, pairs)
 
 
 def angular_momentum(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
@@ -103,22 +123,6 @@ def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndar
     return np.array(
         [joint_torque(drive.code, g, drive.table_time, table, t, q, v) for g, table, q, v in rows]
     )
-
-
-def _power_residual(arm: Arm, motion: ForcedState) -> tuple[float, float]:
-    """d(kinetic)/dt = sum of T theta_s' / n and of what meshes, dampers, weight, friction put in.
-
-    v . (M a + bias) is the rate of v . M v / 2. A motor turns its sun n times as fast as the link,
-    and by the mesh displacements; its torque reaches a mesh row of the force as T / (n r_s).
-    """
-    terms = outside_powers(arm, motion)
-    for number, joint in geared(arm):
-        radius, ratio = sun_of(joint)
-        motor = motion.torques[number] / ratio * sun_advance(motion.layout, number) / radius
-        rows = [k for k, c in enumerate(motion.layout.coordinates) if moves(c, number)]
-        terms += [*((motion.force - motor) * motion.v)[rows]]
-    size = np.abs(motion.v) @ motion.summed + np.abs(terms).sum()
-    return float(motion.v @ motion.inertial - np.sum(terms)), float(size)
 
 
 def outside_powers(arm: Arm, motion: ForcedState) -> list[float]:

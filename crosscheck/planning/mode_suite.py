@@ -26,7 +26,7 @@ MODE_METRIC = "largest relative distance of a mode to the nearest of the other m
 def linearised(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
     """Modes and poles with the teeth in contact."""
     case = Case(arm, at_rest(), chosen)
-    able = promising("mesh_modes", _geared(case)) if scales.geared(arm) else ()
+    able = promising("mesh_modes", geared_models(case)) if scales.geared(arm) else ()
     for left, right in combinations(able, 2):
         tasks = [Evaluation(name, case, "mesh_modes") for name in (left, right)]
         key = Key("modes", where, "mesh-mode", left, right)
@@ -60,8 +60,8 @@ def pole_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Compari
     scenario = unequal_gains(arm).model_copy(update={"start": start})
     case = Case(arm, scenario, chosen)
     linear = case._replace(arm=modes.linear_teeth(arm))
-    for left in promising("contact_poles", _geared(linear)):
-        for right in (name for name in _geared(linear) if name != left):
+    for left in promising("contact_poles", geared_models(linear)):
+        for right in (name for name in geared_models(linear) if name != left):
             tasks = Evaluation(left, case, "contact_poles"), *_system(right, linear)
             key = Key("modes", where, "contact-poles", left, right)
             yield answered(About(key, "1", POLE_METRIC), tasks, modes.poles_follow)
@@ -89,7 +89,7 @@ def _locked_stages(where: str, arm: Arm, chosen: Switches) -> Iterator[Compariso
     for number, joint in scales.geared(arm):
         case = Case(locked_stage(arm, number), at_rest(), chosen)
         lumped = chosen.planets == "lumped"
-        for name in promising("mesh_modes", _geared(case)):
+        for name in promising("mesh_modes", geared_models(case)):
             tasks = [Evaluation(name, case, "mesh_modes")]
             key = Key("modes", where, "locked-stage", name, joint=number + 1)
             closed = modes.closed_form_modes(joint) if lumped else modes.free_modes(joint)
@@ -110,6 +110,6 @@ def locked_stage(arm: Arm, number: int) -> Arm:
     return arm.model_copy(update={**locked, "gravity_m_per_s2": (0.0, 0.0)})
 
 
-def _geared(case: Case) -> tuple[str, ...]:
+def geared_models(case: Case) -> tuple[str, ...]:
     """The geared models that are about a case."""
     return covering("geared", case.arm, case.switches)

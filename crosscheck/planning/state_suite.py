@@ -22,7 +22,7 @@ from crosscheck.models.files import raw_arm
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm
 from crosscheck.planning.comparison import Comparison, Results, answered
-from crosscheck.planning.mode_suite import linearised
+from crosscheck.planning.mode_suite import geared_models, linearised
 from crosscheck.planning.sizing import unequal_gains
 from crosscheck.registry import MODELS, RIGID_LEVELS, about, covering, lead, of_level
 from crosscheck.runner.outcomes import OwnKey, or_failure
@@ -82,7 +82,7 @@ def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
         laws += ["free"] if chosen.planets == "free" else []
         laws += ["conservative"] if chosen.mesh_work == "conservative" else []
         where, case = f"{arm.name}/{'-'.join(laws)}", _case(arm, chosen)
-        spots = [Spot(where, name, case, SWITCH_COUNT, seed) for name in _geared(case)]
+        spots = [Spot(where, name, case, SWITCH_COUNT, seed) for name in geared_models(case)]
         yield from pairs(spots, SWITCHED)
 
 
@@ -90,7 +90,7 @@ def geared(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Compar
     """States, balances and modes of the geared models, and what the paper's forms differ by."""
     where, chosen = f"{arm.name}/geared", usual_switches(arm)
     case = _case(arm, chosen)
-    spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
+    spots = [Spot(where, name, case, count, seed) for name in geared_models(case)]
     yield from _of_states(spots, content)
     for spot in spots:
         if "constraint_residual" in MODELS[spot.model].promises:
@@ -107,7 +107,7 @@ def free(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Comparis
     """The same with a coordinate for every planet, of an arm whose planets may be lumped."""
     where, chosen = f"{arm.name}/free", usual_switches(arm, planets="free")
     case = _case(arm, chosen)
-    spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
+    spots = [Spot(where, name, case, count, seed) for name in geared_models(case)]
     yield from _of_states(spots, content)
     yield from linearised(where, arm, chosen)
 
@@ -121,7 +121,7 @@ def conservative(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
         return
     chosen = usual_switches(arm, planets="free", mesh_work="conservative")
     where, case = f"{arm.name}/conservative", _case(damped(arm, 0.0), chosen)
-    spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
+    spots = [Spot(where, name, case, count, seed) for name in geared_models(case)]
     yield from pairs(spots, SWITCHED)
     for spot in spots:
         yield balance(spot, "energy-rate", "W", energy.rate_closes)
@@ -316,11 +316,6 @@ def all_switches() -> list[Switches]:
         if (each["phase"], each["dead_zone"]) == ("angle", "exact")
     ]
     return [switches(**chosen) for chosen in (*papers, *single, *springs)]
-
-
-def _geared(case: Case) -> tuple[str, ...]:
-    """The geared models that are about a case."""
-    return covering("geared", case.arm, case.switches)
 
 
 def _case(arm: Arm, chosen: Switches) -> Case:
