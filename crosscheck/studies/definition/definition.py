@@ -143,11 +143,7 @@ class UniformAxis(Sampled):
 
 
 SampledAxis = HypercubeAxis | NormalAxis | UniformAxis
-Axis = Annotated[
-    ListAxis | GridAxis | HypercubeAxis | NormalAxis | UniformAxis, Field(discriminator="kind")
-]
-
-
+Axis = Annotated[ListAxis | GridAxis | SampledAxis, Field(discriminator="kind")]
 AXIS_KINDS = frozenset({"list", "grid", "latin_hypercube", "normal", "uniform"})
 
 
