@@ -166,9 +166,8 @@ def bounds_of(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
         if own_steps:
             limit = _adaptive(limit, measured)
         widest = meaningful(quantity, case.arm, case.scenario, size(run, quantity))
-        means_nothing = not limit.value <= widest.value
         tolerance, basis = _short(limit.value), limit.basis
-        if means_nothing:
+        if not limit.value <= widest.value:
             tolerance, basis = None, f"not compared: {limit.basis}"
             if math.isfinite(limit.value):
                 basis += f", {limit.value:.2g}; {widest.value:.2g} at most, {widest.basis}"

@@ -200,11 +200,9 @@ def finer(experiment: Experiment) -> Experiment:
 
 def probe_experiment() -> Experiment:
     """A drive that depends on time, differently on each joint, on the arm of unequal numbers."""
+    sizes, rates = (150.0, 90.0), (300.0, 170.0)
     drive = SinusoidDrive(
-        kind="sinusoid",
-        amplitude_N_m=(150.0, 90.0),
-        rate_rad_per_s=(300.0, 170.0),
-        argument="time",
+        kind="sinusoid", amplitude_N_m=sizes, rate_rad_per_s=rates, argument="time"
     )
     scenario = load_scenario("constant-torque")
     update = {"name": "probe", "duration_s": PROBE_S, "drive": drive}

@@ -74,9 +74,8 @@ def _cell(pair: tuple[str, str, bool], found: list[Finding]) -> MatrixCell:
         family = FAMILIES.get(check.about.key.family)
         if family is not None and check.relative is not None:
             worst[family] = max(worst.get(family, 0.0), check.relative)
-    return MatrixCell(
-        *pair, verdict, len(judged), {name: digits(value) for name, value in worst.items()}
-    )
+    common = {name: digits(value) for name, value in worst.items()}
+    return MatrixCell(*pair, verdict, len(judged), common)
 
 
 def groups(found: Sequence[MatrixCell]) -> list[list[str]]:
