@@ -9,13 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.scales import geared
+from crosscheck.models.arm import stiffness
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.arm.stiffness import (
-    FourierStiffness,
-    SineStiffness,
-    SquareStiffness,
-    StiffnessLaw,
-)
 from crosscheck.models.experiment.scenario import Switches
 
 
@@ -69,18 +64,18 @@ def _constants(joint: Planetary, planet: int) -> tuple[float, float]:
     return math.fmod(-joint.sun_teeth * turn, 2 * math.pi) if sun is None else sun, ring
 
 
-def stiffness_at(law: StiffnessLaw, phase: np.ndarray) -> np.ndarray:
+def stiffness_at(law: stiffness.StiffnessLaw, phase: np.ndarray) -> np.ndarray:
     """k [N/m] of a law at phases [rad], any shape."""
-    if isinstance(law, SineStiffness):
+    if isinstance(law, stiffness.SineStiffness):
         return law.mean_N_per_m + law.amplitude_N_per_m * np.sin(phase)
-    if isinstance(law, FourierStiffness):
+    if isinstance(law, stiffness.FourierStiffness):
         k = np.full(phase.shape, law.mean_N_per_m)
         for order, size in enumerate(law.cosine_N_per_m, 1):
             k += size * np.cos(order * phase)
         for order, size in enumerate(law.sine_N_per_m, 1):
             k += size * np.sin(order * phase)
         return k
-    if isinstance(law, SquareStiffness):  # Eq. 7
+    if isinstance(law, stiffness.SquareStiffness):  # Eq. 7
         overlap = law.contact_ratio - 1
         series = np.full(phase.shape, overlap)
         for i in range(1, law.harmonics + 1):
@@ -93,12 +88,12 @@ def stiffness_at(law: StiffnessLaw, phase: np.ndarray) -> np.ndarray:
     return np.asarray(spline(np.mod(phase / (2 * np.pi), 1.0)))
 
 
-def waves(law: StiffnessLaw) -> int:
+def waves(law: stiffness.StiffnessLaw) -> int:
     """The highest order of a law's waves, or how many pieces its period has."""
-    if isinstance(law, SineStiffness):
+    if isinstance(law, stiffness.SineStiffness):
         return 1
-    if isinstance(law, FourierStiffness):
+    if isinstance(law, stiffness.FourierStiffness):
         return max(len(law.cosine_N_per_m), len(law.sine_N_per_m), 1)
-    if isinstance(law, SquareStiffness):
+    if isinstance(law, stiffness.SquareStiffness):
         return law.harmonics
     return len(law.phase_cycles)
