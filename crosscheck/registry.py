@@ -98,6 +98,8 @@ def _of_levels(package: str, one: Entry) -> dict[str, Entry]:
 
 _ANALYTIC = "crosscheck.analytic.model"
 _RIGID = Entry(_ANALYTIC, "Rigid", "rigid", RUNS, ANALYTIC_PACKAGES, order=4, abreast=ABREAST)
+_PAPER = "crosscheck.analytic.paper.model"
+_FORM = Entry(_PAPER, "", "form", RUNS, ANALYTIC_PACKAGES, order=4, covers=_is_papers)
 _PINOCCHIO = Entry(
     "crosscheck.models.pinocchio.rigid", "Pinocchio", "rigid", BOTH_WAYS, ("pin",), call_s=3e-6
 )
@@ -114,22 +116,14 @@ BUILT_IN = {
         abreast=ABREAST,
         title="the project's derivation by Lagrange's equations, every gear a body",
     ),
-    **{
-        f"analytic:{name}": Entry(
-            "crosscheck.analytic.paper.model",
-            attribute,
-            "form",
-            RUNS,
-            ANALYTIC_PACKAGES,
-            order=4,
-            title=title,
-            covers=_is_papers,
-        )
-        for name, attribute, title in (
-            ("energies", "EnergiesModel", "the paper's energies as printed, Eqs. 16-19"),
-            ("printed", "PrintedModel", "the paper's equations of motion as printed, Eqs. 21-22"),
-        )
-    },
+    "analytic:energies": replace(
+        _FORM, attribute="EnergiesModel", title="the paper's energies as printed, Eqs. 16-19"
+    ),
+    "analytic:printed": replace(
+        _FORM,
+        attribute="PrintedModel",
+        title="the paper's equations of motion as printed, Eqs. 21-22",
+    ),
     **_of_levels("analytic", _RIGID),
     **_of_levels("pinocchio", _PINOCCHIO),
     "pinocchio:gears": Entry(
