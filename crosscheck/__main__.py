@@ -8,14 +8,7 @@ import signal
 import sys
 from typing import NoReturn
 
-from crosscheck.runner.interruption import (
-    deaf,
-    exit_code,
-    farewell,
-    leave_if_stopped,
-    listen,
-    was_stopped,
-)
+from crosscheck.runner import interruption
 from crosscheck.runner.supervision import SIGNALS, supervised
 
 FEW_OBJECTS = 10_000  # before cycles are searched for: Python's own 700 cost imports a sixth more
@@ -30,21 +23,21 @@ def command() -> NoReturn:
     """The command line in its own process; leaves by SystemExit."""
     gc.set_threshold(FEW_OBJECTS)
     try:
-        listen()
+        interruption.listen()
         signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
         logging.basicConfig(format="crosscheck: %(message)s")
         from crosscheck.cli.app import main as run
 
         run()
     except (KeyboardInterrupt, Exception):
-        if not was_stopped():
+        if not interruption.was_stopped():
             raise
-        print(f"crosscheck: {farewell()}", file=sys.stderr)
-        sys.exit(exit_code())
+        print(f"crosscheck: {interruption.farewell()}", file=sys.stderr)
+        sys.exit(interruption.exit_code())
     finally:
-        deaf()  # all is said and written: nothing is left to interrupt
+        interruption.deaf()  # all is said and written: nothing is left to interrupt
         gc.freeze()  # what is left is not searched for cycles once more: half a second
-        leave_if_stopped()
+        interruption.leave_if_stopped()
 
 
 if __name__ == "__main__":

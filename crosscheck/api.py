@@ -32,7 +32,12 @@ def simulate(model: Model, *, force: bool = False, rtol: float | None = None) ->
     too large for the mesh modes (not with ``force``), and Diverged.
     """
     if rtol is not None:
-        return _precise(model, rtol)
+        if not TIGHTEST_RTOL <= rtol <= LOOSEST_RTOL:
+            raise InputError("--rtol", "", rtol, f"must be {TIGHTEST_RTOL:g} to {LOOSEST_RTOL:g}")
+        try:
+            return model.precise(rtol)
+        except CannotDo as error:
+            raise InputError("--rtol", "", rtol, str(error)) from None
     if "simulate" not in model.abilities:
         raise InputError("model", "", model.name, "has states only, it cannot simulate")
     if not force:
@@ -40,25 +45,12 @@ def simulate(model: Model, *, force: bool = False, rtol: float | None = None) ->
     return model.simulate()
 
 
-def _precise(model: Model, rtol: float) -> xr.Dataset:
-    if not TIGHTEST_RTOL <= rtol <= LOOSEST_RTOL:
-        raise InputError("--rtol", "", rtol, f"must be {TIGHTEST_RTOL:g} to {LOOSEST_RTOL:g}")
-    try:
-        return model.precise(rtol)
-    except CannotDo as error:
-        raise InputError("--rtol", "", rtol, str(error)) from None
-
-
 def require_stable_step(model: Model) -> None:
     """Raise InputError unless the scenario's step is within the integrator's stability limit."""
-    limit = model.largest_stable_step()
-    if model.scenario.step_s > limit:
-        raise InputError(
-            model.scenario.name,
-            "step_s",
-            model.scenario.step_s,
-            f"the largest stable step of {model.name} is {limit:.3g} s (--force goes on)",
-        )
+    limit, scenario = model.largest_stable_step(), model.scenario
+    if scenario.step_s > limit:
+        allowed = f"the largest stable step of {model.name} is {limit:.3g} s (--force goes on)"
+        raise InputError(scenario.name, "step_s", scenario.step_s, allowed)
 
 
 def check(

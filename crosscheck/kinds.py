@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 PIECE = 1 << 20  # bytes looked at together
+JSON = b'{\n "schema_version": '
+HTML = b"<!doctype html>"
 HDF5 = b"\x89HDF\r\n\x1a\n"
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -18,60 +20,34 @@ class Kind(NamedTuple):
     holds: tuple[bytes, ...]
 
 
-AGREEMENT = Kind(
-    "a cross-check's JSON file",
-    b'{\n "schema_version": ',
-    (b'\n "findings": [', b'\n "provenance": {'),
-)
+AGREEMENT = Kind("a cross-check's JSON file", JSON, (b'\n "findings": [', b'\n "provenance": {'))
 TRIAL = Kind(
-    "a trial's JSON file",
-    b'{\n "schema_version": ',
-    (b'\n "gearing": ', b'\n "ladder": [', b'\n "agreement": {'),
+    "a trial's JSON file", JSON, (b'\n "gearing": ', b'\n "ladder": [', b'\n "agreement": {')
 )
 RECORD = Kind("a record", b'{\n "checks": ', ())  # also a damaged one, which is so renewed
-ERRATA = Kind(
-    "an errata JSON file",
-    b'{\n "schema_version": ',
-    (b'\n "errata": [', b'\n "provenance": {'),
-)
-CLAIMS = Kind(
-    "a file of the paper's claims",
-    b'{\n "schema_version": ',
-    (b'\n "chapters": {', b'\n "provenance": {'),
-)
+ERRATA = Kind("an errata JSON file", JSON, (b'\n "errata": [', b'\n "provenance": {'))
+CLAIMS = Kind("a file of the paper's claims", JSON, (b'\n "chapters": {', b'\n "provenance": {'))
 JUNIT = Kind(
     "a cross-check's JUnit file",
     b'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites tests="',
     (b'<property name="arm_sha256" ',),
 )
-PAGE = Kind("a cross-check's page", b"<!doctype html>", (b"<title>Cross-check of ",))
-TRIAL_PAGE = Kind("a trial's page", b"<!doctype html>", (b"<title>Trial of ",))
-PAPER_PAGE = Kind(
-    "the paper's page", b"<!doctype html>", (b"<title>The paper, reproduced and judged</title>",)
-)
-VIEW = Kind("a run's page", b"<!doctype html>", (b"<title>Run of ", b'id="scene-data"'))
+PAGE = Kind("a cross-check's page", HTML, (b"<title>Cross-check of ",))
+TRIAL_PAGE = Kind("a trial's page", HTML, (b"<title>Trial of ",))
+PAPER_PAGE = Kind("the paper's page", HTML, (b"<title>The paper, reproduced and judged</title>",))
+VIEW = Kind("a run's page", HTML, (b"<title>Run of ", b'id="scene-data"'))
 SHEET = Kind("an errata sheet", b"# Errata sheet\n", ())
 TRAJECTORY = Kind("a trajectory", HDF5, (b"theta_dot", b"switches", b"step_s", b"joint number"))
 C_FILE = Kind("an exported C file", b"/* Equations of motion of ", (b" */\n#include <math.h>",))
 FMU_FILE = Kind("an exported FMU", b"PK\x03\x04", (b'generationTool="crosscheck export"',))
 MEASURED = Kind(
-    "a comparison with a record",
-    b'{\n "schema_version": ',
-    (b'\n "knot_spacing_s": ', b'\n "parameters_alone": ['),
+    "a comparison with a record", JSON, (b'\n "knot_spacing_s": ', b'\n "parameters_alone": [')
 )
-MEASURED_PAGE = Kind(
-    "a comparison's page", b"<!doctype html>", (b"<title>Recording compared with ",)
-)
-COST = Kind(
-    "a cost of shortcuts",
-    b'{\n "schema_version": ',
-    (b'\n "engines_agree": ', b'\n "negligible_share": '),
-)
-COST_PAGE = Kind("a page of shortcuts' cost", b"<!doctype html>", (b"<title>Cost of shortcuts: ",))
+MEASURED_PAGE = Kind("a comparison's page", HTML, (b"<title>Recording compared with ",))
+COST = Kind("a cost of shortcuts", JSON, (b'\n "engines_agree": ', b'\n "negligible_share": '))
+COST_PAGE = Kind("a page of shortcuts' cost", HTML, (b"<title>Cost of shortcuts: ",))
 EXPLAINED = Kind(
-    "an explanation of a robot's equations",
-    b'{\n "schema_version": ',
-    (b'\n "explanations": [', b'\n "equations": '),
+    "an explanation of a robot's equations", JSON, (b'\n "explanations": [', b'\n "equations": ')
 )
 PICTURE = Kind("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
 

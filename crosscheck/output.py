@@ -95,7 +95,11 @@ def write_files(contents: Mapping[Path, str | bytes]) -> None:
                 new.publish(target)
     for path, content in streams.items():
         with in_one_line(path):
-            _write_stream(path, content)
+            to_output = _is_output(path.stat())
+            if to_output:
+                sys.stdout.flush()
+            with open(OUTPUT if to_output else path, "wb", closefd=not to_output) as stream:
+                stream.write(content)
 
 
 @dataclass(frozen=True)
@@ -153,20 +157,16 @@ def _locked(folder: Path, mode: int) -> Draft:
     while True:
         path = folder / f"{DRAFT}{secrets.token_hex(8)}"
         handle = os.open(path, flags, mode)
-        if _lock(handle) and os.fstat(handle).st_nlink:
+        ours = True
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            ours = False
+        except OSError:  # not every network file system has locks
+            pass
+        if ours and os.fstat(handle).st_nlink:
             return Draft(path, handle)
         os.close(handle)  # taken for abandoned before it was locked
-
-
-def _lock(handle: int) -> bool:
-    """Whether nobody else holds it."""
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:  # not every network file system has locks
-        pass
-    return True
 
 
 def remove_abandoned(folder: Path) -> None:
@@ -231,14 +231,3 @@ def _is_output(state: os.stat_result) -> bool:
     with suppress(OSError):
         return os.path.samestat(state, os.fstat(OUTPUT))
     return False
-
-
-def _write_stream(path: Path, content: bytes) -> None:
-    """Raises OSError."""
-    if _is_output(path.stat()):
-        sys.stdout.flush()
-        with open(OUTPUT, "wb", closefd=False) as stream:
-            stream.write(content)
-    else:
-        with path.open("wb") as stream:
-            stream.write(content)

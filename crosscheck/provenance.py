@@ -22,14 +22,7 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = (
-    "pin",
-    "exudyn",
-    "numpy",
-    "scipy",
-    "llvmlite",
-    "numba",
-    "sympy",
-    "xarray",
+    *("pin", "exudyn", "numpy", "scipy", "llvmlite", "numba", "sympy", "xarray"),
     "geararm-crosscheck",
 )
 
@@ -69,8 +62,11 @@ def provenance(
     model: str = "",
 ) -> Provenance:
     """Of a result that this process makes now; packages: what it depends on beside the usual."""
+    # Bytes that are no text in this locale, which files cannot hold, as escapes.
+    command = " ".join(["crosscheck", *sys.argv[1:]]).encode("utf-8", "backslashreplace")
+    lock = ROOT / "run.lock"
     return Provenance(
-        command=_text(" ".join(["crosscheck", *sys.argv[1:]])),
+        command=command.decode("utf-8"),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         arm=arm,
         arm_sha256=arm_digest(arm),
@@ -84,7 +80,7 @@ def provenance(
         python=platform.python_version(),
         machine=f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         revision=_revision(),
-        lock_sha256=_digest(ROOT / "run.lock"),
+        lock_sha256=hashlib.sha256(lock.read_bytes()).hexdigest() if lock.is_file() else None,
     )
 
 
@@ -95,11 +91,6 @@ def arm_digest(arm: Arm) -> str:
     not change within a version of the file.
     """
     return hashlib.sha256(arm.model_dump_json(exclude_defaults=True).encode()).hexdigest()
-
-
-def _text(argument: str) -> str:
-    """Bytes that are no text in this locale, which files cannot hold, as escapes."""
-    return argument.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def version(package: str) -> str | None:
@@ -118,7 +109,3 @@ def _revision() -> str | None:
     except (OSError, subprocess.SubprocessError):
         return None
     return answer.stdout.strip() or None
-
-
-def _digest(path: Path) -> str | None:
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None

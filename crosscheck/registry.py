@@ -31,11 +31,6 @@ EVERY_MODELS_PACKAGES = ("numpy", "scipy", "xarray")
 ANALYTIC_PACKAGES = ("sympy", "llvmlite")
 
 
-def every_arm(arm: Arm, chosen: Switches) -> bool:
-    """What a model is about unless its entry says otherwise."""
-    return True
-
-
 @dataclass(frozen=True)
 class Entry:
     """A model: where its class is, and what a cross-check may count on.
@@ -63,7 +58,7 @@ class Entry:
     level: str = ""
     abreast: int = 1
     title: str = ""
-    covers: Callable[[Arm, Switches], bool] = every_arm
+    covers: Callable[[Arm, Switches], bool] = lambda arm, chosen: True
     made: type[Model] | None = None
 
     def layout(self, arm: Arm, chosen: Switches) -> Layout:
@@ -91,6 +86,25 @@ def _is_papers(arm: Arm, chosen: Switches) -> bool:
     return papers_kind(arm) and chosen.planets == "lumped"
 
 
+def _of_levels(package: str, one: Entry) -> dict[str, Entry]:
+    """A rigid model of each level; one: what they share, its attribute how their names begin."""
+    return {
+        f"{package}:{level}": replace(
+            one, attribute=f"{one.attribute}{level.capitalize()}", level=level, title=title
+        )
+        for level, title in LEVELS.items()
+    }
+
+
+_ANALYTIC = "crosscheck.analytic.model"
+_RIGID = Entry(_ANALYTIC, "Rigid", "rigid", RUNS, ANALYTIC_PACKAGES, order=4, abreast=ABREAST)
+_PAPER = "crosscheck.analytic.paper.model"
+_FORM = Entry(_PAPER, "", "form", RUNS, ANALYTIC_PACKAGES, order=4, covers=_is_papers)
+_PINOCCHIO = Entry(
+    "crosscheck.models.pinocchio.rigid", "Pinocchio", "rigid", BOTH_WAYS, ("pin",), call_s=3e-6
+)
+
+
 BUILT_IN = {
     "analytic:physical": Entry(
         "crosscheck.analytic.model",
@@ -102,49 +116,16 @@ BUILT_IN = {
         abreast=ABREAST,
         title="the project's derivation by Lagrange's equations, every gear a body",
     ),
-    **{
-        f"analytic:{name}": Entry(
-            "crosscheck.analytic.paper.model",
-            attribute,
-            "form",
-            RUNS,
-            ANALYTIC_PACKAGES,
-            order=4,
-            title=title,
-            covers=_is_papers,
-        )
-        for name, attribute, title in (
-            ("energies", "EnergiesModel", "the paper's energies as printed, Eqs. 16-19"),
-            ("printed", "PrintedModel", "the paper's equations of motion as printed, Eqs. 21-22"),
-        )
-    },
-    **{
-        f"analytic:{level}": Entry(
-            "crosscheck.analytic.model",
-            f"Rigid{level.capitalize()}",
-            "rigid",
-            RUNS,
-            ANALYTIC_PACKAGES,
-            order=4,
-            level=level,
-            abreast=ABREAST,
-            title=title,
-        )
-        for level, title in LEVELS.items()
-    },
-    **{
-        f"pinocchio:{level}": Entry(
-            "crosscheck.models.pinocchio.rigid",
-            f"Pinocchio{level.capitalize()}",
-            "rigid",
-            BOTH_WAYS,
-            ("pin",),
-            call_s=3e-6,
-            level=level,
-            title=title,
-        )
-        for level, title in LEVELS.items()
-    },
+    "analytic:energies": replace(
+        _FORM, attribute="EnergiesModel", title="the paper's energies as printed, Eqs. 16-19"
+    ),
+    "analytic:printed": replace(
+        _FORM,
+        attribute="PrintedModel",
+        title="the paper's equations of motion as printed, Eqs. 21-22",
+    ),
+    **_of_levels("analytic", _RIGID),
+    **_of_levels("pinocchio", _PINOCCHIO),
     "pinocchio:gears": Entry(
         "crosscheck.models.pinocchio.gears",
         "PinocchioGears",

@@ -11,16 +11,10 @@ import xarray as xr
 from crosscheck.findings import Agreement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import Case
+from crosscheck.planning import energy_suite, run_suite, state_suite
 from crosscheck.planning.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
-from crosscheck.planning.energy_suite import energy_comparisons
 from crosscheck.planning.plan import Wanted, order_cases, readings, short_experiments
 from crosscheck.planning.preparation import Prepared, prepared
-from crosscheck.planning.run_suite import (
-    experiment_comparisons,
-    order_comparisons,
-    short_comparisons,
-)
-from crosscheck.planning.state_suite import probe_comparisons, state_comparisons
 from crosscheck.provenance import provenance
 from crosscheck.registry import packages
 from crosscheck.runner.outcomes import Failure
@@ -82,16 +76,16 @@ def planned(wanted: Wanted, chosen: Prepared) -> list[Comparison]:
     arm, quick, seed = wanted.arm, wanted.quick, wanted.seed
     found: list[Comparison] = []
     for reading, told in readings(wanted):
-        found += state_comparisons(reading, quick, seed, told)
-    found += probe_comparisons(arm, quick, seed)
+        found += state_suite.state_comparisons(reading, quick, seed, told)
+    found += state_suite.probe_comparisons(arm, quick, seed)
     for experiment in chosen.experiments:
-        found += experiment_comparisons(experiment)
+        found += run_suite.experiment_comparisons(experiment)
     first = chosen.experiments[0]
     for experiment in short_experiments(arm, first, chosen.limit_s):
-        found += short_comparisons(experiment)
-    found += energy_comparisons(arm, first, chosen.limit_s)
+        found += run_suite.short_comparisons(experiment)
+    found += energy_suite.energy_comparisons(arm, first, chosen.limit_s)
     for case in order_cases(arm, first, chosen.limit_s):
-        found += order_comparisons(case)
+        found += run_suite.order_comparisons(case)
     return [*found, *(each.comparison for each in chosen.lost)]
 
 

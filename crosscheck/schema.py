@@ -53,6 +53,8 @@ def _field(name: str, info: FieldInfo, hint: Any) -> Described:
     records = [part for part in dict.fromkeys(types) if issubclass(part, Data)]
     one_for = next((str(part) for part in _parts(hint) if isinstance(part, OneFor)), "")
     listed = any(get_origin(part) is tuple for part in _parts(hint))
+    infos = [part for part in _parts(hint) if isinstance(part, FieldInfo)]
+    lengths = [_count(i) for i in infos if any(hasattr(e, "max_length") for e in i.metadata)]
     return Described(
         name=name,
         meaning=info.description or "",
@@ -60,16 +62,10 @@ def _field(name: str, info: FieldInfo, hint: Any) -> Described:
         required=info.is_required(),
         default=None if info.is_required() else info.get_default(call_default_factory=True),
         allowed="" if records else _allowed(hint) + one_for,
-        lists=_length(hint) if records and listed and not one_for else "",
+        lists=lengths[0] if records and listed and not one_for else "",
         records=tuple(records),
         one_for=one_for,
     )
-
-
-def _length(hint: Any) -> str:
-    """How many entries a list of tables may have."""
-    infos = [part for part in _parts(hint) if isinstance(part, FieldInfo)]
-    return next(_count(i) for i in infos if any(hasattr(e, "max_length") for e in i.metadata))
 
 
 def _parts(hint: Any) -> Iterator[Any]:
@@ -88,7 +84,15 @@ def _allowed(hint: Any) -> str:
     if origin is Literal:
         return " or ".join(f'"{choice}"' for choice in inner)
     if origin is Annotated:
-        return _restricted(inner[0], inner[1:])
+        own, *metadata = inner
+        for entry in metadata:
+            if isinstance(entry, Within):
+                return f"{replace(entry, unit='')}{', whole' * (own is int)}"
+            if isinstance(entry, Limit):
+                return str(entry)
+            if isinstance(entry, FieldInfo) and get_args(own)[-1:] == (...,):
+                return f"a list of {_count(entry)}, each {_allowed(get_args(own)[0])}"
+        return _allowed(own)
     if origin is tuple:
         return f"a list of {len(inner)}, each {_allowed(inner[0])}"
     single = [part for part in inner if part is not NoneType and not _is_list(part)]
@@ -99,17 +103,6 @@ def _is_list(hint: Any) -> bool:
     return get_origin(hint) is tuple or (
         get_origin(hint) is Annotated and _is_list(get_args(hint)[0])
     )
-
-
-def _restricted(hint: Any, metadata: tuple[Any, ...]) -> str:
-    for entry in metadata:
-        if isinstance(entry, Within):
-            return f"{replace(entry, unit='')}{', whole' * (hint is int)}"
-        if isinstance(entry, Limit):
-            return str(entry)
-        if isinstance(entry, FieldInfo) and get_args(hint)[-1:] == (...,):
-            return f"a list of {_count(entry)}, each {_allowed(get_args(hint)[0])}"
-    return _allowed(hint)
 
 
 def _count(info: FieldInfo) -> str:

@@ -136,13 +136,9 @@ def _require_version(data: dict[str, Any]) -> None:
     if type(schema) is not int or schema != SCHEMA_VERSION:
         older = ", this is an older one" if type(schema) is int and schema < SCHEMA_VERSION else ""
         raise Misfit("schema_version", schema, f"only format {SCHEMA_VERSION} is read{older}")
-    if not isinstance(version, str) or _major(version) != _major(__version__):
-        allowed = f"major version {_major(__version__)} is allowed"
-        raise Misfit("project_version", version, allowed)
-
-
-def _major(version: str) -> str:
-    return version.split(".", 1)[0]
+    major = __version__.split(".", 1)[0]
+    if not isinstance(version, str) or version.split(".", 1)[0] != major:
+        raise Misfit("project_version", version, f"major version {major} is allowed")
 
 
 def _validated(data: dict[str, Any]) -> Baseline:
@@ -178,33 +174,29 @@ def _require_same_plan(provenance: Provenance, wanted: Wanted) -> None:
     then, now = (one.model_dump(mode="json") for one in (provenance.arm, arm))
     moved = next(differences(then, now), None)
     what = f": {moved[0]} was {moved[1]!r}, is {moved[2]!r}" if moved else ""
-    raise Misfit(
-        "provenance.arm_sha256",
-        provenance.arm_sha256[:12],
-        f"another arm than {arm.name}, which has {arm_digest(arm)[:12]}{what}",
-    )
+    allowed = f"another arm than {arm.name}, which has {arm_digest(arm)[:12]}{what}"
+    raise Misfit("provenance.arm_sha256", provenance.arm_sha256[:12], allowed)
 
 
 def _lines(value: Any, indent: int = 0, head: str = "", tail: str = "") -> Iterator[str]:
     """JSON with sorted keys in which whatever holds only scalars takes one line, if it fits."""
     pad = " " * indent
-    inline = f"{pad}{head}{_inline(value)}{tail}" if _is_flat(value) else None
-    if inline is not None and (len(inline) <= WIDTH or not isinstance(value, dict)):
-        yield inline
-        return
+    named: list[tuple[str | None, Any]] = []
+    if isinstance(value, dict):
+        named = sorted(value.items())
+    elif isinstance(value, list):
+        named = [(None, item) for item in value]
+    if not any(isinstance(item, dict | list) for _, item in named):
+        inline = f"{pad}{head}{_inline(value)}{tail}"
+        if len(inline) <= WIDTH or not isinstance(value, dict):
+            yield inline
+            return
     opening, closing = "{}" if isinstance(value, dict) else "[]"
     yield f"{pad}{head}{opening}"
-    named = sorted(value.items()) if isinstance(value, dict) else [(None, item) for item in value]
     for number, (key, item) in enumerate(named, start=1):
         label = "" if key is None else f"{json.dumps(key)}: "
         yield from _lines(item, indent + 1, label, "," if number < len(named) else "")
     yield f"{pad}{closing}{tail}"
-
-
-def _is_flat(value: Any) -> bool:
-    """Whether a value is a scalar or holds nothing but scalars."""
-    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    return not any(isinstance(item, dict | list) for item in inner)
 
 
 def _inline(value: Any) -> str:

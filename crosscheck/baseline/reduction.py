@@ -10,7 +10,7 @@ run's own uncertainty is recorded beside the tolerance: 2e-8 m, for a backlash w
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple, cast, get_args
 
@@ -19,27 +19,12 @@ import xarray as xr
 from pydantic import ValidationError
 
 from crosscheck import __version__
-from crosscheck.baseline.record import (
-    BEST_FIRST,
-    Baseline,
-    CheckVerdict,
-    ExtremesName,
-    KnownFailure,
-    Measurement,
-    RecordedRun,
-    SampledName,
-)
+from crosscheck.baseline import record
+from crosscheck.checks import trajectories
 from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.scales import ReasonedLimit, meaningful
 from crosscheck.checks.states import LOOSEST
-from crosscheck.checks.trajectories import (
-    Incomparable,
-    Pair,
-    repeatable,
-    rounding_of,
-    size,
-)
-from crosscheck.checks.trajectories import uncertainty as refinement
+from crosscheck.checks.trajectories import Pair, size
 from crosscheck.findings import Agreement, Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import Case
@@ -50,8 +35,8 @@ from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
 
-SAMPLED: tuple[str, ...] = get_args(SampledName)
-EXTREMES: tuple[str, ...] = get_args(ExtremesName)
+SAMPLED: tuple[str, ...] = get_args(record.SampledName)
+EXTREMES: tuple[str, ...] = get_args(record.ExtremesName)
 INTERVALS = 20
 # Runs that are recorded for themselves, and the run that measures the uncertainty of each; all
 # others (another step, a nudged start) are not recorded.
@@ -80,28 +65,34 @@ class Bound(NamedTuple):
 Bounds = dict[RunKey, dict[str, Bound]]
 
 
-def baseline_of(result: CrossCheck) -> Baseline:
+def baseline_of(result: CrossCheck) -> record.Baseline:
     """What to record of a cross-check. Runs that failed and checks not judged are left out."""
     agreement = result.agreement
     assert agreement.provenance is not None  # as cross_check gives it
-    runs: dict[str, RecordedRun] = {}
+    runs: dict[str, record.RecordedRun] = {}
     bounds: Bounds = {}
     for key in filter(is_recorded, result.runs):
         reduced = reduced_run(key, result)
         if not isinstance(reduced, Failure):
             runs[str(key)], bounds[key] = reduced
 
-    def number(finding: Finding) -> Measurement:
-        return _measurement(finding, bounds, result.arm)
+    def number(finding: Finding) -> record.Measurement:
+        assert finding.measured is not None  # a measurement always has a number
+        bound = _measurement_bound(finding, bounds, result.arm)._asdict()
+        return record.Measurement(unit=finding.unit, measured=finding.measured, **bound)
 
     judged = checks_by_id(agreement).items()
     checks = {name: finding for name, finding in judged if finding.verdict != "unfinished"}
     red = {name: finding for name, finding in checks.items() if finding.verdict != "agree"}
-    return Baseline(
+    return record.Baseline(
         project_version=__version__,
-        checks={name: cast(CheckVerdict, finding.verdict) for name, finding in checks.items()},
+        checks={
+            name: cast(record.CheckVerdict, finding.verdict) for name, finding in checks.items()
+        },
         known={
-            name: KnownFailure(said=outcome(f), number=None if f.measured is None else number(f))
+            name: record.KnownFailure(
+                said=outcome(f), number=None if f.measured is None else number(f)
+            )
             for name, f in red.items()
         },
         measurements={name: number(f) for name, f in measurements_by_id(agreement).items()},
@@ -112,7 +103,9 @@ def baseline_of(result: CrossCheck) -> Baseline:
 
 def checks_by_id(agreement: Agreement) -> dict[str, Finding]:
     """The checks by id; of several with one id the worst stands."""
-    worst_last = sorted(agreement.checks, key=lambda finding: BEST_FIRST.index(finding.verdict))
+    worst_last = sorted(
+        agreement.checks, key=lambda finding: record.BEST_FIRST.index(finding.verdict)
+    )
     return {finding.id: finding for finding in worst_last}
 
 
@@ -121,7 +114,9 @@ def measurements_by_id(agreement: Agreement) -> dict[str, Finding]:
     return {f.id: f for f in agreement.findings if f.kind == "measurement"}
 
 
-def reduced_run(key: RunKey, result: CrossCheck) -> tuple[RecordedRun, dict[str, Bound]] | Failure:
+def reduced_run(
+    key: RunKey, result: CrossCheck
+) -> tuple[record.RecordedRun, dict[str, Bound]] | Failure:
     """What is recorded of a run, and how far each quantity may move; or why it has no record.
 
     A run holds whatever its model put there: what cannot be reduced is a failed run, no crash.
@@ -132,23 +127,21 @@ def reduced_run(key: RunKey, result: CrossCheck) -> tuple[RecordedRun, dict[str,
     try:
         bounds = bounds_of(key, result)
         return _reduced(run, result.cases[key], bounds), bounds
+    except ValidationError as error:
+        first = error.errors()[0]
+        what = f"{'.'.join(map(str, first['loc']))} = {first['input']!r:.60}: {first['msg']}"
     except Exception as error:
-        return Failure("cannot be recorded", _reason(error))
+        what = f"{type(error).__name__}: {' '.join(str(error).split()):.200}"
+    return Failure("cannot be recorded", what)
 
 
 def unrecorded(result: CrossCheck) -> Iterator[str]:
     """Runs that have a trajectory of which nothing can be recorded, as ``run: reason``."""
-    for key in filter(is_recorded, datasets(result)):
-        reduced = reduced_run(key, result)
-        if isinstance(reduced, Failure):
-            yield f"{key} {reduced}"
-
-
-def _reason(error: Exception) -> str:
-    if isinstance(error, ValidationError):
-        first = error.errors()[0]
-        return f"{'.'.join(map(str, first['loc']))} = {first['input']!r:.60}: {first['msg']}"
-    return f"{type(error).__name__}: {' '.join(str(error).split()):.200}"
+    for key, run in result.runs.items():
+        if is_recorded(key) and not isinstance(run, Failure):
+            reduced = reduced_run(key, result)
+            if isinstance(reduced, Failure):
+                yield f"{key} {reduced}"
 
 
 def is_recorded(key: RunKey) -> bool:
@@ -156,40 +149,10 @@ def is_recorded(key: RunKey) -> bool:
     return key.variant in COARSER
 
 
-def datasets(result: CrossCheck) -> Datasets:
-    """The runs that have a trajectory."""
-    return {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
-
-
-def sample_times(run: xr.Dataset) -> np.ndarray:
-    """Indices of about 20 equally spaced records, first and last among them, shape (samples,)."""
-    return np.unique(np.linspace(0, run.sizes["time"] - 1, INTERVALS + 1).round().astype(int))
-
-
-def joints_of(run: xr.Dataset, case: Case, quantity: str) -> list[int]:
-    """Numbers of a run's joints that have a quantity: a direct one has no teeth."""
-    toothed = [number for number, j in enumerate(case.arm.joints, start=1) if j.planet_count]
-    every = run["joint"].values.tolist()
-    return [number for number in every if quantity not in BY_PLANET or number in toothed]
-
-
-def per_joint(run: xr.Dataset, case: Case, quantity: str) -> np.ndarray:
-    """A quantity of planet 1, shape (times, joints that have it), in its own unit."""
-    values = run[quantity].sel(joint=joints_of(run, case, quantity))
-    return np.asarray(values.isel(planet=0) if "planet" in values.dims else values)
-
-
-def extreme_rows(run: xr.Dataset, case: Case, quantity: str) -> np.ndarray:
-    """Per joint: number, minimum, its time [s], maximum, its time; shape (joints, 5)."""
-    values, time = per_joint(run, case, quantity), run["time"].values.round(10)
-    low, high = values.argmin(axis=0), values.argmax(axis=0)
-    joints = joints_of(run, case, quantity)
-    return np.column_stack([joints, values.min(axis=0), time[low], values.max(axis=0), time[high]])
-
-
 def bounds_of(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
     """Quantity -> how far a repetition of this run may move."""
-    runs, case = datasets(result), result.cases[key]
+    runs = {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
+    case = result.cases[key]
     run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
     pair = _pair(key.experiment, runs)
     # A coarser run at the same step is one whose integrator chooses its own, as references do.
@@ -198,12 +161,17 @@ def bounds_of(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
     )
     bounds = {}
     for quantity in (name for name in (*SAMPLED, *EXTREMES) if name in run):
-        measured = _measured(refinement, run, coarse, quantity)
+        measured = _refined(run, coarse, quantity)
         limit = _repeated(pair, run, quantity)
         if own_steps:
             limit = _adaptive(limit, measured)
         widest = meaningful(quantity, case.arm, case.scenario, size(run, quantity))
-        bounds[quantity] = _meaningful(limit, widest, _short(measured))
+        tolerance, basis = _short(limit.value), limit.basis
+        if not limit.value <= widest.value:
+            tolerance, basis = None, f"not compared: {limit.basis}"
+            if math.isfinite(limit.value):
+                basis += f", {limit.value:.2g}; {widest.value:.2g} at most, {widest.basis}"
+        bounds[quantity] = Bound(tolerance, basis, _short(measured), _short(widest.value))
     return bounds
 
 
@@ -219,25 +187,19 @@ def _pair(experiment: str, runs: Datasets) -> Pair | None:
     return None
 
 
-def _measured(
-    measure: Callable[[xr.Dataset, xr.Dataset, str], float],
-    one: xr.Dataset | None,
-    other: xr.Dataset | None,
-    quantity: str,
-) -> float | None:
-    """A measure of two runs; None where one is missing, or spoilt: that costs no third run."""
+def _refined(run: xr.Dataset, coarse: xr.Dataset | None, quantity: str) -> float | None:
+    """Uncertainty by refinement; None where the coarse run is missing, or one of them is spoilt."""
     try:
-        return None if one is None or other is None else measure(one, other, quantity)
-    except Incomparable:
+        return None if coarse is None else trajectories.uncertainty(run, coarse, quantity)
+    except trajectories.Incomparable:
         return None
 
 
 def _adaptive(floor: ReasonedLimit, measured: float | None) -> ReasonedLimit:
     """Rounding differs between processors (SciPy's sums are BLAS's) and may choose other steps."""
     if measured is None:
-        return ReasonedLimit(
-            math.inf, "the integrator chooses its own steps, and no second run was made"
-        )
+        basis = "the integrator chooses its own steps, and no second run was made"
+        return ReasonedLimit(math.inf, basis)
     if measured <= floor.value:
         return floor._replace(basis="numerical uncertainty is less; no run is held to more digits")
     basis = "numerical uncertainty by a coarser tolerance: the integrator chooses its own steps"
@@ -248,22 +210,12 @@ def _repeated(pair: Pair | None, run: xr.Dataset, quantity: str) -> ReasonedLimi
     """What rounding alone can make of the same steps again, in whichever engine."""
     try:
         if pair is not None and quantity in pair.run:
-            return ReasonedLimit(repeatable(pair, quantity).value, BY_ROUNDING)
-    except Incomparable:
+            return ReasonedLimit(trajectories.repeatable(pair, quantity).value, BY_ROUNDING)
+    except trajectories.Incomparable:
         pass
-    value = UNMEASURED_ROUNDINGS * rounding_of(run, quantity)
-    return ReasonedLimit(
-        value, f"{UNMEASURED_ROUNDINGS} x rounding, whose growth could not be measured"
-    )
-
-
-def _meaningful(limit: ReasonedLimit, widest: ReasonedLimit, uncertainty: float | None) -> Bound:
-    if not limit.value <= widest.value:
-        reason = f"not compared: {limit.basis}"
-        if math.isfinite(limit.value):
-            reason += f", {limit.value:.2g}; {widest.value:.2g} at most, {widest.basis}"
-        return Bound(None, reason, uncertainty, _short(widest.value))
-    return Bound(_short(limit.value), limit.basis, uncertainty, _short(widest.value))
+    value = UNMEASURED_ROUNDINGS * trajectories.rounding_of(run, quantity)
+    basis = f"{UNMEASURED_ROUNDINGS} x rounding, whose growth could not be measured"
+    return ReasonedLimit(value, basis)
 
 
 def _short(value: float | None) -> float | None:
@@ -274,27 +226,28 @@ def _short(value: float | None) -> float | None:
     return digits if digits >= value else float(f"{value * 1.005:.2e}")
 
 
-def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> RecordedRun:
+def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> record.RecordedRun:
+    """Of planet 1, and of the joints that have a quantity: a direct one has no teeth."""
     times = run["time"].values.round(10)
-    at = sample_times(run)
+    # About 20 equally spaced records, first and last among them.
+    at = np.unique(np.linspace(0, times.size - 1, INTERVALS + 1).round().astype(int))
+    every = run["joint"].values.tolist()
+    toothed = [number for number in every if case.arm.joints[number - 1].planet_count]
     tables: dict[str, dict[str, Any]] = {"sampled": {}, "extremes": {}}
     for quantity, bound in bounds.items():
+        joints = toothed if quantity in BY_PLANET else every
+        found = run[quantity].sel(joint=joints)
+        values = np.asarray(found.isel(planet=0) if "planet" in found.dims else found)
         if quantity in SAMPLED:
-            sampled = per_joint(run, case, quantity)[at]
-            rows, section = np.column_stack([times[at], sampled]), "sampled"
+            rows, section = np.column_stack([times[at], values[at]]), "sampled"
         else:
-            rows, section = extreme_rows(run, case, quantity), "extremes"
+            low, high = values.argmin(axis=0), values.argmax(axis=0)
+            ends = values.min(axis=0), times[low], values.max(axis=0), times[high]
+            rows, section = np.column_stack([joints, *ends]), "extremes"
         fields = {"unit": run[quantity].attrs["units"], **bound._asdict()}
-        joints = joints_of(run, case, quantity)
         tables[section][quantity] = {"joints": joints, "rows": rows.tolist(), **fields}
     settings = {"scenario": case.scenario, "switches": case.switches}
-    return RecordedRun.model_validate({**settings, **tables})
-
-
-def _measurement(finding: Finding, bounds: Bounds, arm: Arm) -> Measurement:
-    assert finding.measured is not None  # a measurement always has a number
-    bound = _measurement_bound(finding, bounds, arm)
-    return Measurement(unit=finding.unit, measured=finding.measured, **bound._asdict())
+    return record.RecordedRun.model_validate({**settings, **tables})
 
 
 def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:
@@ -313,29 +266,23 @@ def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:
         reference = bounds.get(RunKey(key.case, key.left, "reference"), {})
         if reference and all(bound.tolerance is None for bound in reference.values()):
             return Bound(None, "not compared: neither is the run that it measures")
-        return _unknown(finding)
+        value = abs(finding.measured or 0.0)
+        size = value / finding.relative if finding.relative else 0.0
+        by = f"{UNKNOWN:g} of it, or {UNKNOWN_OF_SIZE:g} of the quantity"
+        tolerance = _short(max(UNKNOWN * value, UNKNOWN_OF_SIZE * size))
+        return Bound(tolerance, f"no uncertainty measured: {by}")
     known = [value for value in own if value is not None]
     if len(known) < 2:
         return Bound(None, "not compared: neither are the runs that it compares")
-    reach = _reach(arm) if finding.quantity == "tip" else 1.0
-    along = " in theta, along the links" if finding.quantity == "tip" else ""
-    return Bound(_short(sum(known) * reach), f"sum of both runs' tolerances{along}")
+    if finding.quantity != "tip":
+        return Bound(_short(sum(known)), "sum of both runs' tolerances")
+    # How far the tip moves [m] at most if every joint turns by one radian.
+    reach = sum(number * link.length_m for number, link in enumerate(arm.links, start=1))
+    basis = "sum of both runs' tolerances in theta, along the links"
+    return Bound(_short(sum(known) * reach), basis)
 
 
-def _unknown(finding: Finding) -> Bound:
-    value = abs(finding.measured or 0.0)
-    size = value / finding.relative if finding.relative else 0.0
-    tolerance = max(UNKNOWN * value, UNKNOWN_OF_SIZE * size)
-    basis = f"no uncertainty measured: {UNKNOWN:g} of it, or {UNKNOWN_OF_SIZE:g} of the quantity"
-    return Bound(_short(tolerance), basis)
-
-
-def _reach(arm: Arm) -> float:
-    """How far the tip moves [m] at most if every joint turns by one radian."""
-    return sum(number * link.length_m for number, link in enumerate(arm.links, start=1))
-
-
-def uncompared(baseline: Baseline) -> Iterator[str]:
+def uncompared(baseline: record.Baseline) -> Iterator[str]:
     """Quantities that are recorded but not comparable, as ``run quantity: reason``."""
     for key, run in baseline.runs.items():
         for quantity, table in run.tables.items():

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, NamedTuple
 
 import numpy as np
 
+from crosscheck.baseline import reduction
 from crosscheck.baseline.record import (
     BEST_FIRST,
     Baseline,
@@ -18,13 +18,6 @@ from crosscheck.baseline.record import (
     RecordedRun,
     SampledQuantity,
     differences,
-)
-from crosscheck.baseline.reduction import (
-    baseline_of,
-    checks_by_id,
-    is_recorded,
-    measurements_by_id,
-    reduced_run,
 )
 from crosscheck.checks.trajectories import UNITS
 from crosscheck.findings import (
@@ -37,7 +30,6 @@ from crosscheck.findings import (
     measured_only,
     unfinished,
 )
-from crosscheck.provenance import Provenance
 from crosscheck.registry import is_guest
 from crosscheck.report.words import outcome
 from crosscheck.run import CrossCheck
@@ -52,15 +44,6 @@ _NEW = "appeared: nothing on record"
 _GUEST = "of a model that came in after the record was made; accept again to hold it"
 
 
-class NumberPair(NamedTuple):
-    """A number on record and the same now, each with its bounds."""
-
-    record: Bounded
-    now: Bounded
-    was: float
-    is_now: float
-
-
 def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
     """Every recorded result against the same result now, one check each.
 
@@ -68,7 +51,7 @@ def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
     was made with other settings; ``unfinished``: it was not judged now. The provenance names the
     checks that are red as accepted in ``known``.
     """
-    now = baseline_of(result)
+    now = reduction.baseline_of(result)
     findings = [*_verdicts(baseline, now, result.agreement)]
     findings += _measurements(baseline, now, result.agreement)
     for name in sorted({*baseline.runs, *now.runs}):
@@ -90,28 +73,17 @@ def changed_since(agreement: Agreement) -> list[str]:
     then, now = agreement.record, agreement.provenance
     if then is None or now is None:
         return []
-    return [
-        f"{name} {_brief(name, was)} -> {_brief(name, is_now)}"
-        for name, was, is_now in differences(_surroundings(then), _surroundings(now))
-    ]
-
-
-def _surroundings(of: Provenance) -> dict[str, str | None]:
-    return of.versions | {
-        "python": of.python,
-        "machine": of.machine,
-        "revision": of.revision,
-        "lock_sha256": of.lock_sha256,
-        "arm_sha256": of.arm_sha256,
-    }
-
-
-def _brief(name: str, value: Any) -> str:
-    return str(value)[:DIGEST] if name.endswith("sha256") else str(value)
+    named = {"python", "machine", "revision", "lock_sha256", "arm_sha256"}
+    old, new = (each.versions | each.model_dump(include=named) for each in (then, now))
+    found = []
+    for name, was, is_now in differences(old, new):
+        digits = DIGEST if name.endswith("sha256") else None
+        found.append(f"{name} {str(was)[:digits]} -> {str(is_now)[:digits]}")
+    return found
 
 
 def _verdicts(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterator[Finding]:
-    findings = checks_by_id(agreement)
+    findings = reduction.checks_by_id(agreement)
     for name in sorted({*baseline.checks, *findings}):
         was, finding = baseline.checks.get(name), findings.get(name)
         about = _about("verdict", name, finding, "1")
@@ -119,32 +91,23 @@ def _verdicts(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterat
             yield failed(about, f"{_GONE}; was {was}")
         elif finding.verdict == "unfinished":
             yield unfinished(about, outcome(finding))
+        elif was is None and finding.verdict == "agree" and _of_guest(finding):
+            note = f"{finding.id}: {_GUEST}; agree: {outcome(finding)}"
+            yield measured_only(about, measured=0.0, basis="nothing on record", note=note)
         elif was is None:
-            yield _appeared(about, finding)
+            yield failed(about, f"{_NEW}; {finding.verdict}: {outcome(finding)}")
         elif was != finding.verdict:
-            yield _turned(about, was, finding)
+            steps = BEST_FIRST.index(finding.verdict) - BEST_FIRST.index(was)
+            way = "worse" if steps > 0 else "better"
+            note = f"{way}: {was} -> {finding.verdict}: {outcome(finding)}"
+            yield _verdict(about, abs(steps), note)
         else:
             yield _unturned(about, baseline.known.get(name), now.known.get(name), finding)
 
 
-def _appeared(about: About, finding: Finding) -> Finding:
-    """A check that is not on record: said, where a model is a guest that was not there then."""
-    said = f"{finding.verdict}: {outcome(finding)}"
-    if finding.verdict == "agree" and _of_guest(finding):
-        note = f"{finding.id}: {_GUEST}; {said}"
-        return measured_only(about, measured=0.0, basis="nothing on record", note=note)
-    return failed(about, f"{_NEW}; {said}")
-
-
 def _of_guest(finding: Finding) -> bool:
+    """Whether one of its models is a guest, which may not have been there when it was recorded."""
     return any(map(is_guest, (finding.left, finding.right)))
-
-
-def _turned(about: About, was: str, finding: Finding) -> Finding:
-    steps = BEST_FIRST.index(finding.verdict) - BEST_FIRST.index(was)
-    way = "worse" if steps > 0 else "better"
-    note = f"{way}: {was} -> {finding.verdict}: {outcome(finding)}"
-    return _verdict(about, abs(steps), note)
 
 
 def _unturned(
@@ -155,8 +118,8 @@ def _unturned(
         return _verdict(about, 0, "")
     said = f"known difference, {finding.verdict}: {outcome(finding)}"
     if was.number is not None and now.number is not None:
-        pair = NumberPair(was.number, now.number, was.number.measured, now.number.measured)
-        found = _number(replace(about, unit=finding.unit), pair, said)
+        values = was.number.measured, now.number.measured
+        found = _number(replace(about, unit=finding.unit), was.number, now.number, values, said)
         if found.kind == "check":
             return found
     return _verdict(about, 0, said)
@@ -168,7 +131,7 @@ def _verdict(about: About, steps: int, note: str) -> Finding:
 
 
 def _measurements(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterator[Finding]:
-    findings = measurements_by_id(agreement)
+    findings = reduction.measurements_by_id(agreement)
     unjudged = {finding.id for finding in agreement.disagreeing if finding.verdict == "unfinished"}
     for name in sorted({*baseline.measurements, *now.measurements} - unjudged):
         record, is_now = baseline.measurements.get(name), now.measurements.get(name)
@@ -183,48 +146,40 @@ def _measurements(baseline: Baseline, now: Baseline, agreement: Agreement) -> It
         elif record is None:
             yield failed(about, _NEW)
         else:
-            pair = NumberPair(record, is_now, record.measured, is_now.measured)
-            yield _number(about, pair, "")
+            yield _number(about, record, is_now, (record.measured, is_now.measured))
 
 
 def _run_findings(
     name: str, record: RecordedRun | None, now: RecordedRun | None, result: CrossCheck
 ) -> Iterator[Finding]:
-    if record is None and any(str(key) == name and is_guest(key.model) for key in result.runs):
-        basis = "nothing on record"
-        yield measured_only(_run_about(name, "run", "1"), measured=0.0, basis=basis, note=_GUEST)
+    whole = _run_about(name, "run", "1")
+    own = filter(reduction.is_recorded, result.runs)
+    key = next((key for key in own if str(key) == name), None)
+    if record is None and key is not None and is_guest(key.model):
+        yield measured_only(whole, measured=0.0, basis="nothing on record", note=_GUEST)
     elif record is None:
-        yield failed(_run_about(name, "run", "1"), _NEW)
+        yield failed(whole, _NEW)
     elif now is None:
-        absence = _absence(name, result)
-        stopped = isinstance(absence, Failure) and absence.unfinished
-        missing = unfinished if stopped else failed
-        yield missing(_run_about(name, "run", "1"), f"{_GONE}: {absence}")
-    elif moved := _moved_settings(record, now):
+        why = None if key is None else reduction.reduced_run(key, result)
+        missing = unfinished if isinstance(why, Failure) and why.unfinished else failed
+        yield missing(whole, f"{_GONE}: {why or 'no longer part of the plan'}")
+    else:
+        yield from _tables(name, record, now)
+
+
+def _tables(name: str, record: RecordedRun, now: RecordedRun) -> Iterator[Finding]:
+    """Of a run on record and now, quantity by quantity, if it has the same settings."""
+    settings = {"scenario", "switches"}
+    then, today = (run.model_dump(mode="json", include=settings) for run in (record, now))
+    moved = [f"{path} {was!r} -> {is_now!r}" for path, was, is_now in differences(then, today)]
+    if moved:
         note = f"other settings, numbers not compared: {'; '.join(moved)}"
         yield failed(_run_about(name, "settings", "1"), note)
-    else:
-        before, after = record.tables, now.tables
-        for quantity in sorted({*before, *after}):
-            about = _run_about(name, quantity, UNITS[quantity])
-            yield _table(about, before.get(quantity), after.get(quantity))
-
-
-def _absence(name: str, result: CrossCheck) -> Failure | str:
-    """Why there is no run of this name now."""
-    key = next((key for key in filter(is_recorded, result.runs) if str(key) == name), None)
-    if key is None:
-        return "no longer part of the plan"
-    reduced = reduced_run(key, result)
-    assert isinstance(reduced, Failure)  # for it is not among those recorded
-    return reduced
-
-
-def _moved_settings(record: RecordedRun, now: RecordedRun) -> list[str]:
-    then, today = (
-        run.model_dump(mode="json", include={"scenario", "switches"}) for run in (record, now)
-    )
-    return [f"{path} {was!r} -> {is_now!r}" for path, was, is_now in differences(then, today)]
+        return
+    before, after = record.tables, now.tables
+    for quantity in sorted({*before, *after}):
+        about = _run_about(name, quantity, UNITS[quantity])
+        yield _table(about, before.get(quantity), after.get(quantity))
 
 
 def _table(
@@ -241,13 +196,15 @@ def _table(
         apart = np.abs(is_now - was)[:, record.values]
     row, place = map(int, np.unravel_index(int(apart.argmax()), apart.shape))
     column = record.values[place]
-    pair = NumberPair(record, now, float(was[row, column]), float(is_now[row, column]))
-    return _number(about, pair, record.place(row, column))
+    values = float(was[row, column]), float(is_now[row, column])
+    return _number(about, record, now, values, record.place(row, column))
 
 
-def _number(about: About, pair: NumberPair, where: str) -> Finding:
-    """One number held against another; where: what to say before it."""
-    record, now, was, is_now = pair
+def _number(
+    about: About, record: Bounded, now: Bounded, values: tuple[float, float], where: str = ""
+) -> Finding:
+    """A number on record held against that of now; where: what to say before it."""
+    was, is_now = values
     apart = abs(is_now - was)
     note = f"{where}: {was:.12g} -> {is_now:.12g}".removeprefix(": ")
     if record.unit != now.unit:
@@ -255,21 +212,15 @@ def _number(about: About, pair: NumberPair, where: str) -> Finding:
     if record.uncertainty is not None and record.uncertainty > (record.tolerance or 0.0):
         note += f" (numerical uncertainty {record.uncertainty:g})"
     moved = record.tolerance is not None and apart > record.tolerance
-    if not moved and _is_widened(record, now):
+    # The lack of a tolerance counts as the widest that there may be.
+    uncompared = math.inf if now.widest is None else now.widest
+    granted = uncompared if record.tolerance is None else record.tolerance
+    if not moved and now.tolerance is not None and granted > WIDENED * now.tolerance:
         said = f"{record.tolerance} on record, {now.tolerance} now; renew the record"
         return failed(about, f"a tolerance that is not granted: {said}; {note}")
     if record.tolerance is None:
         return measured_only(about, measured=apart, basis=record.basis, note=note)
     return checked(about, measured=apart, tolerance=record.tolerance, basis=record.basis, note=note)
-
-
-def _is_widened(record: Bounded, now: Bounded) -> bool:
-    """Whether a tolerance on record, or the lack of one, is far from what is granted now."""
-    if now.tolerance is None:
-        return False
-    uncompared = math.inf if now.widest is None else now.widest
-    was = uncompared if record.tolerance is None else record.tolerance
-    return was > WIDENED * now.tolerance
 
 
 def _key(what: str, name: str) -> Key:

@@ -46,11 +46,9 @@ def random_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
     q_size = np.where(layout.angular, np.pi, play)
     v_size = np.where(layout.angular, TURNING_RAD_PER_S, SLIDING_M_PER_S)
     shape = (count, len(layout))
-    return States(
-        generator.uniform(0, 2, count),
-        generator.uniform(-1, 1, shape) * q_size,
-        generator.uniform(-1, 1, shape) * v_size,
-    )
+    t = generator.uniform(0, 2, count)
+    q, v = (generator.uniform(-1, 1, shape) * size for size in (q_size, v_size))
+    return States(t, q, v)
 
 
 def answers(model: Model, expected: Layout, quantity: str, count: int, seed: int) -> np.ndarray:
@@ -82,10 +80,6 @@ def _numbers(answer: object, what: str, shape: tuple[int, ...] | None) -> np.nda
 
 def _mass_matrix(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     return _numbers(model.mass_matrix(q.copy()), "mass_matrix", (q.size, q.size))
-
-
-def _bias(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return _numbers(model.bias(q.copy(), v.copy()), "bias", q.shape)
 
 
 def _generalized_force(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -172,29 +166,23 @@ def _force_slopes(model: Model) -> np.ndarray:
 
     Over differences of one size, and of twice that.
     """
-    sizes = np.tile(np.where(model.layout.angular, TURN, SHIFT), 2)
-    return np.array([_slopes(model, size) for size in (sizes, 2 * sizes)])
-
-
-def _slopes(model: Model, sizes: np.ndarray) -> np.ndarray:
     pose = _start_pose(model)
+    start, found = np.append(pose, 0 * pose), []
+    once = np.tile(np.where(model.layout.angular, TURN, SHIFT), 2)
 
     def force(state: np.ndarray) -> np.ndarray:
         q, v = np.split(state, 2)
         return _generalized_force(model, 0.0, q, v)
 
-    start, steps = np.append(pose, 0 * pose), np.diag(sizes)
-    differences = [force(start + step) - force(start - step) for step in steps]
-    return np.stack(differences, axis=1) / (2 * sizes)
-
-
-def _abilities(model: Model) -> list[str]:
-    return sorted(model.abilities)
+    for sizes in (once, 2 * once):
+        apart = [force(start + step) - force(start - step) for step in np.diag(sizes)]
+        found.append(np.stack(apart, axis=1) / (2 * sizes))
+    return np.array(found)
 
 
 AT_STATE: dict[str, Callable[[Model, float, np.ndarray, np.ndarray], np.ndarray | float]] = {
     "mass_matrix": _mass_matrix,
-    "bias": _bias,
+    "bias": lambda model, t, q, v: _numbers(model.bias(q.copy(), v.copy()), "bias", q.shape),
     "generalized_force": _generalized_force,
     "acceleration": _acceleration,
     CHRISTOFFEL: _christoffel,
@@ -204,7 +192,7 @@ WITHOUT_STATE: dict[str, Callable[[Model], np.ndarray | float | list[str]]] = {
     "mesh_modes": _mesh_modes,
     "contact_poles": _contact_poles,
     "largest_stable_step": _largest_stable_step,
-    ABILITIES: _abilities,
+    ABILITIES: lambda model: sorted(model.abilities),
     START_MASS: _start_mass,
     FORCE_SLOPES: _force_slopes,
 }

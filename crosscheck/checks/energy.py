@@ -7,15 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from crosscheck.checks import invariants
 from crosscheck.checks.first_principles.mesh_energy import MeshSpring, energy_of, springs, waves
 from crosscheck.checks.first_principles.weights import weight_energy
-from crosscheck.checks.invariants import (
-    Answered,
-    balanced,
-    motions,
-    outside_powers,
-    sun_of,
-)
 from crosscheck.checks.scales import geared, meshes
 from crosscheck.checks.states import Setting
 from crosscheck.findings import About, Finding, measured_only, within_share
@@ -37,23 +31,26 @@ ALONG_RAD, ALONG_S = 3e-4, 1e-6
 CLOSES = 1e-9
 
 
-def rate_closes(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
+def rate_closes(about: About, given: invariants.Answered, setting: Setting, case: Case) -> Finding:
     """Kinetic and spring energy gain what motors, weight and friction put in."""
-    rates = [
-        _spring_rate(setting.arm, case.switches, setting.layout, q, v)
-        for _, q, v in zip(*setting.states, strict=True)
-    ]
+    arm, layout, drawn = setting
+    found = invariants.motions(given, setting, case.scenario)
     pairs = []
-    for motion, rate in zip(motions(given, setting, case.scenario), rates, strict=True):
-        terms = [*outside_powers(setting.arm, motion), -rate]
-        size = np.abs(motion.v) @ motion.summed + np.abs(terms).sum()
-        pairs.append((float(motion.v @ motion.inertial - np.sum(terms)), float(size)))
-    return balanced(about, pairs)
+    for motion, q, v in zip(found, drawn.q, drawn.v, strict=True):
+        rate = _spring_rate(arm, case.switches, layout, q, v)
+        pairs.append(motion.unbalanced([*invariants.outside_powers(arm, motion), -rate]))
+    return invariants.balanced(about, pairs)
 
 
 def _spring_rate(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray, v: np.ndarray) -> float:
     """dV/dt [W] by central differences of the fourth order, teeth on the flank of the state."""
-    step = _along(arm, layout, v)
+    rates = np.abs(v[layout.theta])
+    fastest = max(  # wave of any mesh [rad/s]
+        joint.ring_teeth * rates[number] * waves(mesh.stiffness)
+        for number, joint in geared(arm)
+        for mesh in meshes(joint)
+    )
+    step = min(ALONG_S, ALONG_RAD / fastest) if fastest else ALONG_S  # half a difference's length
     way = q + np.array([0, -2, -1, 1, 2])[:, None] * step * v
     rate = 0.0
     for spring in springs_at(arm, chosen, layout, way):
@@ -62,17 +59,6 @@ def _spring_rate(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray, v: n
             energy = spring.stiffness * (spring.gap - flank) ** 2 / 2
             rate += float(np.array([0, 1, -8, 8, -1]) @ energy) / (12 * step)
     return rate
-
-
-def _along(arm: Arm, layout: Layout, v: np.ndarray) -> float:
-    """Half a difference's length [s] for the fastest wave of any mesh."""
-    rates = np.abs(v[layout.theta])
-    fastest = max(
-        joint.ring_teeth * rates[number] * waves(mesh.stiffness)
-        for number, joint in geared(arm)
-        for mesh in meshes(joint)
-    )
-    return min(ALONG_S, ALONG_RAD / fastest) if fastest else ALONG_S
 
 
 def springs_at(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray) -> Iterator[MeshSpring]:
@@ -95,12 +81,9 @@ def stays(about: About, run: xr.Dataset, case: Case) -> Finding:
 def strays(about: About, run: xr.Dataset, case: Case) -> Finding:
     """The same where the springs' work on the angles is left out, as in the paper."""
     strayed, turned = _balance(run, case)
-    return measured_only(
-        about,
-        measured=strayed,
-        basis=f"of the work turned over, {turned:.3g} J",
-        relative=strayed / turned if turned else None,
-    )
+    basis = f"of the work turned over, {turned:.3g} J"
+    share = strayed / turned if turned else None
+    return measured_only(about, measured=strayed, basis=basis, relative=share)
 
 
 def _balance(run: xr.Dataset, case: Case) -> tuple[float, float]:
@@ -127,7 +110,7 @@ def _motors_work(arm: Arm, case: Case, theta: np.ndarray, advance: np.ndarray) -
     for number, torque in enumerate(per_joint(drive.torque_N_m, len(arm.joints))):
         joint, angle = arm.joints[number], theta[:, number]
         if isinstance(joint, Planetary):
-            radius, ratio = sun_of(joint)
+            radius, ratio = invariants.sun_of(joint)
             angle = advance[:, number] / (radius * ratio) + angle
         work += torque * (angle - angle[0])
     return work

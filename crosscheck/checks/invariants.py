@@ -10,16 +10,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from crosscheck.checks import states
 from crosscheck.checks.first_principles.weights import weight_moments
 from crosscheck.checks.scales import base_radius, geared
-from crosscheck.checks.states import (
-    LOOSEST,
-    Setting,
-    component_sizes,
-    natural_sizes,
-    scaled,
-    usable,
-)
+from crosscheck.checks.states import LOOSEST, Setting, scaled, usable
 from crosscheck.findings import About, Finding, checked, failed, within_share
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Coordinate, Layout
@@ -65,14 +59,34 @@ class ForcedState(NamedTuple):
     torques: np.ndarray
     passive: np.ndarray
 
+    def unbalanced(self, powers: list[float]) -> tuple[float, float]:
+        """What kinetic energy gains beyond these powers [W], and the size of what is summed.
+
+        v . (M a + bias) is the rate of v . M v / 2.
+        """
+        size = np.abs(self.v) @ self.summed + np.abs(powers).sum()
+        return float(self.v @ self.inertial - np.sum(powers)), float(size)
+
 
 Balance = Callable[[About, Answered, Setting, Case], Finding]
 
 
 def power(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
-    """What the drive, meshes and dampers put in is what the kinetic energy gains."""
-    found = motions(given, setting, case.scenario)
-    return balanced(about, [_power_residual(setting.arm, motion) for motion in found])
+    """d(kinetic)/dt = sum of T theta_s' / n and of what meshes, dampers, weight, friction put in.
+
+    A motor turns its sun n times as fast as the link, and by the mesh displacements; its torque
+    reaches a mesh row of the force as T / (n r_s).
+    """
+    pairs = []
+    for motion in motions(given, setting, case.scenario):
+        terms = outside_powers(setting.arm, motion)
+        for number, joint in geared(setting.arm):
+            radius, ratio = sun_of(joint)
+            motor = motion.torques[number] / ratio * sun_advance(motion.layout, number) / radius
+            rows = [k for k, c in enumerate(motion.layout.coordinates) if moves(c, number)]
+            terms += [*((motion.force - motor) * motion.v)[rows]]
+        pairs.append(motion.unbalanced(terms))
+    return balanced(about, pairs)
 
 
 def angular_momentum(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
@@ -94,9 +108,9 @@ def motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[F
     mass, a, bias = given.mass_matrix, given.acceleration, given.bias
     inertial = np.einsum("kij,kj->ki", mass, a) + bias
     summed = np.einsum("kij,kj->ki", np.abs(mass), np.abs(a)) + np.abs(bias)
-    states = zip(*setting.states, inertial, summed, given.generalized_force, strict=True)
     friction = np.array([joint.friction_N_m_s_per_rad for joint in setting.arm.joints])
-    for t, q, v, moved, magnitude, force in states:
+    moving = zip(*setting.states, inertial, summed, given.generalized_force, strict=True)
+    for t, q, v, moved, magnitude, force in moving:
         theta, theta_dot = q[setting.layout.theta], v[setting.layout.theta]
         torques = torques_at(drive, t, theta, theta_dot)
         passive = weight_moments(setting.arm, theta) - friction * theta_dot
@@ -109,22 +123,6 @@ def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndar
     return np.array(
         [joint_torque(drive.code, g, drive.table_time, table, t, q, v) for g, table, q, v in rows]
     )
-
-
-def _power_residual(arm: Arm, motion: ForcedState) -> tuple[float, float]:
-    """d(kinetic)/dt = sum of T theta_s' / n and of what meshes, dampers, weight, friction put in.
-
-    v . (M a + bias) is the rate of v . M v / 2. A motor turns its sun n times as fast as the link,
-    and by the mesh displacements; its torque reaches a mesh row of the force as T / (n r_s).
-    """
-    terms = outside_powers(arm, motion)
-    for number, joint in geared(arm):
-        radius, ratio = sun_of(joint)
-        motor = motion.torques[number] / ratio * sun_advance(motion.layout, number) / radius
-        rows = [k for k, c in enumerate(motion.layout.coordinates) if moves(c, number)]
-        terms += [*((motion.force - motor) * motion.v)[rows]]
-    size = np.abs(motion.v) @ motion.summed + np.abs(terms).sum()
-    return float(motion.v @ motion.inertial - np.sum(terms)), float(size)
 
 
 def outside_powers(arm: Arm, motion: ForcedState) -> list[float]:
@@ -176,9 +174,8 @@ def moves(coordinate: Coordinate, joint: int) -> bool:
 
 def sun_of(joint: Planetary) -> tuple[float, float]:
     """(base radius of the sun [m], speed ratio) from the joint's own numbers."""
-    return base_radius(joint, joint.sun_teeth), (
-        joint.sun_teeth + joint.ring_teeth
-    ) / joint.sun_teeth
+    ratio = (joint.sun_teeth + joint.ring_teeth) / joint.sun_teeth
+    return base_radius(joint, joint.sun_teeth), ratio
 
 
 def bias_follows(
@@ -187,15 +184,10 @@ def bias_follows(
     """Bias against what Christoffel's symbols make of the model's own M, both (count, n)."""
     if not usable(mass[0]):
         return failed(about, "the mass matrix has a diagonal that is not positive")
-    size = component_sizes(bias, natural_sizes("bias", bias, mass[0], setting))
+    size = states.component_sizes(bias, states.natural_sizes("bias", bias, mass[0], setting))
     measured = float((np.abs(bias - christoffel) / size).max())
-    return checked(
-        about,
-        measured=measured,
-        tolerance=LOOSEST,
-        basis=f"{LOOSEST:g}, as for state checks: differences of M that are exact but for rounding",
-        relative=measured,
-    )
+    basis = f"{LOOSEST:g}, as for state checks: differences of M that are exact but for rounding"
+    return checked(about, measured=measured, tolerance=LOOSEST, basis=basis, relative=measured)
 
 
 def is_inertia(about: About, mass: np.ndarray) -> Finding:

@@ -1,20 +1,38 @@
-"""Mesh modes: the frequencies at which the teeth ring."""
+"""Modes of the teeth, and poles of an arm with its teeth in contact, against other models."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
 
 from crosscheck.checks.scales import base_radius
 from crosscheck.findings import About, Finding, checked
-from crosscheck.models.arm.arm import Planetary
-from crosscheck.models.arm.stiffness import SquareStiffness, StiffnessLaw, TableStiffness
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.meshes import with_meshes
+from crosscheck.models.arm.stiffness import (
+    SineStiffness,
+    SquareStiffness,
+    StiffnessLaw,
+    TableStiffness,
+)
 
 TOLERANCE = 1e-6
 BASIS = "1e-6: engines linearise by finite differences of forces of 1e4 N at 1e-7 relative steps"
 # A carrier is locked by a link this many times heavier: the modes move by about its inverse.
 LOCK = 1e9
+POLE_TOLERANCE, SAFETY = 1e-7, 3.0
+MEANINGFUL = 1e-5  # what no slip of a formula is below
+# Of a step by poles: the method's polynomial, how far it may be from zero in units of the fastest
+# pole, and how closely it is looked for.
+STABILITY = np.array([1 / 24, 1 / 6, 1 / 2, 1.0, 1.0])
+REACH, STEPS, OTHER_POSES = 3.0, 2000, 1.5
+SLOW = 1e-3  # of the fastest pole: slower ones are known to that share of its rounding
+POLE_BASIS = (
+    "1e-7: differences over 1e-4 rad leave 2e-9 of a weight's slope, roundings 1e-9 of a mesh's"
+)
 
 
 def modes_among(about: About, few: np.ndarray, many: np.ndarray) -> Finding:
@@ -24,13 +42,9 @@ def modes_among(about: About, few: np.ndarray, many: np.ndarray) -> Finding:
     else:
         distance = np.abs(few[:, None] - many[None, :]).min(axis=1) / few
     measured = float(distance.max())
+    note = "modes [Hz]: " + ", ".join(f"{mode:.2f}" for mode in few)
     return checked(
-        about,
-        measured=measured,
-        tolerance=TOLERANCE,
-        basis=BASIS,
-        relative=measured,
-        note="modes [Hz]: " + ", ".join(f"{mode:.2f}" for mode in few),
+        about, measured=measured, tolerance=TOLERANCE, basis=BASIS, relative=measured, note=note
     )
 
 
@@ -86,3 +100,70 @@ def equivalent_mass(joint: Planetary, gear: Literal["sun", "planet"]) -> float:
     inertia = joint.sun_inertia_kg_m2 if sun else joint.planet_inertia_kg_m2
     teeth = joint.sun_teeth if sun else joint.planet_teeth
     return mass if mass is not None else (inertia or 0.0) / base_radius(joint, teeth) ** 2
+
+
+def linear_teeth(arm: Arm, stiffness: Callable[[StiffnessLaw], float] = mean_stiffness) -> Arm:
+    """The arm with teeth that never part, without errors, at a stiffness [N/m] of each law."""
+
+    def linear(mesh: Mesh) -> Mesh:
+        laws = mesh.stiffness
+        constant = tuple(map(held, laws)) if isinstance(laws, tuple) else held(laws)
+        clean = {"backlash_m": 0.0, "tooth_error_m": 0.0, "static_error_m": 0.0}
+        return mesh.model_copy(update={"stiffness": constant, **clean})
+
+    def held(law: StiffnessLaw) -> SineStiffness:
+        mean = stiffness(law)  # of a law within its range it may be beyond that of a mean
+        return SineStiffness.model_construct(law="sine", mean_N_per_m=mean, amplitude_N_per_m=0.0)
+
+    return with_meshes(arm, linear)
+
+
+def poles_follow(about: About, poles: np.ndarray, mass: np.ndarray, slopes: np.ndarray) -> Finding:
+    """Poles [1/s], (2 n,), must be those of M (n, n) and the force's slopes by q and v.
+
+    Each is held against the nearest of the others, both ways. slopes (2, n, 2 n): over differences
+    of one size and of twice that; what this moves the poles is what rounding and curvature do.
+    """
+    expected, again = (_poles(mass, each) for each in slopes)
+    measured, moved = (_distance(found, expected) for found in (poles, again))
+    tolerance = POLE_TOLERANCE + SAFETY * moved
+    return checked(
+        about,
+        measured=measured,
+        tolerance=tolerance,
+        basis=f"{POLE_BASIS}; and {SAFETY:g} x {moved:.1g}, which twice the differences move them",
+        resolved=tolerance <= MEANINGFUL,
+        relative=measured,
+    )
+
+
+def step_follows(about: About, limit: np.ndarray, mass: np.ndarray, slopes: np.ndarray) -> Finding:
+    """A model's largest stable step [s], (), against that of Runge and Kutta's method at its poles.
+
+    mass, slopes: of one pose with the teeth at their largest stiffness, as in poles_follow.
+    """
+    poles = _poles(mass, slopes[0])
+    # The first step at which |1 + z + ... + z^4 / 24| > 1, z = h p, of any mode. The method must
+    # follow a growing mode's frequency too, so its growth alone is left out.
+    own = np.minimum(poles.real, 0.0) + 1j * poles.imag
+    steps = np.linspace(0.0, REACH / np.abs(own).max(), STEPS)[1:]
+    grows = (np.abs(np.polyval(STABILITY, np.outer(steps, own))) > 1 + 1e-6).any(axis=1)
+    limit_s, expected = float(limit), float(steps[np.argmax(grows)] if grows.any() else steps[-1])
+    measured = max(limit_s / expected, expected / limit_s)
+    basis = f"{OTHER_POSES:g}: other poses, and bounds of a stiffness that overshoots"
+    note = f"{limit_s:.4g} s, by the poles {expected:.4g} s"
+    return checked(about, measured=measured, tolerance=OTHER_POSES, basis=basis, note=note)
+
+
+def _poles(mass: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    n = len(mass)
+    return np.linalg.eigvals(np.vstack([np.eye(n, 2 * n, n), np.linalg.solve(mass, slopes)]))
+
+
+def _distance(poles: np.ndarray, expected: np.ndarray) -> float:
+    """Of a pole to the nearest of the others, over its size, at most."""
+    apart = np.abs(poles[:, None] - expected[None, :])
+    size = np.maximum(np.abs(expected), SLOW * np.abs(expected).max())
+    with np.errstate(divide="ignore", invalid="ignore"):  # a system without a motion has no poles
+        relative = apart / size
+    return max(float(relative.min(axis=side).max()) for side in (0, 1))

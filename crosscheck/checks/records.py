@@ -1,4 +1,4 @@
-"""Whether a run recorded all that its experiment asks for."""
+"""Whether a run recorded all that its experiment asks for, and what follows from its own states."""
 
 from __future__ import annotations
 
@@ -7,19 +7,30 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crosscheck.models.arm.arm import Arm
+from crosscheck.checks.invariants import sun_advance, sun_of, torques_at
+from crosscheck.checks.scales import EPS, gear_arc, geared, largest_stiffness
+from crosscheck.models.arm.layout import MESHES, Layout
+from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded_times
 
 if TYPE_CHECKING:
     import xarray as xr
 
-
 RIGID = ("theta", "theta_dot", "theta_ddot", "torque", "kinetic_energy")
 BY_PLANET = ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr")
 GEARED = (*RIGID, *BY_PLANET)
 BY_JOINT = ("theta", "theta_dot", "theta_ddot", "torque")
 SAME_TIME_S = 1e-10  # k h and 2 k (h / 2) are the same time
+TIMES = 20
+FORCES, TEETH = ("F_sp", "F_pr"), "the teeth's force F_sp, F_pr"
+# The record's own numbers, worked out once more, a few hundred operations apart; where a solver
+# closes joints by iteration, to some 1e-14 m, meshes of 1e8 N/m feel the rest as 1e-6 N of 100 N.
+TOLERANCE, TOLERANCE_OF_CONSTRAINTS = 1e-9, 1e-8
+# Lumped coordinates say all of a state only while the planets of a stage move alike: so many
+# roundings of the arcs that displacements are read from, and such a part of the largest rate.
+ALIKE_ROUNDINGS, ALIKE_RATES = 1000, 1e-9
 
 
 class Incomplete(ValueError):
@@ -48,22 +59,24 @@ def _missing(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Iterato
     """What is not as it must be, the gravest first."""
     yield from (f"the run has no {name}" for name in ("time", "joint") if name not in run.coords)
     yield from (f"the run has no {name}" for name in variables if name not in run)
-    yield from _off_grid(run, case)
-    yield from _other_labels(run, "joint", len(case.arm.joints))
-    if "x_sp" in variables:
-        planets = max(joint.planet_count for joint in case.arm.joints)
-        yield from _other_labels(run, "planet", planets)
-    yield from (_misshapen(run, name) for name in variables if _misshapen(run, name))
-    for name in variables:
-        yield from _not_finite(run, name, case.arm)
-
-
-def _off_grid(run: xr.Dataset, case: Case) -> Iterator[str]:
     expected, time = recorded_times(case.scenario), run["time"].values
     if len(time) != len(expected):
         yield f"the run has {len(time)} times, the scenario asks for {len(expected)}"
     elif time.dtype != np.float64 or not (np.abs(time - expected) <= SAME_TIME_S).all():
         yield "the run's times are not those that the scenario asks for"
+    yield from _other_labels(run, "joint", len(case.arm.joints))
+    if "x_sp" in variables:
+        planets = max(joint.planet_count for joint in case.arm.joints)
+        yield from _other_labels(run, "planet", planets)
+    yield from (_misshapen(run, name) for name in variables if _misshapen(run, name))
+    counts = np.array([[joint.planet_count] for joint in case.arm.joints])
+    for name in variables:
+        known = np.isfinite(run[name].values)
+        own = np.arange(known.shape[2]) < counts if name in BY_PLANET else True
+        wrong = known != own
+        if wrong.any():
+            first = time[np.argwhere(wrong)[0, 0]]
+            yield f"{name} is not finite at t = {first:.6g} s"
 
 
 def _other_labels(run: xr.Dataset, name: str, count: int) -> Iterator[str]:
@@ -84,14 +97,143 @@ def _misshapen(run: xr.Dataset, name: str) -> str:
     return ""
 
 
-def _not_finite(run: xr.Dataset, name: str, arm: Arm) -> Iterator[str]:
-    values = run[name].values
-    if name not in BY_PLANET:
-        wrong = ~np.isfinite(values)
-    else:
-        planets = [joint.planet_count for joint in arm.joints]
-        own = np.arange(values.shape[2]) < np.array(planets)[:, None]
-        wrong = np.isfinite(values) != own
-    if wrong.any():
-        first = run["time"].values[np.argwhere(wrong)[0, 0]]
-        yield f"{name} is not finite at t = {first:.6g} s"
+class Inconsistent(ValueError):
+    """A run whose accelerations, torques, forces or energies are not those of its own states."""
+
+
+def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> None:
+    """Raise Inconsistent unless the model's own functions give what its run recorded.
+
+    At some twenty of its times, the first among them: theta_ddot, torque, kinetic_energy, F_sp and
+    F_pr from theta, theta_dot and the mesh displacements and their rates. constrained: whether the
+    model closes its joints by constraint equations.
+    """
+    tolerance = TOLERANCE_OF_CONSTRAINTS if constrained else TOLERANCE
+    at = np.unique(np.linspace(0, run.sizes["time"] - 1, TIMES).round().astype(int))
+    if not model.layout.free:
+        at = at[_planets_move_alike(run, at, model)]
+    q, v = (_states(run, model.layout, suffix) for suffix in ("", "_dot"))
+    times = run["time"].values
+    again = [_worked_out(model, float(times[k]), q[k], v[k]) for k in at]
+    for name, size in _sizes(run, model, q[0]).items():
+        recorded = _recorded(run, at, name, model)
+        apart = float(np.abs(recorded - np.array([values[name] for values in again])).max())
+        if not apart <= tolerance * size:
+            units = run[name].attrs.get("units", "") if name in run else "N"
+            off = f"{apart:.3g} of {size:.3g} {units}"
+            raise Inconsistent(f"{name} does not follow from the recorded states: off by {off}")
+
+
+def _recorded(run: xr.Dataset, at: np.ndarray, name: str, model: Model) -> np.ndarray:
+    """A variable at these records; of the teeth what their forces do to the coordinates.
+
+    Per planet: by the virtual work of F_sp and F_pr, shape (records, displacements).
+    """
+    if name != TEETH:
+        return np.asarray(run[name].values[at])
+    layout, on_coordinates = model.layout, np.zeros((at.size, len(model.layout)))
+    for mesh, force in zip(MESHES, FORCES, strict=True):
+        values = run[force].values[at]
+        for number, joint in geared(model.arm):
+            for planet in range(joint.planet_count):
+                row = layout.displacement(mesh, number, planet)
+                on_coordinates -= row * values[:, number, planet, None]
+    return on_coordinates[:, ~layout.angular] / _planets_together(model)
+
+
+def _planets_together(model: Model) -> np.ndarray:
+    """How many planets each displacement is of, shape (displacements,)."""
+    planets = [joint.planet_count for joint in model.arm.joints]
+    moving = [c for c in model.layout.coordinates if not c.is_angle]
+    return np.array([1 if model.layout.free else planets[c.joint - 1] for c in moving])
+
+
+def _sizes(run: xr.Dataset, model: Model, q: np.ndarray) -> dict[str, float]:
+    """What each variable's difference is measured against.
+
+    A force in free play is the rest of what the motor and the bodies' inertia leave of each other,
+    and near contact it is rounding of the arcs from which displacements are read; an acceleration
+    is what forces of that size do to the links.
+    """
+    sizes = {name: _largest(run[name]) for name in ("theta_ddot", "torque", "kinetic_energy")}
+    if not model.layout.meshing:
+        return sizes
+    joints = [joint for _, joint in geared(model.arm)]
+    suns = [sun_of(joint) for joint in joints]
+    motor = max(sizes["torque"] / (radius * ratio) for radius, ratio in suns)
+    arc = 2 * gear_arc(model.arm) * (1 + _largest(run["theta"]))
+    force = motor + EPS * arc * largest_stiffness(model.arm) / TOLERANCE
+    teeth = max(_largest(run[name]) for name in FORCES) + force
+    teeth *= max(joint.planet_count for joint in joints) if model.layout.free else 1
+    sizes |= {TEETH: teeth}
+    lever = max(
+        radius * ratio * j.planet_count for (radius, ratio), j in zip(suns, joints, strict=True)
+    )
+    inertia = np.diag(model.mass_matrix(q))[model.layout.theta].min()
+    moved = teeth * lever / inertia
+    return sizes | {"theta_ddot": sizes["theta_ddot"] + moved}
+
+
+def _largest(values: xr.DataArray) -> float:
+    return float(np.nanmax(np.abs(values.values)))
+
+
+def _planets_move_alike(run: xr.Dataset, at: np.ndarray, model: Model) -> np.ndarray:
+    """Whether they do at each of these records, shape (records,)."""
+    alike = np.ones(at.size, dtype=bool)
+    arcs = gear_arc(model.arm) * (1 + _largest(run["theta"]))
+    for mesh in MESHES if model.layout.meshing else ():
+        rates = ALIKE_RATES * _largest(run[f"{mesh}_dot"])
+        for name, limit in ((mesh, ALIKE_ROUNDINGS * EPS * arcs), (f"{mesh}_dot", rates)):
+            values = run[name].values[at][:, model.layout.meshing]
+            apart = np.nanmax(values, axis=2) - np.nanmin(values, axis=2)
+            alike &= ~(apart.max(axis=1) > limit)
+    return alike
+
+
+def _states(run: xr.Dataset, layout: Layout, suffix: str) -> np.ndarray:
+    """q, or with ``_dot`` v, shape (times, n), in a model's coordinates; lumped, of planet 1."""
+    states = np.empty((run.sizes["time"], len(layout)))
+    states[:, layout.theta] = run[f"theta{suffix}"].values
+    if not layout.meshing:
+        return states
+    x_sp, x_pr = (run[f"{mesh}{suffix}"].values for mesh in MESHES)
+    for place, coordinate in enumerate(layout.coordinates):
+        joint, planet = coordinate.joint - 1, max(coordinate.planet - 1, 0)
+        if coordinate.meaning == "x_s":
+            states[:, place] = x_sp[:, joint, 0] + x_pr[:, joint, 0]
+        elif not coordinate.is_angle:
+            values = x_sp if coordinate.meaning == "x_sp" else x_pr
+            states[:, place] = values[:, joint, planet]
+    return states
+
+
+def _worked_out(
+    model: Model, t: float, q: np.ndarray, v: np.ndarray
+) -> dict[str, np.ndarray | float]:
+    """Variables, per joint, per geared joint or one of all, from the model's functions."""
+    layout = model.layout
+    drive = drive_data(model.scenario, len(model.arm.joints))
+    torque = torques_at(drive, t, q[layout.theta], v[layout.theta])
+    values: dict[str, np.ndarray | float] = {
+        "theta_ddot": model.acceleration(t, q, v)[layout.theta],
+        "torque": torque,
+        "kinetic_energy": float(v @ model.mass_matrix(q) @ v / 2),
+    }
+    if layout.meshing:
+        # With meshes that do not slide no damper acts, and what is left are motor and springs.
+        force = model.generalized_force(t, q, np.where(layout.angular, v, 0.0))
+        values[TEETH] = _on_displacements(model, force, torque)
+    return values
+
+
+def _on_displacements(model: Model, force: np.ndarray, torque: np.ndarray) -> np.ndarray:
+    """What the teeth alone do to the displacements, per planet [N], shape (displacements,).
+
+    The motor turns the sun, by x_sp + x_pr of any planet (Eq. 22).
+    """
+    layout, left = model.layout, force.copy()
+    for number, joint in geared(model.arm):
+        radius, ratio = sun_of(joint)
+        left -= torque[number] / (radius * ratio) * sun_advance(layout, number)
+    return left[~layout.angular] / _planets_together(model)

@@ -50,7 +50,7 @@ def gear_arc(arm: Arm) -> float:
 
 def largest_stiffness(arm: Arm) -> float:
     """Of any mesh at any phase, at most [N/m]."""
-    return max((largest(mesh) for _, joint in geared(arm) for mesh in meshes(joint)), default=0.0)
+    return max((_largest(joint) for _, joint in geared(arm)), default=0.0)
 
 
 def meshes(joint: Planetary) -> list[PlanetMesh]:
@@ -59,9 +59,9 @@ def meshes(joint: Planetary) -> list[PlanetMesh]:
     return [side.of_planet(planet) for planet in planets for side in sides]
 
 
-def largest(mesh: PlanetMesh) -> float:
-    """A bound of its stiffness [N/m]."""
-    return largest_of(mesh.stiffness)
+def _largest(joint: Planetary) -> float:
+    """A bound of the stiffness of its stiffest mesh [N/m]."""
+    return max(largest_of(mesh.stiffness) for mesh in meshes(joint))
 
 
 def largest_of(law: StiffnessLaw) -> float:
@@ -106,7 +106,7 @@ def travels(arm: Arm, scenario: Scenario) -> Iterator[tuple[Planetary, float]]:
     for number, joint in geared(arm):
         ratio = joint.ring_teeth / joint.sun_teeth + 1
         force = torques[number] / (ratio * base_radius(joint, joint.sun_teeth))
-        stiffness = joint.planet_count * max(largest(mesh) for mesh in meshes(joint))
+        stiffness = joint.planet_count * _largest(joint)
         play = max(mesh.backlash_m for mesh in meshes(joint))
         yield joint, max(play, force / stiffness)
 
@@ -121,12 +121,8 @@ def meaningful(quantity: str, arm: Arm, scenario: Scenario, size: float) -> Reas
     if quantity in ("x_sp", "x_pr"):
         travel = min(travel for _, travel in travels(arm, scenario))
         return ReasonedLimit(OF_TRAVEL * travel, f"a hundredth of a mesh's travel, {travel:.2g} m")
-    if quantity == "theta":
-        return _meaningful_angle(arm, scenario)
-    return ReasonedLimit(OF_SIZE * size, f"a hundredth of its largest value, {size:.3g}")
-
-
-def _meaningful_angle(arm: Arm, scenario: Scenario) -> ReasonedLimit:
+    if quantity != "theta":
+        return ReasonedLimit(OF_SIZE * size, f"a hundredth of its largest value, {size:.3g}")
     lost = [
         2 * travel / base_radius(joint, joint.sun_teeth + joint.planet_teeth)
         for joint, travel in travels(arm, scenario)
@@ -134,9 +130,8 @@ def _meaningful_angle(arm: Arm, scenario: Scenario) -> ReasonedLimit:
     if not lost:
         return ReasonedLimit(WITHOUT_GEARS_RAD, "a millionth of a radian")
     least = min(lost)
-    return ReasonedLimit(
-        OF_LOST_MOTION * least, f"a thousandth of a joint's lost motion, {least:.2g} rad"
-    )
+    basis = f"a thousandth of a joint's lost motion, {least:.2g} rad"
+    return ReasonedLimit(OF_LOST_MOTION * least, basis)
 
 
 def rounding(arm: Arm) -> float:

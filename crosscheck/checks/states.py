@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.answers import States
-from crosscheck.checks.scales import gear_arc
+from crosscheck.checks.scales import ReasonedLimit, gear_arc
 from crosscheck.findings import About, Finding, checked, failed, measured_only
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
@@ -31,19 +31,6 @@ class Setting(NamedTuple):
 Judge = Callable[[About, np.ndarray, np.ndarray, np.ndarray | None, Setting], Finding]
 
 
-class DifferenceScale(NamedTuple):
-    """What a difference is measured against.
-
-    natural: sizes (n,) of components that vanish; least: (n,), no component's size is smaller;
-    tolerance: relative, and its basis.
-    """
-
-    natural: np.ndarray
-    least: np.ndarray
-    tolerance: float
-    basis: str
-
-
 def compare_values(
     about: About, one: np.ndarray, other: np.ndarray, inertia: np.ndarray | None, setting: Setting
 ) -> Finding:
@@ -54,11 +41,11 @@ def compare_values(
     """
     if inertia is None:
         return failed(about, "no size to measure against: neither model has a usable mass matrix")
-    scale = _scale(about.key.quantity, one, inertia, setting)
-    measured = relative_difference(one, other, about.key.quantity, scale)
-    return checked(
-        about, measured=measured, tolerance=scale.tolerance, basis=scale.basis, relative=measured
-    )
+    tolerance, basis = _tolerance(about.key.quantity, inertia, setting)
+    size = _sizes(about.key.quantity, one, inertia, setting, tolerance)
+    with np.errstate(divide="ignore", invalid="ignore"):  # a size of 0 gives no number, so no check
+        measured = float((np.abs(one - other) / size).max())
+    return checked(about, measured=measured, tolerance=tolerance, basis=basis, relative=measured)
 
 
 def measure_values(
@@ -76,22 +63,6 @@ def usable(mass: np.ndarray) -> bool:
     return bool((np.diag(mass) > 0).all())
 
 
-def relative_difference(
-    one: np.ndarray, other: np.ndarray, quantity: str, scale: DifferenceScale
-) -> float:
-    """Largest difference, component by component, over that component's size.
-
-    Arrays (count, n) or, for mass matrices, (count, n, n), where M_ij's size is sqrt(M_ii M_jj).
-    """
-    if quantity == "mass_matrix":
-        diagonal = np.sqrt(np.abs(np.einsum("kii->ki", one)))
-        size = diagonal[:, :, None] * diagonal[:, None, :]
-    else:
-        size = np.maximum(component_sizes(one, scale.natural), scale.least)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a size of 0 gives no number, so no check
-        return float((np.abs(one - other) / size).max())
-
-
 def component_sizes(values: np.ndarray, natural: np.ndarray) -> np.ndarray:
     """Root mean square of each component, (n,), of values (count, n).
 
@@ -105,7 +76,7 @@ def component_sizes(values: np.ndarray, natural: np.ndarray) -> np.ndarray:
 def natural_sizes(
     quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Setting
 ) -> np.ndarray:
-    """What the arm's inertia and motion make of each component, (n,), or for M of its diagonal.
+    """What the arm's inertia and motion make of each component, (n,).
 
     With m the diagonal of M and w the joint rates: a centrifugal force is of size sqrt(m_i m) w^2,
     m the largest of the joints'; a force of size sqrt(m_i) and an acceleration of 1 / sqrt(m_i)
@@ -113,7 +84,7 @@ def natural_sizes(
     """
     diagonal = np.diag(inertia)
     angular = setting.layout.angular
-    if quantity in ("mass_matrix", "bias"):
+    if quantity == "bias":
         rates = setting.states.v[:, angular]
         return np.sqrt(diagonal * diagonal[angular].max()) * float((rates**2).mean())
     weight = np.sqrt(diagonal) if quantity == "generalized_force" else 1 / np.sqrt(diagonal)
@@ -121,45 +92,40 @@ def natural_sizes(
     return weight * (shared or 1.0)
 
 
-def _scale(
-    quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Setting
-) -> DifferenceScale:
-    conditioning, reason = 1.0, "1"
+def _sizes(
+    quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Setting, tolerance: float
+) -> np.ndarray:
+    """What differences of values are measured against, (n,); of M_ij sqrt(M_ii M_jj)."""
+    if quantity == "mass_matrix":
+        diagonal = np.sqrt(np.abs(np.einsum("kii->ki", values)))
+        return diagonal[:, :, None] * diagonal[:, None, :]
+    size = component_sizes(values, natural_sizes(quantity, values, inertia, setting))
+    if quantity != "generalized_force":
+        return size
+    # Mesh forces do no work on the joint angles. In a model that lets them act on bodies their
+    # moments cancel there, and leave roundings of their size, however small the motors' torques.
+    angular = setting.layout.angular
+    forces = np.sqrt((values[:, ~angular] ** 2).mean(axis=0)).max(initial=0.0)
+    cancelling = np.where(angular, forces * gear_arc(setting.arm), 0.0)
+    return np.maximum(size, cancelling * ROUNDINGS * EPS / tolerance)
+
+
+def _tolerance(quantity: str, inertia: np.ndarray, setting: Setting) -> ReasonedLimit:
+    """Relative, of a quantity: rounding times how badly conditioned it is."""
+    conditioning, reason, angular = 1.0, "1", setting.layout.angular
     if quantity in ("generalized_force", "acceleration"):
-        conditioning = _play_conditioning(setting)
+        if not angular.all():
+            # A mesh displacement is a small difference of large arcs, in a model that turns gears.
+            q = setting.states.q
+            arcs = gear_arc(setting.arm) * np.abs(q[:, angular]).max()
+            conditioning = float(arcs / np.sqrt((q[:, ~angular] ** 2).mean()))
         reason = f"{conditioning:.0f} (arcs of the gears against the play between their teeth)"
     if quantity == "acceleration":
         inverse = float(np.linalg.cond(scaled(inertia)))
         conditioning *= inverse
         reason += f" x {inverse:.0f} (scaled mass matrix)"
-    tolerance = min(LOOSEST, ROUNDINGS * EPS * conditioning)
     basis = f"{ROUNDINGS} eps x conditioning {reason}, at most {LOOSEST:g}"
-    least = np.zeros(len(inertia))
-    if quantity == "generalized_force":
-        least = _cancelling(values, setting) * ROUNDINGS * EPS / tolerance
-    return DifferenceScale(
-        natural_sizes(quantity, values, inertia, setting), least, tolerance, basis
-    )
-
-
-def _cancelling(values: np.ndarray, setting: Setting) -> np.ndarray:
-    """Of each component of a generalized force, (n,), what cancels in it.
-
-    Mesh forces do no work on the joint angles. In a model that lets them act on bodies their
-    moments cancel there, and leave roundings of their own size, however small the motors' torques.
-    """
-    angular = setting.layout.angular
-    forces = np.sqrt((values[:, ~angular] ** 2).mean(axis=0)).max(initial=0.0)
-    return np.where(angular, forces * gear_arc(setting.arm), 0.0)
-
-
-def _play_conditioning(setting: Setting) -> float:
-    """A mesh displacement is a small difference of large arcs, in a model that turns its gears."""
-    angular = setting.layout.angular
-    if angular.all():
-        return 1.0
-    arcs = gear_arc(setting.arm) * np.abs(setting.states.q[:, angular]).max()
-    return float(arcs / np.sqrt((setting.states.q[:, ~angular] ** 2).mean()))
+    return ReasonedLimit(min(LOOSEST, ROUNDINGS * EPS * conditioning), basis)
 
 
 def scaled(inertia: np.ndarray) -> np.ndarray:

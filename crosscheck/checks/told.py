@@ -6,14 +6,7 @@ import numpy as np
 
 from crosscheck.checks.answers import States
 from crosscheck.checks.energy import springs_at
-from crosscheck.checks.first_principles.composite import (
-    Content,
-    base_radius,
-    inertia,
-    parts_of,
-    posed,
-    weight,
-)
+from crosscheck.checks.first_principles import composite
 from crosscheck.checks.invariants import sun_advance, sun_of
 from crosscheck.checks.modes import equivalent_mass, mean_stiffness
 from crosscheck.checks.scales import geared
@@ -33,17 +26,17 @@ from crosscheck.models.loading import Case
 
 
 def inertia_as_told(
-    about: About, mass: np.ndarray, setting: Setting, content: Content, level: str
+    about: About, mass: np.ndarray, setting: Setting, content: composite.Content, level: str
 ) -> Finding:
     """M (count, n, n) against the parallel axis theorem, every joint rolling and locked.
 
     level: of a rigid model; of a geared one "", which has the joints locked too.
     """
-    parts, ways = parts_of(content, level or "coupled"), _ways(setting.layout, content)
+    parts, ways = composite.parts_of(content, level or "coupled"), _ways(setting.layout, content)
     found = []
     for q, own in zip(setting.states.q, mass, strict=True):
-        pose = posed(content, q[setting.layout.theta])
-        expected = inertia(parts, pose, locked=not level)
+        pose = composite.posed(content, q[setting.layout.theta])
+        expected = composite.inertia(parts, pose, locked=not level)
         given = ways[: len(expected)]
         size = np.sqrt(np.einsum("ki,ij,kj->k", abs(given), abs(own), abs(given)))
         apart = np.abs(given @ own @ given.T - expected)
@@ -56,7 +49,7 @@ def inertia_as_told(
     )
 
 
-def _ways(layout: Layout, content: Content) -> np.ndarray:
+def _ways(layout: Layout, content: composite.Content) -> np.ndarray:
     """Motions (2 joints, n): every joint with its teeth at rest, then with its gears as one body.
 
     Gears that turn as one body carry the planets along the ring: x_pr changes by -r_r.
@@ -67,7 +60,7 @@ def _ways(layout: Layout, content: Content) -> np.ndarray:
     for place, coordinate in enumerate(layout.coordinates):
         if coordinate.meaning in ("x_pr", "x_s"):
             joint = joints[coordinate.joint - 1]
-            locked[coordinate.joint - 1, place] = -base_radius(joint, joint["ring_teeth"])
+            locked[coordinate.joint - 1, place] = -composite.base_radius(joint, joint["ring_teeth"])
     return np.vstack([rolling, locked])
 
 
@@ -77,7 +70,7 @@ def force_as_told(
     mass: np.ndarray,
     setting: Setting,
     case: Case,
-    content: Content,
+    content: composite.Content,
     level: str,
 ) -> Finding:
     """Force (count, n): drive, friction, weight of all that each joint carries, and the teeth.
@@ -86,13 +79,13 @@ def force_as_told(
     joint, and a motor turns the link alone. level: of a rigid model, or "".
     """
     layout, scenario = setting.layout, case.scenario
-    parts = parts_of(content, level or "coupled")
+    parts = composite.parts_of(content, level or "coupled")
     friction = np.array([float(j.get("friction_N_m_s_per_rad", 0.0)) for j in content["joints"]])
     expected = np.zeros_like(force)
     for row, (t, q, v) in enumerate(zip(*setting.states, strict=True)):
         theta, rates = q[layout.theta], v[layout.theta]
         torques = drive_torques(scenario, t, theta, rates)
-        pulled = weight(parts, posed(content, theta), content)
+        pulled = composite.weight(parts, composite.posed(content, theta), content)
         expected[row, layout.theta] = torques + pulled - friction * rates
         for number, joint in geared(setting.arm) if layout.meshing else ():
             radius, ratio = sun_of(joint)

@@ -126,14 +126,13 @@ def at_time(
     widest: ReasonedLimit,
     time_s: float,
 ) -> Finding:
-    """The same comparison at one instant."""
-    return same_step(about, _at(left, time_s), _at(right, time_s), pair, widest)
+    """The same comparison at one instant: of the record there and the one before."""
 
+    def at(run: xr.Dataset) -> xr.Dataset:
+        index = int(np.argmin(np.abs(run["time"].values - time_s)))
+        return run.isel(time=slice(max(index - 1, 0), index + 1))
 
-def _at(run: xr.Dataset, time_s: float) -> xr.Dataset:
-    """The record at one time and the one before, as a run of its own."""
-    index = int(np.argmin(np.abs(run["time"].values - time_s)))
-    return run.isel(time=slice(max(index - 1, 0), index + 1))
+    return same_step(about, at(left), at(right), pair, widest)
 
 
 def refined(
@@ -180,31 +179,26 @@ def rounding_of(run: xr.Dataset, quantity: str) -> float:
 
 def sensitivity(about: About, run: xr.Dataset, nudged: xr.Dataset) -> Finding:
     """How far a run moves when its start is changed by a rounding."""
-    return _measured(about, run, nudged, "every angle and displacement started a rounding away")
+    return deviation(about, nudged, run, "every angle and displacement started a rounding away")
 
 
-def deviation(about: About, left: xr.Dataset, right: xr.Dataset) -> Finding:
+def deviation(about: About, left: xr.Dataset, right: xr.Dataset, basis: str = "") -> Finding:
     """How far two runs are apart that nobody expects to agree; of one joint, where one is named.
 
     Relative to the size of the quantity in the right run.
     """
-    joint = about.key.joint
+    quantity, joint = about.key.quantity, about.key.joint
     if joint is not None:
         left, right = (run.sel(joint=[joint]) for run in (left, right))
-    return _measured(about, right, left, "")
+    measured = largest_difference(right, left, quantity)
+    relative = _relative(measured, right, quantity)
+    return measured_only(about, measured=measured, basis=basis, relative=relative)
 
 
 def tip_deviation(about: About, left: xr.Dataset, right: xr.Dataset, arm: Arm) -> Finding:
     """The same for the tip."""
     one, other = (run.assign(tip=tip_position(run, arm)) for run in (left, right))
     return deviation(about, one, other)
-
-
-def _measured(about: About, run: xr.Dataset, other: xr.Dataset, basis: str) -> Finding:
-    quantity = about.key.quantity
-    measured = largest_difference(run, other, quantity)
-    relative = _relative(measured, run, quantity)
-    return measured_only(about, measured=measured, basis=basis, relative=relative)
 
 
 def tip_position(run: xr.Dataset, arm: Arm) -> xr.DataArray:
@@ -233,13 +227,9 @@ def observed_order(runs: Sequence[xr.Dataset], quantity: str) -> float:
 def formal_order(about: About, runs: Sequence[xr.Dataset], formal: int, quantity: str) -> Finding:
     """In smooth motion the formal order must show."""
     observed = observed_order(runs, quantity)
-    return checked(
-        about,
-        measured=abs(observed - formal),
-        tolerance=ORDER_TOLERANCE,
-        basis="three grids in the asymptotic range",
-        note=f"observed order {observed:.3f} from steps h, h/2, h/4",
-    )
+    apart, basis = abs(observed - formal), "three grids in the asymptotic range"
+    note = f"observed order {observed:.3f} from steps h, h/2, h/4"
+    return checked(about, measured=apart, tolerance=ORDER_TOLERANCE, basis=basis, note=note)
 
 
 def order_through_impacts(about: About, runs: Sequence[xr.Dataset], quantity: str) -> Finding:

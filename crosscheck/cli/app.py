@@ -15,7 +15,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from crosscheck import LARGEST_SEED, __version__
-from crosscheck.cli.surroundings import closing_code, prepare
+from crosscheck.cli.surroundings import closing_code, enough_memory, prepare
 from crosscheck.entry import loaded, unusable
 from crosscheck.runner.interruption import exit_code, farewell, was_stopped
 
@@ -126,8 +126,7 @@ def validate(
         from crosscheck.cli.commands import validate_command, wanted
 
         chosen = wanted(arm, scenario, settings, quick, seed)
-    code = validate_command(chosen, jobs or os.cpu_count() or 1, json_file, junit)
-    raise typer.Exit(code)
+    raise typer.Exit(validate_command(chosen, jobs or os.cpu_count() or 1, json_file, junit))
 
 
 @baseline.command()
@@ -148,10 +147,8 @@ def accept(
     from crosscheck.cli.commands import accept_command, recorded
 
     chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
-    code = accept_command(
-        chosen, folder, jobs or os.cpu_count() or 1, junit, with_differences, made
-    )
-    raise typer.Exit(code)
+    processes = jobs or os.cpu_count() or 1
+    raise typer.Exit(accept_command(chosen, folder, processes, junit, with_differences, made))
 
 
 @baseline.command()
@@ -170,8 +167,8 @@ def check(
 
     chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
     renew = renewal(arm, folder, scenario or [], settings or [], quick, model or "")
-    code = check_command(chosen, folder, jobs or os.cpu_count() or 1, junit, renew, made)
-    raise typer.Exit(code)
+    processes = jobs or os.cpu_count() or 1
+    raise typer.Exit(check_command(chosen, folder, processes, junit, renew, made))
 
 
 @app.command()
@@ -307,18 +304,8 @@ def compare(
     from crosscheck.cli.compare import compare_command
 
     scenarios = [scenario] if scenario is not None else []
-    code = compare_command(
-        record,
-        arm,
-        scenarios=scenarios,
-        settings=settings or [],
-        stated=tolerance or [],
-        topic=topic,
-        joints=joint or [],
-        json_file=json_file,
-        out=out,
-    )
-    raise typer.Exit(code)
+    given = scenarios, settings or [], tolerance or [], topic, joint or []
+    raise typer.Exit(compare_command(record, arm, *given, json_file, out))
 
 
 @app.command()
@@ -378,8 +365,6 @@ def sweep(
     ] = False,
 ) -> None:
     """Run a study, many members of one arm and experiment; write a NetCDF file."""
-    from crosscheck.studies.batches.memory import enough_memory
-
     with enough_memory():
         from crosscheck.cli.studies import sweep_command
 
@@ -397,8 +382,6 @@ def plot(
     ] = None,
 ) -> None:
     """Draw the result of a study: maps, curves and distributions."""
-    from crosscheck.studies.batches.memory import enough_memory
-
     with enough_memory():
         from crosscheck.cli.studies import plot_command
 

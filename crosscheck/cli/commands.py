@@ -16,17 +16,16 @@ from crosscheck.baseline.file import (
     require_replaceable,
     write_baseline,
 )
-from crosscheck.baseline.record import Baseline
 from crosscheck.baseline.reduction import baseline_of, uncompared, unrecorded
 from crosscheck.baseline.regression import compare
+from crosscheck.cli.answer import write_asked
 from crosscheck.kinds import AGREEMENT, JUNIT, PAGE, RECORD
 from crosscheck.models.loading import load_chosen
-from crosscheck.output import require_files, write_files, write_text
+from crosscheck.output import require_files, write_files
 from crosscheck.planning.plan import Wanted
 from crosscheck.report.answers import agreement_json
-from crosscheck.report.changed import print_changed
 from crosscheck.report.junit import junit_xml
-from crosscheck.report.terminal import print_agreement, print_answers
+from crosscheck.report.terminal import print_agreement, print_answers, print_changed
 from crosscheck.report.words import counted, printable
 from crosscheck.run import CrossCheck, Shown, cross_check
 from crosscheck.runner.progress import QUIET_S, shown_progress
@@ -40,8 +39,8 @@ def wanted(
 ) -> Wanted:
     """What a command line asks to be cross-checked. Raises InputError."""
     chosen = load_chosen(arm, scenarios or [], settings or [])
-    laws, told = chosen.switches, chosen.told
-    return Wanted(chosen.arm, quick, seed, chosen.scenarios, laws, told=told)
+    own = chosen.scenarios, chosen.switches
+    return Wanted(chosen.arm, quick, seed, *own, told=chosen.told)
 
 
 def run_command(chosen: Wanted, out: Path, jobs: int) -> int:
@@ -79,10 +78,10 @@ def validate_command(chosen: Wanted, jobs: int, json_file: Path | None, junit: P
     """Cross-check an arm and print the table; returns the exit code. Raises InputError."""
     require_files((json_file, AGREEMENT), (junit, JUNIT))
     agreement = checked_aloud(chosen, jobs).agreement
-    if json_file is not None:
-        write_text(json_file, agreement_json(agreement, chosen.arm))
-    if junit is not None:
-        write_text(junit, junit_xml(agreement, f"crosscheck {chosen.arm.name}"))
+    write_asked(
+        (json_file, lambda: agreement_json(agreement, chosen.arm)),
+        (junit, lambda: junit_xml(agreement, f"crosscheck {chosen.arm.name}")),
+    )
     print_answers(agreement, chosen.arm)
     return agreement.exit_code
 
@@ -119,12 +118,17 @@ def accept_command(
     require_replaceable(path, chosen.arm)
     result = made(chosen, jobs)
     agreement = result.agreement
-    if junit is not None:
-        write_text(junit, junit_xml(agreement, f"crosscheck {chosen.arm.name}"))
+    write_asked((junit, lambda: junit_xml(agreement, f"crosscheck {chosen.arm.name}")))
     print_agreement(agreement)
     if not _may_be_recorded(result, with_differences):
         return agreement.exit_code or 1
-    _record(path, baseline_of(result))
+    baseline = baseline_of(result)
+    write_baseline(path, baseline)
+    for line in uncompared(baseline):
+        print(printable(line))
+    said = [counted(len(baseline.checks), "verdict"), counted(len(baseline.runs), "run")]
+    said += [counted(len(baseline.known), "known difference")] if baseline.known else []
+    print(f"wrote {printable(str(path))}: {', '.join(said)}")
     return 0
 
 
@@ -141,17 +145,6 @@ def _may_be_recorded(result: CrossCheck, with_differences: bool) -> bool:
     told = [counted(len(wrong), "differing check")] + [counted(len(lost), "lost run")] * bool(lost)
     print(f"{', '.join(told)}: nothing recorded (--with-differences records known differences)")
     return False
-
-
-def _record(path: Path, baseline: Baseline) -> None:
-    write_baseline(path, baseline)
-    for line in uncompared(baseline):
-        print(printable(line))
-    verdicts, runs = counted(len(baseline.checks), "verdict"), counted(len(baseline.runs), "run")
-    known = counted(len(baseline.known), "known difference")
-    print(
-        f"wrote {printable(str(path))}: {verdicts}, {runs}{f', {known}' if baseline.known else ''}"
-    )
 
 
 def check_command(
@@ -173,8 +166,7 @@ def check_command(
     baseline = read_baseline(path, chosen, renew)
     again = replace(chosen, seed=baseline.provenance.seed)
     agreement = compare(baseline, made(again, jobs))
-    if junit is not None:
-        write_text(junit, junit_xml(agreement, f"baseline {chosen.arm.name}"))
+    write_asked((junit, lambda: junit_xml(agreement, f"baseline {chosen.arm.name}")))
     print_changed(agreement)
     return agreement.exit_code
 

@@ -20,7 +20,6 @@ PAGE = "compare.html"
 def compare_command(
     record: Path,
     arm: str,
-    *,
     scenarios: list[str],
     settings: list[str],
     stated: list[str],

@@ -34,10 +34,8 @@ def export_command(arm: str, model: str, settings: list[str], out: Path) -> None
     chosen = model_of(arm, model, settings)
     unit = out.suffix == ".fmu"
     require_file(out, FMU_FILE if unit else C_FILE, "--out")
-    text, prefix = (
-        c_text(chosen.term_equations, prefix_of(chosen), about(chosen)),
-        prefix_of(chosen),
-    )
+    prefix = prefix_of(chosen)
+    text = c_text(chosen.term_equations, prefix, about(chosen))
     content = fmu_file(chosen, text, prefix) if unit else text
     write_files({out: content})
     names = ", ".join(chosen.layout.names)
@@ -64,9 +62,8 @@ def _compiled(code: str) -> bytes:
     """The shared library. Raises InputError."""
     compiler = next(filter(None, map(shutil.which, COMPILERS)), None)
     if compiler is None:
-        raise InputError(
-            "--out", "", None, f"an FMU needs a C compiler, one of {', '.join(COMPILERS)}"
-        )
+        reason = f"an FMU needs a C compiler, one of {', '.join(COMPILERS)}"
+        raise InputError("--out", "", None, reason)
     with tempfile.TemporaryDirectory() as folder:
         source, library = Path(folder, "unit.c"), Path(folder, "unit.so")
         source.write_text(code, encoding="utf-8")

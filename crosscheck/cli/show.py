@@ -1,33 +1,39 @@
-"""`crosscheck show`: an arm's values and what follows from them."""
+"""`crosscheck show`: an arm's values and what follows from them, quantity by quantity."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from crosscheck.derived import (
-    DerivedQuantity,
-    derived_arm,
-    derived_experiments,
-    derived_joint,
-    derived_link,
-    derived_mesh,
-    named_meshes,
-)
-from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.analytic.derivation.gears import damping
+from crosscheck.analytic.derivation.stage import equivalent_masses, stage_values
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
+from crosscheck.analytic.paper.mesh_phasing import mesh_phases
+from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
+from crosscheck.checks.first_principles.weights import joint_mass, link_mass
+from crosscheck.checks.scales import largest_weights
+from crosscheck.models.arm.arm import Arm, Direct, Planetary
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
+from crosscheck.models.arm.planets import unlike_fields
 from crosscheck.models.arm.quantities import Data
+from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
-from crosscheck.models.loading import load_arm
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.plan import is_the_papers
-from crosscheck.planning.sizing import sizes_of
+from crosscheck.planning.sizing import Sizes, pd_scenario, sizes_of, step_scenario
 from crosscheck.registry import usable_numbers
 from crosscheck.schema import described
 
 MOST_LISTED = 6  # of a list of numbers
 OF_THE_FILE = ("schema_version", "name", "title")
+RIGID = 1e-3  # of the fastest eigenvalue: slower ones are the arm's own, or their rounding
 
 
 def show_command(name: str) -> None:
@@ -40,25 +46,29 @@ def show_command(name: str) -> None:
 
 
 def _tables(arm: Arm) -> Iterator[Table]:
-    for place in range(len(arm.joints)):
-        yield from _joint_tables(arm, place)
+    """Of each joint, its meshes and the link behind it; of the arm; of its experiments."""
+    for place, joint in enumerate(arm.joints):
+        title = f"joint {place + 1}"
+        yield _table(title, _given(joint))
+        if isinstance(joint, Planetary):
+            for named in named_meshes(joint):
+                given = (*_given(named.mesh.stiffness), *_given(named.mesh))
+                rows = [*given, *derived_mesh(joint, named)]
+                yield _table(f"{title}, {named.title}", rows)
+        yield _table(f"{title}, derived", derived_joint(joint))
+        values = stage_values(joint, arm.links[place])
+        mass, inertia = float(values.m), float(values.I_l)
+        rows = [*_given(arm.links[place]), DerivedQuantity("mass", mass, "kg")]
+        rows.append(DerivedQuantity("inertia about its centre of mass", inertia, "kg m^2"))
+        yield _table(f"link {place + 1}", rows)
     yield _table("arm", [*_given(arm), *derived_arm(arm)])
-    if not is_the_papers(arm):
-        yield _table("experiments of its size", _experiments(arm))
-
-
-def _joint_tables(arm: Arm, place: int) -> Iterator[Table]:
-    """Of a joint, its meshes and the link behind it."""
-    joint, title = arm.joints[place], f"joint {place + 1}"
-    yield _table(title, _given(joint))
-    if isinstance(joint, Planetary):
-        for named in named_meshes(joint):
-            given = (*_given(named.mesh.stiffness), *_given(named.mesh))
-            rows = [*given, *derived_mesh(joint, named)]
-            yield _table(f"{title}, {named.title}", rows)
-    yield _table(f"{title}, derived", derived_joint(joint))
-    rows = [*_given(arm.links[place]), *derived_link(arm, place)]
-    yield _table(f"link {place + 1}", rows)
+    if is_the_papers(arm):
+        return
+    try:
+        rows = list(derived_experiments(sizes_of(arm)))
+    except InputError as error:
+        rows = [DerivedQuantity("none", error.allowed)]
+    yield _table("experiments of its size", rows)
 
 
 def _given(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
@@ -67,13 +77,6 @@ def _given(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
         value = getattr(record, field.name)
         if value is not None and not field.records and field.name not in OF_THE_FILE:
             yield DerivedQuantity(field.name, value, field.unit)
-
-
-def _experiments(arm: Arm) -> list[DerivedQuantity]:
-    try:
-        return list(derived_experiments(sizes_of(arm)))
-    except InputError as error:
-        return [DerivedQuantity("none", error.allowed)]
 
 
 def _table(title: str, rows: Iterator[DerivedQuantity] | list[DerivedQuantity]) -> Table:
@@ -92,3 +95,138 @@ def _shown(value: float | str | tuple[float, ...]) -> str:
         more = f", ... ({len(value)} values)" if len(value) > MOST_LISTED else ""
         return listed + more
     return f"{value:.10g}"
+
+
+class DerivedQuantity(NamedTuple):
+    """A number, or numbers or a word, with what it is and its unit."""
+
+    name: str
+    value: float | str | tuple[float, ...]
+    unit: str = ""
+
+
+class NamedMesh(NamedTuple):
+    """A mesh of a joint: what it is called, in words and as an index, and what moves in it.
+
+    mass: M_s of the sun, or that of all planets, N M_p [kg]; damping: of N planets alike [N s/m];
+    phase: its constant [rad], given or from the teeth.
+    """
+
+    title: str
+    pair: str
+    mesh: PlanetMesh
+    mass: float
+    damping: float
+    phase: float
+
+
+def named_meshes(joint: Planetary) -> Iterator[NamedMesh]:
+    """With the sun, and with the ring: of all planets, or of each where they differ."""
+    sun, planet, _ = equivalent_masses(joint)
+    masses = sun, joint.planet_count * planet
+    alike = next(unlike_fields(joint), None) is None
+    for n in range(1 if alike else joint.planet_count):
+        suffix = "" if alike else f" of planet {n + 1}"
+        d, phases = damping(joint, n), mesh_phases(joint, n)
+        for k, (side, pair) in enumerate((("sun", "sp"), ("ring", "pr"))):
+            mesh = (joint.sun_mesh, joint.ring_mesh)[k].of_planet(n)
+            yield NamedMesh(f"{side} mesh{suffix}", pair, mesh, masses[k], d[k], phases[k])
+
+
+def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[DerivedQuantity]:
+    """Stiffness of one planet's contact, and damping in both forms."""
+    law, pair = named.mesh.stiffness, named.pair
+    mean = mean_stiffness(law)
+    ratio = named.damping / (2 * math.sqrt(joint.planet_count * mean * named.mass))
+    amplitude = np.array([law.amplitude_N_per_m if isinstance(law, SineStiffness) else 0.0])
+    largest = float(peak_stiffness(stiffness_data([law]), np.array([mean]), amplitude)[0])
+    yield DerivedQuantity("mean stiffness, per planet", mean, "N/m")
+    yield DerivedQuantity("largest stiffness, per planet", largest, "N/m")
+    together = f"d_{pair}, damping of x_{pair}, {joint.planet_count} planets alike"
+    yield DerivedQuantity(together, named.damping, "N s/m")
+    yield DerivedQuantity(f"zeta_{pair}, damping ratio of x_{pair}", ratio)
+    if named.mesh.phase_rad is None:
+        yield DerivedQuantity("phase from the teeth", named.phase, "rad")
+
+
+def derived_joint(joint: Planetary | Direct) -> Iterator[DerivedQuantity]:
+    """Of its gears, if it has any, and what a rigid arm has of it."""
+    if isinstance(joint, Planetary):
+        yield from _stage(joint)
+        sun, planet, _ = equivalent_masses(joint)
+        source, radius = "sun and planets", stage_geometry(joint).r_cp
+        reflected = (4 * sun + joint.planet_count * planet) * radius**2
+    else:
+        source, reflected = "the rotor", joint.rotor_inertia_kg_m2
+    yield DerivedQuantity(f"reflected inertia of {source}", reflected, "kg m^2")
+    yield DerivedQuantity("mass at the joint's axis", joint_mass(joint), "kg")
+
+
+def _stage(joint: Planetary) -> Iterator[DerivedQuantity]:
+    """Its geometry and rates; inertias as equivalent masses M and as I = M r^2."""
+    geometry = stage_geometry(joint)
+    yield DerivedQuantity("r_s, base radius of the sun", geometry.r_s, "m")
+    yield DerivedQuantity("r_p, base radius of a planet", geometry.r_p, "m")
+    yield DerivedQuantity("r_c, carrier radius", geometry.r_c, "m")
+    yield DerivedQuantity("r_cp = r_c cos(alpha)", geometry.r_cp, "m")
+    yield DerivedQuantity("n, reduction ratio", geometry.n)
+    cycles = sun_mesh_rate(joint, geometry)
+    yield DerivedQuantity("sun mesh: cycles per turn of the carrier", cycles)
+    for rate in ("eq13", "corrected"):
+        cycles = ring_mesh_rate(joint, geometry, rate)
+        yield DerivedQuantity(f"ring mesh: the same, {rate}", cycles)
+    parts = (("s", "the sun"), ("p", "a planet"), ("c", "the carrier"))
+    radii = geometry.r_s, geometry.r_p, geometry.r_cp
+    masses = equivalent_masses(joint)
+    for (index, part), mass, radius in zip(parts, masses, radii, strict=True):
+        yield DerivedQuantity(f"M_{index}, equivalent mass of {part}", mass, "kg")
+        yield DerivedQuantity(f"I_{index}, inertia of {part}", mass * radius**2, "kg m^2")
+    for part, own, mass in (
+        ("sun", masses[0], joint.sun_mass_kg),
+        ("planet", masses[1], joint.planet_mass_kg),
+    ):
+        if mass:
+            ratio = math.sqrt(own / mass)
+            yield DerivedQuantity(f"{part}: radius of gyration over base radius", ratio)
+
+
+def derived_arm(arm: Arm) -> Iterator[DerivedQuantity]:
+    """Masses and weight; modes with every tooth in contact, arm stretched out, not controlled."""
+    masses = *map(link_mass, arm.links), *map(joint_mass, arm.joints), arm.payload_mass_kg
+    yield DerivedQuantity("total mass", sum(masses), "kg")
+    for number, moment in enumerate(largest_weights(arm), start=1):
+        yield DerivedQuantity(f"joint {number}: largest moment of weight", float(moment), "N m")
+    model = PhysicalModel(arm, load_scenario("constant-torque"))
+    for pole in _mesh_poles(model):
+        yield DerivedQuantity("mesh mode", abs(pole) / (2 * math.pi), "Hz")
+        yield DerivedQuantity("its damping ratio", -pole.real / abs(pole))
+    yield DerivedQuantity("largest stable step of RK4", model.largest_stable_step(), "s")
+
+
+def _mesh_poles(model: PhysicalModel) -> list[complex]:
+    """Eigenvalues [1/s] of the teeth, slowest first: the fastest vibrations, of suns and planets.
+
+    Those damped beyond vibrating, and what the arm's weight lets swing, are not among them.
+    """
+    poles = model.contact_poles()
+    teeth = int((~model.layout.angular).sum())
+    fastest = poles[np.argsort(poles.imag)[poles.size - teeth :]]
+    vibrating = fastest[fastest.imag > RIGID * np.abs(poles).max()]
+    return sorted(map(complex, vibrating), key=abs)
+
+
+def derived_experiments(sizes: Sizes) -> Iterator[DerivedQuantity]:
+    """What a cross-check does to an arm that is not the paper's."""
+    yield DerivedQuantity("rate of the controller", sizes.rate, "rad/s")
+    yield DerivedQuantity("duration of the step of torque", step_scenario(sizes).duration_s, "s")
+    yield DerivedQuantity("duration of the controlled motion", pd_scenario(sizes).duration_s, "s")
+    columns = (
+        ("inertia of the rigid arm, stretched out", sizes.inertia, "kg m^2"),
+        ("step of torque", sizes.step, "N m"),
+        ("proportional gain", sizes.proportional, "N m/rad"),
+        ("derivative gain", sizes.derivative, "N m s/rad"),
+        ("target", sizes.target, "rad"),
+    )
+    for place in range(len(sizes.inertia)):
+        for name, values, unit in columns:
+            yield DerivedQuantity(f"joint {place + 1}: {name}", values[place], unit)

@@ -14,40 +14,22 @@ from crosscheck.models.loading import Case, load_case
 from crosscheck.output import require_file, write_files
 from crosscheck.provenance import provenance
 from crosscheck.registry import build, entry_of, usable_numbers
-from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.outcomes import Failure, OwnKey
 from crosscheck.runner.workers import perform_all
 
 
 @dataclass(frozen=True)
-class Written:
-    """A run as the content of a NetCDF file; how many times it has, theta [rad] at its end."""
-
-    content: bytes
-    times: int
-    theta: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class Request:
+class Request(OwnKey):
     """A run that a user asks for by name; see ``api.simulate``."""
 
     model: str
     case: Case
     force: bool
     rtol: float | None = None
+    cost = 3600.0  # rough seconds; a user may well ask for a run of hours
 
-    @property
-    def key(self) -> Request:
-        """Itself."""
-        return self
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds; a user may well ask for a run of hours."""
-        return 3600.0
-
-    def perform(self) -> Written | InputError | Diverged:
-        """The run as a file, or what is wrong with the request or its run."""
+    def perform(self) -> tuple[bytes, str] | InputError | Diverged:
+        """The content of the run's file and what is said of it; or what is wrong."""
         from crosscheck.api import simulate
         from crosscheck.models.trajectory import netcdf
 
@@ -60,8 +42,8 @@ class Request:
         packages = entry_of(self.model).versioned
         record = provenance(self.case.arm, 0, False, packages=packages)
         run.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
-        final = tuple(map(float, run["theta"].values[-1]))
-        return Written(netcdf(run), run.sizes["time"], final)
+        final = ", ".join(f"{angle:.9g}" for angle in run["theta"].values[-1])
+        return netcdf(run), f"{run.sizes['time']} times, theta at the end {final} rad"
 
 
 def simulate_command(
@@ -86,6 +68,6 @@ def simulate_command(
         raise Unfinished(f"{model}: {written}")
     if isinstance(written, Exception):
         raise written
-    write_files({out: written.content})
-    final = ", ".join(f"{angle:.9g}" for angle in written.theta)
-    print(f"wrote {out}: {written.times} times, theta at the end {final} rad")
+    content, said = written
+    write_files({out: content})
+    print(f"wrote {out}: {said}")

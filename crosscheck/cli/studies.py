@@ -61,31 +61,27 @@ def _print(study: PreparedStudy, out: Path) -> None:
         for column in columns(study):
             if "time" in column.dims or column.name == DIVERGED:
                 continue
-            values = result[column.name].values
-            row = [column.name, column.unit, *_range(values)]
+            known, size = _known(result, column.name), result[column.name].size
+            row = [column.name, column.unit, f"{size - known.size:,} of {size:,}"]
+            if known.size:
+                row += [f"{n:.6g}" for n in (known.min(), np.median(known), known.max())]
+            else:
+                row += [""] * 3
             table.add_row(*map(printable, row), *([_off(result, column.name)] * checked))
         Console().print(table)
 
 
-def _range(values: np.ndarray) -> list[str]:
-    known = values[np.isfinite(values)]
-    undefined = f"{values.size - known.size:,} of {values.size:,}"
-    if not known.size:
-        return [undefined, "", "", ""]
-    return [undefined, *(f"{n:.6g}" for n in (known.min(), np.median(known), known.max()))]
-
-
 def _off(result: xr.Dataset, name: str) -> str:
     """The worst distance, and that over the spread of all members."""
-    worst, relative = (
-        _largest(result, f"{name}_difference{suffix}") for suffix in ("", "_over_spread")
-    )
-    if worst is None:
+    worst = _known(result, f"{name}_difference")
+    relative = _known(result, f"{name}_difference_over_spread")
+    if not worst.size:
         return "undefined"
-    return f"{worst:.2g}" + (f" ({relative:.1g} of the spread)" if relative is not None else "")
+    of_spread = f" ({relative.max():.1g} of the spread)" if relative.size else ""
+    return f"{worst.max():.2g}{of_spread}"
 
 
-def _largest(result: xr.Dataset, name: str) -> float | None:
+def _known(result: xr.Dataset, name: str) -> np.ndarray:
+    """The values of a variable that are defined; none where there is no such variable."""
     values = result[name].values if name in result else np.empty(0)
-    known = values[np.isfinite(values)]
-    return float(known.max()) if known.size else None
+    return values[np.isfinite(values)]

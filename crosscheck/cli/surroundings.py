@@ -1,16 +1,22 @@
-"""What the command line needs around it: streams that take every print, folders for libraries."""
+"""What the command line needs around it: streams that take every print, folders, memory."""
 
 from __future__ import annotations
 
+import errno
 import io
 import os
+import resource
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import forget
 from crosscheck.models.places import home_folder, own_folder, usable
+
+LEAST_BYTES = 600_000_000  # of address space, where a study's libraries take 450 MB
 
 
 def prepare() -> None:
@@ -20,14 +26,26 @@ def prepare() -> None:
     for descriptor, name in enumerate(("stdin", "stdout", "stderr")):
         stream = getattr(sys, name)
         if descriptor and stream is getattr(sys, f"__{name}__"):  # not one that a caller put there
-            setattr(sys, name, _tolerant(descriptor, stream))
+            outlet = _outlets[descriptor] = _Outlet(descriptor, "w", closefd=False)
+            tolerant = io.TextIOWrapper(
+                io.BufferedWriter(outlet),
+                encoding=getattr(stream, "encoding", "utf-8"),
+                errors="backslashreplace",  # for what the encoding does not have
+                line_buffering=descriptor == 2 or outlet.isatty(),
+            )
+            setattr(sys, name, tolerant)
     try:
         os.getcwd()  # which libraries ask for
     except OSError as error:
         raise InputError("working folder", "", None, f"is gone: {error.strerror}") from None
     # Processes share the work, of many small matrices: threads of the linear algebra only wait.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    _settle_matplotlib()
+    # Where Matplotlib's own folders cannot be used it would say so at length.
+    chosen = os.environ.get("MPLCONFIGDIR")
+    homes = {"XDG_CONFIG_HOME": ".config", "XDG_CACHE_HOME": ".cache"}
+    own = [Path(os.environ.get(n) or home_folder() / place) for n, place in homes.items()]
+    if not all(map(usable, [Path(chosen)] if chosen else own)):
+        os.environ["MPLCONFIGDIR"] = str(own_folder() / "matplotlib")
 
 
 def closing_code(code: int) -> int:
@@ -38,6 +56,24 @@ def closing_code(code: int) -> int:
         return code
     print(f"crosscheck: standard output: cannot be written: {lost.strerror}", file=sys.stderr)
     return code or 2
+
+
+@contextmanager
+def enough_memory() -> Iterator[None]:
+    """Raise InputError where the limit is too low for the libraries, or for the work in here."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if resource.RLIM_INFINITY != limit < LEAST_BYTES:
+        need = LEAST_BYTES // 10**6
+        allowed = f"a limit of {limit // 10**6} MB is set; at least {need} are needed"
+        raise InputError("memory", "", None, allowed)
+    try:
+        yield
+    except MemoryError as error:
+        raise InputError("memory", "", None, f"is not enough: {error or 'none left'}") from None
+    except OSError as error:
+        if error.errno != errno.ENOMEM:
+            raise
+        raise InputError("memory", "", None, f"is not enough: {error.strerror}") from None
 
 
 class _Outlet(io.FileIO):
@@ -64,23 +100,3 @@ def occupy_streams() -> None:
             os.fstat(descriptor)
         except OSError:
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
-
-
-def _tolerant(descriptor: int, given: Any) -> io.TextIOWrapper:
-    """In the same encoding, with escapes for what it does not have."""
-    outlet = _outlets[descriptor] = _Outlet(descriptor, "w", closefd=False)
-    return io.TextIOWrapper(
-        io.BufferedWriter(outlet),
-        encoding=getattr(given, "encoding", "utf-8"),
-        errors="backslashreplace",
-        line_buffering=descriptor == 2 or outlet.isatty(),
-    )
-
-
-def _settle_matplotlib() -> None:
-    """Where its own folders cannot be used it would say so at length."""
-    chosen = os.environ.get("MPLCONFIGDIR")
-    homes = {"XDG_CONFIG_HOME": ".config", "XDG_CACHE_HOME": ".cache"}
-    own = [Path(os.environ.get(n) or home_folder() / place) for n, place in homes.items()]
-    if not all(map(usable, [Path(chosen)] if chosen else own)):
-        os.environ["MPLCONFIGDIR"] = str(own_folder() / "matplotlib")

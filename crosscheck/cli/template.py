@@ -89,11 +89,10 @@ def init_command(path: Path, joints: int) -> None:
     """Write the template of an arm with 1 to 7 joints. Raises InputError, also if it exists."""
     require_new(path)
     write_text(path, template(path.stem, joints))
-    print(
-        f"wrote {printable(str(path))}: {_counted(joints)}, every number an example; edit it, then"
-    )
+    name, word = printable(str(path)), printable(shlex.quote(str(path)))
+    print(f"wrote {name}: {_counted(joints)}, every number an example; edit it, then")
     for command in ("show", "validate"):
-        print(f"  crosscheck {command} {printable(shlex.quote(str(path)))}")
+        print(f"  crosscheck {command} {word}")
 
 
 def require_new(path: Path) -> None:
@@ -109,12 +108,14 @@ def template(name: str, joints: int) -> str:
     lines = [HEAD.format(joints=_counted(joints)), *_fields(arm, True)]
     for number, joint in enumerate(arm.joints):
         lines += ["", f"# {_place(number, joints)}", *_joint_lines(joint, number == 0)]
-    lines += ["", DIRECT, *_commented(_joint_lines(_direct(), True))]
+    numbers = {"motor_mass_kg": 4.0, "rotor_inertia_kg_m2": 0.02, "friction_N_m_s_per_rad": 1.2}
+    direct = _joint_lines(Direct(kind="direct", **numbers), True)
+    lines += ["", DIRECT, *(f"# {line}" for line in direct)]
     for number, link in enumerate(arm.links):
         lines += ["", f"[[links]] # from the {_place(number, joints)} on"]
         lines += _fields(link, number == 0)
     from_cad = Link(length_m=0.6, com_m=0.27, mass_kg=11.0, inertia_kg_m2=0.4)
-    lines += ["", CAD, *_commented(["[[links]]", *_fields(from_cad, True)])]
+    lines += ["", CAD, *(f"# {line}" for line in ("[[links]]", *_fields(from_cad, True)))]
     return "\n".join(lines) + "\n"
 
 
@@ -127,7 +128,15 @@ def example_arm(name: str, joints: int) -> Arm:
         title=f"An arm of {_counted(joints)}",
         payload_mass_kg=5.0,
         joints=tuple(_joint(size) for size in chosen),
-        links=tuple(_link(size) for size in chosen),
+        links=tuple(  # aluminium rods, thinner the shorter they are
+            Link(
+                length_m=size.length_m,
+                com_m=_two_digits(0.48 * size.length_m),
+                cross_section_m2=_two_digits(0.01 * size.length_m**0.75),
+                density_kg_per_m3=2700.0,
+            )
+            for size in chosen
+        ),
     )
 
 
@@ -169,22 +178,6 @@ def _mesh(stiffness: float, backlash: float, error: float, phase: float, scale: 
     )
 
 
-def _link(size: JointSize) -> Link:
-    """An aluminium rod, thinner the shorter it is."""
-    return Link(
-        length_m=size.length_m,
-        com_m=_two_digits(0.48 * size.length_m),
-        cross_section_m2=_two_digits(0.01 * size.length_m**0.75),
-        density_kg_per_m3=2700.0,
-    )
-
-
-def _direct() -> Direct:
-    return Direct(
-        kind="direct", motor_mass_kg=4.0, rotor_inertia_kg_m2=0.02, friction_N_m_s_per_rad=1.2
-    )
-
-
 def _joint_lines(joint: Planetary | Direct, explained: bool) -> list[str]:
     """A joint with its meshes; the fields of both meshes are the same, explained once."""
     lines = ["[[joints]]", *_fields(joint, explained)]
@@ -210,10 +203,6 @@ def _fields(record: Data, explained: bool) -> list[str]:
         meaning = f"[{field.unit}] {field.meaning}" if field.unit else field.meaning
         lines.append(f"{line:<{COLUMN}} # {meaning}" if explained else line)
     return lines
-
-
-def _commented(lines: list[str]) -> list[str]:
-    return [f"# {line}" for line in lines]
 
 
 def _toml(value: object) -> str:
@@ -257,10 +246,8 @@ def init_robot_command(path: Path, urdf: Path) -> None:
     file = RobotFile(schema_version=1, name=name, urdf=own)
     robot = robot_of(file, read_text(urdf), str(path), str(urdf))
     write_text(path, robot_template(robot, own))
-    moved = [robot.joints[number].name for number in robot.coordinates]
-    print(
-        f"wrote {printable(str(path))}: {len(moved)} joints, all direct; state their rotors, then"
-    )
+    count = len(robot.coordinates)
+    print(f"wrote {printable(str(path))}: {count} joints, all direct; state their rotors, then")
     print(f"  crosscheck cost {printable(shlex.quote(str(path)))}")
 
 

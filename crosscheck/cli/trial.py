@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from crosscheck.cli.answer import write_asked
 from crosscheck.kinds import AGREEMENT, JUNIT, TRIAL, TRIAL_PAGE
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import is_robot
 from crosscheck.models.inputs import remember
@@ -119,7 +119,10 @@ def trial_command(options: TrialOptions) -> int:
     page = None if options.out is None else options.out / "trial.html"
     with tempfile.TemporaryDirectory() as folder:
         chosen = load_chosen(options.arm, options.scenarios, options.settings)
-        unit = _unit(options, chosen.arm, Path(folder))
+        unit = None
+        if options.fmu is not None:
+            assert options.coordinates is not None  # as was required
+            unit = mapped_unit(options.fmu, options.coordinates, chosen.arm, Path(folder))
         if unit is not None and unit.description.kind == "co-simulation":
             return _beside(options, unit, chosen)
         asked = _asked(options, unit, chosen)
@@ -127,14 +130,6 @@ def trial_command(options: TrialOptions) -> int:
         with shown_progress(f"trying {printable(asked.name)}") as told:
             trial = tried(asked, jobs=options.processes, told=told)
     return _told(trial, options, page)
-
-
-def _unit(options: TrialOptions, arm: Arm, folder: Path) -> MappedUnit | None:
-    """An FMU, if that is what MODEL is, unpacked into the folder. Raises InputError."""
-    if options.fmu is None:
-        return None
-    assert options.coordinates is not None  # as was required
-    return mapped_unit(options.fmu, options.coordinates, arm, folder)
 
 
 def _asked(options: TrialOptions, unit: MappedUnit | None, chosen: Chosen) -> Asked:
@@ -166,15 +161,13 @@ def _beside(options: TrialOptions, unit: MappedUnit, chosen: Chosen) -> int:
     name = options.fmu.name
     with shown_progress(f"running {printable(name)}") as told:
         agreement = beside(unit, name, *experiment, options.processes, told)
-    files = {}
-    if options.json_file is not None:
-        files[options.json_file] = agreement_json(agreement, chosen.arm)
-    if options.junit is not None:
-        files[options.junit] = junit_xml(agreement, f"trial {name} {chosen.arm.name}")
-    write_files(files)
+    named = write_asked(
+        (options.json_file, lambda: agreement_json(agreement, chosen.arm)),
+        (options.junit, lambda: junit_xml(agreement, f"trial {name} {chosen.arm.name}")),
+    )
     print_agreement(agreement)
-    for file in files:
-        print(f"wrote {file}")
+    for line in named:
+        print(line)
     return agreement.exit_code
 
 
@@ -182,20 +175,20 @@ def _told(trial: Trial, options: TrialOptions, page: Path | None) -> int:
     """Write and print what was found; returns the exit code."""
     from crosscheck.report.trial import print_trial, trial_json
 
-    files: dict[Path, str] = {}
-    if options.json_file is not None:
-        files[options.json_file] = trial_json(trial)
-    if options.junit is not None:
-        title = f"trial {trial.bench.name} {trial.bench.case.arm.name}"
-        files[options.junit] = junit_xml(trial.agreement, title)
-    if page is not None:
-        from crosscheck.report.trial_page import trial_page
+    def drawn() -> str:
+        from crosscheck.report.trial_page import trial_page  # Matplotlib, for a page alone
 
-        files[page] = trial_page(trial)
-    write_files(files)
+        return trial_page(trial)
+
+    title = f"trial {trial.bench.name} {trial.bench.case.arm.name}"
+    named = write_asked(
+        (options.json_file, lambda: trial_json(trial)),
+        (options.junit, lambda: junit_xml(trial.agreement, title)),
+        (page, drawn),
+    )
     print_trial(trial)
-    for file in files:
-        print(f"wrote {file}")
+    for line in named:
+        print(line)
     return trial.exit_code
 
 
@@ -207,7 +200,10 @@ def ask(options: TrialOptions) -> None:
     """
     assert options.out is not None  # as was required
     if options.fmu is not None:
-        _write_new(options.out, {"map.toml": _draft(options.fmu)})
+        with tempfile.TemporaryDirectory() as folder:  # none of its code is run
+            unpacked(options.fmu, Path(folder))
+            variables = described(str(options.fmu), Path(folder))
+        _write_new(options.out, {"map.toml": drafted(printable(options.fmu.name), variables)})
         print(f"wrote {printable(str(options.out / 'map.toml'))}: check every name in it")
         return
     table = options.table()
@@ -234,13 +230,6 @@ def _write_new(folder: Path, files: Mapping[str, str | bytes]) -> None:
         if os.path.lexists(folder / name):
             raise InputError(str(folder / name), "", None, "exists already; name another folder")
     write_files({folder / name: content for name, content in files.items()})
-
-
-def _draft(fmu: Path) -> str:
-    """A mapping of a unit's variables; none of its code is run."""
-    with tempfile.TemporaryDirectory() as folder:
-        unpacked(fmu, Path(folder))
-        return drafted(printable(fmu.name), described(str(fmu), Path(folder)))
 
 
 def _require_for_robots(options: TrialOptions) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-import numpy as np
 import xarray as xr
 
 from crosscheck.checks import energy
@@ -13,11 +12,10 @@ from crosscheck.findings import About, Finding, Key
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.meshes import damped
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.experiment.scenario import Scenario, Start
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, answered
 from crosscheck.planning.plan import SHORT_RESOLVED, Experiment, resolved_step, without_play
-from crosscheck.planning.sizing import held_torques, made
+from crosscheck.planning.sizing import bent
 from crosscheck.registry import covering, lead, promising, same_integrator
 from crosscheck.runner.tasks import RunKey, Simulation
 
@@ -38,8 +36,15 @@ def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[
     """
     if not geared(arm):
         return
-    scenario = _scenario(arm, first, limit_s)
-    free, lossless = usual_switches(arm, planets="free"), without_losses(arm)
+    step = resolved_step(first, limit_s, SHORT_RESOLVED)
+    torques = largest_torques(arm, first.case.scenario)
+    scenario = bent("energy", STEPS, RECORDS, step, torques)
+    free = usual_switches(arm, planets="free")
+    smooth_joints = tuple(
+        joint.model_copy(update={"friction_N_m_s_per_rad": 0.0})
+        for joint in damped(arm, 0.0).joints
+    )
+    lossless = arm.model_copy(update={"joints": smooth_joints})
     springs = free.model_copy(update={"mesh_work": "conservative"})
     smooth = Experiment("energy", Case(without_play(lossless), scenario, springs))
     # For integrators of second order: half as long, at a quarter of the step.
@@ -48,52 +53,25 @@ def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[
     fine = Experiment("energy-fine", finer)
     for model in promising("simulate", covering("geared", lossless, springs)):
         own = smooth if model in same_integrator() else fine
-        yield _balance(own, own.run(model), energy.stays)
+        yield _balance(own, energy.stays, own.run(model))
     impacts = Experiment("energy-impacts", Case(lossless, scenario, springs))
-    yield _balance(
-        impacts, _reference(impacts), energy.stays, _reference(impacts, "-finer", FINER_RTOL)
-    )
+    again = _reference(impacts, "-finer", FINER_RTOL)
+    yield _balance(impacts, energy.stays, _reference(impacts), again)
     papers = Experiment("energy-paper", impacts.case._replace(switches=free))
-    yield _balance(papers, _reference(papers), energy.strays)
-
-
-def without_losses(arm: Arm) -> Arm:
-    """The arm without mesh damping and friction."""
-    joints = tuple(
-        joint.model_copy(update={"friction_N_m_s_per_rad": 0.0})
-        for joint in damped(arm, 0.0).joints
-    )
-    return arm.model_copy(update={"joints": joints})
-
-
-def _scenario(arm: Arm, first: Experiment, limit_s: float) -> Scenario:
-    """The torques of an experiment, held, on a bent arm."""
-    step = resolved_step(first, limit_s, SHORT_RESOLVED)
-    numbers = np.arange(len(arm.joints))
-    torques = largest_torques(arm, first.case.scenario) * (1 - 0.1 * numbers)
-    return made(
-        "energy",
-        duration_s=STEPS * step,
-        step_s=step,
-        record_every=STEPS // RECORDS,
-        start=Start(theta_rad=tuple(map(float, 0.4 - 0.7 * numbers))),
-        drive=held_torques(torques),
-    )
+    yield _balance(papers, energy.strays, _reference(papers))
 
 
 def _reference(experiment: Experiment, variant: str = "", rtol: float = RTOL) -> Simulation:
     return Simulation(RunKey(experiment.name, lead(), f"reference{variant}"), experiment.case, rtol)
 
 
-def _balance(
-    experiment: Experiment, run: Simulation, judge: Judge, *again: Simulation
-) -> Comparison:
+def _balance(experiment: Experiment, judge: Judge, *runs: Simulation) -> Comparison:
     """Of a run; or of the better of several, for what a law makes of nothing it makes in all."""
-    key = Key("invariants", experiment.name, "energy", run.model)
+    key = Key("invariants", experiment.name, "energy", runs[0].model)
     about = About(key, "J", METRIC, "first principles")
 
     def judged(about: About, *runs: xr.Dataset) -> Finding:
         found = [judge(about, each, experiment.case) for each in runs]
         return min(found, key=lambda finding: finding.relative or 0.0)
 
-    return answered(about, (run, *again), judged)
+    return answered(about, runs, judged)

@@ -8,14 +8,14 @@ from itertools import combinations
 
 import numpy as np
 
-from crosscheck.checks import modes, poles, scales
+from crosscheck.checks import modes, scales
 from crosscheck.checks.answers import FORCE_SLOPES, START_MASS
 from crosscheck.findings import About, Finding, Key
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Start, Switches
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Unavailable, answered
-from crosscheck.planning.sizing import at_rest, unequal_gains
+from crosscheck.planning.sizing import at_rest, bent_start, unequal_gains
 from crosscheck.registry import MODELS, about, covering, promising, same_integrator
 from crosscheck.runner.tasks import Evaluation
 
@@ -25,7 +25,12 @@ MODE_METRIC = "largest relative distance of a mode to the nearest of the other m
 
 def linearised(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
     """Modes and poles with the teeth in contact."""
-    yield from mode_comparisons(where, arm, chosen)
+    case = Case(arm, at_rest(), chosen)
+    able = promising("mesh_modes", geared_models(case)) if scales.geared(arm) else ()
+    for left, right in combinations(able, 2):
+        tasks = [Evaluation(name, case, "mesh_modes") for name in (left, right)]
+        key = Key("modes", where, "mesh-mode", left, right)
+        yield answered(About(key, "1", MODE_METRIC), tasks, partial(_same_modes, tasks, []))
     yield from pole_comparisons(where, arm, chosen)
     yield from _locked_stages(where, arm, chosen)
     yield from _stable_steps(where, arm, chosen)
@@ -34,14 +39,14 @@ def linearised(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
 def _stable_steps(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
     """The limit that a model gives its own steps, against its own poles with the stiffest teeth."""
     case = Case(arm, unequal_gains(arm), chosen)
-    stiff = case._replace(arm=poles.linear_teeth(arm, scales.largest_of))
+    stiff = case._replace(arm=modes.linear_teeth(arm, scales.largest_of))
     able = *about(same_integrator(), arm, chosen), *covering("form", arm, chosen)
     for name in able if scales.geared(arm) else ():
         limit = Evaluation(name, case, "largest_stable_step")
         key = Key("modes", where, "stable-step", name)
         metric = "largest stable step over that of its poles, or the other way round"
         told = About(key, "1", metric, "its poles")
-        yield answered(told, (limit, *_system(name, stiff)), poles.step_follows)
+        yield answered(told, (limit, *_system(name, stiff)), modes.step_follows)
 
 
 def _system(name: str, case: Case) -> tuple[Evaluation, Evaluation]:
@@ -49,27 +54,17 @@ def _system(name: str, case: Case) -> tuple[Evaluation, Evaluation]:
     return Evaluation(name, case, START_MASS), Evaluation(name, case, FORCE_SLOPES)
 
 
-def mode_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
-    """Mesh modes of every pair of models that have them."""
-    case = Case(arm, at_rest(), chosen)
-    able = promising("mesh_modes", _geared(case)) if scales.geared(arm) else ()
-    for left, right in combinations(able, 2):
-        tasks = [Evaluation(name, case, "mesh_modes") for name in (left, right)]
-        key = Key("modes", where, "mesh-mode", left, right)
-        yield answered(About(key, "1", MODE_METRIC), tasks, partial(_same_modes, tasks, []))
-
-
 def pole_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
     """Poles of the loop with the teeth in contact, by which experiments are called unstable."""
-    bent = Start(theta_rad=tuple(0.4 - 0.7 * number for number in range(len(arm.joints))))
-    scenario = unequal_gains(arm).model_copy(update={"start": bent})
+    start = bent_start(len(arm.joints))
+    scenario = unequal_gains(arm).model_copy(update={"start": start})
     case = Case(arm, scenario, chosen)
-    linear = case._replace(arm=poles.linear_teeth(arm))
-    for left in promising("contact_poles", _geared(linear)):
-        for right in (name for name in _geared(linear) if name != left):
+    linear = case._replace(arm=modes.linear_teeth(arm))
+    for left in promising("contact_poles", geared_models(linear)):
+        for right in (name for name in geared_models(linear) if name != left):
             tasks = Evaluation(left, case, "contact_poles"), *_system(right, linear)
             key = Key("modes", where, "contact-poles", left, right)
-            yield answered(About(key, "1", POLE_METRIC), tasks, poles.poles_follow)
+            yield answered(About(key, "1", POLE_METRIC), tasks, modes.poles_follow)
 
 
 def _same_modes(
@@ -94,7 +89,7 @@ def _locked_stages(where: str, arm: Arm, chosen: Switches) -> Iterator[Compariso
     for number, joint in scales.geared(arm):
         case = Case(locked_stage(arm, number), at_rest(), chosen)
         lumped = chosen.planets == "lumped"
-        for name in promising("mesh_modes", _geared(case)):
+        for name in promising("mesh_modes", geared_models(case)):
             tasks = [Evaluation(name, case, "mesh_modes")]
             key = Key("modes", where, "locked-stage", name, joint=number + 1)
             closed = modes.closed_form_modes(joint) if lumped else modes.free_modes(joint)
@@ -115,6 +110,6 @@ def locked_stage(arm: Arm, number: int) -> Arm:
     return arm.model_copy(update={**locked, "gravity_m_per_s2": (0.0, 0.0)})
 
 
-def _geared(case: Case) -> tuple[str, ...]:
+def geared_models(case: Case) -> tuple[str, ...]:
     """The geared models that are about a case."""
     return covering("geared", case.arm, case.switches)

@@ -25,14 +25,7 @@ from crosscheck.models.experiment.scenario import (
 )
 from crosscheck.models.files import raw_arm
 from crosscheck.models.loading import Case, load_arm, load_scenario
-from crosscheck.planning.sizing import (
-    GrowingMode,
-    Sizes,
-    held_torques,
-    made,
-    pd_scenario,
-    step_scenario,
-)
+from crosscheck.planning import sizing
 from crosscheck.registry import MODELS
 from crosscheck.runner.tasks import RunKey, Simulation
 
@@ -63,13 +56,11 @@ Adaptive = Literal["reference", "reference-coarse", "precise", "precise-coarse"]
 Coarse = Literal["coarse", "coarse-2", "coarse-3"]
 Variant = Literal["", "nudged", "free", "free-nudged"] | Coarse | Adaptive
 # Steps of coarser runs, as shares of the fine run's. Each meets contacts elsewhere in a step.
-FEWER: dict[str, float] = {"coarse": 0.5, "coarse-2": 0.465, "coarse-3": 0.435}
+FEWER: dict[Coarse, float] = {"coarse": 0.5, "coarse-2": 0.465, "coarse-3": 0.435}
 # Of runs that choose their own steps.
 RTOL: dict[str, float] = {
-    "reference": REFERENCE_RTOL,
-    "reference-coarse": COARSE_RTOL,
-    "precise": REFERENCE_RTOL,
-    "precise-coarse": COARSE_RTOL,
+    **dict.fromkeys(("reference", "precise"), REFERENCE_RTOL),
+    **dict.fromkeys(("reference-coarse", "precise-coarse"), COARSE_RTOL),
 }
 
 
@@ -79,7 +70,7 @@ class Experiment:
 
     name: str
     case: Case
-    growth: GrowingMode | None = None
+    growth: sizing.GrowingMode | None = None
 
     def run(self, model: str, variant: Variant = "") -> Simulation:
         """One of a model's runs: at its step, at about twice that, or from a start a rounding away.
@@ -151,13 +142,13 @@ class Wanted:
         return not self.scenarios and is_the_papers(self.arm)
 
 
-def outlined(wanted: Wanted, sizes: Sizes | None) -> list[Experiment]:
+def outlined(wanted: Wanted, sizes: sizing.Sizes | None) -> list[Experiment]:
     """The experiments at the steps of their scenarios: what must be known before the plan."""
     laws = wanted.chosen or usual_switches(wanted.arm)
-    if wanted.scenarios:
-        return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in wanted.scenarios]
-    if sizes is not None:
-        scenarios = (step_scenario(sizes), pd_scenario(sizes))
+    scenarios = wanted.scenarios
+    if not scenarios and sizes is not None:
+        scenarios = (sizing.step_scenario(sizes), sizing.pd_scenario(sizes))
+    if scenarios:
         return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in scenarios]
     found = []
     for law, duration in (QUICK_S if wanted.quick else FULL_S).items():
@@ -209,11 +200,9 @@ def finer(experiment: Experiment) -> Experiment:
 
 def probe_experiment() -> Experiment:
     """A drive that depends on time, differently on each joint, on the arm of unequal numbers."""
+    sizes, rates = (150.0, 90.0), (300.0, 170.0)
     drive = SinusoidDrive(
-        kind="sinusoid",
-        amplitude_N_m=(150.0, 90.0),
-        rate_rad_per_s=(300.0, 170.0),
-        argument="time",
+        kind="sinusoid", amplitude_N_m=sizes, rate_rad_per_s=rates, argument="time"
     )
     scenario = load_scenario("constant-torque")
     update = {"name": "probe", "duration_s": PROBE_S, "drive": drive}
@@ -231,18 +220,9 @@ def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Exper
     torques = np.maximum(
         largest_torques(arm, first.case.scenario), _crossing_torques(arm, duration / 3)
     )
-    numbers = np.arange(len(arm.joints))
-    bent = Start(theta_rad=tuple(map(float, 0.4 - 0.7 * numbers)))
     found = []
     for name, sign in (("short-contact", 1.0), ("short-crossing", -1.0)):
-        scenario = made(
-            name,
-            duration_s=duration,
-            step_s=step,
-            record_every=SHORT_STEPS // SHORT_RECORDS,
-            start=bent,
-            drive=held_torques(sign * torques * (1 - 0.1 * numbers)),
-        )
+        scenario = sizing.bent(name, SHORT_STEPS, SHORT_RECORDS, step, sign * torques)
         found.append(Experiment(name, Case(arm, scenario, usual_switches(arm))))
     return found
 
@@ -274,13 +254,11 @@ class OrderCase:
 
     def runs(self, model: str) -> tuple[Simulation, ...]:
         """A model's run at each of the steps, the largest first."""
-        step = self.case.scenario.step_s
-        return tuple(
-            Simulation(
-                RunKey(self.name, model, f"level-{level}"), with_step(self.case, step / 2**level)
-            )
-            for level in range(ORDER_LEVELS)
-        )
+        found, step = [], self.case.scenario.step_s
+        for level in range(ORDER_LEVELS):
+            key = RunKey(self.name, model, f"level-{level}")
+            found.append(Simulation(key, with_step(self.case, step / 2**level)))
+        return tuple(found)
 
 
 def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
@@ -295,13 +273,13 @@ def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
     for number, joint in geared(arm):
         stretched[number] = ORDER_OFFSET * base_radius(joint, joint.sun_teeth)
     start = Start(mesh="centre", sun_planet_offset_m=tuple(map(float, stretched)))
-    scenario = made(
+    scenario = sizing.made(
         "order",
         duration_s=ORDER_STEPS * step,
         step_s=step,
         record_every=8,
         start=start,
-        drive=held_torques(largest_torques(arm, first.case.scenario)),
+        drive=sizing.held_torques(largest_torques(arm, first.case.scenario)),
     )
     return [
         OrderCase("order-smooth", Case(without_play(arm), scenario, usual_switches(arm)), True),
@@ -342,20 +320,15 @@ def nudged(case: Case) -> Case:
         )
     }
     if case.switches.planets == "free":
-        update["planet_offset_m"] = _apart(case.arm, start)
+        update["planet_offset_m"] = tuple(
+            tuple(
+                offset + rounding(case.arm) * (1 if planet % 2 else -1)
+                for planet, offset in enumerate(planet_offsets(start, number, joint.planet_count))
+            )
+            for number, joint in enumerate(case.arm.joints)
+        )
     moved = {"start": start.model_copy(update=update)}
     return case._replace(scenario=case.scenario.model_copy(update=moved))
-
-
-def _apart(arm: Arm, start: Start) -> tuple[tuple[float, ...], ...]:
-    counts = [joint.planet_count for joint in arm.joints]
-    return tuple(
-        tuple(
-            offset + rounding(arm) * (1 if planet % 2 else -1)
-            for planet, offset in enumerate(planet_offsets(start, joint, count))
-        )
-        for joint, count in enumerate(counts)
-    )
 
 
 def readings(wanted: Wanted) -> list[tuple[Arm, Content]]:

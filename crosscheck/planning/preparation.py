@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
@@ -12,19 +12,12 @@ from crosscheck.checks.trajectories import size, uncertainty
 from crosscheck.findings import About, Key, failed
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import Diverged, Unfinished
+from crosscheck.planning import plan
 from crosscheck.planning.comparison import Comparison, answered
-from crosscheck.planning.plan import (
-    Experiment,
-    Wanted,
-    finer,
-    outlined,
-    probe_experiment,
-    resolved,
-    shortened,
-)
+from crosscheck.planning.plan import Experiment, Wanted
 from crosscheck.planning.sizing import Sizes, growth_of, sizes_of
 from crosscheck.registry import about, build, lead, same_integrator
-from crosscheck.runner.outcomes import DIED, Failure, failure
+from crosscheck.runner.outcomes import DIED, Failure, OwnKey, or_failure
 from crosscheck.runner.tasks import Evaluation, Simulation
 from crosscheck.runner.workers import Workers
 
@@ -37,22 +30,17 @@ MOST_HALVINGS, MARGIN = 4, 2.0
 Known = TypeVar("Known")
 
 
-@dataclass(frozen=True)
-class Lost:
-    """What could not be found out: of which experiment or arm, what, by which model, and why."""
+class Lost(NamedTuple):
+    """What could not be found out, of which experiment or arm, by which model; and why."""
 
-    case: str
-    quantity: str
-    model: str
+    key: Key
     why: Failure
 
     @property
     def comparison(self) -> Comparison:
         """A check that has failed: the plan stands on what it knew without."""
-        key = Key("preparation", self.case, self.quantity, self.model)
-        what = About(key, "1", "whether it could be found out", "the plan")
-        note = f"{self.model}: {self.why}"
-        return answered(what, (), partial(failed, note=note))
+        what = About(self.key, "1", "whether it could be found out", "the plan")
+        return answered(what, (), partial(failed, note=f"{self.key.left}: {self.why}"))
 
 
 @dataclass(frozen=True)
@@ -69,24 +57,17 @@ class Prepared:
 
 
 @dataclass(frozen=True)
-class Query(Generic[Known]):
+class Query(OwnKey, Generic[Known]):
     """What a function finds out by asking models, in another process; ``cost``: rough seconds."""
 
     function: Callable[..., Known]
     arguments: tuple[Any, ...]
     cost: float
 
-    @property
-    def key(self) -> Query[Known]:
-        """Itself."""
-        return self
-
-    def perform(self) -> Known | Failure:
+    @or_failure
+    def perform(self) -> Known:
         """The answer, or what is wrong with a model that was asked."""
-        try:
-            return self.function(*self.arguments)
-        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
-            return failure(error)
+        return self.function(*self.arguments)
 
 
 def settled(wanted: Wanted, experiment: Experiment) -> Experiment:
@@ -94,11 +75,11 @@ def settled(wanted: Wanted, experiment: Experiment) -> Experiment:
 
     On the lead, which is a hundred times as fast as the engines that are to follow.
     """
-    experiment = shortened(wanted, experiment)
+    experiment = plan.shortened(wanted, experiment)
     for _ in range(MOST_HALVINGS):
         if _is_fine(experiment):
             break
-        experiment = shortened(wanted, finer(experiment))
+        experiment = plan.shortened(wanted, plan.finer(experiment))
     return experiment
 
 
@@ -136,60 +117,58 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
     lost: list[Lost] = []
     sizes, said = None, list[str]()
     if wanted.needs_sizes:
-        asked = _Asked(Query(sizes_of, (wanted.arm,), 1.0), wanted.arm.name, "sizes", lead())
-        (sizes,) = _answers([asked], workers, lost)
+        query = Query(sizes_of, (wanted.arm,), 1.0)
+        (sizes,) = _answers({_key(wanted.arm.name, "sizes"): query}, workers, lost)
         said = _of_sizes(sizes, lost)
-    outline = outlined(wanted, sizes)
-    limits = _answers([*_limits(wanted, outline)], workers, lost)
-    limit = min((float(known) for known in limits if known is not None), default=float("inf"))
-    started = [resolved(each, limit) for each in outline]
-    growths, steps = [], list[_Asked]()
-    for each in outline:
-        task = Query(growth_of, (each.case.arm, each.case.scenario), 0.5)
-        growths.append(_Asked(task, each.name, "growth-rate", lead()))
-    for each in [] if wanted.keeps_steps else started:
-        steps.append(_Asked(Query(settled, (wanted, each), 5.0), each.name, "step", lead()))
-    answers = _answers([*growths, *steps], workers, lost)
+    outline = plan.outlined(wanted, sizes)
+    laws, what = usual_switches(wanted.arm), "largest_stable_step"
+    limits = {
+        _key(each.name, what, model): Evaluation(model, each.case._replace(switches=laws), what)
+        for model in about(same_integrator(), wanted.arm, laws)
+        for each in outline
+    }
+    known = [float(limit) for limit in _answers(limits, workers, lost) if limit is not None]
+    limit = min(known, default=float("inf"))
+    started = [plan.resolved(each, limit) for each in outline]
+    growths: dict[Key, Query[Any]] = {
+        _key(each.name, "growth-rate"): Query(growth_of, (each.case.arm, each.case.scenario), 0.5)
+        for each in outline
+    }
+    steps = {
+        _key(each.name, "step"): Query(settled, (wanted, each), 5.0)
+        for each in ([] if wanted.keeps_steps else started)
+    }
+    answers = _answers(growths | steps, workers, lost)
     fine = answers[len(growths) :] or [None] * len(started)
     found = [
-        replace(settling or shortened(wanted, own), growth=growth)
+        replace(settling or plan.shortened(wanted, own), growth=growth)
         for own, growth, settling in zip(started, answers, fine, strict=False)
     ]
     remarks = [f"{each.name}: {each.growth}" for each in found if each.growth is not None]
-    return Prepared([*found, probe_experiment()], limit, (*said, *remarks), tuple(lost))
+    return Prepared([*found, plan.probe_experiment()], limit, (*said, *remarks), tuple(lost))
 
 
-class _Asked(NamedTuple):
-    """A task, and what it finds out: of which experiment or arm, what, by which model."""
-
-    task: Query[Any] | Evaluation
-    case: str
-    quantity: str
-    model: str
+def _key(case: str, quantity: str, model: str = "") -> Key:
+    """What a task finds out of an experiment or arm, by the lead unless a model is named."""
+    return Key("preparation", case, quantity, model or lead())
 
 
-def _limits(wanted: Wanted, outline: Sequence[Experiment]) -> Iterator[_Asked]:
-    laws, what = usual_switches(wanted.arm), "largest_stable_step"
-    for model in about(same_integrator(), wanted.arm, laws):
-        for each in outline:
-            task = Evaluation(model, each.case._replace(switches=laws), what)
-            yield _Asked(task, each.name, what, model)
-
-
-def _answers(asked: Sequence[_Asked], workers: Workers, lost: list[Lost]) -> list[Any]:
+def _answers(
+    asked: Mapping[Key, Query[Any] | Evaluation], workers: Workers, lost: list[Lost]
+) -> list[Any]:
     """The answers in their order, None for one that is lost, which is noted.
 
     Raises Unfinished where a model did not come back.
     """
-    outcomes = workers.perform(list(dict.fromkeys(each.task for each in asked)), lambda key: None)
+    outcomes = workers.perform(list(dict.fromkeys(asked.values())), lambda key: None)
     found = []
-    for each in asked:
-        outcome: Any = outcomes[each.task.key]
+    for key, task in asked.items():
+        outcome: Any = outcomes[task.key]
         if isinstance(outcome, Failure):
             if outcome.unfinished or outcome.kind == DIED:
-                what = f"preparing {each.case}: {each.quantity} by {each.model}"
+                what = f"preparing {key.case}: {key.quantity} by {key.left}"
                 raise Unfinished(f"{what}: {outcome}")
-            lost.append(Lost(each.case, each.quantity, each.model, outcome))
+            lost.append(Lost(key, outcome))
             outcome = None
         found.append(outcome)
     return found

@@ -7,30 +7,17 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from crosscheck import registry
 from crosscheck.checks import invariants, trajectories
 from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.scales import ReasonedLimit, meaningful
-from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair, sensitivity
+from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair
 from crosscheck.findings import About, Finding, Key, checked, measured_only
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import lumped_layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Results, answered
-from crosscheck.planning.plan import Experiment, OrderCase
-from crosscheck.registry import (
-    MODELS,
-    RIGID_LEVELS,
-    about,
-    constrained,
-    lead,
-    names,
-    of_level,
-    promising,
-    refined_alone,
-    same_integrator,
-    second,
-)
+from crosscheck.planning.plan import FEWER, Experiment, OrderCase
 from crosscheck.runner.tasks import Evaluation, Simulation
 
 LARGEST = "largest absolute difference"
@@ -46,95 +33,101 @@ def experiment_comparisons(experiment: Experiment) -> list[Comparison]:
     found = [*_fixed_steps(experiment), *_under_usual_switches(experiment)]
     if experiment.growth is not None:
         found = [_forgiving(experiment, comparison) for comparison in found]
-        found.append(_unstable(experiment))
+        growth = experiment.growth
+        key = Key("stability", experiment.name, "growth-rate", registry.lead())
+        metric = "fastest-growing vibration with every tooth in contact"
+        judged = partial(measured_only, measured=growth.rate_per_s, note=str(growth))
+        found.append(answered(About(key, "1/s", metric, "stability"), (), judged))
     return _with_records(found)
 
 
 def short_comparisons(experiment: Experiment) -> list[Comparison]:
     """The tier with constraints against the tree that the lead is held to at the same step."""
-    first = lead()
-    pair = experiment.run(first), experiment.run(first, "nudged")
-    found = [
-        answered(_about(ONE_ROUNDING, experiment, quantity, (first, first)), pair, sensitivity)
-        for quantity in _of(experiment, SENSITIVE)
-    ]
-    for tier in _about_it(constrained(), experiment.case):
-        sides = [_refinement(experiment, name) for name in (second(), tier)]
+    found = [*_sensitive(experiment)]
+    for tier in _about_it(registry.constrained(), experiment.case):
+        sides = [_refinement(experiment, name) for name in (registry.second(), tier)]
         found += [_refined(experiment, sides, quantity) for quantity in _of(experiment, MESH)]
     return _with_records(found)
 
 
 def order_comparisons(case: OrderCase) -> list[Comparison]:
     """Observed order of each fixed-step integrator, smooth and through impacts."""
-    able = _about_it(same_integrator(), case.case)
+    able = _about_it(registry.same_integrator(), case.case)
     return _with_records([_order(case, model) for model in able])
 
 
 def _order(case: OrderCase, model: str) -> Comparison:
-    runs, formal = case.runs(model), MODELS[model].order
+    runs, formal = case.runs(model), registry.MODELS[model].order
     assert formal is not None  # of fixed-step models
     quantity = "x_sp"
-    key = Key("order", case.name, "order-of-convergence", model)
-    against = f"order of convergence {formal}"
+    metric = f"observed order in {quantity} from steps h, h/2, h/4"
     if case.smooth:
         metric = f"distance of the observed order in {quantity} from the formal one"
-        return answered(
-            About(key, "1", metric, against),
-            runs,
-            lambda about, *given: trajectories.formal_order(about, given, formal, quantity),
-        )
-    return answered(
-        About(key, "1", f"observed order in {quantity} from steps h, h/2, h/4", against),
-        runs,
-        lambda about, *given: trajectories.order_through_impacts(about, given, quantity),
-    )
+
+    def judged(about: About, *given: Any) -> Finding:
+        if case.smooth:
+            return trajectories.formal_order(about, given, formal, quantity)
+        return trajectories.order_through_impacts(about, given, quantity)
+
+    key = Key("order", case.name, "order-of-convergence", model)
+    return answered(About(key, "1", metric, f"order of convergence {formal}"), runs, judged)
 
 
-def geared_quantities(arm: Arm) -> bool:
-    """Whether runs of an arm's geared models have mesh variables."""
-    return bool(lumped_layout(arm).meshing)
+def _has_meshes(experiment: Experiment) -> bool:
+    """Whether runs of the experiment's geared models have mesh variables."""
+    return bool(lumped_layout(experiment.case.arm).meshing)
 
 
 def _of(experiment: Experiment, quantities: Sequence[str]) -> Iterator[str]:
     """Those that runs of the experiment's arm have."""
-    has_meshes = geared_quantities(experiment.case.arm)
+    has_meshes = _has_meshes(experiment)
     return (name for name in quantities if has_meshes or name not in BY_PLANET)
+
+
+def _sensitive(experiment: Experiment) -> Iterator[Comparison]:
+    """How far the lead's run moves when its start is changed by a rounding."""
+    first = registry.lead()
+    pair = experiment.run(first), experiment.run(first, "nudged")
+    for quantity in _of(experiment, SENSITIVE):
+        about = _about(ONE_ROUNDING, experiment, quantity, (first, first))
+        yield answered(about, pair, trajectories.sensitivity)
 
 
 def _fixed_steps(experiment: Experiment) -> Iterator[Comparison]:
     """The lead and each model with its integrator, step by step."""
-    first, *others = _about_it(same_integrator(), experiment.case)
+    first, *others = _about_it(registry.same_integrator(), experiment.case)
     duration = experiment.case.scenario.duration_s
     for other in others:
         runs = [experiment.run(first), experiment.run(other), *_repeated(experiment, other)]
-        for quantity in _of(experiment, SAME_STEP):
-            about = _about("same-step", experiment, quantity, (first, other))
-            yield answered(about, runs, partial(_same_step, experiment))
-        for quantity in _of(experiment, SAME_STEP) if duration > MIDWAY_S else ():
-            about = _about(f"at-{MIDWAY_S:g}-s", experiment, quantity, (first, other))
-            yield answered(about, runs, partial(_same_step, experiment, time_s=MIDWAY_S))
+        families: dict[str, float | None] = {"same-step": None}
+        if duration > MIDWAY_S:
+            families[f"at-{MIDWAY_S:g}-s"] = MIDWAY_S
+        for family, time_s in families.items():
+            for quantity in _of(experiment, SAME_STEP):
+                about = _about(family, experiment, quantity, (first, other))
+                yield answered(about, runs, partial(_same_step, experiment, time_s=time_s))
 
 
 def _repeated(experiment: Experiment, model: str) -> tuple[Simulation, Simulation]:
     """The lead's run and one from a start a rounding away, its planets as free as the model's."""
-    first, lumped = lead(), experiment.case.switches.planets == "lumped"
-    if lumped and MODELS[model].free_planets and geared_quantities(experiment.case.arm):
+    first, lumped = registry.lead(), experiment.case.switches.planets == "lumped"
+    if lumped and registry.MODELS[model].free_planets and _has_meshes(experiment):
         return experiment.run(first, "free"), experiment.run(first, "free-nudged")
     return experiment.run(first), experiment.run(first, "nudged")
 
 
 def _planets(experiment: Experiment) -> Iterator[Comparison]:
     """Planets that are alike, counted as one or each for itself: the same until they part."""
-    arm, first = experiment.case.arm, lead()
-    if experiment.case.switches.planets == "free" or not geared_quantities(arm):
+    first = registry.lead()
+    if experiment.case.switches.planets == "free" or not _has_meshes(experiment):
         return
-    lumped, pair = experiment.run(first), _repeated(experiment, second())
+    lumped, pair = experiment.run(first), _repeated(experiment, registry.second())
     for quantity in MESH:
         about = _about("lumped-free", experiment, quantity, (first, first))
         runs = (lumped, pair[0], *pair)
         yield answered(about, runs, partial(_same_step, experiment))
     about = _about(f"{ONE_ROUNDING}-per-planet", experiment, "x_pr", (first, first))
-    yield answered(about, pair, sensitivity)
+    yield answered(about, pair, trajectories.sensitivity)
 
 
 def _same_step(
@@ -146,6 +139,7 @@ def _same_step(
     nudged: Any,
     time_s: float | None = None,
 ) -> Finding:
+    """Over the whole run, or at one instant."""
     pair, widest = Pair(run, nudged), _widest(experiment, about, run)
     if time_s is None:
         return trajectories.same_step(about, left, right, pair, widest)
@@ -164,29 +158,25 @@ def _under_usual_switches(experiment: Experiment) -> Iterator[Comparison]:
     if laws not in (usual_switches(arm), usual_switches(arm, planets="free")):
         return
     yield from _against_reference(experiment)
-    first = lead()
-    pair = experiment.run(first), experiment.run(first, "nudged")
-    for quantity in _of(experiment, SENSITIVE):
-        about = _about(ONE_ROUNDING, experiment, quantity, (first, first))
-        yield answered(about, pair, sensitivity)
+    yield from _sensitive(experiment)
     yield from _planets(experiment)
     yield from _forms(experiment)
-    for level in RIGID_LEVELS:
+    for level in registry.RIGID_LEVELS:
         yield from _rigid(experiment, level)
 
 
 def _against_reference(experiment: Experiment) -> Iterator[Comparison]:
     """The lead's adaptive reference against others' refined steps; its precise run; its energy."""
-    first = lead()
+    first = registry.lead()
     reference = experiment.run(first, "reference")
-    for other in (second(), *_about_it(refined_alone(), experiment.case)):
+    for other in (registry.second(), *_about_it(registry.refined_alone(), experiment.case)):
         sides = [
             (reference, experiment.run(first, "reference-coarse")),
             _refinement(experiment, other),
         ]
         for quantity in _of(experiment, MESH):
             yield _refined(experiment, sides, quantity)
-    for quantity in _of(experiment, MESH) if "precise" in MODELS[first].promises else ():
+    for quantity in _of(experiment, MESH) if "precise" in registry.MODELS[first].promises else ():
         precise = experiment.run(first, "precise"), experiment.run(first, "precise-coarse")
         sides = [precise, _refinement(experiment, first)]
         yield _refined(experiment, sides, quantity, family="precise")
@@ -202,21 +192,19 @@ def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, ...]:
     These are of the same integrator, whose error hangs on where in a step the teeth meet: two runs
     may err alike by chance.
     """
-    own = experiment.run(model), experiment.run(model, "coarse")
-    if model not in same_integrator():
+    own: tuple[Simulation, ...] = experiment.run(model), experiment.run(model, "coarse")
+    if model not in registry.same_integrator():
         return own
-    first = lead()
-    again = [
-        (experiment.run(first), experiment.run(first, variant))
-        for variant in ("coarse", "coarse-2", "coarse-3")
-    ]
-    return *own, *(run for pair in again for run in pair)
+    first = registry.lead()
+    for variant in FEWER:
+        own = *own, experiment.run(first), experiment.run(first, variant)
+    return own
 
 
 def _forms(experiment: Experiment) -> Iterator[Comparison]:
     """How far the paper's own forms are from an engine."""
-    other = second()
-    for form in promising("simulate", _about_it(names("form"), experiment.case)):
+    other = registry.second()
+    for form in registry.promising("simulate", _about_it(registry.names("form"), experiment.case)):
         runs = (experiment.run(form), experiment.run(other))
         for quantity in FORM_QUANTITIES:
             about = _about("form", experiment, quantity, (form, other))
@@ -225,7 +213,7 @@ def _forms(experiment: Experiment) -> Iterator[Comparison]:
 
 def _about_it(models: Sequence[str], case: Case) -> tuple[str, ...]:
     """Those of some models that are about a case."""
-    return about(models, case.arm, case.switches)
+    return registry.about(models, case.arm, case.switches)
 
 
 def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:
@@ -234,7 +222,7 @@ def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:
     engines, *others = (_refinement(experiment, name) for name in able)
     for other in others:
         yield _refined(experiment, (engines, other), "theta")
-    first, engine = lead(), engines[0]
+    first, engine = registry.lead(), engines[0]
     pair, names = (engine, experiment.run(first)), (engine.model, first)
     tip = partial(trajectories.tip_deviation, arm=experiment.case.arm)
     yield answered(_about("deviation", experiment, "tip", names), pair, tip)
@@ -246,8 +234,8 @@ def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:
 
 def engines_first(level: str) -> list[str]:
     """The rigid models of a level that simulate, those that choose their own steps first."""
-    able = promising("simulate", of_level(level))
-    return sorted(able, key=lambda name: MODELS[name].order is not None)
+    able = registry.promising("simulate", registry.of_level(level))
+    return sorted(able, key=lambda name: registry.MODELS[name].order is not None)
 
 
 def _refined(
@@ -274,16 +262,6 @@ def _about(
     joint: int | None = None,
 ) -> About:
     return About(Key(family, experiment.name, quantity, *models, joint), UNITS[quantity], LARGEST)
-
-
-def _unstable(experiment: Experiment) -> Comparison:
-    """The growth itself, for the record."""
-    growth = experiment.growth
-    assert growth is not None  # as the caller has seen
-    key = Key("stability", experiment.name, "growth-rate", lead())
-    about = About(key, "1/s", "fastest-growing vibration with every tooth in contact", "stability")
-    judged = partial(measured_only, measured=growth.rate_per_s, note=str(growth))
-    return answered(about, (), judged)
 
 
 def _forgiving(experiment: Experiment, comparison: Comparison) -> Comparison:
@@ -326,7 +304,6 @@ def _stable_step(run: Simulation) -> Comparison:
     """Of all runs of a model in an experiment, that with the largest step."""
     task = Evaluation(run.model, run.case, "largest_stable_step")
     key = Key("stable-step", run.key.experiment, "step", run.model)
-
     about = About(key, "1", "largest step over its limit", "stability limit")
     judged = partial(trajectories.stable_step, step_s=run.case.scenario.step_s)
     return answered(about, (task,), judged)

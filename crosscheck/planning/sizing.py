@@ -79,23 +79,16 @@ def sizes_of(arm: Arm) -> Sizes:
     rate = WITHOUT_GEARS if mode is None else 2 * np.pi * mode / SLOWER
     rigid = build(of_level("coupled")[0], arm, scenario_of("sizing", still, rate, 1.0))
     inertia = np.diag(rigid.mass_matrix(np.zeros(len(arm.joints))))
+    held = -weight_moments(arm, np.zeros(inertia.size))
+    step = _allowed(Torque, inertia * rate**2 * STEP_SWING + held)
     for halvings in range(GENTLER):
-        sizes = _controlled(arm, inertia, rate, rate / 2**halvings, mode)
+        controllers = rate / 2**halvings
+        P = _allowed(Gain, inertia * controllers**2 + 2 * largest_weights(arm))
+        D = _allowed(RateGain, 2 * DAMPING_RATIO * inertia * controllers)
+        sizes = Sizes(rate, tuple(map(float, inertia)), P, D, step, mode)
         if growth_of(arm, pd_scenario(sizes)) is None:
             break
     return sizes
-
-
-def _controlled(
-    arm: Arm, inertia: np.ndarray, rate: float, controllers: float, mode: float | None
-) -> Sizes:
-    proportional = inertia * controllers**2 + 2 * largest_weights(arm)
-    derivative = 2 * DAMPING_RATIO * inertia * controllers
-    held = -weight_moments(arm, np.zeros(inertia.size))
-    step = inertia * rate**2 * STEP_SWING + held
-    own = tuple(map(float, inertia))
-    P, D = _allowed(Gain, proportional), _allowed(RateGain, derivative)
-    return Sizes(rate, own, P, D, _allowed(Torque, step), mode)
 
 
 def _allowed(kind: Any, values: Iterable[float], digits: int = DIGITS) -> tuple[float, ...]:
@@ -168,6 +161,24 @@ def made(name: str, **fields: Any) -> Scenario:
     return validated(Scenario, data, f"experiment {name}, sized to the arm")
 
 
+def bent(name: str, steps: int, records: int, step_s: float, torques: np.ndarray) -> Scenario:
+    """An arm that starts bent, under held torques [N m], (joints,), less from joint to joint."""
+    numbers = np.arange(torques.size)
+    return made(
+        name,
+        duration_s=steps * step_s,
+        step_s=step_s,
+        record_every=steps // records,
+        start=bent_start(torques.size),
+        drive=held_torques(torques * (1 - 0.1 * numbers)),
+    )
+
+
+def bent_start(joints: int) -> Start:
+    """At rest, every joint at another angle."""
+    return Start(theta_rad=tuple(0.4 - 0.7 * number for number in range(joints)))
+
+
 def held_torques(torques: Iterable[float]) -> ConstantDrive:
     """These torques [N m], as large as a scenario's may be at most."""
     return ConstantDrive(kind="constant", torque_N_m=_allowed(Torque, torques, digits=17))
@@ -190,25 +201,18 @@ def growth_of(arm: Arm, scenario: Scenario) -> GrowingMode | None:
 
     None if none grows to speak of within its duration. A fall is no vibration.
     """
-    found = [_growth(arm, posed) for posed in _poses(arm, scenario)]
-    worst = max(found, key=lambda growth: growth.rate_per_s)
-    return worst if worst.rate_per_s * scenario.duration_s > TOLERATED else None
-
-
-def _growth(arm: Arm, scenario: Scenario) -> GrowingMode:
-    poles = build(lead(), arm, scenario, usual_switches(arm)).contact_poles()
-    vibrations = poles[poles.imag > ROUNDING * np.abs(poles).max()]
-    if not vibrations.size:
-        return GrowingMode(0.0, 0.0)
-    worst = vibrations[np.argmax(vibrations.real)]
-    rate = float(worst.real) if worst.real > ROUNDING * np.abs(poles).max() else 0.0
-    return GrowingMode(rate, float(worst.imag) / (2 * np.pi))
-
-
-def _poses(arm: Arm, scenario: Scenario) -> list[Scenario]:
     poses = [scenario]
     if isinstance(scenario.drive, PdDrive):
         there = per_joint(scenario.drive.target_rad, len(arm.joints))
         start = scenario.start.model_copy(update={"theta_rad": there})
         poses.append(scenario.model_copy(update={"start": start}))
-    return poses
+    worst = GrowingMode(0.0, 0.0)
+    for pose in poses:
+        poles = build(lead(), arm, pose, usual_switches(arm)).contact_poles()
+        rounding = ROUNDING * np.abs(poles).max()
+        vibrations = poles[poles.imag > rounding]
+        if vibrations.size:
+            fastest = vibrations[np.argmax(vibrations.real)]
+            if fastest.real > max(rounding, worst.rate_per_s):
+                worst = GrowingMode(float(fastest.real), float(fastest.imag) / (2 * np.pi))
+    return worst if worst.rate_per_s * scenario.duration_s > TOLERATED else None

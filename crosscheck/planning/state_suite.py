@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
 from itertools import combinations, product
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from crosscheck.checks import energy, invariants, scales, states, told
 from crosscheck.checks.answers import ABILITIES, CHRISTOFFEL, random_states
@@ -18,15 +22,16 @@ from crosscheck.models.files import raw_arm
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm
 from crosscheck.planning.comparison import Comparison, Results, answered
-from crosscheck.planning.mode_suite import linearised
+from crosscheck.planning.mode_suite import geared_models, linearised
 from crosscheck.planning.sizing import unequal_gains
-from crosscheck.planning.stated import FORMS, Stated
 from crosscheck.registry import MODELS, RIGID_LEVELS, about, covering, lead, of_level
+from crosscheck.runner.outcomes import OwnKey, or_failure
 from crosscheck.runner.tasks import Evaluation
 
 COUNT, QUICK_COUNT = 200, 20
 # Per switch setting; M and bias know no switch, so they are compared under one setting alone.
 SWITCH_COUNT, SWITCHED = 20, ("generalized_force", "acceleration")
+FORMS = "analytic:energies", "analytic:printed"  # whose symbols are at hand
 DIFFERENCE, FIRST_PRINCIPLES = "largest relative difference", "first principles"
 
 
@@ -72,8 +77,12 @@ def rigid(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Compari
 def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
     """Forces and accelerations of the geared models under every setting of the switches."""
     for chosen in all_switches():
-        where, case = f"{arm.name}/{_label(chosen)}", Case(arm, unequal_gains(arm), chosen)
-        spots = [Spot(where, name, case, SWITCH_COUNT, seed) for name in _geared(case)]
+        # The paper's own way with planets and springs goes without saying.
+        laws: list[str] = [chosen.phase, chosen.ring_rate, chosen.dead_zone, chosen.damping]
+        laws += ["free"] if chosen.planets == "free" else []
+        laws += ["conservative"] if chosen.mesh_work == "conservative" else []
+        where, case = f"{arm.name}/{'-'.join(laws)}", _case(arm, chosen)
+        spots = [Spot(where, name, case, SWITCH_COUNT, seed) for name in geared_models(case)]
         yield from pairs(spots, SWITCHED)
 
 
@@ -81,9 +90,13 @@ def geared(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Compar
     """States, balances and modes of the geared models, and what the paper's forms differ by."""
     where, chosen = f"{arm.name}/geared", usual_switches(arm)
     case = _case(arm, chosen)
-    spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
+    spots = [Spot(where, name, case, count, seed) for name in geared_models(case)]
     yield from _of_states(spots, content)
-    yield from _closed_joints(spots)
+    for spot in spots:
+        if "constraint_residual" in MODELS[spot.model].promises:
+            metric = f"largest gap, rate, acceleration or error of one, {spot.number} random states"
+            about = spot.own("constraints", metric, "closure of its joints")
+            yield answered(about, (spot.of("constraint_residual"),), invariants.constraints)
     yield from linearised(arm.name, arm, chosen)
     yield from _forms([spot for spot in spots if spot.model != lead()])
     for form in covering("form", arm, switches()):
@@ -94,7 +107,7 @@ def free(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Comparis
     """The same with a coordinate for every planet, of an arm whose planets may be lumped."""
     where, chosen = f"{arm.name}/free", usual_switches(arm, planets="free")
     case = _case(arm, chosen)
-    spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
+    spots = [Spot(where, name, case, count, seed) for name in geared_models(case)]
     yield from _of_states(spots, content)
     yield from linearised(where, arm, chosen)
 
@@ -108,7 +121,7 @@ def conservative(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
         return
     chosen = usual_switches(arm, planets="free", mesh_work="conservative")
     where, case = f"{arm.name}/conservative", _case(damped(arm, 0.0), chosen)
-    spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
+    spots = [Spot(where, name, case, count, seed) for name in geared_models(case)]
     yield from pairs(spots, SWITCHED)
     for spot in spots:
         yield balance(spot, "energy-rate", "W", energy.rate_closes)
@@ -151,6 +164,42 @@ class Spot(NamedTuple):
         """What a check of this model alone is about."""
         return About(Key("invariants", self.where, quantity, self.model), unit, metric, against)
 
+    def told(self, quantity: str) -> About:
+        """What a check of this model against the arm's data is about."""
+        key = Key("as-told", self.where, quantity, self.model)
+        return About(key, "1", self.over(DIFFERENCE), "the arm's data")
+
+
+@dataclass(frozen=True)
+class Stated(OwnKey):
+    """What a form of the paper says in symbols, worked out at the states that its model answers."""
+
+    spot: Spot
+    quantity: str
+    cost = 1.0  # rough seconds
+
+    @property
+    def model(self) -> str:
+        """What answers: the symbols."""
+        return f"{self.spot.model} in symbols"
+
+    @or_failure
+    def perform(self) -> np.ndarray:
+        """M (count, n, n) or the bias (count, n), or why there is none."""
+        import sympy as sp  # half a second, for this alone
+
+        from crosscheck.analytic.derivation.symbols import parameter_values
+        from crosscheck.analytic.paper.energies import energies_form
+        from crosscheck.analytic.paper.printed import printed_form
+
+        forms = dict(zip(FORMS, (energies_form, printed_form), strict=True))
+        form, (arm, _, drawn) = forms[self.spot.model](), self.spot.setting
+        numbers = {s: sp.Float(float(x), 17) for s, x in parameter_values(arm).items()}
+        entries = getattr(form, self.quantity).xreplace(numbers)
+        evaluate = sp.lambdify((form.q, form.v), entries, "numpy")
+        values = [np.array(evaluate(q, v), dtype=float) for _, q, v in zip(*drawn, strict=True)]
+        return np.array([v[:, 0] if v.shape[1] == 1 else v for v in values])
+
 
 def pairs(spots: Sequence[Spot], quantities: Sequence[str]) -> Iterator[Comparison]:
     """A comparison per quantity and pair of models; their coordinates are the same."""
@@ -176,13 +225,13 @@ def _of_form(spot: Spot, content: Content) -> Iterator[Comparison]:
     """
     yield from _own(spot)
     yield from balances(spot)
-    yield _force_as_told(spot, content)
+    yield from _as_told(spot, content, inertia=False)
 
     def as_stated(about: About, own: Any, stated: Any, mass: Any) -> Finding:
         return states.compare_values(about, stated, own, mass[0], spot.setting)
 
     for quantity in ("mass_matrix", "bias") if spot.model in FORMS else ():
-        symbols = Stated(spot.model, quantity, spot.case, spot.number, spot.seed)
+        symbols = Stated(spot, quantity)
         key = Key("form-symbols", spot.where, quantity, spot.model)
         about = About(key, "1", spot.over(DIFFERENCE), "its equations in symbols")
         yield answered(about, (spot.of(quantity), symbols, spot.of("mass_matrix")), as_stated)
@@ -202,56 +251,39 @@ def _pair(family: str, quantity: str, left: Spot, right: Spot, judge: states.Jud
 
 
 def _own(spot: Spot) -> Iterator[Comparison]:
-    """What one model owes to itself."""
+    """What one model owes to itself.
+
+    It must say of itself all that the registry says of it, for users ask the model.
+    """
     mass, bias, symbols = (spot.of(name) for name in ("mass_matrix", "bias", CHRISTOFFEL))
     metric = f"{spot.over('largest relative asymmetry')}; positive definite"
     about = spot.own("inertia", metric, FIRST_PRINCIPLES)
     yield answered(about, (mass,), invariants.is_inertia)
-
-    def follows(about: About, bias: Any, symbols: Any, mass: Any) -> Finding:
-        return invariants.bias_follows(about, bias, symbols, mass, spot.setting)
-
     against = "Christoffel symbols of its own mass matrix"
     about = spot.own("bias-from-inertia", spot.over(DIFFERENCE), against)
+    follows = partial(invariants.bias_follows, setting=spot.setting)
     yield answered(about, (bias, symbols, mass), follows)
-    yield _promises(spot)
-
-
-def _as_told(spot: Spot, content: Content) -> Iterator[Comparison]:
-    """What a model says of inertia and forces, against the data of arm and experiment alone."""
-
-    def inertia(about: About, mass: Any) -> Finding:
-        level = MODELS[spot.model].level
-        return told.inertia_as_told(about, mass, spot.setting, content, level)
-
-    key = Key("as-told", spot.where, "mass_matrix", spot.model)
-    about = About(key, "1", spot.over(DIFFERENCE), "the arm's data")
-    yield answered(about, (spot.of("mass_matrix"),), inertia)
-    yield _force_as_told(spot, content)
-
-
-def _force_as_told(spot: Spot, content: Content) -> Comparison:
-    def forces(about: About, force: Any, mass: Any) -> Finding:
-        level = MODELS[spot.model].level
-        return told.force_as_told(about, force, mass, spot.setting, spot.case, content, level)
-
-    key = Key("as-told", spot.where, "generalized_force", spot.model)
-    about = About(key, "1", spot.over(DIFFERENCE), "the arm's data")
-    return answered(about, (spot.of("generalized_force"), spot.of("mass_matrix")), forces)
-
-
-def _promises(spot: Spot) -> Comparison:
-    """A model must say of itself all that the registry says of it: users ask the model."""
-    task, promised = Evaluation(spot.model, spot.case, ABILITIES), MODELS[spot.model].promises
-
-    def judged(about: About, claimed: Any) -> Finding:
-        lacking = sorted(promised - set(claimed.tolist()))
-        if lacking:
-            return failed(about, f"the model does not claim to have {', '.join(lacking)}")
-        return checked(about, measured=0.0, tolerance=0.0, basis="every promised ability is there")
-
     about = spot.own("abilities", "abilities missing", "declared capabilities")
-    return answered(about, (task,), judged)
+    task = Evaluation(spot.model, spot.case, ABILITIES)
+    yield answered(about, (task,), partial(_claims_all, promised=MODELS[spot.model].promises))
+
+
+def _claims_all(about: About, claimed: Any, promised: frozenset[str]) -> Finding:
+    lacking = sorted(promised - set(claimed.tolist()))
+    if lacking:
+        return failed(about, f"the model does not claim to have {', '.join(lacking)}")
+    return checked(about, measured=0.0, tolerance=0.0, basis="every promised ability is there")
+
+
+def _as_told(spot: Spot, content: Content, *, inertia: bool = True) -> Iterator[Comparison]:
+    """What a model says of forces, and of inertia too, against the data of arm and experiment."""
+    level, setting = MODELS[spot.model].level, spot.setting
+    given: dict[str, Any] = {"setting": setting, "content": content, "level": level}
+    mass, force = spot.of("mass_matrix"), spot.of("generalized_force")
+    if inertia:
+        yield answered(spot.told("mass_matrix"), (mass,), partial(told.inertia_as_told, **given))
+    judged = partial(told.force_as_told, case=spot.case, **given)
+    yield answered(spot.told("generalized_force"), (force, mass), judged)
 
 
 def balances(spot: Spot) -> Iterator[Comparison]:
@@ -270,14 +302,6 @@ def balance(spot: Spot, name: str, unit: str, law: invariants.Balance) -> Compar
     return answered(about, [spot.of(quantity) for quantity in STATE_ABILITIES], judged)
 
 
-def _closed_joints(spots: Sequence[Spot]) -> Iterator[Comparison]:
-    for spot in spots:
-        if "constraint_residual" in MODELS[spot.model].promises:
-            metric = f"largest gap, rate, acceleration or error of one, {spot.number} random states"
-            about = spot.own("constraints", metric, "closure of its joints")
-            yield answered(about, (spot.of("constraint_residual"),), invariants.constraints)
-
-
 def all_switches() -> list[Switches]:
     """The sixteen combinations of the paper's four switches, and those that others change."""
     fields = ("phase", "ring_rate", "dead_zone", "damping")
@@ -292,19 +316,6 @@ def all_switches() -> list[Switches]:
         if (each["phase"], each["dead_zone"]) == ("angle", "exact")
     ]
     return [switches(**chosen) for chosen in (*papers, *single, *springs)]
-
-
-def _label(chosen: Switches) -> str:
-    """Of a setting; the paper's own way with planets and springs goes without saying."""
-    single = ("free",) * (chosen.planets == "free")
-    springs = ("conservative",) * (chosen.mesh_work == "conservative")
-    papers = (chosen.phase, chosen.ring_rate, chosen.dead_zone, chosen.damping)
-    return "-".join((*papers, *single, *springs))
-
-
-def _geared(case: Case) -> tuple[str, ...]:
-    """The geared models that are about a case."""
-    return covering("geared", case.arm, case.switches)
 
 
 def _case(arm: Arm, chosen: Switches) -> Case:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from crosscheck.findings import Agreement, Finding, Verdict
 from crosscheck.models.arm.arm import Arm
@@ -58,18 +57,6 @@ class ModelAnswer:
         finding = self.worst.get(quantity)
         return "" if finding is None else amount(finding)
 
-    def to_dict(self) -> dict[str, Any]:
-        """As in crosscheck/schema/agreement.schema.json."""
-        return {
-            "model": self.model,
-            "against": list(self.against),
-            "verdict": self.verdict,
-            "differences": [
-                {"quantity": q, "measured": f.measured, "unit": f.unit, "id": f.id}
-                for q, f in self.worst.items()
-            ],
-        }
-
 
 def amount(finding: Finding) -> str:
     """A measured difference for reading: relative ones in per cent unless they are tiny."""
@@ -86,20 +73,22 @@ def compared(agreement: Agreement, arm: Arm) -> list[ModelAnswer]:
     are about this arm.
     """
     pairs = [f for f in agreement.findings if f.about.key.right]
-    own = [f for f in pairs if _is_own(f, arm)]
+    # States of this arm, not of the probe's or another reading's; and any run.
+    own = [
+        f
+        for f in pairs
+        if f.about.key.family in RUNS
+        or (f.about.key.family in STATES and f.about.key.case.partition("/")[0] == arm.name)
+    ]
     found = []
-    for model in (*names("form"), lead(), *_derived_levels()):
+    home = lead().partition(":")[0]  # the package of the derivation, with rigid models of its own
+    derived = [name for name in names("rigid") if name.partition(":")[0] == home]
+    for model in (*names("form"), lead(), *derived):
         others = [f for f in own if _with_engine(f, model)]
         checks = [f for f in pairs if f.kind == "check" and _with_engine(f, model)]
         if others:
             found.append(_compared(model, others, checks, own))
     return found
-
-
-def _derived_levels() -> Iterator[str]:
-    """Rigid models of the derivation's own package."""
-    home = lead().partition(":")[0]
-    return (name for name in names("rigid") if name.partition(":")[0] == home)
 
 
 def _with_engine(finding: Finding, model: str) -> bool:
@@ -110,31 +99,21 @@ def _with_engine(finding: Finding, model: str) -> bool:
     return other.partition(":")[0] != model.partition(":")[0]
 
 
-def _is_own(finding: Finding, arm: Arm) -> bool:
-    """States of this arm, not of the probe's or another reading's; and any run."""
-    key = finding.about.key
-    if key.family in STATES:
-        return key.case.partition("/")[0] == arm.name
-    return key.family in RUNS
-
-
 def _compared(
     model: str, others: Sequence[Finding], checks: Sequence[Finding], own: Sequence[Finding]
 ) -> ModelAnswer:
     worst: dict[str, Finding] = {}
-    for finding in others:
-        quantity, known = finding.quantity, worst.get(finding.quantity)
-        if quantity in QUANTITIES and (known is None or _size(finding) > _size(known)):
-            worst[quantity] = finding
+    for quantity in QUANTITIES:
+        if found := [f for f in others if f.quantity == quantity]:
+            worst[quantity] = max(found, key=_size)
     against = dict.fromkeys(f.right if f.left == model else f.left for f in others)
     if checks:
         verdict = min((f.verdict for f in checks), key=WORST_FIRST.index)
     else:
         verdict = "differ" if any(_beyond(f, own) for f in others) else "agree"
-    ordered = {quantity: worst[quantity] for quantity in QUANTITIES if quantity in worst}
-    relative = [f.relative for f in checks if f.about.key.family == "states"]
-    common = [digits(value) for value in relative if value is not None]
-    return ModelAnswer(model, tuple(against), ordered, verdict, min(common, default=None))
+    states = [f.relative for f in checks if f.about.key.family == "states"]
+    common = [digits(value) for value in states if value is not None]
+    return ModelAnswer(model, tuple(against), worst, verdict, min(common, default=None))
 
 
 def _size(finding: Finding) -> float:
@@ -163,11 +142,8 @@ def headline(rows: Sequence[ModelAnswer]) -> str:
     said = []
     for row in wrong:
         sizes = ", ".join(f"{row.number(q)} in {WORDS[q]}" for q in row.worst)
-        title = MODELS[row.model].title
-        said.append(
-            f"{title[0].upper()}{title[1:]}, do not agree with the engines: they differ by up to"
-            f" {sizes}."
-        )
+        title = f"{row.title[0].upper()}{row.title[1:]}"
+        said.append(f"{title}, do not agree with the engines: they differ by up to {sizes}.")
     if forms and not wrong:
         said.append("The paper's equations as printed agree with the engines.")
     red = [row.model for row in rest if row.verdict != "agree"]
@@ -190,23 +166,20 @@ def rigid_from_geared(agreement: Agreement) -> str:
             by_case.setdefault(key.case, []).append(finding)
     if not by_case:
         return "No rigid model was run beside the geared one."
-    return " ".join(_tips(case, found) for case, found in by_case.items())
+    said = []
+    for case, found in by_case.items():
+        ends = ", by ".join(map(_tip, (found[0], *found[1:][-1:])))
+        said.append(f"In experiment {case} the rigid arm's tip is off by up to {ends}.")
+    return " ".join(said)
 
 
-def _tips(case: str, found: Sequence[Finding]) -> str:
-    """Of one experiment."""
-    ends = [found[0], *found[1:][-1:]]
-    sizes = (f"{_length(f.measured or 0.0)} {_with(MODELS[f.left].level)}" for f in ends)
-    return f"In experiment {case} the rigid arm's tip is off by up to {', by '.join(sizes)}."
-
-
-def _length(metres: float) -> str:
-    return f"{1e3 * metres:.3g} mm" if metres >= 1e-5 else f"{1e6 * metres:.3g} µm"
-
-
-def _with(level: str) -> str:
-    """What a rigid level has."""
-    return f"with {LEVELS_HAVE[level]} ({level})" if level in LEVELS_HAVE else f"at level {level}"
+def _tip(finding: Finding) -> str:
+    """How far it is off, and what that rigid level has."""
+    metres, level = finding.measured or 0.0, MODELS[finding.left].level
+    length = f"{1e3 * metres:.3g} mm" if metres >= 1e-5 else f"{1e6 * metres:.3g} µm"
+    if level not in LEVELS_HAVE:
+        return f"{length} at level {level}"
+    return f"{length} with {LEVELS_HAVE[level]} ({level})"
 
 
 def trust(agreement: Agreement) -> str:
@@ -239,15 +212,6 @@ class Answers:
     rigid: str
     trust: str
 
-    def to_dict(self) -> dict[str, Any]:
-        """As in crosscheck/schema/agreement.schema.json."""
-        models = [row.to_dict() for row in self.rows]
-        return {
-            "equations": {"answer": self.equations, "models": models},
-            "rigid": {"answer": self.rigid},
-            "trust": {"answer": self.trust},
-        }
-
 
 def answers(agreement: Agreement, arm: Arm) -> Answers:
     """Of a cross-check of an arm."""
@@ -257,6 +221,23 @@ def answers(agreement: Agreement, arm: Arm) -> Answers:
 
 def agreement_json(agreement: Agreement, arm: Arm) -> str:
     """As crosscheck/schema/agreement.schema.json has it, the answers before the findings."""
-    whole, found = agreement.to_dict(), answers(agreement, arm).to_dict()
-    document = {"schema_version": whole.pop("schema_version"), "answers": found, **whole}
+    whole, found = agreement.to_dict(), answers(agreement, arm)
+    models = [
+        {
+            "model": row.model,
+            "against": row.against,
+            "verdict": row.verdict,
+            "differences": [
+                {"quantity": q, "measured": f.measured, "unit": f.unit, "id": f.id}
+                for q, f in row.worst.items()
+            ],
+        }
+        for row in found.rows
+    ]
+    said = {
+        "equations": {"answer": found.equations, "models": models},
+        "rigid": {"answer": found.rigid},
+        "trust": {"answer": found.trust},
+    }
+    document = {"schema_version": whole.pop("schema_version"), "answers": said, **whole}
     return json.dumps(document, indent=1, allow_nan=False) + "\n"

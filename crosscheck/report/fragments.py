@@ -10,11 +10,6 @@ import markupsafe
 COLOURS = ("#1f5fa8", "#d1702c", "#2f8f5b", "#8a4fb0", "#b03050", "#5a6b7a", "#a08a20")
 
 
-def heading(text: str) -> str:
-    """A section's heading."""
-    return f"<h3>{escape(text)}</h3>"
-
-
 def paragraph(text: str) -> str:
     """A paragraph of plain text."""
     return f"<p>{escape(text)}</p>"

@@ -2,17 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from crosscheck.findings import Finding
-from crosscheck.planning.plan import (
-    FULL_S,
-    FULL_STEPS,
-    QUICK_S,
-    QUICK_STEPS,
-    Wanted,
-    is_the_papers,
-)
+from crosscheck.planning import plan
 from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import LEVELS, lead, second
@@ -33,18 +24,28 @@ def report_page(result: CrossCheck, pictures: Pictures) -> str:
     """HTML text of the report, figures inlined."""
     agreement = result.agreement
     found = cells(agreement.findings)
+    # By experiment and rigid model, how far that is from the geared arm.
+    deviations: dict[str, dict[str, list[Finding]]] = {}
+    for finding in agreement.findings:
+        key = finding.about.key
+        if key.family == "deviation":
+            deviations.setdefault(key.case, {}).setdefault(key.left, []).append(finding)
     made = page(
         "page",
         arm=result.arm,
         agreement=agreement,
-        is_the_papers=is_the_papers(result.arm),
+        is_the_papers=plan.is_the_papers(result.arm),
         answers=answers(agreement, result.arm),
         questions=QUESTIONS,
         quantities=QUANTITIES,
         cells=found,
         groups=groups([cell for cell in found if cell.between_models]),
-        headline=[f for f in agreement.checks if _is_headline(f)],
-        deviations=_deviations(agreement.findings),
+        headline=[
+            f
+            for f in agreement.checks
+            if f.about.key.case in HEADLINE_CASES and f.about.key.family in HEADLINE
+        ],
+        deviations=deviations,
         pictures=pictures,
         signals=signals_json(pictures.signals),
         plot_style=vendored("uPlot.min.css"),
@@ -60,30 +61,17 @@ def report_page(result: CrossCheck, pictures: Pictures) -> str:
     return sound_links(made)
 
 
-def preliminary(wanted: Wanted) -> str:
+def preliminary(wanted: plan.Wanted) -> str:
     """What a quick cross-check leaves out."""
-    runs = f"at most {QUICK_STEPS} steps of each experiment are simulated"
+    runs = f"at most {plan.QUICK_STEPS} steps of each experiment are simulated"
     if wanted.keeps_steps:
-        short = (f"{each:g} of {FULL_S[name]:g} s of {name}" for name, each in QUICK_S.items())
+        short = (
+            f"{each:g} of {plan.FULL_S[name]:g} s of {name}" for name, each in plan.QUICK_S.items()
+        )
         runs = f"{' and '.join(short)} are simulated"
     elif wanted.needs_sizes:
-        runs = f"{runs}, a full cross-check takes up to {FULL_STEPS}"
+        runs = f"{runs}, a full cross-check takes up to {plan.FULL_STEPS}"
     return (
         f"With --quick {runs}, and models are compared at {QUICK_COUNT} random states where a full"
         f" cross-check takes {COUNT}. What happens later in the runs is not judged here."
     )
-
-
-def _is_headline(finding: Finding) -> bool:
-    key = finding.about.key
-    return key.case in HEADLINE_CASES and key.family in HEADLINE
-
-
-def _deviations(findings: Sequence[Finding]) -> dict[str, dict[str, list[Finding]]]:
-    """experiment -> rigid model -> Findings of how far it is from the geared arm."""
-    table: dict[str, dict[str, list[Finding]]] = {}
-    for finding in findings:
-        key = finding.about.key
-        if key.family == "deviation":
-            table.setdefault(key.case, {}).setdefault(key.left, []).append(finding)
-    return table

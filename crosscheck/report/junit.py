@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from xml.etree import ElementTree
 
 from crosscheck.findings import Agreement, Finding
-from crosscheck.provenance import Provenance
 from crosscheck.report.words import outcome
 
 # XML 1.0 has no way to write these; an exception's message may hold them.
@@ -46,43 +44,32 @@ def _case(finding: Finding) -> ElementTree.Element:
     name = replace(key, family="", case="").id
     named = {"classname": _clean(classname), "name": _clean(name), "time": "0"}
     case = ElementTree.Element("testcase", named)
-    summary = _summary(finding)
+    summary = f"{outcome(finding)} ({finding.basis})" if finding.basis else outcome(finding)
     if finding.verdict != "agree":
         kind = "error" if finding.verdict in ("failed", "unfinished") else "failure"
         verdict = {"type": finding.verdict, "message": _clean(f"{finding.verdict}: {summary}")}
-        ElementTree.SubElement(case, kind, verdict).text = _details(finding)
+        details = "\n".join(f"{name}: {value}" for name, value in finding.to_dict().items())
+        ElementTree.SubElement(case, kind, verdict).text = _clean(details)
     ElementTree.SubElement(case, "system-out").text = _clean(summary)
     return case
 
 
-def _summary(finding: Finding) -> str:
-    return f"{outcome(finding)} ({finding.basis})" if finding.basis else outcome(finding)
-
-
-def _details(finding: Finding) -> str:
-    return _clean("\n".join(f"{name}: {value}" for name, value in finding.to_dict().items()))
-
-
 def _properties(agreement: Agreement) -> ElementTree.Element:
     """Provenance, as far as it is text and numbers, and the measurements."""
-    properties = ElementTree.Element("properties")
-    for name, value in _scalars(agreement.provenance):
-        ElementTree.SubElement(properties, "property", {"name": name, "value": _clean(str(value))})
+    own, named = agreement.provenance, list[tuple[str, object]]()
+    if own is not None:
+        named += [(name, value) for name, value in own if isinstance(value, str | int | None)]
+        named += [(f"version {name}", value) for name, value in own.versions.items()]
     if agreement.known:
-        known = _clean(", ".join(key.id for key in agreement.known))
-        ElementTree.SubElement(properties, "property", {"name": "known", "value": known})
+        named.append(("known", ", ".join(key.id for key in agreement.known)))
     for finding in agreement.findings:
         if finding.kind == "measurement":
-            value = f"{finding.measured!r} {finding.unit}"
-            named = {"name": _clean(finding.id), "value": _clean(value)}
-            ElementTree.SubElement(properties, "property", named)
+            named.append((finding.id, f"{finding.measured!r} {finding.unit}"))
+    properties = ElementTree.Element("properties")
+    for name, value in named:
+        pair = {"name": _clean(name), "value": _clean(str(value))}
+        ElementTree.SubElement(properties, "property", pair)
     return properties
-
-
-def _scalars(of: Provenance | None) -> Iterator[tuple[str, object]]:
-    if of is not None:
-        yield from ((name, value) for name, value in of if isinstance(value, str | int | None))
-        yield from ((f"version {name}", value) for name, value in of.versions.items())
 
 
 def _clean(text: str) -> str:

@@ -9,15 +9,7 @@ from dataclasses import dataclass, replace
 from crosscheck.findings import Finding, Verdict
 from crosscheck.report.words import counted
 
-WORST_FIRST: tuple[Verdict, ...] = (
-    "failed",
-    "differ",
-    "unfinished",
-    "unresolved",
-    "agree",
-)
-
-
+WORST_FIRST: tuple[Verdict, ...] = ("failed", "differ", "unfinished", "unresolved", "agree")
 FAMILIES = {
     "states": "at states",
     "same-step": "over runs",
@@ -68,17 +60,10 @@ def folded(found: Sequence[MatrixCell]) -> list[MatrixCell]:
     for cell in found:
         if cell not in alone:
             rest.setdefault(cell.right, []).append(cell)
-    return [
-        *alone,
-        *(
-            replace(
-                some[0],
-                left=some[0].left if len(some) == 1 else counted(len(some), "model"),
-                checks=sum(cell.checks for cell in some),
-            )
-            for some in rest.values()
-        ),
-    ]
+    for some in rest.values():
+        left = some[0].left if len(some) == 1 else counted(len(some), "model")
+        alone.append(replace(some[0], left=left, checks=sum(cell.checks for cell in some)))
+    return alone
 
 
 def _cell(pair: tuple[str, str, bool], found: list[Finding]) -> MatrixCell:
@@ -89,9 +74,8 @@ def _cell(pair: tuple[str, str, bool], found: list[Finding]) -> MatrixCell:
         family = FAMILIES.get(check.about.key.family)
         if family is not None and check.relative is not None:
             worst[family] = max(worst.get(family, 0.0), check.relative)
-    return MatrixCell(
-        *pair, verdict, len(judged), {name: digits(value) for name, value in worst.items()}
-    )
+    common = {name: digits(value) for name, value in worst.items()}
+    return MatrixCell(*pair, verdict, len(judged), common)
 
 
 def groups(found: Sequence[MatrixCell]) -> list[list[str]]:

@@ -1,17 +1,21 @@
-"""The Agreement as a table in the terminal."""
+"""The Agreement in the terminal: as a table, or as what has changed since a baseline."""
 
 from __future__ import annotations
+
+import math
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from crosscheck.findings import Agreement
+from crosscheck.baseline.regression import changed_since, known_differences
+from crosscheck.findings import Agreement, Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.report.answers import QUESTIONS, answers
 from crosscheck.report.matrix import cells, folded
-from crosscheck.report.words import outcome, printable, tally
+from crosscheck.report.words import counted, outcome, printable, tally
 
+MOST = 40  # lines; a real change concerns everything at once, and the largest say enough
 COLOURS = {
     "agree": "green",
     "differ": "red",
@@ -34,8 +38,13 @@ def print_answers(agreement: Agreement, arm: Arm) -> None:
 
 def print_agreement(agreement: Agreement) -> None:
     """Verdict matrix, then every check that is not green, then the count."""
+    table = Table("left", "right", "verdict", "checks", "digits in common", box=None)
+    for cell in folded(cells(agreement.findings)):
+        digits = ", ".join(f"{value:.1f} {family}" for family, value in cell.digits.items())
+        verdict = Text(cell.verdict, COLOURS[cell.verdict])
+        table.add_row(Text(cell.left), Text(cell.right), verdict, str(cell.checks), digits)
     console = Console()
-    console.print(_matrix(agreement))
+    console.print(table)
     for finding in agreement.disagreeing:
         told = printable(f" {finding.id}: {outcome(finding)}")
         line = Text.assemble((finding.verdict, COLOURS[finding.verdict]), told)  # never markup
@@ -43,10 +52,31 @@ def print_agreement(agreement: Agreement) -> None:
     print(tally(agreement))
 
 
-def _matrix(agreement: Agreement) -> Table:
-    table = Table("left", "right", "verdict", "checks", "digits in common", box=None)
-    for cell in folded(cells(agreement.findings)):
-        digits = ", ".join(f"{value:.1f} {family}" for family, value in cell.digits.items())
-        verdict = Text(cell.verdict, COLOURS[cell.verdict])
-        table.add_row(Text(cell.left), Text(cell.right), verdict, str(cell.checks), digits)
-    return table
+def print_changed(agreement: Agreement) -> None:
+    """Everything that has changed, largest first; known differences; what else changed; the count.
+
+    agreement: as regression.compare returns it.
+    """
+    beyond = sorted(agreement.disagreeing, key=lambda finding: -times_allowed(finding))
+    known = known_differences(agreement)
+    for finding in beyond[:MOST]:
+        said = ""
+        if finding.measured is not None and finding.tolerance:
+            times = f"{times_allowed(finding):.3g} x the allowed {finding.tolerance:.3g}"
+            said = f"changed by {finding.measured:.3g} {finding.unit}, {times}; "
+        print(printable(f"{finding.id}: {said}{finding.note}"))
+    if len(beyond) > MOST:
+        print(f"... and {counted(len(beyond) - MOST, 'smaller one')} (all are in --junit)")
+    for finding in known:
+        print(printable(f"{finding.id}: {finding.note}"))
+    changed = "; ".join(changed_since(agreement)) or "nothing"
+    print(printable(f"changed since the record: {changed}"))
+    left = f"; {counted(len(known), 'known difference')} left as accepted" if known else ""
+    print(f"{len(beyond)} of {counted(len(agreement.checks), 'recorded result')} changed{left}")
+
+
+def times_allowed(finding: Finding) -> float:
+    """How many tolerances a result changed by; inf for one that has gone, appeared or turned."""
+    if finding.measured is None or not finding.tolerance:
+        return math.inf
+    return finding.measured / finding.tolerance

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rich.console import Console
 from rich.text import Text
@@ -63,9 +63,8 @@ def summary(trial: Trial) -> Iterator[str]:
         yield "checked on this arm alone: errors that its equal numbers and zeros hide are not seen"
     table = bench.equations.table
     if table is not None and table.precision:
-        known = (
-            "single precision" if table.precision == SINGLE else "fewer digits than a double has"
-        )
+        single = table.precision == SINGLE
+        known = "single precision" if single else "fewer digits than a double has"
         yield f"answers have {known}, {table.precision:.2g} relative: the tolerances follow"
     for each in trial.misread:
         yield misread_line(each, bench.frame.names)
@@ -111,49 +110,49 @@ def wrong_line(trial: Trial, wrong: Wrong) -> str:
 
 def trial_json(trial: Trial) -> str:
     """Readable JSON as in crosscheck/schema/trial.schema.json, ending in a newline."""
-    bench = trial.bench
+    bench, names = trial.bench, trial.bench.frame.names
+    misread = [
+        {
+            "part": found.part,
+            "kind": found.kind,
+            "entries": [named(place, names) for place in found.places],
+            "factor": found.factor,
+            "told": misread_line(found, names),
+        }
+        for found in trial.misread
+    ]
+    wrong = [
+        {
+            **plain(each.place),
+            "entry": named(each.place, names),
+            "relative": each.relative,
+            "told": wrong_line(trial, each),
+            "difference": each.difference,
+            "latex": each.latex,
+            "shown_on": each.shown_on,
+            "notes": each.notes,
+            "explanation": plain(each.explanation, errors="slips"),
+        }
+        for each in trial.wrong
+    ]
     return document(
         {
             "schema_version": SCHEMA_VERSION,
             "model": bench.name,
             "arm": bench.case.arm.name,
             "gearing": bench.gearing,
-            "coordinates": bench.frame.names,
+            "coordinates": names,
             "level": trial.level,
             "ladder": [
                 {"level": r.level, "entries": r.entries, "largest": r.largest} for r in trial.rungs
             ],
             "missing": trial.missing,
-            "misread": [_misread(each, bench.frame.names) for each in trial.misread],
-            "wrong": [_wrong(trial, wrong) for wrong in trial.wrong],
+            "misread": misread,
+            "wrong": wrong,
             "tracebacks": trial.traces,
             "agreement": trial.agreement.to_dict(),
         }
     )
-
-
-def _misread(found: Misread, names: Sequence[str]) -> dict[str, Any]:
-    return {
-        "part": found.part,
-        "kind": found.kind,
-        "entries": [named(place, names) for place in found.places],
-        "factor": found.factor,
-        "told": misread_line(found, names),
-    }
-
-
-def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
-    return {
-        **plain(wrong.place),
-        "entry": named(wrong.place, trial.bench.frame.names),
-        "relative": wrong.relative,
-        "told": wrong_line(trial, wrong),
-        "difference": wrong.difference,
-        "latex": wrong.latex,
-        "shown_on": wrong.shown_on,
-        "notes": wrong.notes,
-        "explanation": plain(wrong.explanation, errors="slips"),
-    }
 
 
 def why(wrong: Wrong) -> str:

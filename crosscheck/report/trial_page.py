@@ -33,13 +33,12 @@ class HeatMap:
 
 def trial_page(trial: Trial) -> str:
     """HTML text, figures inlined."""
+    names = trial.bench.frame.names
     return page(
         "trial",
         trial=trial,
         summary=list(summary(trial)),
-        wrong=[
-            (named(each.place, trial.bench.frame.names), each, why(each)) for each in trial.wrong
-        ],
+        wrong=[(named(each.place, names), each, why(each)) for each in trial.wrong],
         verdicts=list(verdicts(trial)),
         maps=list(_maps(trial)),
         described=list(described(trial.bench.case.arm)),

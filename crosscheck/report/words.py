@@ -30,17 +30,14 @@ def outcome(finding: Finding) -> str:
     An unresolved one lies within its tolerance, but that tolerance means nothing: read as
     "measured, allowed" it would look like a pass.
     """
-    return "; ".join(filter(None, (_numbers(finding), finding.note)))
-
-
-def _numbers(finding: Finding) -> str:
     if finding.measured is None or finding.tolerance is None:
-        return ""
+        return finding.note
     measured = f"measured {finding.measured:.3g}"
     allowed = f"{finding.tolerance:.3g} {in_words(finding.unit)}".rstrip()
-    if finding.verdict != "unresolved":
-        return f"{measured}, allowed {allowed}"
-    return f"the uncertainty itself, {allowed}, exceeds the acceptance limit ({measured})"
+    said = f"{measured}, allowed {allowed}"
+    if finding.verdict == "unresolved":
+        said = f"the uncertainty itself, {allowed}, exceeds the acceptance limit ({measured})"
+    return "; ".join(filter(None, (said, finding.note)))
 
 
 def number(value: float | None) -> str:

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-from typing import NamedTuple
-
 from crosscheck.models.compiled import compiled_files
 from crosscheck.models.places import cache_folder
 from crosscheck.output import in_one_line
@@ -16,39 +12,23 @@ from crosscheck.runner.store import clear, entries
 MACHINE_CODE = "machine-code"
 
 
-class KeptFiles(NamedTuple):
-    """A kind of files in a folder, with their sizes [bytes]."""
-
-    said: str
-    folder: Path
-    sizes: dict[Path, int]
-
-
 def clear_command() -> None:
-    """Remove all, and say how much of what that was. Raises InputError."""
-    for kind in kept():
-        with in_one_line(kind.folder):
-            for path in kind.sizes:
-                path.unlink(missing_ok=True)
-        size = sum(kind.sizes.values()) / 1e6
-        print(
-            f"removed {len(kind.sizes)} {kind.said}, {size:.1f} MB, {printable(str(kind.folder))}"
-        )
-    clear(cache_folder() / MACHINE_CODE)
-    clear(cache_folder())
+    """Remove simulations, kernels, and the functions of an engine, compiled; say how much of each.
 
-
-def kept() -> Iterator[KeptFiles]:
-    """Simulations, kernels, and the functions of an engine, compiled."""
+    Raises InputError.
+    """
     own = cache_folder()
-    yield _of("simulations", own, entries(own))
     machine_code = own / MACHINE_CODE
-    yield _of("kernels", machine_code, sorted(machine_code.glob("*.o")))
-    compiled = [*compiled_files(ROOT / "crosscheck"), *(own / "compiled").glob("*/*.nb[ci]")]
-    yield _of("compiled functions", ROOT, sorted(set(compiled)))
-
-
-def _of(said: str, folder: Path, paths: list[Path]) -> KeptFiles:
-    with in_one_line(folder):
-        sizes = {path: path.lstat().st_size for path in paths}
-    return KeptFiles(said, folder, sizes)
+    compiled = {*compiled_files(ROOT / "crosscheck"), *(own / "compiled").glob("*/*.nb[ci]")}
+    for said, folder, paths in (
+        ("simulations", own, entries(own)),
+        ("kernels", machine_code, sorted(machine_code.glob("*.o"))),
+        ("compiled functions", ROOT, sorted(compiled)),
+    ):
+        with in_one_line(folder):
+            size = sum(path.lstat().st_size for path in paths) / 1e6
+            for path in paths:
+                path.unlink(missing_ok=True)
+        print(f"removed {len(paths)} {said}, {size:.1f} MB, {printable(str(folder))}")
+    clear(machine_code)
+    clear(own)

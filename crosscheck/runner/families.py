@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -33,24 +33,17 @@ Table = Mapping[int, Member]
 
 def processes() -> Table:
     """All processes by number; none where the system does not tell."""
-    return dict(_processes())
-
-
-def _processes() -> Iterator[tuple[int, Member]]:
-    for name in _listed():
-        try:
-            fields = (PROC / name / "stat").read_text(errors="replace").rpartition(")")[2].split()
-        except OSError:  # it has ended since
-            continue
-        ticks = sum(map(int, fields[11:15]))
-        yield int(name), Member(int(fields[1]), ticks / _TICKS_PER_S, fields[0] in "ZX")
-
-
-def _listed() -> list[str]:
-    try:
-        return [name for name in os.listdir(PROC) if name.isdigit()]
-    except OSError:
-        return []
+    found: dict[int, Member] = {}
+    with suppress(OSError):
+        for name in filter(str.isdigit, os.listdir(PROC)):
+            try:
+                stat = (PROC / name / "stat").read_text(errors="replace")
+            except OSError:  # it has ended since
+                continue
+            fields = stat.rpartition(")")[2].split()
+            used_s = sum(map(int, fields[11:15])) / _TICKS_PER_S
+            found[int(name)] = Member(int(fields[1]), used_s, fields[0] in "ZX")
+    return found
 
 
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from functools import wraps
+from typing import Any, Protocol, Self, TypeVar
 
+Worker = TypeVar("Worker")
+Found = TypeVar("Found")
 DIED = "Died"  # of whatever has no result because its process ended
 
 
@@ -27,6 +31,28 @@ class Failure:
 def failure(error: BaseException) -> Failure:
     """Of an exception, its text on one line."""
     return Failure(type(error).__name__, " ".join(str(error).split()))
+
+
+def or_failure(work: Callable[[Worker], Found]) -> Callable[[Worker], Found | Failure]:
+    """Work that returns what it raises as a Failure: a failed check, not a crash."""
+
+    @wraps(work)
+    def performed(self: Worker) -> Found | Failure:
+        try:
+            return work(self)
+        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
+            return failure(error)
+
+    return performed
+
+
+class OwnKey:
+    """A task that is unlike all others by its fields."""
+
+    @property
+    def key(self) -> Self:
+        """Itself."""
+        return self
 
 
 class Task(Protocol):

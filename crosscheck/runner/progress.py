@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -19,6 +19,7 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.status import Status
 from rich.text import Text
 
 if TYPE_CHECKING:
@@ -28,20 +29,24 @@ if TYPE_CHECKING:
 # follow at most [s].
 QUIET_S, EVERY_S = 20.0, 20.0
 IN_MINUTES_S = 100.0  # longer times are told in minutes
+Bar = Callable[[str, int, int], None]  # (what is being done, how much is done, of how much)
 
 
-@contextmanager
-def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
+def progress_bar() -> AbstractContextManager[Bar]:
     """A function to tell what is being done, how much is done, of how much.
 
     The bar disappears at the end, and is not drawn where nobody would see it move.
     """
-    with _bar(TimeElapsedColumn()) as told:
-        yield told
+    return _bar(TimeElapsedColumn())
+
+
+def members_bar() -> AbstractContextManager[Bar]:
+    """The same, with how many are done in a second and the time that is left."""
+    return _bar(_Rate(), TimeRemainingColumn(elapsed_when_finished=True))
 
 
 @contextmanager
-def _bar(*more: ProgressColumn) -> Iterator[Callable[[str, int, int], None]]:
+def _bar(*more: ProgressColumn) -> Iterator[Bar]:
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn())
     console = Console(stderr=True)
     hidden = not console.is_interactive
@@ -60,13 +65,6 @@ def _bar(*more: ProgressColumn) -> Iterator[Callable[[str, int, int], None]]:
         yield told
 
 
-@contextmanager
-def members_bar() -> Iterator[Callable[[str, int, int], None]]:
-    """The same, with how many are done in a second and the time that is left."""
-    with _bar(_Rate(), TimeRemainingColumn(elapsed_when_finished=True)) as told:
-        yield told
-
-
 class _Rate(ProgressColumn):
     """How many are done in a second."""
 
@@ -74,23 +72,19 @@ class _Rate(ProgressColumn):
         return Text(f"{task.speed:,.0f}/s" if task.speed else "")
 
 
-@contextmanager
-def starting() -> Iterator[None]:
+def starting() -> Status:
     """A first word while libraries load: what comes next shows its own progress."""
-    with Console(stderr=True).status("starting"):
-        yield
+    return Console(stderr=True).status("starting")
 
 
-@contextmanager
-def shown_progress(about: str, quiet_s: float = QUIET_S) -> Iterator[Told]:
+def shown_progress(about: str, quiet_s: float = QUIET_S) -> AbstractContextManager[Told]:
     """What to hand to cross_check as ``told``: a bar on a terminal, elsewhere a line now and then.
 
     about: what is under way. The first line comes after ``quiet_s`` seconds: whoever keeps the
     standard error of short work finds nothing in it but what is wrong.
     """
     console = Console(stderr=True)
-    with _live(console) if console.is_interactive else _lines(about, quiet_s) as told:
-        yield told
+    return _live(console) if console.is_interactive else _lines(about, quiet_s)
 
 
 @contextmanager
@@ -125,17 +119,13 @@ def _lines(about: str, quiet_s: float) -> Iterator[Told]:
     def told(now: Underway) -> None:
         nonlocal due
         if time.monotonic() >= due:
-            print(f"{about}: {_line(now)}", file=sys.stderr)
+            said = now.what
+            if now.left_s is not None:
+                said = f"{now.done} of {now.total} done, {_about(now.left_s)} left, {said}"
+            print(f"{about}: {said}", file=sys.stderr)
             due = time.monotonic() + EVERY_S
 
     yield told
-
-
-def _line(now: Underway) -> str:
-    """Such as `34 of 220 done, about 25 s left, simulating pd, exudyn:tree`."""
-    if now.left_s is None:
-        return now.what
-    return f"{now.done} of {now.total} done, {_about(now.left_s)} left, {now.what}"
 
 
 def _about(seconds: float) -> str:

@@ -34,18 +34,14 @@ def files(*modules: str) -> list[Path]:
     """These modules' own files, then those of all that they import, sorted."""
     found = {path for path in map(_file, modules) if path is not None}
     waiting = [name for path in found for name in imported(path)]
-    waiting += [_package(module) for module in modules]
+    waiting += [module.rpartition(".")[0] for module in modules]  # their packages
     while waiting:
         module = waiting.pop()
         path = own_path(module)
         if path is not None and path not in found and not module.startswith(NOT_FOLLOWED):
             found.add(path)
-            waiting += [_package(module), *imported(path)]
+            waiting += [module.rpartition(".")[0], *imported(path)]
     return sorted(found)
-
-
-def _package(module: str) -> str:
-    return module.rpartition(".")[0]
 
 
 @cache

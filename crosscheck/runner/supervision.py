@@ -32,20 +32,8 @@ CLOSING_S = 5.0  # from the verdict to the end of the process
 SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
-@dataclass(frozen=True)
-class _Line:
-    """From the command to whoever waits for it. maker: the command's process, whose word counts."""
-
-    handle: int
-    maker: int
-
-    def say(self, **message: Any) -> None:
-        if os.getpid() == self.maker:
-            with suppress(OSError):  # nobody waits any more
-                os.write(self.handle, json.dumps(message).encode() + b"\n")
-
-
-_lines: list[_Line] = []
+# From the command to whoever waits for it: the pipe, and the process whose word counts.
+_lines: list[tuple[int, int]] = []
 
 
 @contextmanager
@@ -62,8 +50,10 @@ def overseen(whose: str, cost: float = 5.0) -> Iterator[None]:
 
 
 def _say(**message: Any) -> None:
-    for line in _lines:
-        line.say(**message)
+    for handle, maker in _lines:
+        if os.getpid() == maker:
+            with suppress(OSError):  # nobody waits any more
+                os.write(handle, json.dumps(message).encode() + b"\n")
 
 
 def supervised(command: Callable[[], NoReturn]) -> int:
@@ -80,22 +70,18 @@ def supervised(command: Callable[[], NoReturn]) -> int:
     child = os.fork()
     if child == 0:
         os.close(here)
-        _lines.append(_Line(there, os.getpid()))
+        _lines.append((there, os.getpid()))
         end_with_parent()
         if os.getppid() != parent:
             os._exit(NO_VERDICT)
-        _perform(command)
+        try:
+            command()
+        except SystemExit as left:
+            _say(code=left.code if isinstance(left.code, int) else int(left.code is not None))
+            raise
+        raise AssertionError("a command leaves by SystemExit")
     os.close(there)
     return _Supervision(child, here).exit_code()
-
-
-def _perform(command: Callable[[], NoReturn]) -> NoReturn:
-    try:
-        command()
-    except SystemExit as left:
-        _say(code=left.code if isinstance(left.code, int) else int(left.code is not None))
-        raise
-    raise AssertionError("a command leaves by SystemExit")
 
 
 @dataclass
@@ -133,8 +119,11 @@ class _Supervision:
             return self.said
         if self.stopped is not None:
             return 128 + self.stopped
-        assert self.status is not None  # it has ended
-        how = _end(self.status)
+        assert self.status is not None  # it has ended, by itself
+        code = os.waitstatus_to_exitcode(self.status)
+        how = f"its process ended with exit code {code}"
+        if code < 0:
+            how = f"its process was ended by {signal.Signals(-code).name}"
         if self.begun:
             return self._blamed(f"{self.begun[-1][0]}: {how}", BAD_INPUT)
         return self._blamed(f"came to no verdict: {how}", NO_VERDICT)
@@ -205,11 +194,3 @@ class _Supervision:
         shown = SHOW_CURSOR if os.isatty(2) else ""
         print(f"{shown}{one_line(PROGRAM + line)}", file=sys.stderr)
         return code
-
-
-def _end(status: int) -> str:
-    """How a process ended by itself, in words."""
-    code = os.waitstatus_to_exitcode(status)
-    if code < 0:
-        return f"its process was ended by {signal.Signals(-code).name}"
-    return f"its process ended with exit code {code}"

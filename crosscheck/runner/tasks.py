@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from crosscheck.checks.answers import answers
-from crosscheck.checks.consistency import require_consistent
-from crosscheck.checks.records import require_complete
+from crosscheck.checks.records import require_complete, require_consistent
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.registry import MODELS, Entry, build
-from crosscheck.runner.outcomes import Failure, failure
+from crosscheck.runner.outcomes import Failure, OwnKey, or_failure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,19 +61,19 @@ class Simulation:
         steps = self.case.scenario.steps
         return steps * MODELS[self.model].call_s * (4 if self.rtol else 1)
 
-    def perform(self) -> xr.Dataset | Failure:
-        """The whole trajectory, or what prevented it: a failed check, not a crash."""
-        try:
-            entry, model = MODELS[self.model], built(self.model, self.case)
-            run = self._run(model)
-            own_teeth = entry.role != "handed"
-            meshing = bool(entry.layout(self.case.arm, self.case.switches).meshing)
-            require_complete(run, self.model, self.case, meshing=meshing and own_teeth)
-            constrained = "constraint_residual" in entry.promises
-            if own_teeth:
-                require_consistent(run, model, constrained=constrained)
-        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
-            return failure(error)
+    @or_failure
+    def perform(self) -> xr.Dataset:
+        """The whole trajectory, or what prevented it."""
+        entry, model = MODELS[self.model], built(self.model, self.case)
+        if self.rtol is None:
+            run = model.simulate()
+        else:
+            run = (model.precise if self.is_precise else model.reference)(self.rtol)
+        own_teeth = entry.role != "handed"
+        meshing = bool(entry.layout(self.case.arm, self.case.switches).meshing)
+        require_complete(run, self.model, self.case, meshing=meshing and own_teeth)
+        if own_teeth:
+            require_consistent(run, model, constrained="constraint_residual" in entry.promises)
         return run
 
     @property
@@ -82,14 +81,9 @@ class Simulation:
         """Whether its steps end where contacts change."""
         return self.key.variant.startswith(PRECISE)
 
-    def _run(self, model: Model) -> xr.Dataset:
-        if self.rtol is None:
-            return model.simulate()
-        return model.precise(self.rtol) if self.is_precise else model.reference(self.rtol)
-
 
 @dataclass(frozen=True)
-class Evaluation:
+class Evaluation(OwnKey):
     """One function of one model at ``count`` random states of a seed; see checks.answers."""
 
     model: str
@@ -99,23 +93,16 @@ class Evaluation:
     seed: int = 0
 
     @property
-    def key(self) -> Evaluation:
-        """Itself."""
-        return self
-
-    @property
     def cost(self) -> float:
         """Rough seconds: building the model, then a few calls for every state."""
         return 0.01 + 10 * self.count * MODELS[self.model].call_s
 
-    def perform(self) -> np.ndarray | Failure:
+    @or_failure
+    def perform(self) -> np.ndarray:
         """The answers, state by state along the first axis, or why there are none."""
-        try:
-            model = built(self.model, self.case)
-            expected = MODELS[self.model].layout(self.case.arm, self.case.switches)
-            return answers(model, expected, self.quantity, self.count, self.seed)
-        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
-            return failure(error)
+        model = built(self.model, self.case)
+        expected = MODELS[self.model].layout(self.case.arm, self.case.switches)
+        return answers(model, expected, self.quantity, self.count, self.seed)
 
 
 Outcome: TypeAlias = "xr.Dataset | np.ndarray | Failure"

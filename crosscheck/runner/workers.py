@@ -61,10 +61,6 @@ class _Worker:
         assert self.process.pid is not None  # it has been started
         return self.process.pid
 
-    def give(self, task: Task) -> None:
-        self.task, self.patience = task, None
-        self.pipe.send(task)
-
     def is_over(self, table: Table) -> bool:
         """Whether its task must be stopped; the first look at it begins to count."""
         assert self.task is not None  # those at work alone are looked at
@@ -139,7 +135,8 @@ class Workers:
             try:
                 finished = self._finished()
             except KeyboardInterrupt:
-                yield from [*map(self._ended, self._with_results())]
+                done = [w for w in self.crew if w.task is not None and w.pipe.poll()]
+                yield from [*map(self._ended, done)]
                 raise
             ended = [*map(self._ended, finished)]
             given = self._employ(waiting)
@@ -160,13 +157,11 @@ class Workers:
             if task is None:
                 break
             worker = idle.pop() if idle else self._hired()
+            worker.task, worker.patience = task, None
             with suppress(OSError):  # it has died idle, and will be found dead
-                worker.give(task)
+                worker.pipe.send(task)
             given.append(task.key)
         return given
-
-    def _with_results(self) -> list[_Worker]:
-        return [w for w in self.crew if w.task is not None and w.pipe.poll()]
 
     def _hired(self) -> _Worker:
         here, there = FORK.Pipe()
@@ -210,14 +205,12 @@ class Workers:
         worker.kill()
         if worker.over:
             return Failure("TooSlow", worker.over, unfinished=True)
-        return Failure(DIED, _last_words(worker.process.exitcode))
-
-
-def _last_words(code: int | None) -> str:
-    """Of a process that ended by itself."""
-    if code is not None and code < 0:
-        return f"the process of the model was ended by {signal.Signals(-code).name}"
-    return f"the process of the model ended with exit code {code}"
+        code = worker.process.exitcode
+        if code is not None and code < 0:
+            how = f"was ended by {signal.Signals(-code).name}"
+        else:
+            how = f"ended with exit code {code}"
+        return Failure(DIED, f"the process of the model {how}")
 
 
 def _serve(pipe: Connection, parent: int) -> None:

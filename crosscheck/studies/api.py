@@ -47,6 +47,8 @@ def sweep(
 
     Raises InputError, and Unfinished where workers keep dying.
     """
+    if isinstance(axes, Mapping):
+        axes = [{"kind": "list", "path": p, "values": list(each)} for p, each in axes.items()]
     given = {
         "schema_version": SCHEMA_VERSION,
         "name": "study",
@@ -54,32 +56,32 @@ def sweep(
         "scenario": scenario if isinstance(scenario, str) else scenario.name,
         "switches": dict(switches or {}),
         "settings": dict(settings or {}),
-        "axes": _axes(axes),
+        "axes": [_plain(axis) for axis in axes],
         "quantities": [_plain(measure) for measure in measures],
         "samples": _counted(samples),
         "starts": _counted(starts),
         "spot_checks": spot_checks,
     }
     definition = validated(Definition, given, "sweep")
-    study = study_from(definition, _raw(arm, scenario, switches), Path(), "sweep")
-    how = How(jobs, scheduler, resume)
-    if out is not None:
-        run_study(study, Path(out), how)
-        return _read(Path(out))
+    data = {
+        "arm": raw_arm(arm) if isinstance(arm, str) else _content(arm),
+        "scenario": raw_scenario(scenario) if isinstance(scenario, str) else _content(scenario),
+        "switches": dict(switches or {}),
+    }
+    study = study_from(definition, data, Path(), "sweep")
     with tempfile.TemporaryDirectory() as folder:
-        run_study(study, Path(folder, "study.nc"), how)
-        return _read(Path(folder, "study.nc"))
+        file = Path(folder, "study.nc") if out is None else Path(out)
+        run_study(study, file, How(jobs, scheduler, resume))
+        with xr.open_dataset(file, engine="h5netcdf", decode_times=False) as result:
+            return result.load()
 
 
-def _axes(
-    axes: Mapping[str, Sequence[Any]] | Sequence[AxisOf | Mapping[str, Any]],
-) -> list[dict[str, Any]]:
-    if isinstance(axes, Mapping):
-        return [
-            {"kind": "list", "path": path, "values": [_number(value) for value in values]}
-            for path, values in axes.items()
-        ]
-    return [_plain(axis) for axis in axes]
+def _plain(record: Data | Mapping[str, Any]) -> dict[str, Any]:
+    """Its fields, numbers of NumPy's as Python's."""
+    return {
+        name: [_number(each) for each in value] if isinstance(value, list) else _number(value)
+        for name, value in dict(record).items()
+    }
 
 
 def _number(value: Any) -> Any:
@@ -87,31 +89,10 @@ def _number(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def _plain(record: Data | Mapping[str, Any]) -> dict[str, Any]:
-    given = dict(record)
-    return {name: _number(value) for name, value in given.items()}
-
-
 def _counted(given: int | Mapping[str, Any] | None) -> dict[str, Any] | None:
     return {"count": given} if isinstance(given, int) else None if given is None else dict(given)
-
-
-def _raw(
-    arm: Arm | str, scenario: Scenario | str, switches: Mapping[str, str] | None
-) -> dict[str, Any]:
-    """Content of files, or of records."""
-    return {
-        "arm": raw_arm(arm) if isinstance(arm, str) else _content(arm),
-        "scenario": raw_scenario(scenario) if isinstance(scenario, str) else _content(scenario),
-        "switches": dict(switches or {}),
-    }
 
 
 def _content(record: Arm | Scenario) -> dict[str, Any]:
     """As a file would have it."""
     return record.model_dump(mode="json", exclude_none=True)
-
-
-def _read(path: Path) -> xr.Dataset:
-    with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as result:
-        return result.load()

@@ -62,7 +62,10 @@ def picture(quantities: list[str], result: Opened) -> bytes:
 
 def drawn(result: xr.Dataset, names: Sequence[str]) -> bytes:
     """PNG of a drawing for each quantity, and each joint of it."""
-    panels = [panel for name in names for panel in _by_joint(result[name])]
+    panels = list[xr.DataArray]()
+    for values in (result[name] for name in names):
+        joints = values["joint"].values if "joint" in values.dims else ()
+        panels += [values.sel(joint=joint) for joint in joints] or [values]
     rows = len(panels)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, HEIGHT * rows), layout="constrained")
@@ -72,12 +75,6 @@ def drawn(result: xr.Dataset, names: Sequence[str]) -> bytes:
         stream = io.BytesIO()
         figure.savefig(stream, format="png", dpi=DPI, metadata={"Software": "geararm-crosscheck"})
     return stream.getvalue()
-
-
-def _by_joint(values: xr.DataArray) -> list[xr.DataArray]:
-    if "joint" not in values.dims:
-        return [values]
-    return [values.sel(joint=joint) for joint in values["joint"].values]
 
 
 def _draw(axes: Axes, values: xr.DataArray) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crosscheck.checks import poles
+from crosscheck.checks import modes
 from crosscheck.findings import About, Finding, Key
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
@@ -52,7 +52,7 @@ def test_the_tolerance_of_poles_follows_their_differences():
 
     def verdict(error: float, rounding: float) -> str:
         slopes = np.array([own, own * (1 + rounding)])
-        return poles.poles_follow(about, right * (1 + error), mass, slopes).verdict
+        return modes.poles_follow(about, right * (1 + error), mass, slopes).verdict
 
     assert verdict(5e-8, 0.0) == "agree"
     assert verdict(5e-7, 0.0) == "differ"

@@ -14,9 +14,9 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
+from crosscheck.cli.surroundings import enough_memory
 from crosscheck.models.errors import InputError
 from crosscheck.output import draft
-from crosscheck.studies.batches.memory import enough_memory
 from crosscheck.studies.batches.result_file import PAGE, ResultFile, _Sparse
 from crosscheck.studies.measures.columns import columns
 from tests.processes import command_line, in_child

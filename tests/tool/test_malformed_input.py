@@ -159,7 +159,7 @@ def test_refused_arm_shows_nothing_of_itself(crosscheck, monkeypatch):
     def broken(*_: object) -> None:
         raise OverflowError("too large")
 
-    monkeypatch.setattr("crosscheck.derived.PhysicalModel", broken)
+    monkeypatch.setattr("crosscheck.cli.show.PhysicalModel", broken)
     assert_one_line(crosscheck("show", "probe"), "probe: show cannot use its numbers", "too large")
 
 

@@ -28,24 +28,20 @@ def christoffel_force(
 
     angular (n,): which coordinates are angles [rad]; the others are displacements [m].
     """
-    slopes = np.array(
-        [_slope(mass_matrix, q, k, bool(is_angle)) for k, is_angle in enumerate(angular)]
-    )
-    along = np.einsum("kij,j,k->i", slopes, v, v)
-    return along - np.einsum("ijk,j,k->i", slopes, v, v) / 2
 
-
-def _slope(
-    mass_matrix: Callable[[np.ndarray], np.ndarray], q: np.ndarray, k: int, is_angle: bool
-) -> np.ndarray:
-    """dM/dq_k, shape (n, n)."""
-
-    def difference(shift: float) -> np.ndarray:
+    def difference(k: int, shift: float) -> np.ndarray:
         forth, back = q.copy(), q.copy()
         forth[k] += shift
         back[k] -= shift
         return mass_matrix(forth) - mass_matrix(back)
 
-    if not is_angle:
-        return difference(DISPLACEMENT_M) / (2 * DISPLACEMENT_M)
-    return sum(w * difference(h) for w, h in zip(WEIGHTS, SHIFTS, strict=True))
+    found = []  # dM/dq_k
+    for k, is_angle in enumerate(angular):
+        if is_angle:
+            weighed = (w * difference(k, h) for w, h in zip(WEIGHTS, SHIFTS, strict=True))
+            found.append(sum(weighed))
+        else:
+            found.append(difference(k, DISPLACEMENT_M) / (2 * DISPLACEMENT_M))
+    slopes = np.array(found)
+    along = np.einsum("kij,j,k->i", slopes, v, v)
+    return along - np.einsum("ijk,j,k->i", slopes, v, v) / 2

@@ -45,7 +45,12 @@ def parts_of(content: Content, level: str = "coupled") -> list[CompositePart]:
     after = np.tril(np.ones((len(links), len(links))))  # what turns with link k
     found = []
     for k, link in enumerate(links):
-        mass, inertia = _link(link)
+        if link.get("mass_kg") is not None:
+            mass, inertia = float(link["mass_kg"]), float(link["inertia_kg_m2"])
+        else:  # of a slender rod
+            length = float(link["length_m"])
+            mass = length * link["cross_section_m2"] * link["density_kg_per_m3"]
+            inertia = mass * length * length / 12
         found.append(CompositePart(mass, inertia, k, float(link["com_m"]), after[k], after[k]))
     last = len(links) - 1
     payload, tip = float(content["payload_mass_kg"]), float(links[-1]["length_m"])
@@ -53,15 +58,6 @@ def parts_of(content: Content, level: str = "coupled") -> list[CompositePart]:
     for k, joint in enumerate(joints) if level != "links" else ():
         found += _at_joint(joint, k, after, level)
     return found
-
-
-def _link(link: Content) -> tuple[float, float]:
-    """Mass [kg] and inertia about its centre [kg m^2], given or of a slender rod."""
-    if "mass_kg" in link and link["mass_kg"] is not None:
-        return float(link["mass_kg"]), float(link["inertia_kg_m2"])
-    length = float(link["length_m"])
-    mass = length * link["cross_section_m2"] * link["density_kg_per_m3"]
-    return mass, mass * length * length / 12
 
 
 def _at_joint(joint: Content, k: int, after: np.ndarray, level: str) -> Iterator[CompositePart]:

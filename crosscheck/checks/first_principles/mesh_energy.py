@@ -9,13 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.scales import geared
+from crosscheck.models.arm import stiffness
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.arm.stiffness import (
-    FourierStiffness,
-    SineStiffness,
-    SquareStiffness,
-    StiffnessLaw,
-)
 from crosscheck.models.experiment.scenario import Switches
 
 
@@ -35,7 +30,9 @@ def springs(
     theta (times, joints) [rad]; x_sp, x_pr (times, joints, planets) [m].
     """
     for number, joint in geared(arm):
-        rates = _rates(joint, chosen)
+        # Teeth that pass a planet per turn of the carrier, at sun and ring; or as Eq. 13 has them.
+        printed = chosen.ring_rate == "eq13"
+        rates = joint.ring_teeth, joint.sun_teeth if printed else joint.ring_teeth
         for planet in range(joint.planet_count):
             contacts = joint.sun_mesh.of_planet(planet), joint.ring_mesh.of_planet(planet)
             phases = _constants(joint, planet)
@@ -50,12 +47,6 @@ def energy_of(spring: MeshSpring) -> np.ndarray:
     """1/2 k f^2 [J], (times,): what of x - e is beyond the clearance is pressed in."""
     pressed = np.maximum(np.abs(spring.gap) - spring.backlash, 0.0)
     return spring.stiffness * pressed**2 / 2
-
-
-def _rates(joint: Planetary, chosen: Switches) -> tuple[int, int]:
-    """Teeth that pass a planet per turn of the carrier, at sun and ring; or as Eq. 13 has them."""
-    printed = chosen.ring_rate == "eq13"
-    return joint.ring_teeth, joint.sun_teeth if printed else joint.ring_teeth
 
 
 def _constants(joint: Planetary, planet: int) -> tuple[float, float]:
@@ -73,41 +64,36 @@ def _constants(joint: Planetary, planet: int) -> tuple[float, float]:
     return math.fmod(-joint.sun_teeth * turn, 2 * math.pi) if sun is None else sun, ring
 
 
-def stiffness_at(law: StiffnessLaw, phase: np.ndarray) -> np.ndarray:
+def stiffness_at(law: stiffness.StiffnessLaw, phase: np.ndarray) -> np.ndarray:
     """k [N/m] of a law at phases [rad], any shape."""
-    if isinstance(law, SineStiffness):
+    if isinstance(law, stiffness.SineStiffness):
         return law.mean_N_per_m + law.amplitude_N_per_m * np.sin(phase)
-    if isinstance(law, FourierStiffness):
+    if isinstance(law, stiffness.FourierStiffness):
         k = np.full(phase.shape, law.mean_N_per_m)
         for order, size in enumerate(law.cosine_N_per_m, 1):
             k += size * np.cos(order * phase)
         for order, size in enumerate(law.sine_N_per_m, 1):
             k += size * np.sin(order * phase)
         return k
-    if isinstance(law, SquareStiffness):
-        return _square(law, phase)
+    if isinstance(law, stiffness.SquareStiffness):  # Eq. 7
+        overlap = law.contact_ratio - 1
+        series = np.full(phase.shape, overlap)
+        for i in range(1, law.harmonics + 1):
+            shifted = np.sin(i * (2 * np.pi * overlap - phase))
+            series += (shifted + np.sin(i * phase)) / (i * np.pi)
+        return law.least_N_per_m + (law.largest_N_per_m - law.least_N_per_m) * series
     from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
 
     spline = CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
     return np.asarray(spline(np.mod(phase / (2 * np.pi), 1.0)))
 
 
-def waves(law: StiffnessLaw) -> int:
+def waves(law: stiffness.StiffnessLaw) -> int:
     """The highest order of a law's waves, or how many pieces its period has."""
-    if isinstance(law, SineStiffness):
+    if isinstance(law, stiffness.SineStiffness):
         return 1
-    if isinstance(law, FourierStiffness):
+    if isinstance(law, stiffness.FourierStiffness):
         return max(len(law.cosine_N_per_m), len(law.sine_N_per_m), 1)
-    if isinstance(law, SquareStiffness):
+    if isinstance(law, stiffness.SquareStiffness):
         return law.harmonics
     return len(law.phase_cycles)
-
-
-def _square(law: SquareStiffness, phase: np.ndarray) -> np.ndarray:
-    """Eq. 7."""
-    overlap = law.contact_ratio - 1
-    series = np.full(phase.shape, overlap)
-    for i in range(1, law.harmonics + 1):
-        shifted = np.sin(i * (2 * np.pi * overlap - phase))
-        series += (shifted + np.sin(i * phase)) / (i * np.pi)
-    return law.least_N_per_m + (law.largest_N_per_m - law.least_N_per_m) * series

@@ -2,19 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
-
-
-class Masses(NamedTuple):
-    """Masses [kg] and complex places [m] of an arm, and the first joint that carries each."""
-
-    masses: np.ndarray
-    places: np.ndarray
-    owners: np.ndarray
 
 
 def weight_moments(arm: Arm, theta: np.ndarray) -> np.ndarray:
@@ -24,12 +14,11 @@ def weight_moments(arm: Arm, theta: np.ndarray) -> np.ndarray:
     """
     masses, places, owners = _masses(arm, theta)
     axes, pull = places[len(theta) : 2 * len(theta)], complex(*arm.gravity_m_per_s2)
-    return np.array(
-        [
-            float((masses * (np.conj(places - axis) * pull).imag)[owners >= joint].sum())
-            for joint, axis in enumerate(axes)
-        ]
-    )
+    found = []
+    for joint, axis in enumerate(axes):
+        moments = masses * (np.conj(places - axis) * pull).imag
+        found.append(float(moments[owners >= joint].sum()))
+    return np.array(found)
 
 
 def weight_energy(arm: Arm, theta: np.ndarray) -> np.ndarray:
@@ -39,8 +28,11 @@ def weight_energy(arm: Arm, theta: np.ndarray) -> np.ndarray:
     return np.array([-float((m * (np.conj(places) * pull).real).sum()) for m, places, _ in found])
 
 
-def _masses(arm: Arm, theta: np.ndarray) -> Masses:
-    """Links, then joints, and the payload."""
+def _masses(arm: Arm, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Masses [kg], their complex places [m], and the first joint that carries each.
+
+    Links, then joints, and the payload.
+    """
     directions = np.exp(1j * np.cumsum(theta))
     lengths = np.array([link.length_m for link in arm.links])
     ends = np.cumsum(lengths * directions)
@@ -49,7 +41,7 @@ def _masses(arm: Arm, theta: np.ndarray) -> Masses:
     masses = [*map(link_mass, arm.links), *map(joint_mass, arm.joints), arm.payload_mass_kg]
     joints = range(len(axes))
     owners = np.array([*joints, *joints, len(axes)])
-    return Masses(np.array(masses), np.array([*coms, *axes, ends[-1]]), owners)
+    return np.array(masses), np.array([*coms, *axes, ends[-1]]), owners
 
 
 def joint_mass(joint: Planetary | Direct) -> float:

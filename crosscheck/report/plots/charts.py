@@ -45,13 +45,14 @@ class Charts:
         if not (isinstance(key, RunKey) and isinstance(outcome, xr.Dataset)):
             return
         self.runs[key] = outcome
-        if self._complete(key.experiment, self.pair[0], *self.rigid.values()):
+        needed = (self.pair[0], *self.rigid.values())
+        if len(self._of(key.experiment, *needed)) == len(needed):
             self._draw_levels(key.experiment)
 
     def made(self) -> Pictures:
         """Of every experiment that both engines ran, by name."""
         experiments = sorted({key.experiment for key in self.runs})
-        both = [name for name in experiments if self._complete(name, *self.pair)]
+        both = [name for name in experiments if len(self._of(name, *self.pair)) == 2]
         for name in both:
             self._draw_levels(name)
         levels = {name: self.levels[name] for name in both if name in self.levels}
@@ -65,9 +66,6 @@ class Charts:
         longest = max(shown, key=lambda name: float(shown[name][self.pair[0]]["time"][-1]))
         still = run_figure(*(shown[longest][model] for model in self.pair))
         return Pictures(levels, tuple(all_signals(self.pair[0], shown)), still, longest)
-
-    def _complete(self, experiment: str, *models: str) -> bool:
-        return len(self._of(experiment, *models)) == len(models)
 
     def _of(self, experiment: str, *models: str) -> dict[str, xr.Dataset]:
         """The runs of these models, by name, as far as there are any."""

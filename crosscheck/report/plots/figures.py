@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
 from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.signals import first_planet
 from crosscheck.signals import envelope
 
 BINS = 600  # of half the page's width: more than two for every point of it
@@ -125,7 +126,7 @@ def run_figure(ours: xr.Dataset, theirs: xr.Dataset) -> str:
         ("F_sp", KILO, "F_sp, planet 1 [kN]", "difference [N]"),
     )
     for axes, (quantity, scale, label, difference_label) in zip(grid, rows, strict=True):
-        one, other = (_first_planet(run[quantity]) for run in (ours, theirs))
+        one, other = (first_planet(run[quantity]) for run in (ours, theirs))
         time = ours["time"].values
         for joint, colour in zip(range(one.shape[1]), COLOURS, strict=False):
             draw(axes[0], time, scale * one[:, joint], f"joint {joint + 1}", colour)
@@ -154,7 +155,3 @@ def level_figure(geared: xr.Dataset, rigid: Mapping[str, xr.Dataset]) -> str:
         _powers(axes)
     legend(figure, grid[0, 0])
     return to_svg(figure)
-
-
-def _first_planet(values: xr.DataArray) -> np.ndarray:
-    return (values.isel(planet=0) if "planet" in values.dims else values).values

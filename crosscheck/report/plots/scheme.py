@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from html import escape
 
-from crosscheck.models.arm.arm import Arm, Joint, Link, Planetary
+from crosscheck.models.arm.arm import Arm, Joint, Planetary
 
 WIDTH, HEIGHT, MARGIN = 460.0, 260.0, 44.0
 FIRST_RAD, BEND_RAD = 0.62, 0.95  # of the first link, and of each joint, to and fro
@@ -42,26 +42,18 @@ def scheme(arm: Arm) -> str:
 def described(arm: Arm) -> Iterator[str]:
     """Each joint with its link, and the payload, in words."""
     for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
-        yield f"Joint {number}: {_joint_words(joint)}; link {number}: {_link_words(link)}"
+        drive = "direct drive"
+        if isinstance(joint, Planetary):
+            ratio = joint.ring_teeth / joint.sun_teeth + 1
+            teeth = f"{joint.sun_teeth}, {joint.planet_teeth} and {joint.ring_teeth}"
+            drive = f"sun, {joint.planet_count} planets and ring of {teeth} teeth"
+            drive += f", reduction {ratio:.4g}, module {1e3 * joint.module_m:g} mm"
+        mass = link.mass_kg
+        if mass is None:
+            mass = (link.density_kg_per_m3 or 0) * (link.cross_section_m2 or 0) * link.length_m
+        body = f"{link.length_m:g} m, {mass:.4g} kg"
+        yield f"Joint {number}: {drive}; link {number}: {body}"
     yield f"Payload: {arm.payload_mass_kg:g} kg"
-
-
-def _joint_words(joint: Joint) -> str:
-    if not isinstance(joint, Planetary):
-        return "direct drive"
-    ratio = joint.ring_teeth / joint.sun_teeth + 1
-    teeth = f"{joint.sun_teeth}, {joint.planet_teeth} and {joint.ring_teeth}"
-    return (
-        f"sun, {joint.planet_count} planets and ring of {teeth} teeth, reduction {ratio:.4g},"
-        f" module {1e3 * joint.module_m:g} mm"
-    )
-
-
-def _link_words(link: Link) -> str:
-    mass = link.mass_kg
-    if mass is None:
-        mass = (link.density_kg_per_m3 or 0) * (link.cross_section_m2 or 0) * link.length_m
-    return f"{link.length_m:g} m, {mass:.4g} kg"
 
 
 def _base(at: complex) -> str:

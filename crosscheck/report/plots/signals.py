@@ -112,12 +112,11 @@ def all_signals(
         share = left // (len(sizes) - place)
         widths[key] = 1 if size <= share else -(-2 * size // share)
         left -= size if widths[key] == 1 else 2 * size // widths[key]
-    return [
-        _signals(
-            name, reference, runs[name], table, {q: w for (e, q), w in widths.items() if e == name}
-        )
-        for name, table in tables.items()
-    ]
+    found = []
+    for name, table in tables.items():
+        own = {quantity: width for (each, quantity), width in widths.items() if each == name}
+        found.append(_signals(name, reference, runs[name], table, own))
+    return found
 
 
 def _signals(
@@ -134,16 +133,18 @@ def _signals(
         for quantity in widths
     }
     binned = {quantity: table for quantity, table in tables.items() if widths[quantity] > 1}
-    windows = tuple(
-        SignalWindow(
-            title, begin, end, {q: _cut(time, table, begin, end) for q, table in binned.items()}
-        )
-        for title, begin, end in _events(time, runs[reference], values)
-    )
+    windows = []
+    for title, begin, end in _events(time, runs[reference], values):
+        inside = slice(int(np.searchsorted(time, begin)), int(np.searchsorted(time, end, "right")))
+        full_rate = {
+            quantity: level(time[inside], {name: v[inside] for name, v in table.items()}, 1)
+            for quantity, table in binned.items()
+        }
+        windows.append(SignalWindow(title, begin, end, full_rate))
     others = tuple(name for name in runs if name != reference)
     rigid = tuple(name for name in others if MODELS[name].role == "rigid")
     whole = {quantity: level(time, table, widths[quantity]) for quantity, table in tables.items()}
-    return Signals(experiment, reference, others, rigid, tuple(values), whole, windows)
+    return Signals(experiment, reference, others, rigid, tuple(values), whole, tuple(windows))
 
 
 def _values(reference: str, runs: Mapping[str, xr.Dataset]) -> Iterator[tuple[Line, np.ndarray]]:
@@ -151,17 +152,18 @@ def _values(reference: str, runs: Mapping[str, xr.Dataset]) -> Iterator[tuple[Li
     first = runs[reference]
     for quantity in (name for name in QUANTITIES if name in first):
         for place, joint in enumerate(map(int, first["joint"].values)):
-            base = _first_planet(first[quantity])[:, place]
+            base = first_planet(first[quantity])[:, place]
             for model, run in runs.items():
                 if quantity not in run:
                     continue
-                own = base if model == reference else _first_planet(run[quantity])[:, place] - base
+                own = base if model == reference else first_planet(run[quantity])[:, place] - base
                 name = f"{quantity}/{joint}/{model}"
                 peak = float(np.abs(own).max())
                 yield Line(name, quantity, joint, model, peak), own
 
 
-def _first_planet(values: xr.DataArray) -> np.ndarray:
+def first_planet(values: xr.DataArray) -> np.ndarray:
+    """Of planet 1, (times, joints), or as they are where they are of no planet."""
     return (values.isel(planet=0) if "planet" in values.dims else values).values
 
 
@@ -178,13 +180,6 @@ def level(time: np.ndarray, table: Mapping[str, np.ndarray], width: int) -> Reco
     return RecordStretch(float(time[0]), step, edges.size, width > 1, data)
 
 
-def _cut(
-    time: np.ndarray, table: Mapping[str, np.ndarray], begin: float, end: float
-) -> RecordStretch:
-    inside = slice(int(np.searchsorted(time, begin)), int(np.searchsorted(time, end, "right")))
-    return level(time[inside], {name: values[inside] for name, values in table.items()}, 1)
-
-
 def _events(
     time: np.ndarray, run: xr.Dataset, values: Mapping[Line, np.ndarray]
 ) -> Iterator[tuple[str, float, float]]:
@@ -192,7 +187,7 @@ def _events(
     if CONTACT not in run:
         return
     force = {
-        int(joint): _first_planet(run[CONTACT])[:, place]
+        int(joint): first_planet(run[CONTACT])[:, place]
         for place, joint in enumerate(run["joint"].values)
     }
     joint = max(force, key=lambda number: float(np.abs(force[number]).max()))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from importlib import import_module
 from typing import TYPE_CHECKING, cast
 
@@ -13,8 +14,9 @@ import xarray as xr
 from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import Case
 from crosscheck.registry import build, lead, second
+from crosscheck.studies.definition.quantities import SIGNALS
 from crosscheck.studies.measures.columns import DIVERGED, columns
-from crosscheck.studies.measures.observers import SIGNALS, ChunkRecords, Watched, observer
+from crosscheck.studies.measures.observers import ChunkRecords, Watched, observer
 from crosscheck.studies.members.members import PreparedStudy, study_of
 
 if TYPE_CHECKING:
@@ -40,7 +42,10 @@ def run_batch(text: str, begin: int, end: int) -> Numbers:
             found = _watch(study, [cases[member] for member in mine], group.chunks())
         for name, values in found.items():
             numbers[name][mine] = values
-        _leave_out_diverged(numbers, np.array(mine), group.diverged_s)
+        gone = np.array(mine)[~np.isnan(group.diverged_s)]
+        for values in numbers.values():
+            values[gone] = np.nan
+        numbers[DIVERGED][mine] = group.diverged_s
     return numbers
 
 
@@ -65,8 +70,9 @@ def models_of(cases: Sequence[Case]) -> list[AnalyticModel]:
     return [cast("AnalyticModel", build(lead(), *case)) for case in cases]
 
 
+@lru_cache
 def made_ready() -> None:
-    """A worker's preparation for its batches: what they import, out of the collector's sight.
+    """A worker's preparation for its batches, once: what they import, out of the collector's sight.
 
     Which would go through a million objects of the libraries again and again (measured: 5 %).
     """
@@ -99,10 +105,3 @@ def _watch(study: PreparedStudy, cases: list[Case], chunks: Iterable[ChunkRecord
         for one in watching:
             one.see(chunk)
     return {name: values for one in watching for name, values in one.found().items()}
-
-
-def _leave_out_diverged(numbers: Numbers, members: np.ndarray, diverged_s: np.ndarray) -> None:
-    gone = members[~np.isnan(diverged_s)]
-    for values in numbers.values():
-        values[gone] = np.nan
-    numbers[DIVERGED][members] = diverged_s

@@ -8,17 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.models.loading import Case
 from crosscheck.studies.batches.batch import Numbers, run_batch, run_check
-from crosscheck.studies.batches.schedule import FunctionTask
-from crosscheck.studies.batches.version import digest_of
-from crosscheck.studies.definition.quantities import (
-    BandRms,
-    Function,
-    RigidDeviation,
-    SpectralPeak,
-    Trajectories,
-)
+from crosscheck.studies.batches.schedule import FunctionTask, digest_of
+from crosscheck.studies.definition import quantities
 from crosscheck.studies.measures.columns import Column
 from crosscheck.studies.members.members import PreparedStudy
 
@@ -63,19 +55,13 @@ def checks(study: PreparedStudy, version: str) -> list[FunctionTask]:
 def batch_size(study: PreparedStudy) -> int:
     """Members of a batch: some seconds of work, full lanes, bounded memory."""
     case = study.base
-    meshes = sum(_meshes(case)) or 1
+    free = case.switches.planets == "free"
+    planets = [joint.planet_count for joint in case.arm.joints if joint.planet_count]
+    meshes = 2 * (sum(planets) if free else len(planets)) or 1  # that are worked out in a step
     for_time = min(BATCH_S / (case.scenario.steps * meshes * STEP_S), study.count / FEWEST)
     by_memory = MOST_BYTES / max(1.0, _kept_bytes(study))
     size = max(LANES * math.ceil(for_time / LANES), LANES)
     return max(1, min(size, int(by_memory), study.count))
-
-
-def _meshes(case: Case) -> list[int]:
-    """Of each joint, that are worked out in a step."""
-    free = case.switches.planets == "free"
-    return [
-        2 * (joint.planet_count if free else 1) for joint in case.arm.joints if joint.planet_count
-    ]
 
 
 def _kept_bytes(study: PreparedStudy) -> float:
@@ -83,13 +69,14 @@ def _kept_bytes(study: PreparedStudy) -> float:
     scenario, joints = study.base.scenario, len(study.base.arm.joints)
     record = 8.0 * (scenario.steps // scenario.stride + 1) * joints
     planets = max(1, *(joint.planet_count for joint in study.base.arm.joints))
+    whole = quantities.SpectralPeak | quantities.BandRms | quantities.RigidDeviation
     total = 0.0
     for quantity in study.definition.quantities:
-        if isinstance(quantity, SpectralPeak | BandRms | RigidDeviation):
+        if isinstance(quantity, whole):
             total += 2 * record
-        elif isinstance(quantity, Trajectories):
+        elif isinstance(quantity, quantities.Trajectories):
             total += 3 * record * len(quantity.signals) * planets
-        elif isinstance(quantity, Function):
+        elif isinstance(quantity, quantities.Function):
             total += 2 * record * (4 + 6 * planets)
     return total
 

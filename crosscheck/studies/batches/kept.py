@@ -18,13 +18,14 @@ from crosscheck.output import in_one_line
 from crosscheck.runner.store import Store
 from crosscheck.studies.batches.batch import Numbers
 from crosscheck.studies.batches.batches import packed, unpacked
-from crosscheck.studies.batches.opened import identity_of
+from crosscheck.studies.batches.opened import Opened, used
 from crosscheck.studies.batches.result_file import STUDY, VERSION
 from crosscheck.studies.measures.columns import Column
 from crosscheck.studies.members.members import PreparedStudy
 
 MARK = "study"  # in a folder of batches, says whose they are, and which
 MARK_BYTES = 100_000_000
+FLAGS = os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 SPARE = 1.1  # of the disk space that is counted on
 
 
@@ -70,11 +71,8 @@ def require_room(out: Path, needed: int, members: int) -> None:
     free = shutil.disk_usage(out.parent).free
     wanted = int(2 * SPARE * needed)  # the file, and the batches meanwhile
     if wanted > free:
-        allowed = (
-            f"{members:,} members need {wanted / 1e9:,.1f} GB while they run,"
-            f" {free / 1e9:,.1f} GB are free"
-        )
-        raise InputError(str(out), "", None, allowed)
+        need = f"{members:,} members need {wanted / 1e9:,.1f} GB while they run"
+        raise InputError(str(out), "", None, f"{need}, {free / 1e9:,.1f} GB are free")
 
 
 def is_complete(out: Path, study: PreparedStudy, version: str, resume: bool) -> bool:
@@ -83,7 +81,7 @@ def is_complete(out: Path, study: PreparedStudy, version: str, resume: bool) -> 
         return False
     if not resume:
         raise InputError(str(out), "", None, "exists already; name another file, or remove it")
-    theirs, made_by = identity_of(out)
+    theirs, made_by = used(out, Opened.identity)
     if theirs != study.digest:
         raise InputError(str(out), STUDY, theirs[:12], "is the result of another study")
     if made_by != version:
@@ -109,7 +107,9 @@ def batches_of(
         make_private(folder)
         if not os.path.lexists(folder / MARK) and any(folder.iterdir()):
             raise InputError(str(folder), "", None, "is not empty, and holds no batches")
-        mark = _opened(folder / MARK)
+        if os.path.lexists(folder / MARK) and not stat.S_ISREG((folder / MARK).lstat().st_mode):
+            raise InputError(str(folder / MARK), "", None, "is no ordinary file; remove it")
+        mark = os.open(folder / MARK, FLAGS, 0o600)
     try:
         _alone(mark, folder)
         keys = _listed(mark, folder, study)
@@ -136,14 +136,6 @@ def clear_batches(out: Path, study: PreparedStudy, columns: Sequence[Column]) ->
     if folder_of(out).is_dir():
         with suppress(InputError), batches_of(out, study, columns, resume=True):
             pass  # those of another study stay
-
-
-def _opened(mark: Path) -> int:
-    """The list of what is kept, to be read and added to. Raises OSError, InputError for no file."""
-    flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-    if os.path.lexists(mark) and not stat.S_ISREG(mark.lstat().st_mode):
-        raise InputError(str(mark), "", None, "is no ordinary file; remove it")
-    return os.open(mark, flags, 0o600)
 
 
 def _listed(mark: int, folder: Path, study: PreparedStudy) -> set[str] | None:

@@ -33,12 +33,6 @@ SCALE = "This is a netCDF dimension but not a netCDF variable"
 Use = Callable[[Any], Any]
 
 
-def identity_of(path: Path) -> tuple[str, str]:
-    """Digest of the study, and version, that made a file. Raises InputError for any other file."""
-    identity: tuple[str, str] = used(path, Opened.identity)
-    return identity
-
-
 def used(path: Path, use: Use, form: type[SoundFile] | None = None) -> Any:
     """What a function makes of a file of a form; it is called in another process.
 
@@ -47,10 +41,9 @@ def used(path: Path, use: Use, form: type[SoundFile] | None = None) -> Any:
     form = form or Opened
     try:
         size = size_of(path)
-    except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(str(path), "", None, f"cannot be read: {error}") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(str(path), "", None, f"cannot be read: {reason}") from None
     reading = _Reading(path, use, form, OPENING_S + size / READING_BYTES_PER_S)
     (found,) = perform_all([reading], 1, lambda key: None).values()
     if isinstance(found, InputError):
@@ -70,11 +63,7 @@ class _Reading:
     form: type[SoundFile]
     within_s: float
     key: str = "reading"
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        return 1.0
+    cost = 1.0  # rough seconds
 
     def perform(self) -> Any:
         """What the use makes of it, or an InputError."""
@@ -109,12 +98,8 @@ class SoundFile:
 
     def variables(self) -> list[str]:
         """Those that are no coordinates of others."""
-        beside = {
-            one
-            for data in self.file.values()
-            if "coordinates" in data.attrs
-            for one in self._text(data, "coordinates").split()
-        }
+        named = (data for data in self.file.values() if "coordinates" in data.attrs)
+        beside = {one for data in named for one in self._text(data, "coordinates").split()}
         return [n for n in self.names() if n not in beside and not self.file[n].is_scale]
 
     def dims(self, name: str) -> tuple[str, ...]:
@@ -122,7 +107,14 @@ class SoundFile:
         data = self.file[name]
         if data.is_scale and data.ndim == 1:
             return (name,)
-        return tuple(self._dimension(name, dim) for dim in data.dims)
+        found = []
+        for dim in data.dims:
+            self._require(len(dim) == 1, f"a dimension of {name} has no scale")
+            scale = str(dim[0].name).removeprefix("/")
+            self._require(scale in self.file, f"a dimension of {name} is {scale}")
+            self._require(self.file[scale].ndim == 1, f"dimension {scale} is not one")
+            found.append(scale)
+        return tuple(found)
 
     def joints(self, name: str) -> int:
         """Of how many a variable has numbers, each for itself."""
@@ -147,12 +139,12 @@ class SoundFile:
 
     def _values(self, name: str) -> np.ndarray:
         """Numbers, all finite, or words."""
-        if self.file[name].dtype.kind == "O":
-            return np.array([self._printable(name, word) for word in self.file[name].asstr()[()]])
+        data = self.file[name]
+        if data.dtype.kind == "O":
+            return np.array([self._printable(name, word) for word in data.asstr()[()]])
         values = self._numbers(name)
         self._require(bool(np.isfinite(values).all()), f"{name} is not finite")
-        whole = self.file[name].dtype.kind in "iu"
-        return values.astype(np.int64) if whole else values
+        return values.astype(np.int64) if data.dtype.kind in "iu" else values
 
     def _about(self, name: str) -> dict[str, str]:
         data = self.file[name]
@@ -165,13 +157,6 @@ class SoundFile:
         self._require(isinstance(text, str), f"{what} is no text")
         self._require(len(text) <= LONGEST and text.isprintable(), f"{what} is no printable line")
         return str(text)
-
-    def _dimension(self, name: str, dim: Any) -> str:
-        self._require(len(dim) == 1, f"a dimension of {name} has no scale")
-        scale = str(dim[0].name).removeprefix("/")
-        self._require(scale in self.file, f"a dimension of {name} is {scale}")
-        self._require(self.file[scale].ndim == 1, f"dimension {scale} is not one")
-        return scale
 
     def _require_sound(self, name: str) -> int:
         """Of a variable, before it is read; how many bytes it takes, if it is compressed."""

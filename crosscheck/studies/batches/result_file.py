@@ -9,8 +9,7 @@ from __future__ import annotations
 import io
 import json
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import h5netcdf
@@ -46,22 +45,21 @@ def _size(column: Column) -> int:
 
 def checked_columns(columns: Sequence[Column], engine: str) -> list[Column]:
     """What a second engine makes of these, over the members that are checked."""
-    return [made for column in columns for made in _checked(column, engine)]
-
-
-def _checked(column: Column, engine: str) -> list[Column]:
-    about = f"{column.name} by {engine}"
-    if "time" in column.dims:
-        worst = f"largest difference of {about} over the run"
-        return [Column(f"{column.name}_difference", column.unit, worst, column.dims[1:],
-                       column.shape[1:])]  # fmt: skip
-    own = [("_checked", column.unit, about), ("_difference", column.unit, f"{about}, distance")]
-    if column.name != DIVERGED:
-        own.append(("_difference_over_spread", "1", f"{about}, distance over spread"))
-    return [
-        Column(column.name + suffix, unit, meaning, column.dims, column.shape)
-        for suffix, unit, meaning in own
-    ]
+    found = []
+    for column in columns:
+        name, unit, about = column.name, column.unit, f"{column.name} by {engine}"
+        if "time" in column.dims:
+            over = column.dims[1:], column.shape[1:]
+            worst = f"largest difference of {about} over the run"
+            found.append(Column(f"{name}_difference", unit, worst, *over))
+            continue
+        over = column.dims, column.shape
+        found.append(Column(f"{name}_checked", unit, about, *over))
+        found.append(Column(f"{name}_difference", unit, f"{about}, distance", *over))
+        if name != DIVERGED:
+            meaning = f"{about}, distance over spread"
+            found.append(Column(f"{name}_difference_over_spread", "1", meaning, *over))
+    return found
 
 
 def require_apart(study: PreparedStudy, columns: Sequence[Column]) -> None:
@@ -91,10 +89,15 @@ class ResultFile:
         self.engine = second()
         extra = checked_columns(columns, self.engine) if checks else []
         self.over_checks = {column.name: column for column in extra}
-        self.skeleton = laid_out(lambda file: self._fill(file, version))
-        new.reserve(self.skeleton.size)
-        for place, piece in self.skeleton.pieces():
-            new.write_at(place, piece)
+        memory = _Sparse()
+        with h5netcdf.File(memory, "w") as file:
+            self._fill(file, version)
+        with h5py.File(memory, "r") as file:  # where each variable's first number is
+            names = (*self.columns, *self.over_checks)
+            self.places = {name: file[name].id.get_offset() for name in names}
+        new.reserve(memory.size)
+        for number, page in sorted(memory.pages.items()):
+            new.write_at(number * PAGE, bytes(page[: memory.size - number * PAGE]))
 
     def write(self, begin: int, numbers: Numbers) -> None:
         """Members from a place on. Raises OSError."""
@@ -120,20 +123,32 @@ class ResultFile:
     def _put(self, name: str, first: int, values: np.ndarray) -> None:
         """Numbers of a variable, from one of them on; members stand in the grid's C order."""
         content = np.ascontiguousarray(values, dtype=np.float64).tobytes()
-        self.new.write_at(self.skeleton.places[name] + first * NUMBER_BYTES, content)
+        self.new.write_at(self.places[name] + first * NUMBER_BYTES, content)
 
     def _numbers(self, name: str, place: int, members: int) -> np.ndarray:
         """(members, *the column's shape), from a place on."""
         column = self.columns[name]
         count = members * _size(column)
-        offset = self.skeleton.places[name] + place * _size(column) * NUMBER_BYTES
+        offset = self.places[name] + place * _size(column) * NUMBER_BYTES
         found = np.fromfile(self.new.path, np.float64, count, offset=offset)
         return found.reshape(members, *column.shape)
 
-    def _fill(self, file: h5netcdf.File, version: str) -> list[str]:
-        """All but the numbers; the names of these variables."""
+    def _fill(self, file: h5netcdf.File, version: str) -> None:
+        """All but the numbers."""
         self.file = file
-        file.attrs.update(_attributes(self.study, version))
+        base, definition = self.study.base, self.study.definition
+        record = provenance(base.arm, 0, False, [base.scenario], base.switches)
+        file.attrs.update(
+            {
+                "Conventions": "CF-1.11",
+                "schema_version": SCHEMA_VERSION,
+                "title": definition.title or definition.name,
+                "study": definition.model_dump_json(),
+                STUDY: self.study.digest,
+                VERSION: version,
+                "provenance": record.model_dump_json(),
+            }
+        )
         self._coordinates()
         if self.checks:
             self._check_places()
@@ -141,7 +156,6 @@ class ResultFile:
             self._variable(column, tuple(self.study.dimensions))
         for column in self.over_checks.values():
             self._variable(column, (CHECKED,))
-        return [*self.columns, *self.over_checks]
 
     def _check_places(self) -> None:
         """Which members a second engine runs."""
@@ -177,12 +191,23 @@ class ResultFile:
             self._coordinate("time", ("time",), time, "s", "time")
 
     def _axis(self, axis: VariedAxis) -> None:
-        values = _as_array(axis)
+        """Its values, (points,) where all entries are given the same; words where no numbers."""
         dims: tuple[str, ...] = (axis.dimension,)
-        if values.ndim == 2:  # entries that are given unlike values
-            entry = f"{axis.name}_entry"
-            self.file.dimensions[entry] = values.shape[1]
-            dims = (*dims, entry)
+        if isinstance(axis.values, np.ndarray):
+            values = axis.values
+            if values.shape[1] == 1:
+                values = values[:, 0]
+            else:
+                entry = f"{axis.name}_entry"
+                self.file.dimensions[entry] = values.shape[1]
+                dims = (*dims, entry)
+        else:
+            given = [row[0] for row in axis.values]
+            if all(isinstance(v, int | float) and not isinstance(v, bool) for v in given):
+                values = np.array(given)
+            else:
+                words = [value if isinstance(value, str) else json.dumps(value) for value in given]
+                values = np.array(words, dtype=object)
         self._coordinate(axis.name, dims, values, axis.unit, axis.path)
 
     def _coordinate(
@@ -195,72 +220,20 @@ class ResultFile:
         made.attrs.update({"long_name": meaning, **({"units": unit} if unit else {})})
 
     def _variable(self, column: Column, over: tuple[str, ...]) -> None:
+        """Of numbers whose place is kept free."""
         dims = (*over, *column.dims)
-        made = room(self.file, column.name, dims)
+        kept_free = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        kept_free.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+        kept_free.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+        made = self.file.create_variable(
+            column.name, dims, np.float64, fillvalue=np.nan, dcpl=kept_free
+        )
+        if not dims:  # h5py takes no such wishes for a single number: it has its place once written
+            made[...] = np.nan
         made.attrs.update({"units": column.unit, "long_name": column.meaning})
         beside = [a.name for a in self.study.axes if a.dimension == SAMPLE and SAMPLE in dims]
         if beside:  # by which readers find the samples' values
             made.attrs["coordinates"] = " ".join(beside)
-
-
-def _as_array(axis: VariedAxis) -> np.ndarray:
-    """An axis' values: (points,) where all entries are given the same, words where no numbers."""
-    if isinstance(axis.values, np.ndarray):
-        return axis.values[:, 0] if axis.values.shape[1] == 1 else axis.values
-    column = [row[0] for row in axis.values]
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in column):
-        return np.array(column)
-    words = [value if isinstance(value, str) else json.dumps(value) for value in column]
-    return np.array(words, dtype=object)
-
-
-def _attributes(study: PreparedStudy, version: str) -> dict[str, Any]:
-    base, definition = study.base, study.definition
-    record = provenance(base.arm, 0, False, [base.scenario], base.switches)
-    return {
-        "Conventions": "CF-1.11",
-        "schema_version": SCHEMA_VERSION,
-        "title": definition.title or definition.name,
-        "study": definition.model_dump_json(),
-        STUDY: study.digest,
-        VERSION: version,
-        "provenance": record.model_dump_json(),
-    }
-
-
-@dataclass(frozen=True)
-class Skeleton:
-    """size: of the whole file [bytes]; places: of each variable's first number, by its name."""
-
-    size: int
-    places: dict[str, int]
-    memory: _Sparse
-
-    def pieces(self) -> Iterator[tuple[int, bytes]]:
-        """All bytes that are no numbers to come, each piece with its place."""
-        for number, page in sorted(self.memory.pages.items()):
-            yield number * PAGE, bytes(page[: self.size - number * PAGE])
-
-
-def laid_out(fill: Callable[[h5netcdf.File], list[str]]) -> Skeleton:
-    """The skeleton of the file that a function fills; it gives the names of the rooms in it."""
-    memory = _Sparse()
-    with h5netcdf.File(memory, "w") as file:
-        names = fill(file)
-    with h5py.File(memory, "r") as file:
-        places = {name: file[name].id.get_offset() for name in names}
-    return Skeleton(memory.size, places, memory)
-
-
-def room(file: h5netcdf.File, name: str, dims: tuple[str, ...]) -> h5netcdf.Variable:
-    """A variable of numbers whose place is kept free."""
-    kept_free = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    kept_free.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-    kept_free.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
-    made = file.create_variable(name, dims, np.float64, fillvalue=np.nan, dcpl=kept_free)
-    if not dims:  # h5py takes no such wishes for a single number, which has its place once written
-        made[...] = np.nan
-    return made
 
 
 class _Sparse(io.RawIOBase):

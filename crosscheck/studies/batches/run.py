@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,17 +23,12 @@ from crosscheck.studies.batches.kept import (
     require_room,
 )
 from crosscheck.studies.batches.result_file import ResultFile, expected_bytes, require_apart
-from crosscheck.studies.batches.schedule import FunctionTask, Place, cluster, here
-from crosscheck.studies.batches.version import fingerprint
+from crosscheck.studies.batches.schedule import FunctionTask, Place, cluster, fingerprint, here
 from crosscheck.studies.measures.columns import DIVERGED, Column, columns
 from crosscheck.studies.members.members import PreparedStudy, require_members
 
 Told = Callable[[str, int, int], None]
 RESUME = "the same with --resume goes on where it stopped"
-
-
-def _unsaid(what: str, done: int, total: int) -> None:
-    pass
 
 
 @dataclass(frozen=True)
@@ -43,7 +38,7 @@ class How:
     jobs: int = 1
     scheduler: str | None = None
     resume: bool = False
-    told: Told = _unsaid
+    told: Told = lambda what, done, total: None
 
     def place(self) -> AbstractContextManager[Place]:
         """Where its batches are run."""
@@ -74,12 +69,12 @@ def run_study(study: PreparedStudy, out: Path, how: How) -> int:
             places = [task.arguments[1] for task in also]
             result = ResultFile(new, study, wanted, places, version)
         with _advised():
-            making = _Making(study, result, kept, how.told)
-            making.run(list(batches(study, version)), place)
-            making.check(also, place, wanted)
+            making = _Making(study, result, kept, how.told, place)
+            ran = making.run(list(batches(study, version)))
+            making.check(also, wanted)
             os.fsync(new.handle)
         new.publish(target)
-    return making.ran
+    return ran
 
 
 @contextmanager
@@ -96,55 +91,55 @@ def _advised() -> Iterator[None]:
 
 @dataclass
 class _Making:
-    """A result under way; ran: members so far."""
+    """A result under way."""
 
     study: PreparedStudy
     result: ResultFile
     kept: KeptBatches
     told: Told
-    ran: int = 0
+    place: Place
 
-    def run(self, all_batches: Sequence[MemberBatch], place: Place) -> None:
-        """All members: those kept, then those missing."""
-        done, missing = 0, []
-        for batch in all_batches:
-            numbers = self.kept.get(batch.key, batch.end - batch.begin)
-            if numbers is None:
-                missing.append(batch)
-            else:
-                self.result.write(batch.begin, numbers)
-                done += batch.end - batch.begin
-        self.told(self.study.definition.name, done, self.study.count)
-        by_key = {batch.key: batch for batch in missing}
-        work = (task_of(self.study, batch) for batch in missing)
-        for task, numbers in place(work):
-            batch = by_key[task.key]
-            with finished_first():
-                self.kept.put(batch.key, numbers)
-                self.result.write(batch.begin, numbers)
-            done += batch.end - batch.begin
-            self.ran += batch.end - batch.begin
-            self.told(self.study.definition.name, done, self.study.count)
+    def run(self, all_batches: Sequence[MemberBatch]) -> int:
+        """All members; how many of them were run."""
+        begins = {batch.key: batch.begin for batch in all_batches}
+        work = {task_of(self.study, each): each.end - each.begin for each in all_batches}
+        return self._gather(
+            self.study.definition.name, work, lambda key, n: self.result.write(begins[key], n)
+        )
 
-    def check(self, tasks: Sequence[FunctionTask], place: Place, wanted: Sequence[Column]) -> None:
+    def check(self, tasks: Sequence[FunctionTask], wanted: Sequence[Column]) -> None:
         """The members that a second engine runs too, and how far it is from them."""
         if not tasks:
             return
         found: dict[str, Numbers] = {}
-        for task in tasks:
-            numbers = self.kept.get(task.key, 1)
-            if numbers is not None:
-                found[task.key] = numbers
-        what = f"spot checks by {second()}"
-        self.told(what, len(found), len(tasks))
-        left = [task for task in tasks if task.key not in found]
-        for task, numbers in place(left):
-            with finished_first():
-                self.kept.put(task.key, numbers)
-            found[task.key] = numbers
-            self.told(what, len(found), len(tasks))
+        self._gather(f"spot checks by {second()}", dict.fromkeys(tasks, 1), found.__setitem__)
         for column in wanted:
             self._compare(column, [found[task.key] for task in tasks])
+
+    def _gather(
+        self, what: str, work: Mapping[FunctionTask, int], take: Callable[[str, Numbers], None]
+    ) -> int:
+        """Take what is kept of tasks, then run and keep the rest; how many members were run.
+
+        work: the members of each task; take: what is done with numbers, and the key of their task.
+        """
+        done, missing = 0, []
+        for task, members in work.items():
+            numbers = self.kept.get(task.key, members)
+            if numbers is None:
+                missing.append(task)
+            else:
+                take(task.key, numbers)
+                done += members
+        all_members, ran = sum(work.values()), 0
+        self.told(what, done, all_members)
+        for task, numbers in self.place(missing):
+            with finished_first():
+                self.kept.put(task.key, numbers)
+                take(task.key, numbers)
+            ran += work[task]
+            self.told(what, done + ran, all_members)
+        return ran
 
     def _compare(self, column: Column, theirs: Sequence[Numbers]) -> None:
         """What the second engine has of a column, and the differences."""

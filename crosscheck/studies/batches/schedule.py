@@ -1,4 +1,4 @@
-"""Where batches are run: on this machine, or on the workers of a Dask scheduler.
+"""Where batches are run, and by which version: on this machine, or on a Dask scheduler's workers.
 
 Both are functions that take tasks and give each with its result, as they come; what is done with
 them does not know which it is.
@@ -6,24 +6,30 @@ them does not know which it is.
 
 from __future__ import annotations
 
+import hashlib
 import logging
+import platform
 import re
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import cache, partial
 from itertools import islice
 from queue import SimpleQueue
 from typing import Any, Protocol
 
+from crosscheck import __version__
 from crosscheck.models.errors import InputError, Unfinished
+from crosscheck.provenance import version
+from crosscheck.registry import MODELS, lead, second
 from crosscheck.runner.outcomes import DIED, Failure
+from crosscheck.runner.sources import code_hash
 from crosscheck.runner.workers import Workers
 from crosscheck.studies.batches.batch import made_ready
-from crosscheck.studies.batches.version import fingerprint, performed_as, require_same
 
+BATCH = "crosscheck.studies.batches.batch"  # whose code, and all that it imports, makes a batch
 PATIENCE_S = 6.0  # until an unreachable scheduler is given up
 AHEAD = 2  # tasks that wait beyond those that run
 ATTEMPTS = 3  # at a batch whose worker dies
@@ -67,7 +73,7 @@ class _Work:
 
     def perform(self) -> Any:
         """Its result, or what it raised."""
-        _get_ready()
+        made_ready()
         try:
             return self.task.function(*self.task.arguments)
         except Exception as error:
@@ -77,11 +83,6 @@ class _Work:
 @dataclass(frozen=True)
 class _Raised:
     error: Exception
-
-
-@lru_cache
-def _get_ready() -> None:
-    made_ready()
 
 
 class _Waiting:
@@ -160,14 +161,21 @@ def _by_futures(
 @contextmanager
 def cluster(address: str) -> Iterator[Place]:
     """The workers of a Dask scheduler. Raises InputError if it cannot be used."""
-    if not _is_address(address):
+    # Host and port; other protocols need more than a name.
+    host = r"(?:tcp://)?(?:[\w.-]+|\[[0-9A-Fa-f:.%\w]+\])"
+    named = re.fullmatch(rf"{host}:(\d{{1,5}})", address, re.ASCII)
+    if named is None or not 0 < int(named[1]) < 65536:
         raise InputError("--scheduler", "", address, "must be tcp://HOST:PORT")
     try:
         import distributed
     except ImportError:
         allowed = "needs Dask: pip install 'geararm-crosscheck[dask]'"
         raise InputError("--scheduler", "", address, allowed) from None
-    _quiet()
+    # Dask's own remarks would stand between the lines of the progress.
+    for name in [*logging.root.manager.loggerDict, "tornado", "asyncio"]:
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+    warnings.filterwarnings("ignore", module="distributed")
     ours = fingerprint()
     with _connected(distributed, address) as client:
         threads = _ready(client, address, ours)
@@ -182,12 +190,6 @@ def cluster(address: str) -> Iterator[Place]:
         except (distributed.KilledWorker, distributed.client.FutureCancelledError) as error:
             reason = f"{type(error).__name__}: a batch's workers died, or the scheduler did"
             raise Unfinished(f"{address}: {reason}; --resume goes on") from None
-
-
-def _is_address(text: str) -> bool:
-    """Whether it names host and port; other protocols need more than a name."""
-    named = re.fullmatch(r"(?:tcp://)?(?:[\w.-]+|\[[0-9A-Fa-f:.%\w]+\]):(\d{1,5})", text, re.ASCII)
-    return named is not None and 0 < int(named[1]) < 65536
 
 
 @contextmanager
@@ -219,9 +221,39 @@ def _ready(client: Any, address: str, ours: str) -> int:
     return sum(threads.values())
 
 
-def _quiet() -> None:
-    """Dask's own remarks would stand between the lines of the progress."""
-    for name in [*logging.root.manager.loggerDict, "tornado", "asyncio"]:
-        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
-            logging.getLogger(name).setLevel(logging.CRITICAL)
-    warnings.filterwarnings("ignore", module="distributed")
+@cache
+def fingerprint() -> str:
+    """Of this process: equal where the same study gives the same numbers."""
+    run_by = [MODELS[name] for name in (lead(), second())]
+    packages = sorted({name for entry in run_by for name in entry.versioned})
+    models = [entry.module for entry in run_by]
+    parts = [
+        f"python {platform.python_version()} {platform.machine()}",
+        *(f"{name} {version(name) or 'missing'}" for name in packages),
+        f"crosscheck {__version__} {code_hash(BATCH, *models)[:16]}",
+    ]
+    return ", ".join(parts)
+
+
+def digest_of(*parts: object) -> str:
+    """A name for what depends on all of these."""
+    return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:32]
+
+
+def differs(ours: str, theirs: str) -> str:
+    """Of two fingerprints what is unlike, in words."""
+    pairs = zip(ours.split(", "), theirs.split(", "), strict=False)
+    return "; ".join(f"{a} here, {b} there" for a, b in pairs if a != b) or "another one"
+
+
+def require_same(ours: str, theirs: str, worker: str) -> None:
+    """Raise InputError unless a worker's fingerprint is the one that is expected."""
+    if ours != theirs:
+        allowed = f"runs another version: {differs(ours, theirs)}"
+        raise InputError("--scheduler", "", worker, allowed)
+
+
+def performed_as(expected: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    """What a function gives, where the versions are those that are expected. Raises InputError."""
+    require_same(expected, fingerprint(), f"a worker on {platform.node()}")
+    return function(*arguments)

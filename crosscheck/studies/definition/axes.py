@@ -15,16 +15,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.paths import Place, is_path, places, shown, value_at
 from crosscheck.schema import Described, described
-from crosscheck.studies.definition.definition import (
-    Axis,
-    GridAxis,
-    HypercubeAxis,
-    ListAxis,
-    NormalAxis,
-    Sampled,
-    SampledAxis,
-    Samples,
-)
+from crosscheck.studies.definition import definition
 
 RECORDS: dict[str | int, type[Data]] = {"arm": Arm, "scenario": Scenario, "switches": Switches}
 SAMPLE, START = "sample", "start"
@@ -57,45 +48,43 @@ class VariedAxis:
 
 
 def varied(
-    axes: Sequence[Axis], samples: Samples | None, data: dict[str, Any], file: str
+    axes: Sequence[definition.Axis],
+    samples: definition.Samples | None,
+    data: dict[str, Any],
+    file: str,
 ) -> list[VariedAxis]:
     """All axes of a study; data: what ``raw_case`` gave. file: the study's. Raises InputError."""
     found: list[VariedAxis] = []
     for number, axis in enumerate(axes):
-        entries = _entries(axis, data, f"{file}: axes[{number}]")
-        found.append(_varied(axis, entries, samples, data, f"{file}: axes[{number}]"))
+        where, entries = f"{file}: axes[{number}]", list[Place]()
+        for path in axis.paths:
+            if not is_path(path):
+                allowed = "must be the path of an entry, beginning with arm, scenario, switches"
+                raise InputError(where, "path", path, allowed)
+            entries += places(data, path, f"{where}: path")
+        found.append(_varied(axis, tuple(entries), samples, data, where))
     _require_apart(found, file)
     return found
 
 
-def _entries(axis: Axis, data: dict[str, Any], where: str) -> tuple[Place, ...]:
-    found: list[Place] = []
-    for path in axis.paths:
-        if not is_path(path):
-            allowed = "must be the path of an entry, beginning with arm, scenario, switches"
-            raise InputError(where, "path", path, allowed)
-        found += places(data, path, f"{where}: path")
-    return tuple(found)
-
-
 def _varied(
-    axis: Axis,
+    axis: definition.Axis,
     entries: tuple[Place, ...],
-    samples: Samples | None,
+    samples: definition.Samples | None,
     data: dict[str, Any],
     where: str,
 ) -> VariedAxis:
     name = axis.name or str(next(k for k in reversed(entries[0]) if isinstance(k, str)))
     values: np.ndarray | tuple[tuple[Any, ...], ...]
-    if isinstance(axis, ListAxis):
+    if isinstance(axis, definition.ListAxis):
         values = tuple((value,) for value in axis.values)
-    elif isinstance(axis, GridAxis):
+    elif isinstance(axis, definition.GridAxis):
         space = np.geomspace if axis.spacing == "log" else np.linspace
         values = space(axis.start, axis.stop, axis.count)[:, np.newaxis]
     else:
         assert samples is not None  # the definition's own validation
         values = _sampled(axis, entries, samples, data, where)
-    dimension = SAMPLE if isinstance(axis, Sampled) else name
+    dimension = SAMPLE if isinstance(axis, definition.Sampled) else name
     return VariedAxis(name, dimension, ", ".join(axis.paths), _unit(entries[0]), entries, values)
 
 
@@ -111,53 +100,39 @@ def _unit(place: Place) -> str:
 
 
 def _sampled(
-    axis: SampledAxis,
+    axis: definition.SampledAxis,
     entries: tuple[Place, ...],
-    samples: Samples,
+    samples: definition.Samples,
     data: dict[str, Any],
     where: str,
 ) -> np.ndarray:
-    columns = len(entries) if axis.each else 1
-    generator = np.random.default_rng([samples.seed, _stream(axis)])
-    if isinstance(axis, HypercubeAxis):
-        return _hypercube(axis, samples.count, columns, generator)
+    """What is drawn, (samples, 1) where one draw serves all entries, else (samples, entries)."""
+    count, columns = samples.count, len(entries) if axis.each else 1
+    # By the paths alone, so that other axes may come and go beside this one.
+    stream = int.from_bytes(hashlib.sha256("\n".join(axis.paths).encode()).digest()[:8])
+    generator = np.random.default_rng([samples.seed, stream])
+    if isinstance(axis, definition.HypercubeAxis):
+        # One sample in each of ``count`` equal parts of the range.
+        parts = generator.permuted(np.tile(np.arange(count), (columns, 1)), axis=1).T
+        share = (parts + generator.uniform(size=(count, columns))) / count
+        if axis.spacing == "log":
+            return axis.low * (axis.high / axis.low) ** share
+        return axis.low + (axis.high - axis.low) * share
     centres = _centres(axis.centre, entries, data, where)
     if len(set(centres.tolist())) == 1:
         centres = centres[: columns if axis.each else 1]
-    if isinstance(axis, NormalAxis):
-        draws = _normal(samples.count, columns, axis.within_sd, generator)
+    if isinstance(axis, definition.NormalAxis):
+        draws = generator.standard_normal((count, columns))
+        while axis.within_sd is not None and (far := np.abs(draws) > axis.within_sd).any():
+            draws[far] = generator.standard_normal(int(far.sum()))
         width, relative = axis.sd, axis.relative_sd
     else:
-        draws = generator.uniform(-1, 1, (samples.count, columns))
+        draws = generator.uniform(-1, 1, (count, columns))
         width, relative = axis.tolerance, axis.relative_tolerance
-    widths = np.abs(centres) * relative if relative is not None else width
-    return centres + draws * widths
-
-
-def _stream(axis: SampledAxis) -> int:
-    """What sets an axis' random numbers apart: others may come and go beside it."""
-    return int.from_bytes(hashlib.sha256("\n".join(axis.paths).encode()).digest()[:8])
-
-
-def _hypercube(
-    axis: HypercubeAxis, count: int, columns: int, generator: np.random.Generator
-) -> np.ndarray:
-    """One sample in each of ``count`` equal parts of the range, (count, columns)."""
-    parts = generator.permuted(np.tile(np.arange(count), (columns, 1)), axis=1).T
-    share = (parts + generator.uniform(size=(count, columns))) / count
-    if axis.spacing == "log":
-        return axis.low * (axis.high / axis.low) ** share
-    return axis.low + (axis.high - axis.low) * share
-
-
-def _normal(
-    count: int, columns: int, within: float | None, generator: np.random.Generator
-) -> np.ndarray:
-    """Standard normal deviates, (count, columns), those beyond ``within`` drawn again."""
-    draws = generator.standard_normal((count, columns))
-    while within is not None and (far := np.abs(draws) > within).any():
-        draws[far] = generator.standard_normal(int(far.sum()))
-    return draws
+    if relative is not None:
+        return centres + draws * (np.abs(centres) * relative)
+    assert width is not None  # the definition's own validation
+    return centres + draws * width
 
 
 def _centres(

@@ -7,8 +7,8 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Discriminator, Field, JsonValue, Tag, model_validator
 
 from crosscheck import LARGEST_SEED
-from crosscheck.models.arm.quantities import Data, Limit, Name, Printable, Title, Within
-from crosscheck.studies.definition.quantities import QUANTITY_KINDS, Called, Quantity
+from crosscheck.models.arm.quantities import Data, Name, Printable, Title, Within
+from crosscheck.studies.definition.quantities import QUANTITY_KINDS, Called, Quantity, Rule
 from crosscheck.studies.members.starts import PERTURBATION_M
 
 Path = Annotated[str, Printable(200)]
@@ -18,28 +18,10 @@ Seed = Annotated[int, Within(0, LARGEST_SEED)]
 Perturbation = Annotated[float, Within(0, 0.1, "m")]
 
 
-class Entries(Limit):
-    """Metadata of a table whose keys are the user's to choose."""
-
-    def __init__(self, said: str) -> None:
-        self.said = said
-
-    def __str__(self) -> str:
-        return self.said
-
-    def allows(self, value: object) -> bool:
-        """Anything: what the entries may be, their own reader says."""
-        return True
-
-
-def _one_or_more(value: object) -> str:
-    return "list" if isinstance(value, list | tuple) else "word"
-
-
 Paths = Annotated[
     Annotated[Path, Tag("word")]
     | Annotated[tuple[Path, ...], Field(min_length=1, max_length=100, strict=False), Tag("list")],
-    Discriminator(_one_or_more),
+    Discriminator(lambda value: "list" if isinstance(value, list | tuple) else "word"),
 ]
 Tolerance = Annotated[float, Within(0, 1e15)]
 
@@ -65,7 +47,7 @@ class ListAxis(AxisOf):
     """Which sort of axis this is."""
     values: Annotated[
         tuple[JsonValue, ...],
-        Entries("a list of 1 to 100000 values that the entry may have"),
+        Rule("a list of 1 to 100000 values that the entry may have"),
         Field(min_length=1, max_length=100_000, strict=False),
     ]
     """One after the other."""
@@ -161,11 +143,7 @@ class UniformAxis(Sampled):
 
 
 SampledAxis = HypercubeAxis | NormalAxis | UniformAxis
-Axis = Annotated[
-    ListAxis | GridAxis | HypercubeAxis | NormalAxis | UniformAxis, Field(discriminator="kind")
-]
-
-
+Axis = Annotated[ListAxis | GridAxis | SampledAxis, Field(discriminator="kind")]
 AXIS_KINDS = frozenset({"list", "grid", "latin_hypercube", "normal", "uniform"})
 
 
@@ -208,12 +186,10 @@ class Definition(Data):
     scenario: Path
     """Built-in name, or TOML file beside this one."""
     switches: Annotated[
-        dict[str, str], Field(default_factory=dict), Entries("words by the switches' names")
+        dict[str, str], Field(default_factory=dict), Rule("words by the switches' names")
     ]
     """Choices of law, as those of --set switches.phase=omega_t."""
-    settings: Annotated[
-        dict[str, JsonValue], Field(default_factory=dict), Entries("values by path")
-    ]
+    settings: Annotated[dict[str, JsonValue], Field(default_factory=dict), Rule("values by path")]
     """Other values, each by its path in quotes as --set names it."""
     axes: Annotated[tuple[Axis, ...], Field(max_length=50, strict=False)] = ()
     """What is varied; without any, the study has one member, or one for each start."""

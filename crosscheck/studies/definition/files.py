@@ -26,12 +26,10 @@ def read_study(file: Path, run_code: bool = False) -> PreparedStudy:
     if named and not run_code:
         allowed = "its code would be run; allow that with --run-code"
         raise InputError(str(file), "function", named[0], allowed)
-    here = file.parent
-    data = raw_case(
-        _beside(definition.arm, builtin_arms(), here),
-        _beside(definition.scenario, builtin_scenarios(), here),
-        dict(definition.switches),
-    )
+    here, arm, scenario = file.parent, definition.arm, definition.scenario
+    arm = arm if arm in builtin_arms() else str(here / arm)
+    scenario = scenario if scenario in builtin_scenarios() else str(here / scenario)
+    data = raw_case(arm, scenario, dict(definition.switches))
     return study_from(definition, data, here, str(file))
 
 
@@ -54,8 +52,3 @@ def study_from(
 def functions_of(definition: Definition) -> Sequence[str]:
     """The user's, by the names that the definition has for them."""
     return [one.function for one in definition.quantities if isinstance(one, Function)]
-
-
-def _beside(name: str, known: Sequence[str], folder: Path) -> str:
-    """A built-in name, or a file beside the study's."""
-    return name if name in known else str(folder / name)

@@ -34,30 +34,27 @@ def source_of(function: str, folder: Path) -> str:
     if not colon or not name.isidentifier() or not where:
         raise InputError("function", "", function, "must be module:function or file.py:function")
     try:
-        path = folder / where if where.endswith(".py") else _origin(where)
+        if where.endswith(".py"):
+            path = folder / where
+        else:
+            with overseen(where):  # a package that it is in is imported
+                found = importlib.util.find_spec(where)
+            if found is None or not found.origin or not found.origin.endswith(".py"):
+                raise ImportError(f"no module {where} with a source file")
+            path = Path(found.origin)
         return content_of(path, LARGEST_FILE).decode("utf-8")
     except (OSError, ValueError, ImportError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError("function", "", function, f"cannot be read: {reason}") from None
 
 
-def _origin(module: str) -> Path:
-    with overseen(module):  # a package that it is in is imported
-        found = importlib.util.find_spec(module)
-    if found is None or not found.origin or not found.origin.endswith(".py"):
-        raise ImportError(f"no module {module} with a source file")
-    return Path(found.origin)
-
-
 @lru_cache(maxsize=64)
 def function_of(function: str, source: str) -> Measuring:
     """The function itself; its file is run. Raises InputError."""
     where, _, name = function.rpartition(":")
-    load = (
-        partial(_run, where, source)
-        if where.endswith(".py")
-        else partial(importlib.import_module, where)
-    )
+    load = partial(_run, where, source)
+    if not where.endswith(".py"):
+        load = partial(importlib.import_module, where)
     module, raised = _outcome(load)
     if raised:
         raise InputError("function", "", function, f"cannot be loaded: {raised}")

@@ -3,60 +3,46 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Literal, Self
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import Field, model_validator
 
 from crosscheck.models.arm.quantities import Data, Limit, Printable, Within
 
-Signal = Literal[
-    "theta",
-    "theta_dot",
-    "theta_ddot",
-    "torque",
-    "x_sp",
-    "x_pr",
-    "x_sp_dot",
-    "x_pr_dot",
-    "F_sp",
-    "F_pr",
-]
+JointSignal = Literal["theta", "theta_dot", "theta_ddot", "torque"]
+MeshSignal = Literal["x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr"]
 MeshForce = Literal["F_sp", "F_pr"]
-OF_JOINTS = ("theta", "theta_dot", "theta_ddot", "torque")
+Signal = Literal[JointSignal, MeshSignal]
+OF_JOINTS: tuple[str, ...] = get_args(JointSignal)
+SIGNALS: tuple[str, ...] = get_args(Signal)
 Second = Annotated[float, Within(0, 1e6, "s")]
 Hertz = Annotated[float, Within(0, 1e9, "Hz")]
 Level = Annotated[float, Within(-1e15, 1e15)]
 Pair = Field(strict=False)
 
 
-class Word(Limit):
-    """Metadata of a name that stands in files: letters, digits and what never needs quotes."""
+class Rule(Limit):
+    """Metadata of a field: what it may be, in words; ``holds``: what the schema does not see to."""
+
+    def __init__(self, said: str, holds: Callable[[Any], bool] = lambda value: True) -> None:
+        self.said, self.holds = said, holds
 
     def __str__(self) -> str:
-        return "1 to 80 letters, digits, or _ . + -"
+        return self.said
 
     def allows(self, value: object) -> bool:
-        """Whether a text is such."""
-        return not isinstance(value, str) or bool(re.fullmatch(r"[A-Za-z_][\w.+-]{0,79}", value))
+        """See Limit."""
+        return self.holds(value)
 
 
-Called = Annotated[str, Word()]
+def _is_plain(value: object) -> bool:
+    """Whether a name stands in files without quotes; what is no text, the schema refuses."""
+    return not isinstance(value, str) or bool(re.fullmatch(r"[A-Za-z_][\w.+-]{0,79}", value))
 
 
-class Units(Limit):
-    """Metadata of the table of what a function returns."""
-
-    def __str__(self) -> str:
-        return "units by name, as { ripple = 'rad/s^2' }"
-
-    def allows(self, value: object) -> bool:
-        """At least one; the schema sees to their form."""
-        return bool(value) or not isinstance(value, dict)
-
-
-def _rising(field: str, pair: tuple[float, float] | None) -> None:
-    if pair is not None and pair[1] <= pair[0]:
-        raise ValueError(f"{field}|must end after it begins")
+Called = Annotated[str, Rule("1 to 80 letters, digits, or _ . + -", _is_plain)]
+UNITS = Rule("units by name, as { ripple = 'rad/s^2' }", lambda value: value != {})
 
 
 class MeasuredQuantity(Data):
@@ -65,15 +51,25 @@ class MeasuredQuantity(Data):
     name: Called | None = None
     """What the result calls it; made of signal and kind."""
 
+    @model_validator(mode="after")
+    def _ranges_rise(self) -> Self:
+        for field in ("window_s", "band_Hz"):
+            pair = getattr(self, field, None)
+            if pair is not None and pair[1] <= pair[0]:
+                raise ValueError(f"{field}|must end after it begins")
+        return self
+
     @property
-    def usual_name(self) -> str:
-        """Where the user gives none."""
-        raise NotImplementedError
+    def words(self) -> tuple[str, ...]:
+        """Of which its name is made where the user gives none: signal and kind."""
+        return getattr(self, "signal", "theta"), getattr(self, "kind", "")
 
     @property
     def called(self) -> str:
         """Its name in the result."""
-        return self.name or self.usual_name
+        joint = getattr(self, "joint", None)
+        own = f"joint{joint}" if joint else ""
+        return self.name or "_".join(filter(None, (*self.words, own)))
 
 
 class InWindow(MeasuredQuantity):
@@ -83,14 +79,6 @@ class InWindow(MeasuredQuantity):
     """Number of the joint; without it, of every joint."""
     window_s: Annotated[tuple[Second, Second], Pair] | None = None
     """From the first time on, until before the second; the whole run."""
-
-    @model_validator(mode="after")
-    def _window_rises(self) -> Self:
-        _rising("window_s", self.window_s)
-        return self
-
-    def _named(self, *parts: str) -> str:
-        return "_".join([*parts, *([f"joint{self.joint}"] if self.joint else [])])
 
 
 class OfSignal(InWindow):
@@ -108,10 +96,6 @@ class Size(OfSignal):
     kind: Literal["peak", "peak_to_peak", "mean", "rms", "final"]
     """Which of them."""
 
-    @property
-    def usual_name(self) -> str:
-        return self._named(self.signal, self.kind)
-
 
 class BandRms(OfSignal):
     """Root mean square of what lies in a band of frequencies, less the mean; Hann window."""
@@ -120,15 +104,6 @@ class BandRms(OfSignal):
     """Which quantity this is."""
     band_Hz: Annotated[tuple[Hertz, Hertz], Pair]
     """From the first frequency on, until below the second."""
-
-    @model_validator(mode="after")
-    def _band_rises(self) -> Self:
-        _rising("band_Hz", self.band_Hz)
-        return self
-
-    @property
-    def usual_name(self) -> str:
-        return self._named(self.signal, self.kind)
 
 
 class SpectralPeak(OfSignal):
@@ -139,15 +114,6 @@ class SpectralPeak(OfSignal):
     band_Hz: Annotated[tuple[Hertz, Hertz], Pair] = (0.0, 1e9)
     """From the first frequency on, until below the second."""
 
-    @model_validator(mode="after")
-    def _band_rises(self) -> Self:
-        _rising("band_Hz", self.band_Hz)
-        return self
-
-    @property
-    def usual_name(self) -> str:
-        return self._named(self.signal, self.kind)
-
 
 class FinalError(MeasuredQuantity):
     """Angle at the end less the PD drive's target [rad]."""
@@ -156,10 +122,6 @@ class FinalError(MeasuredQuantity):
     """Which quantity this is."""
     joint: Annotated[int, Within(1, 7)] | None = None
     """Number of the joint; without it, of every joint."""
-
-    @property
-    def usual_name(self) -> str:
-        return "_".join(["theta", self.kind, *([f"joint{self.joint}"] if self.joint else [])])
 
 
 class Crossing(OfSignal):
@@ -173,8 +135,8 @@ class Crossing(OfSignal):
     """On which side of the level."""
 
     @property
-    def usual_name(self) -> str:
-        return self._named(self.signal, self.side, f"{self.level:g}")
+    def words(self) -> tuple[str, ...]:
+        return self.signal, self.side, f"{self.level:g}"
 
 
 class Settling(InWindow):
@@ -187,10 +149,6 @@ class Settling(InWindow):
     target_rad: Annotated[float, Within(-1e4, 1e4, "rad")] | None = None
     """In place of the PD drive's target."""
 
-    @property
-    def usual_name(self) -> str:
-        return self._named("theta", self.kind)
-
 
 class ContactLoss(InWindow):
     """When a mesh that carried a force first carries none [s]."""
@@ -201,10 +159,6 @@ class ContactLoss(InWindow):
     """Of which mesh: F_sp the sun's, F_pr the ring's."""
     planet: Annotated[int, Within(1, 8)] = 1
     """Number of the planet; lumped, all are the same."""
-
-    @property
-    def usual_name(self) -> str:
-        return self._named(self.signal, self.kind)
 
 
 class ApartShare(InWindow):
@@ -217,10 +171,6 @@ class ApartShare(InWindow):
     planet: Annotated[int, Within(1, 8)] = 1
     """Number of the planet; lumped, all are the same."""
 
-    @property
-    def usual_name(self) -> str:
-        return self._named(self.signal, self.kind)
-
 
 class RigidDeviation(InWindow):
     """Largest distance of an angle from that of the rigid arm in the same experiment [rad]."""
@@ -231,8 +181,8 @@ class RigidDeviation(InWindow):
     """What of the gears' inertia the rigid arm has: links, carriers, armature or coupled."""
 
     @property
-    def usual_name(self) -> str:
-        return self._named("theta", self.kind, self.level)
+    def words(self) -> tuple[str, ...]:
+        return "theta", self.kind, self.level
 
 
 class Function(MeasuredQuantity):
@@ -242,12 +192,12 @@ class Function(MeasuredQuantity):
     """Which quantity this is."""
     function: Annotated[str, Printable(200)]
     """Whose code is run: module:function, or file.py:function beside the study's file."""
-    returns: Annotated[dict[Called, str], Units()]
+    returns: Annotated[dict[Called, str], UNITS]
     """The numbers that it returns by name, with their units."""
 
     @property
-    def usual_name(self) -> str:
-        return self.function.rpartition(":")[2]
+    def words(self) -> tuple[str, ...]:
+        return (self.function.rpartition(":")[2],)
 
 
 class Trajectories(MeasuredQuantity):
@@ -259,8 +209,8 @@ class Trajectories(MeasuredQuantity):
     """Which signals are kept whole."""
 
     @property
-    def usual_name(self) -> str:
-        return "trajectories"
+    def words(self) -> tuple[str, ...]:
+        return (self.kind,)
 
 
 Quantity = Annotated[

@@ -10,22 +10,7 @@ from crosscheck.models.experiment.scenario import PdDrive
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import meaning_of, unit_of
 from crosscheck.registry import RIGID_LEVELS
-from crosscheck.studies.definition.quantities import (
-    OF_JOINTS,
-    ApartShare,
-    BandRms,
-    ContactLoss,
-    Crossing,
-    FinalError,
-    Function,
-    InWindow,
-    Quantity,
-    RigidDeviation,
-    Settling,
-    Size,
-    SpectralPeak,
-    Trajectories,
-)
+from crosscheck.studies.definition import quantities
 from crosscheck.studies.members.members import PreparedStudy
 
 DIVERGED = "diverged_s"
@@ -52,7 +37,7 @@ def columns(study: PreparedStudy) -> list[Column]:
     return found
 
 
-def require_measurable(quantity: Quantity, case: Case, file: str) -> None:
+def require_measurable(quantity: quantities.Quantity, case: Case, file: str) -> None:
     """Raise InputError unless a quantity means something for an arm in an experiment."""
     where = f"{file}: {quantity.called}"
     joints = len(case.arm.joints)
@@ -63,70 +48,65 @@ def require_measurable(quantity: Quantity, case: Case, file: str) -> None:
     planet = getattr(quantity, "planet", None)
     if planet is not None and planet > max(planets, 1):
         raise InputError(where, "planet", planet, f"the arm's joints have up to {planets}")
-    if isinstance(quantity, ContactLoss | ApartShare) and case.switches.dead_zone != "exact":
+    of_contact = isinstance(quantity, quantities.ContactLoss | quantities.ApartShare)
+    if of_contact and case.switches.dead_zone != "exact":
         allowed = "needs dead_zone = exact: by Eq. 6 no force is ever 0"
         raise InputError(where, "kind", quantity.kind, allowed)
-    aims = isinstance(quantity, Settling) and quantity.target_rad is None
-    if (aims or isinstance(quantity, FinalError)) and not isinstance(case.scenario.drive, PdDrive):
+    aims = isinstance(quantity, quantities.FinalError) or (
+        isinstance(quantity, quantities.Settling) and quantity.target_rad is None
+    )
+    if aims and not isinstance(case.scenario.drive, PdDrive):
         raise InputError(where, "kind", quantity.kind, "needs a PD drive, which has a target")
-    if isinstance(quantity, RigidDeviation) and quantity.level not in RIGID_LEVELS:
+    if isinstance(quantity, quantities.RigidDeviation) and quantity.level not in RIGID_LEVELS:
         raise InputError(where, "level", quantity.level, f"allowed: {', '.join(RIGID_LEVELS)}")
-    window = quantity.window_s if isinstance(quantity, InWindow) else None
+    window = quantity.window_s if isinstance(quantity, quantities.InWindow) else None
     if window is not None and window[0] >= case.scenario.duration_s:
         allowed = f"must begin before the run's end, {case.scenario.duration_s:g} s"
         raise InputError(where, "window_s", list(window), allowed)
 
 
-def _columns(quantity: Quantity, case: Case) -> Iterator[Column]:
+def _columns(quantity: quantities.Quantity, case: Case) -> Iterator[Column]:
     joints = len(case.arm.joints)
-    if isinstance(quantity, Function):
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    if isinstance(quantity, quantities.Function):
         for name, unit in quantity.returns.items():
             yield Column(name, unit, f"{name} by {quantity.function}")
-    elif isinstance(quantity, Trajectories):
-        yield from _whole(quantity, case)
+    elif isinstance(quantity, quantities.Trajectories):
+        records = case.scenario.steps // case.scenario.stride + 1
+        planets = max(1, *(joint.planet_count for joint in case.arm.joints))
+        for signal in quantity.signals:
+            name = signal if quantity.name is None else f"{quantity.name}_{signal}"
+            dims, shape = ("time", "joint"), (records, joints)
+            if signal not in quantities.OF_JOINTS:
+                dims, shape = (*dims, "planet"), (*shape, planets)
+            yield Column(name, unit_of(signal), meaning_of(signal), dims, shape)
     else:
         every = getattr(quantity, "joint", None) is None
         dims, shape = (("joint",), (joints,)) if every else ((), ())
-        for part, unit, meaning in _parts(quantity):
-            yield Column(quantity.called + part, unit, meaning, dims, shape)
+        if isinstance(quantity, quantities.SpectralPeak):
+            about = f"largest line of {quantity.signal}"
+            name, unit = quantity.called, unit_of(quantity.signal)
+            yield Column(f"{name}_frequency", "Hz", f"frequency of the {about}", dims, shape)
+            yield Column(f"{name}_amplitude", unit, f"amplitude of the {about}", dims, shape)
+        else:
+            yield Column(quantity.called, *_meaning(quantity), dims, shape)
 
 
-def _parts(quantity: Quantity) -> list[tuple[str, str, str]]:
-    """Of a number's name what is added to the quantity's, its unit and its meaning."""
-    if isinstance(quantity, SpectralPeak):
-        about = f"largest line of {quantity.signal}"
-        amplitude = ("_amplitude", unit_of(quantity.signal), f"amplitude of the {about}")
-        return [("_frequency", "Hz", f"frequency of the {about}"), amplitude]
-    return [("", *_meaning(quantity))]
-
-
-def _meaning(quantity: Quantity) -> tuple[str, str]:
+def _meaning(quantity: quantities.Quantity) -> tuple[str, str]:
     """Unit, and meaning in words."""
-    if isinstance(quantity, Size | BandRms):
+    if isinstance(quantity, quantities.Size | quantities.BandRms):
         kind = quantity.kind.replace("_", " ")
         return unit_of(quantity.signal), f"{kind} of the {meaning_of(quantity.signal)}"
-    if isinstance(quantity, Crossing):
+    if isinstance(quantity, quantities.Crossing):
         return SECOND, f"{quantity.signal} first {quantity.side} {quantity.level:g}"
-    if isinstance(quantity, ContactLoss):
+    if isinstance(quantity, quantities.ContactLoss):
         return SECOND, f"{quantity.signal} first lost"
-    if isinstance(quantity, ApartShare):
+    if isinstance(quantity, quantities.ApartShare):
         return "1", f"share of the time without {quantity.signal}"
-    if isinstance(quantity, Settling):
+    if isinstance(quantity, quantities.Settling):
         return SECOND, f"theta within {quantity.band_rad:g} rad of its target for good"
-    if isinstance(quantity, FinalError):
+    if isinstance(quantity, quantities.FinalError):
         return "rad", "theta at the end less its target"
-    assert isinstance(quantity, RigidDeviation)
+    assert isinstance(quantity, quantities.RigidDeviation)
     return "rad", f"largest distance of theta from the rigid arm's, {quantity.level}"
-
-
-def _whole(quantity: Trajectories, case: Case) -> Iterator[Column]:
-    records = case.scenario.steps // case.scenario.stride + 1
-    joints = len(case.arm.joints)
-    planets = max(1, *(joint.planet_count for joint in case.arm.joints))
-    for signal in quantity.signals:
-        name = signal if quantity.name is None else f"{quantity.name}_{signal}"
-        dims: tuple[str, ...] = ("time", "joint")
-        shape: tuple[int, ...] = (records, joints)
-        if signal not in OF_JOINTS:
-            dims, shape = (*dims, "planet"), (*shape, planets)
-        yield Column(name, unit_of(signal), meaning_of(signal), dims, shape)

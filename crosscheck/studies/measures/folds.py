@@ -113,22 +113,17 @@ class First(Fold):
         return (self.time,)
 
 
-class FirstLoss(Fold):
+class FirstLoss(First):
     """Time of the first record without a force after one with it."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
+        super().__init__(columns, self._lost)
         self.carried = np.zeros(columns, dtype=bool)
-        self.time = np.full(columns, np.nan)
 
-    def take(self, time: np.ndarray, values: np.ndarray) -> None:
+    def _lost(self, values: np.ndarray) -> np.ndarray:
         before = np.logical_or.accumulate(np.concatenate([[self.carried], values != 0]), axis=0)
-        lost = before[:-1] & (values == 0)
-        new = np.isnan(self.time) & lost.any(axis=0)
-        self.time[new] = time[lost.argmax(axis=0)][new]
         self.carried = before[-1]
-
-    def numbers(self) -> Numbers:
-        return (self.time,)
+        return before[:-1] & (values == 0)
 
 
 class ContactLossShare(Fold):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -11,41 +13,11 @@ from crosscheck import signals
 from crosscheck.models.experiment.scenario import PdDrive, per_joint
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded
+from crosscheck.studies.definition import quantities
 from crosscheck.studies.definition.functions import returned
-from crosscheck.studies.definition.quantities import (
-    OF_JOINTS,
-    ApartShare,
-    BandRms,
-    ContactLoss,
-    Crossing,
-    FinalError,
-    Function,
-    OfSignal,
-    Quantity,
-    RigidDeviation,
-    Settling,
-    Size,
-    SpectralPeak,
-    Trajectories,
-)
+from crosscheck.studies.measures import folds
 from crosscheck.studies.measures.columns import require_measurable
-from crosscheck.studies.measures.folds import (
-    Average,
-    BandRmsFold,
-    ContactLossShare,
-    First,
-    FirstLoss,
-    Fold,
-    LargestLine,
-    Last,
-    PeakFold,
-    Range,
-    Settled,
-)
 from crosscheck.studies.members.rigid import rigid_angles
-
-MESH_SIGNALS = ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr")
-SIGNALS = (*OF_JOINTS, *MESH_SIGNALS)
 
 
 class ChunkRecords(Protocol):
@@ -73,15 +45,15 @@ class Watched(NamedTuple):
     file: str
 
 
-def observer(quantity: Quantity, watched: Watched) -> Observer:
+def observer(quantity: quantities.Quantity, watched: Watched) -> Observer:
     """Who sees to a quantity. Raises InputError where it means nothing for a member."""
     for case in watched.cases:
         require_measurable(quantity, case, watched.file)
-    if isinstance(quantity, Function):
+    if isinstance(quantity, quantities.Function):
         return _Called(quantity, watched)
-    if isinstance(quantity, Trajectories):
+    if isinstance(quantity, quantities.Trajectories):
         return _Kept(quantity, watched.cases)
-    if isinstance(quantity, RigidDeviation):
+    if isinstance(quantity, quantities.RigidDeviation):
         return _Deviation(quantity, watched.cases)
     return _Folded(quantity, watched.cases)
 
@@ -89,7 +61,7 @@ def observer(quantity: Quantity, watched: Watched) -> Observer:
 class _Folded:
     """A signal of one joint, or of all, folded over a window."""
 
-    def __init__(self, quantity: Quantity, cases: Sequence[Case]) -> None:
+    def __init__(self, quantity: quantities.Quantity, cases: Sequence[Case]) -> None:
         self.name, self.window = quantity.called, getattr(quantity, "window_s", None)
         self.signal = getattr(quantity, "signal", "theta")
         self.planet = getattr(quantity, "planet", 1)
@@ -99,12 +71,17 @@ class _Folded:
         scenario = cases[0].scenario
         late = scenario.step_s * (scenario.steps - scenario.stride / 2)
         self.after_s = late if self.fold.ends and self.window is None else -np.inf
+        self.seen = 0  # records
 
     def see(self, chunk: ChunkRecords) -> None:
         part = _inside(chunk.time, self.window)
         if part.stop > part.start and chunk.time[-1] > self.after_s:
-            values = _signal(chunk, self.signal, self.planet)[part, self.joints]
-            self.fold.take(chunk.time[part], values)
+            self.fold.take(chunk.time[part], self.values(chunk, part))
+        self.seen += chunk.time.size
+
+    def values(self, chunk: ChunkRecords, part: slice) -> np.ndarray:
+        """What is folded, (records of the part, [joints,] members)."""
+        return _signal(chunk, self.signal, self.planet)[part, self.joints]
 
     def found(self) -> Mapping[str, np.ndarray]:
         numbers = self.fold.numbers()
@@ -112,28 +89,17 @@ class _Folded:
         return {self.name + part: (value - self.less).T for part, value in named}
 
 
-class _Deviation:
+class _Deviation(_Folded):
     """How far an angle gets from the rigid arm's."""
 
-    def __init__(self, quantity: RigidDeviation, cases: Sequence[Case]) -> None:
-        self.name, self.window = quantity.called, quantity.window_s
-        self.joints = _joints(quantity, cases)
+    def __init__(self, quantity: quantities.RigidDeviation, cases: Sequence[Case]) -> None:
+        super().__init__(quantity, cases)
         self.angles, self.whose = rigid_angles(quantity.level, cases)
-        self.fold = PeakFold(_columns(self.joints, cases))
-        self.seen = 0
 
-    def see(self, chunk: ChunkRecords) -> None:
-        part = _inside(chunk.time, self.window)
-        if part.stop > part.start:
-            theta = _signal(chunk, "theta", 1)[part, self.joints]
-            here = slice(self.seen + part.start, self.seen + part.stop)
-            rigid = np.moveaxis(self.angles[:, here][self.whose][..., self.joints], 0, -1)
-            self.fold.take(chunk.time[part], theta - rigid)
-        self.seen += chunk.time.size
-
-    def found(self) -> Mapping[str, np.ndarray]:
-        (value,) = self.fold.numbers()
-        return {self.name: value.T}
+    def values(self, chunk: ChunkRecords, part: slice) -> np.ndarray:
+        here = slice(self.seen + part.start, self.seen + part.stop)
+        rigid = np.moveaxis(self.angles[:, here][self.whose][..., self.joints], 0, -1)
+        return super().values(chunk, part) - rigid
 
 
 class _Whole:
@@ -149,15 +115,25 @@ class _Whole:
             pieces.append(getattr(chunk, name).copy())
 
     def joined(self, name: str, planets: Sequence[int]) -> np.ndarray:
-        """A signal, as often as a joint has planets where one stands for all; nan beyond these."""
+        """A signal, (records, joints, [planets,] members).
+
+        Of meshes as often as a joint has planets, where one stands for all; nan beyond these, and
+        where there are no meshes.
+        """
         whole = np.concatenate(self.values[name])
-        return whole if whole.ndim == 3 else _each(whole, planets)
+        if whole.ndim == 3:
+            return whole
+        records, joints, known, members = whole.shape
+        found = np.full((records, joints, max(1, *planets), members), np.nan)
+        for joint, count in enumerate(planets):
+            found[:, joint, :count] = whole[:, joint, : 1 if known == 1 else count]
+        return found
 
 
 class _Kept(_Whole):
     """Trajectories for the result."""
 
-    def __init__(self, quantity: Trajectories, cases: Sequence[Case]) -> None:
+    def __init__(self, quantity: quantities.Trajectories, cases: Sequence[Case]) -> None:
         super().__init__(quantity.signals)
         self.prefix = f"{quantity.name}_" if quantity.name else ""
         self.planets = _planets(cases[0])
@@ -174,8 +150,8 @@ class _Kept(_Whole):
 class _Called(_Whole):
     """Runs for a function of the user's."""
 
-    def __init__(self, quantity: Function, watched: Watched) -> None:
-        super().__init__(SIGNALS)
+    def __init__(self, quantity: quantities.Function, watched: Watched) -> None:
+        super().__init__(quantities.SIGNALS)
         self.quantity, self.watched = quantity, watched
 
     def found(self) -> Mapping[str, np.ndarray]:
@@ -184,7 +160,7 @@ class _Called(_Whole):
         time, source = np.concatenate(self.time), self.watched.sources[self.quantity.function]
         answers: dict[str, list[float]] = {name: [] for name in self.quantity.returns}
         planets = _planets(self.watched.cases[0])  # of all alike, as they stand side by side
-        wanted = SIGNALS if any(planets) else OF_JOINTS
+        wanted = quantities.SIGNALS if any(planets) else quantities.OF_JOINTS
         whole = {name: self.joined(name, planets) for name in wanted}
         for place, (arm, scenario, chosen) in enumerate(self.watched.cases):
             own = {name: values[..., place] for name, values in whole.items()}
@@ -197,43 +173,44 @@ class _Called(_Whole):
 
 
 def _fold(
-    quantity: Quantity, cases: Sequence[Case], joints: slice | int
-) -> tuple[Fold, np.ndarray | float]:
+    quantity: quantities.Quantity, cases: Sequence[Case], joints: slice | int
+) -> tuple[folds.Fold, np.ndarray | float]:
     """The fold of a quantity, and what its number is less."""
     columns = _columns(joints, cases)
-    if isinstance(quantity, FinalError):
-        return Last(columns), _targets(cases)[joints]
-    if isinstance(quantity, Settling):
+    if isinstance(quantity, quantities.FinalError):
+        return folds.Last(columns), _targets(cases)[joints]
+    fold: folds.Fold
+    if isinstance(quantity, quantities.Settling):
         aim = quantity.target_rad
         targets = _targets(cases)[joints] if aim is None else np.full(columns, aim)
-        return Settled(targets, quantity.band_rad), 0.0
-    if isinstance(quantity, ContactLoss):
-        return FirstLoss(columns), 0.0
-    if isinstance(quantity, ApartShare):
-        return ContactLossShare(columns), 0.0
-    assert isinstance(quantity, OfSignal)
-    return _of_signal(quantity, columns), 0.0
+        fold = folds.Settled(targets, quantity.band_rad)
+    elif isinstance(quantity, quantities.ContactLoss):
+        fold = folds.FirstLoss(columns)
+    elif isinstance(quantity, quantities.ApartShare):
+        fold = folds.ContactLossShare(columns)
+    elif isinstance(quantity, quantities.BandRms):
+        fold = folds.BandRmsFold(columns, *quantity.band_Hz)
+    elif isinstance(quantity, quantities.SpectralPeak):
+        fold = folds.LargestLine(columns, *quantity.band_Hz)
+    elif isinstance(quantity, quantities.Crossing):
+        beyond = operator.gt if quantity.side == "above" else operator.lt
+        fold = folds.First(columns, lambda values: beyond(values, quantity.level))
+    elif isinstance(quantity, quantities.RigidDeviation):
+        fold = folds.PeakFold(columns)
+    else:
+        assert isinstance(quantity, quantities.Size)
+        sizes: dict[str, Callable[[tuple[int, ...]], folds.Fold]] = {
+            "final": folds.Last,
+            "peak": folds.PeakFold,
+            "peak_to_peak": folds.Range,
+            "mean": partial(folds.Average, squared=False),
+            "rms": partial(folds.Average, squared=True),
+        }
+        fold = sizes[quantity.kind](columns)
+    return fold, 0.0
 
 
-def _of_signal(quantity: OfSignal, columns: tuple[int, ...]) -> Fold:
-    if isinstance(quantity, BandRms):
-        return BandRmsFold(columns, *quantity.band_Hz)
-    if isinstance(quantity, SpectralPeak):
-        return LargestLine(columns, *quantity.band_Hz)
-    if isinstance(quantity, Crossing):
-        level = quantity.level
-        if quantity.side == "above":
-            return First(columns, lambda values: values > level)
-        return First(columns, lambda values: values < level)
-    assert isinstance(quantity, Size)
-    if quantity.kind == "final":
-        return Last(columns)
-    if quantity.kind in ("peak", "peak_to_peak"):
-        return PeakFold(columns) if quantity.kind == "peak" else Range(columns)
-    return Average(columns, squared=quantity.kind == "rms")
-
-
-def _joints(quantity: Quantity, cases: Sequence[Case]) -> slice | int:
+def _joints(quantity: quantities.Quantity, cases: Sequence[Case]) -> slice | int:
     """Of a quantity: all, or one."""
     joint = getattr(quantity, "joint", None)
     return slice(None) if joint is None else int(joint) - 1
@@ -266,23 +243,10 @@ def _inside(time: np.ndarray, window: tuple[float, float] | None) -> slice:
 def _signal(chunk: ChunkRecords, name: str, planet: int) -> np.ndarray:
     """(records, joints, members) of a chunk."""
     values: np.ndarray = getattr(chunk, name)
-    if name in OF_JOINTS:
+    if name in quantities.OF_JOINTS:
         return values
     if values.shape[2] == 1:
         return values[:, :, 0]
     if planet > values.shape[2]:  # none of that number, or no meshes at all
         return np.full((values.shape[0], values.shape[1], values.shape[3]), np.nan)
     return values[:, :, planet - 1]
-
-
-def _each(values: np.ndarray, counts: Sequence[int]) -> np.ndarray:
-    """(records, joints, planets, members) of a planet that stands for all, or of each.
-
-    counts: of every joint's planets; beyond them, and where there are no meshes, all is nan.
-    """
-    planets = max(1, *counts)
-    found = np.full((*values.shape[:2], planets, values.shape[3]), np.nan)
-    for joint, count in enumerate(counts):
-        alone = values.shape[2] == 1
-        found[:, joint, :count] = values[:, joint, : 1 if alone else count]
-    return found

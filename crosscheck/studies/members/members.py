@@ -131,11 +131,9 @@ class _Maker:
         changed = {section: self._put(section, points) for section in self.of_section}
         if self.made is not None and not any(changed.values()):
             return self.made
-        before, names = self.made, self.study.definition
+        names = self.study.definition
+        arm, scenario, chosen = self.made or (None, None, None)
         self.made = None
-        arm = scenario = chosen = None
-        if before is not None:
-            arm, scenario, chosen = before
         if arm is None or changed["arm"]:
             arm = validated(Arm, self.data["arm"], names.arm)
         if scenario is None or changed["scenario"]:
@@ -193,12 +191,7 @@ def blamed(study: PreparedStudy, place: int, error: InputError) -> InputError:
         try:
             case_of(data, study.definition.arm, study.definition.scenario)
         except InputError as alone:
-            return InputError(
-                f"{study.file}: axis {axis.path}",
-                "",
-                alone.value,
-                f"{alone.field}: {alone.allowed}",
-            )
-    return InputError(
-        f"{study.file}: member {place}", error.field, error.value, f"{error.allowed}, as varied"
-    )
+            where, allowed = f"{study.file}: axis {axis.path}", f"{alone.field}: {alone.allowed}"
+            return InputError(where, "", alone.value, allowed)
+    where, allowed = f"{study.file}: member {place}", f"{error.allowed}, as varied"
+    return InputError(where, error.field, error.value, allowed)

@@ -35,7 +35,14 @@ def rigid_angles(level: str, cases: Sequence[Case]) -> tuple[np.ndarray, np.ndar
     model = next(name for name in of_level(level) if MODELS[name].order is not None)
     places: dict[tuple[Arm, Scenario], int] = {}
     whose = [places.setdefault(without_meshes(case), len(places)) for case in cases]
-    return np.stack([_angles(model, *unlike) for unlike in places]), np.array(whose)
+    found = []
+    for arm, scenario in places:
+        try:
+            found.append(build(model, arm, scenario).simulate()["theta"].values)
+        except Diverged:
+            records = scenario.steps // scenario.stride + 1
+            found.append(np.full((records, len(arm.joints)), np.nan))
+    return np.stack(found), np.array(whose)
 
 
 def without_meshes(case: Case) -> tuple[Arm, Scenario]:
@@ -49,11 +56,3 @@ def without_meshes(case: Case) -> tuple[Arm, Scenario]:
         "start": Start(**given),
     }
     return with_meshes(case.arm, lambda mesh: ANY_MESH), scenario.model_copy(update=changed)
-
-
-def _angles(model: str, arm: Arm, scenario: Scenario) -> np.ndarray:
-    try:
-        return build(model, arm, scenario).simulate()["theta"].values
-    except Diverged:
-        records = scenario.steps // scenario.stride + 1
-        return np.full((records, len(arm.joints)), np.nan)
