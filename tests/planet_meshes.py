@@ -17,15 +17,10 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
+from crosscheck.models.arm import stiffness
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
-from crosscheck.models.arm.stiffness import (
-    FourierStiffness,
-    SineStiffness,
-    StiffnessLaw,
-    TableStiffness,
-)
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from tests.any_arms import direct_joints, meshes, planetary_joints, rods
 
@@ -208,13 +203,13 @@ def expected_force(
     return force
 
 
-def stiffness_at(law: StiffnessLaw, phase: complex) -> complex:
+def stiffness_at(law: stiffness.StiffnessLaw, phase: complex) -> complex:
     """k [N/m] as the law's description has it."""
-    if isinstance(law, SineStiffness):
+    if isinstance(law, stiffness.SineStiffness):
         return law.mean_N_per_m + law.amplitude_N_per_m * np.sin(phase)
-    if isinstance(law, TableStiffness):
+    if isinstance(law, stiffness.TableStiffness):
         return _spline_at(law, phase / (2 * pi))
-    if isinstance(law, FourierStiffness):
+    if isinstance(law, stiffness.FourierStiffness):
         cosines = (c * np.cos(n * phase) for n, c in enumerate(law.cosine_N_per_m, 1))
         sines = (s * np.sin(n * phase) for n, s in enumerate(law.sine_N_per_m, 1))
         return law.mean_N_per_m + sum(cosines) + sum(sines)
@@ -227,22 +222,22 @@ def stiffness_at(law: StiffnessLaw, phase: complex) -> complex:
 
 
 @lru_cache
-def _spline(law: TableStiffness) -> CubicSpline:
+def _spline(law: stiffness.TableStiffness) -> CubicSpline:
     return CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
 
 
-def _spline_at(law: TableStiffness, cycles: complex) -> complex:
+def _spline_at(law: stiffness.TableStiffness, cycles: complex) -> complex:
     spline = _spline(law)
     within = cycles - np.floor(cycles.real)
     piece = min(int(np.searchsorted(spline.x, within.real, "right")), len(spline.x) - 1) - 1
     return np.polyval(spline.c[:, piece], within - spline.x[piece])
 
 
-def mean_stiffness(law: StiffnessLaw) -> float:
+def mean_stiffness(law: stiffness.StiffnessLaw) -> float:
     """Over a period [N/m]."""
-    if isinstance(law, TableStiffness):
+    if isinstance(law, stiffness.TableStiffness):
         return float(_spline(law).integrate(0, 1))
-    if isinstance(law, SineStiffness | FourierStiffness):
+    if isinstance(law, stiffness.SineStiffness | stiffness.FourierStiffness):
         return law.mean_N_per_m
     swing = law.largest_N_per_m - law.least_N_per_m
     return law.least_N_per_m + swing * (law.contact_ratio - 1)

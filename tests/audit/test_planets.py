@@ -16,16 +16,9 @@ from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.third import APART_M, Third
 from crosscheck.audit.phase.runs.experiments import pd_run
 from crosscheck.audit.planets import growth as growths
-from crosscheck.audit.planets import hill
+from crosscheck.audit.planets import hill, verdict
 from crosscheck.audit.planets.features import Feature
 from crosscheck.audit.planets.parting import FirstPartings, Parted, PartingCourse, Partings, alike
-from crosscheck.audit.planets.verdict import (
-    PREDICTED,
-    Freed,
-    PlanetsEffect,
-    Survival,
-    effects_by_law,
-)
 from crosscheck.models.loading import Case
 
 ABOVE, BELOW = 1.01, 0.99
@@ -163,10 +156,10 @@ def test_pairs_of_samples_say_what_they_are() -> None:
         found = np.full(8, size)
         return Third(found, found, found, found, 0)
 
-    weaker = Freed(CELL, third(400.0), third(20.0), 2)
-    assert weaker.effect == PlanetsEffect.WEAKER
-    assert effects_by_law([weaker])[PRINTED] == {PlanetsEffect.WEAKER: 1}
-    assert set(effects_by_law([])) == set(LAWS)
+    weaker = verdict.Freed(CELL, third(400.0), third(20.0), 2)
+    assert weaker.effect == verdict.PlanetsEffect.WEAKER
+    assert verdict.effects_by_law([weaker])[PRINTED] == {verdict.PlanetsEffect.WEAKER: 1}
+    assert set(verdict.effects_by_law([])) == set(LAWS)
 
 
 def test_a_statement_about_a_figure_may_rest_on_planets_held_alike() -> None:
@@ -175,7 +168,7 @@ def test_a_statement_about_a_figure_may_rest_on_planets_held_alike() -> None:
     place = Place(PRINTED, CELL.arm, 0.005, "")
     true, false = (Answer(place, (size,) * 16, 16, limits) for size in (200.0, 20.0))
     lost = Feature(claim, place, true, false, 1)
-    assert (lost.survives, lost.changed) == (Survival.LOST, True)
+    assert (lost.survives, lost.changed) == (verdict.Survival.LOST, True)
     assert Feature(claim, place, true, true, 1).changed is False
     assert lost.free.state == State.NO
 
@@ -200,10 +193,14 @@ def _foretold(found: list[Parted]) -> growths.Foretold:
 
 
 def test_the_first_parting_is_foretold_start_by_start() -> None:
-    found = [_parted(0.1, 0.1 * (1 + BELOW * PREDICTED)), _parted(0.1, 0.1), _parted(None, None)]
+    found = [
+        _parted(0.1, 0.1 * (1 + BELOW * verdict.PREDICTED)),
+        _parted(0.1, 0.1),
+        _parted(None, None),
+    ]
     told = _foretold(found)
     assert (told.starts, told.right, told.all_right, told.strayed) == (2, 2, True, 0)
-    late = 0.1 * (1 + ABOVE * PREDICTED)
+    late = 0.1 * (1 + ABOVE * verdict.PREDICTED)
     worse = _foretold([*found, _parted(0.1, late, 0.1 * BELOW), _parted(0.1, late, 0.1 * ABOVE)])
     assert (worse.right, worse.starts, worse.all_right) == (2, 4, False)
     assert (worse.strayed, worse.right_unless_strayed) == (1, 2)

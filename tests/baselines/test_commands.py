@@ -15,18 +15,8 @@ from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
+from tests.baselines import short
 from tests.baselines.conftest import Command
-from tests.baselines.short import (
-    ANALYTIC,
-    EXUDYN,
-    edited,
-    green,
-    invented_check,
-    red,
-    short_check,
-    with_findings,
-    with_run,
-)
 
 ACCEPT, CHECK = ("baseline", "accept", "--quick"), ("baseline", "check", "--quick")
 RECORD = Path("baselines/paper-labelled-quick.json")
@@ -51,9 +41,9 @@ def test_accept_then_check(command: Command, result: CrossCheck, capsys: Capture
     assert Path("out/check.xml").is_file()
 
     def change(data: dict[str, Any]) -> None:
-        data["runs"][str(ANALYTIC)]["extremes"]["F_sp"]["rows"][0][3] += 1.0
+        data["runs"][str(short.ANALYTIC)]["extremes"]["F_sp"]["rows"][0][3] += 1.0
 
-    edited(RECORD, change)
+    short.edited(RECORD, change)
     assert command(*CHECK, result=result) == 1
     assert "1 of" in capsys.readouterr().out
 
@@ -124,7 +114,7 @@ def test_a_real_arm_accepted_and_checked_does_not_move(
 ) -> None:
     """Four joints: a row of time and a value per joint has as many columns as one of extremes."""
     path = _toml(tmp_path, joints, f"{joints}-joint")
-    result = short_check(load_arm(str(path)))
+    result = short.short_check(load_arm(str(path)))
     assert command(*ACCEPT, path, result=result) == 0
     assert command(*CHECK, path, result=result) == 0
     assert "\n0 of " in capsys.readouterr().out
@@ -135,9 +125,9 @@ def test_an_arm_of_any_number_of_joints_does_not_move(
     command: Command, tmp_path: Path, joints: int
 ) -> None:
     path = _toml(tmp_path, joints, "x")
-    result = invented_check(load_arm(str(path)))
+    result = short.invented_check(load_arm(str(path)))
     assert command(*ACCEPT, path, result=result) == 0
-    run = json.loads(Path("baselines/x-quick.json").read_text())["runs"][str(ANALYTIC)]
+    run = json.loads(Path("baselines/x-quick.json").read_text())["runs"][str(short.ANALYTIC)]
     assert {len(row) for row in run["sampled"]["theta"]["rows"]} == {1 + joints}
     assert len(run["extremes"]["F_sp"]["rows"]) == joints
     assert command(*CHECK, path, result=result) == 0
@@ -146,7 +136,7 @@ def test_an_arm_of_any_number_of_joints_does_not_move(
 def test_two_names_have_two_records(command: Command, tmp_path: Path, capsys: Captured) -> None:
     for name in ("a b", "a-b", "ä", "ö"):
         path = _toml(tmp_path, 1, name)
-        assert command(*ACCEPT, path, result=invented_check(load_arm(str(path)))) == 0
+        assert command(*ACCEPT, path, result=short.invented_check(load_arm(str(path)))) == 0
     assert len(list(Path("baselines").iterdir())) == 4
 
 
@@ -166,8 +156,8 @@ def test_another_arms_record_is_not_replaced(
 @pytest.fixture
 def broken(result: CrossCheck) -> CrossCheck:
     """The short cross-check with a check that differs, one that failed and a lost run."""
-    lost = with_run(result, EXUDYN, Failure("RuntimeError", "no engine"))
-    return with_findings(lost, [*result.agreement.findings, red()])
+    lost = short.with_run(result, short.EXUDYN, Failure("RuntimeError", "no engine"))
+    return short.with_findings(lost, [*result.agreement.findings, short.red()])
 
 
 def test_red_checks_are_not_accepted(
@@ -192,17 +182,17 @@ def test_a_red_result_leaves_the_old_record(
 
 
 def test_nothing_checked_is_not_accepted(command: Command, result: CrossCheck) -> None:
-    assert command(*ACCEPT, "--with-differences", result=with_findings(result, [])) == 1
+    assert command(*ACCEPT, "--with-differences", result=short.with_findings(result, [])) == 1
     assert not RECORD.exists()
 
 
 def test_a_run_that_cannot_be_recorded_is_not_accepted(
     command: Command, result: CrossCheck, capsys: Captured
 ) -> None:
-    half = result.runs[ANALYTIC].isel(time=slice(0, 100))
-    assert command(*ACCEPT, result=with_run(result, ANALYTIC, half)) == 1
+    half = result.runs[short.ANALYTIC].isel(time=slice(0, 100))
+    assert command(*ACCEPT, result=short.with_run(result, short.ANALYTIC, half)) == 1
     out = capsys.readouterr().out
-    assert f"{ANALYTIC} cannot be recorded: " in out
+    assert f"{short.ANALYTIC} cannot be recorded: " in out
     assert "must be times that rise from 0 to 0.02 s" in out
     assert "0 differing checks, 1 lost run: nothing recorded" in out
 
@@ -230,7 +220,7 @@ def test_a_known_difference_moves_when_its_number_does(
     command: Command, broken: CrossCheck, capsys: Captured
 ) -> None:
     assert command(*ACCEPT, "--with-differences", result=broken) == 0
-    worse = with_findings(broken, [*broken.agreement.findings[:-1], red(measured=4e-3)])
+    worse = short.with_findings(broken, [*broken.agreement.findings[:-1], short.red(measured=4e-3)])
     capsys.readouterr()
     assert command(*CHECK, result=worse) == 1
     out = capsys.readouterr().out
@@ -242,7 +232,9 @@ def test_a_known_difference_that_has_gone_moves(
     command: Command, broken: CrossCheck, capsys: Captured
 ) -> None:
     assert command(*ACCEPT, "--with-differences", result=broken) == 0
-    better = with_findings(broken, [*broken.agreement.findings[:-1], red(measured=1e-12)])
+    better = short.with_findings(
+        broken, [*broken.agreement.findings[:-1], short.red(measured=1e-12)]
+    )
     capsys.readouterr()
     assert command(*CHECK, result=better) == 1
     out = capsys.readouterr().out
@@ -251,8 +243,8 @@ def test_a_known_difference_that_has_gone_moves(
 
 
 def test_one_is_singular(command: Command, labelled: Arm, capsys: Captured) -> None:
-    result = with_findings(invented_check(labelled), [green()])
+    result = short.with_findings(short.invented_check(labelled), [short.green()])
     assert command(*ACCEPT, result=result) == 0
     assert capsys.readouterr().out.endswith(": 1 verdict, 1 run\n")
-    assert command(*CHECK, result=with_run(result, ANALYTIC, Failure("x", "y"))) == 1
+    assert command(*CHECK, result=short.with_run(result, short.ANALYTIC, Failure("x", "y"))) == 1
     assert "1 of 2 recorded results changed" in capsys.readouterr().out

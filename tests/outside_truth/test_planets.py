@@ -18,23 +18,8 @@ from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm
 from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.registry import MODELS, build, names
+from tests import planet_laws
 from tests.mixed_arms import PLANET_M, SUN_J, arm_of, direct, geared, random_states, scenario
-from tests.planet_laws import (
-    OFFSETS,
-    alike_planets,
-    energies,
-    force_off,
-    in_step,
-    in_step_off,
-    modes_off,
-    motion_off,
-    odd_one_out,
-    records_off,
-    spring_matrix,
-    standing_errors,
-    start_off,
-    unlike_arm,
-)
 from tests.planet_meshes import (
     ROD,
     alike_arms,
@@ -76,16 +61,16 @@ def free(name: str, arm: Arm, start: dict[str, object] | None = None, **laws: st
 @every_model
 @pytest.mark.parametrize("laws", LAWS)
 def test_every_planets_teeth_push_by_their_own_numbers(name, laws):
-    model = free(name, unlike_arm(), **laws)
+    model = free(name, planet_laws.unlike_arm(), **laws)
     # Deflections of 1e-5 m out of places near 1 m; phases of 300 rad.
-    assert force_off(model, 8) < 1e-11
-    assert motion_off(model, 5) < 1e-11
+    assert planet_laws.force_off(model, 8) < 1e-11
+    assert planet_laws.motion_off(model, 5) < 1e-11
 
 
 @every_model
 @pytest.mark.parametrize("odd", range(4))
 def test_one_planet_unlike_its_neighbours_alone_differs(name, odd):
-    assert force_off(free(name, odd_one_out(odd))) < 1e-12
+    assert planet_laws.force_off(free(name, planet_laws.odd_one_out(odd))) < 1e-12
 
 
 def every_law() -> st.SearchStrategy[Switches]:
@@ -140,7 +125,7 @@ def test_forward_dynamics_of_unlike_planets_solve_the_equation_of_motion(name, a
 
 @every_model
 def test_sun_and_planets_have_the_inertia_that_they_have_alone(name):
-    model = free(name, unlike_arm())
+    model = free(name, planet_laws.unlike_arm())
     per_tooth = 0.0025 / 2 * np.cos(np.radians(20))
     suns = [SUN_J / (teeth * per_tooth) ** 2 for teeth in (28, 31)]
     expected = np.diag([suns[0], *[PLANET_M] * 3, suns[1], *[PLANET_M] * 4])
@@ -155,9 +140,9 @@ def test_sun_and_planets_have_the_inertia_that_they_have_alone(name):
 @pytest.mark.parametrize("laws", [{}, CONSERVATIVE, {"phase": "omega_t", "dead_zone": "tanh"}])
 @pytest.mark.parametrize("arm", ["alike", "probe", "three-unlike"])
 def test_lumped_planets_are_free_ones_in_step(name, arm, laws):
-    own = alike_planets() if arm == "alike" else load_arm(arm)
+    own = planet_laws.alike_planets() if arm == "alike" else load_arm(arm)
     # Sums of four planets in another order, of deflections as above.
-    assert in_step_off(free(name, own, **laws)) < 1e-11
+    assert planet_laws.in_step_off(free(name, own, **laws)) < 1e-11
 
 
 @every_engine
@@ -166,7 +151,7 @@ def test_lumped_planets_are_free_ones_in_step(name, arm, laws):
 def test_lumped_planets_of_any_arm_are_free_ones_in_step(name, arm, work, seed):
     one_by_one = free(name, arm, mesh_work=work)
     lumped = free(name, arm, mesh_work=work, planets="lumped")
-    T = in_step(lumped, one_by_one)
+    T = planet_laws.in_step(lumped, one_by_one)
     q, v = state(lumped.layout, seed)
     # Sums of some hundred products in another order.
     mass = lumped.mass_matrix(q)
@@ -213,7 +198,7 @@ def test_phases_from_the_teeth(name, sun, planet, at_sun, at_ring, given_sun):
         turns = [contact.phase for contact in found[side::2]]
         off = np.exp(1j * np.subtract(turns, expected)) - 1  # cut a circle anywhere
         assert abs(off).max() < 20 * EPS
-    assert force_off(model) < 2e-12
+    assert planet_laws.force_off(model) < 2e-12
 
 
 @every_engine
@@ -312,17 +297,18 @@ def fourier(phase: float) -> float:
 
 @every_run
 @pytest.mark.parametrize(
-    "given_start", [{}, OFFSETS, {"mesh": "centre"}, {"mesh": "centre", **OFFSETS}]
+    "given_start",
+    [{}, planet_laws.OFFSETS, {"mesh": "centre"}, {"mesh": "centre", **planet_laws.OFFSETS}],
 )
 def test_planets_start_at_contact_or_in_the_middle_and_where_offsets_move_them(name, given_start):
     # Sums of rotations near 1 rad on radii of 0.1 m.
-    assert start_off(free(name, unlike_arm(), given_start)) < 1e-16
+    assert planet_laws.start_off(free(name, planet_laws.unlike_arm(), given_start)) < 1e-16
 
 
 @every_run
 def test_lumped_planets_start_where_their_standing_errors_touch(name):
-    model = free(name, standing_errors(), planets="lumped")
-    assert start_off(model) < 1e-16
+    model = free(name, planet_laws.standing_errors(), planets="lumped")
+    assert planet_laws.start_off(model) < 1e-16
     first = model.simulate().isel(time=0, joint=0)
     np.testing.assert_allclose(first.x_sp, 4e-5 - 6e-6, rtol=0, atol=1e-16)
     np.testing.assert_allclose(first.x_pr, 3e-5 + 7e-6, rtol=0, atol=1e-16)
@@ -330,13 +316,16 @@ def test_lumped_planets_start_where_their_standing_errors_touch(name):
 
 @every_run
 def test_records_are_every_planets_own(name):
-    joints = unlike_arm().model_dump()["joints"]
+    joints = planet_laws.unlike_arm().model_dump()["joints"]
     arm = arm_of(*joints, direct(), gravity=(0.0, 0.0))
-    start = {"planet_offset_m": [*OFFSETS["planet_offset_m"], []], "theta_dot_rad_per_s": 0.9}
+    start = {
+        "planet_offset_m": [*planet_laws.OFFSETS["planet_offset_m"], []],
+        "theta_dot_rad_per_s": 0.9,
+    }
     run = scenario(duration_s=1e-4, record_every=2, start=start)
     model = build(name, arm, run, switches(planets="free"))
     # Deflections out of places near 1 m, times 1e8 N/m.
-    assert records_off(model) < 1e-10
+    assert planet_laws.records_off(model) < 1e-10
     motion = model.simulate()
     assert np.isnan(motion.x_sp[:, 2]).all()
     advance = (motion.x_sp + motion.x_pr).values[:, 0, :3]
@@ -349,7 +338,7 @@ def test_records_are_every_planets_own(name):
 
 def undamped(play: float = 1.0) -> Arm:
     """``unlike_arm`` without damping, its clearances times ``play``."""
-    joints = unlike_arm().model_dump()["joints"]
+    joints = planet_laws.unlike_arm().model_dump()["joints"]
     for joint in joints:
         for side in ("sun_mesh", "ring_mesh"):
             backlash = tuple(
@@ -363,13 +352,13 @@ def undamped(play: float = 1.0) -> Arm:
 @pytest.mark.parametrize(("play", "drift"), [(0.0, 1e-9), (1.0, 1e-6)])
 def test_energy_stays_with_conservative_meshes_alone(name, play, drift):
     """Where teeth part and meet RK4 has the second order left, with play."""
-    start = {**OFFSETS, "theta_dot_rad_per_s": [1.4, -2.7]}
+    start = {**planet_laws.OFFSETS, "theta_dot_rad_per_s": [1.4, -2.7]}
     run = scenario(duration_s=2e-4, step_s=5e-7, record_every=40, start=start)
     changes = []
     for laws in (CONSERVATIVE, {}):
         model = build(name, undamped(play), run, switches(planets="free", **laws))
         motion = model.simulate()
-        total = motion.kinetic_energy.values + energies(model, motion)
+        total = motion.kinetic_energy.values + planet_laws.energies(model, motion)
         changes.append(float(np.ptp(total) / total[0]))
     assert changes[0] < drift < 1e-5 < changes[1]
 
@@ -409,7 +398,7 @@ def energy_over(model: Model, duration: float) -> np.ndarray:
 @every_model_with_modes
 def test_modes_follow_every_planets_own_stiffness(name):
     # The engine linearises by differences at 1e-7.
-    assert modes_off(free(name, undamped())) < 1e-6
+    assert planet_laws.modes_off(free(name, undamped())) < 1e-6
 
 
 @every_model_with_modes
@@ -417,7 +406,7 @@ def test_the_largest_stable_step_follows_the_stiffest_moment_of_every_planet(nam
     arm = undamped()
     model = free(name, arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]}))
     phases = np.linspace(0, 2 * pi, 4001)
-    K = spring_matrix(model, lambda law: max(stiffness_at(law, p) for p in phases).real)
+    K = planet_laws.spring_matrix(model, lambda law: max(stiffness_at(law, p) for p in phases).real)
     fastest = np.sqrt(
         np.linalg.eigvals(np.linalg.solve(model.mass_matrix(np.zeros(5)), K)).real.max()
     )
@@ -462,7 +451,7 @@ def every_mesh(model: ExudynBodies) -> list[Toothed]:
 
 
 def bodies(**laws: str) -> ExudynBodies:
-    return ExudynBodies(unlike_arm(), scenario(), switches(planets="free", **laws))
+    return ExudynBodies(planet_laws.unlike_arm(), scenario(), switches(planets="free", **laws))
 
 
 def test_poses_and_rates_of_exudyns_bodies_show_every_displacement():

@@ -23,16 +23,7 @@ from crosscheck.trial.robots.candidates import (
 )
 from crosscheck.trial.robots.explain import OwnEquations, explained
 from tests.draws import DRAWS, SAMPLE, fresh_seed
-from tests.robots.chains import (
-    ENGINES,
-    Solid,
-    joint,
-    link,
-    planetary,
-    random_chain,
-    robot,
-    urdf,
-)
+from tests.robots import chains
 from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
@@ -58,9 +49,9 @@ def sliding() -> Robot:
 
 
 @pytest.mark.parametrize("level", RIGID)
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 def test_right_equations_are_never_blamed(engine, level):
-    for own in (load_robot("six-joint"), random_chain(3), random_chain(10)):
+    for own in (load_robot("six-joint"), chains.random_chain(3), chains.random_chain(10)):
         found = explained(equations(own, level, engine), own, 0)
         assert found.agrees
         assert (found.entries, found.explanations, found.links) == ((), (), ())
@@ -150,7 +141,7 @@ def test_planted_errors_are_named_up_to_what_makes_the_same_equations():
     """Of numbers and confusions of any chain that change anything: 95 in a hundred at least."""
     first, named, asked = fresh_seed(), 0, 0
     for seed in range(first, first + PLANTED):
-        own = random_chain(seed)
+        own = chains.random_chain(seed)
         error = planted(own, seed)
         found = explained(equations(error.robot), own, seed)
         if not found.agrees:
@@ -186,12 +177,15 @@ STAGE_WRONG: dict[str, tuple[dict[str, float] | tuple[float, float], str]] = {
 @pytest.mark.parametrize("case", STAGE_WRONG)
 def test_what_is_wrong_of_a_stage_is_named(case):
     """Numbers, and ratios of sun and planets that are easily mistaken."""
-    text = urdf(
-        *(link(name, Solid(com=(0.1, 0.2, 0.3))) for name in ("ground", "ring", "disc")),
-        joint("yaw", "ground", "ring"),
-        joint("roll", "ring", "disc", axis=(0.6, 0, 0.8)),
+    text = chains.urdf(
+        *(
+            chains.link(name, chains.Solid(com=(0.1, 0.2, 0.3)))
+            for name in ("ground", "ring", "disc")
+        ),
+        chains.joint("yaw", "ground", "ring"),
+        chains.joint("roll", "ring", "disc", axis=(0.6, 0, 0.8)),
     )
-    own = robot(text, {"roll": planetary()})
+    own = chains.robot(text, {"roll": chains.planetary()})
     wrong, words = STAGE_WRONG[case]
     if isinstance(wrong, dict):
         gears = own.stages[0].gears.model_copy(update=wrong)
