@@ -1,7 +1,5 @@
 """Random arms of a machine's usual sizes: every kind of joint, mesh, stiffness law and link."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Arms of one to seven joints of every kind, for what holds of all of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar

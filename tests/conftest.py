@@ -1,7 +1,5 @@
 """What all tests share: arms as the project ships them, and the choice of a quick sample."""
 
-from __future__ import annotations
-
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as on the command line

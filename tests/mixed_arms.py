@@ -1,7 +1,5 @@
 """Arms with few numbers alike: geared and direct joints, every law."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.interpolate import CubicSpline
 

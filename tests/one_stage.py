@@ -1,7 +1,5 @@
 """One joint alone, its planets free and its teeth plain: all that its meshes do is k x."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from crosscheck.models.arm.arm import Arm

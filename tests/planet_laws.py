@@ -3,8 +3,6 @@
 Judged by ``tests.planet_meshes``, at random states with every mesh in or around its backlash.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import numpy as np

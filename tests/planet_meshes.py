@@ -4,8 +4,6 @@ Written down from the laws alone, mesh by mesh: phases by counting teeth in whol
 energies that take complex coordinates, whose imaginary part then is an exact derivative.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction

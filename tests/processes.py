@@ -1,7 +1,5 @@
 """The program and pieces of it in processes of their own."""
 
-from __future__ import annotations
-
 import atexit
 import json
 import os

@@ -4,8 +4,6 @@ No run is simulated: a run's record (a Course) is made by hand from a few choice
 own measures read it. A world gives each experiment of a claim one of these records.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

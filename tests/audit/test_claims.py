@@ -1,7 +1,5 @@
 """The catalogue of claims: every one can say yes and no, is made of known numbers, has reasons."""
 
-from __future__ import annotations
-
 import math
 import re
 from functools import cache

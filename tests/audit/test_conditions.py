@@ -3,8 +3,6 @@
 Each row renders a template from records that say one thing, and again with one of them turned.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace as Of
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """What two places of a page say of one quantity in one setting is compared as it should be."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """The damping fit: which settings are told apart from the best, and what is said of the claims."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Chapters of which every run diverges: they say so, and are whole."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path

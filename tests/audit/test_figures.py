@@ -1,7 +1,5 @@
 """The figures' chapter: what is drawn is what the claims were asked, and measures of known runs."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

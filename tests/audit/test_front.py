@@ -1,7 +1,5 @@
 """The page's beginning: its sentences follow its numbers."""
 
-from __future__ import annotations
-
 from itertools import product
 from pathlib import Path
 

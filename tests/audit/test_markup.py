@@ -1,7 +1,5 @@
 """The checker of pages finds what is wrong, and the pieces of a page are right."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.transforms import Bbox

@@ -1,7 +1,5 @@
 """What is measured of a PD run, on made-up runs whose numbers are known; the preloaded start."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Claims about numbers that are missing: no verdict falls over them, and none is made of them."""
 
-from __future__ import annotations
-
 import json
 import math
 from functools import cache

@@ -1,7 +1,5 @@
 """The paper's page and its command."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

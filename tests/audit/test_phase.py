@@ -1,7 +1,5 @@
 """Hypothesis H1: what decides it, on both sides of every threshold, and the tools behind it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """H4: what the elbow planets' spin costs."""
 
-from __future__ import annotations
-
 import pytest
 
 from crosscheck.audit.hypotheses.evidence.spin import CONSIDERABLE_M, SpinCost, matters

@@ -1,7 +1,5 @@
 """Hypothesis H7: Hill's equation from first principles, samples, and what is made of them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

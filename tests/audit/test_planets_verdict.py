@@ -1,7 +1,5 @@
 """What decides H7: both sides of every threshold."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

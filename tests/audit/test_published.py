@@ -3,8 +3,6 @@
 Nothing that the paper speaks of happens in them: what is left is to say so, everywhere.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A few settings from eight starts, every run as long as it should be: the page's own answers."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """What is kept as JSON comes back as it was, or not at all."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict
 

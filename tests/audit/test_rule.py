@@ -1,7 +1,5 @@
 """From starts to a verdict: shares, thresholds, laws, what a verdict depends on and turns at."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from itertools import product

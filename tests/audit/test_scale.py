@@ -1,7 +1,5 @@
 """A scale cuts runs and nothing else; signals that are too short for a number have none."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

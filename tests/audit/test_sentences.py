@@ -1,7 +1,5 @@
 """The table of the paper's sentences is whole: none left out, none that leads nowhere."""
 
-from __future__ import annotations
-
 from collections import Counter
 from itertools import groupby
 

@@ -1,7 +1,5 @@
 """One experiment from many starts: each is the run that it would be alone."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

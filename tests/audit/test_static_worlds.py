@@ -4,8 +4,6 @@ A world is an arm with another number in it, or an error planted into an equatio
 asks; the measure and the claim's function are those of the page.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache

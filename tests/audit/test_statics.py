@@ -1,7 +1,5 @@
 """Numbers that follow from the arm's data, against geometry worked out another way."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

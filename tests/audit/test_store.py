@@ -1,7 +1,5 @@
 """What is kept is private, is what was put there, or is made again with one line that says so."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

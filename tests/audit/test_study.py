@@ -1,7 +1,5 @@
 """Simulations are kept by everything that they depend on, and by nothing else."""
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The third fluctuation over many starts, and two samples of it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import beta

@@ -1,7 +1,5 @@
 """What is not known decides nothing: no verdict falls over it, and none is made of it."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable

@@ -5,8 +5,6 @@ RESULTS the files of code that its key is made of, with the data whose edit chan
 that were read or had a function that ran while it was made.
 """
 
-from __future__ import annotations
-
 import ast
 import builtins
 import ctypes

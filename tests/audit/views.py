@@ -1,7 +1,5 @@
 """Which files only say or draw what others have computed."""
 
-from __future__ import annotations
-
 from pathlib import PurePath
 
 ROOMS = (

@@ -1,7 +1,5 @@
 """Recorded baselines: what a repetition may differ by, and what it may not."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace

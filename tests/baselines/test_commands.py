@@ -1,7 +1,5 @@
 """`crosscheck validate` and `crosscheck baseline`: exit codes, output, files."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Records damaged at random: refused, or something moved; never a crash, never a pass."""
 
-from __future__ import annotations
-
 import copy
 import json
 import random

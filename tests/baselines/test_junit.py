@@ -1,7 +1,5 @@
 """The JUnit view of an Agreement, read back as a build server reads it."""
 
-from __future__ import annotations
-
 from xml.etree import ElementTree
 
 from crosscheck.findings import (

@@ -1,7 +1,5 @@
 """Record files: names, and what is refused in one line before anything is run."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

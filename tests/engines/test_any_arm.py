@@ -1,7 +1,5 @@
 """Arms that nobody chose: what every model owes to itself and to the others, state by state."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 
 import pytest

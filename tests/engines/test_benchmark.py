@@ -1,7 +1,5 @@
 """The benchmark's yardsticks compute what they say; how fast they are is no test's business."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

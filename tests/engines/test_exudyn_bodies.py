@@ -1,7 +1,5 @@
 """Exudyn's separate bodies against the other engines."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import product
 

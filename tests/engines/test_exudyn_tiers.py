@@ -1,7 +1,5 @@
 """Exudyn's tiers, which share no law and no body, against each other on arms of every kind."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -4,8 +4,6 @@ By NumPy every model's equations are evaluated as they stand in analytic.derivat
 Python the kernels' text is run, every operation rounded as IEEE 754 says.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The engines against each other, run by run."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

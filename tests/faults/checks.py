@@ -1,7 +1,5 @@
 """The checks that planted faults must turn red: what each says of a model as it stands."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 

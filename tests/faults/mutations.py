@@ -6,8 +6,6 @@ answers wrongly of the plan's own arm alone, with its planets lumped or free, an
 experiment alone: all else would make it easier to see.
 """
 
-from __future__ import annotations
-
 from collections import ChainMap
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

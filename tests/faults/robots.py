@@ -1,7 +1,5 @@
 """Robots on which faults are sought, and whether the engines agree on them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 

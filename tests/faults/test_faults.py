@@ -1,7 +1,5 @@
 """Every planted fault turns its check red, and without it the check is green."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import pytest

@@ -1,7 +1,5 @@
 """Files of recorded motions: four formats say the same, and what is wrong with one is one line."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

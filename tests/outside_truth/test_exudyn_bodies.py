@@ -1,7 +1,5 @@
 """Exudyn's separate bodies against mechanics that owes nothing to them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Exudyn's tree: modes and the largest step by every stiffness law, friction and gains."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

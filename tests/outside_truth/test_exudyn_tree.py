@@ -1,7 +1,5 @@
 """The Exudyn tree's coordinates, integrator, records and steps against what they must be."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

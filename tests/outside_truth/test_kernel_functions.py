@@ -1,7 +1,5 @@
 """The kernels' sines and hyperbolic tangent against mpmath's, in fifty digits."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Any

@@ -1,7 +1,5 @@
 """The derivation against closed forms and against identities of mechanics."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

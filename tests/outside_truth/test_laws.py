@@ -1,7 +1,5 @@
 """Laws of mechanics in every geared model and, of joints alone, in every rigid one."""
 
-from __future__ import annotations
-
 from math import cos, pi, sin
 
 import numpy as np

@@ -12,8 +12,6 @@ apart. So ring mesh and sun mesh of one planet are in phase if z_p is odd, and h
 it is even.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Eqs. 2-15 against what they must satisfy on their own account."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """The gear tree against the rigid arm, Newton's third law and closed forms."""
 
-from __future__ import annotations
-
 from math import cos, radians, sin
 
 import numpy as np

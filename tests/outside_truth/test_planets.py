@@ -1,7 +1,5 @@
 """Single planets in every geared model: virtual work, energies, the teeth's symmetry and flanks."""
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

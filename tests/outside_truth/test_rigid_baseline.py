@@ -1,7 +1,5 @@
 """The rigid arm against closed forms, conservation laws and numbers found in two other ways."""
 
-from __future__ import annotations
-
 from math import cos, radians
 
 import numpy as np

@@ -9,11 +9,9 @@ loading a tooth, w = 0, and the two roots of a quadratic in w^2. So A. Kahraman,
 planetary gear trains", J. Sound Vib. 173 (1994) 125-130, with N = 2 to 6.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pytest
@@ -161,7 +159,7 @@ class Radii:
     u_c: float
 
     @classmethod
-    def of(cls, joint: Planetary) -> Radii:
+    def of(cls, joint: Planetary) -> Self:
         """From module, teeth and pressure angle."""
         half, cosine = joint.module_m / 2, math.cos(math.radians(joint.pressure_angle_deg))
         sun, planet = half * joint.sun_teeth, half * joint.planet_teeth

@@ -1,7 +1,5 @@
 """Robots for tests: URDFs put together from numbers, and random chains with rotors."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Robots that cannot be read: one line with file, link or joint and what is allowed; code 2."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

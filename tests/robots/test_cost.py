@@ -1,7 +1,5 @@
 """What shortcuts cost: by closed forms where there are any, and as its user meets the command."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Rotors on meshes that give way: closed forms, conservation, and the limit of a rigid gear."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, pi, sin, sqrt
 

@@ -1,7 +1,5 @@
 """Robots whose equations are known: closed forms, another program, laws of conservation."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, pi, sin
 from typing import NamedTuple

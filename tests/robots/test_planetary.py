@@ -1,7 +1,5 @@
 """Planetary stages on robots: today's planar arms, closed forms, conservation, locked gears."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import ceil, cos, pi, radians, sin, sqrt

@@ -1,7 +1,5 @@
 """`crosscheck init --urdf`: a file that loads, names every joint and replaces nothing."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Own equations of a robot: the wrong number is named, and right equations are never blamed."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Small studies, their files, and what is in a result, byte for byte."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

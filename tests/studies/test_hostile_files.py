@@ -1,7 +1,5 @@
 """Damaged and hostile results cost one line, exit code 2, and no time."""
 
-from __future__ import annotations
-
 import os
 import random
 import shutil

@@ -1,7 +1,5 @@
 """A study that is killed or interrupted loses nothing and does nothing twice."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

@@ -1,7 +1,5 @@
 """Every number of a result has its place, whatever order batches come in, or fails as a line."""
 
-from __future__ import annotations
-
 import errno
 import io
 import resource

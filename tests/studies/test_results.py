@@ -1,7 +1,5 @@
 """What a study's result says: of its members, its axes, a second engine; and its drawings."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import matplotlib.image

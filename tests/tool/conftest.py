@@ -1,7 +1,5 @@
 """The command line as its user meets it: arguments in; exit code, output and files out."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Bad input of every kind at random: command lines, and the files that they name."""
 
-from __future__ import annotations
-
 import random
 import re
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Bad input: one line that says where, what and what is allowed; exit code 2; nothing written."""
 
-from __future__ import annotations
-
 import os
 import tomllib
 from pathlib import Path

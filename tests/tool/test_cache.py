@@ -1,7 +1,5 @@
 """What is kept between runs: made again where it is damaged, and cleared by one command."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

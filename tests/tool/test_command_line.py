@@ -1,7 +1,5 @@
 """What every command has in common: help, version, speed of start, exit codes."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -4,8 +4,6 @@ Each number alone at the least and the greatest that its range has, and arms of 
 whose every number is drawn.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Iterator

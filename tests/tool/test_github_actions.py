@@ -1,7 +1,5 @@
 """docs/ci/github-actions.yml: its commands do, with the wheel alone, what the workflow says."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

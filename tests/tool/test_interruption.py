@@ -1,7 +1,5 @@
 """Ctrl-C and termination: one line, 130 or 143 within two seconds, nothing left."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

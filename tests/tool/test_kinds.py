@@ -1,7 +1,5 @@
 """Outputs replace results of their own kind and nothing else, least of all what is read."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Machine code is kept in the user's cache folder, named after all that it depends on."""
 
-from __future__ import annotations
-
 import errno
 import os
 import subprocess

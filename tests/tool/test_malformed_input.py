@@ -1,7 +1,5 @@
 """Input that is broken in its structure, however cleverly: one printable line, quickly."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

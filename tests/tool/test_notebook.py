@@ -1,7 +1,5 @@
 """docs/notebooks: every cell runs, and says today what is stored."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

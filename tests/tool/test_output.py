@@ -1,7 +1,5 @@
 """What is written is there whole or not at all; what cannot be written is told beforehand."""
 
-from __future__ import annotations
-
 import errno
 import os
 import resource

@@ -1,7 +1,5 @@
 """Experiments of an arm's own: sized to it, or chosen, and named when their loop is unstable."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the docs say of every kind of file is what the schema says, and their examples load."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Models that are not the program's own: of installed packages, and registered for a while."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`crosscheck run`: the Agreement, its schema, the page, and what a broken engine does to them."""
 
-from __future__ import annotations
-
 import html
 import io
 import json

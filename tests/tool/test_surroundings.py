@@ -1,7 +1,5 @@
 """The program where there is no home, no room, no folder to work in, no such letter, no reader."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """`crosscheck init` writes an arm that loads, explains itself and replaces nothing."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """`assert_agrees`: a trial as a plain assertion; what it raises is what the command prints."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from dataclasses import replace

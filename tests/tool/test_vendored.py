@@ -1,7 +1,5 @@
 """Scripts of others are the files that their package has: as stated beside them."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`crosscheck view`: gears that mesh and roll, a page of the run's own numbers, bad input."""
 
-from __future__ import annotations
-
 import base64
 import json
 import re

@@ -1,7 +1,5 @@
 """Docs, pages and help use the field's words: none that only this project would understand."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tasks in other processes: whatever one does, the others are done and nothing is left behind."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -60,7 +58,7 @@ class Awkward:
     def __init__(self, one: str, other: str) -> None:
         self.both = one + other
 
-    def __reduce__(self) -> tuple[type[Awkward], tuple[str]]:
+    def __reduce__(self) -> tuple[type[object], tuple[str]]:
         return Awkward, (self.both,)
 
 

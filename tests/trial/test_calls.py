@@ -1,7 +1,5 @@
 """A user's functions behind fixed signatures."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Callable

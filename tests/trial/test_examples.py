@@ -1,7 +1,5 @@
 """The examples are right: held against the project's own models, part by part."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Each kind of error is called by its name; what fits nothing is said to fit nothing."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

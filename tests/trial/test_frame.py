@@ -1,7 +1,5 @@
 """A user's coordinates beside the project's own."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

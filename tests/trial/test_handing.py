@@ -1,7 +1,5 @@
 """Equations out of a user's file or package."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Equations from sympy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import sympy as sp

@@ -1,7 +1,5 @@
 """Values at states become the waves and signals that they are made of, and what is left is said."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

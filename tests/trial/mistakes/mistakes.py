@@ -3,8 +3,6 @@
 Chosen from errata, course notes, questions and issues, and not from what a trial can name.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 GITHUB = "https://github.com/"

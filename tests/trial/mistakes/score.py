@@ -4,8 +4,6 @@
 name has the word.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 import time

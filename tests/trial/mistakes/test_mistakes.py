@@ -4,8 +4,6 @@ A sample in the suite; all of them with CROSSCHECK_DRAWS, as ``make fuzz`` sets 
 ``python -m tests.trial.mistakes.score`` prints what is told of each.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

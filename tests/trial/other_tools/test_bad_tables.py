@@ -1,7 +1,5 @@
 """Tables that cannot be judged: one line with file, row, column and what is allowed."""
 
-from __future__ import annotations
-
 import io
 import struct
 import zlib

@@ -1,7 +1,5 @@
 """FMUs: right ones agree, a wrong one has its entry named, hostile ones are refused."""
 
-from __future__ import annotations
-
 import io
 import json
 import shutil

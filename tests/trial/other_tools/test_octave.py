@@ -1,7 +1,5 @@
 """The errors that newcomers make, answered by Octave: the same entries and terms as from Python."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from dataclasses import replace

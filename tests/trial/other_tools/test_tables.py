@@ -1,7 +1,5 @@
 """A table of answers is judged as the functions that made it: the same checks, entries, words."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
