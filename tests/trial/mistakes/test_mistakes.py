@@ -17,8 +17,7 @@ from crosscheck.trial.input.loading import made
 from tests.draws import DRAWS
 from tests.draws import SAMPLE as SAMPLED
 from tests.trial.mistakes.equations import RIGHT, written
-from tests.trial.mistakes.mistakes import MISTAKES
-from tests.trial.mistakes.score import diagnosed, scored, supplied
+from tests.trial.mistakes.score import MISTAKES, diagnosed, scored, supplied
 
 ENOUGH = 0.9  # of the mistakes, told by their term
 SAMPLE = (
