@@ -101,12 +101,7 @@ def direct(**changes: object) -> Data:
     return {"kind": "direct", "motor_mass_kg": 2.5, "rotor_inertia_kg_m2": 0.07, **changes}
 
 
-ROD: Data = {
-    "length_m": 0.9,
-    "com_m": 0.4,
-    "cross_section_m2": 0.004,
-    "density_kg_per_m3": 2700.0,
-}
+ROD: Data = {"length_m": 0.9, "com_m": 0.4, "cross_section_m2": 0.004, "density_kg_per_m3": 2700.0}
 BODY: Data = {"length_m": 0.7, "com_m": 0.25, "mass_kg": 6.0, "inertia_kg_m2": 0.5}
 ROD_MASS = 0.9 * 0.004 * 2700
 PAYLOAD = 3.0

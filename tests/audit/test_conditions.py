@@ -188,10 +188,7 @@ OBJECTIONS: Given = {
     "growth": [RATES],
     "in_full_over_own": (100.0, 300.0),
     "evident": 10.0,
-    "counts": {
-        "visible": {"angle": 0, "omega_t": 76},
-        "settings": {"angle": 108, "omega_t": 108},
-    },
+    "counts": {"visible": {"angle": 0, "omega_t": 76}, "settings": {"angle": 108, "omega_t": 108}},
     **dict.fromkeys(
         ("d_unknown", "d_unknown_angle", "flutter", "flutter_angle", "planets", "planets_angle"),
         "0 of 32 starts",

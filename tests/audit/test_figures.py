@@ -13,14 +13,7 @@ from crosscheck.analytic.paper.backlash import dead_zone_tanh
 from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.experiments.bands import Bands, shoulder
 from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, Cell
-from crosscheck.audit.experiments.experiments import (
-    BACK,
-    BACKLASH,
-    CONSTANT,
-    ERROR,
-    PD,
-    question,
-)
+from crosscheck.audit.experiments.experiments import BACK, BACKLASH, CONSTANT, ERROR, PD, question
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate

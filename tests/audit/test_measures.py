@@ -264,14 +264,7 @@ def test_a_rank_is_taken_among_members_that_have_the_event():
     known = Known(
         {
             experiments.BACKLASH(b): Sample(
-                {
-                    "frequency_Hz": np.array([frequency[b]]),
-                    "third": np.array(
-                        [
-                            third[b],
-                        ]
-                    ),
-                },
+                {"frequency_Hz": np.array([frequency[b]]), "third": np.array([third[b]])},
                 np.zeros(1, dtype=bool),
             )
             for b in third

@@ -148,11 +148,7 @@ def test_phase(material: Material, chapters: dict[str, AuditChapter]) -> None:
     assert {r["id"] for r in made.records} >= {f"stability/{cell.id}" for cell in CELLS}
     assert {
         (one.place.law, one.state) for one in _third_of_phase(material) if one.place.zeta == 0.02
-    } == {
-        (PRINTED, State.NO),
-        (REPAIRED_RATE, State.YES),
-        (INTEGRAL, State.NO),
-    }
+    } == {(PRINTED, State.NO), (REPAIRED_RATE, State.YES), (INTEGRAL, State.NO)}
 
 
 def test_figures(chapters: dict[str, AuditChapter]) -> None:

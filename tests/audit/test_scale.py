@@ -8,14 +8,7 @@ import pytest
 
 from crosscheck import signals
 from crosscheck.audit.experiments.cells import INTEGRAL, Cell
-from crosscheck.audit.experiments.experiments import (
-    BACK,
-    CONSTANT,
-    NO_ERROR,
-    PD,
-    Source,
-    question,
-)
+from crosscheck.audit.experiments.experiments import BACK, CONSTANT, NO_ERROR, PD, Source, question
 from crosscheck.audit.experiments.scale import FULL, Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate

@@ -122,10 +122,7 @@ WORLDS = [
         Changed(
             claim, said, _clearance, put=((teeth, "dead_zone_tanh", lambda x, b, s, k=k: k(x, b)),)
         )
-        for claim, said, k in (
-            ("2.1-09", FAILS, lambda x, b: x),
-            ("2.1-10", HOLDS, dead_zone),
-        )
+        for claim, said, k in (("2.1-09", FAILS, lambda x, b: x), ("2.1-10", HOLDS, dead_zone))
     ),
     Changed("2.1-11", FAILS, _gearing, _geometry(r_p=0.1)),
     Changed(

@@ -174,14 +174,7 @@ def _within(data: dict[str, Any], place: Place, value: Any, was: Any) -> bool:
     return False
 
 
-NOT_COMPARED = {
-    "basis",
-    "uncertainty",
-    "tolerance",
-    "widest",
-    "said",
-    "project_version",
-}
+NOT_COMPARED = {"basis", "uncertainty", "tolerance", "widest", "said", "project_version"}
 
 
 def _leaves(value: Any, at: Place = ()) -> Iterator[tuple[Place, Any]]:

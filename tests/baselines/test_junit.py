@@ -2,15 +2,7 @@
 
 from xml.etree import ElementTree
 
-from crosscheck.findings import (
-    About,
-    Agreement,
-    Finding,
-    Key,
-    checked,
-    failed,
-    measured_only,
-)
+from crosscheck.findings import About, Agreement, Finding, Key, checked, failed, measured_only
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import provenance
 from crosscheck.report.junit import junit_xml

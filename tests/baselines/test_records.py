@@ -205,10 +205,7 @@ REFUSED: dict[str, tuple[Change, str]] = {
     ),
     "another unit": (_set("deg", *SAMPLED, "unit"), "theta.unit: must be rad"),
     "a negative tolerance": (_set(-1e-10, *SAMPLED, "tolerance"), "theta.tolerance = -1e-10: "),
-    "a huge tolerance": (
-        _set(1e300, *SAMPLED, "tolerance"),
-        "theta.tolerance: at most ",
-    ),
+    "a huge tolerance": (_set(1e300, *SAMPLED, "tolerance"), "theta.tolerance: at most "),
     "an infinite tolerance": (_set(float("inf"), *SAMPLED, "tolerance"), "theta.tolerance = inf: "),
     "no number for a tolerance": (_set(float("nan"), *EXTREMES, "tolerance"), "tolerance = nan: "),
     "a scenario that is none": (
@@ -225,10 +222,7 @@ REFUSED: dict[str, tuple[Change, str]] = {
     ),
     "missing field": (lambda data: data.pop("checks"), "checks: is missing; a value is required"),
     "unknown field": (_set(1, "extra"), "extra = 1: "),
-    "a name that clears the screen": (
-        _set("x", "checks", "\x1b[2J"),
-        r"checks.\x1b[2J = 'x'",
-    ),
+    "a name that clears the screen": (_set("x", "checks", "\x1b[2J"), r"checks.\x1b[2J = 'x'"),
     "a name without end": (_set("x", "checks", 9999 * "n"), "n...nn"),
 }
 

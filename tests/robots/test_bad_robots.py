@@ -283,8 +283,7 @@ def test_no_output_takes_the_place_of_an_input(crosscheck: Command, tmp_path: Pa
 def test_what_is_not_used_is_told():
     more = '<dynamics damping="0.5" friction="1"/>' + LIMIT
     text = GOOD.replace(LIMIT, more).replace(
-        "</robot>",
-        '<gazebo/><transmission name="t"/></robot>',
+        "</robot>", '<gazebo/><transmission name="t"/></robot>'
     )
     mesh = '<visual><geometry><mesh filename="package://nowhere/arm.dae"/></geometry></visual>'
     text = text.replace("</inertial>", "</inertial>" + mesh)

@@ -142,10 +142,7 @@ def test_the_end_effector_goes_astray_less_where_teeth_are_stiffer():
     """Under torques of coupled; its steps go with the swings, the root of the stiffness."""
     soft, stiff = (
         cost_of(
-            gimbal(stiffness),
-            0,
-            replace(FEW, instants=20, most_steps=500),
-            lambda *doing: None,
+            gimbal(stiffness), 0, replace(FEW, instants=20, most_steps=500), lambda *doing: None
         ).geared
         for stiffness in (4e3, 1.6e4)
     )

@@ -13,12 +13,7 @@ from crosscheck.cost.agreement import model_of
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
-from crosscheck.trial.robots.candidates import (
-    Confusion,
-    confusions,
-    numbers,
-    with_part,
-)
+from crosscheck.trial.robots.candidates import Confusion, confusions, numbers, with_part
 from crosscheck.trial.robots.explain import OwnEquations, explained
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.robots import chains

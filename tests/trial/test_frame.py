@@ -94,10 +94,7 @@ def curved(x: np.ndarray) -> np.ndarray:
 
 
 def of_floats(x: np.ndarray) -> list[float]:
-    return [
-        x[0] + 0.25 * math.sin(x[0]) * math.cos(x[1]),
-        x[1] + 0.3 * math.sin(x[1] - x[0]),
-    ]
+    return [x[0] + 0.25 * math.sin(x[0]) * math.cos(x[1]), x[1] + 0.3 * math.sin(x[1] - x[0])]
 
 
 def cast(x: np.ndarray) -> np.ndarray:

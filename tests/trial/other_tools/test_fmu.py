@@ -256,10 +256,7 @@ def stepped_2(arm: str, name: str, folder: Path) -> bytes:
 
 @pytest.mark.parametrize(
     ("model", "mapping"),
-    [
-        ("analytic:coupled", RIGID + 'level = "coupled"\n'),
-        ("analytic:physical", GEARED),
-    ],
+    [("analytic:coupled", RIGID + 'level = "coupled"\n'), ("analytic:physical", GEARED)],
 )
 def test_co_simulation_of_version_2_agrees(model, mapping, tmp_path):
     content = stepped_2("paper-labelled", model, tmp_path)
