@@ -19,8 +19,9 @@ from crosscheck.models.arm import stiffness
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
-from crosscheck.models.experiment.scenario import Scenario, Switches
-from tests.any_arms import direct_joints, meshes, planetary_joints, rods
+from crosscheck.models.experiment.scenario import Switches
+from tests.any_arms import direct_joints, planetary_joints, rods
+from tests.mixed_arms import NONE, arm_of
 
 STEP = 1e-40  # of complex steps: its square is nothing beside any energy
 ROD = {"length_m": 0.8, "com_m": 0.35, "mass_kg": 20.0, "inertia_kg_m2": 1.1}
@@ -247,84 +248,16 @@ def rounding(found: list[Contact]) -> float:
     return float(100 * np.finfo(float).eps * springs)
 
 
-def state(layout: Layout, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Every mesh in or around its play, the joints about a radian and a radian per second."""
-    draw, scale = np.random.default_rng(seed), np.where(layout.angular, 1.0, 1e-4)
-    return scale * draw.normal(size=scale.size), scale * draw.normal(size=scale.size)
-
-
 @st.composite
 def unlike_arms(draw: st.DrawFn, most_joints: int = 2) -> Arm:
     """Arms without weight whose 2 to 6 planets differ in everything that may differ."""
-    joints = [draw(unlike_joints())]
-    joints += draw(st.lists(unlike_joints() | direct_joints(), max_size=most_joints - 1))
-    return arm_of(*joints, links=[draw(rods()) for _ in joints])
+    unlike = planetary_joints(unlike=True, listed=True)
+    joints = [draw(unlike), *draw(st.lists(unlike | direct_joints(), max_size=most_joints - 1))]
+    return arm_of(*joints, links=[draw(rods()) for _ in joints], gravity=NONE)
 
 
 @st.composite
 def alike_arms(draw: st.DrawFn) -> Arm:
     """Arms without weight of one or two joints, the planets of each alike."""
     joints = draw(st.lists(planetary_joints(), min_size=1, max_size=2))
-    return arm_of(*joints, links=[draw(rods()) for _ in joints])
-
-
-@st.composite
-def unlike_joints(draw: st.DrawFn) -> dict[str, Any]:
-    """A geared joint's fields, each mesh a list for its planets."""
-    joint = draw(planetary_joints())
-    teeth = joint["sun_teeth"], joint["planet_count"]
-    return joint | {side: draw(unlike_meshes(*teeth)) for side in ("sun_mesh", "ring_mesh")}
-
-
-@st.composite
-def unlike_meshes(draw: st.DrawFn, sun_teeth: int, planets: int) -> dict[str, Any]:
-    """A mesh's fields, with phases in each of their forms."""
-    each = [draw(meshes()) for _ in range(planets)]
-    names = ("stiffness", "backlash_m", "tooth_error_m")
-    small = st.lists(st.floats(-1e-5, 1e-5), min_size=planets, max_size=planets)
-    turns = st.lists(st.floats(-3, 3), min_size=planets, max_size=planets)
-    first = draw(st.floats(-3, 3))
-    listed = [first - 2 * pi * (sun_teeth * n % planets) / planets for n in range(planets)]
-    name, values = draw(
-        st.sampled_from([("damping_ratio", (0.0, 0.1)), ("damping_N_s_per_m", (0.0, 3000.0))])
-    )
-    least, most = values
-    damping = st.lists(st.floats(least, most).filter(_ordinary), min_size=planets, max_size=planets)
-    return {
-        **{field: [mesh[field] for mesh in each] for field in names},
-        "tooth_error_phase_rad": draw(turns),
-        "static_error_m": draw(small),
-        "phase_rad": draw(st.sampled_from(["from-teeth", first, listed])),
-        name: draw(damping),
-    }
-
-
-def _ordinary(value: float) -> bool:
-    """Neither beyond what an arm's damping may be, nor subnormal."""
-    return value == 0 or value > 1e-6
-
-
-def arm_of(*joints: dict[str, Any], links: list[dict[str, Any]]) -> Arm:
-    """An arm without weight."""
-    return Arm.model_validate(
-        {
-            "schema_version": 2,
-            "name": "planets",
-            "payload_mass_kg": 3.0,
-            "joints": joints,
-            "links": links,
-        }
-    )
-
-
-def undriven() -> Scenario:
-    """No torque on any joint."""
-    return Scenario.model_validate(
-        {
-            "schema_version": 1,
-            "name": "undriven",
-            "duration_s": 1e-3,
-            "step_s": 1e-5,
-            "drive": {"kind": "constant", "torque_N_m": 0.0},
-        }
-    )
+    return arm_of(*joints, links=[draw(rods()) for _ in joints], gravity=NONE)

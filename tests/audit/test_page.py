@@ -13,7 +13,7 @@ from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.command import paper_command
 from crosscheck.audit.page.report import page, paper_files, records_json
 from crosscheck.models.errors import InputError
-from tests.processes import warm_command_line
+from tests.processes import Command
 
 
 @pytest.fixture
@@ -29,13 +29,15 @@ def test_unknown_figures_are_refused_before_anything_is_written(number: int, cac
     assert not (cache / "out").exists()
 
 
-def test_a_seed_that_cannot_be_one_is_refused_before_anything_is_written(cache: Path):
+def test_a_seed_that_cannot_be_one_is_refused_before_anything_is_written(
+    crosscheck: Command, cache: Path
+):
     with pytest.raises(InputError, match="--first-seed"):
         paper_command([4], cache / "out", 1, -1)
     assert not (cache / "out").exists()
-    answer = warm_command_line("paper", "--first-seed", "-1", "--out", cache / "out")
-    assert (answer.returncode, answer.stderr.count("\n")) == (2, 1)
-    assert "must be 0 or more" in answer.stderr
+    answer = crosscheck("paper", "--first-seed", "-1", "--out", cache / "out")
+    assert (answer.code, answer.err.count("\n")) == (2, 1)
+    assert "must be 0 or more" in answer.err
     assert not (cache / "out").exists()
 
 

@@ -5,7 +5,7 @@ from itertools import groupby
 
 import pytest
 
-from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED
+from crosscheck.audit.claims.catalogue import BY_ID
 from crosscheck.audit.errata.finder import find_errata
 from crosscheck.audit.errata.words import notes
 from crosscheck.models.loading import load_arm
@@ -51,12 +51,6 @@ def test_no_sentence_is_quoted_beyond_its_first_words(table: list[Sentence]):
 
 def test_every_claim_is_named_by_a_sentence_and_every_name_is_a_claim(table: list[Sentence]):
     assert {name for one in table for name in one.claims} == set(BY_ID)
-
-
-def test_ids_are_unique_and_none_that_was_given_up_comes_back():
-    ids = [claim.id for claim in CLAIMS]
-    assert len(ids) == len(set(ids))
-    assert not set(ids) & set(RETIRED)
 
 
 def test_every_item_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(table: list[Sentence]):

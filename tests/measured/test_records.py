@@ -15,10 +15,9 @@ from crosscheck.measured.record import Record, read_record
 from crosscheck.models.errors import InputError
 from crosscheck.provenance import ROOT
 from tests.measured.records import level, record_of
-from tests.tool.conftest import Command, crosscheck
+from tests.processes import Command
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 JOINT_STATE, TIME = "sensor_msgs/msg/JointState", "builtin_interfaces/msg/Time"
 SCHEMA = ROOT / "crosscheck" / "schema" / "measured.schema.json"
 HEADER = "t_s,theta_1_rad,theta_2_rad,torque_1_N_m,torque_2_N_m"

@@ -3,39 +3,20 @@
 import numpy as np
 import pytest
 
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged
 from crosscheck.models.exudyn.tree.laws import mesh_law
 from crosscheck.models.exudyn.tree.mesh import elastic_forces
 from crosscheck.models.exudyn.tree.tree import ExudynTree, paper_from_tree, tree_from_paper
 from crosscheck.models.loading import load_case
+from tests.one_stage import SPRINGS_ONLY, first_joint_only
 
 TIGHT = "arm.joints.*.*_mesh.backlash_m=0.0"
-SMOOTH = (
-    "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",
-    "arm.joints.*.*_mesh.tooth_error_m=0.0",
-    "arm.joints.*.*_mesh.damping_ratio=0.0",
-    "scenario.drive.torque_N_m=0.0",
-)
 EPSILON = np.finfo(float).eps
 
 
 def tree(*settings: str, **switches: str) -> ExudynTree:
     case = load_case("paper-labelled", "constant-torque", switches, settings)
     return ExudynTree(*case)
-
-
-def first_joint_only(model: ExudynTree) -> ExudynTree:
-    data = model.arm.model_dump()
-    arm = Arm.model_validate({**data, "joints": data["joints"][:1], "links": data["links"][:1]})
-    return ExudynTree(arm, model.scenario, model.switches)
-
-
-def random_states(count: int = 5) -> list[tuple[np.ndarray, np.ndarray]]:
-    """States with every mesh somewhere in or around its clearance."""
-    draw = np.random.default_rng(7)
-    scale = np.array([1e-4, 1e-4, 1.0] * 2)
-    return [(scale * draw.normal(size=6), scale * draw.normal(size=6)) for _ in range(count)]
 
 
 def test_the_map_to_the_tree_and_back_changes_nothing():
@@ -132,7 +113,7 @@ def test_too_large_a_step_diverges_in_silence_and_says_when(capfd):
 
 
 def test_largest_stable_step_is_where_the_motion_begins_to_grow():
-    linear = (TIGHT, *SMOOTH, "scenario.start.sun_planet_offset_m=1e-6")
+    linear = (TIGHT, *SPRINGS_ONLY, "scenario.start.sun_planet_offset_m=1e-6")
     limit = first_joint_only(tree(*linear)).largest_stable_step()
     peaks = []
     for step in (0.98 * limit, 1.02 * limit):

@@ -11,19 +11,13 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import Case, load_case
 from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.models.pinocchio.rigid import PinocchioCoupled
+from tests.one_stage import SPRINGS_ONLY
 
 EPS = np.finfo(float).eps
 COSINE = cos(radians(24.6))
 R_S, R_P, R_R = 0.0405 * COSINE, 0.054 * COSINE, 0.1485 * COSINE
 R_CP = R_S + R_P
 STIFFNESS, BACKLASH = 1e8, 50e-6
-PLAIN = (
-    "arm.joints.*.*_mesh.damping_ratio=0.0",
-    "scenario.drive.torque_N_m=0.0",
-    "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",
-    "arm.joints.*.*_mesh.tooth_error_m=0.0",
-)
-
 angles = st.floats(-3, 3, allow_subnormal=False)
 displacements = st.floats(-2e-4, 2e-4, allow_subnormal=False)
 
@@ -171,7 +165,7 @@ def test_contact_forces_obey_newtons_third_law(moving):
 @pytest.mark.parametrize("x", [1.5e-4, -1.5e-4])
 def test_a_contact_force_acts_along_the_line_of_action(x):
     """Tangent to both base circles, and pushing the gears apart on either flank."""
-    model = PinocchioGears(*paper_case(*PLAIN))
+    model = PinocchioGears(*paper_case(*SPRINGS_ONLY))
     names = model.bodies
     planet = names.index("planet_1_1")  # on the x axis at theta = 0
     magnitude = STIFFNESS * dead_zone(x)

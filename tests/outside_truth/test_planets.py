@@ -17,7 +17,7 @@ from crosscheck.models.loading import load_arm
 from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.registry import MODELS, build, names
 from tests import planet_laws
-from tests.mixed_arms import PLANET_M, SUN_J, arm_of, direct, geared, random_states, scenario
+from tests.mixed_arms import NONE, PLANET_M, SUN_J, arm_of, direct, geared, random_states, scenario
 from tests.planet_meshes import (
     ROD,
     alike_arms,
@@ -28,12 +28,9 @@ from tests.planet_meshes import (
     slope,
     spring_energy,
     stage,
-    state,
     stiffness_at,
-    undriven,
     unlike_arms,
 )
-from tests.planet_meshes import arm_of as linked
 
 EPS = float(np.finfo(float).eps)
 GEARED = tuple(names("geared"))
@@ -84,8 +81,8 @@ def every_law() -> st.SearchStrategy[Switches]:
 @given(arm=unlike_arms(), chosen=every_law(), seed=seeds)
 def test_every_planets_mesh_does_its_own_virtual_work(name, arm, chosen, seed):
     """Unlike laws, clearances, errors, phases and dampers, in every switch's sense."""
-    model = build(name, arm, undriven(), chosen)
-    q, v = state(model.layout, seed)
+    model = build(name, arm, scenario(), chosen)
+    [(q, v)] = random_states(model.layout, 1, seed)
     found = model.generalized_force(0.7, q, v)
     expected = expected_force(arm, chosen, model.layout, 0.7, q, v)
     off = rounding(contacts(arm, chosen, model.layout))
@@ -98,9 +95,9 @@ def test_every_planets_mesh_does_its_own_virtual_work(name, arm, chosen, seed):
 def test_conservative_forces_are_the_slope_of_the_springs_energy(name, arm, corrected, seed):
     """At rest, in every coordinate at once; V takes complex coordinates, so its slope is exact."""
     laws = CONSERVATIVE | {"ring_rate": "corrected" if corrected else "eq13", "planets": "free"}
-    model = build(name, arm, undriven(), switches(**laws))
+    model = build(name, arm, scenario(), switches(**laws))
     springs = contacts(arm, model.switches, model.layout)
-    q, v = state(model.layout, seed)
+    [(q, v)] = random_states(model.layout, 1, seed)
     found = model.generalized_force(0.0, q, 0 * v)
     expected = -slope(lambda at: spring_energy(springs, at), q)
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=rounding(springs))
@@ -110,8 +107,8 @@ def test_conservative_forces_are_the_slope_of_the_springs_energy(name, arm, corr
 @settings(max_examples=5, deadline=None)
 @given(arm=unlike_arms(), seed=seeds)
 def test_forward_dynamics_of_unlike_planets_solve_the_equation_of_motion(name, arm, seed):
-    model = build(name, arm, undriven(), switches(planets="free", **CONSERVATIVE))
-    q, v = state(model.layout, seed)
+    model = build(name, arm, scenario(), switches(planets="free", **CONSERVATIVE))
+    [(q, v)] = random_states(model.layout, 1, seed)
     mass, force = model.mass_matrix(q), model.generalized_force(0.2, q, v)
     left = mass @ model.acceleration(0.2, q, v) + model.bias(q, v)
     # Rounding of forces, as the condition of M may magnify it, scaled to equal diagonals.
@@ -150,7 +147,7 @@ def test_lumped_planets_of_any_arm_are_free_ones_in_step(name, arm, work, seed):
     one_by_one = free(name, arm, mesh_work=work)
     lumped = free(name, arm, mesh_work=work, planets="lumped")
     T = planet_laws.in_step(lumped, one_by_one)
-    q, v = state(lumped.layout, seed)
+    [(q, v)] = random_states(lumped.layout, 1, seed)
     # Sums of some hundred products in another order.
     mass = lumped.mass_matrix(q)
     close = {"rtol": 0, "atol": 100 * EPS * np.abs(mass).max()}
@@ -188,7 +185,7 @@ def test_phases_from_the_teeth(name, sun, planet, at_sun, at_ring, given_sun):
     ring_mesh = {**geared()["ring_mesh"], "phase_rad": "from-teeth"}
     teeth = {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
     joint = geared(**teeth, planet_count=len(at_sun), sun_mesh=sun_mesh, ring_mesh=ring_mesh)
-    model = free(name, arm_of(joint, gravity=(0.0, 0.0)))
+    model = free(name, arm_of(joint, gravity=NONE))
     found = contacts(model.arm, model.switches, model.layout)
     of_sun = [-2.9] * len(at_sun) if given_sun == "number" else listed
     of_ring = [2 * pi * (cycles + at) for at in at_ring]
@@ -207,7 +204,7 @@ def test_phases_from_the_teeth_are_those_that_one_may_list(name, arm, seed):
     taught = arm.model_copy(update={"joints": tuple(map(from_teeth, arm.joints))})
     listed = arm.model_copy(update={"joints": tuple(map(as_listed, arm.joints))})
     one, other = (free(name, own) for own in (taught, listed))
-    q, v = state(one.layout, seed)
+    [(q, v)] = random_states(one.layout, 1, seed)
     forces = (model.generalized_force(0.0, q, v) for model in (one, other))
     off = rounding(contacts(taught, one.switches, one.layout))
     np.testing.assert_allclose(*forces, rtol=1e-12, atol=off)
@@ -246,7 +243,10 @@ def test_a_planet_meshes_like_the_first_once_the_carrier_brought_it_there(
     teeth = {"planet_teeth": planet_teeth, "ring_teeth": 28 + 2 * planet_teeth}
     sun_teeth = 28 if planet_teeth == 20 else 31  # neither passes by three planets
     teeth = {"sun_teeth": sun_teeth, **teeth, "ring_teeth": sun_teeth + 2 * planet_teeth}
-    model, turn = free(name, linked(stage(**teeth), links=[ROD]), **laws), 2 * pi * planet / 3
+    model, turn = (
+        free(name, arm_of(stage(**teeth), links=[ROD], gravity=NONE), **laws),
+        2 * pi * planet / 3,
+    )
     x_s, x_pr = 3e-5, np.array([9e-5, -7e-5, 6e-5])
     here = np.array([x_s, *x_pr, theta])
     moved = np.array([x_s, *np.roll(x_pr, planet), theta - turn])
@@ -279,7 +279,7 @@ def test_the_ring_meshes_half_a_pitch_after_the_sun_on_planets_of_even_teeth(
     plain = {"backlash_m": 0.0, "tooth_error_m": 0.0}
     teeth = {"planet_teeth": planet_teeth, "ring_teeth": 28 + 2 * planet_teeth, "planet_count": 2}
     meshes = {"sun_mesh": mesh(phase_rad=sun_phase, **plain), "ring_mesh": mesh(**plain)}
-    model = free(name, linked(stage(**teeth, **meshes), links=[ROD]))
+    model = free(name, arm_of(stage(**teeth, **meshes), links=[ROD], gravity=NONE))
     x = np.array([0.0, 1e-4, 0.0, 0.21])  # the first planet alone, towards sun and ring alike
     found = model.generalized_force(0.0, x, np.zeros(4))[1] / -1e-4
     phase = (28 + 2 * planet_teeth) * 0.21 + (0.4 if sun_phase == 0.4 else 0.0)
@@ -315,7 +315,7 @@ def test_lumped_planets_start_where_their_standing_errors_touch(name):
 @every_run
 def test_records_are_every_planets_own(name):
     joints = planet_laws.unlike_arm().model_dump()["joints"]
-    arm = arm_of(*joints, direct(), gravity=(0.0, 0.0))
+    arm = arm_of(*joints, direct(), gravity=NONE)
     start = {
         "planet_offset_m": [*planet_laws.OFFSETS["planet_offset_m"], []],
         "theta_dot_rad_per_s": 0.9,
@@ -343,7 +343,7 @@ def undamped(play: float = 1.0) -> Arm:
                 play * np.broadcast_to(joint[side]["backlash_m"], joint["planet_count"])
             )
             joint[side] |= {"damping_ratio": 0.0, "damping_N_s_per_m": None, "backlash_m": backlash}
-    return arm_of(*joints, gravity=(0.0, 0.0))
+    return arm_of(*joints, gravity=NONE)
 
 
 @every_run
@@ -363,7 +363,7 @@ def test_energy_stays_with_conservative_meshes_alone(name, play, drift):
 
 def test_energy_stays_in_pinocchios_equations_too():
     """By an integrator that chooses its steps: a stage out of phase, for 1/20 of a period."""
-    arm = linked(stage(sun_mesh=mesh(static_error_m=[0.0, 4e-6, -3e-6])), links=[ROD])
+    arm = arm_of(stage(sun_mesh=mesh(static_error_m=[0.0, 4e-6, -3e-6])), links=[ROD], gravity=NONE)
     kept, lost = (
         energy_over(free("pinocchio:gears", arm, mesh_work=law), 2.5e-4)
         for law in ("conservative", "paper")
@@ -413,7 +413,7 @@ def test_the_largest_stable_step_follows_the_stiffest_moment_of_every_planet(nam
 
 
 def gear_tree(arm: Arm, **laws: str) -> PinocchioGears:
-    return PinocchioGears(arm, undriven(), switches(planets="free", **laws))
+    return PinocchioGears(arm, scenario(), switches(planets="free", **laws))
 
 
 @settings(max_examples=10, deadline=None)
@@ -421,7 +421,7 @@ def gear_tree(arm: Arm, **laws: str) -> PinocchioGears:
 def test_pinocchios_contact_forces_obey_newtons_third_law(arm, seed):
     """And work on the phase changes none of them: it is a torque between two links."""
     model = gear_tree(arm)
-    q, v = state(model.layout, seed)
+    [(q, v)] = random_states(model.layout, 1, seed)
     wrenches, (x, y) = model.contact_wrenches(0.2, q, v), model.body_positions(q).T
     moments = x * wrenches[:, 1] - y * wrenches[:, 0] + wrenches[:, 2]
     # Sums of some fifty forces, on arms of up to 5 m.
@@ -436,7 +436,7 @@ def test_pinocchios_contact_forces_obey_newtons_third_law(arm, seed):
 @given(unlike_arms(), seeds)
 def test_pinocchios_map_of_free_coordinates_has_an_inverse(arm, seed):
     model = gear_tree(arm)
-    q, _ = state(model.layout, seed)
+    [(q, _)] = random_states(model.layout, 1, seed)
     # Displacements are differences of arcs of up to 5 rad on radii of up to 0.4 m.
     np.testing.assert_allclose(model.from_tree(model.to_tree(q)), q, rtol=0, atol=50 * EPS)
 

@@ -18,7 +18,7 @@ from crosscheck.models.pinocchio.rigid import (
     PinocchioCoupled,
     PinocchioLinks,
 )
-from tests.mixed_arms import arm_of, direct, scenario
+from tests.mixed_arms import NONE, arm_of, direct, scenario
 
 LEVELS = [PinocchioLinks, PinocchioCarriers, PinocchioArmature, PinocchioCoupled]
 EPS = np.finfo(float).eps
@@ -251,7 +251,7 @@ def test_a_run_away_is_reported_as_divergence(scenario, setting, level):
 
 def test_a_free_flying_base_knows_friction_but_no_gravity():
     joints = direct(friction_N_m_s_per_rad=0.8), direct()
-    arm = arm_of(*joints, gravity=(0.0, 0.0))
+    arm = arm_of(*joints, gravity=NONE)
     model = PinocchioFloating(arm, scenario(2.0), FloatingBase(100.0))
     found = model.generalized_force(0.0, np.zeros(5), np.array([1.0, 1.0, 1.0, 0.5, 0.7]))
     np.testing.assert_array_equal(found, [0, 0, 0, 2 - 0.8 * 0.5, 2])

@@ -6,11 +6,10 @@ from pathlib import Path
 import pytest
 
 from crosscheck.models.errors import InputError
+from tests.processes import Command
 from tests.robots.chains import LIMIT, Solid, joint, link, robot, urdf
-from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 GROUND, ARM = link("ground"), link("arm", Solid())
 TURN = joint("turn", "ground", "arm")
 GOOD = urdf(GROUND, ARM, TURN)

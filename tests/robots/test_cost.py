@@ -18,11 +18,10 @@ from crosscheck.measured.record import read_record
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
+from tests.processes import Command
 from tests.robots.chains import Solid, geared, joint, link, planetary, random_chain, robot, urdf
-from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 FEW = replace(QUICK, states=3, instants=100, steps=20, most_steps=400)
 SPIN, RATIO = 1e-3, 20.0
 

@@ -5,11 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from crosscheck.models.robot.file import load_robot
+from tests.processes import Command
 from tests.robots.chains import LIMIT, Solid, joint, link, random_chain, urdf
-from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 TEXT = urdf(
     link("ground"),
     link("arm", Solid()),

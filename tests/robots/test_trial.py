@@ -16,11 +16,10 @@ from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
 from crosscheck.trial.robots.candidates import Confusion, confusions, numbers, with_part
 from crosscheck.trial.robots.explain import OwnEquations, explained
 from tests.draws import DRAWS, SAMPLE, fresh_seed
+from tests.processes import Command
 from tests.robots import chains
-from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 PLANTED = 2 if DRAWS == SAMPLE else DRAWS
 PRODUCT = np.array([[0, 0, 1], [0, 0, 0], [1, 0, 0]])
 Change = Callable[[Robot], Robot]

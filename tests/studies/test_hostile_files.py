@@ -177,28 +177,28 @@ def _told(answer: tuple[int, str, str], began: float, about: str = "") -> None:
 
 
 @pytest.mark.parametrize("harm", HARM)
-def test_a_hostile_file_is_refused_in_one_line(result, tmp_path, command, harm):
+def test_a_hostile_file_is_refused_in_one_line(result, tmp_path, crosscheck, harm):
     file = tmp_path / "bad.nc"
     shutil.copy(result, file)
     with h5py.File(file, "r+") as opened:
         HARM[harm](opened)
     began = time.process_time()
-    _told(command("plot", file), began)
+    _told(crosscheck("plot", file), began)
     assert [path.name for path in tmp_path.iterdir()] == ["bad.nc"]
 
 
 @pytest.mark.parametrize("change", HARMLESS)
-def test_words_and_sizes_of_any_kind_are_drawn(result, tmp_path, command, change):
+def test_words_and_sizes_of_any_kind_are_drawn(result, tmp_path, crosscheck, change):
     file = tmp_path / "good.nc"
     shutil.copy(result, file)
     with h5py.File(file, "r+") as opened:
         HARMLESS[change](opened)
-    code, _, err = command("plot", file)
+    code, _, err = crosscheck("plot", file)
     assert code == 0 or err.count("\n") == 1
 
 
 @pytest.mark.parametrize("what", ["folder", "pipe", "nothing", "dangling", "loop", "device"])
-def test_what_is_no_file_is_one_line(tmp_path, command, what):
+def test_what_is_no_file_is_one_line(tmp_path, crosscheck, what):
     file = tmp_path / "it.nc"
     if what == "folder":
         file.mkdir()
@@ -208,11 +208,11 @@ def test_what_is_no_file_is_one_line(tmp_path, command, what):
         target = {"dangling": "nowhere", "loop": "it.nc", "device": "/dev/zero"}[what]
         file.symlink_to(target)
     began = time.process_time()
-    _told(command("plot", file), began)
+    _told(crosscheck("plot", file), began)
 
 
 @pytest.mark.campaign
-def test_any_damage_is_drawn_or_refused_in_one_line(result, tmp_path, command, capsys):
+def test_any_damage_is_drawn_or_refused_in_one_line(result, tmp_path, crosscheck, capsys):
     sound, refused = result.read_bytes(), 0
     seed = fresh_seed()
     capsys.readouterr()
@@ -221,7 +221,7 @@ def test_any_damage_is_drawn_or_refused_in_one_line(result, tmp_path, command, c
         file = tmp_path / f"{number}.nc"
         file.write_bytes(_damaged(sound, generator))
         began = time.process_time()
-        code, out, err = command("plot", file)
+        code, out, err = crosscheck("plot", file)
         about = f"seed {seed}, draw {number}: {err}"
         if code:
             refused += 1

@@ -30,10 +30,10 @@ def _killed(file: Path, out: Path, jobs: int, hold: studies.Hold) -> int:
     return studies.batches_kept(out)
 
 
-def test_several_processes_make_what_one_makes(undisturbed, tmp_path, command):
+def test_several_processes_make_what_one_makes(undisturbed, tmp_path, crosscheck):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
-    code, said, err = command("sweep", file, "--out", out, "--run-code", "--jobs", 2)
+    code, said, err = crosscheck("sweep", file, "--out", out, "--run-code", "--jobs", 2)
     assert (code, err) == (0, "")
     assert f"{studies.MEMBERS} members" in said
     assert studies.content(out) == studies.content(expected)
@@ -41,13 +41,13 @@ def test_several_processes_make_what_one_makes(undisturbed, tmp_path, command):
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_a_killed_study_goes_on_where_it_was(undisturbed, tmp_path, command, hold, jobs):
+def test_a_killed_study_goes_on_where_it_was(undisturbed, tmp_path, crosscheck, hold, jobs):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     done = _killed(file, out, jobs, hold(3, jobs))
     before = {path: path.stat().st_mtime_ns for path in tmp_path.glob("out.nc.batches/*.kept")}
 
-    code, _, err = command("sweep", file, "--out", out, "--run-code", "--jobs", jobs)
+    code, _, err = crosscheck("sweep", file, "--out", out, "--run-code", "--jobs", jobs)
     assert code == 2
     assert err.count("\n") == 1
     assert "--resume" in err
@@ -67,7 +67,9 @@ def test_a_killed_study_goes_on_where_it_was(undisturbed, tmp_path, command, hol
 @pytest.mark.parametrize(
     ("whom", "number"), [("group", signal.SIGINT), ("program", signal.SIGTERM)], ids=["INT", "TERM"]
 )
-def test_an_interrupted_study_says_how_to_go_on(undisturbed, tmp_path, command, hold, whom, number):
+def test_an_interrupted_study_says_how_to_go_on(
+    undisturbed, tmp_path, crosscheck, hold, whom, number
+):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     program = studies.sweeping(file, out, "--jobs", 2, hold=hold(2, 2))
@@ -81,18 +83,18 @@ def test_an_interrupted_study_says_how_to_go_on(undisturbed, tmp_path, command, 
     assert not out.exists()
     assert not list(tmp_path.glob(".crosscheck-*"))
     assert studies.batches_kept(out) >= 2
-    code, _, err = command("sweep", file, "--out", out, "--run-code", "--jobs", 1, "--resume")
+    code, _, err = crosscheck("sweep", file, "--out", out, "--run-code", "--jobs", 1, "--resume")
     assert (code, err) == (0, "")
     assert studies.content(out) == studies.content(expected)
 
 
-def test_a_damaged_batch_is_made_again(undisturbed, tmp_path, command, hold):
+def test_a_damaged_batch_is_made_again(undisturbed, tmp_path, crosscheck, hold):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     _killed(file, out, 1, hold(3, 1))
     victim = sorted(tmp_path.glob("out.nc.batches/*.kept"))[0]
     victim.write_bytes(victim.read_bytes()[:-7])
-    code, _, err = command("sweep", file, "--out", out, "--run-code", "--jobs", 1, "--resume")
+    code, _, err = crosscheck("sweep", file, "--out", out, "--run-code", "--jobs", 1, "--resume")
     assert code == 0
     assert "made again" in err
     assert studies.content(out) == studies.content(expected)
@@ -111,7 +113,7 @@ def test_a_worker_that_dies_costs_its_batch_alone(undisturbed, tmp_path, hold):
     assert studies.content(out) == studies.content(expected)
 
 
-def test_another_studys_batches_and_result_are_left_alone(undisturbed, tmp_path, command, hold):
+def test_another_studys_batches_and_result_are_left_alone(undisturbed, tmp_path, crosscheck, hold):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     other = studies.held_study(tmp_path / "other")
@@ -123,7 +125,7 @@ def test_another_studys_batches_and_result_are_left_alone(undisturbed, tmp_path,
     of_other = ("sweep", other, "--out", out, "--run-code")
     shutil.copy(expected, out)
     before = out.read_bytes()
-    code, _, err = command(*of_other, "--resume")
+    code, _, err = crosscheck(*of_other, "--resume")
     assert (code, err.count("\n")) == (2, 1)
     assert "another study" in err
     assert out.read_bytes() == before
@@ -131,32 +133,32 @@ def test_another_studys_batches_and_result_are_left_alone(undisturbed, tmp_path,
 
     done = _killed(file, out, 1, hold(3, 1))
     for more in ([], ["--resume"]):
-        code, _, err = command(*of_other, *more)
+        code, _, err = crosscheck(*of_other, *more)
         assert (code, err.count("\n")) == (2, 1)
         assert "another study" in err
     assert studies.batches_kept(out) == done >= 2
 
 
-def test_batches_left_beside_a_complete_result_are_removed(undisturbed, tmp_path, command, hold):
+def test_batches_left_beside_a_complete_result_are_removed(undisturbed, tmp_path, crosscheck, hold):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     _killed(file, out, 1, hold(3, 1))
     shutil.copy(expected, out)
-    code, said, err = command("sweep", file, "--out", out, "--run-code", "--resume")
+    code, said, err = crosscheck("sweep", file, "--out", out, "--run-code", "--resume")
     assert (code, err) == (0, "")
     assert "complete" in said
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith("out")] == ["out.nc"]
 
 
-def test_what_is_complete_is_not_made_again(undisturbed, tmp_path, command):
+def test_what_is_complete_is_not_made_again(undisturbed, tmp_path, crosscheck):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     shutil.copy(expected, out)
     before = out.read_bytes()
-    code, said, err = command("sweep", file, "--out", out, "--run-code", "--resume")
+    code, said, err = crosscheck("sweep", file, "--out", out, "--run-code", "--resume")
     assert (code, err) == (0, "")
     assert "complete" in said
-    code, _, err = command("sweep", file, "--out", out, "--run-code")
+    code, _, err = crosscheck("sweep", file, "--out", out, "--run-code")
     assert (code, err.count("\n")) == (2, 1)
     assert "exists already" in err
     assert out.read_bytes() == before

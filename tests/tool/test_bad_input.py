@@ -8,7 +8,7 @@ import pytest
 
 from crosscheck.models.files import HERE
 from crosscheck.planning.plan import OWN_NAMES
-from tests.tool.conftest import Answer
+from tests.processes import Answer
 
 BAD = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))
 SCENARIO = (HERE / "scenarios" / "constant-torque.toml").read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ from crosscheck.models import jitted
 from crosscheck.models.jitted import njit
 from crosscheck.models.places import own_folder
 from crosscheck.runner import cache
-from tests.tool.conftest import Command
+from tests.processes import Command
 
 SOURCE = """
 from crosscheck.models.jitted import njit

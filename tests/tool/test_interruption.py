@@ -13,6 +13,7 @@ import pytest
 
 from crosscheck.provenance import ROOT
 from tests.draws import DRAWS, SAMPLE, fresh_seed
+from tests.processes import command_line
 
 COMMANDS = {
     "validate": ["validate", "--quick", "--jobs", "2", "--json", "out/a.json"],
@@ -124,12 +125,5 @@ time.sleep(20)
 
 def test_an_interrupt_that_python_can_only_report_ends_the_program_in_one_line():
     # Imports have such callbacks: where KeyboardInterrupt is raised in one, Python goes on.
-    ended = subprocess.run(
-        [sys.executable, "-c", SWALLOWED],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        text=True,
-        capture_output=True,
-        timeout=20,
-        check=False,
-    )
+    ended = command_line(python=("-c", SWALLOWED), env={"PYTHONPATH": str(ROOT)}, timeout=20)
     assert (ended.returncode, ended.stderr) == (143, "crosscheck: terminated\n")

@@ -19,7 +19,7 @@ from crosscheck.models.files import HERE
 from crosscheck.output import write_files
 from crosscheck.provenance import ROOT, provenance
 from crosscheck.report.junit import junit_xml
-from tests.tool.conftest import Command
+from tests.processes import Command
 from tests.tool.test_bad_input import assert_one_line
 
 MODEL = """\

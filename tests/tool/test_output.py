@@ -20,8 +20,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.trajectory import netcdf, read_netcdf
 from crosscheck.output import draft, require_file, write_files, write_text
 from crosscheck.runner.interruption import leftovers
-from tests.processes import command_line, in_child, reachable
-from tests.tool.conftest import Command
+from tests.processes import Command, command_line, in_child, reachable
 from tests.tool.test_bad_input import assert_one_line
 
 LARGEST = 20_000  # bytes that a file may have on the "full disk"

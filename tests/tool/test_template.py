@@ -14,8 +14,7 @@ from crosscheck.models.arm.quantities import Data
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
 from crosscheck.schema import described, records_below
-from tests.processes import HEAVY, modules_loaded_by
-from tests.tool.conftest import Command
+from tests.processes import HEAVY, Command, modules_loaded_by
 from tests.tool.test_bad_input import assert_one_line
 
 # Fields in whose place the template has another.

@@ -22,7 +22,7 @@ from crosscheck.view.gears import BESIDE, assembly, close_up, gear_angles, outli
 from crosscheck.view.mesh_geometry import SIDES, Wheel, mesh_geometry
 from crosscheck.view.trajectory_file import Run
 from tests.arms import PAPER, arm_of
-from tests.tool.conftest import Command
+from tests.processes import Command
 from tests.tool.test_bad_input import assert_one_line
 
 JOINTS = [

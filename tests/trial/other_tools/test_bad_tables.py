@@ -16,10 +16,8 @@ from crosscheck.trial.tables.answer_files import read_answers
 from crosscheck.trial.tables.answers import answered, equations_of
 from crosscheck.trial.tables.asked import TableTrial, asked_states
 from crosscheck.trial.tables.folder import arm_toml, ask_files, mat_file
-from tests.tool.conftest import crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 ROWS = 40
 GOOD = ["row,force_1,force_2", *(f"{k},{k / 7!r},{k / 11!r}" for k in range(1, ROWS))]
 

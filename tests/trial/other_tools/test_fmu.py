@@ -22,10 +22,8 @@ from crosscheck.trial.fmu.archive import DESCRIPTION, MappedUnit, mapped_unit, u
 from crosscheck.trial.fmu.unit import beside, fmu_equations
 from crosscheck.trial.judge.places import named
 from crosscheck.trial.trial import Asked, Trial, tried
-from tests.tool.conftest import crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 COMPILER = shutil.which("gcc")
 fmi2, fmi3 = (pytest.importorskip(f"fmpy.fmi{n}", reason="no FMPy here") for n in (2, 3))
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no gcc here")

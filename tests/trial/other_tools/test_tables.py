@@ -22,11 +22,10 @@ from crosscheck.trial.input.loading import handed_over
 from crosscheck.trial.tables import asked
 from crosscheck.trial.tables.answers import answered, equations_of
 from crosscheck.trial.trial import Trial, tried
-from tests.tool.conftest import Command, crosscheck
+from tests.processes import Command
 from tests.tool.handed import TWO_LINK
 from tests.trial.other_tools.tables import answers, bound, sheets_of, write_csv
 
-__all__ = ["crosscheck"]  # a fixture
 ROOT = Path(__file__).parents[3]
 EXAMPLES = ROOT / "examples"
 # sympy_map's coordinates are no linear map.
