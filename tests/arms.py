@@ -65,6 +65,21 @@ arms = st.builds(random_arm, seeds, st.integers(1, 4))
 geared_arms = st.builds(random_arm, seeds, st.integers(1, 4), st.just(True))
 
 
+@st.composite
+def paper_arms(draw: st.DrawFn) -> Arm:
+    """Arms of 1 to 4 of the paper's joints and links, their gears and lengths unequal."""
+    keys = ("sun_teeth", "planet_teeth", "ring_teeth", "planet_count")
+    teeth = [(27, 36, 99, 3), (27, 36, 99, 2), (30, 30, 90, 4), (40, 20, 80, 3)]
+    joints, links = [], []
+    for _ in range(draw(st.integers(1, 4))):
+        gears = dict(zip(keys, draw(st.sampled_from(teeth)), strict=True))
+        gears["ring_inertia_kg_m2"] = draw(st.floats(0, 0.2))
+        length = draw(st.floats(0.3, 2))
+        joints.append(PAPER.joints[0].model_copy(update=gears))
+        links.append(PAPER.links[0].model_copy(update={"length_m": length, "com_m": 0.4 * length}))
+    return PAPER.model_copy(update={"joints": tuple(joints), "links": tuple(links)})
+
+
 @dataclass(frozen=True)
 class Dice:
     """Random numbers about those of the paper's arm."""

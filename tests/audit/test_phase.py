@@ -26,17 +26,11 @@ from crosscheck.audit.phase.runs import linear
 from crosscheck.audit.phase.runs.experiments import Changed, models_of, pd_run, vibration
 from crosscheck.audit.phase.runs.plant import Continued, motion, neglected_weights, plant_of
 from crosscheck.audit.phase.stability import ONSET_WITHIN, Begun
+from tests.audit.planted_runs import third
 
 SHORT = Variant(zeta=0.02, phase="omega_t", ring_rate="corrected", duration_s=0.02)
 CELL = Cell(PRINTED, 0.005)
 ABOVE, BELOW = 1.01, 0.99
-
-
-def third(*sizes: float, onset_s: float = 0.9, frequency_Hz: float = 1300.0) -> Third:
-    """Starts of these sizes, planets apart."""
-    found = np.array(sizes)
-    same = np.ones(found.size)
-    return Third(found, onset_s * same, frequency_Hz * same, 1e-4 * same, 0)
 
 
 @pytest.mark.parametrize(
@@ -78,11 +72,8 @@ def test_a_severe_fluctuation_is_of_a_branch_only_where_the_start_decides(
     """By the records of lumped planets too, where all starts may be severe."""
 
     def mapped(cell: Cell, loud: int) -> maps.Mapped:
-        sizes = np.array([300.0] * loud + [5.0] * (8 - loud))
-        third = Third(sizes, 0 * sizes, 0 * sizes, 0 * sizes, 0)
-        return maps.Mapped(
-            maps.MapSetting(cell), third=third, without=replace(third, size=0 * sizes)
-        )
+        found = third(*[300.0] * loud, *[5.0] * (8 - loud))
+        return maps.Mapped(maps.MapSetting(cell), third=found, without=third(*[0.0] * 8))
 
     lumped = [mapped(replace(CELL, planets="lumped"), severe)]
     said = of_maps(maps.Maps([mapped(CELL, 0)], lumped, []), Material(Study(tmp_path), QUICK)).html

@@ -11,13 +11,14 @@ from crosscheck.audit.claims.rule import Answer, Claim, Place, State, above
 from crosscheck.audit.experiments.cells import LAWS, PRINTED, Cell
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.variant import Variant
-from crosscheck.audit.measures.third import APART_M, Third
+from crosscheck.audit.measures.third import APART_M
 from crosscheck.audit.phase.runs.experiments import pd_run
 from crosscheck.audit.planets import growth as growths
 from crosscheck.audit.planets import hill, verdict
 from crosscheck.audit.planets.features import Feature
 from crosscheck.audit.planets.parting import FirstPartings, Parted, PartingCourse, Partings, alike
 from crosscheck.models.loading import Case
+from tests.audit.planted_runs import third
 
 ABOVE, BELOW = 1.01, 0.99
 CELL = Cell(PRINTED, 0.005)
@@ -150,11 +151,7 @@ def test_seeds_of_lumped_planets_are_those_of_free_ones_and_more() -> None:
 
 
 def test_pairs_of_samples_say_what_they_are() -> None:
-    def third(size: float) -> Third:
-        found = np.full(8, size)
-        return Third(found, found, found, found, 0)
-
-    weaker = verdict.Freed(CELL, third(400.0), third(20.0), 2)
+    weaker = verdict.Freed(CELL, third(*[400.0] * 8), third(*[20.0] * 8), 2)
     assert weaker.effect == verdict.PlanetsEffect.WEAKER
     assert verdict.effects_by_law([weaker])[PRINTED] == {verdict.PlanetsEffect.WEAKER: 1}
     assert set(verdict.effects_by_law([])) == set(LAWS)

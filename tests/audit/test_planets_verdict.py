@@ -1,11 +1,9 @@
 """What decides H7: both sides of every threshold."""
 
-import numpy as np
 import pytest
 
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import EVIDENT
 from crosscheck.audit.measures.twosamples import SIGNIFICANT, TwoTests
 from crosscheck.audit.planets.verdict import (
@@ -18,14 +16,9 @@ from crosscheck.audit.planets.verdict import (
     parting_is_predicted,
     survival,
 )
+from tests.audit.planted_runs import third
 
 ABOVE, BELOW = 1.01, 0.99
-
-
-def third(*sizes: float) -> Third:
-    """Starts of these sizes."""
-    found = np.array(sizes)
-    return Third(found, found, found, found, 0)
 
 
 def test_the_effect_of_freeing_planets() -> None:

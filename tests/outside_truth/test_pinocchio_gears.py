@@ -11,6 +11,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import Case, load_case
 from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.models.pinocchio.rigid import PinocchioCoupled
+from tests.arms import paper_arms
 from tests.one_stage import SPRINGS_ONLY
 
 EPS = np.finfo(float).eps
@@ -31,34 +32,9 @@ def dead_zone(x: float) -> float:
 
 
 @st.composite
-def arms(draw: st.DrawFn) -> Arm:
-    """Arms of 1 to 4 joints with unequal stages and links."""
-    arm = load_case("paper-labelled", "constant-torque").arm
-    count = draw(st.integers(1, 4))
-    teeth = [(27, 36, 99, 3), (27, 36, 99, 2), (30, 30, 90, 4), (40, 20, 80, 3)]
-    keys = ("sun_teeth", "planet_teeth", "ring_teeth", "planet_count")
-    joints = [
-        arm.joints[0].model_copy(
-            update={
-                **dict(zip(keys, draw(st.sampled_from(teeth)), strict=True)),
-                "ring_inertia_kg_m2": draw(st.floats(0, 0.2)),
-            }
-        )
-        for _ in range(count)
-    ]
-    links = [
-        arm.links[0].model_copy(
-            update={"length_m": (length := draw(st.floats(0.3, 2))), "com_m": 0.4 * length}
-        )
-        for _ in range(count)
-    ]
-    return arm.model_copy(update={"joints": tuple(joints), "links": tuple(links)})
-
-
-@st.composite
 def arms_in_motion(draw: st.DrawFn) -> tuple[Arm, np.ndarray, np.ndarray]:
     """An arm, its coordinates and their rates."""
-    arm = draw(arms())
+    arm = draw(paper_arms())
     joint = st.tuples(displacements, displacements, angles)
     many = st.lists(joint, min_size=len(arm.joints), max_size=len(arm.joints))
     q, v = (np.array(draw(many)).ravel() for _ in range(2))

@@ -16,19 +16,14 @@ from tests.robots.test_outside_truth import slopes
 
 RATIO, SPIN, RADIUS, STIFFNESS, DAMPING, PLAY = -3.0, 2e-4, 0.02, 1e6, 60.0, 1e-4
 FEW = replace(QUICK, states=3, instants=100, steps=20, most_steps=0)
-MASS, LENGTH, INERTIA = 2.0, 0.6, 0.03
-LINK = INERTIA + MASS * LENGTH**2
+MASS, LENGTH = chains.MASS, chains.LENGTH
+LINK = chains.INERTIA + MASS * LENGTH**2
 
 
 def pendulum(weight: float = 9.81, damping: float = DAMPING) -> Robot:
     """A bob on an axis along y, its rotor on a mesh with the stator on the ground."""
-    text = chains.urdf(
-        chains.link("ground"),
-        chains.link("bob", chains.Solid(MASS, (0, 0, -LENGTH), (0.02, 0, 0, INERTIA, 0, 0.01))),
-        chains.joint("swing", "ground", "bob", axis=(0, 1, 0)),
-    )
     given = chains.geared(RATIO, SPIN, mesh=chains.teeth(RADIUS, STIFFNESS, damping, PLAY))
-    return chains.robot(text, {"swing": given}, gravity_m_per_s2=[0.0, 0.0, -weight])
+    return chains.robot(chains.BOB, {"swing": given}, gravity_m_per_s2=[0.0, 0.0, -weight])
 
 
 @pytest.mark.parametrize(("x", "pressed"), [(3e-4, 2e-4), (-2.5e-4, -1.5e-4), (0.9e-4, 0.0)])
@@ -118,10 +113,9 @@ def test_bias_follows_from_the_mass_matrix_where_teeth_give_way(seed):
 
 
 def test_inertias_too_unlike_for_the_digits_are_one_line():
-    text = pendulum().urdf
     given = chains.geared(-1e6, 1e15, mesh=chains.teeth(1e-5))
     with pytest.raises(InputError, match="M cannot be inverted"):
-        cost_of(chains.robot(text, {"swing": given}), 0, FEW, lambda *doing: None)
+        cost_of(chains.robot(chains.BOB, {"swing": given}), 0, FEW, lambda *doing: None)
 
 
 def test_what_a_rigid_gear_leaves_out_of_a_pendulum():

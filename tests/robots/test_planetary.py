@@ -30,12 +30,7 @@ SUN, PLANET, RATIO, TURNS = 3e-4, 1e-4, 4.0, -2.0  # of tests.robots.chains.plan
 
 def pendulum(**changes: object) -> Robot:
     """A bob on an axis along y, which a stage turns against the ground."""
-    text = chains.urdf(
-        chains.link("ground"),
-        chains.link("bob", chains.Solid(2.0, (0, 0, -0.6), (0.02, 0, 0, 0.03, 0, 0.01))),
-        chains.joint("swing", "ground", "bob", axis=(0, 1, 0)),
-    )
-    return chains.robot(text, {"swing": chains.planetary(**changes)})
+    return chains.robot(chains.BOB, {"swing": chains.planetary(**changes)})
 
 
 def test_engines_agree_on_the_papers_arm():
@@ -146,24 +141,6 @@ def test_a_tooth_that_does_not_touch_does_not_press(engine):
     assert found == pytest.approx(np.array([[0.0, *forces], [0.0, 0.0, 0.0]]), rel=1e-10)
 
 
-def advanced(
-    model: RobotModel, q: np.ndarray, v: np.ndarray, seconds: float, steps: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates and rates after so many steps of the classical Runge-Kutta method."""
-    h, none = seconds / steps, np.zeros((1, len(model.robot.coordinates)))
-    for _ in range(steps):
-        a1 = model.forward_dynamics(q, v, none)
-        v2 = v + h / 2 * a1
-        a2 = model.forward_dynamics(q + h / 2 * v, v2, none)
-        v3 = v + h / 2 * a2
-        a3 = model.forward_dynamics(q + h / 2 * v2, v3, none)
-        v4 = v + h * a3
-        a4 = model.forward_dynamics(q + h * v3, v4, none)
-        q = q + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
-        v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-    return q, v
-
-
 @pytest.mark.parametrize("engine", chains.ENGINES)
 def test_energy_stays_where_stiffness_and_error_vary_with_the_angle(engine):
     """Of motion, weight and springs, N k(phi) (x - e(phi))^2 / 2 each; without damping and gap."""
@@ -187,7 +164,8 @@ def test_energy_stays_where_stiffness_and_error_vary_with_the_angle(engine):
 
     start = np.array([[0.9, 5e-4, -3e-4]]), np.array([[2.0, 0.1, -0.2]])
     drifts = [
-        energy(*advanced(model, *start, 0.02, steps)) - energy(*start) for steps in (100, 200)
+        energy(*chains.advanced(model, *start, 0.02, steps)) - energy(*start)
+        for steps in (100, 200)
     ]
     assert abs(drifts[1]) < 1e-5
     assert abs(drifts[1]) < abs(drifts[0]) / 12
@@ -204,9 +182,11 @@ def test_stiff_teeth_are_a_locked_stage(engine):
         own = chains.contact(**PLAIN | {"stiffness": law, "damping_N_s_per_m": damping})
         model = model_of(engine, pendulum(sun_mesh=own, ring_mesh=own), "geared")
         none = np.zeros((1, 2))
-        return float(advanced(model, np.hstack([q, none]), np.hstack([v, none]), 0.1, 200)[0][0, 0])
+        return float(
+            chains.advanced(model, np.hstack([q, none]), np.hstack([v, none]), 0.1, 200)[0][0, 0]
+        )
 
-    rigid = float(advanced(model_of(engine, pendulum(), "coupled"), q, v, 0.1, 200)[0][0, 0])
+    rigid = float(chains.advanced(model_of(engine, pendulum(), "coupled"), q, v, 0.1, 200)[0][0, 0])
     apart = [abs(end(stiffness) - rigid) for stiffness in (1e5, 4e5, 1.6e6)]
     assert apart[0] < 0.02 * abs(rigid - 0.4)
     assert apart[1] < 0.35 * apart[0]
