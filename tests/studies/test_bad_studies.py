@@ -12,32 +12,7 @@ from crosscheck.runner import patience
 from crosscheck.studies.batches import kept
 from crosscheck.studies.definition.files import read_study
 
-STUDY = """\
-schema_version = 1
-name = "bad"
-arm = "paper-labelled"
-scenario = "pd"
-
-[settings]
-"scenario.duration_s" = 0.001
-
-[samples]
-count = 3
-
-[[axes]]
-path = "arm.joints.*.*_mesh.backlash_m"
-kind = "uniform"
-relative_tolerance = 0.1
-
-[[axes]]
-path = "arm.payload_mass_kg"
-kind = "list"
-values = [1.0, 2.0]
-
-[[quantities]]
-kind = "peak"
-signal = "theta_ddot"
-"""
+STUDY = Path(__file__).with_name("right.toml").read_text(encoding="utf-8")
 TABLES = tomllib.loads(Path(__file__).with_name("bad_studies.toml").read_text(encoding="utf-8"))
 PAYLOAD = 'path = "arm.payload_mass_kg"'
 PEAK = 'kind = "peak"\nsignal = "theta_ddot"'
