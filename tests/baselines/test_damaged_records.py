@@ -20,25 +20,8 @@ pytestmark = pytest.mark.campaign
 CHECK = ("baseline", "check", "--quick")
 Place = tuple[str | int, ...]
 STRANGE: tuple[Any, ...] = (
-    None,
-    True,
-    False,
-    0,
-    -1,
-    2**70,
-    1e300,
-    -1e-300,
-    float("nan"),
-    float("inf"),
-    "",
-    "agree",
-    "measured",
-    "1.0",
-    "\x1b[2J\ud800",
-    [],
-    {},
-    [[]],
-    {"tolerance": 1.0},
+    *(None, True, False, 0, -1, 2**70, 1e300, -1e-300, float("nan"), float("inf")),
+    *("", "agree", "measured", "1.0", "\x1b[2J\ud800", [], {}, [[]], {"tolerance": 1.0}),
 )
 
 

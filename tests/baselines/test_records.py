@@ -38,20 +38,8 @@ def test_a_plain_name_is_the_files(labelled: Arm, name: str) -> None:
 def test_two_names_never_share_a_file(labelled: Arm) -> None:
     """Not where case is ignored either, nor where one is named as the file of another."""
     names = [
-        "a b",
-        "a-b",
-        "a_b",
-        "a/b",
-        "A-B",
-        "A-b",
-        "ä",
-        "ö",
-        "手",
-        "腕",
-        "a  b",
-        " a b",
-        ".",
-        "..",
+        *("a b", "a-b", "a_b", "a/b", "A-B", "A-b", "ä", "ö", "手", "腕"),
+        *("a  b", " a b", ".", ".."),
     ]
     names.append(_file(labelled, names[0]).removesuffix("-quick.json"))
     files = [_file(labelled, name) for name in names]
