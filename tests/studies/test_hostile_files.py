@@ -1,5 +1,6 @@
 """Damaged and hostile results cost one line, exit code 2, and no time."""
 
+import operator
 import os
 import random
 import shutil
@@ -64,42 +65,10 @@ def _wrong_sum(file: h5py.File) -> None:
         raw.write(b"\xff" * 4)
 
 
-def _huge(file: h5py.File) -> None:
-    _again(file, shape=(2, 3, 10**15), chunks=(1, 1, 1000), dtype="f8")
-
-
-def _bomb(file: h5py.File) -> None:
-    _again(file, shape=(2, 3, 10**9), chunks=(1, 1, 10**6), dtype="f8", compression="gzip")
-
-
-def _external(file: h5py.File) -> None:
-    _again(file, external=[("/etc/passwd", 0, 96)])
-
-
-def _external_link(file: h5py.File) -> None:
-    file["other"] = h5py.ExternalLink("/etc/passwd", "/x")
-
-
-def _soft_loop(file: h5py.File) -> None:
-    file["loop"] = h5py.SoftLink("/loop")
-
-
-def _hard_loop(file: h5py.File) -> None:
-    file.create_group("group")["up"] = file["/"]
-
-
 def _virtual(file: h5py.File) -> None:
     layout = h5py.VirtualLayout(shape=(3,), dtype="f8")
     layout[:] = h5py.VirtualSource("/etc/passwd", "x", shape=(3,))
     file.create_virtual_dataset("virtual", layout)
-
-
-def _words(file: h5py.File) -> None:
-    _again(file, data=np.full((2, 3, 2), b"text", dtype=object), dtype=h5py.string_dtype())
-
-
-def _compound(file: h5py.File) -> None:
-    _again(file, data=np.zeros((2, 3, 2), dtype=[("a", "f8"), ("b", "i4")]))
 
 
 def _many(file: h5py.File) -> None:
@@ -108,22 +77,16 @@ def _many(file: h5py.File) -> None:
         made.dims[0].attach_scale(file["sample"])
 
 
-def _no_scales(file: h5py.File) -> None:
-    file.create_dataset("bare", data=np.arange(3.0))
+def _put(name: str, value: object) -> Callable[[h5py.File], None]:
+    return lambda file: operator.setitem(file, name, value)
 
 
 def _attribute(name: str, value: object) -> Callable[[h5py.File], None]:
-    def changed(file: h5py.File) -> None:
-        file["theta_peak"].attrs[name] = value
-
-    return changed
+    return lambda file: operator.setitem(file["theta_peak"].attrs, name, value)
 
 
 def _root(name: str, value: object) -> Callable[[h5py.File], None]:
-    def changed(file: h5py.File) -> None:
-        file.attrs[name] = value
-
-    return changed
+    return lambda file: operator.setitem(file.attrs, name, value)
 
 
 def _reference(file: h5py.File) -> None:
@@ -136,19 +99,24 @@ def _infinite(file: h5py.File) -> None:
     file["theta_peak"][...] = np.array([1e308, -1e308, 1e308]).reshape(1, 3, 1)
 
 
-HARM: dict[str, Callable[[h5py.File], None]] = {
+SHAPE = (2, 3, 2)
+HARM: dict[str, Callable[[h5py.File], object]] = {
     "wrong checksum": _wrong_sum,
-    "huge shape": _huge,
-    "bomb": _bomb,
-    "external storage": _external,
-    "external link": _external_link,
-    "soft loop": _soft_loop,
-    "hard loop": _hard_loop,
+    "huge shape": lambda file: _again(file, shape=(2, 3, 10**15), chunks=(1, 1, 1000), dtype="f8"),
+    "bomb": lambda file: _again(
+        file, shape=(2, 3, 10**9), chunks=(1, 1, 10**6), dtype="f8", compression="gzip"
+    ),
+    "external storage": lambda file: _again(file, external=[("/etc/passwd", 0, 96)]),
+    "external link": _put("other", h5py.ExternalLink("/etc/passwd", "/x")),
+    "soft loop": _put("loop", h5py.SoftLink("/loop")),
+    "hard loop": lambda file: operator.setitem(file.create_group("group"), "up", file["/"]),
     "virtual": _virtual,
-    "words": _words,
-    "compound": _compound,
+    "words": lambda file: _again(
+        file, data=np.full(SHAPE, b"text", dtype=object), dtype=h5py.string_dtype()
+    ),
+    "compound": lambda file: _again(file, data=np.zeros(SHAPE, dtype=[("a", "f8"), ("b", "i4")])),
     "hundreds of variables": _many,
-    "no scales": _no_scales,
+    "no scales": lambda file: file.create_dataset("bare", data=np.arange(3.0)),
     "units of numbers": _attribute("units", 7.0),
     "units of lines": _attribute("units", "m\n\x1b[31m"),
     "long label": _attribute("long_name", "x" * 100_000),
