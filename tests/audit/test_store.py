@@ -18,6 +18,7 @@ from crosscheck.audit.experiments.study import Study
 from crosscheck.models.errors import InputError
 from crosscheck.models.places import cache_folder
 from crosscheck.runner.store import Store, clear
+from tests.obstacles import OBSTACLES
 from tests.processes import in_child, reachable
 
 KEY, OTHER = "0" * 32, "f" * 32
@@ -65,9 +66,9 @@ def test_folder_and_entries_are_the_users_alone(folder):
     assert folder.stat().st_mode & 0o777 == 0o700
 
 
-def in_its_place(make: Callable[[Path], object]) -> Callable[[Path], object]:
+def in_its_place(obstacle: str) -> Callable[[Path], object]:
     """Damage that puts something else where an entry was."""
-    return lambda path: (path.unlink(), make(path))
+    return lambda path: (path.unlink(), OBSTACLES[obstacle](path))
 
 
 def a_folder(path: Path) -> None:
@@ -95,10 +96,10 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
     "garbage": lambda path: path.write_bytes(random.Random(7).randbytes(5000)),
     "headless": lambda path: path.write_bytes(b'{"square": 8.0}'),
     "a_folder": a_folder,
-    "a_pipe": in_its_place(os.mkfifo),
+    "a_pipe": in_its_place("pipe"),
     "a_link": a_link,
-    "a_dead_link": in_its_place(lambda path: path.symlink_to("nowhere")),
-    "a_device": in_its_place(lambda path: path.symlink_to("/dev/zero")),
+    "a_dead_link": in_its_place("dangling"),
+    "a_device": in_its_place("device"),
     "of_another_result": of_another_result,
 }
 

@@ -1,7 +1,6 @@
 """Record files: names, and what is refused in one line before anything is run."""
 
 import json
-import os
 import re
 import tomllib
 from pathlib import Path
@@ -22,6 +21,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.planning.plan import Wanted
 from crosscheck.run import CrossCheck
 from tests.baselines.short import ANALYTIC, RENEW, Change, edited, quick
+from tests.obstacles import OBSTACLES
 
 # Names
 
@@ -191,23 +191,13 @@ def test_a_copy_under_the_other_plans_name_is_refused(
         read_baseline(tmp_path / "x.json", Wanted(result.arm, not is_quick), RENEW)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "{",
-        "[]",
-        "null",
-        "NaN",
-        '{"schema_version": 1',
-        "\ufeff{}",
-        "[" * 100_000,
-        '{"a":' * 100_000,
-        "1" * 5000,
-        '{"schema_version": ' + "1" * 5000,
-        "<<<<<<< HEAD",
-    ],
+GARBLED = (
+    *("", "{", "[]", "null", "NaN", '{"schema_version": 1', "\ufeff{}", "[" * 100_000),
+    *('{"a":' * 100_000, "1" * 5000, '{"schema_version": ' + "1" * 5000, "<<<<<<< HEAD"),
 )
+
+
+@pytest.mark.parametrize("text", GARBLED)
 def test_a_truncated_or_garbled_record_is_refused(recorded: Path, labelled: Arm, text: str) -> None:
     recorded.write_text(text, encoding="utf-8")
     _refusal(recorded, labelled)
@@ -241,27 +231,15 @@ def test_bytes_that_are_no_text_are_refused(recorded: Path, labelled: Arm) -> No
     assert "is not JSON" in _refusal(recorded, labelled)
 
 
-def _pipe(path: Path) -> None:
-    os.mkfifo(path)
-
-
-def _loop(path: Path) -> None:
-    path.symlink_to(path)
-
-
 def _huge(path: Path) -> None:
     with path.open("wb") as stream:
         stream.truncate(10 * LARGEST_BYTES)
 
 
-def _device(path: Path) -> None:
-    path.symlink_to("/dev/zero")
-
-
-@pytest.mark.parametrize("make", [_pipe, _loop, _huge, _device, Path.mkdir])
-def test_what_is_no_file_is_refused_at_once(tmp_path: Path, labelled: Arm, make: Any) -> None:
+@pytest.mark.parametrize("what", ["folder", "pipe", "loop", "device", "huge"])
+def test_what_is_no_file_is_refused_at_once(tmp_path: Path, labelled: Arm, what: str) -> None:
     path = tmp_path / "paper-labelled-quick.json"
-    make(path)
+    {**OBSTACLES, "huge": _huge}[what](path)
     for attempt in (
         lambda: read_baseline(path, quick(labelled), RENEW),
         lambda: require_replaceable(path, labelled),

@@ -1,6 +1,5 @@
 """Bad studies: one line that says where, what and what is allowed; exit code 2; nothing written."""
 
-import os
 import tomllib
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.runner import patience
 from crosscheck.studies.batches import kept
 from crosscheck.studies.definition.files import read_study
+from tests.obstacles import OBSTACLES
 
 STUDY = Path(__file__).with_name("right.toml").read_text(encoding="utf-8")
 TABLES = tomllib.loads(Path(__file__).with_name("bad_studies.toml").read_text(encoding="utf-8"))
@@ -158,10 +158,10 @@ def test_what_is_no_file_is_one_line(crosscheck, tmp_path, place, what):
     }[place]
     if what == "folder":
         (named if place != "batches" else named / "a letter").mkdir(parents=True)
-    elif what == "pipe":
-        os.mkfifo(named)
+    elif what == "dangling":
+        named.symlink_to("elsewhere/nowhere")
     else:
-        named.symlink_to({"dangling": "elsewhere/nowhere", "loop": named.name}[what])
+        OBSTACLES[what](named)
     chosen = named if place == "study" else file
     arguments = ("sweep", chosen, "--out", tmp_path / "out.nc", "--jobs", 1, "--run-code")
     for more in ([], ["--resume"]):

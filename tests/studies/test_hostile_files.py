@@ -1,7 +1,6 @@
 """Damaged and hostile results cost one line, exit code 2, and no time."""
 
 import operator
-import os
 import random
 import shutil
 import time
@@ -14,6 +13,7 @@ import pytest
 
 import crosscheck
 from tests.draws import DRAWS, fresh_seed
+from tests.obstacles import OBSTACLES
 
 WITHIN_S = 5.0
 UNIFORM = {"kind": "uniform", "relative_tolerance": 0.2}
@@ -165,16 +165,11 @@ def test_words_and_sizes_of_any_kind_are_drawn(result, tmp_path, crosscheck, cha
     assert code == 0 or err.count("\n") == 1
 
 
-@pytest.mark.parametrize("what", ["folder", "pipe", "nothing", "dangling", "loop", "device"])
+@pytest.mark.parametrize("what", ["nothing", *OBSTACLES])
 def test_what_is_no_file_is_one_line(tmp_path, crosscheck, what):
     file = tmp_path / "it.nc"
-    if what == "folder":
-        file.mkdir()
-    elif what == "pipe":
-        os.mkfifo(file)
-    elif what != "nothing":
-        target = {"dangling": "nowhere", "loop": "it.nc", "device": "/dev/zero"}[what]
-        file.symlink_to(target)
+    if what != "nothing":
+        OBSTACLES[what](file)
     began = time.process_time()
     _told(crosscheck("plot", file), began)
 

@@ -8,6 +8,7 @@ import pytest
 
 from crosscheck.models.files import HERE
 from crosscheck.planning.plan import OWN_NAMES
+from tests.obstacles import OBSTACLES
 from tests.processes import Answer
 
 BAD = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))
@@ -100,10 +101,6 @@ def test_names_of_the_plan_are_not_for_scenarios(crosscheck, tmp_path, name):
     assert list(tmp_path.iterdir()) == [file]
 
 
-def no_file(path: Path) -> None:
-    """Leave it missing."""
-
-
 def big_file(path: Path) -> None:
     """100 MB of zeros that take no room."""
     path.touch()
@@ -111,16 +108,16 @@ def big_file(path: Path) -> None:
 
 
 FILES = {
-    "missing": (no_file, "no such file"),
+    "missing": (lambda path: None, "no such file"),
     "empty": (lambda path: path.write_text(""), "empty"),
     "blank": (lambda path: path.write_text(" \n\n"), "empty"),
-    "folder": (lambda path: path.mkdir(), "cannot be read"),
+    "folder": (OBSTACLES["folder"], "cannot be read"),
     "binary": (lambda path: path.write_bytes(bytes(range(256))), "not UTF-8"),
     "zeros": (lambda path: path.write_bytes(bytes(64)), "not TOML"),
     "not TOML": (lambda path: path.write_text("{json: true}"), "not TOML"),
-    "link in a circle": (lambda path: path.symlink_to(path), "cannot be read"),
-    "broken link": (lambda path: path.symlink_to("nowhere"), "no such file"),
-    "pipe": (os.mkfifo, "not a regular file"),
+    "link in a circle": (OBSTACLES["loop"], "cannot be read"),
+    "broken link": (OBSTACLES["dangling"], "no such file"),
+    "pipe": (OBSTACLES["pipe"], "not a regular file"),
     "100 MB": (big_file, "more than 4 MB"),
 }
 
