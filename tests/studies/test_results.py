@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import crosscheck
+import crosscheck as package
 from crosscheck.models.loading import load_arm, load_case, load_scenario
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.registry import build, lead, second
@@ -23,7 +23,7 @@ BACKLASH = "arm.joints.*.*_mesh.backlash_m"
 
 def _made(out: Path, jobs: int) -> Path:
     """Of two grid axes, one of words, samples and starts."""
-    crosscheck.sweep(
+    package.sweep(
         "paper-labelled",
         [
             {"path": "arm.payload_mass_kg", "kind": "grid", "start": 5, "stop": 15, "count": 3},
@@ -113,7 +113,7 @@ def test_a_result_is_the_same_again(result, tmp_path):
 
 def test_what_the_user_gives_as_records_is_taken_as_it_is():
     arm, scenario = load_arm("three-unlike"), load_scenario("constant-torque")
-    found = crosscheck.sweep(arm, {}, scenario=scenario, settings=SHORT, measures=PEAKS)
+    found = package.sweep(arm, {}, scenario=scenario, settings=SHORT, measures=PEAKS)
     case = load_case("three-unlike", "constant-torque", settings=["scenario.duration_s=0.002"])
     run = build(lead(), *case).simulate()
     # the ensemble's rounding against that of one run
@@ -140,7 +140,7 @@ def test_an_axis_alone_and_samples_alone_are_drawn_too(tmp_path, crosscheck):
         ("single", [], {}),
     ):
         out = tmp_path / f"{name}.nc"
-        crosscheck.sweep(
+        package.sweep(
             *("paper-labelled", axes),
             **{"scenario": "pd", "settings": SHORT, "measures": PEAKS, "out": out, **more},
         )
