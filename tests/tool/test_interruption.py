@@ -74,7 +74,7 @@ def test_a_signal_at_any_moment_ends_the_program_in_one_line(command, whom, firs
 
     One time takes a few seconds: there is one of them for a whole sample of other campaigns.
     """
-    draw = random.Random(fresh_seed())
+    draw = random.Random(f"{fresh_seed()} {command} {whom}")
     for time_ in range(max(1, DRAWS // SAMPLE)):
         folder = tmp_path / str(time_)
         folder.mkdir()
