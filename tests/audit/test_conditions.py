@@ -380,9 +380,7 @@ ROWS: list[tuple[str, Given, str, str]] = [
 @pytest.mark.parametrize(
     ("template", "changed", "before", "after"), ROWS, ids=[f"{row[0]}: {row[3]}" for row in ROWS]
 )
-def test_a_sentence_turns_with_its_record(
-    template: str, changed: Given, before: str, after: str
-) -> None:
+def test_a_sentence_turns_with_its_record(template, changed, before, after):
     said, turned = (
         " ".join(text(template, **given).split())
         for given in (GIVEN[template], {**GIVEN[template], **changed})

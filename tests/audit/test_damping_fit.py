@@ -70,7 +70,7 @@ def material(tmp_path_factory: pytest.TempPathFactory) -> Material:
     return Material(Study(folder), Scale(quick=True, longest_s=0.01, most_starts=3))
 
 
-def test_what_a_run_is_too_short_for_explains_nothing(material: Material):
+def test_what_a_run_is_too_short_for_explains_nothing(material):
     found = damping_fit.fits(material, CLAIMS)
     assert {fit.cell.planets for fit in found} == {"free", "lumped"}
     for fit in found:

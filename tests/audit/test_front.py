@@ -1,7 +1,6 @@
 """The page's beginning: its sentences follow its numbers."""
 
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -53,9 +52,7 @@ def _strip(cell: cells.Cell, severe: dict[cells.Law, int]) -> StartsStrip:
         ({cells.INTEGRAL: 10}, False),
     ],
 )
-def test_the_third_fluctuation_needs_the_clock_only_if_it_is_nowhere_without(
-    severe: dict[cells.Law, int], needs: bool
-) -> None:
+def test_the_third_fluctuation_needs_the_clock_only_if_it_is_nowhere_without(severe, needs):
     found = thirds(severe)
     assert found.needs_clock is needs
     share = found.share(cells.PRINTED, "free")
@@ -63,13 +60,13 @@ def test_the_third_fluctuation_needs_the_clock_only_if_it_is_nowhere_without(
     assert share.yes == severe.get(cells.PRINTED, 0)
 
 
-def test_every_start_is_drawn() -> None:
+def test_every_start_is_drawn():
     one, more = (thirds({cells.PRINTED: count}) for count in (0, 10))
     assert third_svg(one) != third_svg(more)
     assert third_svg(one) == third_svg(one)
 
 
-def test_the_printed_equations_are_off_by_what_the_derivation_says() -> None:
+def test_the_printed_equations_are_off_by_what_the_derivation_says():
     """M beside Pinocchio over 200 random states; here beside the derivation over the elbow's turn.
 
     No state can be further off than the worst pose, and of 200 one comes within 2 % of it.
@@ -104,7 +101,7 @@ def _left(level: str, theta_1: float, theta_2: float, tip: float) -> attribution
     )
 
 
-def test_the_baseline_is_the_one_that_leaves_the_papers_theta_2() -> None:
+def test_the_baseline_is_the_one_that_leaves_the_papers_theta_2():
     verdict = attribution.LadderVerdict((), {}, {}, ())
     links, last = _left("links", 0.1, 0.4, 0.2), _left("coupled", 2e-7, 1.3e-6, 1e-6)
     carriers, all_three = _left("carriers", 2e-3, 0.013, 8e-3), _left("x", 0.02, 0.01, 0.03)
@@ -114,7 +111,7 @@ def test_the_baseline_is_the_one_that_leaves_the_papers_theta_2() -> None:
     assert Baselines((links, all_three), verdict, 1.6).gives_all
 
 
-def test_teeth_pass_as_the_motion_says(tmp_path: Path) -> None:
+def test_teeth_pass_as_the_motion_says(tmp_path):
     """Both rates are those of the two counts; at the start neither has counted."""
     passed = teeth_passed(Material(Study(tmp_path), Scale(longest_s=0.2)))
     inner = slice(5, -5)
@@ -124,7 +121,7 @@ def test_teeth_pass_as_the_motion_says(tmp_path: Path) -> None:
         assert found[inner] == pytest.approx(rate[inner], abs=2e-3 * np.abs(rate).max())
 
 
-def test_a_stage_has_all_its_teeth() -> None:
+def test_a_stage_has_all_its_teeth():
     joint = paper_stage(load_arm(cells.LABELLED)).joint
     outlines = joint.sun_teeth + joint.planet_count * joint.planet_teeth + joint.ring_teeth
     circles = 2 + joint.planet_count

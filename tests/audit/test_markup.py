@@ -29,11 +29,11 @@ SOUND = '<h2 id="a">A</h2><p>b <b>c</b></p><a href="#a">a</a>'
         ("<td>None</td>", "None in the text"),
     ],
 )
-def test_what_is_wrong_with_a_page_is_found(html: str, what: str) -> None:
+def test_what_is_wrong_with_a_page_is_found(html, what):
     assert any(what in problem for problem in page_problems(SOUND + html))
 
 
-def test_a_sound_page_has_no_problems() -> None:
+def test_a_sound_page_has_no_problems():
     drawing = fragments.figure(_drawing("time [s]", "force [N]"), "caption")
     table = fragments.table(["a", "b"], [["1", "<2"]], "both")
     html = figures.sound_links(SOUND + drawing + drawing + table)
@@ -41,11 +41,11 @@ def test_a_sound_page_has_no_problems() -> None:
     assert uneven_tables(html) == []
 
 
-def test_uneven_tables_are_found() -> None:
+def test_uneven_tables_are_found():
     assert uneven_tables("<table><tr><th>a</th></tr><tr><td>1</td><td>2</td></tr></table>")
 
 
-def test_links_to_what_is_not_there_become_text() -> None:
+def test_links_to_what_is_not_there_become_text():
     page = figures.sound_links('<i id="here">x</i><a href="#here">1</a><a href="#there">2</a>')
     assert page == '<i id="here">x</i><a href="#here">1</a>2'
 
@@ -69,12 +69,12 @@ def _drawing(x: str, y: str) -> str:
         ("", "", 4),
     ],
 )
-def test_axes_without_a_unit_are_found(x: str, y: str, count: int) -> None:
+def test_axes_without_a_unit_are_found(x, y, count):
     """A label on the left serves the whole row; each column needs its own below."""
     assert len(axis_problems(_drawing(x, y))) == count
 
 
-def test_a_legend_stands_beside_the_axes() -> None:
+def test_a_legend_stands_beside_the_axes():
     figure, grid = figures.new_figure(2, 2)
     for number, axes in enumerate(grid.flat):
         for line in range(4):
@@ -86,7 +86,7 @@ def test_a_legend_stands_beside_the_axes() -> None:
     assert not any(Bbox.intersection(box, axes.get_window_extent()) for axes in grid.flat)
 
 
-def test_rigid_against_detailed_has_its_legend_outside(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rigid_against_detailed_has_its_legend_outside(monkeypatch):
     drawn = []
     monkeypatch.setattr("crosscheck.report.plots.figures.to_svg", drawn.append)
     levels = {
@@ -99,7 +99,7 @@ def test_rigid_against_detailed_has_its_legend_outside(monkeypatch: pytest.Monke
     assert [text.get_text() for text in figure.legends[0].get_texts()] == list(levels)
 
 
-def test_nothing_to_show_on_a_logarithmic_scale_is_said() -> None:
+def test_nothing_to_show_on_a_logarithmic_scale_is_said():
     figure, grid = figures.new_figure(1, 2)
     grid[0, 0].plot([0, 1], [np.nan, np.nan])
     grid[0, 1].plot([0, 1], [1.0, 10.0])

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -44,19 +43,17 @@ ABOVE, BELOW = 1.01, 0.99
         (State.YES, State.UNDEFINED, maps.Presence.PRINTED),
     ],
 )
-def test_one_setting_in_which_it_happens_decides(
-    omega_t: State, angle: State, expected: maps.Presence
-) -> None:
+def test_one_setting_in_which_it_happens_decides(omega_t, angle, expected):
     states = {"omega_t": [State.NO, omega_t], "angle": [angle, State.NO]}
     assert maps.where_present(states) == expected
 
 
-def test_a_law_that_says_nothing_leaves_it_open() -> None:
+def test_a_law_that_says_nothing_leaves_it_open():
     said = {"omega_t": [State.YES], "angle": [State.UNDEFINED]}
     assert maps.where_present(said) == maps.Presence.UNKNOWN
 
 
-def test_a_setting_asks_the_same_starts_without_tooth_error() -> None:
+def test_a_setting_asks_the_same_starts_without_tooth_error():
     plain, other = maps.MapSetting(CELL), maps.MapSetting(CELL, backlash_um=500.0)
     assert [str(source) for source in plain.sources] == ["pd", "no error"]
     assert [source.size_um for source in other.sources] == [500.0, 500.0]
@@ -66,9 +63,7 @@ def test_a_setting_asks_the_same_starts_without_tooth_error() -> None:
 
 
 @pytest.mark.parametrize(("severe", "told"), [(0, False), (4, True), (8, False)])
-def test_a_severe_fluctuation_is_of_a_branch_only_where_the_start_decides(
-    severe: int, told: bool, tmp_path: Path
-) -> None:
+def test_a_severe_fluctuation_is_of_a_branch_only_where_the_start_decides(severe, told, tmp_path):
     """By the records of lumped planets too, where all starts may be severe."""
 
     def mapped(cell: Cell, loud: int) -> maps.Mapped:
@@ -81,7 +76,7 @@ def test_a_severe_fluctuation_is_of_a_branch_only_where_the_start_decides(
     assert ("severe in nine starts of ten or more at ζ 0.005" in said) == (severe == 8)
 
 
-def test_verdict_of_h1() -> None:
+def test_verdict_of_h1():
     every = {"clock": True, "engine": True}
     assert h1_verdict(maps.Presence.PRINTED, every) == "holds"
     assert h1_verdict(maps.Presence.UNKNOWN, every) == "undefined"
@@ -105,7 +100,7 @@ def _clocks(*changes: float) -> clock.Clocks:
     )
 
 
-def test_a_clock_is_seen_above_rounding() -> None:
+def test_a_clock_is_seen_above_rounding():
     seen, unseen = ABOVE * clock.CLOCK_N, BELOW * clock.CLOCK_N
     assert _clocks(seen, seen, unseen).supports
     for changes in ((seen, unseen, unseen), (unseen, seen, unseen), (seen, seen, seen)):
@@ -113,20 +108,20 @@ def test_a_clock_is_seen_above_rounding() -> None:
 
 
 @pytest.mark.parametrize(("law", "same"), [(INTEGRAL, True), (PRINTED, False)])
-def test_only_the_printed_law_knows_the_time(law: Law, same: bool) -> None:
+def test_only_the_printed_law_knows_the_time(law, same):
     found = clock.ClockTest(law, 0.02, 0.01, (1, 2)).answer()
     assert [one.same for one in found] == [True, same, same, same]
     largest = [one.largest_change_N for one in found[1:]]
     assert all(change == 0 for change in largest) if same else min(largest) > 1.0
 
 
-def test_the_free_clock_at_zero_is_the_model_itself() -> None:
+def test_the_free_clock_at_zero_is_the_model_itself():
     run = simulate(SHORT)
     own = motion([PhysicalModel(*SHORT.case())])
     assert np.array_equal(own.a[:, own.theta, 0], run["theta_ddot"].values)
 
 
-def test_a_run_goes_on_where_another_stopped() -> None:
+def test_a_run_goes_on_where_another_stopped():
     half = replace(SHORT, duration_s=0.01).case()
     before, whole = motion([PhysicalModel(*half)]), motion([PhysicalModel(*SHORT.case())])
     last = before.q[-1, :, 0].copy(), before.v[-1, :, 0].copy()
@@ -135,7 +130,7 @@ def test_a_run_goes_on_where_another_stopped() -> None:
     assert np.abs(resumed.q[-1] - whole.q[-1]).max() < 1e-12
 
 
-def test_changed_dampers_and_drives_are_other_questions() -> None:
+def test_changed_dampers_and_drives_are_other_questions():
     variant = pd_run(CELL, 0.002)
     plain, stronger = Changed(variant, (1,)), Changed(variant, (1,), damping=(2.0, 0.2))
     fed = Changed(variant, (1,), recorded=True)
@@ -145,13 +140,13 @@ def test_changed_dampers_and_drives_are_other_questions() -> None:
     assert fed.models((1,))[0].scenario.drive.kind == "table"
 
 
-def test_a_start_is_the_same_whichever_stand_beside_it() -> None:
+def test_a_start_is_the_same_whichever_stand_beside_it():
     variant = pd_run(CELL, 0.01)
     alone, three = (motion(models_of(variant, seeds)).q for seeds in ((2,), (1, 2, 3)))
     assert np.array_equal(alone[:, :, 0], three[:, :, 1])
 
 
-def test_branches_are_compared_only_where_both_models_have_starts() -> None:
+def test_branches_are_compared_only_where_both_models_have_starts():
     small, severe = [20.0] * 8, [400.0] * 4
     one, other = third(*small, *severe), third(*small, 400.0)
     found = {(a.severe, a.number): a.met for a in TwoModels(CELL, one, other).apart}
@@ -160,7 +155,7 @@ def test_branches_are_compared_only_where_both_models_have_starts() -> None:
 
 
 @pytest.mark.parametrize("number", list(WITHIN))
-def test_medians_of_a_branch_have_limits_on_both_sides(number: str) -> None:
+def test_medians_of_a_branch_have_limits_on_both_sides(number):
     for by, expected in ((BELOW, True), (ABOVE, False)):
         factor = 1 + by * WITHIN[number]
         of = {name: factor if name == number else 1.0 for name in WITHIN}
@@ -182,7 +177,7 @@ def _engines(same: Third, angle: float) -> Engines:
     return Engines([TwoModels(CELL, rising, same)], [quiet])
 
 
-def test_second_engine_supports_if_it_shows_the_same_and_is_quiet_under_angle() -> None:
+def test_second_engine_supports_if_it_shows_the_same_and_is_quiet_under_angle():
     alike = third(*np.linspace(151.0, 201.0, 16))
     assert _engines(alike, BELOW * SEVERE).supports is True
     assert _engines(alike, ABOVE * SEVERE).supports is False
@@ -191,7 +186,7 @@ def test_second_engine_supports_if_it_shows_the_same_and_is_quiet_under_angle() 
     assert _engines(alike, math.nan).supports is None
 
 
-def test_onset_predicted() -> None:
+def test_onset_predicted():
     assert Begun(None, None).as_predicted
     assert not Begun(None, 1.0).as_predicted
     assert not Begun(1.0, None).as_predicted
@@ -199,12 +194,12 @@ def test_onset_predicted() -> None:
     assert not Begun(1 + ABOVE * ONSET_WITHIN, 1.0).as_predicted
 
 
-def test_a_vibration_dies_below_a_tenth() -> None:
+def test_a_vibration_dies_below_a_tenth():
     assert Left(100.0, 50.0, BELOW * DEAD * 100.0).dies
     assert not Left(100.0, 50.0, ABOVE * DEAD * 100.0).dies
 
 
-def test_the_handover_counts_where_it_dies_without_tooth_error() -> None:
+def test_the_handover_counts_where_it_dies_without_tooth_error():
     every, some = Share(4, 4), Share(3, 4)
 
     def fates(with_error: Share | None, without: Share | None) -> Handovers:
@@ -218,7 +213,7 @@ def test_the_handover_counts_where_it_dies_without_tooth_error() -> None:
     assert fates(None, None).supports is None
 
 
-def test_far_from_a_resonance() -> None:
+def test_far_from_a_resonance():
     growth = np.where(resonance.SPEEDS > 200.0, 5.0, -5.0)
     rates = {0.01: resonance.FloquetRates(tuple(growth), -1.0)}
 
@@ -238,7 +233,7 @@ def _dampers(sizes: dict[str, float], rest: float) -> dampers.Dampers:
     return dampers.Dampers(ablated[:1], ablated, (rest, rest, rest), [])
 
 
-def test_a_hard_excited_flutter_needs_all_of_its_causes() -> None:
+def test_a_hard_excited_flutter_needs_all_of_its_causes():
     gone, there = BELOW * dampers.STILL, ABOVE * EVIDENT
     own = {one.name: gone for one in (dampers.ALWAYS, dampers.PLAYED_BACK, dampers.TIGHT)}
     own |= {one.name: there for one in (dampers.AS_IT_STANDS, dampers.STEADY)}
@@ -252,12 +247,12 @@ def test_a_hard_excited_flutter_needs_all_of_its_causes() -> None:
     assert _dampers(own, gone).largest_zeta == 0.01
 
 
-def test_running_away_is_faster_than_any_controlled_motion() -> None:
+def test_running_away_is_faster_than_any_controlled_motion():
     run = simulate(replace(SHORT, model="analytic:coupled", duration_s=1.0, zeta=None))
     assert 5 * np.abs(run["theta_dot"].values).max() < dampers.FAST_RAD_PER_S
 
 
-def test_eq_11_in_full_is_the_suns_and_the_planets_own_turning() -> None:
+def test_eq_11_in_full_is_the_suns_and_the_planets_own_turning():
     model = PhysicalModel(*SHORT.case())
     weights = neglected_weights(model)
     sun, planet = 27 / 36.82406e-3, 36 / 49.09875e-3
@@ -267,13 +262,13 @@ def test_eq_11_in_full_is_the_suns_and_the_planets_own_turning() -> None:
 
 @pytest.mark.parametrize("law", ["omega_t", "angle"])
 @pytest.mark.parametrize("full_rate", [False, True])
-def test_jacobian_is_that_of_the_equations(law: str, full_rate: bool) -> None:
+def test_jacobian_is_that_of_the_equations(law, full_rate):
     case = replace(SHORT, phase=law, duration_s=1.0).case()
     plant = plant_of(PhysicalModel(*case), full_rate)
     assert linear.jacobian_error(plant, linear.base_motion(case, plant, 100), 6) < 1e-7
 
 
-def test_the_base_motion_needs_no_vibration_to_carry_the_arm() -> None:
+def test_the_base_motion_needs_no_vibration_to_carry_the_arm():
     """Started on it, the full equations stay on it: forces balance row by row."""
     case = replace(SHORT, phase="angle", duration_s=0.6).case()
     plant = plant_of(PhysicalModel(*case))
@@ -286,7 +281,7 @@ def test_the_base_motion_needs_no_vibration_to_carry_the_arm() -> None:
     assert np.abs(drift[plant.gears.theta]).max() < 1e-5
 
 
-def test_modes_at_rest_are_those_of_the_model() -> None:
+def test_modes_at_rest_are_those_of_the_model():
     case = replace(SHORT, zeta=1e-6, phase="angle").case()
     plant = plant_of(PhysicalModel(*case))
     base = linear.base_motion(case, plant, 10)
@@ -297,7 +292,7 @@ def test_modes_at_rest_are_those_of_the_model() -> None:
     )
 
 
-def test_amplitude_follows_the_integral_above_the_floor() -> None:
+def test_amplitude_follows_the_integral_above_the_floor():
     time = np.linspace(0.0, 1.0, 1001)
     growth = np.where(time < 0.5, -100.0, 40.0)[:, None]
     level = linear.predicted_amplitude(time, growth, np.array([1.0]), np.array([1e-6]))
@@ -305,7 +300,7 @@ def test_amplitude_follows_the_integral_above_the_floor() -> None:
     assert level[-1] == pytest.approx(1e-6 * np.exp(40 * 0.5), rel=0.1)
 
 
-def test_intervals_are_told_from_their_e_folds_on() -> None:
+def test_intervals_are_told_from_their_e_folds_on():
     time = np.linspace(0.0, 1.0, 1001)
     growth = np.where((time > 0.3) & (time < 0.5), 100.0, -1.0)[:, None]
     modes = linear.Modes(growth, np.full_like(growth, 1700.0))
@@ -315,13 +310,13 @@ def test_intervals_are_told_from_their_e_folds_on() -> None:
     assert not linear.unstable_intervals(time, modes, 21.0)
 
 
-def test_vibration_leaves_the_motion_of_the_arm_out() -> None:
+def test_vibration_leaves_the_motion_of_the_arm_out():
     time = np.arange(50000) * 2e-5
     fast = vibration(time, 100 * np.sin(2 * np.pi * 20 * time) + np.sin(2 * np.pi * 1700 * time))
     assert np.abs(fast[2000:-2000]).max() == pytest.approx(1.0, rel=0.01)
 
 
-def test_a_tongue_opens_at_twice_a_modes_frequency_and_damping_closes_it() -> None:
+def test_a_tongue_opens_at_twice_a_modes_frequency_and_damping_closes_it():
     speeds = np.array([150.0, 2 * 2 * np.pi * 1709.9 / 99])
     away, inside = resonance.tongues(0.005, speeds)
     assert away < 0 < inside
@@ -330,7 +325,7 @@ def test_a_tongue_opens_at_twice_a_modes_frequency_and_damping_closes_it() -> No
 
 @pytest.mark.slow
 @pytest.mark.parametrize("cell", [Cell(PRINTED, 0.005), Cell(REPAIRED_RATE, 0.02)])
-def test_exudyn_follows_the_analytic_model_into_the_vibration(cell: Cell) -> None:
+def test_exudyn_follows_the_analytic_model_into_the_vibration(cell):
     """Up to where rounding has grown: the first 0.1 s of the same start, planets free."""
     one = replace(pd_run(cell, 0.1), seed=1)
     runs = [simulate(replace(one, model=model)) for model in ("analytic:physical", "exudyn:tree")]

@@ -94,7 +94,7 @@ def _numbers(material: Material) -> Iterator[stated.StatedNumber]:
         yield stated.StatedNumber("claims", quoted, LABELLED, statics[name])
 
 
-def test_the_page_contradicts_itself_nowhere(material: Material) -> None:
+def test_the_page_contradicts_itself_nowhere(material):
     said = list(_said(material))
     told = Counter((one.quantity, *one.place._replace(choice="")) for one in said)
     assert max(told.values()) > 1  # else there was nothing to compare
@@ -111,20 +111,20 @@ QUOTED_TOO = {
 }
 
 
-def test_no_number_of_page_and_sheet_has_two_values(material: Material) -> None:
+def test_no_number_of_page_and_sheet_has_two_values(material):
     numbers = list(_numbers(material))
     told = Counter((one.quantity, one.setting) for one in numbers)
     assert sum(count > 1 for count in told.values()) > len(QUOTED_TOO)
     assert two_values(numbers) == []
 
 
-def test_the_page_is_well_formed(material: Material, chapters: dict[str, AuditChapter]) -> None:
+def test_the_page_is_well_formed(material, chapters):
     made: Sequence[AuditChapter] = list(chapters.values())
     assert page_problems(report.page(made, material.study)) == []
     strict_json(report.records_json(made, material.study))
 
 
-def test_claims(material: Material, chapters: dict[str, AuditChapter]) -> None:
+def test_claims(material, chapters):
     made = chapters["claims"]
     assert [record["id"] for record in made.records] == [claim.id for claim in CLAIMS]
     json.dumps(made.records, allow_nan=False)
@@ -135,7 +135,7 @@ def test_claims(material: Material, chapters: dict[str, AuditChapter]) -> None:
     assert settings(material.study, QUICK)[0][0] == material.settings[0][0]
 
 
-def test_phase(material: Material, chapters: dict[str, AuditChapter]) -> None:
+def test_phase(material, chapters):
     made = chapters["phase"]
     assert made.records[0]["verdict"] == "holds"
     assert made.html.count("<svg") == 2
@@ -145,7 +145,7 @@ def test_phase(material: Material, chapters: dict[str, AuditChapter]) -> None:
     } == {(PRINTED, State.NO), (REPAIRED_RATE, State.YES), (INTEGRAL, State.NO)}
 
 
-def test_figures(chapters: dict[str, AuditChapter]) -> None:
+def test_figures(chapters):
     made = chapters["figures"]
     json.dumps(made.records, allow_nan=False)
     numbers = [str(number) for number in NUMBERS]

@@ -105,7 +105,7 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-def test_what_does_not_fit_is_made_again_with_one_line(folder, capfd, damage: str):
+def test_what_does_not_fit_is_made_again_with_one_line(folder, capfd, damage):
     path = entry(folder)
     DAMAGES[damage](path)
     signal.alarm(20)  # a pipe must not hang it

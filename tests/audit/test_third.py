@@ -23,14 +23,14 @@ def third(*sizes: float) -> Third:
     return Third(found, found / 1000, 10 * found, 1e-8 * found, 0)
 
 
-def test_a_share_has_clopper_and_pearsons_interval() -> None:
+def test_a_share_has_clopper_and_pearsons_interval():
     low, high = Share(3, 10).interval
     assert low == pytest.approx(beta.ppf(0.025, 3, 8))
     assert high == pytest.approx(beta.ppf(0.975, 4, 7))
     assert (Share(0, 8).interval[0], Share(8, 8).interval[1]) == (0.0, 1.0)
 
 
-def test_branches_are_never_averaged_with_each_other() -> None:
+def test_branches_are_never_averaged_with_each_other():
     found = third(20.0, 22.0, 24.0, 400.0, 420.0, np.nan)  # 2 of 5 exclude neither end
     small, severe = found.branch(severe=False), found.branch(severe=True)
     assert (small.starts, small.size, small.frequency_Hz) == (3, 22.0, 220.0)
@@ -38,12 +38,12 @@ def test_branches_are_never_averaged_with_each_other() -> None:
     assert (found.share, found.state) == (Share(2, 5), state(Share(2, 5)))
 
 
-def test_severe_has_two_sides() -> None:
+def test_severe_has_two_sides():
     assert third(*[LOUD] * 10).state == State.YES
     assert third(*[QUIET] * 10).state == State.NO
 
 
-def test_samples_join_and_diverged_starts_have_no_numbers() -> None:
+def test_samples_join_and_diverged_starts_have_no_numbers():
     names = ("third", "third_onset_s", "frequency_Hz", "planets_apart_m")
     one = Sample({name: np.array([1.0, np.nan]) for name in names}, np.array([False, True]))
     joined = Third.of(one, one)
@@ -51,7 +51,7 @@ def test_samples_join_and_diverged_starts_have_no_numbers() -> None:
     assert quantiles(np.array([np.nan])) == NONE
 
 
-def test_the_tooth_error_makes_what_is_not_there_without_it() -> None:
+def test_the_tooth_error_makes_what_is_not_there_without_it():
     calm = third(*[QUIET] * 10)
     assert twosamples.made_by_error(third(*[LOUD] * 9, QUIET), calm).share == Share(9, 10)
     assert twosamples.made_by_error(calm, calm).share == Share(0, 10)
@@ -66,14 +66,14 @@ def test_the_tooth_error_makes_what_is_not_there_without_it() -> None:
     assert twosamples.made_by_error(visible, visible, VISIBLE).share is None
 
 
-def test_what_few_starts_do_is_made_only_if_it_is_no_chance() -> None:
+def test_what_few_starts_do_is_made_only_if_it_is_no_chance():
     """8 of 32 are more than one in ten and no chance beside none, but may be beside four."""
     loud = third(*[LOUD] * 8, *[QUIET] * 24)
     assert twosamples.made_by_error(loud, third(*[QUIET] * 32)).state == State.BISTABLE
     assert twosamples.made_by_error(loud, third(*[LOUD] * 3, *[QUIET] * 29)).state == State.NO
 
 
-def test_what_the_claims_ask_is_said_and_nothing_else() -> None:
+def test_what_the_claims_ask_is_said_and_nothing_else():
     (stated,) = of_third("here", [(Cell(PRINTED, 0.01), third(*[LOUD] * 10))])
     assert (stated.quantity, stated.state) == ("pd: third", State.YES)
     (lumped,) = of_third("here", [(Cell(PRINTED, 0.01, planets="lumped"), third(LOUD))])
@@ -82,7 +82,7 @@ def test_what_the_claims_ask_is_said_and_nothing_else() -> None:
     assert not of_third("here", [(Cell(CONSERVATIVE, 0.01), third(LOUD))])
 
 
-def test_two_samples_are_told_apart_or_not() -> None:
+def test_two_samples_are_told_apart_or_not():
     """Fisher's by hand: 5 of 5 against 0 of 5 is one table of 252, either way; ranks alike."""
     assert twosamples.shares_p(Share(5, 5), Share(0, 5)) == pytest.approx(2 / 252)
     assert twosamples.shares_p(Share(5, 5), Share(5, 5)) == pytest.approx(1.0)
@@ -94,14 +94,14 @@ def test_two_samples_are_told_apart_or_not() -> None:
     assert twosamples.TwoTests(None, 0.5).least is None
 
 
-def test_significance_has_two_sides() -> None:
+def test_significance_has_two_sides():
     for tests_of_family in (1, 10):
         limit = twosamples.SIGNIFICANT / tests_of_family
         assert twosamples.told_apart(BELOW * limit, tests_of_family)
         assert not twosamples.told_apart(ABOVE * limit, tests_of_family)
 
 
-def test_samples_may_be_too_small_to_be_told_apart() -> None:
+def test_samples_may_be_too_small_to_be_told_apart():
     assert twosamples.least_p(2, 2) == pytest.approx(1 / 3)
     assert twosamples.least_p(3, 3) == pytest.approx(2 / 20)
     assert twosamples.least_p(2, 4) > twosamples.SIGNIFICANT > twosamples.least_p(2, 24)

@@ -85,26 +85,14 @@ def seed() -> int:
     return fresh_seed()
 
 
-def test_a_damaged_record_is_refused_or_seen(
-    command: Command,
-    recorded: Path,
-    result: CrossCheck,
-    seed: int,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_damaged_record_is_refused_or_seen(command, recorded, result, seed, capsys):
     text = recorded.read_text(encoding="utf-8")
     for place, data in _damaged(text, seed, DRAWS):
         recorded.write_text(json.dumps(data), encoding="utf-8")
         _require_refused_or_seen(command, recorded, result, text, place, capsys)
 
 
-def test_damaged_bytes_are_refused_or_seen(
-    command: Command,
-    recorded: Path,
-    result: CrossCheck,
-    seed: int,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_damaged_bytes_are_refused_or_seen(command, recorded, result, seed, capsys):
     """A byte changed, a piece lost or twice."""
     draw, whole = random.Random(seed), recorded.read_bytes()
     for _ in range(DRAWS):

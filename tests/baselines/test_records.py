@@ -19,7 +19,6 @@ from crosscheck.baseline.reduction import baseline_of
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.planning.plan import Wanted
-from crosscheck.run import CrossCheck
 from tests.baselines.short import ANALYTIC, RENEW, Change, edited, quick
 from tests.obstacles import OBSTACLES
 
@@ -31,11 +30,11 @@ def _file(arm: Arm, name: str) -> str:
 
 
 @pytest.mark.parametrize("name", ["paper-labelled", "a_b.c-1", "4-joint"])
-def test_a_plain_name_is_the_files(labelled: Arm, name: str) -> None:
+def test_a_plain_name_is_the_files(labelled, name):
     assert _file(labelled, name) == f"{name}-quick.json"
 
 
-def test_two_names_never_share_a_file(labelled: Arm) -> None:
+def test_two_names_never_share_a_file(labelled):
     """Not where case is ignored either, nor where one is named as the file of another."""
     names = [
         *("a b", "a-b", "a_b", "a/b", "A-B", "A-b", "ä", "ö", "手", "腕"),
@@ -47,7 +46,7 @@ def test_two_names_never_share_a_file(labelled: Arm) -> None:
     assert all(file.isascii() and "/" not in file and len(file) < 150 for file in files)
 
 
-def test_quick_and_full_lie_apart(labelled: Arm) -> None:
+def test_quick_and_full_lie_apart(labelled):
     plans = Wanted(labelled, quick=True), Wanted(labelled)
     assert [baseline_path(Path(), wanted).name for wanted in plans] == [
         "paper-labelled-quick.json",
@@ -55,7 +54,7 @@ def test_quick_and_full_lie_apart(labelled: Arm) -> None:
     ]
 
 
-def test_another_arms_record_is_not_replaced(recorded: Path, labelled: Arm) -> None:
+def test_another_arms_record_is_not_replaced(recorded, labelled):
     other = labelled.model_copy(update={"name": "another"})
     with pytest.raises(InputError, match=r"name = 'paper-labelled': another arm than 'another'"):
         require_replaceable(recorded, other)
@@ -153,7 +152,7 @@ REFUSED: dict[str, tuple[Change, str]] = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_a_record_of_something_else_is_refused(recorded: Path, labelled: Arm, what: str) -> None:
+def test_a_record_of_something_else_is_refused(recorded, labelled, what):
     change, said = REFUSED[what]
     edited(recorded, change)
     assert said in _refusal(recorded, labelled)
@@ -171,7 +170,7 @@ def _refusal(path: Path, arm: Arm) -> str:
     return said
 
 
-def test_layout_is_not_content(recorded: Path, result: CrossCheck) -> None:
+def test_layout_is_not_content(recorded, result):
     data = json.loads(recorded.read_text(encoding="utf-8"))
     backwards = dict(reversed(data.items()))
     recorded.write_text(json.dumps(backwards, indent=7), encoding="utf-8")
@@ -179,9 +178,7 @@ def test_layout_is_not_content(recorded: Path, result: CrossCheck) -> None:
 
 
 @pytest.mark.parametrize("old", ["-quick", "-full"])
-def test_a_copy_under_the_other_plans_name_is_refused(
-    result: CrossCheck, tmp_path: Path, old: str
-) -> None:
+def test_a_copy_under_the_other_plans_name_is_refused(result, tmp_path, old):
     is_quick = old == "-quick"
     baseline = baseline_of(result)
     provenance = baseline.provenance.model_copy(update={"quick": is_quick})
@@ -198,13 +195,13 @@ GARBLED = (
 
 
 @pytest.mark.parametrize("text", GARBLED)
-def test_a_truncated_or_garbled_record_is_refused(recorded: Path, labelled: Arm, text: str) -> None:
+def test_a_truncated_or_garbled_record_is_refused(recorded, labelled, text):
     recorded.write_text(text, encoding="utf-8")
     _refusal(recorded, labelled)
 
 
 @pytest.mark.parametrize("field", ["runs", "extra", "seed"])
-def test_a_bottomless_value_is_refused(recorded: Path, labelled: Arm, field: str) -> None:
+def test_a_bottomless_value_is_refused(recorded, labelled, field):
     """As deep as the parser goes: showing it must not go deeper."""
     for depth in range(880, 1000, 7):
         deep: Any = json.loads(recorded.read_text(encoding="utf-8"))
@@ -214,19 +211,19 @@ def test_a_bottomless_value_is_refused(recorded: Path, labelled: Arm, field: str
         recorded.write_text(json.dumps(deep), encoding="utf-8")
 
 
-def test_a_key_given_twice_is_refused(recorded: Path, labelled: Arm) -> None:
+def test_a_key_given_twice_is_refused(recorded, labelled):
     text = recorded.read_text(encoding="utf-8").replace('"theta":', '"theta": {}, "theta":', 1)
     recorded.write_text(text, encoding="utf-8")
     assert "theta = {" in _refusal(recorded, labelled)
 
 
-def test_not_a_number_is_refused(recorded: Path, labelled: Arm) -> None:
+def test_not_a_number_is_refused(recorded, labelled):
     text = re.sub(r'"tolerance": [0-9.e-]+', '"tolerance": NaN', recorded.read_text(), count=1)
     recorded.write_text(text, encoding="utf-8")
     assert "tolerance = nan: " in _refusal(recorded, labelled)
 
 
-def test_bytes_that_are_no_text_are_refused(recorded: Path, labelled: Arm) -> None:
+def test_bytes_that_are_no_text_are_refused(recorded, labelled):
     recorded.write_bytes(b"\xff\xfe\x00")
     assert "is not JSON" in _refusal(recorded, labelled)
 
@@ -237,7 +234,7 @@ def _huge(path: Path) -> None:
 
 
 @pytest.mark.parametrize("what", ["folder", "pipe", "loop", "device", "huge"])
-def test_what_is_no_file_is_refused_at_once(tmp_path: Path, labelled: Arm, what: str) -> None:
+def test_what_is_no_file_is_refused_at_once(tmp_path, labelled, what):
     path = tmp_path / "paper-labelled-quick.json"
     {**OBSTACLES, "huge": _huge}[what](path)
     for attempt in (
@@ -249,9 +246,7 @@ def test_what_is_no_file_is_refused_at_once(tmp_path: Path, labelled: Arm, what:
         assert str(refused.value).isprintable()
 
 
-def test_an_interrupted_write_leaves_the_old_record(
-    result: CrossCheck, recorded: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_write_leaves_the_old_record(result, recorded, monkeypatch):
     before = recorded.read_bytes()
 
     def full(*paths: object) -> None:

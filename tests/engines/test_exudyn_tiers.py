@@ -24,7 +24,7 @@ EVERY_LAW = [
 
 
 @pytest.mark.parametrize("name", MIXED)
-def test_the_tiers_agree_at_random_states(name: str):
+def test_the_tiers_agree_at_random_states(name):
     arm, run = MIXED[name], scenario([30.0, -20.0, 10.0][: len(MIXED[name].joints)])
     for chosen in EVERY_LAW:
         tree, bodies = ExudynTree(arm, run, chosen), ExudynBodies(arm, run, chosen)
@@ -41,7 +41,7 @@ def test_the_tiers_agree_at_random_states(name: str):
 
 
 @both_tiers
-def test_records_of_an_arm_with_direct_joints(tier: Tier):
+def test_records_of_an_arm_with_direct_joints(tier):
     run = tier(MIXED["geared-direct"], scenario()).simulate()
     assert dict(run.sizes) == {"time": 11, "joint": 2, "planet": 4}
     for name in ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr"):
@@ -53,7 +53,7 @@ def test_records_of_an_arm_with_direct_joints(tier: Tier):
 
 
 @both_tiers
-def test_start_is_at_first_contact_of_each_mesh(tier: Tier):
+def test_start_is_at_first_contact_of_each_mesh(tier):
     start = {"theta_rad": [0.1, 0.2], "sun_planet_offset_m": [1e-6, 2e-6]}
     run = tier(MIXED["direct-geared"], scenario(start=start)).simulate().isel(time=0)
     # Angles of gears turned by 1 rad and back.
@@ -62,7 +62,7 @@ def test_start_is_at_first_contact_of_each_mesh(tier: Tier):
 
 
 @both_tiers
-def test_large_contact_forces_in_balance_raise_no_alarm(tier: Tier):
+def test_large_contact_forces_in_balance_raise_no_alarm(tier):
     joint, torque = geared(), 2e5
     heavy = {"length_m": 0.9, "com_m": 0.4, "mass_kg": 1e6, "inertia_kg_m2": 1e9}
     model = tier(arm_of(joint, links=[heavy], gravity=NONE), scenario(torque))

@@ -64,7 +64,7 @@ def test_whole_turns_are_taken_away_exactly(value):
 
 @pytest.mark.parametrize("wave", ["cosine", "sine"])
 @given(value=near)
-def test_sine_and_cosine_are_right_to_rounding(wave: str, value: float):
+def test_sine_and_cosine_are_right_to_rounding(wave, value):
     text, exact = {"cosine": (functions.cosine, mpmath.cos), "sine": (functions.sine, mpmath.sin)}[
         wave
     ]

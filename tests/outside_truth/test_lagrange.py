@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from crosscheck.analytic.model import PhysicalModel, RigidCoupled
 from crosscheck.analytic.stability import contact_eigenvalues
-from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.loading import load_arm, load_case, load_scenario
 from tests.arms import PAPER, arms, geared_arms
@@ -15,7 +15,7 @@ from tests.arms import PAPER, arms, geared_arms
 seeds = st.integers(0, 2**32 - 1)
 
 
-def test_two_link_mass_matrix_in_closed_form(labelled: Arm):
+def test_two_link_mass_matrix_in_closed_form(labelled):
     """M11 = a11 + a2 + a3 + 2 a4 c + M_s r_s^2 + 3 M_p r_p^2 and so on, by hand for two joints."""
     M_s, M_p, M_c, m_p, m_j, payload = 0.5, 0.66, 5.8, 0.61, 0.39 + 3 * 0.61 + 6.29 + 10, 10
     r_s, r_p, r_cp, r_c = 0.0368240624, 0.0490987499, 0.0859228123, 0.0945
@@ -117,7 +117,7 @@ def test_modes_of_one_stage_with_the_carrier_locked():
     assert modes == pytest.approx(frequencies, rel=1e-6)
 
 
-def test_the_phase_law_counts_time_only_under_omega_t(labelled: Arm):
+def test_the_phase_law_counts_time_only_under_omega_t(labelled):
     """A mechanism cannot know what time it is; omega_t makes the mesh force depend on it."""
     scenario = load_scenario("constant-torque")
     for phase, depends in (("angle", False), ("omega_t", True)):

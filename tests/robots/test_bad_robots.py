@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from crosscheck.models.errors import InputError
-from tests.processes import Command
 from tests.robots.chains import LIMIT, Solid, joint, link, robot, urdf
 from tests.tool.test_bad_input import assert_one_line
 
@@ -124,7 +123,7 @@ BAD_FILES = {
 
 
 @pytest.mark.parametrize("case", BAD_URDFS)
-def test_a_bad_urdf_is_told_in_one_line(crosscheck: Command, tmp_path: Path, case: str):
+def test_a_bad_urdf_is_told_in_one_line(crosscheck, tmp_path, case):
     text, *fragments = BAD_URDFS[case]
     (tmp_path / "mine.urdf").write_text(text, encoding="utf-8")
     (tmp_path / "mine.toml").write_text(MINIMAL)
@@ -134,36 +133,36 @@ def test_a_bad_urdf_is_told_in_one_line(crosscheck: Command, tmp_path: Path, cas
 
 
 @pytest.mark.parametrize("case", BAD_FILES)
-def test_a_bad_robot_file_is_told_in_one_line(crosscheck: Command, tmp_path: Path, case: str):
+def test_a_bad_robot_file_is_told_in_one_line(crosscheck, tmp_path, case):
     text, *fragments = BAD_FILES[case]
     (tmp_path / "mine.urdf").write_text(GOOD)
     (tmp_path / "mine.toml").write_text(text)
     assert_one_line(crosscheck("cost", tmp_path / "mine.toml"), *fragments)
 
 
-def test_a_stage_turns_what_it_drives(crosscheck: Command, tmp_path: Path):
+def test_a_stage_turns_what_it_drives(crosscheck, tmp_path):
     (tmp_path / "mine.urdf").write_text(SLIDES)
     (tmp_path / "mine.toml").write_text(MINIMAL + STAGE)
     answer = crosscheck("cost", tmp_path / "mine.toml")
     assert_one_line(answer, "joints.turn.kind = 'planetary'", "direct or geared", "slides")
 
 
-def test_bytes_that_are_no_text(crosscheck: Command, tmp_path: Path):
+def test_bytes_that_are_no_text(crosscheck, tmp_path):
     (tmp_path / "mine.urdf").write_bytes(b"\xff\xfe<robot/>")
     (tmp_path / "mine.toml").write_text(MINIMAL)
     assert_one_line(crosscheck("cost", tmp_path / "mine.toml"), "mine.urdf", "not UTF-8")
 
 
-def test_a_robot_that_there_is_not(crosscheck: Command):
+def test_a_robot_that_there_is_not(crosscheck):
     assert_one_line(crosscheck("cost", "hexapod"), "hexapod", "puma560, six-joint, sliding")
 
 
-def test_an_arm_is_no_robot_nor_a_robot_an_arm(crosscheck: Command):
+def test_an_arm_is_no_robot_nor_a_robot_an_arm(crosscheck):
     assert_one_line(crosscheck("cost", "probe"), "probe", "it is one of arms")
     assert_one_line(crosscheck("show", "sliding"), "sliding", "it is one of robots")
 
 
-def test_no_output_takes_the_place_of_an_input(crosscheck: Command, tmp_path: Path):
+def test_no_output_takes_the_place_of_an_input(crosscheck, tmp_path):
     (tmp_path / "mine.urdf").write_text(GOOD)
     (tmp_path / "mine.toml").write_text(MINIMAL)
     for name in ("mine.urdf", "mine.toml"):

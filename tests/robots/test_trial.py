@@ -3,7 +3,6 @@
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
 from crosscheck.trial.robots.candidates import Confusion, confusions, numbers, with_part
 from crosscheck.trial.robots.explain import OwnEquations, explained
 from tests.draws import DRAWS, SAMPLE, fresh_seed
-from tests.processes import Command
 from tests.robots import chains
 from tests.tool.test_bad_input import assert_one_line
 
@@ -258,7 +256,7 @@ empty, numbers = SimpleNamespace(), SimpleNamespace(bias=3.0)
 """
 
 
-def test_the_command_names_it_and_writes_json(crosscheck: Command, tmp_path: Path):
+def test_the_command_names_it_and_writes_json(crosscheck, tmp_path):
     (tmp_path / "mine.py").write_text(CODE)
     file = tmp_path / "mine.json"
     answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", "sliding", "--json", file)
@@ -280,7 +278,7 @@ def test_the_command_names_it_and_writes_json(crosscheck: Command, tmp_path: Pat
         ("nobody", "no nobody in"),
     ],
 )
-def test_code_that_cannot_be_used_is_one_line(crosscheck: Command, tmp_path, name, fragment):
+def test_code_that_cannot_be_used_is_one_line(crosscheck, tmp_path, name, fragment):
     (tmp_path / "mine.py").write_text(CODE)
     answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:{name}", "sliding")
     assert_one_line(answer, "mine.py", fragment)
@@ -298,14 +296,14 @@ OF_ARMS = {
 
 
 @pytest.mark.parametrize("case", OF_ARMS)
-def test_what_is_of_arms_alone_is_refused(crosscheck: Command, tmp_path, case):
+def test_what_is_of_arms_alone_is_refused(crosscheck, tmp_path, case):
     options, named = OF_ARMS[case]
     (tmp_path / "mine.py").write_text(CODE)
     answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", "sliding", *options)
     assert_one_line(answer, f"{named}: is for arms; sliding is a robot")
 
 
-def test_questions_answers_and_units_are_of_arms_alone(crosscheck: Command, tmp_path):
+def test_questions_answers_and_units_are_of_arms_alone(crosscheck, tmp_path):
     (tmp_path / "u.fmu").touch()
     asked = crosscheck("trial", "--ask", "sliding", "--out", tmp_path / "ask")
     assert_one_line(asked, "--ask: is for arms")
@@ -316,7 +314,7 @@ def test_questions_answers_and_units_are_of_arms_alone(crosscheck: Command, tmp_
     assert not (tmp_path / "ask").exists()
 
 
-def test_a_urdf_alone_is_a_robot_without_rotors(crosscheck: Command, tmp_path):
+def test_a_urdf_alone_is_a_robot_without_rotors(crosscheck, tmp_path):
     (tmp_path / "mine.py").write_text(CODE.replace('"coupled"', '"links"'))
     (tmp_path / "r.urdf").write_text(load_robot("sliding").urdf)
     answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", tmp_path / "r.urdf")

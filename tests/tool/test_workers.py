@@ -197,7 +197,7 @@ def test_no_process_is_left_behind():
     assert not any(process.is_alive() for process in alive)
 
 
-def test_workers_end_with_their_parent(tmp_path: Path):
+def test_workers_end_with_their_parent(tmp_path):
     script = tmp_path / "parent.py"
     script.write_text(
         "import os, sys, time\n"

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.diagnose.explain import bias_of, explain, follows, told_once
 from crosscheck.trial.diagnose.polynomial import TermKey
@@ -30,7 +29,7 @@ def _with(known, place: EntryPlace, old, *new):
 
 
 @ARMS
-def test_a_centre_of_mass_where_a_length_belongs(arm: Arm):
+def test_a_centre_of_mass_where_a_length_belongs(arm):
     """The words of the issue: missing term: m_payload (L_2 - d_2) L_1 cos(phi_1 - phi_2)."""
     known, last = planted.terms(arm, planted.ABSOLUTE), len(arm.joints)
     place = EntryPlace("mass_matrix", 0, last - 1)
@@ -49,7 +48,7 @@ def test_a_centre_of_mass_where_a_length_belongs(arm: Arm):
 @pytest.mark.parametrize(
     ("by", "kind"), [(-1, "sign"), (2, "factor"), (0.5, "swapped"), (3, "factor"), (0, "dropped")]
 )
-def test_a_term_by_a_factor(arm: Arm, by: float, kind: str):
+def test_a_term_by_a_factor(arm, by, kind):
     known = planted.terms(arm, planted.ABSOLUTE)
     old = _term(known, COUPLING, "m2")
     found = planted.explained(
@@ -67,9 +66,7 @@ def test_a_term_by_a_factor(arm: Arm, by: float, kind: str):
     ("swap", "row", "column"),
     [(("r_s1", "r_p1"), 0, 0), (("r_p1", "r_r1"), 1, 2), (("r_cp1", "r_c1"), 2, 2)],
 )
-def test_a_radius_by_another_throughout_an_entry(
-    arm: Arm, swap: tuple[str, str], row: int, column: int
-):
+def test_a_radius_by_another_throughout_an_entry(arm, swap, row, column):
     known = planted.terms(arm, planted.GEARS if row < 2 else planted.LUMPED)
     place = EntryPlace("mass_matrix", row, column)
     right, yours = swap
@@ -82,7 +79,7 @@ def test_a_radius_by_another_throughout_an_entry(
 
 @ARMS
 @pytest.mark.parametrize("wave", [(0, 1), (1, 0), (2, 1), (0, 0)])
-def test_another_angle_in_a_cosine(arm: Arm, wave: tuple[int, ...]):
+def test_another_angle_in_a_cosine(arm, wave):
     known = planted.terms(arm, planted.RELATIVE)
     old = _term(known, COUPLING, "m2")
     turned = wave + (0,) * (len(arm.joints) - 2)
@@ -100,7 +97,7 @@ def test_another_angle_in_a_cosine(arm: Arm, wave: tuple[int, ...]):
 
 
 @ARMS
-def test_a_sine_for_a_cosine(arm: Arm):
+def test_a_sine_for_a_cosine(arm):
     known = planted.terms(arm, planted.ABSOLUTE)
     old = _term(known, COUPLING, "m2")
     sine = old._replace(key=old.key._replace(function="sin"))
@@ -109,7 +106,7 @@ def test_a_sine_for_a_cosine(arm: Arm):
 
 
 @ARMS
-def test_a_power_too_few(arm: Arm):
+def test_a_power_too_few(arm):
     known = planted.terms(arm, planted.GEARS)
     place = EntryPlace("mass_matrix", 0, 0)  # M_s1 r_s1^2
     (old,) = known.entry(place)
@@ -123,7 +120,7 @@ def test_a_power_too_few(arm: Arm):
 
 
 @ARMS
-def test_a_whole_entry_with_the_wrong_sign_is_one_error(arm: Arm):
+def test_a_whole_entry_with_the_wrong_sign_is_one_error(arm):
     known = planted.terms(arm, planted.ABSOLUTE)
     found = planted.explained(
         known, COUPLING, tuple(planted.times(p, -1) for p in known.entry(COUPLING)), arm
@@ -132,7 +129,7 @@ def test_a_whole_entry_with_the_wrong_sign_is_one_error(arm: Arm):
 
 
 @ARMS
-def test_a_term_too_many(arm: Arm):
+def test_a_term_too_many(arm):
     known = planted.terms(arm, planted.ABSOLUTE)
     foreign = known.entry(EntryPlace("mass_matrix", 1, 1))[0]
     assert foreign.symbols == ("I_l2",)
@@ -142,7 +139,7 @@ def test_a_term_too_many(arm: Arm):
 
 
 @ARMS
-def test_two_errors_are_told_apart(arm: Arm):
+def test_two_errors_are_told_apart(arm):
     """Before two waves, and before the same one."""
     known = planted.terms(arm, planted.ABSOLUTE)
     moving, still = _term(known, COUPLING, "m2"), known.entry(COUPLING)[0]
@@ -188,7 +185,7 @@ def test_a_difference_that_fits_nothing_is_said_to():
 
 
 @ARMS
-def test_a_bias_that_follows_from_a_wrong_mass_matrix(arm: Arm):
+def test_a_bias_that_follows_from_a_wrong_mass_matrix(arm):
     """The user derived the bias from an M with an error: it is told once, of M."""
     known = planted.terms(arm, planted.ABSOLUTE)
     old = _term(known, COUPLING, "m_payload")

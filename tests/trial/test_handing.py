@@ -37,7 +37,7 @@ OF_ANY_ARM = set(GIVEN) - {"equations", "factory of nothing", "object", "object 
 
 
 @pytest.mark.parametrize("kind", GIVEN)
-def test_everything_that_can_be_handed_over(kind: str, tmp_path: Path) -> None:
+def test_everything_that_can_be_handed_over(kind, tmp_path):
     equations = over(tmp_path, GIVEN[kind])
     assert payload(equations) == 10.0
     assert equations.any_arm == (kind in OF_ANY_ARM)
@@ -45,7 +45,7 @@ def test_everything_that_can_be_handed_over(kind: str, tmp_path: Path) -> None:
     assert payload(equations.on(PROBE).on(ARM)) == 10.0
 
 
-def test_a_module_itself_and_an_attribute_of_something(tmp_path: Path) -> None:
+def test_a_module_itself_and_an_attribute_of_something(tmp_path):
     code = "class Mine:\n model = Equations(mass_matrix=lambda q: np.eye(2))"
     assert payload(over(tmp_path, code, "Mine.model")) == 1.0
     code = "class Mine:\n level = 'links'\n coordinates = Coordinates(links='absolute')\n"
@@ -55,7 +55,7 @@ def test_a_module_itself_and_an_attribute_of_something(tmp_path: Path) -> None:
     assert found.coordinates.links == "absolute"
 
 
-def test_a_package_in_the_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_package_in_the_current_folder(tmp_path, monkeypatch):
     (tmp_path / "my_robot_package").mkdir()
     (tmp_path / "my_robot_package" / "hand.py").write_text(HEAD + GIVEN["of an arm"])
     monkeypatch.chdir(tmp_path)
@@ -64,7 +64,7 @@ def test_a_package_in_the_current_folder(tmp_path: Path, monkeypatch: pytest.Mon
     assert sys.path == before
 
 
-def test_modules_beside_the_file_are_found_and_shadow_nothing(tmp_path: Path) -> None:
+def test_modules_beside_the_file_are_found_and_shadow_nothing(tmp_path):
     (tmp_path / "beside_hand.py").write_text("ten = 10\n")
     (tmp_path / "json.py").write_text("raise RuntimeError\n")
     (tmp_path / "crosscheck").mkdir()
@@ -75,14 +75,14 @@ def test_modules_beside_the_file_are_found_and_shadow_nothing(tmp_path: Path) ->
     assert str(tmp_path) not in sys.path
 
 
-def test_a_file_is_read_anew(tmp_path: Path) -> None:
+def test_a_file_is_read_anew(tmp_path):
     assert payload(over(tmp_path, GIVEN["equations"])) == 10.0
     changed = GIVEN["equations"].replace("10", "11 + 0 * 100")
     assert payload(over(tmp_path, changed)) == 11.0
 
 
 @pytest.mark.parametrize("code", BAD)
-def test_bad_code_is_one_line(code: str, tmp_path: Path) -> None:
+def test_bad_code_is_one_line(code, tmp_path):
     with pytest.raises(InputError, match=BAD[code]) as caught:
         over(tmp_path, code)
     line = str(caught.value)
@@ -91,12 +91,12 @@ def test_bad_code_is_one_line(code: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", PLACES)
-def test_bad_places(text: str) -> None:
+def test_bad_places(text):
     with pytest.raises(InputError, match=PLACES[text]):
         handed_over(text, ARM, None)
 
 
-def test_from_python_nothing_is_a_file() -> None:
+def test_from_python_nothing_is_a_file():
     equations = Equations(mass_matrix=lambda q: np.eye(2))
     assert made(equations, ARM, None, "here") is equations
     assert payload(made(lambda arm: equations, ARM, None, "here")) == 1.0

@@ -29,12 +29,12 @@ SAMPLE = (
 
 
 @pytest.mark.parametrize("kind", ["relative", "absolute", "spins"])
-def test_a_right_text_is_not_blamed(kind: str):
+def test_a_right_text_is_not_blamed(kind):
     assert diagnosed(supplied(kind)) == []
 
 
 @pytest.mark.parametrize("name", SAMPLE)
-def test_a_mistake_is_told_in_its_entry_by_its_term(name: str):
+def test_a_mistake_is_told_in_its_entry_by_its_term(name):
     (mistake,) = (each for each in MISTAKES if each.name == name)
     found = scored(mistake)
     assert (found.entry_right, found.verdict) == (True, "right"), found

@@ -65,7 +65,7 @@ def asked_once(few_states: None, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("asked_once")
 @pytest.mark.parametrize("example", [*RIGID, *GEARED])
-def test_judged_as_the_functions_are(example: str, tmp_path: Path) -> None:
+def test_judged_as_the_functions_are(example, tmp_path):
     arm = load_arm("paper-labelled")
     own = handed_over(f"{EXAMPLES / example}.py:model", arm, None)
     rigid = own.coordinates.gearing == "rigid"
@@ -91,7 +91,7 @@ ERRORS = {
 
 @pytest.mark.usefixtures("asked_once")
 @pytest.mark.parametrize("error", ERRORS)
-def test_errors_are_told_in_the_words_that_functions_get(error: str, tmp_path: Path) -> None:
+def test_errors_are_told_in_the_words_that_functions_get(error, tmp_path):
     right, wrong = ERRORS[error]
     assert right in TWO_LINK
     file = tmp_path / "mine.py"
@@ -105,7 +105,7 @@ def test_errors_are_told_in_the_words_that_functions_get(error: str, tmp_path: P
 
 
 @pytest.mark.usefixtures("asked_once")
-def test_acceleration_beside_the_rest_is_judged_in_both_rounds(tmp_path: Path) -> None:
+def test_acceleration_beside_the_rest_is_judged_in_both_rounds(tmp_path):
     arm = load_arm("paper-labelled")
     file = tmp_path / "mine.py"
     file.write_text(TWO_LINK, encoding="utf-8")
@@ -143,7 +143,7 @@ CHANGES = {
 
 @pytest.mark.usefixtures("asked_once")
 @pytest.mark.parametrize("change", CHANGES)
-def test_units_and_order_are_told(change: str, tmp_path: Path) -> None:
+def test_units_and_order_are_told(change, tmp_path):
     made, line = CHANGES[change]
     trial = tried_changed(made, tmp_path / "answers.csv")
     assert trial.exit_code == 1
@@ -151,7 +151,7 @@ def test_units_and_order_are_told(change: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("asked_once")
-def test_single_precision_has_a_tolerance_of_its_own(tmp_path: Path) -> None:
+def test_single_precision_has_a_tolerance_of_its_own(tmp_path):
     def rounded(v: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         return {part: values.astype(np.float32).astype(float) for part, values in v.items()}
 
