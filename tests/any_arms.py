@@ -1,7 +1,5 @@
 """Random arms of a machine's usual sizes: every kind of joint, mesh, stiffness law and link."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -51,9 +49,15 @@ def any_arms(draw: st.DrawFn, joints: int, unlike: bool = False) -> Arm:
 
 @st.composite
 def planetary_joints(
-    draw: st.DrawFn, unlike: bool = False, sets: Sequence[tuple[int, int, int]] = GEAR_SETS
+    draw: st.DrawFn,
+    unlike: bool = False,
+    sets: Sequence[tuple[int, int, int]] = GEAR_SETS,
+    listed: bool = False,
 ) -> dict[str, Any]:
-    """A geared joint's fields: inertias as masses or as they are, two meshes unlike each other."""
+    """A geared joint's fields: inertias as masses or as they are, two meshes unlike each other.
+
+    unlike: planets may differ; listed: in every field of their meshes.
+    """
     sun, planet, count = draw(st.sampled_from(sets))
     module = 1e-3 * 0.5 * 10 ** draw(st.floats(0, 1))
     area = (module / PAPERS_MODULE_M) ** 2
@@ -71,8 +75,8 @@ def planetary_joints(
         "ring_mass_kg": draw(around(9.5 * area)),
         "ring_inertia_kg_m2": draw(st.just(0.0) | around(0.18 * area**2)),
         "friction_N_m_s_per_rad": draw(frictions()),
-        "sun_mesh": draw(meshes_unlike(sun, count) if unlike else meshes()),
-        "ring_mesh": draw(meshes_unlike(sun, count) if unlike else meshes()),
+        "sun_mesh": draw(meshes_unlike(sun, count, listed) if unlike else meshes()),
+        "ring_mesh": draw(meshes_unlike(sun, count, listed) if unlike else meshes()),
     }
     for part, teeth in radii.items():
         mass = draw(around(sizes[part] * area))
@@ -110,8 +114,13 @@ def meshes(draw: st.DrawFn) -> dict[str, Any]:
 
 
 @st.composite
-def meshes_unlike(draw: st.DrawFn, sun_teeth: int, planets: int) -> dict[str, Any]:
-    """A mesh's fields, each one value or a list of one per planet, phases as the teeth allow."""
+def meshes_unlike(
+    draw: st.DrawFn, sun_teeth: int, planets: int, listed: bool = False
+) -> dict[str, Any]:
+    """A mesh's fields, each one value or a list of one per planet, phases as the teeth allow.
+
+    listed: none is one value.
+    """
     name, damping = draw(dampings())
     fields = {
         "stiffness": stiffness_laws(),
@@ -121,11 +130,11 @@ def meshes_unlike(draw: st.DrawFn, sun_teeth: int, planets: int) -> dict[str, An
         "static_error_m": st.just(0.0) | st.floats(-5e-6, 5e-6),
         name: damping,
     }
-    listed = {
-        field: draw(one | st.lists(one, min_size=planets, max_size=planets))
-        for field, one in fields.items()
-    }
-    return listed | {"phase_rad": draw(phases(sun_teeth, planets))}
+    own = {}
+    for field, one in fields.items():
+        each = st.lists(one, min_size=planets, max_size=planets)
+        own[field] = draw(each if listed else one | each)
+    return own | {"phase_rad": draw(phases(sun_teeth, planets))}
 
 
 def phases(sun_teeth: int, planets: int) -> st.SearchStrategy[Any]:

@@ -1,7 +1,5 @@
 """Cross-checks with every check in them, each of a few states and steps."""
 
-from __future__ import annotations
-
 import pytest
 
 from crosscheck.planning import energy_suite, plan, state_suite

@@ -1,13 +1,12 @@
 """What all tests share: arms as the project ships them, and the choice of a quick sample."""
 
-from __future__ import annotations
-
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as on the command line
 
 import ctypes
 import gc
+import sys
 from collections.abc import Iterator
 from importlib import import_module
 from importlib.util import find_spec
@@ -15,10 +14,12 @@ from importlib.util import find_spec
 import pytest
 from hypothesis import settings
 
+from crosscheck.cli.app import main
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
 from crosscheck.registry import BUILT_IN, model_class
 from crosscheck.trial import trial
+from tests.processes import Answer, Command
 
 gc.disable()  # until all is imported and collected: 5,000 tests take 7 s, not 10
 
@@ -41,6 +42,19 @@ for package in ("dask.array", "distributed"):
 def labelled() -> Arm:
     """The paper's arm, Table I as its labels say."""
     return load_arm("paper-labelled")
+
+
+@pytest.fixture
+def crosscheck(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
+    """``crosscheck(*arguments)``: the command line, in this process."""
+
+    def command(*arguments: object) -> Answer:
+        monkeypatch.setattr(sys, "argv", ["crosscheck", *map(str, arguments)])
+        with pytest.raises(SystemExit) as left:
+            main()
+        return Answer(int(left.value.code or 0), *capsys.readouterr())
+
+    return command
 
 
 @pytest.fixture(scope="session", autouse=True)

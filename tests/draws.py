@@ -3,8 +3,6 @@
 CROSSCHECK_DRAWS sets how long campaigns of other inputs in every run are: `make fuzz`.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import random

@@ -1,7 +1,5 @@
 """Eq. 21 at single states by NumPy, term by term: what machine code of the same terms must say."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

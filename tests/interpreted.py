@@ -3,8 +3,6 @@
 Independent of how the text is translated: Python's own floats, and the C library's ``fma``.
 """
 
-from __future__ import annotations
-
 import ast
 import ctypes
 import math

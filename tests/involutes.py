@@ -4,8 +4,6 @@ Points of the plane are complex numbers, in modules, about the stage's axis. Not
 formula of mesh phases: where two flanks touch is searched on the curves as drawn.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Callable
@@ -18,6 +16,25 @@ HEIGHT = 0.4  # modules about the pitch circle that a flank is drawn: no undercu
 TRAVEL = 0.1  # tooth pitches about the pitch point that a contact is followed
 TURN = 2 * math.pi
 FINE = {"xatol": 1e-12}
+
+
+@dataclass(frozen=True)
+class Flank:
+    """An involute about its gear's axis; hand 1: its angle grows with the radius."""
+
+    base_radius: float
+    foot: float
+    hand: int
+
+    def point(self, string: float) -> complex:
+        """End of the string unwound by an angle."""
+        corner = cmath.rect(self.base_radius, self.foot + self.hand * string)
+        return corner * (1 - 1j * self.hand * string)
+
+    def angle_at(self, radius: float) -> float:
+        """Polar angle where the involute passes a radius."""
+        string = math.sqrt(max((radius / self.base_radius) ** 2 - 1, 0.0))
+        return self.foot + self.hand * (string - math.atan(string))
 
 
 @dataclass(frozen=True)
@@ -59,25 +76,6 @@ class Gear:
         ends = (self.pitch_radius - HEIGHT, self.pitch_radius + HEIGHT)
         low, high = (math.sqrt(max((r / self.base_radius) ** 2 - 1, 0.0)) for r in ends)
         return low, high
-
-
-@dataclass(frozen=True)
-class Flank:
-    """An involute about its gear's axis; hand 1: its angle grows with the radius."""
-
-    base_radius: float
-    foot: float
-    hand: int
-
-    def point(self, string: float) -> complex:
-        """End of the string unwound by an angle."""
-        corner = cmath.rect(self.base_radius, self.foot + self.hand * string)
-        return corner * (1 - 1j * self.hand * string)
-
-    def angle_at(self, radius: float) -> float:
-        """Polar angle where the involute passes a radius."""
-        string = math.sqrt(max((radius / self.base_radius) ** 2 - 1, 0.0))
-        return self.foot + self.hand * (string - math.atan(string))
 
 
 @dataclass(frozen=True)

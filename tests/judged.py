@@ -1,7 +1,5 @@
 """The checks of a cross-check on models and runs that a test holds in its hands."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import xarray as xr

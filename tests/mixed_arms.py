@@ -1,16 +1,16 @@
 """Arms with few numbers alike: geared and direct joints, every law."""
 
-from __future__ import annotations
+from collections.abc import Sequence
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.experiment.scenario import Scenario
 
 Data = dict[str, object]
-GRAVITY = (3.1, -9.2)
+State = tuple[np.ndarray, np.ndarray]
+GRAVITY, NONE = (3.1, -9.2), (0.0, 0.0)
 TEETH = {"sun_teeth": 30, "planet_teeth": 30, "ring_teeth": 90, "planet_count": 4}
 R_S = R_P = 0.0025 * 30 / 2 * np.cos(np.radians(20))
 SUN_J, PLANET_M = 4.5e-4, 0.7
@@ -35,32 +35,6 @@ LAWS: dict[str, Data] = {
         "stiffness_N_per_m": [8e7, 9.5e7, 1e8, 7e7, 6e7, 8.5e7, 8e7],
     },
 }
-MEANS = {"sine": 8e7, "fourier": 9e7, "square": 6e7 + 0.6 * 4e7}
-
-
-def stiffness(law: str, phase: float) -> float:
-    """As the laws' descriptions state it [N/m]."""
-    if law == "sine":
-        return 8e7 + 1.5e7 * np.sin(phase)
-    if law == "fourier":
-        cosines = sum(c * np.cos(n * phase) for n, c in ((1, 1e7), (2, -3e6), (3, 2e6)))
-        return 9e7 + cosines + 6e6 * np.sin(phase)
-    if law == "square":
-        waves = sum(
-            (np.sin(i * (2 * np.pi * 0.6 - phase)) + np.sin(i * phase)) / (i * np.pi)
-            for i in range(1, 8)
-        )
-        return 6e7 + 4e7 * (0.6 + waves)
-    return float(spline()(phase / (2 * np.pi) % 1))
-
-
-def spline() -> CubicSpline:
-    table = LAWS["table"]
-    return CubicSpline(table["phase_cycles"], table["stiffness_N_per_m"], bc_type="periodic")
-
-
-def mean_stiffness(law: str) -> float:
-    return MEANS[law] if law in MEANS else float(spline().integrate(0, 1))
 
 
 def geared(sun: str = "sine", ring: str = "sine", **changes: object) -> Data:
@@ -103,25 +77,26 @@ def direct(**changes: object) -> Data:
     return {"kind": "direct", "motor_mass_kg": 2.5, "rotor_inertia_kg_m2": 0.07, **changes}
 
 
-ROD: Data = {
-    "length_m": 0.9,
-    "com_m": 0.4,
-    "cross_section_m2": 0.004,
-    "density_kg_per_m3": 2700.0,
-}
+ROD: Data = {"length_m": 0.9, "com_m": 0.4, "cross_section_m2": 0.004, "density_kg_per_m3": 2700.0}
 BODY: Data = {"length_m": 0.7, "com_m": 0.25, "mass_kg": 6.0, "inertia_kg_m2": 0.5}
 ROD_MASS = 0.9 * 0.004 * 2700
 PAYLOAD = 3.0
 
 
-def arm_of(*joints: Data, gravity: tuple[float, float] = GRAVITY) -> Arm:
-    """Rod and body take turns as links."""
-    links = [(ROD, BODY)[place % 2] for place in range(len(joints))]
+def arm_of(
+    *joints: Data,
+    links: Sequence[Data] | None = None,
+    payload_kg: float = PAYLOAD,
+    gravity: tuple[float, float] = GRAVITY,
+) -> Arm:
+    """Of these joints and links; if none are given, rod and body take turns."""
+    if links is None:
+        links = [(ROD, BODY)[place % 2] for place in range(len(joints))]
     return Arm.model_validate(
         {
             "schema_version": 2,
             "name": "arm",
-            "payload_mass_kg": PAYLOAD,
+            "payload_mass_kg": payload_kg,
             "gravity_m_per_s2": gravity,
             "joints": joints,
             "links": links,
@@ -155,10 +130,9 @@ MIXED = {
 }
 
 
-def random_states(layout: Layout, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Every mesh in or around its play."""
-    draw = np.random.default_rng(3)
-    scale = np.where(layout.angular, 1.0, 1e-4)
+def random_states(layout: Layout, count: int, seed: int = 3) -> list[State]:
+    """Every mesh in or around its play, joints about a radian and a radian per second."""
+    draw, scale = np.random.default_rng(seed), np.where(layout.angular, 1.0, 1e-4)
     return [
         (scale * draw.normal(size=scale.size), scale * draw.normal(size=scale.size))
         for _ in range(count)

@@ -1,8 +1,6 @@
 """One joint alone, its planets free and its teeth plain: all that its meshes do is k x."""
 
-from __future__ import annotations
-
-from typing import Any
+from typing import Any, TypeVar
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import switches
@@ -10,20 +8,14 @@ from crosscheck.models.interface import Model
 from crosscheck.registry import build
 from tests.mixed_arms import scenario
 
+SPRINGS_ONLY = (
+    "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",
+    "arm.joints.*.*_mesh.tooth_error_m=0.0",
+    "arm.joints.*.*_mesh.damping_ratio=0.0",
+    "scenario.drive.torque_N_m=0.0",
+)
+Of = TypeVar("Of", bound=Model)
 Data = dict[str, Any]
-
-
-def arm_of_stage(joint: Data, link: Data, payload_kg: float) -> Arm:
-    """One joint and link, without weight."""
-    return Arm.model_validate(
-        {
-            "schema_version": 2,
-            "name": "one-stage",
-            "payload_mass_kg": payload_kg,
-            "joints": [joint],
-            "links": [link],
-        }
-    )
 
 
 def plain_mesh(stiffness: Data | list[Data], phase_rad: float | str) -> Data:
@@ -40,3 +32,11 @@ def sine(mean: float, amplitude: float) -> Data:
 def free_model(name: str, arm: Arm) -> Model:
     """In coordinates of single planets, without drive."""
     return build(name, arm, scenario(0.0, start={"mesh": "centre"}), switches(planets="free"))
+
+
+def first_joint_only(model: Of) -> Of:
+    """The same model of the arm's first joint and link alone."""
+    arm = model.arm.model_copy(
+        update={"joints": model.arm.joints[:1], "links": model.arm.links[:1]}
+    )
+    return type(model)(arm, model.scenario, model.switches)

@@ -3,8 +3,6 @@
 Judged by ``tests.planet_meshes``, at random states with every mesh in or around its backlash.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -14,7 +12,7 @@ from scipy.linalg import eigh
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.stiffness import StiffnessLaw
 from crosscheck.models.interface import Model
-from tests.mixed_arms import LAWS, Data, arm_of, direct, geared, random_states
+from tests.mixed_arms import LAWS, NONE, Data, arm_of, direct, geared, random_states
 from tests.planet_meshes import Contact, contacts, expected_force, mean_stiffness, stiffness_at
 
 FELT = 1e3  # times displacements' rates, at which dampers push as springs do
@@ -75,7 +73,7 @@ def unlike_arm() -> Arm:
             "damping_N_s_per_m": 1300.0,
         },
     )
-    return arm_of(shoulder, elbow, gravity=(0.0, 0.0))
+    return arm_of(shoulder, elbow, gravity=NONE)
 
 
 def odd_one_out(odd: int = 2) -> Arm:
@@ -85,7 +83,7 @@ def odd_one_out(odd: int = 2) -> Arm:
     for side in ("sun_mesh", "ring_mesh"):
         plain: Data = {"stiffness": laws, "backlash_m": 0.0, "tooth_error_m": 0.0}
         joint[side] = {**joint[side], **plain}
-    return arm_of(joint, gravity=(0.0, 0.0))
+    return arm_of(joint, gravity=NONE)
 
 
 def standing_errors() -> Arm:
@@ -93,7 +91,7 @@ def standing_errors() -> Arm:
     joint = geared()
     for side, static in (("sun_mesh", -6e-6), ("ring_mesh", 7e-6)):
         joint[side] = {**joint[side], "static_error_m": static}
-    return arm_of(joint, gravity=(0.0, 0.0))
+    return arm_of(joint, gravity=NONE)
 
 
 def alike_planets() -> Arm:

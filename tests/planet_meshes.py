@@ -4,8 +4,6 @@ Written down from the laws alone, mesh by mesh: phases by counting teeth in whol
 energies that take complex coordinates, whose imaginary part then is an exact derivative.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -17,17 +15,13 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
+from crosscheck.models.arm import stiffness
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
-from crosscheck.models.arm.stiffness import (
-    FourierStiffness,
-    SineStiffness,
-    StiffnessLaw,
-    TableStiffness,
-)
-from crosscheck.models.experiment.scenario import Scenario, Switches
-from tests.any_arms import direct_joints, meshes, planetary_joints, rods
+from crosscheck.models.experiment.scenario import Switches
+from tests.any_arms import direct_joints, planetary_joints, rods
+from tests.mixed_arms import NONE, arm_of
 
 STEP = 1e-40  # of complex steps: its square is nothing beside any energy
 ROD = {"length_m": 0.8, "com_m": 0.35, "mass_kg": 20.0, "inertia_kg_m2": 1.1}
@@ -208,13 +202,13 @@ def expected_force(
     return force
 
 
-def stiffness_at(law: StiffnessLaw, phase: complex) -> complex:
+def stiffness_at(law: stiffness.StiffnessLaw, phase: complex) -> complex:
     """k [N/m] as the law's description has it."""
-    if isinstance(law, SineStiffness):
+    if isinstance(law, stiffness.SineStiffness):
         return law.mean_N_per_m + law.amplitude_N_per_m * np.sin(phase)
-    if isinstance(law, TableStiffness):
+    if isinstance(law, stiffness.TableStiffness):
         return _spline_at(law, phase / (2 * pi))
-    if isinstance(law, FourierStiffness):
+    if isinstance(law, stiffness.FourierStiffness):
         cosines = (c * np.cos(n * phase) for n, c in enumerate(law.cosine_N_per_m, 1))
         sines = (s * np.sin(n * phase) for n, s in enumerate(law.sine_N_per_m, 1))
         return law.mean_N_per_m + sum(cosines) + sum(sines)
@@ -227,22 +221,22 @@ def stiffness_at(law: StiffnessLaw, phase: complex) -> complex:
 
 
 @lru_cache
-def _spline(law: TableStiffness) -> CubicSpline:
+def _spline(law: stiffness.TableStiffness) -> CubicSpline:
     return CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
 
 
-def _spline_at(law: TableStiffness, cycles: complex) -> complex:
+def _spline_at(law: stiffness.TableStiffness, cycles: complex) -> complex:
     spline = _spline(law)
     within = cycles - np.floor(cycles.real)
     piece = min(int(np.searchsorted(spline.x, within.real, "right")), len(spline.x) - 1) - 1
     return np.polyval(spline.c[:, piece], within - spline.x[piece])
 
 
-def mean_stiffness(law: StiffnessLaw) -> float:
+def mean_stiffness(law: stiffness.StiffnessLaw) -> float:
     """Over a period [N/m]."""
-    if isinstance(law, TableStiffness):
+    if isinstance(law, stiffness.TableStiffness):
         return float(_spline(law).integrate(0, 1))
-    if isinstance(law, SineStiffness | FourierStiffness):
+    if isinstance(law, stiffness.SineStiffness | stiffness.FourierStiffness):
         return law.mean_N_per_m
     swing = law.largest_N_per_m - law.least_N_per_m
     return law.least_N_per_m + swing * (law.contact_ratio - 1)
@@ -254,84 +248,16 @@ def rounding(found: list[Contact]) -> float:
     return float(100 * np.finfo(float).eps * springs)
 
 
-def state(layout: Layout, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Every mesh in or around its play, the joints about a radian and a radian per second."""
-    draw, scale = np.random.default_rng(seed), np.where(layout.angular, 1.0, 1e-4)
-    return scale * draw.normal(size=scale.size), scale * draw.normal(size=scale.size)
-
-
 @st.composite
 def unlike_arms(draw: st.DrawFn, most_joints: int = 2) -> Arm:
     """Arms without weight whose 2 to 6 planets differ in everything that may differ."""
-    joints = [draw(unlike_joints())]
-    joints += draw(st.lists(unlike_joints() | direct_joints(), max_size=most_joints - 1))
-    return arm_of(*joints, links=[draw(rods()) for _ in joints])
+    unlike = planetary_joints(unlike=True, listed=True)
+    joints = [draw(unlike), *draw(st.lists(unlike | direct_joints(), max_size=most_joints - 1))]
+    return arm_of(*joints, links=[draw(rods()) for _ in joints], gravity=NONE)
 
 
 @st.composite
 def alike_arms(draw: st.DrawFn) -> Arm:
     """Arms without weight of one or two joints, the planets of each alike."""
     joints = draw(st.lists(planetary_joints(), min_size=1, max_size=2))
-    return arm_of(*joints, links=[draw(rods()) for _ in joints])
-
-
-@st.composite
-def unlike_joints(draw: st.DrawFn) -> dict[str, Any]:
-    """A geared joint's fields, each mesh a list for its planets."""
-    joint = draw(planetary_joints())
-    teeth = joint["sun_teeth"], joint["planet_count"]
-    return joint | {side: draw(unlike_meshes(*teeth)) for side in ("sun_mesh", "ring_mesh")}
-
-
-@st.composite
-def unlike_meshes(draw: st.DrawFn, sun_teeth: int, planets: int) -> dict[str, Any]:
-    """A mesh's fields, with phases in each of their forms."""
-    each = [draw(meshes()) for _ in range(planets)]
-    names = ("stiffness", "backlash_m", "tooth_error_m")
-    small = st.lists(st.floats(-1e-5, 1e-5), min_size=planets, max_size=planets)
-    turns = st.lists(st.floats(-3, 3), min_size=planets, max_size=planets)
-    first = draw(st.floats(-3, 3))
-    listed = [first - 2 * pi * (sun_teeth * n % planets) / planets for n in range(planets)]
-    name, values = draw(
-        st.sampled_from([("damping_ratio", (0.0, 0.1)), ("damping_N_s_per_m", (0.0, 3000.0))])
-    )
-    least, most = values
-    damping = st.lists(st.floats(least, most).filter(_ordinary), min_size=planets, max_size=planets)
-    return {
-        **{field: [mesh[field] for mesh in each] for field in names},
-        "tooth_error_phase_rad": draw(turns),
-        "static_error_m": draw(small),
-        "phase_rad": draw(st.sampled_from(["from-teeth", first, listed])),
-        name: draw(damping),
-    }
-
-
-def _ordinary(value: float) -> bool:
-    """Neither beyond what an arm's damping may be, nor subnormal."""
-    return value == 0 or value > 1e-6
-
-
-def arm_of(*joints: dict[str, Any], links: list[dict[str, Any]]) -> Arm:
-    """An arm without weight."""
-    return Arm.model_validate(
-        {
-            "schema_version": 2,
-            "name": "planets",
-            "payload_mass_kg": 3.0,
-            "joints": joints,
-            "links": links,
-        }
-    )
-
-
-def undriven() -> Scenario:
-    """No torque on any joint."""
-    return Scenario.model_validate(
-        {
-            "schema_version": 1,
-            "name": "undriven",
-            "duration_s": 1e-3,
-            "step_s": 1e-5,
-            "drive": {"kind": "constant", "torque_N_m": 0.0},
-        }
-    )
+    return arm_of(*joints, links=[draw(rods()) for _ in joints], gravity=NONE)

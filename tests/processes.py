@@ -1,7 +1,5 @@
 """The program and pieces of it in processes of their own."""
 
-from __future__ import annotations
-
 import atexit
 import json
 import os
@@ -11,7 +9,18 @@ import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
+
+class Answer(NamedTuple):
+    """What a command left behind."""
+
+    code: int
+    out: str
+    err: str
+
+
+Command = Callable[..., Answer]
 ROOT = Path(__file__).parents[1]
 NOBODY = 65534
 # What only those commands import that need it, beside numbers and what they are kept in.
@@ -77,10 +86,11 @@ def warm_command_line(
         return subprocess.CompletedProcess(words, code, *texts)
 
 
+@cache
 def modules_loaded_by(*arguments: object) -> set[str]:
     """Names of all modules that a command has loaded when it ends."""
-    command = [sys.executable, "-c", SHOW_LOADED, *map(str, arguments)]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    answer = command_line(*arguments, python=("-c", SHOW_LOADED))
+    assert answer.returncode == 0, answer.stderr
     return set(answer.stdout.rsplit("loaded ", 1)[1].split())
 
 

@@ -5,8 +5,6 @@ they are evaluated again with all numbers, and the state, moved by a rounding at
 moves is the equations' own conditioning, cancellations and all.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@
 says how it ended.
 """
 
-from __future__ import annotations
-
 import gc
 import importlib
 import json

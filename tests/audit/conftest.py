@@ -1,7 +1,5 @@
 """What several modules share."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What two places of a page say of one quantity in one setting, where both cannot be."""
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator

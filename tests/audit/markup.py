@@ -1,7 +1,5 @@
 """What is wrong with a page: structure, ids, links, captions, and the drawings' axes."""
 
-from __future__ import annotations
-
 import json
 import re
 import xml.etree.ElementTree as ET

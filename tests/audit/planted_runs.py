@@ -4,8 +4,6 @@ No run is simulated: a run's record (a Course) is made by hand from a few choice
 own measures read it. A world gives each experiment of a claim one of these records.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 
@@ -15,6 +13,7 @@ from crosscheck.audit.experiments.pd import whole
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.torque import back_and_forth, constant_torque, mesh_phase
 from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.third import Third
 from crosscheck.models.loading import load_case
 from crosscheck.registry import RIGID_LEVELS
 
@@ -210,3 +209,9 @@ def shaken_run(choice: Choice) -> Numbers:
 def pools() -> dict[str, Sample]:
     """Of every kind."""
     return {kind: pool(kind) for kind in RUNS}
+
+
+def third(*sizes: float, onset_s: float = 0.9, frequency_Hz: float = 1300.0) -> Third:
+    """The third fluctuation of starts of these sizes [rad/s^2], planets apart."""
+    same = np.ones(len(sizes))
+    return Third(np.array(sizes), onset_s * same, frequency_Hz * same, 1e-4 * same, 0)

@@ -1,7 +1,5 @@
 """Everything that is published, made for real from runs of a few milliseconds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace

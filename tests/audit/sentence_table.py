@@ -3,8 +3,6 @@
 Captions and the table count as sentences. The files lie in ``sentences/``, in the paper's order.
 """
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What the page's chapters state of one quantity, each for itself: answers and numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 

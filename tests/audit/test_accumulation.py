@@ -1,7 +1,5 @@
 """H3: growth, prediction, linearity and order on signals whose answers are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

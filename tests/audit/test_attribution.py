@@ -1,7 +1,5 @@
 """The ladder of H2: rungs, closing sums and verdicts."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

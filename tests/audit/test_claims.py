@@ -1,7 +1,5 @@
 """The catalogue of claims: every one can say yes and no, is made of known numbers, has reasons."""
 
-from __future__ import annotations
-
 import math
 import re
 from functools import cache
@@ -177,7 +175,7 @@ def test_what_a_run_is_too_short_for_is_undefined_and_no_answer(brief):
 
 
 @pytest.mark.slow
-def test_an_experiment_measures_what_the_catalogue_says(brief, kept: Path):
+def test_an_experiment_measures_what_the_catalogue_says(brief, kept):
     """Every number of every experiment has a meaning, and every meaning is measured."""
     (static,) = Study(kept).answers([Statics(CELL.arm)], "test")
     measured = {name for sample in brief.values() for name in sample.numbers}

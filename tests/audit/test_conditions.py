@@ -3,11 +3,9 @@
 Each row renders a template from records that say one thing, and again with one of them turned.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace as Of
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 
@@ -27,16 +25,6 @@ from crosscheck.audit.planets import parting
 Given = dict[str, Any]
 BAND = SignalEnvelope((), (), ())
 NOTHING = Share(0, 32)
-
-
-class Turned(NamedTuple):
-    """A template, what it is given, what is changed, a sentence before and one after."""
-
-    template: str
-    given: Given
-    changed: Given
-    before: str
-    after: str
 
 
 def clocks(*changes_N: float) -> Clocks:
@@ -183,10 +171,7 @@ OBJECTIONS: Given = {
     "in_phase": True,
     "growth": [RATES],
     "in_full_over_own": (100.0, 300.0),
-    "counts": {
-        "visible": {"angle": 0, "omega_t": 76},
-        "settings": {"angle": 108, "omega_t": 108},
-    },
+    "counts": {"visible": {"angle": 0, "omega_t": 76}, "settings": {"angle": 108, "omega_t": 108}},
     **dict.fromkeys(
         ("d_unknown", "d_unknown_angle", "flutter", "flutter_angle", "planets", "planets_angle"),
         "0 of 32 starts",
@@ -268,128 +253,125 @@ H5: Given = {
 COUNTS = SheetCounts({"equation": 10, "statement": 23, "notation": 39}, 19, 21, 21)
 FEWER = SheetCounts({"equation": 9, "statement": 23, "notation": 39}, 18, 21, 21)
 BLINDED = {"clocks": BLIND, "by_law": by_law(BLIND)}
-ROWS = [
-    Turned(
-        "front/findings", FRONT, {"printed": printed(1e-15)}, "do not agree", "<b>Yes.</b> Over"
-    ),
-    Turned(
-        "front/findings", FRONT, BLINDED, "depends on when a motion happens: Eqs", "cannot be told"
-    ),
-    Turned("front/findings", FRONT, BLINDED, "How to repair", "is not shown by these runs"),
-    Turned("front/findings", FRONT, {"third": thirds(False)}, "it needs the", "Undecided"),
-    Turned(
+GIVEN = {
+    "front/findings": FRONT,
+    "front/outcome": OUTCOME,
+    "front/terms": TERMS,
+    "phase/clock": CLOCK,
+    "phase/introduction": INTRODUCTION,
+    "phase/stability": STABILITY,
+    "phase/repair": REPAIR,
+    "phase/objections": OBJECTIONS,
+    "planets/parting": PARTING,
+    "hypotheses/controller": CONTROLLER,
+    "hypotheses/ladder": H2,
+    "hypotheses/accumulation": H3,
+    "hypotheses/floating_base": H5,
+    "errata/introduction": {"counts": COUNTS},
+}
+# A template, what is changed of what it is given, a sentence before and one after.
+ROWS: list[tuple[str, Given, str, str]] = [
+    ("front/findings", {"printed": printed(1e-15)}, "do not agree", "<b>Yes.</b> Over"),
+    ("front/findings", BLINDED, "depends on when a motion happens: Eqs", "cannot be told"),
+    ("front/findings", BLINDED, "How to repair", "is not shown by these runs"),
+    ("front/findings", {"third": thirds(False)}, "it needs the", "Undecided"),
+    (
         "front/findings",
-        FRONT,
         {"baselines": Of(**{**vars(BASELINES), "nearest": left(0.0199)})},
         "0.0014 rad of θ₁",
         "0.02 rad of θ₁",
     ),
-    Turned(
+    (
         "front/findings",
-        FRONT,
         {"baselines": Of(**{**vars(BASELINES), "gives_all": True})},
         "No baseline gives the",
         "One gives all",
     ),
-    Turned(
+    (
         "front/findings",
-        FRONT,
         {"accumulation": {"sqrt_time": OWN, "time": OWN}},
         "With the printed drive alone",
         "yes with sin(20πt)",
     ),
-    Turned("front/findings", FRONT, {"unstable_below": (0.1, 0.2)}, "0.0017", "0.1000"),
-    Turned(
+    ("front/findings", {"unstable_below": (0.1, 0.2)}, "0.0017", "0.1000"),
+    (
         "front/findings",
-        FRONT,
         {"verdicts": {"as the gears are": {"holds": 1, "depends": 1}}},
         "over all settings: 2 holds",
         "as the gears are: 1 holds, 1 depends",
     ),
-    Turned("front/findings", FRONT, {"cured": False}, "removes the", "does not remove it"),
-    Turned("front/outcome", OUTCOME, {"printed": printed(0.0)}, "do not agree", "printed agree"),
-    Turned("front/outcome", OUTCOME, {"clocks": BLIND}, "a gear does not", "cannot be told"),
-    Turned("front/terms", TERMS, {"backwards": False}, "then backwards", "counts up to 12.</p>"),
-    Turned("phase/clock", CLOCK, {"found": BLIND}, "is the formula", "may.</p>"),
-    Turned(
+    ("front/findings", {"cured": False}, "removes the", "does not remove it"),
+    ("front/outcome", {"printed": printed(0.0)}, "do not agree", "printed agree"),
+    ("front/outcome", {"clocks": BLIND}, "a gear does not", "cannot be told"),
+    ("front/terms", {"backwards": False}, "then backwards", "counts up to 12.</p>"),
+    ("phase/clock", {"found": BLIND}, "is the formula", "may.</p>"),
+    (
         "phase/clock",
-        CLOCK,
         {"repaired": by_law(BLIND)[REPAIRED_RATE]},
         "and does with the corrected",
         "and does not with the corrected",
     ),
-    Turned(
+    (
         "phase/introduction",
-        INTRODUCTION,
         {"verdict": Of(verdict="does not hold", evidence={"resonance": False})},
         "resonance for it",
         "resonance against it",
     ),
-    Turned("phase/introduction", INTRODUCTION, {"alike": NOTHING}, "is 32 of 32", "is 0 of 32"),
-    Turned("phase/stability", STABILITY, {"found": TURNED_GROWTH}, "start: yes", "start: no"),
-    Turned("phase/stability", STABILITY, {"found": TURNED_GROWTH}, "is 120 1/s", "is 77 1/s"),
-    Turned("phase/repair", REPAIR, {"stands": False}, "repair stands", "not free of"),
-    Turned("phase/repair", REPAIR, {"calm": (0.1, 0.05)}, "0.017 rad/s²", "0.05 rad/s²"),
-    Turned("phase/objections", OBJECTIONS, {"in_phase": False}, "Not in this", "not all whole"),
-    Turned(
+    ("phase/introduction", {"alike": NOTHING}, "is 32 of 32", "is 0 of 32"),
+    ("phase/stability", {"found": TURNED_GROWTH}, "start: yes", "start: no"),
+    ("phase/stability", {"found": TURNED_GROWTH}, "is 120 1/s", "is 77 1/s"),
+    ("phase/repair", {"stands": False}, "repair stands", "not free of"),
+    ("phase/repair", {"calm": (0.1, 0.05)}, "0.017 rad/s²", "0.05 rad/s²"),
+    ("phase/objections", {"in_phase": False}, "Not in this", "not all whole"),
+    (
         "phase/objections",
-        OBJECTIONS,
         {"growth": [replace(RATES, without_feedback_per_s=3.0)]},
         "119 without feedback",
         "3 without feedback",
     ),
-    Turned(
-        "phase/objections",
-        OBJECTIONS,
-        {"in_full_over_own": (2.0, 3.0)},
-        "100 to 300",
-        "2 to 3 times",
-    ),
-    Turned("planets/parting", PARTING, {"early": []}, "at ζ = 0.003, 0.005", "In no setting"),
-    Turned("planets/parting", PARTING, {"by_contact": False}, "alone does not", "could break"),
-    Turned("hypotheses/controller", CONTROLLER, {"cured": False}, "sun nowhere", "sun it is too"),
-    Turned("hypotheses/controller", CONTROLLER, {"single": 0.01}, "up to 0.005", "up to 0.01"),
-    Turned(
+    ("phase/objections", {"in_full_over_own": (2.0, 3.0)}, "100 to 300", "2 to 3 times"),
+    ("planets/parting", {"early": []}, "at ζ = 0.003, 0.005", "In no setting"),
+    ("planets/parting", {"by_contact": False}, "alone does not", "could break"),
+    ("hypotheses/controller", {"cured": False}, "sun nowhere", "sun it is too"),
+    ("hypotheses/controller", {"single": 0.01}, "up to 0.005", "up to 0.01"),
+    (
         "hypotheses/controller",
-        CONTROLLER,
         {"found": Of(cells=[Of(setting=PLAYED.setting, share=Share(7, 32))])},
         "feedback 0 starts",
         "feedback 7 starts",
     ),
-    Turned(
+    (
         "hypotheses/controller",
-        CONTROLLER,
         {"verdict": Of(**{**vars(FLUTTER), "highest_threshold_zeta": 0.02})},
         "above the linear limit",
         "0.0200",
     ),
-    Turned("hypotheses/ladder", H2, {"verdict": REFUTED}, "So H2 holds", "H2 does not hold"),
-    Turned("hypotheses/ladder", H2, {"verdict": REFUTED}, "say nothing of", "does not hold"),
-    Turned("hypotheses/ladder", H2, {"links_factor": 0.5}, "not the paper's", "leave 0.5 times"),
-    Turned("hypotheses/ladder", H2, {"fitting": [left(0.02)]}, "0.0014 rad", "0.02 rad of"),
-    Turned(
+    ("hypotheses/ladder", {"verdict": REFUTED}, "So H2 holds", "H2 does not hold"),
+    ("hypotheses/ladder", {"verdict": REFUTED}, "say nothing of", "does not hold"),
+    ("hypotheses/ladder", {"links_factor": 0.5}, "not the paper's", "leave 0.5 times"),
+    ("hypotheses/ladder", {"fitting": [left(0.02)]}, "0.0014 rad", "0.02 rad of"),
+    (
         "hypotheses/accumulation",
-        H3,
         {"verdicts": {**H3["verdicts"], "sqrt_time": Of(own="no", linear="no", ordered="yes")}},
         "no measure of backlash",
         "is not proportional to b",
     ),
-    Turned("hypotheses/floating_base", H5, {"enough": True}, "how many times", "is enough"),
-    Turned(
-        "hypotheses/floating_base", H5, {"needed": {"PD": "5 or fewer"}}, "97 to 438", "5 or fewer"
-    ),
-    Turned("errata/introduction", {"counts": COUNTS}, {"counts": FEWER}, "10 errors", "9 errors"),
-    Turned("errata/introduction", {"counts": COUNTS}, {"counts": FEWER}, "19 of all", "18 of all"),
+    ("hypotheses/floating_base", {"enough": True}, "how many times", "is enough"),
+    ("hypotheses/floating_base", {"needed": {"PD": "5 or fewer"}}, "97 to 438", "5 or fewer"),
+    ("errata/introduction", {"counts": FEWER}, "10 errors", "9 errors"),
+    ("errata/introduction", {"counts": FEWER}, "19 of all", "18 of all"),
 ]
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row.template}: {row.after}")
-def test_a_sentence_turns_with_its_record(row: Turned) -> None:
+@pytest.mark.parametrize(
+    ("template", "changed", "before", "after"), ROWS, ids=[f"{row[0]}: {row[3]}" for row in ROWS]
+)
+def test_a_sentence_turns_with_its_record(template, changed, before, after):
     said, turned = (
-        " ".join(text(row.template, **given).split())
-        for given in (row.given, {**row.given, **row.changed})
+        " ".join(text(template, **given).split())
+        for given in (GIVEN[template], {**GIVEN[template], **changed})
     )
-    assert row.before in said
-    assert row.before not in turned
-    assert row.after not in said
-    assert row.after in turned
+    assert before in said
+    assert before not in turned
+    assert after not in said
+    assert after in turned

@@ -1,7 +1,5 @@
 """What two places of a page say of one quantity in one setting is compared as it should be."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -29,11 +27,11 @@ ONE = Said("here", "pd: third", Limits(low=10.0), Place(LAWS[0], LABELLED, 0.005
         (replace(ONE, limits=Limits(high=5.0), state=State.YES), 0),  # neither is in the other
     ],
 )
-def test_a_contradiction_is_seen(other: Said, found: int) -> None:
+def test_a_contradiction_is_seen(other, found):
     assert len(contradictions([ONE, other])) == found
 
 
-def test_a_free_parameters_choice_is_part_of_the_quantity() -> None:
+def test_a_free_parameters_choice_is_part_of_the_quantity():
     other = replace(ONE, place=ONE.place._replace(choice="first"), state=State.NO)
     assert len(contradictions([ONE, other])) == 1
 
@@ -47,7 +45,7 @@ def test_a_free_parameters_choice_is_part_of_the_quantity() -> None:
         (None, 1),
     ],
 )
-def test_one_quantity_has_one_value(other: float | None, found: int) -> None:
+def test_one_quantity_has_one_value(other, found):
     one = StatedNumber("here", "theta_2 left by carriers", LABELLED, 0.0128)
     assert len(two_values([one, replace(one, where="there", value=other)])) == found
     assert two_values([one, replace(one, setting="swapped", value=other)]) == []

@@ -1,7 +1,5 @@
 """H6: the linearised controller and the verdicts drawn from it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """The damping fit: which settings are told apart from the best, and what is said of the claims."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np
@@ -16,23 +14,11 @@ from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
-from crosscheck.audit.hypotheses.damping_fit import (
-    ALPHA,
-    NUMBERS,
-    DampingFit,
-    chance,
-    each_left_out,
-    equally_good,
-    fit_of,
-    fits,
-    span,
-    tells_nothing,
-    torque_reversals,
-)
+from crosscheck.audit.hypotheses import damping_fit
 from crosscheck.audit.page.material import Material
 from tests.audit.stated import of_fit
 
-CLAIMS = [BY_ID[name] for name in NUMBERS]
+CLAIMS = [BY_ID[name] for name in damping_fit.NUMBERS]
 
 
 def test_chance_by_counting_every_way():
@@ -40,12 +26,14 @@ def test_chance_by_counting_every_way():
     pooled = [*best, *other]
     sums = [sum(pooled[i] for i in chosen) for chosen in combinations(range(6), 3)]
     expected = np.mean([total >= best.sum() for total in sums])
-    assert chance(best, other) == pytest.approx(expected, rel=1e-12)  # sums of few floats
+    assert damping_fit.chance(best, other) == pytest.approx(
+        expected, rel=1e-12
+    )  # sums of few floats
 
 
-def _fit(zeta: float, *explained: list[int]) -> DampingFit:
+def _fit(zeta: float, *explained: list[int]) -> damping_fit.DampingFit:
     yes = {f"claim {k}": np.array(row, bool) for k, row in enumerate(explained)}
-    return DampingFit(Cell(PRINTED, zeta), yes, {})
+    return damping_fit.DampingFit(Cell(PRINTED, zeta), yes, {})
 
 
 STARTS = 32
@@ -61,19 +49,19 @@ def test_a_setting_a_hair_behind_is_as_good_and_one_far_behind_is_not():
         _fit(0.006, ALL, HALF),
         _fit(0.1, ALL, NONE),
     ]
-    assert chance(found[0].counts, found[2].counts) < ALPHA / 3
-    assert equally_good(found) == found[:2]
-    assert span(equally_good(found)).zetas == (0.004, 0.005)
+    assert damping_fit.chance(found[0].counts, found[2].counts) < damping_fit.ALPHA / 3
+    assert damping_fit.equally_good(found) == found[:2]
+    assert damping_fit.span(damping_fit.equally_good(found)).zetas == (0.004, 0.005)
 
 
 def test_all_settings_alike_are_all_equally_good():
     found = [_fit(zeta, HALF) for zeta in (0.004, 0.005, 0.006)]
-    assert len(equally_good(found)) == 3
+    assert len(damping_fit.equally_good(found)) == 3
 
 
 def test_what_the_set_hangs_on_shows_when_it_is_left_out():
     found = [_fit(0.004, ALL, ALL), _fit(0.1, ALL, NONE)]
-    assert [one.settings for one in each_left_out(found)] == [1, 2]
+    assert [one.settings for one in damping_fit.each_left_out(found)] == [1, 2]
 
 
 @pytest.fixture(scope="module")
@@ -82,13 +70,13 @@ def material(tmp_path_factory: pytest.TempPathFactory) -> Material:
     return Material(Study(folder), Scale(quick=True, longest_s=0.01, most_starts=3))
 
 
-def test_what_a_run_is_too_short_for_explains_nothing(material: Material):
-    found = fits(material, CLAIMS)
+def test_what_a_run_is_too_short_for_explains_nothing(material):
+    found = damping_fit.fits(material, CLAIMS)
     assert {fit.cell.planets for fit in found} == {"free", "lumped"}
     for fit in found:
         assert not fit.explained["3.2-16"].any()  # no side changes in 10 ms
         assert fit.answers["3.2-16"].state == State.UNDEFINED
-    assert "3.2-16" not in tells_nothing(found)[State.NO]
+    assert "3.2-16" not in damping_fit.tells_nothing(found)[State.NO]
 
 
 def test_what_is_said_has_the_claims_own_limits_and_quantities():
@@ -98,7 +86,7 @@ def test_what_is_said_has_the_claims_own_limits_and_quantities():
     known = Known(
         {PD: Sample(sample, np.zeros(STARTS, bool)), CONSTANT: Sample({}, np.zeros(1, bool))}
     )
-    fit = fit_of(cell, known, [claim])
+    fit = damping_fit.fit_of(cell, known, [claim])
     (one,) = of_fit([fit], [claim])
     assert (one.quantity, one.limits) == ("pd: first", claim.limits)
     assert one.place == Place(INTEGRAL, "paper-labelled", 0.02, "")
@@ -111,6 +99,6 @@ def test_the_first_reversals_of_a_rigid_arm_under_pd():
     run = simulate(Variant(model="analytic:coupled", record_every=100))
     torque = run["torque"].values[:, 0]
     time = run["time"].values
-    first, second = torque_reversals(run)
+    first, second = damping_fit.torque_reversals(run)
     assert (torque[time < first] > 0).all()
     assert (torque[(time > first) & (time < second)] < 0).all()

@@ -1,7 +1,5 @@
 """The errata finder finds what is wrong, and nothing else."""
 
-from __future__ import annotations
-
 import math
 import re
 import tomllib

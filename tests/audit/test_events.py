@@ -1,7 +1,5 @@
 """Events of made-up signals, and the rigid arm that runs are held against."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

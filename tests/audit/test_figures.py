@@ -1,7 +1,5 @@
 """The figures' chapter: what is drawn is what the claims were asked, and measures of known runs."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -15,14 +13,7 @@ from crosscheck.analytic.paper.backlash import dead_zone_tanh
 from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.experiments.bands import Bands, shoulder
 from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, Cell
-from crosscheck.audit.experiments.experiments import (
-    BACK,
-    BACKLASH,
-    CONSTANT,
-    ERROR,
-    PD,
-    question,
-)
+from crosscheck.audit.experiments.experiments import BACK, BACKLASH, CONSTANT, ERROR, PD, question
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
@@ -47,14 +38,14 @@ def shelf_in(folder: Path, scale: Scale = BRIEF) -> Shelf:
     return Shelf(Material(Study(folder), scale))
 
 
-def test_every_figure_has_its_plate() -> None:
+def test_every_figure_has_its_plate():
     assert tuple(range(4, 21)) == figures.NUMBERS
     assert set(figures.QUICK_NUMBERS) <= set(figures.NUMBERS)
     assert {claim.figure for claim in CLAIMS} - {None} <= set(figures.NUMBERS)
 
 
 @pytest.mark.parametrize("source", [PD, CONSTANT, BACKLASH(5), ERROR(1.6), BACK(100)], ids=str)
-def test_what_is_drawn_is_a_start_of_what_the_claims_were_asked(source) -> None:
+def test_what_is_drawn_is_a_start_of_what_the_claims_were_asked(source):
     cell = Cell(PRINTED, LOW_ZETA)
     asked = perturbed(question(source, cell, (3,)).variant.case(), 3)
     shown = drawn(source, cell, 3, 7).case()
@@ -62,7 +53,7 @@ def test_what_is_drawn_is_a_start_of_what_the_claims_were_asked(source) -> None:
     assert shown._replace(scenario=scenario) == asked
 
 
-def test_all_starts_lie_in_the_band() -> None:
+def test_all_starts_lie_in_the_band():
     variant = replace(drawn(PD, Cell(PRINTED, LOW_ZETA), None), duration_s=5e-3)
     seeds = (4, 5, 6)
     between = Bands(variant, seeds, 20).answer()
@@ -75,7 +66,7 @@ def test_all_starts_lie_in_the_band() -> None:
 
 
 @pytest.mark.parametrize("number", [4, 8, 14])
-def test_beside_a_figure_stand_its_claims_as_they_were_judged(kept: Path, number: int) -> None:
+def test_beside_a_figure_stand_its_claims_as_they_were_judged(kept, number):
     shelf = shelf_in(kept, replace(BRIEF, longest_s=0.03))
     zeta = figures.ZETAS.get(number, figures.ZETA)
     found = rows(shelf, number, zeta)
@@ -93,7 +84,7 @@ def _at(place, zeta: float, choice: str) -> bool:
     return (place.arm, place.choice) == (LABELLED, choice) and place.zeta in (None, zeta)
 
 
-def test_a_figure_alone_asks_for_no_more_than_its_claims(tmp_path: Path) -> None:
+def test_a_figure_alone_asks_for_no_more_than_its_claims(tmp_path):
     """Fig. 4: what needs no run, and the PD run, which Eq. 5 could make diverge, by three laws."""
     study = Study(tmp_path)
     found = rows(Shelf(Material(study, BRIEF), whole=False), 4, figures.ZETA)
@@ -101,14 +92,14 @@ def test_a_figure_alone_asks_for_no_more_than_its_claims(tmp_path: Path) -> None
     assert study.made == 1 + len(LAWS)
 
 
-def test_what_a_figure_alone_is_told_is_what_the_page_is_told(kept: Path) -> None:
+def test_what_a_figure_alone_is_told_is_what_the_page_is_told(kept):
     material = Material(Study(kept), BRIEF)
     page, alone = (Shelf(material, whole=whole) for whole in (True, False))
     for own, same in zip(rows(page, 16, LOW_ZETA), rows(alone, 16, LOW_ZETA), strict=True):
         assert own.found == same.found
 
 
-def test_drive_work_of_a_rigid_turn() -> None:
+def test_drive_work_of_a_rigid_turn():
     """A constant torque on an angle: work is torque times angle, up to the energy's peak."""
     theta = np.column_stack([TIME**2, 0 * TIME])
     still = np.zeros((TIME.size, 2, 1))
@@ -128,14 +119,14 @@ def test_drive_work_of_a_rigid_turn() -> None:
     assert work == pytest.approx(5 * TIME[-1] ** 2)
 
 
-def test_statics_of_a_pressed_mesh() -> None:
+def test_statics_of_a_pressed_mesh():
     """physics.md: under 100 N m x_sp lies near 52 um."""
     run = course_of(simulate(Variant("constant-torque", duration_s=1e-3)))
     assert statics(run)["static_um"] == pytest.approx(52, abs=0.1)
 
 
 @pytest.mark.parametrize("contact_ratio", [1.2, 1.5, 1.7])
-def test_limits_give_the_fundamental_its_size(contact_ratio: float) -> None:
+def test_limits_give_the_fundamental_its_size(contact_ratio):
     low, high = limits(1e8, 2e7, contact_ratio)
     row = ratio_row(contact_ratio, 1e8, 2e7)
     assert row.swing_N_per_m == high - low
@@ -145,7 +136,7 @@ def test_limits_give_the_fundamental_its_size(contact_ratio: float) -> None:
         assert row.swing_N_per_m == pytest.approx(np.pi * 2e7 / 2)
 
 
-def test_eq6_pulls_where_nothing_touches() -> None:
+def test_eq6_pulls_where_nothing_touches():
     b, sigma = 50e-6, 2e5
     x = np.linspace(-3 * b, 3 * b, 3001)
     row = sharpness(x, b, sigma)
@@ -154,7 +145,7 @@ def test_eq6_pulls_where_nothing_touches() -> None:
     assert row.gap_m * sigma == pytest.approx(0.139, abs=1e-3)  # physics.md
 
 
-def test_drawn_laws_are_deterministic(kept: Path) -> None:
+def test_drawn_laws_are_deterministic(kept):
     shelf = shelf_in(kept)
     for draw in (figure_4, figure_5):
         plate = draw(shelf)
@@ -163,13 +154,13 @@ def test_drawn_laws_are_deterministic(kept: Path) -> None:
     assert figure_5(shelf).numbers["eq8_is_the_fundamental"] is True
 
 
-def test_a_figure_says_how_many_starts_are_severe(kept: Path) -> None:
+def test_a_figure_says_how_many_starts_are_severe(kept):
     plate = figure_14(shelf_in(kept))
     assert plate.numbers["severe"] == {name: [0, 0] for name in plate.numbers["severe"]}
     assert len(plate.numbers["severe"]) == len(LAWS)
 
 
-def test_reduction_keeps_windows_and_extrema() -> None:
+def test_reduction_keeps_windows_and_extrema():
     generator = np.random.default_rng(3)
     data = generator.standard_normal((TIME.size, 2, 3))
     whole = xr.Dataset({"F_sp": (("time", "joint", "planet"), data)}, {"time": TIME})
@@ -187,13 +178,13 @@ def test_reduction_keeps_windows_and_extrema() -> None:
     assert json.loads(small.attrs["windows_s"]) == {"third": [0.8, 0.85]}
 
 
-def test_stored_runs_have_free_planets_and_the_scales_first_start() -> None:
+def test_stored_runs_have_free_planets_and_the_scales_first_start():
     for name, variant in stored_runs(Scale(first_seed=17)).items():
         if variant.model == PhysicalModel.name:
             assert (variant.seed, variant.planets) == (17, "free"), name
 
 
-def test_shelf_reads_a_run_once(tmp_path: Path) -> None:
+def test_shelf_reads_a_run_once(tmp_path):
     shelf = shelf_in(tmp_path)
     variant = drawn(CONSTANT, Cell(INTEGRAL, LOW_ZETA), 1)
     first = shelf.courses({"one": variant}, 8)["one"]

@@ -1,7 +1,5 @@
 """H5: the free-flying base keeps its momenta and tends to the fixed one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,9 +1,6 @@
 """The page's beginning: its sentences follow its numbers."""
 
-from __future__ import annotations
-
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,25 +8,12 @@ import pytest
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.audit.errata.engine import PrintedBeside
-from crosscheck.audit.experiments.cells import (
-    INTEGRAL,
-    LABELLED,
-    LAWS,
-    PRINTED,
-    REPAIRED_RATE,
-    Cell,
-    Law,
-)
+from crosscheck.audit.experiments import cells
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.front.chapter import MODELS, Baselines, StartsStrip, Thirds, third_svg
 from crosscheck.audit.front.words import stage_svg, teeth_passed
-from crosscheck.audit.hypotheses.evidence.rungs import (
-    TORQUE,
-    Deviation,
-    LadderVerdict,
-    RigidResidual,
-)
+from crosscheck.audit.hypotheses.evidence import rungs
 from crosscheck.audit.hypotheses.ladder import claims
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.measures.third import Third
@@ -40,16 +24,16 @@ from crosscheck.models.loading import load_arm, load_case
 NONE = np.full(10, np.nan)
 
 
-def thirds(severe: dict[Law, int]) -> Thirds:
+def thirds(severe: dict[cells.Law, int]) -> Thirds:
     """Ten starts of every law; so many are severe with free planets, none with planets alike."""
     return Thirds(0.005, tuple(_strip(cell, severe) for cell in _cells()))
 
 
-def _cells() -> list[Cell]:
-    return [Cell(law, 0.005, planets=planets) for law, planets in product(LAWS, MODELS)]
+def _cells() -> list[cells.Cell]:
+    return [cells.Cell(law, 0.005, planets=planets) for law, planets in product(cells.LAWS, MODELS)]
 
 
-def _strip(cell: Cell, severe: dict[Law, int]) -> StartsStrip:
+def _strip(cell: cells.Cell, severe: dict[cells.Law, int]) -> StartsStrip:
     count = severe.get(cell.law, 0) if cell.planets == "free" else 0
     sizes = np.where(np.arange(10) < count, 2 * SEVERE, 1.0)
     return StartsStrip(cell, Third(sizes, NONE, NONE, NONE, 0))
@@ -59,37 +43,35 @@ def _strip(cell: Cell, severe: dict[Law, int]) -> StartsStrip:
     ("severe", "needs"),
     [
         ({}, False),  # nowhere: nothing to explain
-        ({PRINTED: 10}, True),
-        ({REPAIRED_RATE: 5}, True),
-        ({PRINTED: 1}, False),  # one of ten may be none
-        ({PRINTED: 10, INTEGRAL: 1}, True),
-        ({PRINTED: 10, INTEGRAL: 4}, False),
-        ({INTEGRAL: 10}, False),
+        ({cells.PRINTED: 10}, True),
+        ({cells.REPAIRED_RATE: 5}, True),
+        ({cells.PRINTED: 1}, False),  # one of ten may be none
+        ({cells.PRINTED: 10, cells.INTEGRAL: 1}, True),
+        ({cells.PRINTED: 10, cells.INTEGRAL: 4}, False),
+        ({cells.INTEGRAL: 10}, False),
     ],
 )
-def test_the_third_fluctuation_needs_the_clock_only_if_it_is_nowhere_without(
-    severe: dict[Law, int], needs: bool
-) -> None:
+def test_the_third_fluctuation_needs_the_clock_only_if_it_is_nowhere_without(severe, needs):
     found = thirds(severe)
     assert found.needs_clock is needs
-    share = found.share(PRINTED, "free")
+    share = found.share(cells.PRINTED, "free")
     assert share is not None
-    assert share.yes == severe.get(PRINTED, 0)
+    assert share.yes == severe.get(cells.PRINTED, 0)
 
 
-def test_every_start_is_drawn() -> None:
-    one, more = (thirds({PRINTED: count}) for count in (0, 10))
+def test_every_start_is_drawn():
+    one, more = (thirds({cells.PRINTED: count}) for count in (0, 10))
     assert third_svg(one) != third_svg(more)
     assert third_svg(one) == third_svg(one)
 
 
-def test_the_printed_equations_are_off_by_what_the_derivation_says() -> None:
+def test_the_printed_equations_are_off_by_what_the_derivation_says():
     """M beside Pinocchio over 200 random states; here beside the derivation over the elbow's turn.
 
     No state can be further off than the worst pose, and of 200 one comes within 2 % of it.
     """
-    found = PrintedBeside(LABELLED, 0.002).answer()
-    case = load_case(LABELLED, "pd", None, [])
+    found = PrintedBeside(cells.LABELLED, 0.002).answer()
+    case = load_case(cells.LABELLED, "pd", None, [])
     models, worst = (PrintedModel(*case), PhysicalModel(*case)), 0.0
     for elbow in np.linspace(0, 2 * np.pi, 721):
         q = np.array([0, 0, 0, 0, 0, elbow])
@@ -103,19 +85,23 @@ def test_the_printed_equations_are_off_by_what_the_derivation_says() -> None:
     assert all(run.duration_s == 0.002 and run.F_sp_N > 0 for run in found.runs.values())
 
 
-def _left(level: str, theta_1: float, theta_2: float, tip: float) -> RigidResidual:
+def _left(level: str, theta_1: float, theta_2: float, tip: float) -> rungs.RigidResidual:
     """fits: by what rounds to the paper's digits."""
     sizes = {"theta_1": theta_1, "theta_2": theta_2, "tip": tip}
     found = {
-        name: Deviation(LABELLED, TORQUE, "A", level, name, "largest", 0.5, size, (), {})
+        name: rungs.Deviation(
+            cells.LABELLED, rungs.TORQUE, "A", level, name, "largest", 0.5, size, (), {}
+        )
         for name, size in sizes.items()
     }
     fits = {name: claim.limits for name, claim in claims().items()}
-    return RigidResidual(LABELLED, level, found, {n: one.fits(fits[n]) for n, one in found.items()})
+    return rungs.RigidResidual(
+        cells.LABELLED, level, found, {n: one.fits(fits[n]) for n, one in found.items()}
+    )
 
 
-def test_the_baseline_is_the_one_that_leaves_the_papers_theta_2() -> None:
-    verdict = LadderVerdict((), {}, {}, ())
+def test_the_baseline_is_the_one_that_leaves_the_papers_theta_2():
+    verdict = rungs.LadderVerdict((), {}, {}, ())
     links, last = _left("links", 0.1, 0.4, 0.2), _left("coupled", 2e-7, 1.3e-6, 1e-6)
     carriers, all_three = _left("carriers", 2e-3, 0.013, 8e-3), _left("x", 0.02, 0.01, 0.03)
     assert Baselines((links, carriers, last), verdict, 1.6).nearest is carriers
@@ -124,7 +110,7 @@ def test_the_baseline_is_the_one_that_leaves_the_papers_theta_2() -> None:
     assert Baselines((links, all_three), verdict, 1.6).gives_all
 
 
-def test_teeth_pass_as_the_motion_says(tmp_path: Path) -> None:
+def test_teeth_pass_as_the_motion_says(tmp_path):
     """Both rates are those of the two counts; at the start neither has counted."""
     passed = teeth_passed(Material(Study(tmp_path), Scale(longest_s=0.2)))
     inner = slice(5, -5)
@@ -134,8 +120,8 @@ def test_teeth_pass_as_the_motion_says(tmp_path: Path) -> None:
         assert found[inner] == pytest.approx(rate[inner], abs=2e-3 * np.abs(rate).max())
 
 
-def test_a_stage_has_all_its_teeth() -> None:
-    joint = paper_stage(load_arm(LABELLED)).joint
+def test_a_stage_has_all_its_teeth():
+    joint = paper_stage(load_arm(cells.LABELLED)).joint
     outlines = joint.sun_teeth + joint.planet_count * joint.planet_teeth + joint.ring_teeth
     circles = 2 + joint.planet_count
     assert stage_svg(joint).count('id="patch_') >= outlines + circles

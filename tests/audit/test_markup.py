@@ -1,21 +1,12 @@
 """The checker of pages finds what is wrong, and the pieces of a page are right."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.transforms import Bbox
 
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.report import fragments
-from crosscheck.report.plots.figures import (
-    legend,
-    level_figure,
-    log_y,
-    new_figure,
-    sound_links,
-    to_svg,
-)
+from crosscheck.report.plots import figures
 from tests.audit.markup import axis_problems, page_problems, uneven_tables
 
 SOUND = '<h2 id="a">A</h2><p>b <b>c</b></p><a href="#a">a</a>'
@@ -38,34 +29,34 @@ SOUND = '<h2 id="a">A</h2><p>b <b>c</b></p><a href="#a">a</a>'
         ("<td>None</td>", "None in the text"),
     ],
 )
-def test_what_is_wrong_with_a_page_is_found(html: str, what: str) -> None:
+def test_what_is_wrong_with_a_page_is_found(html, what):
     assert any(what in problem for problem in page_problems(SOUND + html))
 
 
-def test_a_sound_page_has_no_problems() -> None:
+def test_a_sound_page_has_no_problems():
     drawing = fragments.figure(_drawing("time [s]", "force [N]"), "caption")
     table = fragments.table(["a", "b"], [["1", "<2"]], "both")
-    html = sound_links(SOUND + drawing + drawing + table)
+    html = figures.sound_links(SOUND + drawing + drawing + table)
     assert page_problems(html) == []
     assert uneven_tables(html) == []
 
 
-def test_uneven_tables_are_found() -> None:
+def test_uneven_tables_are_found():
     assert uneven_tables("<table><tr><th>a</th></tr><tr><td>1</td><td>2</td></tr></table>")
 
 
-def test_links_to_what_is_not_there_become_text() -> None:
-    page = sound_links('<i id="here">x</i><a href="#here">1</a><a href="#there">2</a>')
+def test_links_to_what_is_not_there_become_text():
+    page = figures.sound_links('<i id="here">x</i><a href="#here">1</a><a href="#there">2</a>')
     assert page == '<i id="here">x</i><a href="#here">1</a>2'
 
 
 def _drawing(x: str, y: str) -> str:
-    figure, grid = new_figure(1, 2)
+    figure, grid = figures.new_figure(1, 2)
     for axes in grid[0]:
         axes.plot([0.0, 1.0], [0.0, 1.0])
     grid[0, 0].set(xlabel=x, ylabel=y)
     grid[0, 1].set(xlabel=x)
-    return to_svg(figure)
+    return figures.to_svg(figure)
 
 
 @pytest.mark.parametrize(
@@ -78,41 +69,41 @@ def _drawing(x: str, y: str) -> str:
         ("", "", 4),
     ],
 )
-def test_axes_without_a_unit_are_found(x: str, y: str, count: int) -> None:
+def test_axes_without_a_unit_are_found(x, y, count):
     """A label on the left serves the whole row; each column needs its own below."""
     assert len(axis_problems(_drawing(x, y))) == count
 
 
-def test_a_legend_stands_beside_the_axes() -> None:
-    figure, grid = new_figure(2, 2)
+def test_a_legend_stands_beside_the_axes():
+    figure, grid = figures.new_figure(2, 2)
     for number, axes in enumerate(grid.flat):
         for line in range(4):
             axes.plot([0, 1], [line, number], label=f"a rather long name {line}")
-    legend(figure, *grid.flat)
+    figures.legend(figure, *grid.flat)
     figure.draw_without_rendering()
     (box,) = (drawn.get_window_extent() for drawn in figure.legends)
     assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
     assert not any(Bbox.intersection(box, axes.get_window_extent()) for axes in grid.flat)
 
 
-def test_rigid_against_detailed_has_its_legend_outside(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rigid_against_detailed_has_its_legend_outside(monkeypatch):
     drawn = []
     monkeypatch.setattr("crosscheck.report.plots.figures.to_svg", drawn.append)
     levels = {
         level: simulate(Variant("constant-torque", model=f"analytic:{level}", duration_s=0.002))
         for level in ("links", "coupled")
     }
-    level_figure(simulate(Variant("constant-torque", duration_s=0.002)), levels)
+    figures.level_figure(simulate(Variant("constant-torque", duration_s=0.002)), levels)
     (figure,) = drawn
     assert all(axes.get_legend() is None for axes in figure.axes)
     assert [text.get_text() for text in figure.legends[0].get_texts()] == list(levels)
 
 
-def test_nothing_to_show_on_a_logarithmic_scale_is_said() -> None:
-    figure, grid = new_figure(1, 2)
+def test_nothing_to_show_on_a_logarithmic_scale_is_said():
+    figure, grid = figures.new_figure(1, 2)
     grid[0, 0].plot([0, 1], [np.nan, np.nan])
     grid[0, 1].plot([0, 1], [1.0, 10.0])
     for axes in grid[0]:
-        log_y(axes)
+        figures.log_y(axes)
     assert [axes.get_yscale() for axes in grid[0]] == ["linear", "log"]
-    assert "the run ends before" in to_svg(figure)
+    assert "the run ends before" in figures.to_svg(figure)

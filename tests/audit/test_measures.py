@@ -1,7 +1,5 @@
 """What is measured of a PD run, on made-up runs whose numbers are known; the preloaded start."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -10,19 +8,8 @@ import pytest
 from crosscheck.analytic.derivation.stage import equivalent_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.audit.claims.quantities import Known, rank_among
+from crosscheck.audit.experiments import experiments
 from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, Cell
-from crosscheck.audit.experiments.experiments import (
-    BACKLASH,
-    CONSTANT,
-    CONSTANT_PRELOADED,
-    NEIGHBOURS,
-    NO_ERROR,
-    PRELOADED,
-    TURNING,
-    WIDE,
-    question,
-    resting_offsets,
-)
 from crosscheck.audit.experiments.pd import CONVERGED_S, MULTIPLES, transient, whole
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.starts import ALIKE, PERTURBATION_ITSELF, Measured, alike
@@ -176,7 +163,7 @@ def test_the_way_to_the_target():
     assert whole(shaken, rigid)["gap_end_rad"] < 1e-4
 
 
-PD = question(PRELOADED, Cell(INTEGRAL, 0.02), (1,)).variant
+PD = experiments.question(experiments.PRELOADED, Cell(INTEGRAL, 0.02), (1,)).variant
 
 
 def test_the_preloaded_start_bears_the_drive():
@@ -189,7 +176,7 @@ def test_the_preloaded_start_bears_the_drive():
     motor = 1000 * TARGET / geometry.n
     on_sun = motor / geometry.r_s - 2 * geometry.r_cp * acceleration * equivalent_masses(joint)[0]
     force = on_sun / joint.planet_count
-    sun = resting_offsets(model)[0]
+    sun = experiments.resting_offsets(model)[0]
     # Both sides are exact; 1e-9 is rounding.
     assert K_M * sun == pytest.approx(force, rel=1e-9)
 
@@ -202,9 +189,9 @@ def test_no_mesh_of_a_preloaded_start_accelerates():
     assert left < 1e-9 * without
 
 
-@pytest.mark.parametrize("source", [WIDE, TURNING], ids=str)
+@pytest.mark.parametrize("source", [experiments.WIDE, experiments.TURNING], ids=str)
 def test_the_widest_clearance_is_run_to_the_end(source):
-    asked = question(source, Cell(PRINTED, 0.02), (1,))
+    asked = experiments.question(source, Cell(PRINTED, 0.02), (1,))
     case = asked.variant.case()
     assert case.scenario.duration_s == 3
     assert geared_joint(case.arm).sun_mesh.of_planet(0).backlash_m == 3e-3
@@ -213,17 +200,17 @@ def test_the_widest_clearance_is_run_to_the_end(source):
 def test_links_turn_back_where_that_is_what_is_asked():
     """Both, on a rigid arm, which the geared one follows."""
     turns = {}
-    for source in (WIDE, TURNING):
-        rigid = rigid_arm(question(source, Cell(PRINTED, 0.02), (1,)).variant)
+    for source in (experiments.WIDE, experiments.TURNING):
+        rigid = rigid_arm(experiments.question(source, Cell(PRINTED, 0.02), (1,)).variant)
         rate = simulate(rigid)["theta_dot"].values
         turns[source] = ((rate.min(axis=0) < -0.1) & (rate.max(axis=0) > 0.1)).tolist()
-    assert turns == {WIDE: [True, False], TURNING: [True, True]}
+    assert turns == {experiments.WIDE: [True, False], experiments.TURNING: [True, True]}
 
 
 def test_a_preloaded_start_under_constant_torque_does_not_ring():
     at_rest, loaded = (
-        question(source, Cell(INTEGRAL, 0.05), (1,)).answer().numbers["ringing_N"][0]
-        for source in (CONSTANT, CONSTANT_PRELOADED)
+        experiments.question(source, Cell(INTEGRAL, 0.05), (1,)).answer().numbers["ringing_N"][0]
+        for source in (experiments.CONSTANT, experiments.CONSTANT_PRELOADED)
     )
     assert loaded < 0.1 * at_rest
 
@@ -231,7 +218,9 @@ def test_a_preloaded_start_under_constant_torque_does_not_ring():
 def test_neighbouring_motions_part_under_the_clock_and_not_under_the_integral():
     """b = 1000 um; 10 per second is the noise of a finite window."""
     rates = [
-        question(NEIGHBOURS, Cell(law, zeta), (1,)).answer().numbers["lyapunov_per_s"][0]
+        experiments.question(experiments.NEIGHBOURS, Cell(law, zeta), (1,))
+        .answer()
+        .numbers["lyapunov_per_s"][0]
         for law, zeta in ((PRINTED, 0.005), (INTEGRAL, 0.05))
     ]
     assert rates[0] > 100
@@ -260,7 +249,7 @@ def test_starts_stand_for_others_only_where_they_agree_in_every_number(found, sa
 
 def test_starts_that_agree_are_those_that_more_starts_agree_with():
     """What is left out would have told the same: run it all the same."""
-    asked = question(NO_ERROR, Cell(INTEGRAL, 0.05), tuple(range(1, 13)))
+    asked = experiments.question(experiments.NO_ERROR, Cell(INTEGRAL, 0.05), tuple(range(1, 13)))
     brief = replace(asked, variant=replace(asked.variant, duration_s=0.1))
     answer, later = brief.answer(), replace(brief, seeds=(9, 10, 11, 12)).answer()
     assert (answer.ran, len(answer.diverged_s)) == (8, 12)
@@ -274,19 +263,14 @@ def test_a_rank_is_taken_among_members_that_have_the_event():
     third = {5: 300.0, 10: 200.0, 25: 100.0, 50: 0.1, 500: 100.0}
     known = Known(
         {
-            BACKLASH(b): Sample(
-                {
-                    "frequency_Hz": np.array([frequency[b]]),
-                    "third": np.array(
-                        [
-                            third[b],
-                        ]
-                    ),
-                },
+            experiments.BACKLASH(b): Sample(
+                {"frequency_Hz": np.array([frequency[b]]), "third": np.array([third[b]])},
                 np.zeros(1, dtype=bool),
             )
             for b in third
         }
     )
-    assert rank_among(BACKLASH, "frequency_Hz", "third", 10.0)(known) == pytest.approx([-1])
-    assert np.isnan(rank_among(BACKLASH, "frequency_Hz", "third", 150.0)(known)).all()
+    assert rank_among(experiments.BACKLASH, "frequency_Hz", "third", 10.0)(known) == pytest.approx(
+        [-1]
+    )
+    assert np.isnan(rank_among(experiments.BACKLASH, "frequency_Hz", "third", 150.0)(known)).all()

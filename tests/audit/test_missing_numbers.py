@@ -1,7 +1,5 @@
 """Claims about numbers that are missing: no verdict falls over them, and none is made of them."""
 
-from __future__ import annotations
-
 import json
 import math
 from functools import cache
@@ -15,7 +13,7 @@ from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.chapter import ClaimRow, page, record
 from crosscheck.audit.claims.judged import Judged
 from crosscheck.audit.claims.measured import MEASURED
-from crosscheck.audit.claims.quantities import Known, Quantity, difference, of, over, rank, spread
+from crosscheck.audit.claims.quantities import Known, difference, of, over, rank, spread
 from crosscheck.audit.claims.rule import State, VerdictKind, answers, verdict
 from crosscheck.audit.claims.settings import FULL
 from crosscheck.audit.experiments.cells import LAWS, Cell
@@ -52,7 +50,7 @@ def _sources() -> tuple[Source, ...]:
 
 @settings(max_examples=4, print_blob=True, phases=(Phase.reuse, Phase.generate))
 @given(seed=st.integers(0, 2**63))
-def test_every_claim_gets_a_verdict_whatever_is_missing(seed: int) -> None:
+def test_every_claim_gets_a_verdict_whatever_is_missing(seed):
     generator = np.random.default_rng(seed)
     cells = [Cell(law, zeta) for law in LAWS for zeta in (0.006, 0.05)]
     asked = [(cell, _known(generator)) for cell in cells]
@@ -68,7 +66,7 @@ def test_every_claim_gets_a_verdict_whatever_is_missing(seed: int) -> None:
 
 
 @pytest.mark.parametrize("fate", ["diverged", "nothing"])
-def test_a_setting_without_any_number_supports_nothing(fate: str) -> None:
+def test_a_setting_without_any_number_supports_nothing(fate):
     """Every run diverged, or none has anything to tell: nothing but the arm's data is left."""
     nothing = {} if fate == "diverged" else {name: np.full(STARTS, math.nan) for name in MEASURED}
     sample = Sample(nothing, np.full(STARTS, fate == "diverged"))
@@ -93,13 +91,13 @@ def _sweep(diverged: Source) -> Known:
 
 
 @pytest.mark.parametrize("quantity", [rank(BACKLASH, "third"), spread(BACKLASH, "third")])
-def test_a_diverged_member_leaves_that_starts_sweep_undefined(quantity: Quantity) -> None:
+def test_a_diverged_member_leaves_that_starts_sweep_undefined(quantity):
     whole, broken = quantity(_sweep(BACKLASH(3000)))
     assert math.isfinite(whole)
     assert math.isnan(broken)
 
 
-def test_ratios_and_differences_with_nothing_are_undefined() -> None:
+def test_ratios_and_differences_with_nothing_are_undefined():
     a, b = Source("a"), Source("b")
     known = Known(
         {

@@ -1,7 +1,5 @@
 """The paper's page and its command."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
@@ -17,7 +15,6 @@ from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.command import paper_command
 from crosscheck.audit.page.report import page, paper_files, records_json
 from crosscheck.models.errors import InputError
-from tests.processes import warm_command_line
 
 
 @pytest.fixture
@@ -27,28 +24,28 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("number", [3, 21, -1])
-def test_unknown_figures_are_refused_before_anything_is_written(number: int, cache: Path):
+def test_unknown_figures_are_refused_before_anything_is_written(number, cache):
     with pytest.raises(InputError, match="must be 4 to 20"):
         paper_command([4, number], cache / "out", 1)
     assert not (cache / "out").exists()
 
 
-def test_a_seed_that_cannot_be_one_is_refused_before_anything_is_written(cache: Path):
+def test_a_seed_that_cannot_be_one_is_refused_before_anything_is_written(crosscheck, cache):
     with pytest.raises(InputError, match="--first-seed"):
         paper_command([4], cache / "out", 1, -1)
     assert not (cache / "out").exists()
-    answer = warm_command_line("paper", "--first-seed", "-1", "--out", cache / "out")
-    assert (answer.returncode, answer.stderr.count("\n")) == (2, 1)
-    assert "must be 0 or more" in answer.stderr
+    answer = crosscheck("paper", "--first-seed", "-1", "--out", cache / "out")
+    assert (answer.code, answer.err.count("\n")) == (2, 1)
+    assert "must be 0 or more" in answer.err
     assert not (cache / "out").exists()
 
 
-def test_another_first_seed_names_the_same_files(tmp_path: Path):
+def test_another_first_seed_names_the_same_files(tmp_path):
     assert paper_files(tmp_path, Scale(first_seed=99)) == paper_files(tmp_path)
     assert set(Scale(first_seed=99).seeds).isdisjoint(Scale().seeds)
 
 
-def test_one_figure_alone_makes_a_self_contained_page(cache: Path):
+def test_one_figure_alone_makes_a_self_contained_page(cache):
     """Its script and its style are in it; nothing is asked of any other place."""
     paper_command([4], cache / "out", 1, 5)
     html = (cache / "out" / "paper.html").read_text(encoding="utf-8")
@@ -57,7 +54,7 @@ def test_one_figure_alone_makes_a_self_contained_page(cache: Path):
     assert re.search(r"\bsrc=|<link\b|@import|url\(http|\bfetch\(", html) is None
 
 
-def test_the_contents_name_every_chapter_in_order(tmp_path: Path):
+def test_the_contents_name_every_chapter_in_order(tmp_path):
     made = [AuditChapter(name, name.upper(), f"<p>{name}</p>", outcome="So.") for name in "abc"]
     html = page(made, Study(tmp_path))
     contents, _, rest = html.partition("</nav>")
@@ -85,7 +82,7 @@ def test_a_column_follows_its_path_in_a_row_and_is_undefined_where_a_part_is_mis
     assert "<td>5.0</td><td>0 of 4</td>" in shares.html(rows)
 
 
-def test_records_are_identical_but_for_the_provenance(tmp_path: Path):
+def test_records_are_identical_but_for_the_provenance(tmp_path):
     made = [AuditChapter("x", "X", "<p>x</p>", [{"id": "x/1", "value": np.float64(1.5)}])]
     first, second = (json.loads(records_json(made, Study(tmp_path))) for _ in range(2))
     assert first["chapters"] == second["chapters"] == {"x": [{"id": "x/1", "value": 1.5}]}

@@ -1,10 +1,7 @@
 """Hypothesis H1: what decides it, on both sides of every threshold, and the tools behind it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,56 +16,11 @@ from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import NONE, Third
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from crosscheck.audit.page.material import Material
+from crosscheck.audit.phase import clock, dampers, linear, maps, resonance
 from crosscheck.audit.phase.chapter import h1_verdict
-from crosscheck.audit.phase.clock import (
-    CLOCK_N,
-    Clocks,
-    ClockTest,
-    Delayed,
-    LawsClock,
-    SignalEnvelope,
-)
-from crosscheck.audit.phase.dampers import (
-    ABLATIONS,
-    ALWAYS,
-    AS_IT_STANDS,
-    FAST_RAD_PER_S,
-    PLAYED_BACK,
-    STEADY,
-    STILL,
-    TIGHT,
-    Ablated,
-    Dampers,
-)
 from crosscheck.audit.phase.engines import WITHIN, Engines, TwoModels
 from crosscheck.audit.phase.handover import DEAD, ERROR_FREE, INTEGRATED, Fate, Handovers, Left
-from crosscheck.audit.phase.linear import (
-    Modes,
-    base_motion,
-    jacobian_error,
-    mesh_modes,
-    predicted_amplitude,
-    unstable_intervals,
-)
-from crosscheck.audit.phase.maps import (
-    FOUR,
-    Mapped,
-    Maps,
-    MapSetting,
-    Presence,
-    integral_of,
-    where_present,
-)
 from crosscheck.audit.phase.page.sections import of_maps
-from crosscheck.audit.phase.resonance import (
-    FAR,
-    SPEEDS,
-    FloquetRates,
-    Resonance,
-    Speeds,
-    StageModes,
-    tongues,
-)
 from crosscheck.audit.phase.runs import (
     Changed,
     Continued,
@@ -80,112 +32,103 @@ from crosscheck.audit.phase.runs import (
     vibration,
 )
 from crosscheck.audit.phase.stability import ONSET_WITHIN, Begun
+from tests.audit.planted_runs import third
 
 SHORT = Variant(zeta=0.02, phase="omega_t", ring_rate="corrected", duration_s=0.02)
 CELL = Cell(PRINTED, 0.005)
 ABOVE, BELOW = 1.01, 0.99
 
 
-def third(*sizes: float, onset_s: float = 0.9, frequency_Hz: float = 1300.0) -> Third:
-    """Starts of these sizes, planets apart."""
-    found = np.array(sizes)
-    same = np.ones(found.size)
-    return Third(found, onset_s * same, frequency_Hz * same, 1e-4 * same, 0)
-
-
 @pytest.mark.parametrize(
     ("omega_t", "angle", "expected"),
     [
-        (State.YES, State.NO, Presence.PRINTED),
-        (State.BISTABLE, State.NO, Presence.PRINTED),
-        (State.NO, State.BISTABLE, Presence.INTEGRATED),
-        (State.YES, State.YES, Presence.BOTH),
-        (State.NO, State.NO, Presence.NEITHER),
-        (State.YES, State.UNDEFINED, Presence.PRINTED),
+        (State.YES, State.NO, maps.Presence.PRINTED),
+        (State.BISTABLE, State.NO, maps.Presence.PRINTED),
+        (State.NO, State.BISTABLE, maps.Presence.INTEGRATED),
+        (State.YES, State.YES, maps.Presence.BOTH),
+        (State.NO, State.NO, maps.Presence.NEITHER),
+        (State.YES, State.UNDEFINED, maps.Presence.PRINTED),
     ],
 )
-def test_one_setting_in_which_it_happens_decides(
-    omega_t: State, angle: State, expected: Presence
-) -> None:
+def test_one_setting_in_which_it_happens_decides(omega_t, angle, expected):
     states = {"omega_t": [State.NO, omega_t], "angle": [angle, State.NO]}
-    assert where_present(states) == expected
+    assert maps.where_present(states) == expected
 
 
-def test_a_law_that_says_nothing_leaves_it_open() -> None:
+def test_a_law_that_says_nothing_leaves_it_open():
     said = {"omega_t": [State.YES], "angle": [State.UNDEFINED]}
-    assert where_present(said) == Presence.UNKNOWN
+    assert maps.where_present(said) == maps.Presence.UNKNOWN
 
 
-def test_a_setting_asks_the_same_starts_without_tooth_error() -> None:
-    plain, other = MapSetting(CELL), MapSetting(CELL, backlash_um=500.0)
+def test_a_setting_asks_the_same_starts_without_tooth_error():
+    plain, other = maps.MapSetting(CELL), maps.MapSetting(CELL, backlash_um=500.0)
     assert [str(source) for source in plain.sources] == ["pd", "no error"]
     assert [source.size_um for source in other.sources] == [500.0, 500.0]
-    assert len(set(FOUR)) == 4
-    conservative = MapSetting(Cell(Law("angle", "corrected", "conservative"), 0.02))
-    assert integral_of(conservative) == MapSetting(Cell(INTEGRAL, 0.02))
+    assert len(set(maps.FOUR)) == 4
+    conservative = maps.MapSetting(Cell(Law("angle", "corrected", "conservative"), 0.02))
+    assert maps.integral_of(conservative) == maps.MapSetting(Cell(INTEGRAL, 0.02))
 
 
 @pytest.mark.parametrize(("severe", "told"), [(0, False), (4, True), (8, False)])
-def test_a_severe_fluctuation_is_of_a_branch_only_where_the_start_decides(
-    severe: int, told: bool, tmp_path: Path
-) -> None:
+def test_a_severe_fluctuation_is_of_a_branch_only_where_the_start_decides(severe, told, tmp_path):
     """By the records of lumped planets too, where all starts may be severe."""
 
-    def mapped(cell: Cell, loud: int) -> Mapped:
-        sizes = np.array([300.0] * loud + [5.0] * (8 - loud))
-        third = Third(sizes, 0 * sizes, 0 * sizes, 0 * sizes, 0)
-        return Mapped(MapSetting(cell), third=third, without=replace(third, size=0 * sizes))
+    def mapped(cell: Cell, loud: int) -> maps.Mapped:
+        found = third(*[300.0] * loud, *[5.0] * (8 - loud))
+        return maps.Mapped(maps.MapSetting(cell), third=found, without=third(*[0.0] * 8))
 
     lumped = [mapped(replace(CELL, planets="lumped"), severe)]
-    said = of_maps(Maps([mapped(CELL, 0)], lumped, []), Material(Study(tmp_path), QUICK)).html
+    said = of_maps(maps.Maps([mapped(CELL, 0)], lumped, []), Material(Study(tmp_path), QUICK)).html
     assert ("belongs to a branch" in said) == told
     assert ("severe in nine starts of ten or more at ζ 0.005" in said) == (severe == 8)
 
 
-def test_verdict_of_h1() -> None:
+def test_verdict_of_h1():
     every = {"clock": True, "engine": True}
-    assert h1_verdict(Presence.PRINTED, every) == "holds"
-    assert h1_verdict(Presence.UNKNOWN, every) == "undefined"
-    undefined = h1_verdict(Presence.PRINTED, {**every, "engine": None})
+    assert h1_verdict(maps.Presence.PRINTED, every) == "holds"
+    assert h1_verdict(maps.Presence.UNKNOWN, every) == "undefined"
+    undefined = h1_verdict(maps.Presence.PRINTED, {**every, "engine": None})
     assert undefined == "holds in the simulations, but undefined in: engine"
-    assert "clock" in h1_verdict(Presence.PRINTED, {**every, "clock": False})
-    for elsewhere in (Presence.BOTH, Presence.NEITHER, Presence.INTEGRATED):
+    assert "clock" in h1_verdict(maps.Presence.PRINTED, {**every, "clock": False})
+    for elsewhere in (maps.Presence.BOTH, maps.Presence.NEITHER, maps.Presence.INTEGRATED):
         assert h1_verdict(elsewhere, every) == "does not hold"
 
 
-def _clocks(*changes: float) -> Clocks:
+def _clocks(*changes: float) -> clock.Clocks:
     """Of the paper's laws and the integral."""
-    nothing = SignalEnvelope((), (), ())
+    nothing = clock.SignalEnvelope((), (), ())
 
-    def delayed(change: float) -> Delayed:
-        return Delayed(1.0, change, 1.0, (), False, nothing, nothing)
+    def delayed(change: float) -> clock.Delayed:
+        return clock.Delayed(1.0, change, 1.0, (), False, nothing, nothing)
 
     laws = (PRINTED, REPAIRED_RATE, INTEGRAL)
-    return Clocks([LawsClock(law, [delayed(c)]) for law, c in zip(laws, changes, strict=True)])
+    return clock.Clocks(
+        [clock.LawsClock(law, [delayed(c)]) for law, c in zip(laws, changes, strict=True)]
+    )
 
 
-def test_a_clock_is_seen_above_rounding() -> None:
-    seen, unseen = ABOVE * CLOCK_N, BELOW * CLOCK_N
+def test_a_clock_is_seen_above_rounding():
+    seen, unseen = ABOVE * clock.CLOCK_N, BELOW * clock.CLOCK_N
     assert _clocks(seen, seen, unseen).supports
     for changes in ((seen, unseen, unseen), (unseen, seen, unseen), (seen, seen, seen)):
         assert not _clocks(*changes).supports
 
 
 @pytest.mark.parametrize(("law", "same"), [(INTEGRAL, True), (PRINTED, False)])
-def test_only_the_printed_law_knows_the_time(law: Law, same: bool) -> None:
-    found = ClockTest(law, 0.02, 0.01, (1, 2)).answer()
+def test_only_the_printed_law_knows_the_time(law, same):
+    found = clock.ClockTest(law, 0.02, 0.01, (1, 2)).answer()
     assert [one.same for one in found] == [True, same, same, same]
     largest = [one.largest_change_N for one in found[1:]]
     assert all(change == 0 for change in largest) if same else min(largest) > 1.0
 
 
-def test_the_free_clock_at_zero_is_the_model_itself() -> None:
+def test_the_free_clock_at_zero_is_the_model_itself():
     run = simulate(SHORT)
     own = motion([PhysicalModel(*SHORT.case())])
     assert np.array_equal(own.a[:, own.theta, 0], run["theta_ddot"].values)
 
 
-def test_a_run_goes_on_where_another_stopped() -> None:
+def test_a_run_goes_on_where_another_stopped():
     half = replace(SHORT, duration_s=0.01).case()
     before, whole = motion([PhysicalModel(*half)]), motion([PhysicalModel(*SHORT.case())])
     last = before.q[-1, :, 0].copy(), before.v[-1, :, 0].copy()
@@ -194,7 +137,7 @@ def test_a_run_goes_on_where_another_stopped() -> None:
     assert np.abs(resumed.q[-1] - whole.q[-1]).max() < 1e-12
 
 
-def test_changed_dampers_and_drives_are_other_questions() -> None:
+def test_changed_dampers_and_drives_are_other_questions():
     variant = pd_run(CELL, 0.002)
     plain, stronger = Changed(variant, (1,)), Changed(variant, (1,), damping=(2.0, 0.2))
     fed = Changed(variant, (1,), recorded=True)
@@ -204,13 +147,13 @@ def test_changed_dampers_and_drives_are_other_questions() -> None:
     assert fed.models((1,))[0].scenario.drive.kind == "table"
 
 
-def test_a_start_is_the_same_whichever_stand_beside_it() -> None:
+def test_a_start_is_the_same_whichever_stand_beside_it():
     variant = pd_run(CELL, 0.01)
     alone, three = (motion(models_of(variant, seeds)).q for seeds in ((2,), (1, 2, 3)))
     assert np.array_equal(alone[:, :, 0], three[:, :, 1])
 
 
-def test_branches_are_compared_only_where_both_models_have_starts() -> None:
+def test_branches_are_compared_only_where_both_models_have_starts():
     small, severe = [20.0] * 8, [400.0] * 4
     one, other = third(*small, *severe), third(*small, 400.0)
     found = {(a.severe, a.number): a.met for a in TwoModels(CELL, one, other).apart}
@@ -219,7 +162,7 @@ def test_branches_are_compared_only_where_both_models_have_starts() -> None:
 
 
 @pytest.mark.parametrize("number", list(WITHIN))
-def test_medians_of_a_branch_have_limits_on_both_sides(number: str) -> None:
+def test_medians_of_a_branch_have_limits_on_both_sides(number):
     for by, expected in ((BELOW, True), (ABOVE, False)):
         factor = 1 + by * WITHIN[number]
         of = {name: factor if name == number else 1.0 for name in WITHIN}
@@ -241,7 +184,7 @@ def _engines(same: Third, angle: float) -> Engines:
     return Engines([TwoModels(CELL, rising, same)], [quiet])
 
 
-def test_second_engine_supports_if_it_shows_the_same_and_is_quiet_under_angle() -> None:
+def test_second_engine_supports_if_it_shows_the_same_and_is_quiet_under_angle():
     alike = third(*np.linspace(151.0, 201.0, 16))
     assert _engines(alike, BELOW * SEVERE).supports is True
     assert _engines(alike, ABOVE * SEVERE).supports is False
@@ -250,7 +193,7 @@ def test_second_engine_supports_if_it_shows_the_same_and_is_quiet_under_angle() 
     assert _engines(alike, math.nan).supports is None
 
 
-def test_onset_predicted() -> None:
+def test_onset_predicted():
     assert Begun(None, None).as_predicted
     assert not Begun(None, 1.0).as_predicted
     assert not Begun(1.0, None).as_predicted
@@ -258,12 +201,12 @@ def test_onset_predicted() -> None:
     assert not Begun(1 + ABOVE * ONSET_WITHIN, 1.0).as_predicted
 
 
-def test_a_vibration_dies_below_a_tenth() -> None:
+def test_a_vibration_dies_below_a_tenth():
     assert Left(100.0, 50.0, BELOW * DEAD * 100.0).dies
     assert not Left(100.0, 50.0, ABOVE * DEAD * 100.0).dies
 
 
-def test_the_handover_counts_where_it_dies_without_tooth_error() -> None:
+def test_the_handover_counts_where_it_dies_without_tooth_error():
     every, some = Share(4, 4), Share(3, 4)
 
     def fates(with_error: Share | None, without: Share | None) -> Handovers:
@@ -277,44 +220,46 @@ def test_the_handover_counts_where_it_dies_without_tooth_error() -> None:
     assert fates(None, None).supports is None
 
 
-def test_far_from_a_resonance() -> None:
-    growth = np.where(SPEEDS > 200.0, 5.0, -5.0)
-    rates = {0.01: FloquetRates(tuple(growth), -1.0)}
+def test_far_from_a_resonance():
+    growth = np.where(resonance.SPEEDS > 200.0, 5.0, -5.0)
+    rates = {0.01: resonance.FloquetRates(tuple(growth), -1.0)}
 
-    def found(speed: float) -> Resonance:
-        modes = StageModes((speed * 99 / (2 * np.pi),), 99.0)
-        return Resonance(modes, Speeds(1.0, 6.0, 19.0), {}, rates)
+    def found(speed: float) -> resonance.Resonance:
+        modes = resonance.StageModes((speed * 99 / (2 * np.pi),), 99.0)
+        return resonance.Resonance(modes, resonance.Speeds(1.0, 6.0, 19.0), {}, rates)
 
-    assert found(ABOVE * FAR).supports
-    assert not found(BELOW * FAR).supports
-    assert found(FAR).lowest_open == SPEEDS[SPEEDS > 200.0][0]
-
-
-def _dampers(sizes: dict[str, float], rest: float) -> Dampers:
-    ablated = [Ablated(one, 0.01, third(*[sizes[one.name]] * 10)) for one in ABLATIONS]
-    return Dampers(ablated[:1], ablated, (rest, rest, rest), [])
+    assert found(ABOVE * resonance.FAR).supports
+    assert not found(BELOW * resonance.FAR).supports
+    assert found(resonance.FAR).lowest_open == resonance.SPEEDS[resonance.SPEEDS > 200.0][0]
 
 
-def test_a_hard_excited_flutter_needs_all_of_its_causes() -> None:
-    gone, there = BELOW * STILL, ABOVE * EVIDENT
-    own = {one.name: gone for one in (ALWAYS, PLAYED_BACK, TIGHT)}
-    own |= {one.name: there for one in (AS_IT_STANDS, STEADY)}
+def _dampers(sizes: dict[str, float], rest: float) -> dampers.Dampers:
+    ablated = [
+        dampers.Ablated(one, 0.01, third(*[sizes[one.name]] * 10)) for one in dampers.ABLATIONS
+    ]
+    return dampers.Dampers(ablated[:1], ablated, (rest, rest, rest), [])
+
+
+def test_a_hard_excited_flutter_needs_all_of_its_causes():
+    gone, there = BELOW * dampers.STILL, ABOVE * EVIDENT
+    own = {one.name: gone for one in (dampers.ALWAYS, dampers.PLAYED_BACK, dampers.TIGHT)}
+    own |= {one.name: there for one in (dampers.AS_IT_STANDS, dampers.STEADY)}
     assert _dampers(own, gone).excited_hard is True
-    assert _dampers(own, ABOVE * STILL).excited_hard is False
-    for one in (ALWAYS, PLAYED_BACK, TIGHT):
-        assert _dampers({**own, one.name: ABOVE * STILL}, gone).excited_hard is False
-    for one in (AS_IT_STANDS, STEADY):
+    assert _dampers(own, ABOVE * dampers.STILL).excited_hard is False
+    for one in (dampers.ALWAYS, dampers.PLAYED_BACK, dampers.TIGHT):
+        assert _dampers({**own, one.name: ABOVE * dampers.STILL}, gone).excited_hard is False
+    for one in (dampers.AS_IT_STANDS, dampers.STEADY):
         assert _dampers({**own, one.name: BELOW * EVIDENT}, gone).excited_hard is False
-    assert _dampers({**own, TIGHT.name: math.nan}, gone).excited_hard is None
+    assert _dampers({**own, dampers.TIGHT.name: math.nan}, gone).excited_hard is None
     assert _dampers(own, gone).largest_zeta == 0.01
 
 
-def test_running_away_is_faster_than_any_controlled_motion() -> None:
+def test_running_away_is_faster_than_any_controlled_motion():
     run = simulate(replace(SHORT, model="analytic:coupled", duration_s=1.0, zeta=None))
-    assert 5 * np.abs(run["theta_dot"].values).max() < FAST_RAD_PER_S
+    assert 5 * np.abs(run["theta_dot"].values).max() < dampers.FAST_RAD_PER_S
 
 
-def test_eq_11_in_full_is_the_suns_and_the_planets_own_turning() -> None:
+def test_eq_11_in_full_is_the_suns_and_the_planets_own_turning():
     model = PhysicalModel(*SHORT.case())
     weights = neglected_weights(model)
     sun, planet = 27 / 36.82406e-3, 36 / 49.09875e-3
@@ -324,17 +269,17 @@ def test_eq_11_in_full_is_the_suns_and_the_planets_own_turning() -> None:
 
 @pytest.mark.parametrize("law", ["omega_t", "angle"])
 @pytest.mark.parametrize("full_rate", [False, True])
-def test_jacobian_is_that_of_the_equations(law: str, full_rate: bool) -> None:
+def test_jacobian_is_that_of_the_equations(law, full_rate):
     case = replace(SHORT, phase=law, duration_s=1.0).case()
     plant = plant_of(PhysicalModel(*case), full_rate)
-    assert jacobian_error(plant, base_motion(case, plant, 100), 6) < 1e-7
+    assert linear.jacobian_error(plant, linear.base_motion(case, plant, 100), 6) < 1e-7
 
 
-def test_the_base_motion_needs_no_vibration_to_carry_the_arm() -> None:
+def test_the_base_motion_needs_no_vibration_to_carry_the_arm():
     """Started on it, the full equations stay on it: forces balance row by row."""
     case = replace(SHORT, phase="angle", duration_s=0.6).case()
     plant = plant_of(PhysicalModel(*case))
-    base = base_motion(case, plant, 10)
+    base = linear.base_motion(case, plant, 10)
     k = int(np.searchsorted(base.time, 0.5))
     brief = replace(SHORT, phase="angle", duration_s=0.01, record_every=1000).case()
     run = motion([Continued(brief, base.q[k], base.v[k], plant.equations)], float(base.time[k]))
@@ -343,49 +288,51 @@ def test_the_base_motion_needs_no_vibration_to_carry_the_arm() -> None:
     assert np.abs(drift[plant.gears.theta]).max() < 1e-5
 
 
-def test_modes_at_rest_are_those_of_the_model() -> None:
+def test_modes_at_rest_are_those_of_the_model():
     case = replace(SHORT, zeta=1e-6, phase="angle").case()
     plant = plant_of(PhysicalModel(*case))
-    base = base_motion(case, plant, 10)
+    base = linear.base_motion(case, plant, 10)
     still = base._replace(time=base.time[:1], q=base.q[:1], v=base.v[:1], force=base.force[:1])
     expected = PhysicalModel(*case).mesh_modes()[-4:]
-    assert np.sort(mesh_modes(plant, still).frequency[0]) == pytest.approx(expected, rel=2e-3)
+    assert np.sort(linear.mesh_modes(plant, still).frequency[0]) == pytest.approx(
+        expected, rel=2e-3
+    )
 
 
-def test_amplitude_follows_the_integral_above_the_floor() -> None:
+def test_amplitude_follows_the_integral_above_the_floor():
     time = np.linspace(0.0, 1.0, 1001)
     growth = np.where(time < 0.5, -100.0, 40.0)[:, None]
-    level = predicted_amplitude(time, growth, np.array([1.0]), np.array([1e-6]))
+    level = linear.predicted_amplitude(time, growth, np.array([1.0]), np.array([1e-6]))
     assert level[300] == pytest.approx(1e-6)
     assert level[-1] == pytest.approx(1e-6 * np.exp(40 * 0.5), rel=0.1)
 
 
-def test_intervals_are_told_from_their_e_folds_on() -> None:
+def test_intervals_are_told_from_their_e_folds_on():
     time = np.linspace(0.0, 1.0, 1001)
     growth = np.where((time > 0.3) & (time < 0.5), 100.0, -1.0)[:, None]
-    modes = Modes(growth, np.full_like(growth, 1700.0))
-    (found,) = unstable_intervals(time, modes, 19.0)
+    modes = linear.Modes(growth, np.full_like(growth, 1700.0))
+    (found,) = linear.unstable_intervals(time, modes, 19.0)
     assert found.folds == pytest.approx(20.0, rel=0.02)
     assert found.frequency == pytest.approx(1700.0)
-    assert not unstable_intervals(time, modes, 21.0)
+    assert not linear.unstable_intervals(time, modes, 21.0)
 
 
-def test_vibration_leaves_the_motion_of_the_arm_out() -> None:
+def test_vibration_leaves_the_motion_of_the_arm_out():
     time = np.arange(50000) * 2e-5
     fast = vibration(time, 100 * np.sin(2 * np.pi * 20 * time) + np.sin(2 * np.pi * 1700 * time))
     assert np.abs(fast[2000:-2000]).max() == pytest.approx(1.0, rel=0.01)
 
 
-def test_a_tongue_opens_at_twice_a_modes_frequency_and_damping_closes_it() -> None:
+def test_a_tongue_opens_at_twice_a_modes_frequency_and_damping_closes_it():
     speeds = np.array([150.0, 2 * 2 * np.pi * 1709.9 / 99])
-    away, inside = tongues(0.005, speeds)
+    away, inside = resonance.tongues(0.005, speeds)
     assert away < 0 < inside
-    assert tongues(0.1, speeds).max() < 0
+    assert resonance.tongues(0.1, speeds).max() < 0
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("cell", [Cell(PRINTED, 0.005), Cell(REPAIRED_RATE, 0.02)])
-def test_exudyn_follows_the_analytic_model_into_the_vibration(cell: Cell) -> None:
+def test_exudyn_follows_the_analytic_model_into_the_vibration(cell):
     """Up to where rounding has grown: the first 0.1 s of the same start, planets free."""
     one = replace(pd_run(cell, 0.1), seed=1)
     runs = [simulate(replace(one, model=model)) for model in ("analytic:physical", "exudyn:tree")]

@@ -1,19 +1,17 @@
 """H4: what the elbow planets' spin costs."""
 
-from __future__ import annotations
-
 import pytest
 
 from crosscheck.audit.hypotheses.evidence.spin import CONSIDERABLE_M, SpinCost, matters
 from crosscheck.models.loading import load_arm
 
 
-def test_threshold() -> None:
+def test_threshold():
     assert matters(1.01 * CONSIDERABLE_M)
     assert not matters(0.99 * CONSIDERABLE_M)
 
 
-def test_missing_inertia_is_that_of_the_planets() -> None:
+def test_missing_inertia_is_that_of_the_planets():
     found = SpinCost("paper-labelled", "pd", 0.01).answer()
     joint = load_arm("paper-labelled").joints[1]
     # N M_p r_p^2 turn with link 1; r_p = 3 mm * 36 / 2 * cos(24.6 deg) = 49.09875 mm.

@@ -1,7 +1,5 @@
 """Hypothesis H7: Hill's equation from first principles, samples, and what is made of them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -13,25 +11,12 @@ from crosscheck.audit.claims.rule import Answer, Claim, Place, State, above
 from crosscheck.audit.experiments.cells import LAWS, PRINTED, Cell
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.variant import Variant
-from crosscheck.audit.measures.third import APART_M, Third
+from crosscheck.audit.measures.third import APART_M
 from crosscheck.audit.phase.runs import pd_run
-from crosscheck.audit.planets import hill, parting
-from crosscheck.audit.planets.parting import (
-    PREDICTED,
-    FirstPartings,
-    Parted,
-    PartingCourse,
-    Partings,
-    alike,
-)
-from crosscheck.audit.planets.verdict import (
-    Feature,
-    Freed,
-    PlanetsEffect,
-    Survival,
-    effects_by_law,
-)
+from crosscheck.audit.planets import hill, parting, verdict
+from crosscheck.audit.planets.parting import FirstPartings, Parted, PartingCourse, Partings, alike
 from crosscheck.models.loading import Case
+from tests.audit.planted_runs import third
 
 ABOVE, BELOW = 1.01, 0.99
 CELL = Cell(PRINTED, 0.005)
@@ -54,9 +39,7 @@ def _contacts() -> list[tuple[float, float]]:
 @pytest.mark.parametrize("law", ["omega_t", "angle"])
 @pytest.mark.parametrize("joint", [0, 1])
 @pytest.mark.parametrize("x", _contacts())
-def test_hills_equation_is_the_free_models_own(
-    law: str, joint: int, damping: str, x: tuple[float, float]
-) -> None:
+def test_hills_equation_is_the_free_models_own(law, joint, damping, x):
     """A difference that adds up to 0 is accelerated by itself alone, as the equation says."""
     arm, scenario, chosen = replace(SHORT, phase=law).case()
     model = PhysicalModel(arm, scenario, chosen.model_copy(update={"damping": damping}))
@@ -93,7 +76,7 @@ def _slope(
 
 
 @pytest.mark.parametrize("base", ["lumped", "free"])
-def test_a_tiny_difference_follows_the_equation(base: str) -> None:
+def test_a_tiny_difference_follows_the_equation(base):
     """Through the first impacts, in which teeth part; started pressed in, not at the very edge."""
     case = _pressed_in(SHORT.case())
     model = PhysicalModel(*(alike(case) if base == "lumped" else case))
@@ -106,7 +89,7 @@ def test_a_tiny_difference_follows_the_equation(base: str) -> None:
 
 
 @pytest.mark.parametrize("base", ["lumped", "free"])
-def test_the_motion_that_is_followed_is_the_models_own_run(base: str) -> None:
+def test_the_motion_that_is_followed_is_the_models_own_run(base):
     """Bit for bit, whichever starts are followed beside it: the same steps of the same kernel."""
     cases = [replace(SHORT, seed=seed).case() for seed in range(1, 11)]
     models = [PhysicalModel(*(alike(case) if base == "lumped" else case)) for case in cases]
@@ -128,7 +111,7 @@ def _pressed_in(case: Case) -> Case:
     return case._replace(scenario=scenario)
 
 
-def test_the_mean_of_the_planets_starts_the_lumped_run() -> None:
+def test_the_mean_of_the_planets_starts_the_lumped_run():
     free, lumped = _model("free"), _model("lumped")
     (q, _), (p, _) = free.start(), lumped.start()
     for joint in (0, 1):
@@ -138,7 +121,7 @@ def test_the_mean_of_the_planets_starts_the_lumped_run() -> None:
         assert both == pytest.approx(q[free.layout.at("x_s", joint)], abs=1e-19)
 
 
-def test_rounding_adds_up_until_damping_takes_as_much() -> None:
+def test_rounding_adds_up_until_damping_takes_as_much():
     decay, step, x = 90.0, 1e-5, 50e-6
     generator = np.random.default_rng(1)
     steps = generator.uniform(-0.5, 0.5, 400_000) * np.spacing(x)
@@ -150,7 +133,7 @@ def test_rounding_adds_up_until_damping_takes_as_much() -> None:
     assert float(np.std(levels[20_000:])) == pytest.approx(float(floor), rel=0.15)
 
 
-def test_seeds_of_lumped_planets_are_those_of_free_ones_and_more() -> None:
+def test_seeds_of_lumped_planets_are_those_of_free_ones_and_more():
     lumped, free = (
         replace(SHORT, planets=planets).case().scenario.start for planets in ("lumped", "free")
     )
@@ -163,25 +146,21 @@ def test_seeds_of_lumped_planets_are_those_of_free_ones_and_more() -> None:
     assert len(set(offsets.ravel())) == 6
 
 
-def test_pairs_of_samples_say_what_they_are() -> None:
-    def third(size: float) -> Third:
-        found = np.full(8, size)
-        return Third(found, found, found, found, 0)
-
-    weaker = Freed(CELL, third(400.0), third(20.0), 2)
-    assert weaker.effect == PlanetsEffect.WEAKER
-    assert effects_by_law([weaker])[PRINTED] == {PlanetsEffect.WEAKER: 1}
-    assert set(effects_by_law([])) == set(LAWS)
+def test_pairs_of_samples_say_what_they_are():
+    weaker = verdict.Freed(CELL, third(*[400.0] * 8), third(*[20.0] * 8), 2)
+    assert weaker.effect == verdict.PlanetsEffect.WEAKER
+    assert verdict.effects_by_law([weaker])[PRINTED] == {verdict.PlanetsEffect.WEAKER: 1}
+    assert set(verdict.effects_by_law([])) == set(LAWS)
 
 
-def test_a_statement_about_a_figure_may_rest_on_planets_held_alike() -> None:
+def test_a_statement_about_a_figure_may_rest_on_planets_held_alike():
     limits = above(100.0, "")
     claim = Claim("3.2-99", 14, "", of(PD, "third"), limits)
     place = Place(PRINTED, CELL.arm, 0.005, "")
     true, false = (Answer(place, (size,) * 16, 16, limits) for size in (200.0, 20.0))
-    lost = Feature(claim, place, true, false, 1)
-    assert (lost.survives, lost.changed) == (Survival.LOST, True)
-    assert Feature(claim, place, true, true, 1).changed is False
+    lost = verdict.Feature(claim, place, true, false, 1)
+    assert (lost.survives, lost.changed) == (verdict.Survival.LOST, True)
+    assert verdict.Feature(claim, place, true, true, 1).changed is False
     assert lost.free.state == State.NO
 
 
@@ -203,11 +182,15 @@ def _foretold(found: list[Parted]) -> parting.Foretold:
     return parting._first_parting("lumped", len(found) + 1, found)
 
 
-def test_the_first_parting_is_foretold_start_by_start() -> None:
-    found = [_parted(0.1, 0.1 * (1 + BELOW * PREDICTED)), _parted(0.1, 0.1), _parted(None, None)]
+def test_the_first_parting_is_foretold_start_by_start():
+    found = [
+        _parted(0.1, 0.1 * (1 + BELOW * parting.PREDICTED)),
+        _parted(0.1, 0.1),
+        _parted(None, None),
+    ]
     told = _foretold(found)
     assert (told.starts, told.right, told.all_right, told.strayed) == (2, 2, True, 0)
-    late = 0.1 * (1 + ABOVE * PREDICTED)
+    late = 0.1 * (1 + ABOVE * parting.PREDICTED)
     worse = _foretold([*found, _parted(0.1, late, 0.1 * BELOW), _parted(0.1, late, 0.1 * ABOVE)])
     assert (worse.right, worse.starts, worse.all_right) == (2, 4, False)
     assert (worse.strayed, worse.right_unless_strayed) == (1, 2)
@@ -222,7 +205,7 @@ def test_the_first_parting_is_foretold_start_by_start() -> None:
     assert (shoulder.parted, shoulder.median_s) == (0, None)
 
 
-def test_parting_is_measured_where_planets_pass_a_micrometre() -> None:
+def test_parting_is_measured_where_planets_pass_a_micrometre():
     variant = replace(SHORT, settings=(), duration_s=0.002)
     (parted,) = Partings((variant,)).answer()
     assert parted is not None
@@ -231,7 +214,7 @@ def test_parting_is_measured_where_planets_pass_a_micrometre() -> None:
     assert APART_M == 1e-6
 
 
-def test_first_partings_are_those_of_the_run_itself() -> None:
+def test_first_partings_are_those_of_the_run_itself():
     """At the smallest damping planets part within the first tenth of a second."""
     variant = pd_run(Cell(PRINTED, 0.003), 0.08)
     times = FirstPartings(variant, (1, 2)).answer()

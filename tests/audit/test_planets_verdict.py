@@ -1,13 +1,9 @@
 """What decides H7: both sides of every threshold."""
 
-from __future__ import annotations
-
-import numpy as np
 import pytest
 
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import EVIDENT
 from crosscheck.audit.measures.twosamples import SIGNIFICANT, TwoTests
 from crosscheck.audit.planets.parting import PREDICTED, parting_is_predicted
@@ -19,17 +15,12 @@ from crosscheck.audit.planets.verdict import (
     is_changed,
     survival,
 )
+from tests.audit.planted_runs import third
 
 ABOVE, BELOW = 1.01, 0.99
 
 
-def third(*sizes: float) -> Third:
-    """Starts of these sizes."""
-    found = np.array(sizes)
-    return Third(found, found, found, found, 0)
-
-
-def test_the_effect_of_freeing_planets() -> None:
+def test_the_effect_of_freeing_planets():
     large, small = third(*[400.0] * 5), third(*[20.0] * 5)
     told, untold = 0.5 * SIGNIFICANT / 48, 1.5 * SIGNIFICANT / 48
     assert effect(large, small, TwoTests(told, 1.0), 48) == PlanetsEffect.WEAKER
@@ -41,13 +32,13 @@ def test_the_effect_of_freeing_planets() -> None:
     assert effect(larger, large, TwoTests(1.0, told), 48) == PlanetsEffect.WEAKER
 
 
-def test_sizes_that_are_no_fluctuation_have_no_effect() -> None:
+def test_sizes_that_are_no_fluctuation_have_no_effect():
     p = TwoTests(1.0, 0.0)
     for by, expected in ((BELOW, PlanetsEffect.NONE), (ABOVE, PlanetsEffect.STRONGER)):
         assert effect(third(*[1.0] * 5), third(*[by * EVIDENT] * 5), p, 48) == expected
 
 
-def test_parting_is_predicted_within_a_tenth() -> None:
+def test_parting_is_predicted_within_a_tenth():
     assert parting_is_predicted(None, None)
     assert not parting_is_predicted(0.1, None)
     assert not parting_is_predicted(None, 0.1)
@@ -68,11 +59,11 @@ def test_parting_is_predicted_within_a_tenth() -> None:
         (State.BISTABLE, State.UNDEFINED, Survival.UNKNOWN),
     ],
 )
-def test_what_survives(lumped: State, free: State, expected: Survival) -> None:
+def test_what_survives(lumped, free, expected):
     assert survival(lumped, free) == expected
 
 
-def test_an_answer_is_changed_where_its_shares_are_told_apart() -> None:
+def test_an_answer_is_changed_where_its_shares_are_told_apart():
     """12 of 16 against 2 of 16 has p = 0.0011, against 3 of 16 p = 0.0038."""
     some = Share(12, 16)
     assert is_changed(some, Share(2, 16), 38) is True
@@ -84,7 +75,7 @@ def test_an_answer_is_changed_where_its_shares_are_told_apart() -> None:
     assert is_changed(None, none, 1) is is_changed(none, None, 1) is None
 
 
-def test_verdict_of_h7() -> None:
+def test_verdict_of_h7():
     assert h7_verdict([PlanetsEffect.NONE, PlanetsEffect.WEAKER]) == "holds"
     assert h7_verdict([PlanetsEffect.STRONGER, PlanetsEffect.UNKNOWN]) == "holds"
     assert h7_verdict([PlanetsEffect.NONE, PlanetsEffect.UNKNOWN]) == "not seen"

@@ -3,8 +3,6 @@
 Nothing that the paper speaks of happens in them: what is left is to say so, everywhere.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -42,7 +40,7 @@ def published(tmp_path_factory: pytest.TempPathFactory, kept: Path) -> Published
     return Published(study, out, {chapter.id: chapter for chapter in made})
 
 
-def test_every_chapter_says_something(published: Published) -> None:
+def test_every_chapter_says_something(published):
     assert len(published.chapters) == len(report.CHAPTERS)
     for chapter in published.chapters.values():
         assert chapter.title
@@ -51,33 +49,33 @@ def test_every_chapter_says_something(published: Published) -> None:
         assert len(set(ids)) == len(ids) > 0
 
 
-def test_the_page_is_well_formed(published: Published) -> None:
+def test_the_page_is_well_formed(published):
     assert page_problems(published.html) == []
     assert uneven_tables(published.html) == []
 
 
-def test_every_axis_says_what_it_shows_in_which_unit(published: Published) -> None:
+def test_every_axis_says_what_it_shows_in_which_unit(published):
     drawings = SVG.findall(published.html)
     assert len(drawings) > len(NUMBERS)
     assert [problem for svg in drawings for problem in axis_problems(svg)] == []
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_every_figure_has_its_parameters_below(published: Published, number: int) -> None:
+def test_every_figure_has_its_parameters_below(published, number):
     head = f'<h3 id="figure-{number}">'
     _, _, after = published.chapters["figures"].html.partition(head)
     caption = after.split("<figcaption>")[1].split("</figcaption>")[0]
     assert any(unit in caption for unit in ("µm", "N/m"))
 
 
-def test_the_records_are_strict_json_and_those_of_the_chapters(published: Published) -> None:
+def test_the_records_are_strict_json_and_those_of_the_chapters(published):
     chapters = published.json["chapters"]
     assert list(chapters) == list(published.chapters)
     assert [r["id"] for r in chapters["figures"]] == [f"figure-{number}" for number in NUMBERS]
     assert len(chapters["claims"]) == len(CLAIMS)
 
 
-def test_every_file_is_there_and_whole(published: Published) -> None:
+def test_every_file_is_there_and_whole(published):
     with few_settings(*READINGS):
         runs = stored_runs(FULL)
     names = {"paper.html", "claims.json", "errata.md", *(f"{name}.nc" for name in runs)}
@@ -89,7 +87,7 @@ def test_every_file_is_there_and_whole(published: Published) -> None:
         assert all(np.isfinite(values).all() for values in run.data_vars.values())
 
 
-def test_the_docs_page_has_every_finding_erratum_and_claim(published: Published):
+def test_the_docs_page_has_every_finding_erratum_and_claim(published):
     page = case_study.page(published.out)
     claims = published.json["chapters"]["claims"]
     assert all(f"| {claim['id']} | " in page for claim in claims)
@@ -104,7 +102,7 @@ def test_the_docs_page_has_every_finding_erratum_and_claim(published: Published)
     assert f"alone would change that of: {', '.join(close)}." in page
 
 
-def test_the_errata_sheet_is_made_of_even_tables(published: Published) -> None:
+def test_the_errata_sheet_is_made_of_even_tables(published):
     text = (published.out / "errata.md").read_text(encoding="utf-8").replace(r"\|", "")
     tables = [part for part in text.split("\n\n") if part.startswith("| ")]
     assert sum(table.count("\n") for table in tables) > 40
@@ -112,7 +110,7 @@ def test_the_errata_sheet_is_made_of_even_tables(published: Published) -> None:
         assert len({line.count("|") for line in table.strip().splitlines()}) == 1, table
 
 
-def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(published: Published) -> None:
+def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(published):
     sheet = published.chapters["errata"]
     assert isinstance(sheet, ErrataSheet)
     errata, text = [one.erratum for one in sheet.found], markdown(sheet.found)
@@ -137,14 +135,12 @@ def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(published: Publish
         ("controller", "controller/growth"),
     ],
 )
-def test_what_needs_a_longer_run_is_undefined(
-    published: Published, chapter: str, name: str
-) -> None:
+def test_what_needs_a_longer_run_is_undefined(published, chapter, name):
     (record,) = (r for r in published.chapters[chapter].records if r["id"] == name)
     assert record["verdict"] == UNDEFINED
 
 
-def test_claims_about_later_events_are_undefined_and_say_so(published: Published) -> None:
+def test_claims_about_later_events_are_undefined_and_say_so(published):
     records = {record["id"]: record for record in published.chapters["claims"].records}
     later = of(PD, "third").id
     asked = [c.id for c in CLAIMS if {q.id for q in c.choices.values()} == {later}]
@@ -163,7 +159,7 @@ def names(published: Published) -> list[Name]:
     return sorted(published.study.names)
 
 
-def test_no_result_hangs_on_a_view(names: list[Name]) -> None:
+def test_no_result_hangs_on_a_view(names):
     assert len(names) > 5
     hanging = {
         (name, path.relative_to(ROOT).as_posix())

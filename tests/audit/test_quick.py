@@ -1,7 +1,5 @@
 """A few settings from eight starts, every run as long as it should be: the page's own answers."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter
@@ -33,30 +31,15 @@ from crosscheck.audit.page.material import Material
 from crosscheck.audit.phase.maps import maps
 from crosscheck.audit.phase.stability import CELLS
 from crosscheck.audit.statics.statics import Statics
+from tests.audit import stated
 from tests.audit.contradictions import contradictions, two_values
 from tests.audit.markup import page_problems, strict_json
-from tests.audit.stated import (
-    Said,
-    StatedNumber,
-    left_by_baselines,
-    of_claims,
-    of_figure,
-    of_ladder,
-    of_sheet,
-    of_third,
-)
 
 pytestmark = pytest.mark.slow
 NUMBERS = (4, 17)
 CHAPTERS = (
-    "front.chapter",
-    "front.words",
-    "phase.chapter",
-    "hypotheses.ladder",
-    "hypotheses.planet_spin",
-    "hypotheses.controller",
-    "figures.chapter",
-    "claims.chapter",
+    *("front.chapter", "front.words", "phase.chapter", "hypotheses.ladder"),
+    *("hypotheses.planet_spin", "hypotheses.controller", "figures.chapter", "claims.chapter"),
     "errata.sheet",
 )
 
@@ -76,41 +59,43 @@ def chapters(material: Material) -> dict[str, AuditChapter]:
     return {chapter.id: chapter for chapter in made}
 
 
-def _said(material: Material) -> Iterator[Said]:
+def _said(material: Material) -> Iterator[stated.Said]:
     """What the chapters' own records say of quantities of the claims."""
-    yield from of_claims(material.judged.values())
-    yield from of_third("findings", ((x.cell, x.third) for x in third_finding(material).strips))
+    yield from stated.of_claims(material.judged.values())
+    yield from stated.of_third(
+        "findings", ((x.cell, x.third) for x in third_finding(material).strips)
+    )
     yield from _third_of_phase(material)
-    yield from of_ladder(climbed(material).left, ladder_claims())
+    yield from stated.of_ladder(climbed(material).left, ladder_claims())
     shelf = Shelf(material)
     for number in NUMBERS:
-        yield from of_figure(number, figures._rows(shelf, number))
+        yield from stated.of_figure(number, figures._rows(shelf, number))
 
 
-def _third_of_phase(material: Material) -> list[Said]:
+def _third_of_phase(material: Material) -> list[stated.Said]:
     found = [one for one in maps(material).settings if one.setting.is_paper]
-    return of_third("phase", ((one.setting.cell, one.third) for one in found))
+    return stated.of_third("phase", ((one.setting.cell, one.third) for one in found))
 
 
-def _numbers(material: Material) -> Iterator[StatedNumber]:
+def _numbers(material: Material) -> Iterator[stated.StatedNumber]:
     """What the chapters and the sheet state, too."""
     study, scale = material.study, material.scale
     ladder = climbed(material)
-    yield from left_by_baselines("ladder", ladder.left)
-    yield from left_by_baselines("findings", baseline_finding(ladder, material).left)
+    yield from stated.left_by_baselines("ladder", ladder.left)
+    yield from stated.left_by_baselines("findings", baseline_finding(ladder, material).left)
     spins = [
         SpinCost(arm, name, scale.seconds(s)) for arm in READINGS for name, s in SPUN_S.items()
     ]
     for one in study.answers(spins, "planet spin"):
-        yield StatedNumber("H4", "eq18-planets-2, size", one.arm, one.missing_kg_m2)
+        yield stated.StatedNumber("H4", "eq18-planets-2, size", one.arm, one.missing_kg_m2)
     (found,) = study.answers([Errata(LABELLED, scale.seconds(QUICK_S))], "errata sheet")
-    yield from of_sheet(ArmErratum(LABELLED, one) for one in in_words(found))
+    yield from stated.of_sheet(ArmErratum(LABELLED, one) for one in in_words(found))
     (statics,) = study.answers([Statics(LABELLED)], "statics")
     for name, quoted in QUOTED_TOO.items():
-        yield StatedNumber("claims", quoted, LABELLED, statics[name])
+        yield stated.StatedNumber("claims", quoted, LABELLED, statics[name])
 
 
-def test_the_page_contradicts_itself_nowhere(material: Material) -> None:
+def test_the_page_contradicts_itself_nowhere(material):
     said = list(_said(material))
     told = Counter((one.quantity, *one.place._replace(choice="")) for one in said)
     assert max(told.values()) > 1  # else there was nothing to compare
@@ -127,20 +112,20 @@ QUOTED_TOO = {
 }
 
 
-def test_no_number_of_page_and_sheet_has_two_values(material: Material) -> None:
+def test_no_number_of_page_and_sheet_has_two_values(material):
     numbers = list(_numbers(material))
     told = Counter((one.quantity, one.setting) for one in numbers)
     assert sum(count > 1 for count in told.values()) > len(QUOTED_TOO)
     assert two_values(numbers) == []
 
 
-def test_the_page_is_well_formed(material: Material, chapters: dict[str, AuditChapter]) -> None:
+def test_the_page_is_well_formed(material, chapters):
     made: Sequence[AuditChapter] = list(chapters.values())
     assert page_problems(report.page(made, material.study)) == []
     strict_json(report.records_json(made, material.study))
 
 
-def test_claims(material: Material, chapters: dict[str, AuditChapter]) -> None:
+def test_claims(material, chapters):
     made = chapters["claims"]
     assert [record["id"] for record in made.records] == [claim.id for claim in CLAIMS]
     json.dumps(made.records, allow_nan=False)
@@ -152,21 +137,17 @@ def test_claims(material: Material, chapters: dict[str, AuditChapter]) -> None:
     assert again[0][0] == material.settings[0][0]
 
 
-def test_phase(material: Material, chapters: dict[str, AuditChapter]) -> None:
+def test_phase(material, chapters):
     made = chapters["phase"]
     assert made.records[0]["verdict"] == "holds"
     assert made.html.count("<svg") == 2
     assert {r["id"] for r in made.records} >= {f"stability/{cell.id}" for cell in CELLS}
     assert {
         (one.place.law, one.state) for one in _third_of_phase(material) if one.place.zeta == 0.02
-    } == {
-        (PRINTED, State.NO),
-        (REPAIRED_RATE, State.YES),
-        (INTEGRAL, State.NO),
-    }
+    } == {(PRINTED, State.NO), (REPAIRED_RATE, State.YES), (INTEGRAL, State.NO)}
 
 
-def test_figures(chapters: dict[str, AuditChapter]) -> None:
+def test_figures(chapters):
     made = chapters["figures"]
     json.dumps(made.records, allow_nan=False)
     numbers = [str(number) for number in NUMBERS]

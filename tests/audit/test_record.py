@@ -1,7 +1,5 @@
 """What is kept as JSON comes back as it was, or not at all."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict
 
@@ -22,12 +20,12 @@ TRIED = tried(ERRATUM, {"pd": Effect(1e-3, 5.0, 0.1)})
 
 
 @pytest.mark.parametrize("record", [RAMP, RATES, TRIED], ids=lambda record: type(record).__name__)
-def test_a_record_survives_being_kept(record: object) -> None:
+def test_a_record_survives_being_kept(record):
     kept = json.loads(json.dumps(asdict(record), allow_nan=False))
     assert TypeAdapter(type(record)).validate_python(kept) == record
 
 
-def test_a_tried_erratum_has_no_trial_left_and_no_infinite_size() -> None:
+def test_a_tried_erratum_has_no_trial_left_and_no_infinite_size():
     assert TRIED.erratum.trial is None
     assert TRIED.erratum.size is None
     (record,) = WHOLE.json([ArmErratum("paper-labelled", TRIED)])

@@ -1,7 +1,5 @@
 """From starts to a verdict: shares, thresholds, laws, what a verdict depends on and turns at."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from itertools import product
@@ -11,54 +9,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from crosscheck.audit.claims import rule
 from crosscheck.audit.claims.chapter import ANSWERS, verdict_words
 from crosscheck.audit.claims.judged import Judged
 from crosscheck.audit.claims.quantities import Known, Quantity, over
-from crosscheck.audit.claims.rule import (
-    DAMPING,
-    FEW,
-    LAW,
-    MOST,
-    PLANETS,
-    READING,
-    Answer,
-    Claim,
-    Counts,
-    Limits,
-    Place,
-    State,
-    VerdictKind,
-    answers,
-    ends,
-    kind_of,
-    state,
-    verdict_of,
-)
-from crosscheck.audit.experiments.cells import (
-    AS_GEARS,
-    AS_MODELLED,
-    INTEGRAL,
-    LABELLED,
-    LAWS,
-    MODELS,
-    PRINTED,
-    REPAIRED_RATE,
-    SWAPPED,
-    Cell,
-    Law,
-)
+from crosscheck.audit.experiments import cells
 from crosscheck.audit.experiments.experiments import NO_ERROR, PD
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.measures.shares import Share
 
 ZETAS = (0.003, 0.005, 0.01, 0.05)
-YES, NO, EITHER, NONE = State.YES, State.NO, State.BISTABLE, State.UNDEFINED
-Said = dict[Law, State]
+YES, NO, EITHER, NONE = rule.State.YES, rule.State.NO, rule.State.BISTABLE, rule.State.UNDEFINED
+Said = dict[cells.Law, rule.State]
 
 
-def _stated(by_law: Said, zetas=ZETAS, arms=(LABELLED, SWAPPED)):
+def _stated(by_law: Said, zetas=ZETAS, arms=(cells.LABELLED, cells.SWAPPED)):
     return [
-        (Place(law, arm, zeta, ""), said)
+        (rule.Place(law, arm, zeta, ""), said)
         for (law, said), arm, zeta in product(by_law.items(), arms, zetas)
     ]
 
@@ -66,33 +33,33 @@ def _stated(by_law: Said, zetas=ZETAS, arms=(LABELLED, SWAPPED)):
 @pytest.mark.parametrize(
     ("said", "kind", "counts"),
     [
-        ((YES, YES, YES), VerdictKind.HOLDS, Counts(yes=24)),
-        ((NO, NO, NO), VerdictKind.FAILS, Counts(no=24)),
-        ((YES, NO, NO), VerdictKind.DEPENDS, Counts(yes=8, no=16)),
-        ((YES, YES, NONE), VerdictKind.WHERE_DEFINED, Counts(yes=16, undefined=8)),
-        ((NO, NO, NONE), VerdictKind.FAILS, Counts(no=16, undefined=8)),
-        ((NONE, NONE, NONE), VerdictKind.UNDEFINED, Counts(undefined=24)),
-        ((YES, YES, EITHER), VerdictKind.BISTABLE, Counts(yes=16, bistable=8)),
-        ((NO, EITHER, NO), VerdictKind.BISTABLE, Counts(no=16, bistable=8)),
-        ((YES, EITHER, NO), VerdictKind.DEPENDS, Counts(yes=8, no=8, bistable=8)),
-        ((EITHER, EITHER, EITHER), VerdictKind.BISTABLE, Counts(bistable=24)),
+        ((YES, YES, YES), rule.VerdictKind.HOLDS, rule.Counts(yes=24)),
+        ((NO, NO, NO), rule.VerdictKind.FAILS, rule.Counts(no=24)),
+        ((YES, NO, NO), rule.VerdictKind.DEPENDS, rule.Counts(yes=8, no=16)),
+        ((YES, YES, NONE), rule.VerdictKind.WHERE_DEFINED, rule.Counts(yes=16, undefined=8)),
+        ((NO, NO, NONE), rule.VerdictKind.FAILS, rule.Counts(no=16, undefined=8)),
+        ((NONE, NONE, NONE), rule.VerdictKind.UNDEFINED, rule.Counts(undefined=24)),
+        ((YES, YES, EITHER), rule.VerdictKind.BISTABLE, rule.Counts(yes=16, bistable=8)),
+        ((NO, EITHER, NO), rule.VerdictKind.BISTABLE, rule.Counts(no=16, bistable=8)),
+        ((YES, EITHER, NO), rule.VerdictKind.DEPENDS, rule.Counts(yes=8, no=8, bistable=8)),
+        ((EITHER, EITHER, EITHER), rule.VerdictKind.BISTABLE, rule.Counts(bistable=24)),
     ],
 )
 def test_settings_are_counted_and_decide_the_verdict(said, kind, counts):
-    found = verdict_of(_stated(dict(zip(LAWS, said, strict=True))))
+    found = rule.verdict_of(_stated(dict(zip(cells.LAWS, said, strict=True))))
     assert (found.kind, found.counts) == (kind, counts)
 
 
 def test_no_setting_at_all_is_not_simulated():
-    assert verdict_of([]).kind == VerdictKind.NOT_SIMULATED
+    assert rule.verdict_of([]).kind == rule.VerdictKind.NOT_SIMULATED
 
 
 def test_a_bistable_setting_beside_clear_ones_of_both_kinds_changes_nothing():
-    given = _stated(dict.fromkeys(LAWS, NO))
+    given = _stated(dict.fromkeys(cells.LAWS, NO))
     given[0] = (given[0][0], YES)
-    assert verdict_of(given).kind == VerdictKind.DEPENDS
+    assert rule.verdict_of(given).kind == rule.VerdictKind.DEPENDS
     given[1] = (given[1][0], EITHER)
-    assert verdict_of(given).kind == VerdictKind.DEPENDS
+    assert rule.verdict_of(given).kind == rule.VerdictKind.DEPENDS
 
 
 def _flipped(given, flips):
@@ -102,37 +69,41 @@ def _flipped(given, flips):
 @pytest.mark.parametrize(
     ("flips", "expected"),
     [
-        (lambda p: p.zeta == 0.003, (DAMPING,)),
-        (lambda p: p.arm == SWAPPED, (READING,)),
-        (lambda p: p.law == INTEGRAL and p.zeta == 0.003, (LAW, DAMPING)),
-        (lambda p: p.zeta == 0.003 and p.arm == SWAPPED, (READING, DAMPING)),
+        (lambda p: p.zeta == 0.003, (rule.DAMPING,)),
+        (lambda p: p.arm == cells.SWAPPED, (rule.READING,)),
+        (lambda p: p.law == cells.INTEGRAL and p.zeta == 0.003, (rule.LAW, rule.DAMPING)),
+        (lambda p: p.zeta == 0.003 and p.arm == cells.SWAPPED, (rule.READING, rule.DAMPING)),
     ],
 )
 def test_dependence_names_what_decides(flips, expected):
-    every = _stated(dict.fromkeys(LAWS, YES))
+    every = _stated(dict.fromkeys(cells.LAWS, YES))
     given = _flipped(every, {place: NO for place, _ in every if flips(place)})
-    found = verdict_of(given)
-    assert found.kind == VerdictKind.DEPENDS
+    found = rule.verdict_of(given)
+    assert found.kind == rule.VerdictKind.DEPENDS
     assert found.depends_on == expected
 
 
 def test_the_law_is_named_alone_where_the_counts_split_by_it():
     """As 5-03 does: 16 of 18 under the integral, 4 of 36 under the clock."""
-    every = _stated({PRINTED: NO, REPAIRED_RATE: NO, INTEGRAL: YES})
-    odd = {p: (NO if p.law == INTEGRAL else YES) for p, _ in every if p.zeta == 0.003}
-    found = verdict_of(_flipped(every, {p: s for p, s in odd.items() if p.arm == LABELLED}))
-    assert (found.kind, found.depends_on) == (VerdictKind.DEPENDS, (LAW,))
+    every = _stated({cells.PRINTED: NO, cells.REPAIRED_RATE: NO, cells.INTEGRAL: YES})
+    odd = {p: (NO if p.law == cells.INTEGRAL else YES) for p, _ in every if p.zeta == 0.003}
+    found = rule.verdict_of(
+        _flipped(every, {p: s for p, s in odd.items() if p.arm == cells.LABELLED})
+    )
+    assert (found.kind, found.depends_on) == (rule.VerdictKind.DEPENDS, (rule.LAW,))
 
 
 def test_lumped_planets_are_a_parameter():
     given = [
-        (Place(PRINTED, arm, zeta, "", planets), YES if planets == "lumped" else NO)
-        for arm, zeta, planets in product((LABELLED, SWAPPED), ZETAS, ("lumped", "free"))
+        (rule.Place(cells.PRINTED, arm, zeta, "", planets), YES if planets == "lumped" else NO)
+        for arm, zeta, planets in product(
+            (cells.LABELLED, cells.SWAPPED), ZETAS, ("lumped", "free")
+        )
     ]
-    assert verdict_of(given).depends_on == (PLANETS,)
+    assert rule.verdict_of(given).depends_on == (rule.PLANETS,)
 
 
-states = st.lists(st.sampled_from(list(State)), min_size=6, max_size=6)
+states = st.lists(st.sampled_from(list(rule.State)), min_size=6, max_size=6)
 
 
 @settings(max_examples=300)
@@ -141,9 +112,9 @@ def test_between_clear_and_bistable_a_verdict_moves_only_to_or_from_bistable(sai
     """What other seeds can do to one setting moves no verdict between two clear ones."""
     if said[at] not in (YES, NO):
         return
-    before = kind_of(said)
-    after = kind_of([*said[:at], EITHER, *said[at + 1 :]])
-    assert after == before or VerdictKind.BISTABLE in (after, before)
+    before = rule.kind_of(said)
+    after = rule.kind_of([*said[:at], EITHER, *said[at + 1 :]])
+    assert after == before or rule.VerdictKind.BISTABLE in (after, before)
 
 
 @pytest.mark.parametrize(
@@ -160,7 +131,7 @@ def test_between_clear_and_bistable_a_verdict_moves_only_to_or_from_bistable(sai
     ],
 )
 def test_a_share_has_three_answers(yes, of, said):
-    assert state(Share(yes, of)) == said
+    assert rule.state(Share(yes, of)) == said
 
 
 def test_the_interval_of_a_share_is_clopper_and_pearsons():
@@ -170,9 +141,11 @@ def test_the_interval_of_a_share_is_clopper_and_pearsons():
     assert high == 1.0
 
 
-def _answer(values, low=10.0, law=PRINTED, zeta=0.005):
+def _answer(values, low=10.0, law=cells.PRINTED, zeta=0.005):
     defined = tuple(sorted(v for v in values if math.isfinite(v)))
-    return Answer(Place(law, LABELLED, zeta, ""), defined, len(values), Limits(low=low))
+    return rule.Answer(
+        rule.Place(law, cells.LABELLED, zeta, ""), defined, len(values), rule.Limits(low=low)
+    )
 
 
 def test_undefined_starts_have_no_say():
@@ -187,15 +160,17 @@ def test_an_event_of_few_starts_says_nothing():
     assert _answer([math.nan] * 32).quantiles is None
 
 
-def _claim(low: float) -> Claim:
+def _claim(low: float) -> rule.Claim:
     quantity = Quantity("made", "made up", "1", lambda known: np.empty(0))
-    return Claim("0-01", None, "made up", quantity, Limits(low=low))
+    return rule.Claim("0-01", None, "made up", quantity, rule.Limits(low=low))
 
 
 def _judged(values_by_zeta, low=10.0):
     """The same numbers under all laws."""
     found = [
-        _answer(values, low, law, zeta) for law in LAWS for zeta, values in values_by_zeta.items()
+        _answer(values, low, law, zeta)
+        for law in cells.LAWS
+        for zeta, values in values_by_zeta.items()
     ]
     return Judged(_claim(low), tuple(found))
 
@@ -205,21 +180,21 @@ SPREAD = [float(value) for value in range(11, 31)]  # twenty starts, all above 1
 
 def test_a_verdict_turns_where_too_few_starts_are_left():
     judged = _judged({0.005: SPREAD})
-    assert judged.verdict.kind == VerdictKind.HOLDS
+    assert judged.verdict.kind == rule.VerdictKind.HOLDS
     down, up = judged.turning.low
     assert down is None
-    _, least_yes = ends(20)
+    _, least_yes = rule.ends(20)
     assert up == SPREAD[20 - least_yes]  # above it are too few
-    moved = Limits(low=np.nextafter(up, math.inf))
+    moved = rule.Limits(low=np.nextafter(up, math.inf))
     others = tuple(replace(answer, limits=moved) for answer in judged.answers)
-    assert Judged(_claim(moved.low), others).verdict.kind != VerdictKind.HOLDS
+    assert Judged(_claim(moved.low), others).verdict.kind != rule.VerdictKind.HOLDS
     assert judged.turning.high == (None, None)
 
 
 def test_turning_downwards():
     judged = _judged({0.005: [value - 10 for value in SPREAD]}, low=25.0)  # 1 to 20, none above
-    assert judged.verdict.kind == VerdictKind.FAILS
-    most_no, _ = ends(20)
+    assert judged.verdict.kind == rule.VerdictKind.FAILS
+    most_no, _ = rule.ends(20)
     assert judged.turning.low[0] == 20.0 - most_no  # below it, one too many is above
 
 
@@ -227,8 +202,8 @@ def test_what_hangs_on_one_start_is_told():
     firm = _judged({0.005: [20.0] * 32})
     assert not firm.hangs_on_a_start
     brittle = _judged({0.005: [20.0] * 25 + [1.0] * 7})
-    assert state(Share(25, 33)) != YES
-    assert brittle.verdict.kind == VerdictKind.HOLDS
+    assert rule.state(Share(25, 33)) != YES
+    assert brittle.verdict.kind == rule.VerdictKind.HOLDS
     assert brittle.hangs_on_a_start
 
 
@@ -239,20 +214,21 @@ def test_a_verdict_that_one_damping_ratio_makes_is_moved_by_a_coarser_grid():
 
 
 def test_the_bounds_of_a_share_are_the_rules_own():
-    assert 0 < FEW < 0.5 < MOST < 1
+    assert 0 < rule.FEW < 0.5 < rule.MOST < 1
 
 
 def test_both_models_have_a_verdict_of_their_own():
     """Of equal rank: what one says does not enter the other."""
-    places = [Place(m.law, LABELLED, 0.005, "", m.planets) for m in MODELS]
-    values = {AS_MODELLED: 20.0, AS_GEARS: 1.0}
+    places = [rule.Place(m.law, cells.LABELLED, 0.005, "", m.planets) for m in cells.MODELS]
+    values = {cells.AS_MODELLED: 20.0, cells.AS_GEARS: 1.0}
     found = [
-        Answer(place, (values.get(place.model, 1.0),) * 8, 8, Limits(low=10.0)) for place in places
+        rule.Answer(place, (values.get(place.model, 1.0),) * 8, 8, rule.Limits(low=10.0))
+        for place in places
     ]
     judged = Judged(_claim(10.0), tuple(found))
-    kinds = [judged.by_model[model].kind for model in (AS_MODELLED, AS_GEARS)]
-    assert kinds == [VerdictKind.HOLDS, VerdictKind.FAILS]
-    assert judged.verdict.kind == VerdictKind.DEPENDS
+    kinds = [judged.by_model[model].kind for model in (cells.AS_MODELLED, cells.AS_GEARS)]
+    assert kinds == [rule.VerdictKind.HOLDS, rule.VerdictKind.FAILS]
+    assert judged.verdict.kind == rule.VerdictKind.DEPENDS
     assert verdict_words(judged.verdict) == "depends on planets lumped or free (1 yes, 3 no)"
 
 
@@ -267,6 +243,6 @@ def test_an_answer_says_how_many_of_its_starts_were_run():
         for source in (PD, NO_ERROR)
     )
     for quantity, ran in ((one, 8), (other, 32), (over(one, other), 32)):
-        claim = Claim("3.2-29", 14, "made up", quantity, Limits(low=0.0))
-        (record,) = ANSWERS.json(answers(claim, [(Cell(PRINTED, 0.005), known)]))
+        claim = rule.Claim("3.2-29", 14, "made up", quantity, rule.Limits(low=0.0))
+        (record,) = ANSWERS.json(rule.answers(claim, [(cells.Cell(cells.PRINTED, 0.005), known)]))
         assert (record["starts"], record["run"]) == (32, ran)

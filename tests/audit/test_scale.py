@@ -1,7 +1,5 @@
 """A scale cuts runs and nothing else; signals that are too short for a number have none."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -10,14 +8,7 @@ import pytest
 
 from crosscheck import signals
 from crosscheck.audit.experiments.cells import INTEGRAL, Cell
-from crosscheck.audit.experiments.experiments import (
-    BACK,
-    CONSTANT,
-    NO_ERROR,
-    PD,
-    Source,
-    question,
-)
+from crosscheck.audit.experiments.experiments import BACK, CONSTANT, NO_ERROR, PD, question
 from crosscheck.audit.experiments.scale import FULL, Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
@@ -31,13 +22,13 @@ from crosscheck.audit.phase.stability import stability
 @pytest.mark.parametrize(
     ("longest", "own", "cut"), [(1.0, 0.5, 0.5), (1.0, 3.0, 1.0), (math.inf, 3.0, 3.0)]
 )
-def test_a_run_is_cut_if_it_is_longer(longest: float, own: float, cut: float) -> None:
+def test_a_run_is_cut_if_it_is_longer(longest, own, cut):
     scale = Scale(longest_s=longest)
     assert scale.cut(Variant(duration_s=own)).case().scenario.duration_s == cut
     assert scale.seconds(own) == cut
 
 
-def test_the_scenarios_own_duration_is_cut_as_well() -> None:
+def test_the_scenarios_own_duration_is_cut_as_well():
     assert Scale(longest_s=1.0).cut(Variant()) == Variant(duration_s=1.0)
     assert Scale(longest_s=1.0).cut(Variant("constant-torque")).duration_s == 0.5
     assert FULL.cut(Variant()) == Variant()
@@ -46,7 +37,7 @@ def test_the_scenarios_own_duration_is_cut_as_well() -> None:
 NOTHING = np.empty(0)
 
 
-def test_nothing_has_no_size_and_no_event() -> None:
+def test_nothing_has_no_size_and_no_event():
     for size in (signals.amplitude, signals.peak_to_peak, signals.middle, signals.mean):
         assert math.isnan(size(NOTHING))
     assert signals.onset(NOTHING, NOTHING) is None
@@ -56,13 +47,13 @@ def test_nothing_has_no_size_and_no_event() -> None:
     assert vibration(np.arange(10) * 1e-5, np.ones(10)).size == 10
 
 
-def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached() -> None:
+def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached():
     time = np.arange(100) * 1e-3
     assert math.isnan(signals.dominant_frequency(time, np.ones(100)))
     assert signals.settling_time(time, np.ones(100), math.nan, 1.0) is None
 
 
-def test_a_measure_has_the_same_numbers_for_a_run_of_any_length() -> None:
+def test_a_measure_has_the_same_numbers_for_a_run_of_any_length():
     variants = [Variant(duration_s=d, record_every=2) for d in (0.002, 0.02, 0.3)]
     runs = list(map(simulate, variants))
     grown = [growth_rate(run) for run in runs]
@@ -72,7 +63,7 @@ def test_a_measure_has_the_same_numbers_for_a_run_of_any_length() -> None:
 
 
 @pytest.mark.parametrize("source", [PD, NO_ERROR, CONSTANT, BACK(50)], ids=str)
-def test_an_experiment_measures_the_same_numbers_whatever_its_length(source: Source) -> None:
+def test_an_experiment_measures_the_same_numbers_whatever_its_length(source):
     asked = question(source, Cell(INTEGRAL, 0.05), (1,))
     names = [
         set(replace(asked, variant=replace(asked.variant, duration_s=d)).answer().numbers)
@@ -82,7 +73,7 @@ def test_an_experiment_measures_the_same_numbers_whatever_its_length(source: Sou
 
 
 @pytest.mark.slow
-def test_a_vibration_that_is_reached_is_followed_and_handed_over(tmp_path_factory) -> None:
+def test_a_vibration_that_is_reached_is_followed_and_handed_over(tmp_path_factory):
     """Just past half a second there is something to linearise and to hand over, if not much."""
     study = Study(tmp_path_factory.mktemp("kept"))
     scale = Scale(longest_s=0.55, most_starts=2)

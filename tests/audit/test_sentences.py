@@ -1,13 +1,11 @@
 """The table of the paper's sentences is whole: none left out, none that leads nowhere."""
 
-from __future__ import annotations
-
 from collections import Counter
 from itertools import groupby
 
 import pytest
 
-from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED
+from crosscheck.audit.claims.catalogue import BY_ID
 from crosscheck.audit.errata.finder import find_errata
 from crosscheck.audit.errata.words import notes
 from crosscheck.models.loading import load_arm
@@ -37,31 +35,25 @@ def table() -> list[Sentence]:
     return sentences()
 
 
-def test_every_section_has_as_many_sentences_as_the_paper(table: list[Sentence]):
+def test_every_section_has_as_many_sentences_as_the_paper(table):
     assert list(Counter(one.section for one in table).items()) == list(OF_THE_PAPER.items())
 
 
-def test_sentences_are_numbered_in_order(table: list[Sentence]):
+def test_sentences_are_numbered_in_order(table):
     for _, members in groupby(table, lambda one: one.section):
         numbers = [one.number for one in members]
         assert numbers == list(range(1, len(numbers) + 1))
 
 
-def test_no_sentence_is_quoted_beyond_its_first_words(table: list[Sentence]):
+def test_no_sentence_is_quoted_beyond_its_first_words(table):
     assert all(1 <= len(one.begins.split()) <= 4 for one in table)
 
 
-def test_every_claim_is_named_by_a_sentence_and_every_name_is_a_claim(table: list[Sentence]):
+def test_every_claim_is_named_by_a_sentence_and_every_name_is_a_claim(table):
     assert {name for one in table for name in one.claims} == set(BY_ID)
 
 
-def test_ids_are_unique_and_none_that_was_given_up_comes_back():
-    ids = [claim.id for claim in CLAIMS]
-    assert len(ids) == len(set(ids))
-    assert not set(ids) & set(RETIRED)
-
-
-def test_every_item_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(table: list[Sentence]):
+def test_every_item_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(table):
     noted = notes()
     known = {erratum.id for erratum in find_errata(load_arm("paper-labelled"))}
     known |= {note.id for note in (*noted.misprints, *noted.contradictions, *noted.gaps)}
@@ -71,6 +63,6 @@ def test_every_item_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(tabl
 @pytest.mark.parametrize(
     "leads", [{}, {"claims": ("2-01",), "none": "caption"}, {"slips": ("step",), "none": "caption"}]
 )
-def test_a_sentence_leads_somewhere_or_says_why_not(leads: dict[str, object]):
+def test_a_sentence_leads_somewhere_or_says_why_not(leads):
     with pytest.raises(ValueError, match="or else a reason for none"):
         Sentence("2", 1, "A typical", **leads)

@@ -1,7 +1,5 @@
 """What a kept result depends on: each file that it runs, and no view."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys

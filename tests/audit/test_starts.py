@@ -1,25 +1,12 @@
 """One experiment from many starts: each is the run that it would be alone."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from crosscheck.audit.experiments import experiments
 from crosscheck.audit.experiments.cells import CONSERVATIVE, LAWS, PRINTED, Cell
-from crosscheck.audit.experiments.experiments import (
-    BACK,
-    BACKLASH,
-    CONSTANT,
-    CONSTANT_NO_ERROR,
-    CONSTANT_STIFFNESS,
-    ERROR,
-    NO_BACKLASH,
-    NO_ERROR,
-    PD,
-    question,
-)
 from crosscheck.audit.experiments.pd import transient
 from crosscheck.audit.experiments.pool import Sample, samples
 from crosscheck.audit.experiments.scale import Scale
@@ -35,14 +22,14 @@ BRIEF_S = 0.02
 
 
 def _brief(source, seeds=(1, 2, 3), cell=CELL):
-    asked = question(source, cell, seeds)
+    asked = experiments.question(source, cell, seeds)
     return replace(asked, variant=replace(asked.variant, duration_s=BRIEF_S))
 
 
 @pytest.mark.parametrize("planets", ["free", "lumped"])
 def test_a_start_measures_what_its_run_alone_does(planets):
     """To rounding, for the kernel of one member adds in another order than that of lanes."""
-    asked = TransientPd(replace(_brief(NO_ERROR).variant, planets=planets), (4, 5, 6))
+    asked = TransientPd(replace(_brief(experiments.NO_ERROR).variant, planets=planets), (4, 5, 6))
     found = asked.answer()
     run = course_of(simulate(replace(asked.variant, seed=5)))
     rigid = course_of(simulate(rigid_arm(asked.variant, COUPLED))).at(run.time)
@@ -56,7 +43,7 @@ def test_a_start_measures_what_its_run_alone_does(planets):
 
 def test_a_course_holds_what_the_trajectory_does():
     """To rounding, as above."""
-    variant = replace(_brief(PD).variant, seed=3)
+    variant = replace(_brief(experiments.PD).variant, seed=3)
     (course,) = courses([build(variant.model, *variant.case())])
     run = course_of(simulate(variant))
     for name in ("time", "theta", "theta_dot", "theta_ddot", "torque", "x_sp", "x_pr"):
@@ -67,7 +54,7 @@ def test_a_course_holds_what_the_trajectory_does():
 
 
 def test_starts_differ_and_are_the_same_again():
-    asked = _brief(PD)
+    asked = _brief(experiments.PD)
     one, other = asked.answer(), asked.answer()
     assert one == other
     apart = one.numbers["planets_apart_m"]
@@ -78,20 +65,22 @@ def test_every_experiment_changes_what_it_says():
     """Looked up in the case that is run."""
 
     def mesh(source):
-        arm = question(source, CELL, (1,)).variant.case().arm
+        arm = experiments.question(source, CELL, (1,)).variant.case().arm
         mesh = arm.joints[1].ring_mesh.of_planet(0)
         return mesh.backlash_m, mesh.tooth_error_m
 
-    assert mesh(PD) == mesh(CONSTANT) == (50e-6, 5e-6)
-    assert mesh(NO_BACKLASH) == mesh(BACK(0)) == (0.0, 5e-6)
-    assert mesh(NO_ERROR) == mesh(CONSTANT_NO_ERROR) == (50e-6, 0.0)
-    assert mesh(BACKLASH(500))[0] == pytest.approx(5e-4)
-    assert mesh(ERROR(6.3))[1] == pytest.approx(6.3e-6)
+    assert mesh(experiments.PD) == mesh(experiments.CONSTANT) == (50e-6, 5e-6)
+    assert mesh(experiments.NO_BACKLASH) == mesh(experiments.BACK(0)) == (0.0, 5e-6)
+    assert mesh(experiments.NO_ERROR) == mesh(experiments.CONSTANT_NO_ERROR) == (50e-6, 0.0)
+    assert mesh(experiments.BACKLASH(500))[0] == pytest.approx(5e-4)
+    assert mesh(experiments.ERROR(6.3))[1] == pytest.approx(6.3e-6)
 
 
 @pytest.mark.parametrize("law", [*LAWS, CONSERVATIVE], ids=lambda law: law.id)
 def test_a_setting_is_run_under_its_law(law):
-    case = question(PD, Cell(law, 0.02, "paper-swapped"), (1,)).variant.case()
+    case = experiments.question(
+        experiments.PD, Cell(law, 0.02, "paper-swapped"), (1,)
+    ).variant.case()
     chosen = case.switches
     assert (chosen.phase, chosen.ring_rate, chosen.mesh_work) == law
     assert chosen.planets == "free"
@@ -100,7 +89,7 @@ def test_a_setting_is_run_under_its_law(law):
 
 
 def test_other_seeds_are_other_starts(tmp_path):
-    study, wanted = Study(tmp_path), [(CELL, NO_ERROR)]
+    study, wanted = Study(tmp_path), [(CELL, experiments.NO_ERROR)]
     first, other = (
         samples(study, Scale(longest_s=BRIEF_S, most_starts=2, first_seed=seed), wanted, "test")
         for seed in (1, 3)
@@ -126,14 +115,14 @@ def test_where_all_diverged_every_number_is_undefined():
 @pytest.mark.parametrize(
     ("left_out", "field"),
     [
-        (NO_BACKLASH, "backlash_m"),
-        (NO_ERROR, "tooth_error_m"),
-        (CONSTANT_NO_ERROR, "tooth_error_m"),
-        (CONSTANT_STIFFNESS, "mesh_stiffness_amplitude_N_per_m"),
+        (experiments.NO_BACKLASH, "backlash_m"),
+        (experiments.NO_ERROR, "tooth_error_m"),
+        (experiments.CONSTANT_NO_ERROR, "tooth_error_m"),
+        (experiments.CONSTANT_STIFFNESS, "mesh_stiffness_amplitude_N_per_m"),
     ],
 )
 def test_an_effect_is_left_out_by_its_own_field_of_every_mesh(left_out, field):
-    variant = question(left_out, CELL, ()).variant
+    variant = experiments.question(left_out, CELL, ()).variant
     cases = [one.case() for one in (variant, replace(variant, meshes=()))]
     changed, own = (vars(case.arm.joints[0].sun_mesh.of_planet(0)) for case in cases)
     names = {name for name in own if changed[name] != own[name]}

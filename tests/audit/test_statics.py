@@ -1,7 +1,5 @@
 """Numbers that follow from the arm's data, against geometry worked out another way."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -20,7 +18,6 @@ from crosscheck.audit.statics.teeth import (
     ring_contact_ratio,
     sun_contact_ratio,
 )
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.meshes import squared
 from crosscheck.models.arm.stiffness import SquareStiffness
 
@@ -35,7 +32,7 @@ def test_what_follows_from_the_data_is_what_is_said_to_be_measured(numbers):
     assert {f"base_tip_{mass}_mm" for mass in BASE_MASSES} < set(numbers) <= set(MEASURED)
 
 
-def test_contact_ratios_are_those_of_involutes_that_touch(labelled: Arm):
+def test_contact_ratios_are_those_of_involutes_that_touch(labelled):
     """Standard teeth end one module beyond their pitch circles; the path of contact is a line."""
     joint = paper_stage(labelled).joint
     alpha, module = math.radians(joint.pressure_angle_deg), joint.module_m
@@ -56,7 +53,7 @@ def test_contact_ratios_are_those_of_involutes_that_touch(labelled: Arm):
     assert ring_contact_ratio(joint) == pytest.approx((planet + ring) / base_pitch, rel=1e-12)
 
 
-def test_no_flank_approaches_another_while_the_stage_rolls(labelled: Arm):
+def test_no_flank_approaches_another_while_the_stage_rolls(labelled):
     """Willis: the ring at rest, sun at n times the carrier, planet as its pitch circle rolls."""
     joint = paper_stage(labelled).joint
     ratio = joint.ring_teeth / joint.sun_teeth + 1
@@ -64,7 +61,7 @@ def test_no_flank_approaches_another_while_the_stage_rolls(labelled: Arm):
     assert approach(joint, ratio, planet, 1.0) == pytest.approx((0.0, 0.0), abs=1e-15)
 
 
-def test_only_one_way_to_count_the_planets_fits_eq_3(labelled: Arm):
+def test_only_one_way_to_count_the_planets_fits_eq_3(labelled):
     stage = paper_stage(labelled)
     errors = [conversion_error(stage.joint, stage.geometry, how) for how in COUNTED]
     assert errors[0] < 1e-12  # rounding
@@ -76,7 +73,7 @@ def test_eq_6_takes_more_work_than_eq_5(numbers):
     assert numbers["eq5_work"] == pytest.approx(3 / 14)
 
 
-def test_gravitys_gradient_is_what_two_masses_on_a_rod_feel(labelled: Arm):
+def test_gravitys_gradient_is_what_two_masses_on_a_rod_feel(labelled):
     """At 45 degrees to the vertical; the torque of the difference of two inverse-square pulls."""
     mu, orbit, arm = 3.986e14, 6.771e6, 1.0
     ends = orbit + arm * np.exp(1j * math.pi / 4) * np.array([1.0, -1.0])
@@ -97,7 +94,7 @@ def test_a_heavy_base_stays_nearer_to_a_fixed_one(numbers):
     assert errors[2] / errors[3] == pytest.approx(10, rel=0.02)
 
 
-def test_the_square_wave_has_eq_8s_mean_and_fundamental(labelled: Arm):
+def test_the_square_wave_has_eq_8s_mean_and_fundamental(labelled):
     law = squared(labelled, 15).joints[0].sun_mesh.of_planet(0).stiffness
     assert isinstance(law, SquareStiffness)
     phase = 2 * math.pi * (np.arange(4096) + 0.5) / 4096

@@ -1,7 +1,5 @@
 """What is kept is private, is what was put there, or is made again with one line that says so."""
 
-from __future__ import annotations
-
 import json
 import os
 import random
@@ -20,6 +18,7 @@ from crosscheck.audit.experiments.study import Study
 from crosscheck.models.errors import InputError
 from crosscheck.models.places import cache_folder
 from crosscheck.runner.store import Store, clear
+from tests.obstacles import OBSTACLES
 from tests.processes import in_child, reachable
 
 KEY, OTHER = "0" * 32, "f" * 32
@@ -67,28 +66,9 @@ def test_folder_and_entries_are_the_users_alone(folder):
     assert folder.stat().st_mode & 0o777 == 0o700
 
 
-def truncated(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:-1])
-
-
-def longer(path: Path) -> None:
-    path.write_bytes(path.read_bytes() + b" ")
-
-
-def another_number(path: Path) -> None:
-    path.write_bytes(path.read_bytes().replace(b"9", b"8"))
-
-
-def empty(path: Path) -> None:
-    path.write_bytes(b"")
-
-
-def garbage(path: Path) -> None:
-    path.write_bytes(random.Random(7).randbytes(5000))
-
-
-def headless(path: Path) -> None:
-    path.write_bytes(b'{"square": 8.0}')
+def in_its_place(obstacle: str) -> Callable[[Path], object]:
+    """Damage that puts something else where an entry was."""
+    return lambda path: (path.unlink(), OBSTACLES[obstacle](path))
 
 
 def a_folder(path: Path) -> None:
@@ -97,24 +77,9 @@ def a_folder(path: Path) -> None:
     (path / "of mine").touch()
 
 
-def a_pipe(path: Path) -> None:
-    path.unlink()
-    os.mkfifo(path)
-
-
 def a_link(path: Path) -> None:
     path.rename(path.with_name("elsewhere"))
     path.symlink_to("elsewhere")
-
-
-def a_dead_link(path: Path) -> None:
-    path.unlink()
-    path.symlink_to("nowhere")
-
-
-def a_device(path: Path) -> None:
-    path.unlink()
-    path.symlink_to("/dev/zero")
 
 
 def of_another_result(path: Path) -> None:
@@ -123,28 +88,26 @@ def of_another_result(path: Path) -> None:
     path.write_bytes(other.read_bytes())
 
 
-DAMAGES = [
-    truncated,
-    longer,
-    another_number,
-    empty,
-    garbage,
-    headless,
-    a_folder,
-    a_pipe,
-    a_link,
-    a_dead_link,
-    a_device,
-    of_another_result,
-]
+DAMAGES: dict[str, Callable[[Path], object]] = {
+    "truncated": lambda path: path.write_bytes(path.read_bytes()[:-1]),
+    "longer": lambda path: path.write_bytes(path.read_bytes() + b" "),
+    "another_number": lambda path: path.write_bytes(path.read_bytes().replace(b"9", b"8")),
+    "empty": lambda path: path.write_bytes(b""),
+    "garbage": lambda path: path.write_bytes(random.Random(7).randbytes(5000)),
+    "headless": lambda path: path.write_bytes(b'{"square": 8.0}'),
+    "a_folder": a_folder,
+    "a_pipe": in_its_place("pipe"),
+    "a_link": a_link,
+    "a_dead_link": in_its_place("dangling"),
+    "a_device": in_its_place("device"),
+    "of_another_result": of_another_result,
+}
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-def test_what_does_not_fit_is_made_again_with_one_line(
-    folder, capfd, damage: Callable[[Path], None]
-):
+def test_what_does_not_fit_is_made_again_with_one_line(folder, capfd, damage):
     path = entry(folder)
-    damage(path)
+    DAMAGES[damage](path)
     signal.alarm(20)  # a pipe must not hang it
     assert asked(folder, 3.0) == [9.0]
     signal.alarm(0)

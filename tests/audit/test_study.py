@@ -1,7 +1,5 @@
 """Simulations are kept by everything that they depend on, and by nothing else."""
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -36,14 +34,14 @@ def study(tmp_path: Path) -> Study:
     return Study(tmp_path)
 
 
-def test_a_finished_simulation_is_found_again(study: Study):
+def test_a_finished_simulation_is_found_again(study):
     first = study.runs([SHORT], keep=ends)[SHORT]
     second = study.runs([SHORT], keep=ends)[SHORT]
     assert first.identical(second)
     assert (study.made, study.found) == (1, 1)
 
 
-def test_an_interrupted_study_makes_only_what_is_missing(study: Study, tmp_path: Path):
+def test_an_interrupted_study_makes_only_what_is_missing(study, tmp_path):
     study.runs([SHORT])
     other = Variant(scenario="constant-torque", duration_s=0.002, zeta=0.02)
     resumed = Study(tmp_path)
@@ -65,7 +63,7 @@ def test_an_interrupted_study_makes_only_what_is_missing(study: Study, tmp_path:
     ],
     ids=lambda change: next(iter(change)),
 )
-def test_every_input_is_part_of_the_key(change: dict[str, object]):
+def test_every_input_is_part_of_the_key(change):
     changed = Variant(**{"scenario": "constant-torque", "duration_s": 0.002, **change})
     assert run_key(changed) != run_key(SHORT)
 
@@ -74,7 +72,7 @@ def test_what_is_kept_of_a_run_is_part_of_the_key():
     assert len({run_key(SHORT, keep) for keep in (None, ends, first_planets)}) == 3
 
 
-def test_code_and_versions_are_part_of_the_key(monkeypatch: pytest.MonkeyPatch):
+def test_code_and_versions_are_part_of_the_key(monkeypatch):
     before = run_key(SHORT)
     monkeypatch.setattr(study_module, "code_hash", lambda *names: "changed")
     changed_code = run_key(SHORT)
@@ -91,7 +89,7 @@ def test_code_and_versions_are_part_of_the_key(monkeypatch: pytest.MonkeyPatch):
     assert "exudyn" not in seen  # which has no part in an analytic run
 
 
-def test_a_kept_run_is_the_run(study: Study):
+def test_a_kept_run_is_the_run(study):
     kept = study.runs([SHORT])[SHORT]
     again = study.runs([SHORT])[SHORT]
     fresh = simulate(SHORT)
@@ -99,7 +97,7 @@ def test_a_kept_run_is_the_run(study: Study):
         assert np.array_equal(run["theta"].values, fresh["theta"].values)
 
 
-def test_runs_side_by_side_are_those_that_run_alone(study: Study):
+def test_runs_side_by_side_are_those_that_run_alone(study):
     """Whatever stands beside a run, be it one that diverges; bit for bit."""
     starts = [replace(SHORT, seed=seed, zeta=0.01 * seed) for seed in range(1, 11)]
     wild = replace(SHORT, meshes=("arm.joints.*.*_mesh.stiffness.mean_N_per_m=1e12",))
@@ -115,7 +113,7 @@ def tasks(variants: Sequence[Variant], study: Study, jobs: int = 1) -> list[Audi
     return integrations({repr(one): one for one in variants}, None, study.store, jobs)
 
 
-def test_side_by_side_is_what_has_one_model_law_grid_and_drive(study: Study):
+def test_side_by_side_is_what_has_one_model_law_grid_and_drive(study):
     others = [
         replace(SHORT, phase="omega_t"),
         replace(SHORT, duration_s=0.003),
@@ -128,19 +126,19 @@ def test_side_by_side_is_what_has_one_model_law_grid_and_drive(study: Study):
     assert [len(task.keys) for task in tasks(variants, study, jobs=2)] == [1] * 7
 
 
-def test_no_task_holds_more_records_than_fit(study: Study, monkeypatch: pytest.MonkeyPatch):
+def test_no_task_holds_more_records_than_fit(study, monkeypatch):
     monkeypatch.setattr(study_module, "MOST_AT_ONCE", 250)  # SHORT has 101
     variants = [replace(SHORT, zeta=0.01 * k) for k in range(1, 6)]
     assert [len(task.keys) for task in tasks(variants, study)] == [2, 2, 1]
 
 
-def test_a_longer_run_of_a_slower_model_costs_more(study: Study):
+def test_a_longer_run_of_a_slower_model_costs_more(study):
     slow = replace(SHORT, model="exudyn:tree")
     costs = [tasks([one], study)[0].cost for one in (SHORT, slow)]
     assert costs == [200 * MODELS[one.model].call_s for one in (SHORT, slow)]
 
 
-def test_a_diverging_run_is_raised_after_all_others_are_kept(study: Study):
+def test_a_diverging_run_is_raised_after_all_others_are_kept(study):
     settings = ("scenario.step_s=1e-3",)
     wild = Variant("constant-torque", duration_s=0.1, settings=settings, record_every=1)
     with pytest.raises(Diverged) as raised:
@@ -174,7 +172,7 @@ class Square(Question[float]):
         return self.number**2
 
 
-def test_an_answer_is_worked_out_once_for_its_inputs(study: Study):
+def test_an_answer_is_worked_out_once_for_its_inputs(study):
     assert study.answers([Square(2.0), Square(3.0)], "squares") == [4.0, 9.0]
     assert study.answers([Square(3.0), Square(4.0)], "squares") == [9.0, 16.0]
     assert (study.made, study.found) == (3, 1)
@@ -203,7 +201,7 @@ class Roots(Question[list[Root]]):
         return [Root(n**0.5 if n >= 0 else None, (n, 0.1 * n)) for n in self.numbers]
 
 
-def test_an_answer_in_records_is_kept_as_json_and_comes_back_in_records(study: Study):
+def test_an_answer_in_records_is_kept_as_json_and_comes_back_in_records(study):
     asked = Roots((2.0, -1.0))
     assert study.answers([asked], "roots") == [asked.answer()]
     assert Study(study.folder).answers([asked], "roots") == [asked.answer()]
@@ -224,7 +222,7 @@ class Broken(Question[None]):
         raise self.error("m", 1.0) if self.error is Diverged else self.error("two\nlines")
 
 
-def test_what_has_no_result_is_one_clear_error(study: Study):
+def test_what_has_no_result_is_one_clear_error(study):
     with pytest.raises(Unfinished, match=r"^squares: Broken: ValueError: two lines$"):
         study.answers([Square(2.0), Broken(ValueError)], "squares")
     assert Study(study.folder).answers([Square(2.0)], "squares") == [4.0]
@@ -232,7 +230,7 @@ def test_what_has_no_result_is_one_clear_error(study: Study):
         study.answers([Broken(Diverged)], "squares")
 
 
-def test_a_worker_that_died_is_one_clear_error(study: Study, monkeypatch: pytest.MonkeyPatch):
+def test_a_worker_that_died_is_one_clear_error(study, monkeypatch):
     def died(tasks: list[Any], jobs: int, done: object) -> dict[str, Failure]:
         return {task.key: Failure("Died", "ended by SIGKILL") for task in tasks}
 
@@ -242,12 +240,12 @@ def test_a_worker_that_died_is_one_clear_error(study: Study, monkeypatch: pytest
 
 
 @pytest.mark.parametrize("error", [InputError("file", "field", 1, "allowed"), Diverged("m", 1.0)])
-def test_errors_come_whole_out_of_another_process(error: Exception):
+def test_errors_come_whole_out_of_another_process(error):
     again = pickle.loads(pickle.dumps(error))
     assert (str(again), vars(again)) == (str(error), vars(error))
 
 
-def test_an_arms_own_damping_stays_unless_another_is_given(tmp_path: Path):
+def test_an_arms_own_damping_stays_unless_another_is_given(tmp_path):
     text = (HERE / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")
     direct = "damping_N_s_per_m = 7.0"
     for name, damping in (("ratio", "damping_ratio = 0.03"), ("direct", direct)):

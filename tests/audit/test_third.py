@@ -1,7 +1,5 @@
 """The third fluctuation over many starts, and two samples of it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import beta
@@ -9,20 +7,10 @@ from scipy.stats import beta
 from crosscheck.audit.claims.rule import State, state
 from crosscheck.audit.experiments.cells import AS_MODELLED, CONSERVATIVE, INTEGRAL, PRINTED, Cell
 from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.measures import twosamples
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import NONE, VISIBLE, Third, quantiles
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
-from crosscheck.audit.measures.twosamples import (
-    SIGNIFICANT,
-    TwoTests,
-    least_p,
-    made_by_error,
-    not_told_apart,
-    shares_p,
-    sizes_p,
-    told_apart,
-    two_tests,
-)
 from tests.audit.stated import of_third
 
 ABOVE, BELOW = 1.01, 0.99
@@ -35,14 +23,14 @@ def third(*sizes: float) -> Third:
     return Third(found, found / 1000, 10 * found, 1e-8 * found, 0)
 
 
-def test_a_share_has_clopper_and_pearsons_interval() -> None:
+def test_a_share_has_clopper_and_pearsons_interval():
     low, high = Share(3, 10).interval
     assert low == pytest.approx(beta.ppf(0.025, 3, 8))
     assert high == pytest.approx(beta.ppf(0.975, 4, 7))
     assert (Share(0, 8).interval[0], Share(8, 8).interval[1]) == (0.0, 1.0)
 
 
-def test_branches_are_never_averaged_with_each_other() -> None:
+def test_branches_are_never_averaged_with_each_other():
     found = third(20.0, 22.0, 24.0, 400.0, 420.0, np.nan)  # 2 of 5 exclude neither end
     small, severe = found.branch(severe=False), found.branch(severe=True)
     assert (small.starts, small.size, small.frequency_Hz) == (3, 22.0, 220.0)
@@ -50,12 +38,12 @@ def test_branches_are_never_averaged_with_each_other() -> None:
     assert (found.share, found.state) == (Share(2, 5), state(Share(2, 5)))
 
 
-def test_severe_has_two_sides() -> None:
+def test_severe_has_two_sides():
     assert third(*[LOUD] * 10).state == State.YES
     assert third(*[QUIET] * 10).state == State.NO
 
 
-def test_samples_join_and_diverged_starts_have_no_numbers() -> None:
+def test_samples_join_and_diverged_starts_have_no_numbers():
     names = ("third", "third_onset_s", "frequency_Hz", "planets_apart_m")
     one = Sample({name: np.array([1.0, np.nan]) for name in names}, np.array([False, True]))
     joined = Third.of(one, one)
@@ -63,29 +51,29 @@ def test_samples_join_and_diverged_starts_have_no_numbers() -> None:
     assert quantiles(np.array([np.nan])) == NONE
 
 
-def test_the_tooth_error_makes_what_is_not_there_without_it() -> None:
+def test_the_tooth_error_makes_what_is_not_there_without_it():
     calm = third(*[QUIET] * 10)
-    assert made_by_error(third(*[LOUD] * 9, QUIET), calm).share == Share(9, 10)
-    assert made_by_error(calm, calm).share == Share(0, 10)
+    assert twosamples.made_by_error(third(*[LOUD] * 9, QUIET), calm).share == Share(9, 10)
+    assert twosamples.made_by_error(calm, calm).share == Share(0, 10)
     shaken = third(*[LOUD] * 2, *[QUIET] * 8)
-    assert made_by_error(third(*[LOUD] * 10), shaken).share is None
+    assert twosamples.made_by_error(third(*[LOUD] * 10), shaken).share is None
     one_loud = third(LOUD, *[QUIET] * 9)
-    assert made_by_error(third(*[LOUD] * 10), one_loud).share == Share(9, 9)
-    assert made_by_error(third(*[np.nan] * 10), calm).state == State.UNDEFINED
+    assert twosamples.made_by_error(third(*[LOUD] * 10), one_loud).share == Share(9, 9)
+    assert twosamples.made_by_error(third(*[np.nan] * 10), calm).state == State.UNDEFINED
     visible = third(*[ABOVE * EVIDENT] * 10)
     quiet = third(*[BELOW * EVIDENT] * 10)
-    assert made_by_error(visible, quiet, VISIBLE).state == State.YES
-    assert made_by_error(visible, visible, VISIBLE).share is None
+    assert twosamples.made_by_error(visible, quiet, VISIBLE).state == State.YES
+    assert twosamples.made_by_error(visible, visible, VISIBLE).share is None
 
 
-def test_what_few_starts_do_is_made_only_if_it_is_no_chance() -> None:
+def test_what_few_starts_do_is_made_only_if_it_is_no_chance():
     """8 of 32 are more than one in ten and no chance beside none, but may be beside four."""
     loud = third(*[LOUD] * 8, *[QUIET] * 24)
-    assert made_by_error(loud, third(*[QUIET] * 32)).state == State.BISTABLE
-    assert made_by_error(loud, third(*[LOUD] * 3, *[QUIET] * 29)).state == State.NO
+    assert twosamples.made_by_error(loud, third(*[QUIET] * 32)).state == State.BISTABLE
+    assert twosamples.made_by_error(loud, third(*[LOUD] * 3, *[QUIET] * 29)).state == State.NO
 
 
-def test_what_the_claims_ask_is_said_and_nothing_else() -> None:
+def test_what_the_claims_ask_is_said_and_nothing_else():
     (stated,) = of_third("here", [(Cell(PRINTED, 0.01), third(*[LOUD] * 10))])
     assert (stated.quantity, stated.state) == ("pd: third", State.YES)
     (lumped,) = of_third("here", [(Cell(PRINTED, 0.01, planets="lumped"), third(LOUD))])
@@ -94,30 +82,30 @@ def test_what_the_claims_ask_is_said_and_nothing_else() -> None:
     assert not of_third("here", [(Cell(CONSERVATIVE, 0.01), third(LOUD))])
 
 
-def test_two_samples_are_told_apart_or_not() -> None:
+def test_two_samples_are_told_apart_or_not():
     """Fisher's by hand: 5 of 5 against 0 of 5 is one table of 252, either way; ranks alike."""
-    assert shares_p(Share(5, 5), Share(0, 5)) == pytest.approx(2 / 252)
-    assert shares_p(Share(5, 5), Share(5, 5)) == pytest.approx(1.0)
-    assert sizes_p([1, 2, 3, 4, 5], [6, 7, 8, 9, 10]) == pytest.approx(2 / 252)
-    assert sizes_p([1, 3, 5, 7], [2, 4, 6, 8]) > 0.5
-    both = two_tests(third(*range(1, 6)), third(*range(6, 11)))
+    assert twosamples.shares_p(Share(5, 5), Share(0, 5)) == pytest.approx(2 / 252)
+    assert twosamples.shares_p(Share(5, 5), Share(5, 5)) == pytest.approx(1.0)
+    assert twosamples.sizes_p([1, 2, 3, 4, 5], [6, 7, 8, 9, 10]) == pytest.approx(2 / 252)
+    assert twosamples.sizes_p([1, 3, 5, 7], [2, 4, 6, 8]) > 0.5
+    both = twosamples.two_tests(third(*range(1, 6)), third(*range(6, 11)))
     assert both.least == both.by_size == pytest.approx(2 / 252)
-    assert two_tests(third(np.nan), third(1.0)).least is None
-    assert TwoTests(None, 0.5).least is None
+    assert twosamples.two_tests(third(np.nan), third(1.0)).least is None
+    assert twosamples.TwoTests(None, 0.5).least is None
 
 
-def test_significance_has_two_sides() -> None:
+def test_significance_has_two_sides():
     for tests_of_family in (1, 10):
-        limit = SIGNIFICANT / tests_of_family
-        assert told_apart(BELOW * limit, tests_of_family)
-        assert not told_apart(ABOVE * limit, tests_of_family)
+        limit = twosamples.SIGNIFICANT / tests_of_family
+        assert twosamples.told_apart(BELOW * limit, tests_of_family)
+        assert not twosamples.told_apart(ABOVE * limit, tests_of_family)
 
 
-def test_samples_may_be_too_small_to_be_told_apart() -> None:
-    assert least_p(2, 2) == pytest.approx(1 / 3)
-    assert least_p(3, 3) == pytest.approx(2 / 20)
-    assert least_p(2, 4) > SIGNIFICANT > least_p(2, 24)
-    fewest, most = not_told_apart(Share(12, 24), 16)
+def test_samples_may_be_too_small_to_be_told_apart():
+    assert twosamples.least_p(2, 2) == pytest.approx(1 / 3)
+    assert twosamples.least_p(3, 3) == pytest.approx(2 / 20)
+    assert twosamples.least_p(2, 4) > twosamples.SIGNIFICANT > twosamples.least_p(2, 24)
+    fewest, most = twosamples.not_told_apart(Share(12, 24), 16)
     assert (fewest, most) == (3, 13)
     for yes in (fewest - 1, most + 1):
-        assert told_apart(shares_p(Share(12, 24), Share(yes, 16)))
+        assert twosamples.told_apart(twosamples.shares_p(Share(12, 24), Share(yes, 16)))

@@ -1,7 +1,5 @@
 """What is not known decides nothing: no verdict falls over it, and none is made of it."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable
@@ -35,9 +33,7 @@ SCALARS: list[tuple[Callable[..., Any], int]] = [
     ("decide", "count"), SCALARS, ids=lambda value: getattr(value, "__qualname__", None)
 )
 @given(data=st.data())
-def test_a_decision_about_numbers_is_open_where_one_is_undefined(
-    decide: Callable[..., Any], count: int, data: st.DataObject
-) -> None:
+def test_a_decision_about_numbers_is_open_where_one_is_undefined(decide, count, data):
     numbers = [data.draw(NUMBER) for _ in range(count)]
     known = [number is not None and math.isfinite(number) for number in numbers]
     found = decide(*numbers)
@@ -46,7 +42,7 @@ def test_a_decision_about_numbers_is_open_where_one_is_undefined(
 
 
 @given(one=YES, other=YES, third=YES)
-def test_open_decisions_in_words(one: bool | None, other: bool | None, third: bool | None) -> None:
+def test_open_decisions_in_words(one, other, third):
     answer = h1_verdict(Presence.PRINTED, {"a": one, "b": other, "c": third})
     assert (answer == "holds") == (one is other is third is True)
     assert all_of((one, other, third)) in (True, False, None)
@@ -59,7 +55,7 @@ def test_open_decisions_in_words(one: bool | None, other: bool | None, third: bo
 
 
 @given(data=st.data())
-def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
+def test_nothing_else_falls_over_what_is_missing(data):
     values = [math.nan if value is None else value for value in data.draw(NUMBERS)]
     assert shaking.is_own(*values[:3]) in (True, False, None)
     spans = {group: (value, value) for group, value in zip(GROUPS, values, strict=True)}
@@ -72,13 +68,13 @@ def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
 
 
 @given(value=NUMBER | NUMBERS | st.dictionaries(st.sampled_from("ab"), NUMBERS))
-def test_records_are_json_and_texts_words(value: Any) -> None:
+def test_records_are_json_and_texts_words(value):
     json.dumps(recorded(value), allow_nan=False)
     if value is None or isinstance(value, float):
         assert (shown(value) == UNDEFINED) == (value is None or not math.isfinite(value))
 
 
-def test_a_record_takes_numpys_numbers_and_nothing_foreign() -> None:
+def test_a_record_takes_numpys_numbers_and_nothing_foreign():
     numbers = {"a": np.float64(1.5), "b": np.bool_(True), "c": (np.int64(2), np.float32("nan"))}
     assert recorded(numbers) == {"a": 1.5, "b": True, "c": [2, None]}
     with pytest.raises(TypeError, match="not JSON"):

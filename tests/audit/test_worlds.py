@@ -4,8 +4,6 @@ A world changes what runs show, never a claim's own function: every experiment i
 of a made-up run, measured as a real one is, and the claim is judged of that.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache

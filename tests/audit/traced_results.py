@@ -5,8 +5,6 @@ RESULTS the files of code that its key is made of, with the data whose edit chan
 that were read or had a function that ran while it was made.
 """
 
-from __future__ import annotations
-
 import ast
 import builtins
 import ctypes
@@ -187,6 +185,8 @@ def traced() -> dict[str, dict[str, list[str]]]:
     sys.path_importer_cache.clear()
     for path in (ROOT / OWN).rglob("*.py"):  # compiled once for all children
         noting(path)
+    for result in RESULTS.values():  # nor is what describes them imported in each
+        result()
     return {name: in_child(partial(looked_at, result)) for name, result in RESULTS.items()}
 
 

@@ -1,15 +1,8 @@
 """Which files only say or draw what others have computed."""
 
-from __future__ import annotations
-
 from pathlib import PurePath
 
-ROOMS = (
-    "crosscheck/report",
-    "audit/templates",
-    "audit/figures",
-    "audit/front",
-)
+ROOMS = ("crosscheck/report", "audit/templates", "audit/figures", "audit/front")
 NAMES = ("view", "drawing", "chapter", "words")  # in a module's name
 FILES = ("text.py", "columns.py", "report.py", "command.py", "said.py")  # in audit
 

@@ -1,7 +1,5 @@
 """A short cross-check, its record, and the command line on it."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

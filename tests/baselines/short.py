@@ -1,7 +1,5 @@
 """Short cross-checks and what is done to their records."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Recorded baselines: what a repetition may differ by, and what it may not."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,7 +21,6 @@ from crosscheck.models.loading import load_arm
 from crosscheck.provenance import arm_digest
 from crosscheck.registry import MODELS, register
 from crosscheck.report.words import counted, outcome, printable, tally
-from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
 from tests.baselines.short import (
@@ -51,7 +48,7 @@ COMMITTED = Path(__file__).parents[2] / "baselines"
 # What stands
 
 
-def test_a_record_read_back_is_the_record(result: CrossCheck, recorded: Path) -> None:
+def test_a_record_read_back_is_the_record(result, recorded):
     baseline = baseline_of(result)
     assert read_baseline(recorded, result.wanted, RENEW) == baseline
     before = recorded.read_bytes()
@@ -60,7 +57,7 @@ def test_a_record_read_back_is_the_record(result: CrossCheck, recorded: Path) ->
     assert recorded.read_bytes() == before
 
 
-def test_a_repetition_does_not_move(result: CrossCheck, recorded: Path) -> None:
+def test_a_repetition_does_not_move(result, recorded):
     agreement = held_against(recorded, short_check(result.arm))
     assert agreement.exit_code == 0
     assert len(agreement.checks) == len(agreement.findings) > 40
@@ -68,9 +65,7 @@ def test_a_repetition_does_not_move(result: CrossCheck, recorded: Path) -> None:
 
 
 @pytest.mark.parametrize("stand_in", [EXUDYN, NUDGED], ids=str)
-def test_rounding_of_another_kind_does_not_move(
-    result: CrossCheck, recorded: Path, stand_in: RunKey
-) -> None:
+def test_rounding_of_another_kind_does_not_move(result, recorded, stand_in):
     """Another implementation of the same steps rounds as differently as any machine could."""
     run = result.runs[stand_in].assign_attrs(result.runs[ANALYTIC].attrs)
     others = with_run(result, ANALYTIC, run)
@@ -81,7 +76,7 @@ def test_rounding_of_another_kind_does_not_move(
     assert any(f.measured for f in agreement.checks if f.id.startswith(f"recorded-run/{ANALYTIC}/"))
 
 
-def test_numbers_have_17_digits_and_one_row_each(recorded: Path) -> None:
+def test_numbers_have_17_digits_and_one_row_each(recorded):
     lines = recorded.read_text(encoding="utf-8").splitlines()
     texts = ('"basis": ', '"title": ', '"command": ')
     assert max(len(line) for line in lines if not any(text in line for text in texts)) <= 110
@@ -123,9 +118,7 @@ def _scaled(arm: Arm, place: str, field: str) -> Arm:
     ],
 )
 @pytest.mark.parametrize("key", [ANALYTIC, EXUDYN], ids=str)
-def test_a_millionth_of_a_parameter_moves_a_run(
-    result: CrossCheck, recorded: Path, key: RunKey, place: str, field: str
-) -> None:
+def test_a_millionth_of_a_parameter_moves_a_run(result, recorded, key, place, field):
     other = short_check(_scaled(result.arm, place, field), only=key).runs[key]
     changes = moved(held_against(recorded, with_run(result, key, other)))
     assert changes
@@ -133,7 +126,7 @@ def test_a_millionth_of_a_parameter_moves_a_run(
     assert all(name.startswith(f"recorded-run/{key}/") for name in changes)
 
 
-def test_a_millionth_of_the_payload_moves_the_rigid_arm(result: CrossCheck, recorded: Path) -> None:
+def test_a_millionth_of_the_payload_moves_the_rigid_arm(result, recorded):
     key = RunKey("pd", "pinocchio:coupled")
     heavier = result.arm.model_copy(update={"payload_mass_kg": 10.0 * (1 + 1e-6)})
     other = short_check(heavier, only=key).runs[key]
@@ -141,9 +134,7 @@ def test_a_millionth_of_the_payload_moves_the_rigid_arm(result: CrossCheck, reco
     assert f"recorded-run/{key}/theta_dot" in moved(agreement)
 
 
-def test_a_planted_fault_moves(
-    result: CrossCheck, recorded: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_planted_fault_moves(result, recorded, monkeypatch):
     """The ring mesh at the sun's rate of Eq. 13: 27 cycles per turn for 99."""
     right = crosscheck.analytic.model.gears
 
@@ -162,9 +153,7 @@ def test_a_planted_fault_moves(
 
 
 @pytest.mark.parametrize(("times", "verdict"), [(0.9, "agree"), (2.0, "differ")])
-def test_a_number_moves_beyond_its_tolerance(
-    result: CrossCheck, recorded: Path, times: float, verdict: str
-) -> None:
+def test_a_number_moves_beyond_its_tolerance(result, recorded, times, verdict):
     tolerance = baseline_of(result).runs[str(ANALYTIC)].sampled["theta"].tolerance
     assert tolerance is not None
     by = times * tolerance
@@ -181,7 +170,7 @@ def test_a_number_moves_beyond_its_tolerance(
     assert len(agreement.disagreeing) == (verdict == "differ")
 
 
-def test_a_measurement_moves(result: CrossCheck, recorded: Path) -> None:
+def test_a_measurement_moves(result, recorded):
     name = next(f.id for f in result.agreement.findings if f.id.startswith("deviation/pd/tip"))
 
     def change(data: dict[str, Any]) -> None:
@@ -191,7 +180,7 @@ def test_a_measurement_moves(result: CrossCheck, recorded: Path) -> None:
     assert list(moved(held_against(recorded, result))) == [f"recorded-measurement/{name}"]
 
 
-def test_checks_and_measurements_appear_and_disappear(result: CrossCheck, recorded: Path) -> None:
+def test_checks_and_measurements_appear_and_disappear(result, recorded):
     first, *rest = result.agreement.checks
     new = measurement("new")
     measurements = [f for f in result.agreement.findings if f.kind == "measurement"]
@@ -208,9 +197,7 @@ def test_checks_and_measurements_appear_and_disappear(result: CrossCheck, record
     }
 
 
-def test_a_guest_that_came_in_later_is_said_and_not_judged(
-    result: CrossCheck, recorded: Path
-) -> None:
+def test_a_guest_that_came_in_later_is_said_and_not_judged(result, recorded):
     """Unless it is red: a record without it is held against the rest."""
     subject = About(Key("same-step", "pd", "theta", "analytic:physical", "guest"), "rad", "")
     fine = checked(subject, measured=1e-12, tolerance=1e-10, basis="")
@@ -224,13 +211,13 @@ def test_a_guest_that_came_in_later_is_said_and_not_judged(
     assert moved(held_against(recorded, with_findings(result, [*findings, fine])))
 
 
-def test_a_run_that_fails_has_disappeared(result: CrossCheck, recorded: Path) -> None:
+def test_a_run_that_fails_has_disappeared(result, recorded):
     broken = with_run(result, EXUDYN, Failure("Diverged", "at t = 0.01 s"))
     notes = [finding.note for finding in moved(held_against(recorded, broken)).values()]
     assert notes == ["disappeared: Diverged: at t = 0.01 s"]
 
 
-def test_other_settings_are_named_and_not_compared(result: CrossCheck, recorded: Path) -> None:
+def test_other_settings_are_named_and_not_compared(result, recorded):
     def change(data: dict[str, Any]) -> None:
         data["runs"][str(ANALYTIC)]["scenario"]["step_s"] = 2e-5
 
@@ -240,7 +227,7 @@ def test_other_settings_are_named_and_not_compared(result: CrossCheck, recorded:
     assert "scenario.step_s 2e-05 -> 1e-05" in changes[f"recorded-run/{ANALYTIC}/settings"].note
 
 
-def test_what_else_changed_is_named(result: CrossCheck, recorded: Path) -> None:
+def test_what_else_changed_is_named(result, recorded):
     def change(data: dict[str, Any]) -> None:
         data["provenance"]["versions"]["exudyn"] = "1.0"
         data["provenance"]["lock_sha256"] = 64 * "0"
@@ -250,7 +237,7 @@ def test_what_else_changed_is_named(result: CrossCheck, recorded: Path) -> None:
     assert [line.split(" -> ")[0] for line in changed] == ["exudyn 1.0", "lock_sha256 000000000000"]
 
 
-def test_without_a_meaningful_tolerance_nothing_is_compared(result: CrossCheck) -> None:
+def test_without_a_meaningful_tolerance_nothing_is_compared(result):
     """A start that one rounding decides: a run is recorded, no numbers are held against it."""
     wild = result.runs[NUDGED]
     wild = with_run(result, NUDGED, wild.assign(x_sp=wild["x_sp"] + 1e-5))
@@ -260,7 +247,7 @@ def test_without_a_meaningful_tolerance_nothing_is_compared(result: CrossCheck) 
     assert sampled["theta"].tolerance is not None
 
 
-def test_an_adaptive_run_without_a_second_one_is_not_compared(result: CrossCheck) -> None:
+def test_an_adaptive_run_without_a_second_one_is_not_compared(result):
     """Its steps hang on roundings of BLAS, which are other ones on other processors."""
     adaptive = replace(ANALYTIC, variant="reference")
     second = replace(ANALYTIC, variant="reference-coarse")
@@ -271,9 +258,7 @@ def test_an_adaptive_run_without_a_second_one_is_not_compared(result: CrossCheck
 
 
 @pytest.mark.parametrize(("times", "red"), [(50.0, False), (200.0, True)])
-def test_a_tolerance_is_as_wide_as_is_granted_today(
-    result: CrossCheck, recorded: Path, times: float, red: bool
-) -> None:
+def test_a_tolerance_is_as_wide_as_is_granted_today(result, recorded, times, red):
     """Whoever renews the digest too cannot make room for a change."""
 
     def change(data: dict[str, Any]) -> None:
@@ -288,7 +273,7 @@ def test_a_tolerance_is_as_wide_as_is_granted_today(
     assert all(note.startswith("a tolerance that is not granted: ") for note in notes.values())
 
 
-def test_without_a_tolerance_a_record_is_no_free_pass(result: CrossCheck, recorded: Path) -> None:
+def test_without_a_tolerance_a_record_is_no_free_pass(result, recorded):
     def change(data: dict[str, Any]) -> None:
         for number in (*data["measurements"].values(), *_tables(data)):
             number["tolerance"] = None
@@ -306,7 +291,7 @@ def _tables(data: dict[str, Any]) -> list[dict[str, Any]]:
     ]
 
 
-def test_another_unit_of_a_measurement_is_named(result: CrossCheck, recorded: Path) -> None:
+def test_another_unit_of_a_measurement_is_named(result, recorded):
     name = next(f.id for f in result.agreement.findings if f.id.startswith("deviation/pd/tip"))
     edited(recorded, lambda data: data["measurements"][name].update(unit="km"))
     changes = moved(held_against(recorded, result))
@@ -333,7 +318,7 @@ SPOILT: dict[str, Callable[[xr.Dataset], xr.Dataset]] = {
 
 
 @pytest.mark.parametrize("how", SPOILT)
-def test_a_spoilt_run_is_a_lost_run(result: CrossCheck, recorded: Path, how: str) -> None:
+def test_a_spoilt_run_is_a_lost_run(result, recorded, how):
     spoilt = with_run(result, EXUDYN, SPOILT[how](result.runs[EXUDYN]))
     assert str(EXUDYN) not in baseline_of(spoilt).runs
     assert len(list(unrecorded(spoilt))) == 1
@@ -343,7 +328,7 @@ def test_a_spoilt_run_is_a_lost_run(result: CrossCheck, recorded: Path, how: str
     assert len(note) < 400
 
 
-def test_a_run_of_fewer_joints_or_quantities_is_seen(result: CrossCheck, recorded: Path) -> None:
+def test_a_run_of_fewer_joints_or_quantities_is_seen(result, recorded):
     run = result.runs[EXUDYN]
     one = moved(held_against(recorded, with_run(result, EXUDYN, run.isel(joint=[0]))))
     assert "another number of joints" in one[f"recorded-run/{EXUDYN}/theta"].note
@@ -351,7 +336,7 @@ def test_a_run_of_fewer_joints_or_quantities_is_seen(result: CrossCheck, recorde
     assert "no such quantity" in less[f"recorded-run/{EXUDYN}/F_sp"].note
 
 
-def test_of_two_checks_with_one_id_the_worse_stands(result: CrossCheck, recorded: Path) -> None:
+def test_of_two_checks_with_one_id_the_worse_stands(result, recorded):
     first, *rest = result.agreement.checks
     worse = replace(first, verdict="differ", measured=1.0)
     twins = [worse, *result.agreement.findings, worse, *rest]
@@ -360,7 +345,7 @@ def test_of_two_checks_with_one_id_the_worse_stands(result: CrossCheck, recorded
     )
 
 
-def test_an_unresolved_check_does_not_read_like_a_pass() -> None:
+def test_an_unresolved_check_does_not_read_like_a_pass():
     within = checked(about("refined"), measured=0.023, tolerance=0.348, basis="")
     unresolved = replace(within, verdict="unresolved", note="why")
     said = "the uncertainty itself, 0.348 rad, exceeds the acceptance limit (measured 0.023); why"
@@ -368,7 +353,7 @@ def test_an_unresolved_check_does_not_read_like_a_pass() -> None:
     assert outcome(within) == "measured 0.023, allowed 0.348 rad"
 
 
-def test_words() -> None:
+def test_words():
     assert tally(Agreement([green()])) == "1 of 1 check agrees"
     assert tally(Agreement([green(), red()])) == "1 of 2 checks agree"
     assert [counted(number, "check") for number in (0, 1, 2)] == ["0 checks", "1 check", "2 checks"]
@@ -379,7 +364,7 @@ def test_words() -> None:
 
 
 @pytest.mark.parametrize("name", ["paper-labelled", "paper-swapped"])
-def test_the_projects_own_records_fit(name: str) -> None:
+def test_the_projects_own_records_fit(name):
     """They are of today's arm, small, and no tolerance is too wide to mean anything."""
     arm = load_arm(name)
     path = baseline_path(COMMITTED, quick(arm))

@@ -1,7 +1,5 @@
 """`crosscheck validate` and `crosscheck baseline`: exit codes, output, files."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -10,23 +8,12 @@ from xml.etree import ElementTree
 import pytest
 
 from crosscheck import LARGEST_SEED
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
+from tests.baselines import short
 from tests.baselines.conftest import Command
-from tests.baselines.short import (
-    ANALYTIC,
-    EXUDYN,
-    edited,
-    green,
-    invented_check,
-    red,
-    short_check,
-    with_findings,
-    with_run,
-)
 
 ACCEPT, CHECK = ("baseline", "accept", "--quick"), ("baseline", "check", "--quick")
 RECORD = Path("baselines/paper-labelled-quick.json")
@@ -44,38 +31,34 @@ def refused(command: Command, capsys: Captured, *words: object) -> str:
     return err
 
 
-def test_accept_then_check(command: Command, result: CrossCheck, capsys: Captured) -> None:
+def test_accept_then_check(command, result, capsys):
     assert command(*ACCEPT, result=result) == 0
     assert command(*CHECK, "--junit", "out/check.xml", result=result) == 0
     assert "recorded results changed" in capsys.readouterr().out
     assert Path("out/check.xml").is_file()
 
     def change(data: dict[str, Any]) -> None:
-        data["runs"][str(ANALYTIC)]["extremes"]["F_sp"]["rows"][0][3] += 1.0
+        data["runs"][str(short.ANALYTIC)]["extremes"]["F_sp"]["rows"][0][3] += 1.0
 
-    edited(RECORD, change)
+    short.edited(RECORD, change)
     assert command(*CHECK, result=result) == 1
     assert "1 of" in capsys.readouterr().out
 
 
-def test_validate_writes_what_it_is_asked_to(command: Command, result: CrossCheck) -> None:
+def test_validate_writes_what_it_is_asked_to(command, result):
     words = ("validate", "--quick", "--json", "a.json", "--junit", "a.xml")
     assert command(*words, result=result) == 0
     assert json.loads(Path("a.json").read_text(encoding="utf-8"))["schema_version"] == 2
     assert Path("a.xml").is_file()
 
 
-def test_a_missing_record_is_refused_before_anything_runs(
-    command: Command, capsys: Captured
-) -> None:
+def test_a_missing_record_is_refused_before_anything_runs(command, capsys):
     said = refused(command, capsys, *CHECK)
     assert "no such file; make it: crosscheck baseline accept paper-labelled --quick" in said
 
 
 @pytest.mark.parametrize("words", [ACCEPT, CHECK])
-def test_the_record_is_no_place_for_another_file(
-    command: Command, recorded: Path, capsys: Captured, words: tuple[str, ...]
-) -> None:
+def test_the_record_is_no_place_for_another_file(command, recorded, capsys, words):
     before = recorded.read_bytes()
     assert "name another file" in refused(command, capsys, *words, "--junit", RECORD)
     assert "name another file" in refused(
@@ -85,9 +68,7 @@ def test_the_record_is_no_place_for_another_file(
 
 
 @pytest.mark.parametrize("words", [("validate",), ACCEPT, CHECK])
-def test_what_cannot_be_written_is_refused_before_anything_runs(
-    command: Command, recorded: Path, capsys: Captured, words: tuple[str, ...]
-) -> None:
+def test_what_cannot_be_written_is_refused_before_anything_runs(command, recorded, capsys, words):
     Path("folder").mkdir()
     Path("loop").symlink_to("loop")
     for path in ("folder", "loop", "/dev/null", f"{RECORD}/x", 5000 * "n"):
@@ -97,9 +78,7 @@ def test_what_cannot_be_written_is_refused_before_anything_runs(
 
 @pytest.mark.parametrize("word", ["validate", "run"])
 @pytest.mark.parametrize("seed", [-1, LARGEST_SEED + 1, 2**70])
-def test_seeds_are_those_of_a_record(
-    command: Command, capsys: Captured, word: str, seed: int
-) -> None:
+def test_seeds_are_those_of_a_record(command, capsys, word, seed):
     assert "--seed" in refused(command, capsys, word, "--seed", seed)
 
 
@@ -119,40 +98,34 @@ def _toml(folder: Path, joints: int, name: str) -> Path:
 
 
 @pytest.mark.parametrize("joints", [1, 4])
-def test_a_real_arm_accepted_and_checked_does_not_move(
-    command: Command, tmp_path: Path, capsys: Captured, joints: int
-) -> None:
+def test_a_real_arm_accepted_and_checked_does_not_move(command, tmp_path, capsys, joints):
     """Four joints: a row of time and a value per joint has as many columns as one of extremes."""
     path = _toml(tmp_path, joints, f"{joints}-joint")
-    result = short_check(load_arm(str(path)))
+    result = short.short_check(load_arm(str(path)))
     assert command(*ACCEPT, path, result=result) == 0
     assert command(*CHECK, path, result=result) == 0
     assert "\n0 of " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("joints", range(1, 8))
-def test_an_arm_of_any_number_of_joints_does_not_move(
-    command: Command, tmp_path: Path, joints: int
-) -> None:
+def test_an_arm_of_any_number_of_joints_does_not_move(command, tmp_path, joints):
     path = _toml(tmp_path, joints, "x")
-    result = invented_check(load_arm(str(path)))
+    result = short.invented_check(load_arm(str(path)))
     assert command(*ACCEPT, path, result=result) == 0
-    run = json.loads(Path("baselines/x-quick.json").read_text())["runs"][str(ANALYTIC)]
+    run = json.loads(Path("baselines/x-quick.json").read_text())["runs"][str(short.ANALYTIC)]
     assert {len(row) for row in run["sampled"]["theta"]["rows"]} == {1 + joints}
     assert len(run["extremes"]["F_sp"]["rows"]) == joints
     assert command(*CHECK, path, result=result) == 0
 
 
-def test_two_names_have_two_records(command: Command, tmp_path: Path, capsys: Captured) -> None:
+def test_two_names_have_two_records(command, tmp_path, capsys):
     for name in ("a b", "a-b", "ä", "ö"):
         path = _toml(tmp_path, 1, name)
-        assert command(*ACCEPT, path, result=invented_check(load_arm(str(path)))) == 0
+        assert command(*ACCEPT, path, result=short.invented_check(load_arm(str(path)))) == 0
     assert len(list(Path("baselines").iterdir())) == 4
 
 
-def test_another_arms_record_is_not_replaced(
-    command: Command, recorded: Path, tmp_path: Path, capsys: Captured
-) -> None:
+def test_another_arms_record_is_not_replaced(command, recorded, tmp_path, capsys):
     before = recorded.read_bytes()
     recorded.rename(recorded.with_name("other-quick.json"))
     said = refused(command, capsys, *ACCEPT, _toml(tmp_path, 1, "other"))
@@ -166,13 +139,11 @@ def test_another_arms_record_is_not_replaced(
 @pytest.fixture
 def broken(result: CrossCheck) -> CrossCheck:
     """The short cross-check with a check that differs, one that failed and a lost run."""
-    lost = with_run(result, EXUDYN, Failure("RuntimeError", "no engine"))
-    return with_findings(lost, [*result.agreement.findings, red()])
+    lost = short.with_run(result, short.EXUDYN, Failure("RuntimeError", "no engine"))
+    return short.with_findings(lost, [*result.agreement.findings, short.red()])
 
 
-def test_red_checks_are_not_accepted(
-    command: Command, broken: CrossCheck, capsys: Captured
-) -> None:
+def test_red_checks_are_not_accepted(command, broken, capsys):
     assert command(*ACCEPT, "--junit", "red.xml", result=broken) == 1
     out = capsys.readouterr().out
     assert "differ refined/pd/theta/a~b" in out
@@ -183,33 +154,27 @@ def test_red_checks_are_not_accepted(
     assert Path("red.xml").is_file()
 
 
-def test_a_red_result_leaves_the_old_record(
-    command: Command, recorded: Path, broken: CrossCheck
-) -> None:
+def test_a_red_result_leaves_the_old_record(command, recorded, broken):
     before = recorded.read_bytes()
     assert command(*ACCEPT, result=broken) == 1
     assert recorded.read_bytes() == before
 
 
-def test_nothing_checked_is_not_accepted(command: Command, result: CrossCheck) -> None:
-    assert command(*ACCEPT, "--with-differences", result=with_findings(result, [])) == 1
+def test_nothing_checked_is_not_accepted(command, result):
+    assert command(*ACCEPT, "--with-differences", result=short.with_findings(result, [])) == 1
     assert not RECORD.exists()
 
 
-def test_a_run_that_cannot_be_recorded_is_not_accepted(
-    command: Command, result: CrossCheck, capsys: Captured
-) -> None:
-    half = result.runs[ANALYTIC].isel(time=slice(0, 100))
-    assert command(*ACCEPT, result=with_run(result, ANALYTIC, half)) == 1
+def test_a_run_that_cannot_be_recorded_is_not_accepted(command, result, capsys):
+    half = result.runs[short.ANALYTIC].isel(time=slice(0, 100))
+    assert command(*ACCEPT, result=short.with_run(result, short.ANALYTIC, half)) == 1
     out = capsys.readouterr().out
-    assert f"{ANALYTIC} cannot be recorded: " in out
+    assert f"{short.ANALYTIC} cannot be recorded: " in out
     assert "must be times that rise from 0 to 0.02 s" in out
     assert "0 differing checks, 1 lost run: nothing recorded" in out
 
 
-def test_known_differences_are_shown_on_every_run(
-    command: Command, broken: CrossCheck, capsys: Captured
-) -> None:
+def test_known_differences_are_shown_on_every_run(command, broken, capsys):
     assert command(*ACCEPT, "--with-differences", result=broken) == 0
     assert "1 known difference" in capsys.readouterr().out
     for _ in range(2):
@@ -226,11 +191,9 @@ def test_known_differences_are_shown_on_every_run(
         assert suite.get("failures") == "0"
 
 
-def test_a_known_difference_moves_when_its_number_does(
-    command: Command, broken: CrossCheck, capsys: Captured
-) -> None:
+def test_a_known_difference_moves_when_its_number_does(command, broken, capsys):
     assert command(*ACCEPT, "--with-differences", result=broken) == 0
-    worse = with_findings(broken, [*broken.agreement.findings[:-1], red(measured=4e-3)])
+    worse = short.with_findings(broken, [*broken.agreement.findings[:-1], short.red(measured=4e-3)])
     capsys.readouterr()
     assert command(*CHECK, result=worse) == 1
     out = capsys.readouterr().out
@@ -238,11 +201,11 @@ def test_a_known_difference_moves_when_its_number_does(
     assert "\n1 of " in out
 
 
-def test_a_known_difference_that_has_gone_moves(
-    command: Command, broken: CrossCheck, capsys: Captured
-) -> None:
+def test_a_known_difference_that_has_gone_moves(command, broken, capsys):
     assert command(*ACCEPT, "--with-differences", result=broken) == 0
-    better = with_findings(broken, [*broken.agreement.findings[:-1], red(measured=1e-12)])
+    better = short.with_findings(
+        broken, [*broken.agreement.findings[:-1], short.red(measured=1e-12)]
+    )
     capsys.readouterr()
     assert command(*CHECK, result=better) == 1
     out = capsys.readouterr().out
@@ -250,9 +213,9 @@ def test_a_known_difference_that_has_gone_moves(
     assert "known difference" not in out
 
 
-def test_one_is_singular(command: Command, labelled: Arm, capsys: Captured) -> None:
-    result = with_findings(invented_check(labelled), [green()])
+def test_one_is_singular(command, labelled, capsys):
+    result = short.with_findings(short.invented_check(labelled), [short.green()])
     assert command(*ACCEPT, result=result) == 0
     assert capsys.readouterr().out.endswith(": 1 verdict, 1 run\n")
-    assert command(*CHECK, result=with_run(result, ANALYTIC, Failure("x", "y"))) == 1
+    assert command(*CHECK, result=short.with_run(result, short.ANALYTIC, Failure("x", "y"))) == 1
     assert "1 of 2 recorded results changed" in capsys.readouterr().out

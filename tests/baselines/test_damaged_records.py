@@ -1,7 +1,5 @@
 """Records damaged at random: refused, or something moved; never a crash, never a pass."""
 
-from __future__ import annotations
-
 import copy
 import json
 import random
@@ -22,25 +20,8 @@ pytestmark = pytest.mark.campaign
 CHECK = ("baseline", "check", "--quick")
 Place = tuple[str | int, ...]
 STRANGE: tuple[Any, ...] = (
-    None,
-    True,
-    False,
-    0,
-    -1,
-    2**70,
-    1e300,
-    -1e-300,
-    float("nan"),
-    float("inf"),
-    "",
-    "agree",
-    "measured",
-    "1.0",
-    "\x1b[2J\ud800",
-    [],
-    {},
-    [[]],
-    {"tolerance": 1.0},
+    *(None, True, False, 0, -1, 2**70, 1e300, -1e-300, float("nan"), float("inf")),
+    *("", "agree", "measured", "1.0", "\x1b[2J\ud800", [], {}, [[]], {"tolerance": 1.0}),
 )
 
 
@@ -104,26 +85,14 @@ def seed() -> int:
     return fresh_seed()
 
 
-def test_a_damaged_record_is_refused_or_seen(
-    command: Command,
-    recorded: Path,
-    result: CrossCheck,
-    seed: int,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_damaged_record_is_refused_or_seen(command, recorded, result, seed, capsys):
     text = recorded.read_text(encoding="utf-8")
     for place, data in _damaged(text, seed, DRAWS):
         recorded.write_text(json.dumps(data), encoding="utf-8")
         _require_refused_or_seen(command, recorded, result, text, place, capsys)
 
 
-def test_damaged_bytes_are_refused_or_seen(
-    command: Command,
-    recorded: Path,
-    result: CrossCheck,
-    seed: int,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_damaged_bytes_are_refused_or_seen(command, recorded, result, seed, capsys):
     """A byte changed, a piece lost or twice."""
     draw, whole = random.Random(seed), recorded.read_bytes()
     for _ in range(DRAWS):
@@ -176,14 +145,7 @@ def _within(data: dict[str, Any], place: Place, value: Any, was: Any) -> bool:
     return False
 
 
-NOT_COMPARED = {
-    "basis",
-    "uncertainty",
-    "tolerance",
-    "widest",
-    "said",
-    "project_version",
-}
+NOT_COMPARED = {"basis", "uncertainty", "tolerance", "widest", "said", "project_version"}
 
 
 def _leaves(value: Any, at: Place = ()) -> Iterator[tuple[Place, Any]]:

@@ -1,18 +1,8 @@
 """The JUnit view of an Agreement, read back as a build server reads it."""
 
-from __future__ import annotations
-
 from xml.etree import ElementTree
 
-from crosscheck.findings import (
-    About,
-    Agreement,
-    Finding,
-    Key,
-    checked,
-    failed,
-    measured_only,
-)
+from crosscheck.findings import About, Agreement, Finding, Key, checked, failed, measured_only
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import provenance
 from crosscheck.report.junit import junit_xml
@@ -35,7 +25,7 @@ def _agreement() -> Agreement:
     return Agreement(findings, here.model_copy(update=made))
 
 
-def test_counts_match_the_agreement() -> None:
+def test_counts_match_the_agreement():
     root = ElementTree.fromstring(junit_xml(_agreement()).encode())
     suite = root.find("testsuite")
     assert suite is not None
@@ -48,7 +38,7 @@ def test_counts_match_the_agreement() -> None:
     assert suite.get("timestamp") == "2024-01-02T03:04:05"
 
 
-def test_a_failure_says_how_far_and_why() -> None:
+def test_a_failure_says_how_far_and_why():
     suite = ElementTree.fromstring(junit_xml(_agreement())).find("testsuite")
     assert suite is not None
     agrees, differs, unresolved, broken = suite.findall("testcase")
@@ -63,12 +53,12 @@ def test_a_failure_says_how_far_and_why() -> None:
     assert error.get("message") == "failed: RuntimeError: \ufffd[31mno\ufffd engine\ufffd"
 
 
-def test_measurements_and_versions_are_properties() -> None:
+def test_measurements_and_versions_are_properties():
     root = ElementTree.fromstring(junit_xml(_agreement()))
     found = {item.get("name"): item.get("value") for item in root.iter("property")}
     assert found["deviation/pd/theta/a~b"] == "0.1 rad"
     assert found["version pin"] == "4"
 
 
-def test_an_agreement_without_findings_is_a_suite_without_tests() -> None:
+def test_an_agreement_without_findings_is_a_suite_without_tests():
     assert ElementTree.fromstring(junit_xml(Agreement([]))).get("tests") == "0"

@@ -1,7 +1,5 @@
 """A baseline of a user's own equations: the record names them, and never runs them."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The pages in a real browser: no error, no request, every control works, in both themes."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Checks that only separate bodies allow: forces on each of them, and joints that stay closed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from crosscheck.checks.answers import random_states

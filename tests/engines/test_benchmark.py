@@ -1,7 +1,5 @@
 """The benchmark's yardsticks compute what they say; how fast they are is no test's business."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
@@ -11,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.suite.c_reference import LANES, Scalar, Vectors
-from benchmarks.suite.cases import Counted, long_run, pd_run
+from benchmarks.suite.cases import long_run, pd_run
 from benchmarks.suite.machine import machine
 from benchmarks.suite.refined import refined
 from benchmarks.suite.report import read, write
@@ -29,7 +27,7 @@ ROUNDING = 1e-12
 @COMPILED
 @pytest.mark.parametrize("joints", [2, 4])
 @pytest.mark.parametrize("counted", ["lumped", "free"])
-def test_c_references_run_as_the_model_does(joints: int, counted: Counted) -> None:
+def test_c_references_run_as_the_model_does(joints, counted):
     model = long_run(joints, counted, 2000)
     own = states_of(model)
     scalar, vectors = Scalar(model), Vectors([model] * LANES)
@@ -41,7 +39,7 @@ def test_c_references_run_as_the_model_does(joints: int, counted: Counted) -> No
 
 
 @pytest.mark.slow
-def test_refined_solution_keeps_order_eight_through_contact_changes() -> None:
+def test_refined_solution_keeps_order_eight_through_contact_changes():
     """0.02 s with contact changes: halving the step gains more than order 4 could, 16 times."""
     model = pd_run(0.01)
     grid = recorded_times(model.scenario)[:201]
@@ -51,7 +49,7 @@ def test_refined_solution_keeps_order_eight_through_contact_changes() -> None:
     assert errors[0] > 30 * errors[1]
 
 
-def test_results_follow_their_schema_and_the_docs_show_them(tmp_path: Path) -> None:
+def test_results_follow_their_schema_and_the_docs_show_them(tmp_path):
     rows = [Row("a", "b", "c", 1.0, "s", "d", 2.0, 1.0, 0.1), absent("a", "b", "no compiler")]
     here = machine(1)
     assert "make bench" in benchmark(tmp_path / "results.json")

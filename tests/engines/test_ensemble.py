@@ -1,7 +1,5 @@
 """Members side by side: nobody depends on a neighbour."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Exudyn's separate bodies against the other engines."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import product
 
@@ -47,17 +45,17 @@ def states_agree(arm: Arm, scenario: Scenario, chosen: Switches, count: int) -> 
 
 
 @pytest.mark.parametrize("chosen", EVERY_SWITCH, ids=lambda s: "-".join(dict(s).values()))
-def test_states_agree_under_every_switch(chosen: Switches):
+def test_states_agree_under_every_switch(chosen):
     states_agree(load_arm("probe"), probe_scenario("pd"), chosen, 10)
 
 
 @pytest.mark.parametrize("arm", ["paper-labelled", "paper-swapped"])
-def test_fifty_states_of_the_papers_arm_agree(arm: str):
+def test_fifty_states_of_the_papers_arm_agree(arm):
     states_agree(*load_case(arm, "constant-torque"), 50)
 
 
 @pytest.mark.parametrize("direct", [(), (1,), (0, 2), (0, 1, 2)])
-def test_states_of_a_three_joint_arm_agree(direct: tuple[int, ...]):
+def test_states_of_a_three_joint_arm_agree(direct):
     states_agree(arm_of(3, direct=direct), load_scenario("pd"), switches(), 10)
 
 
@@ -86,7 +84,7 @@ def test_teeth_push_on_every_body_as_in_pinocchio():
 
 @pytest.mark.parametrize("direct", [(), (0,), (1,), (0, 1)])
 @pytest.mark.parametrize("joints", [1, 2, 3])
-def test_poses_keep_the_engines_joints_closed(joints: int, direct: tuple[int, ...]):
+def test_poses_keep_the_engines_joints_closed(joints, direct):
     finding = joint_gaps(ExudynBodies(arm_of(joints, direct=direct), load_scenario("pd")))
     # Tolerance and reason are the check's.
     assert finding.verdict == "agree", finding

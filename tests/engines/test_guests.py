@@ -1,7 +1,5 @@
 """What guests may take: tooth contacts, motors and numbers of bodies, against the engines here."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

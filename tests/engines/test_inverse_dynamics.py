@@ -1,7 +1,5 @@
 """Torques along a motion: those of every rigid model are M a + bias less the forces."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings

@@ -3,8 +3,6 @@
 Both take the same Runge-Kutta steps, so that all that may part them is rounding.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Precise runs, whose steps end where contacts change, against SciPy's and against themselves."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

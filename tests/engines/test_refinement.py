@@ -1,7 +1,5 @@
 """The uncertainty of a run covers its error, wherever in a step its teeth meet."""
 
-from __future__ import annotations
-
 import pytest
 
 from crosscheck.checks.trajectories import largest_difference, uncertainty

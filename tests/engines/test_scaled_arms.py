@@ -1,7 +1,5 @@
 """Checks of poles on arms of any size: what their gains and tolerances follow."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The engines against each other, state by state."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import product
 

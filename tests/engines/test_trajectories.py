@@ -1,7 +1,5 @@
 """The engines against each other, run by run."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -133,12 +131,13 @@ def test_recorded_rates_accelerations_torques_and_energies_agree():
         assert largest_difference(left, right, quantity) < limit * size, quantity
 
 
-def test_analytic_runge_kutta_has_order_four_while_the_teeth_stay_in_contact():
+@pytest.mark.parametrize("name", PAIR)
+def test_runge_kutta_has_order_four_while_the_teeth_stay_in_contact(name):
     finest = 32
     results = []
     for every in (2, 4, 8, finest):
         scenario = experiment(CONSTANT, 0.002, 2e-5 / every, start=OFFSETS, record_every=every)
-        run = build("analytic:physical", PAPER, scenario).simulate()
+        run = build(name, PAPER, scenario).simulate()
         assert run.F_sp.values.min() > 0 < run.F_pr.values.min()
         results.append(np.stack([run.x_sp, run.x_pr]))
     errors = [abs(result - results[-1]).max() for result in results[:-1]]

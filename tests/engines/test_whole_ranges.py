@@ -1,7 +1,5 @@
 """Whatever arm the schema lets through, every model can be built and gives finite numbers."""
 
-from __future__ import annotations
-
 import random
 import warnings
 from itertools import product

@@ -1,7 +1,5 @@
 """Whether machine code does what a kernel's text says, translated as the translator stands."""
 
-from __future__ import annotations
-
 import ast
 from ctypes import c_double, c_void_p
 from functools import lru_cache

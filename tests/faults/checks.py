@@ -1,7 +1,5 @@
 """The checks that planted faults must turn red: what each says of a model as it stands."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 
@@ -18,22 +16,13 @@ from crosscheck.models.loading import Case, load_arm, load_case
 from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.planning.plan import nudged
 from crosscheck.registry import MODELS, build
+from tests import planet_laws
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.bits import fused_as_written, same_bits
 from tests.faults.planting import Laws, Seen
 from tests.faults.robots import robots_agree
 from tests.judged import compare_states, energy_over_run, invariants, refined, same_step
 from tests.mixed_arms import MIXED, random_states, scenario
-from tests.planet_laws import (
-    ARMS,
-    OFFSETS,
-    force_off,
-    in_step_off,
-    modes_off,
-    motion_off,
-    records_off,
-    start_off,
-)
 
 STATES, SEED = 5, 0
 DRIVES = {
@@ -225,8 +214,10 @@ def _judged(off: float, rounding: float, seen: float) -> str:
 
 def _planets(seen: Seen) -> str:
     """What single planets must do, from first principles."""
-    arm = ARMS[seen.arm]()
-    run = scenario(duration_s=3e-6, record_every=1, start=OFFSETS if seen.arm == UNLIKE else {})
+    arm = planet_laws.ARMS[seen.arm]()
+    run = scenario(
+        duration_s=3e-6, record_every=1, start=planet_laws.OFFSETS if seen.arm == UNLIKE else {}
+    )
     model = build(seen.model, arm, run, usual_switches(arm, **dict(seen.laws)))
     measure, *limits = PLANETS[seen.quantity]
     return _judged(measure(model), *limits)
@@ -247,12 +238,12 @@ def _reactions_off(model: ExudynBodies) -> float:
 UNLIKE = "unlike planets"
 # How far a model is off, what of it is rounding, and from where on it is a fault.
 PLANETS = {
-    "force": (force_off, 1e-11, 1e-6),
-    "motion": (motion_off, 1e-10, 1e-6),
-    "in step": (in_step_off, 1e-10, 1e-6),
-    "start": (start_off, 1e-16, 1e-9),  # [m]
-    "records": (records_off, 1e-10, 1e-6),
-    "modes": (modes_off, 1e-6, 1e-4),  # the engine differentiates by differences
+    "force": (planet_laws.force_off, 1e-11, 1e-6),
+    "motion": (planet_laws.motion_off, 1e-10, 1e-6),
+    "in step": (planet_laws.in_step_off, 1e-10, 1e-6),
+    "start": (planet_laws.start_off, 1e-16, 1e-9),  # [m]
+    "records": (planet_laws.records_off, 1e-10, 1e-6),
+    "modes": (planet_laws.modes_off, 1e-6, 1e-4),  # the engine differentiates by differences
     "reactions": (_reactions_off, 1e-13, 1e-6),  # arms of a few metres
 }
 CHECKS: dict[str, Callable[[Seen], str]] = {

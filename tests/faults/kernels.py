@@ -1,7 +1,5 @@
 """Which kernel of analytic:physical a fault is sought on; a harmed one is not kept on disk."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Literal
 

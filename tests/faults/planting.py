@@ -6,7 +6,6 @@ of the harmed model are replaced by their Python originals, so that a change rea
 uses it; the control run without a fault is made in the same way.
 """
 
-from __future__ import annotations
 import __future__
 
 import inspect

@@ -1,7 +1,5 @@
 """Robots on which faults are sought, and whether the engines agree on them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 
@@ -11,17 +9,7 @@ from crosscheck.cost import agreement
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 from tests.faults.planting import Seen
-from tests.robots.chains import (
-    LIMIT,
-    Solid,
-    geared,
-    joint,
-    link,
-    planetary,
-    robot,
-    teeth,
-    urdf,
-)
+from tests.robots.chains import LIMIT, Solid, geared, joint, link, planetary, robot, teeth, urdf
 
 TEETH = teeth(0.02, 1e6, 100.0, 2e-5)
 TURNED = Solid(1.7, (0.11, -0.04, 0.07), (0.03, 0.004, -0.006, 0.05, 0.002, 0.06), (0.3, -0.2, 0.5))

@@ -1,7 +1,5 @@
 """A model that raises, or gives no number, fails its check and stops nothing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

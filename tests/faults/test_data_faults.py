@@ -4,8 +4,6 @@ So it is seen whichever other models have it wrong as well: no check that is ask
 model against another.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache, lru_cache, partial
 from typing import Any, NamedTuple

@@ -1,13 +1,11 @@
 """Every planted fault turns its check red, and without it the check is green."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import pytest
 
 from tests.faults.checks import CHECKS, COMPILED
-from tests.faults.planting import HERE, Fault, Seen, faults_in, interpret, plant
+from tests.faults.planting import HERE, Seen, faults_in, interpret, plant
 
 FILES = sorted(file.stem for file in HERE.glob("*.toml"))
 FAULTS = [fault for name in FILES for fault in faults_in(name)]
@@ -28,7 +26,7 @@ def prepare(patch: pytest.MonkeyPatch, seen: Seen) -> None:
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=str)
-def test_a_fault_turns_its_check_red(fault: Fault, monkeypatch: pytest.MonkeyPatch):
+def test_a_fault_turns_its_check_red(fault, monkeypatch):
     assert without_fault(fault.seen) == "agree"
     prepare(monkeypatch, fault.seen)
     plant(monkeypatch, fault.place, fault.old, fault.new)

@@ -1,7 +1,5 @@
 """No model that answers wrongly passes: every method x every model x every kind of wrong answer."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest

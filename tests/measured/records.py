@@ -1,7 +1,5 @@
 """Records made of a rigid level: a stated motion, the torques that it needs, and white noise."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from crosscheck.measured.compare import RecordComparison, compare

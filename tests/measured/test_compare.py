@@ -1,7 +1,5 @@
 """Recorded motions: the true level is named, a wrong number found, and noise blamed for nothing."""
 
-from __future__ import annotations
-
 import runpy
 import sys
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Files of recorded motions: four formats say the same, and what is wrong with one is one line."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -17,10 +15,8 @@ from crosscheck.measured.record import Record, read_record
 from crosscheck.models.errors import InputError
 from crosscheck.provenance import ROOT
 from tests.measured.records import level, record_of
-from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 JOINT_STATE, TIME = "sensor_msgs/msg/JointState", "builtin_interfaces/msg/Time"
 SCHEMA = ROOT / "crosscheck" / "schema" / "measured.schema.json"
 HEADER = "t_s,theta_1_rad,theta_2_rad,torque_1_N_m,torque_2_N_m"
@@ -68,7 +64,7 @@ def test_units_are_those_of_the_names(record, tmp_path):
     assert found.torques == pytest.approx(record.torques)
 
 
-def test_a_trajectory_of_this_program_is_a_record(crosscheck: Command, tmp_path):
+def test_a_trajectory_of_this_program_is_a_record(crosscheck, tmp_path):
     run = tmp_path / "run.nc"
     given = "--scenario", "pd", "--t-end", "0.02", "--out", run
     assert crosscheck("simulate", "paper-labelled", "--model", "analytic:coupled", *given).code == 0
@@ -148,7 +144,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_table_is_one_line(crosscheck: Command, record, tmp_path, case):
+def test_bad_table_is_one_line(crosscheck, record, tmp_path, case):
     change, said = BAD[case]
     path = written(record, tmp_path / "r.csv")
     path.write_text(change(path.read_text()))
@@ -159,13 +155,13 @@ def test_bad_table_is_one_line(crosscheck: Command, record, tmp_path, case):
 
 
 @pytest.mark.parametrize("content", [b"", b"\x89HDF\r\n\x1a\nand then nothing", b"MATLAB 5.0 MAT"])
-def test_damaged_binary_is_one_line(crosscheck: Command, tmp_path, content):
+def test_damaged_binary_is_one_line(crosscheck, tmp_path, content):
     path = tmp_path / "r.mat"
     path.write_bytes(content)
     assert_one_line(crosscheck("compare", path), "r.mat: ")
 
 
-def test_outputs_never_replace_inputs(crosscheck: Command, record, tmp_path):
+def test_outputs_never_replace_inputs(crosscheck, record, tmp_path):
     path = written(record, tmp_path / "r.csv")
     before = path.read_bytes()
     assert_one_line(crosscheck("compare", path, "--json", path), "r.csv")
@@ -173,7 +169,7 @@ def test_outputs_never_replace_inputs(crosscheck: Command, record, tmp_path):
 
 
 @pytest.mark.parametrize("given", ["payload=0.1", "arm.payload_mass_kg", "arm.payload_mass_kg=2"])
-def test_bad_tolerance_is_one_line(crosscheck: Command, record, tmp_path, given):
+def test_bad_tolerance_is_one_line(crosscheck, record, tmp_path, given):
     path = written(record, tmp_path / "r.csv")
     assert_one_line(crosscheck("compare", path, "--tolerance", given), "--tolerance")
 
@@ -229,7 +225,7 @@ def test_a_bag_is_read_by_the_names_of_its_joints(record, tmp_path, storage):
 
 
 @pytest.mark.parametrize("name", ["bag", "bag.mcap", "bag.db3", "bag.bag"])
-def test_no_bag_is_one_line(crosscheck: Command, tmp_path, name):
+def test_no_bag_is_one_line(crosscheck, tmp_path, name):
     path = tmp_path / name
     path.write_bytes(b"\x89MCAP0\r\nand then nothing") if path.suffix else path.mkdir()
     assert_one_line(crosscheck("compare", path, "--joint", "a", "--joint", "b"), f"{name}: is no r")

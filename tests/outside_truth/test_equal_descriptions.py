@@ -1,7 +1,5 @@
 """The same arm described in two ways is the same arm, in every model."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,44 +1,24 @@
 """Exudyn's separate bodies against mechanics that owes nothing to them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, Toothed
 from crosscheck.models.exudyn.bodies.contact import CARRIER, PLANET, WHEEL, look, mesh_forces
 from crosscheck.models.exudyn.bodies.poses import GROUND
 from crosscheck.models.loading import load_case
+from tests.mixed_arms import random_states
+from tests.one_stage import SPRINGS_ONLY, first_joint_only
 
 EPSILON = np.finfo(float).eps
 ALPHA = np.radians(24.6)
 R_S, R_P, R_R = (3e-3 * teeth / 2 * np.cos(ALPHA) for teeth in (27, 36, 99))
-SPRINGS_ONLY = (
-    "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",
-    "arm.joints.*.*_mesh.tooth_error_m=0.0",
-    "arm.joints.*.*_mesh.damping_ratio=0.0",
-    "scenario.drive.torque_N_m=0.0",
-)
 
 
 def bodies(*settings: str, **switches: str) -> ExudynBodies:
     case = load_case("paper-labelled", "constant-torque", switches, settings)
     return ExudynBodies(*case)
-
-
-def first_joint_only(model: ExudynBodies) -> ExudynBodies:
-    data = model.arm.model_dump()
-    arm = Arm.model_validate({**data, "joints": data["joints"][:1], "links": data["links"][:1]})
-    return ExudynBodies(arm, model.scenario, model.switches)
-
-
-def random_states(count: int = 5) -> list[tuple[np.ndarray, np.ndarray]]:
-    """States with every mesh somewhere in or around its clearance."""
-    draw = np.random.default_rng(7)
-    scale = np.array([1e-4, 1e-4, 1.0] * 2)
-    return [(scale * draw.normal(size=6), scale * draw.normal(size=6)) for _ in range(count)]
 
 
 def every_mesh(model: ExudynBodies) -> list[tuple[str, int, Toothed]]:
@@ -77,7 +57,7 @@ def wheel_centre(model: ExudynBodies, toothed: Toothed, pose: np.ndarray) -> com
 
 def test_poses_and_rates_of_the_gears_show_the_papers_mesh_displacements():
     model = bodies()
-    for q, v in random_states():
+    for q, v in random_states(model.layout, 5, 7):
         for _, coordinate, toothed in every_mesh(model):
             contact = look(toothed.mesh, 0.0, *placed(model, toothed, q, v))
             # Gears turned by some 10 rad, places of 1 m: a few roundings of 1e-16 m and 1e-15 m/s.
@@ -97,7 +77,7 @@ def test_gear_angles_are_those_of_rolling_circles_when_no_mesh_is_deflected():
 def test_joints_stay_closed_in_place_rate_and_acceleration(settings):
     model = bodies(*settings)
     draw = np.random.default_rng(3)
-    for q, v in random_states():
+    for q, v in random_states(model.layout, 5, 7):
         gaps = model.constraint_residual(q, v, draw.normal(size=6))
         # Places, rates and accelerations near 1 in SI units: required 1e-12, a few roundings.
         assert max(abs(gap).max() for gap in gaps) < 1e-14
@@ -105,7 +85,7 @@ def test_joints_stay_closed_in_place_rate_and_acceleration(settings):
 
 def test_an_open_joint_shows_in_the_engines_constraints():
     model = bodies()
-    q, v = random_states()[0]
+    q, v = random_states(model.layout, 5, 7)[0]
     pose = model.poses.pose(q)
     pose[3] += 1e-6
     model.free.place(0.0, pose, model.poses.velocity(q, v))
@@ -115,7 +95,7 @@ def test_an_open_joint_shows_in_the_engines_constraints():
 
 def test_accelerations_of_bodies_that_solve_the_engines_equations_keep_the_joints_closed():
     model = bodies()
-    for q, v in random_states():
+    for q, v in random_states(model.layout, 5, 7):
         a = model.body_accelerations(0.1, q, v)
         engine = model.driven
         swing = engine.swing(0.1, model.poses.pose(q), model.poses.velocity(q, v))
@@ -128,7 +108,7 @@ def test_accelerations_of_bodies_that_solve_the_engines_equations_keep_the_joint
 
 def test_swing_is_the_rate_of_the_joints_velocities():
     model, eps = bodies(), 1e-5
-    for q, v in random_states():
+    for q, v in random_states(model.layout, 5, 7):
         pose, velocity = model.poses.pose(q), model.poses.velocity(q, v)
         engine, rates = model.free, []
         for step in (eps, -eps):
@@ -155,7 +135,7 @@ def test_action_and_reaction_of_a_mesh_cancel_wherever_the_bodies_are():
 
 def test_the_force_of_a_mesh_touches_both_base_circles_at_the_pressure_angle():
     model = bodies()
-    for q, v in random_states():
+    for q, v in random_states(model.layout, 5, 7):
         for name, coordinate, toothed in every_mesh(model):
             pose, velocity = placed(model, toothed, q, v)
             forces = mesh_forces(toothed.mesh, 0.0, pose, velocity).reshape(-1, 3)
@@ -182,7 +162,7 @@ def test_the_force_of_a_mesh_touches_both_base_circles_at_the_pressure_angle():
 def test_bearings_and_teeth_accelerate_every_gear():
     model = bodies()
     mass = {"sun": 0.39, "planet": 0.61}
-    for q, v in random_states():
+    for q, v in random_states(model.layout, 5, 7):
         a = model.poses.acceleration(q, v, model.acceleration(0.0, q, v)).reshape(-1, 3)
         teeth = model.body_forces(0.0, q, v).reshape(-1, 3)
         bearings = model.joint_forces(0.0, q, v)
@@ -195,7 +175,7 @@ def test_bearings_and_teeth_accelerate_every_gear():
 
 def test_only_ring_and_motor_on_the_ground_turn_the_arm_about_the_shoulder():
     model = bodies("scenario.drive.torque_N_m=[130.0, -70.0]")
-    for q, v in random_states():
+    for q, v in random_states(model.layout, 5, 7):
         forces = model.body_forces(0.0, q, v).reshape(-1, 3)
         turning = moments(model.poses.pose(q).reshape(-1, 3), forces).sum()
         ring = 0.0

@@ -1,39 +1,28 @@
 """Exudyn's tree: modes and the largest step by every stiffness law, friction and gains."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from crosscheck.models.exudyn.tree.tree import ExudynTree
-from tests.mixed_arms import (
-    LAWS,
-    PAYLOAD,
-    ROD_MASS,
-    Data,
-    arm_of,
-    direct,
-    geared,
-    mean_stiffness,
-    scenario,
-    stiffness,
-)
+from tests.mixed_arms import LAWS, NONE, PAYLOAD, ROD_MASS, Data, arm_of, direct, geared, scenario
+from tests.planet_meshes import mean_stiffness, stiffness_at
 
 every_law = pytest.mark.parametrize("law", LAWS)
 
 
 @every_law
-def test_mesh_modes_are_those_of_the_mean_stiffness(law: str):
-    model = ExudynTree(arm_of(geared(law, law), gravity=(0.0, 0.0)), scenario())
-    steady = {"law": "sine", "mean_N_per_m": mean_stiffness(law), "amplitude_N_per_m": 0.0}
+def test_mesh_modes_are_those_of_the_mean_stiffness(law):
+    model = ExudynTree(arm_of(geared(law, law), gravity=NONE), scenario())
+    own = model.arm.joints[0].sun_mesh.of_planet(0).stiffness
+    steady = {"law": "sine", "mean_N_per_m": mean_stiffness(own), "amplitude_N_per_m": 0.0}
     joint = geared()
     meshes = {name: {**joint[name], "stiffness": steady} for name in ("sun_mesh", "ring_mesh")}
-    plain = ExudynTree(arm_of(geared(**meshes), gravity=(0.0, 0.0)), scenario())
+    plain = ExudynTree(arm_of(geared(**meshes), gravity=NONE), scenario())
     # The engine linearises by differences at 1e-7.
     np.testing.assert_allclose(model.mesh_modes(), plain.mesh_modes(), rtol=1e-6)
-    highest = max(stiffness(law, phase) for phase in np.linspace(0, 2 * np.pi, 2001))
+    highest = max(stiffness_at(own, phase) for phase in np.linspace(0, 2 * np.pi, 2001))
     steady["mean_N_per_m"] = highest
-    stiff = ExudynTree(arm_of(geared(**meshes), gravity=(0.0, 0.0)), scenario())
+    stiff = ExudynTree(arm_of(geared(**meshes), gravity=NONE), scenario())
     # Fine samples miss a maximum by the square of their distance; the step follows its root, and
     # the damping ratio counts a mean that differs: 1 percent of what a ratio of 0.06 changes.
     assert model.largest_stable_step() == pytest.approx(stiff.largest_stable_step(), rel=0.02)
@@ -46,7 +35,7 @@ def test_without_gears_there_are_no_modes_and_the_step_follows_friction_and_gain
         (0.0, pd(1e8), np.sqrt(8) / np.sqrt(1e8 / inertia)),
     )
     for friction, drive, limit in drives:
-        arm = arm_of(direct(friction_N_m_s_per_rad=friction), gravity=(0.0, 0.0))
+        arm = arm_of(direct(friction_N_m_s_per_rad=friction), gravity=NONE)
         model = ExudynTree(arm, scenario(drive=drive))
         assert model.mesh_modes().shape == (0,)
         # Where RK4's |R| passes 1 on the real and on the imaginary axis; steps are tried in 1e-4.

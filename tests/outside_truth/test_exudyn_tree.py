@@ -1,43 +1,22 @@
 """The Exudyn tree's coordinates, integrator, records and steps against what they must be."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged
 from crosscheck.models.exudyn.tree.laws import mesh_law
 from crosscheck.models.exudyn.tree.mesh import elastic_forces
 from crosscheck.models.exudyn.tree.tree import ExudynTree, paper_from_tree, tree_from_paper
 from crosscheck.models.loading import load_case
+from tests.one_stage import SPRINGS_ONLY, first_joint_only
 
 TIGHT = "arm.joints.*.*_mesh.backlash_m=0.0"
-SMOOTH = (
-    "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",
-    "arm.joints.*.*_mesh.tooth_error_m=0.0",
-    "arm.joints.*.*_mesh.damping_ratio=0.0",
-    "scenario.drive.torque_N_m=0.0",
-)
 EPSILON = np.finfo(float).eps
 
 
 def tree(*settings: str, **switches: str) -> ExudynTree:
     case = load_case("paper-labelled", "constant-torque", switches, settings)
     return ExudynTree(*case)
-
-
-def first_joint_only(model: ExudynTree) -> ExudynTree:
-    data = model.arm.model_dump()
-    arm = Arm.model_validate({**data, "joints": data["joints"][:1], "links": data["links"][:1]})
-    return ExudynTree(arm, model.scenario, model.switches)
-
-
-def random_states(count: int = 5) -> list[tuple[np.ndarray, np.ndarray]]:
-    """States with every mesh somewhere in or around its clearance."""
-    draw = np.random.default_rng(7)
-    scale = np.array([1e-4, 1e-4, 1.0] * 2)
-    return [(scale * draw.normal(size=6), scale * draw.normal(size=6)) for _ in range(count)]
 
 
 def test_the_map_to_the_tree_and_back_changes_nothing():
@@ -58,23 +37,6 @@ def test_the_map_holds_the_papers_definitions_of_the_mesh_displacements():
     # The radii above are given to seven digits and the rotations are near 1 rad.
     assert r_s * sun - r_p * theta_p - r_cp * link == pytest.approx(x_sp, abs=3e-8)
     assert r_p * theta_p - r_cp * link == pytest.approx(x_pr, abs=3e-8)
-
-
-def test_rk44_has_order_four_while_the_teeth_stay_in_contact():
-    settings = (
-        "scenario.duration_s=0.002",
-        "scenario.start.sun_planet_offset_m=2.2e-6",
-        "scenario.start.planet_ring_offset_m=2.2e-6",
-    )
-    runs = []
-    for every in (2, 4, 8, 32):
-        step = f"scenario.step_s={2e-5 / every}"
-        run = tree(*settings, step, f"scenario.record_every={every}").simulate()
-        assert run.F_sp.values.min() > 0 < run.F_pr.values.min()
-        runs.append(np.stack([run.x_sp, run.x_pr]))
-    errors = [abs(run - runs[-1]).max() for run in runs[:-1]]
-    # The fastest mode turns by 0.28 rad in the largest step, whose square is the next term's share.
-    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 4, atol=0.1)
 
 
 def classic_rk4(model: ExudynTree, h: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
@@ -134,7 +96,7 @@ def test_too_large_a_step_diverges_in_silence_and_says_when(capfd):
 
 
 def test_largest_stable_step_is_where_the_motion_begins_to_grow():
-    linear = (TIGHT, *SMOOTH, "scenario.start.sun_planet_offset_m=1e-6")
+    linear = (TIGHT, *SPRINGS_ONLY, "scenario.start.sun_planet_offset_m=1e-6")
     limit = first_joint_only(tree(*linear)).largest_stable_step()
     peaks = []
     for step in (0.98 * limit, 1.02 * limit):

@@ -1,7 +1,5 @@
 """One link on a direct joint, in every model that simulates, against closed forms of its motion."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The kernels' sines and hyperbolic tangent against mpmath's, in fifty digits."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Any
@@ -12,14 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crosscheck.analytic.kernel.text.functions import (
-    LARGEST,
-    SINE_OF_TURNS,
-    cosine,
-    hyperbolic_tangent,
-    reduced,
-    sine,
-)
+from crosscheck.analytic.kernel.text import functions
 from tests.interpreted import power_of_two
 
 DIGITS = 50
@@ -35,12 +26,12 @@ def run(lines: list[str], value: float) -> float:
 
 
 def tanh(value: float) -> float:
-    return run(hyperbolic_tangent("found", "c"), value)
+    return run(functions.hyperbolic_tangent("found", "c"), value)
 
 
 def interpolated() -> list[float]:
     """sin(2 pi r) / r of u = r^2 at the Chebyshev nodes of 0 to 1/16: coefficients in doubles."""
-    count = len(SINE_OF_TURNS)
+    count = len(functions.SINE_OF_TURNS)
     with mpmath.workdps(DIGITS):
         nodes = [(1 + mpmath.cos(mpmath.pi * (2 * k + 1) / (2 * count))) / 32 for k in range(count)]
         powers = mpmath.matrix([[node**power for power in range(count)] for node in nodes])
@@ -50,12 +41,12 @@ def interpolated() -> list[float]:
 
 
 def test_the_polynomial_interpolates_at_chebyshev_nodes():
-    assert tuple(interpolated()) == SINE_OF_TURNS
+    assert tuple(interpolated()) == functions.SINE_OF_TURNS
 
 
 def test_the_polynomial_errs_by_less_than_it_says():
     with mpmath.workdps(DIGITS):
-        coefficients = [mpmath.mpf(value) for value in reversed(SINE_OF_TURNS)]
+        coefficients = [mpmath.mpf(value) for value in reversed(functions.SINE_OF_TURNS)]
         worst = 0.0
         for k in range(1, 2001):
             r = mpmath.mpf(k) / 8000
@@ -66,15 +57,17 @@ def test_the_polynomial_errs_by_less_than_it_says():
 
 @given(turns)
 def test_whole_turns_are_taken_away_exactly(value):
-    left = Fraction(run(reduced("found", "c"), value))
+    left = Fraction(run(functions.reduced("found", "c"), value))
     assert abs(left) <= Fraction(1, 2)
     assert (Fraction(value) - left).denominator == 1
 
 
 @pytest.mark.parametrize("wave", ["cosine", "sine"])
 @given(value=near)
-def test_sine_and_cosine_are_right_to_rounding(wave: str, value: float):
-    text, exact = {"cosine": (cosine, mpmath.cos), "sine": (sine, mpmath.sin)}[wave]
+def test_sine_and_cosine_are_right_to_rounding(wave, value):
+    text, exact = {"cosine": (functions.cosine, mpmath.cos), "sine": (functions.sine, mpmath.sin)}[
+        wave
+    ]
     with mpmath.workdps(DIGITS):
         right = float(exact(2 * mpmath.pi * mpmath.mpf(value)))
     # The polynomial's value and r round by an eps each; a quarter taken away from the phase
@@ -85,7 +78,7 @@ def test_sine_and_cosine_are_right_to_rounding(wave: str, value: float):
 
 def test_quarters_of_a_turn():
     # Where |r| is 1/4 the polynomial is at its end, and rounds once more.
-    found = [run(sine("found", "c"), quarter / 4) for quarter in range(-8, 9)]
+    found = [run(functions.sine("found", "c"), quarter / 4) for quarter in range(-8, 9)]
     assert found == pytest.approx([0.0, 1.0, 0.0, -1.0] * 4 + [0.0], abs=np.finfo(float).eps)
 
 
@@ -96,7 +89,7 @@ def test_hyperbolic_tangent(value):
     assert abs(tanh(value) - right) <= 4e-16  # 1, 2 / (exp + 1) and the power round once each
 
 
-@pytest.mark.parametrize("value", [LARGEST, 1e3, 1e300, math.inf])
+@pytest.mark.parametrize("value", [functions.LARGEST, 1e3, 1e300, math.inf])
 def test_hyperbolic_tangent_of_large_numbers(value):
     assert (tanh(value), tanh(-value)) == pytest.approx((1.0, -1.0), abs=np.finfo(float).eps)
 

@@ -1,47 +1,21 @@
 """The derivation against closed forms and against identities of mechanics."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crosscheck.analytic.model import (
-    PhysicalModel,
-    RigidArmature,
-    RigidCarriers,
-    RigidCoupled,
-    RigidLinks,
-)
+from crosscheck.analytic.model import PhysicalModel, RigidCoupled
 from crosscheck.analytic.stability import contact_eigenvalues
-from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.loading import load_arm, load_case, load_scenario
 from tests.arms import PAPER, arms, geared_arms
 
-# Rigid arm at t = 0.5 s [rad], from rest at zero, labelled reading: 100 N m on both joints, then
-# PD 1000/400 to 30 degrees. Obtained twice independently with DOP853 at rtol 1e-12.
-PUBLISHED = {
-    RigidLinks: (-0.130090761282, 2.571391736575, 0.329302979666, 0.358033620235),
-    RigidCarriers: (-0.174473943705, 2.218547500412, 0.305579834134, 0.355461982810),
-    RigidArmature: (-0.175055362718, 2.206518617024, 0.305537812591, 0.355457539297),
-    RigidCoupled: (-0.174928501234, 2.205756855379, 0.305535475794, 0.355462200345),
-}
 seeds = st.integers(0, 2**32 - 1)
 
 
-@pytest.mark.parametrize("level", PUBLISHED)
-def test_rigid_levels_to_every_printed_digit(level):
-    angles = []
-    for scenario in ("constant-torque", "pd"):
-        settings_ = ["scenario.duration_s=0.5", "scenario.step_s=1e-4"]
-        case = load_case("paper-labelled", scenario, settings=settings_)
-        angles += list(level(*case).simulate()["theta"].values[-1])
-    assert angles == pytest.approx(PUBLISHED[level], abs=5.1e-13)  # half of the last digit
-
-
-def test_two_link_mass_matrix_in_closed_form(labelled: Arm):
+def test_two_link_mass_matrix_in_closed_form(labelled):
     """M11 = a11 + a2 + a3 + 2 a4 c + M_s r_s^2 + 3 M_p r_p^2 and so on, by hand for two joints."""
     M_s, M_p, M_c, m_p, m_j, payload = 0.5, 0.66, 5.8, 0.61, 0.39 + 3 * 0.61 + 6.29 + 10, 10
     r_s, r_p, r_cp, r_c = 0.0368240624, 0.0490987499, 0.0859228123, 0.0945
@@ -143,7 +117,7 @@ def test_modes_of_one_stage_with_the_carrier_locked():
     assert modes == pytest.approx(frequencies, rel=1e-6)
 
 
-def test_the_phase_law_counts_time_only_under_omega_t(labelled: Arm):
+def test_the_phase_law_counts_time_only_under_omega_t(labelled):
     """A mechanism cannot know what time it is; omega_t makes the mesh force depend on it."""
     scenario = load_scenario("constant-torque")
     for phase, depends in (("angle", False), ("omega_t", True)):

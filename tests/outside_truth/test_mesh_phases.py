@@ -12,8 +12,6 @@ apart. So ring mesh and sun mesh of one planet are in phase if z_p is odd, and h
 it is even.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from dataclasses import dataclass
@@ -29,7 +27,8 @@ from crosscheck.models.interface import Model
 from crosscheck.registry import names
 from tests.any_arms import GEAR_SETS, planetary_joints, rods
 from tests.involutes import TRAVEL, TURN, Stage, equal_places
-from tests.one_stage import arm_of_stage, free_model, plain_mesh, sine
+from tests.mixed_arms import NONE, arm_of
+from tests.one_stage import free_model, plain_mesh, sine
 
 LAW = sine(1e8, 3e7)
 DISPLACEMENT_M = 1e-4
@@ -218,7 +217,8 @@ def arms_by_teeth(draw: st.DrawFn) -> Arm:
     """
     sun = plain_mesh(LAW, draw(st.just(FROM_TEETH) | st.floats(-3, 3)))
     meshes = {"sun_mesh": sun, "ring_mesh": plain_mesh(LAW, FROM_TEETH)}
-    return arm_of_stage(draw(planetary_joints(sets=SEQUENTIAL)) | meshes, draw(rods()), 0.0)
+    joint = draw(planetary_joints(sets=SEQUENTIAL)) | meshes
+    return arm_of(joint, links=[draw(rods())], payload_kg=0.0, gravity=NONE)
 
 
 def seen_phases(model: Model, loaded: str) -> np.ndarray:

@@ -1,21 +1,14 @@
 """Eqs. 2-15 against what they must satisfy on their own account."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from crosscheck.analytic.paper import mesh_frequency
 from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
 from crosscheck.analytic.paper.kinematics import gear_angles, mesh_displacements, stage_geometry
 from crosscheck.analytic.paper.mesh_force import EXACT, in_contact, mesh_force
-from crosscheck.analytic.paper.mesh_frequency import (
-    meshing_frequency,
-    ring_mesh_rate,
-    sun_mesh_frequency,
-    sun_mesh_rate,
-)
 from crosscheck.analytic.paper.stiffness import fundamental, square_wave, square_wave_series
 from crosscheck.analytic.paper.tooth_error import tooth_error
 from crosscheck.models.loading import load_arm
@@ -91,17 +84,19 @@ def test_only_contact_ratio_one_and_a_half_gives_eq_8():
 
 
 def test_meshing_rates():
-    assert sun_mesh_rate(JOINT, GEOMETRY) == pytest.approx(99, rel=1e-14)
-    assert ring_mesh_rate(JOINT, GEOMETRY, "eq13") == pytest.approx(27, rel=1e-14)
-    assert ring_mesh_rate(JOINT, GEOMETRY, "corrected") == pytest.approx(99, rel=1e-14)
+    assert mesh_frequency.sun_mesh_rate(JOINT, GEOMETRY) == pytest.approx(99, rel=1e-14)
+    assert mesh_frequency.ring_mesh_rate(JOINT, GEOMETRY, "eq13") == pytest.approx(27, rel=1e-14)
+    assert mesh_frequency.ring_mesh_rate(JOINT, GEOMETRY, "corrected") == pytest.approx(
+        99, rel=1e-14
+    )
 
 
 @given(st.floats(-5, 5))
 def test_both_meshes_of_a_stage_have_one_frequency(theta_c_dot):
     """Teeth pass sun and ring mesh equally often: seen from the carrier, z_r teeth per turn."""
-    ring = meshing_frequency(0.0, theta_c_dot, JOINT.ring_teeth)
-    sun = sun_mesh_frequency(0.0, 0.0, theta_c_dot, GEOMETRY, JOINT.sun_teeth)
-    corrected = ring_mesh_rate(JOINT, GEOMETRY, "corrected") * theta_c_dot
+    ring = mesh_frequency.meshing_frequency(0.0, theta_c_dot, JOINT.ring_teeth)
+    sun = mesh_frequency.sun_mesh_frequency(0.0, 0.0, theta_c_dot, GEOMETRY, JOINT.sun_teeth)
+    corrected = mesh_frequency.ring_mesh_rate(JOINT, GEOMETRY, "corrected") * theta_c_dot
     assert abs(ring) == pytest.approx(abs(sun), abs=1e-12)
     assert abs(ring) == pytest.approx(abs(corrected), abs=1e-12)
 

@@ -1,7 +1,5 @@
 """The gear tree against the rigid arm, Newton's third law and closed forms."""
 
-from __future__ import annotations
-
 from math import cos, radians, sin
 
 import numpy as np
@@ -13,19 +11,14 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import Case, load_case
 from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.models.pinocchio.rigid import PinocchioCoupled
+from tests.arms import paper_arms
+from tests.one_stage import SPRINGS_ONLY
 
 EPS = np.finfo(float).eps
 COSINE = cos(radians(24.6))
 R_S, R_P, R_R = 0.0405 * COSINE, 0.054 * COSINE, 0.1485 * COSINE
 R_CP = R_S + R_P
 STIFFNESS, BACKLASH = 1e8, 50e-6
-PLAIN = (
-    "arm.joints.*.*_mesh.damping_ratio=0.0",
-    "scenario.drive.torque_N_m=0.0",
-    "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",
-    "arm.joints.*.*_mesh.tooth_error_m=0.0",
-)
-
 angles = st.floats(-3, 3, allow_subnormal=False)
 displacements = st.floats(-2e-4, 2e-4, allow_subnormal=False)
 
@@ -39,34 +32,9 @@ def dead_zone(x: float) -> float:
 
 
 @st.composite
-def arms(draw: st.DrawFn) -> Arm:
-    """Arms of 1 to 4 joints with unequal stages and links."""
-    arm = load_case("paper-labelled", "constant-torque").arm
-    count = draw(st.integers(1, 4))
-    teeth = [(27, 36, 99, 3), (27, 36, 99, 2), (30, 30, 90, 4), (40, 20, 80, 3)]
-    keys = ("sun_teeth", "planet_teeth", "ring_teeth", "planet_count")
-    joints = [
-        arm.joints[0].model_copy(
-            update={
-                **dict(zip(keys, draw(st.sampled_from(teeth)), strict=True)),
-                "ring_inertia_kg_m2": draw(st.floats(0, 0.2)),
-            }
-        )
-        for _ in range(count)
-    ]
-    links = [
-        arm.links[0].model_copy(
-            update={"length_m": (length := draw(st.floats(0.3, 2))), "com_m": 0.4 * length}
-        )
-        for _ in range(count)
-    ]
-    return arm.model_copy(update={"joints": tuple(joints), "links": tuple(links)})
-
-
-@st.composite
 def arms_in_motion(draw: st.DrawFn) -> tuple[Arm, np.ndarray, np.ndarray]:
     """An arm, its coordinates and their rates."""
-    arm = draw(arms())
+    arm = draw(paper_arms())
     joint = st.tuples(displacements, displacements, angles)
     many = st.lists(joint, min_size=len(arm.joints), max_size=len(arm.joints))
     q, v = (np.array(draw(many)).ravel() for _ in range(2))
@@ -173,7 +141,7 @@ def test_contact_forces_obey_newtons_third_law(moving):
 @pytest.mark.parametrize("x", [1.5e-4, -1.5e-4])
 def test_a_contact_force_acts_along_the_line_of_action(x):
     """Tangent to both base circles, and pushing the gears apart on either flank."""
-    model = PinocchioGears(*paper_case(*PLAIN))
+    model = PinocchioGears(*paper_case(*SPRINGS_ONLY))
     names = model.bodies
     planet = names.index("planet_1_1")  # on the x axis at theta = 0
     magnitude = STIFFNESS * dead_zone(x)

@@ -1,7 +1,5 @@
 """Single planets in every geared model: virtual work, energies, the teeth's symmetry and flanks."""
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np
@@ -18,23 +16,8 @@ from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm
 from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.registry import MODELS, build, names
-from tests.mixed_arms import PLANET_M, SUN_J, arm_of, direct, geared, random_states, scenario
-from tests.planet_laws import (
-    OFFSETS,
-    alike_planets,
-    energies,
-    force_off,
-    in_step,
-    in_step_off,
-    modes_off,
-    motion_off,
-    odd_one_out,
-    records_off,
-    spring_matrix,
-    standing_errors,
-    start_off,
-    unlike_arm,
-)
+from tests import planet_laws
+from tests.mixed_arms import NONE, PLANET_M, SUN_J, arm_of, direct, geared, random_states, scenario
 from tests.planet_meshes import (
     ROD,
     alike_arms,
@@ -45,12 +28,9 @@ from tests.planet_meshes import (
     slope,
     spring_energy,
     stage,
-    state,
     stiffness_at,
-    undriven,
     unlike_arms,
 )
-from tests.planet_meshes import arm_of as linked
 
 EPS = float(np.finfo(float).eps)
 GEARED = tuple(names("geared"))
@@ -76,16 +56,16 @@ def free(name: str, arm: Arm, start: dict[str, object] | None = None, **laws: st
 @every_model
 @pytest.mark.parametrize("laws", LAWS)
 def test_every_planets_teeth_push_by_their_own_numbers(name, laws):
-    model = free(name, unlike_arm(), **laws)
+    model = free(name, planet_laws.unlike_arm(), **laws)
     # Deflections of 1e-5 m out of places near 1 m; phases of 300 rad.
-    assert force_off(model, 8) < 1e-11
-    assert motion_off(model, 5) < 1e-11
+    assert planet_laws.force_off(model, 8) < 1e-11
+    assert planet_laws.motion_off(model, 5) < 1e-11
 
 
 @every_model
 @pytest.mark.parametrize("odd", range(4))
 def test_one_planet_unlike_its_neighbours_alone_differs(name, odd):
-    assert force_off(free(name, odd_one_out(odd))) < 1e-12
+    assert planet_laws.force_off(free(name, planet_laws.odd_one_out(odd))) < 1e-12
 
 
 def every_law() -> st.SearchStrategy[Switches]:
@@ -101,8 +81,8 @@ def every_law() -> st.SearchStrategy[Switches]:
 @given(arm=unlike_arms(), chosen=every_law(), seed=seeds)
 def test_every_planets_mesh_does_its_own_virtual_work(name, arm, chosen, seed):
     """Unlike laws, clearances, errors, phases and dampers, in every switch's sense."""
-    model = build(name, arm, undriven(), chosen)
-    q, v = state(model.layout, seed)
+    model = build(name, arm, scenario(), chosen)
+    [(q, v)] = random_states(model.layout, 1, seed)
     found = model.generalized_force(0.7, q, v)
     expected = expected_force(arm, chosen, model.layout, 0.7, q, v)
     off = rounding(contacts(arm, chosen, model.layout))
@@ -115,9 +95,9 @@ def test_every_planets_mesh_does_its_own_virtual_work(name, arm, chosen, seed):
 def test_conservative_forces_are_the_slope_of_the_springs_energy(name, arm, corrected, seed):
     """At rest, in every coordinate at once; V takes complex coordinates, so its slope is exact."""
     laws = CONSERVATIVE | {"ring_rate": "corrected" if corrected else "eq13", "planets": "free"}
-    model = build(name, arm, undriven(), switches(**laws))
+    model = build(name, arm, scenario(), switches(**laws))
     springs = contacts(arm, model.switches, model.layout)
-    q, v = state(model.layout, seed)
+    [(q, v)] = random_states(model.layout, 1, seed)
     found = model.generalized_force(0.0, q, 0 * v)
     expected = -slope(lambda at: spring_energy(springs, at), q)
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=rounding(springs))
@@ -127,8 +107,8 @@ def test_conservative_forces_are_the_slope_of_the_springs_energy(name, arm, corr
 @settings(max_examples=5)
 @given(arm=unlike_arms(), seed=seeds)
 def test_forward_dynamics_of_unlike_planets_solve_the_equation_of_motion(name, arm, seed):
-    model = build(name, arm, undriven(), switches(planets="free", **CONSERVATIVE))
-    q, v = state(model.layout, seed)
+    model = build(name, arm, scenario(), switches(planets="free", **CONSERVATIVE))
+    [(q, v)] = random_states(model.layout, 1, seed)
     mass, force = model.mass_matrix(q), model.generalized_force(0.2, q, v)
     left = mass @ model.acceleration(0.2, q, v) + model.bias(q, v)
     # Rounding of forces, as the condition of M may magnify it, scaled to equal diagonals.
@@ -140,7 +120,7 @@ def test_forward_dynamics_of_unlike_planets_solve_the_equation_of_motion(name, a
 
 @every_model
 def test_sun_and_planets_have_the_inertia_that_they_have_alone(name):
-    model = free(name, unlike_arm())
+    model = free(name, planet_laws.unlike_arm())
     per_tooth = 0.0025 / 2 * np.cos(np.radians(20))
     suns = [SUN_J / (teeth * per_tooth) ** 2 for teeth in (28, 31)]
     expected = np.diag([suns[0], *[PLANET_M] * 3, suns[1], *[PLANET_M] * 4])
@@ -155,9 +135,9 @@ def test_sun_and_planets_have_the_inertia_that_they_have_alone(name):
 @pytest.mark.parametrize("laws", [{}, CONSERVATIVE, {"phase": "omega_t", "dead_zone": "tanh"}])
 @pytest.mark.parametrize("arm", ["alike", "probe", "three-unlike"])
 def test_lumped_planets_are_free_ones_in_step(name, arm, laws):
-    own = alike_planets() if arm == "alike" else load_arm(arm)
+    own = planet_laws.alike_planets() if arm == "alike" else load_arm(arm)
     # Sums of four planets in another order, of deflections as above.
-    assert in_step_off(free(name, own, **laws)) < 1e-11
+    assert planet_laws.in_step_off(free(name, own, **laws)) < 1e-11
 
 
 @every_engine
@@ -166,8 +146,8 @@ def test_lumped_planets_are_free_ones_in_step(name, arm, laws):
 def test_lumped_planets_of_any_arm_are_free_ones_in_step(name, arm, work, seed):
     one_by_one = free(name, arm, mesh_work=work)
     lumped = free(name, arm, mesh_work=work, planets="lumped")
-    T = in_step(lumped, one_by_one)
-    q, v = state(lumped.layout, seed)
+    T = planet_laws.in_step(lumped, one_by_one)
+    [(q, v)] = random_states(lumped.layout, 1, seed)
     # Sums of some hundred products in another order.
     mass = lumped.mass_matrix(q)
     close = {"rtol": 0, "atol": 100 * EPS * np.abs(mass).max()}
@@ -205,7 +185,7 @@ def test_phases_from_the_teeth(name, sun, planet, at_sun, at_ring, given_sun):
     ring_mesh = {**geared()["ring_mesh"], "phase_rad": "from-teeth"}
     teeth = {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
     joint = geared(**teeth, planet_count=len(at_sun), sun_mesh=sun_mesh, ring_mesh=ring_mesh)
-    model = free(name, arm_of(joint, gravity=(0.0, 0.0)))
+    model = free(name, arm_of(joint, gravity=NONE))
     found = contacts(model.arm, model.switches, model.layout)
     of_sun = [-2.9] * len(at_sun) if given_sun == "number" else listed
     of_ring = [2 * pi * (cycles + at) for at in at_ring]
@@ -213,7 +193,7 @@ def test_phases_from_the_teeth(name, sun, planet, at_sun, at_ring, given_sun):
         turns = [contact.phase for contact in found[side::2]]
         off = np.exp(1j * np.subtract(turns, expected)) - 1  # cut a circle anywhere
         assert abs(off).max() < 20 * EPS
-    assert force_off(model) < 2e-12
+    assert planet_laws.force_off(model) < 2e-12
 
 
 @every_engine
@@ -224,7 +204,7 @@ def test_phases_from_the_teeth_are_those_that_one_may_list(name, arm, seed):
     taught = arm.model_copy(update={"joints": tuple(map(from_teeth, arm.joints))})
     listed = arm.model_copy(update={"joints": tuple(map(as_listed, arm.joints))})
     one, other = (free(name, own) for own in (taught, listed))
-    q, v = state(one.layout, seed)
+    [(q, v)] = random_states(one.layout, 1, seed)
     forces = (model.generalized_force(0.0, q, v) for model in (one, other))
     off = rounding(contacts(taught, one.switches, one.layout))
     np.testing.assert_allclose(*forces, rtol=1e-12, atol=off)
@@ -263,7 +243,10 @@ def test_a_planet_meshes_like_the_first_once_the_carrier_brought_it_there(
     teeth = {"planet_teeth": planet_teeth, "ring_teeth": 28 + 2 * planet_teeth}
     sun_teeth = 28 if planet_teeth == 20 else 31  # neither passes by three planets
     teeth = {"sun_teeth": sun_teeth, **teeth, "ring_teeth": sun_teeth + 2 * planet_teeth}
-    model, turn = free(name, linked(stage(**teeth), links=[ROD]), **laws), 2 * pi * planet / 3
+    model, turn = (
+        free(name, arm_of(stage(**teeth), links=[ROD], gravity=NONE), **laws),
+        2 * pi * planet / 3,
+    )
     x_s, x_pr = 3e-5, np.array([9e-5, -7e-5, 6e-5])
     here = np.array([x_s, *x_pr, theta])
     moved = np.array([x_s, *np.roll(x_pr, planet), theta - turn])
@@ -296,7 +279,7 @@ def test_the_ring_meshes_half_a_pitch_after_the_sun_on_planets_of_even_teeth(
     plain = {"backlash_m": 0.0, "tooth_error_m": 0.0}
     teeth = {"planet_teeth": planet_teeth, "ring_teeth": 28 + 2 * planet_teeth, "planet_count": 2}
     meshes = {"sun_mesh": mesh(phase_rad=sun_phase, **plain), "ring_mesh": mesh(**plain)}
-    model = free(name, linked(stage(**teeth, **meshes), links=[ROD]))
+    model = free(name, arm_of(stage(**teeth, **meshes), links=[ROD], gravity=NONE))
     x = np.array([0.0, 1e-4, 0.0, 0.21])  # the first planet alone, towards sun and ring alike
     found = model.generalized_force(0.0, x, np.zeros(4))[1] / -1e-4
     phase = (28 + 2 * planet_teeth) * 0.21 + (0.4 if sun_phase == 0.4 else 0.0)
@@ -312,17 +295,18 @@ def fourier(phase: float) -> float:
 
 @every_run
 @pytest.mark.parametrize(
-    "given_start", [{}, OFFSETS, {"mesh": "centre"}, {"mesh": "centre", **OFFSETS}]
+    "given_start",
+    [{}, planet_laws.OFFSETS, {"mesh": "centre"}, {"mesh": "centre", **planet_laws.OFFSETS}],
 )
 def test_planets_start_at_contact_or_in_the_middle_and_where_offsets_move_them(name, given_start):
     # Sums of rotations near 1 rad on radii of 0.1 m.
-    assert start_off(free(name, unlike_arm(), given_start)) < 1e-16
+    assert planet_laws.start_off(free(name, planet_laws.unlike_arm(), given_start)) < 1e-16
 
 
 @every_run
 def test_lumped_planets_start_where_their_standing_errors_touch(name):
-    model = free(name, standing_errors(), planets="lumped")
-    assert start_off(model) < 1e-16
+    model = free(name, planet_laws.standing_errors(), planets="lumped")
+    assert planet_laws.start_off(model) < 1e-16
     first = model.simulate().isel(time=0, joint=0)
     np.testing.assert_allclose(first.x_sp, 4e-5 - 6e-6, rtol=0, atol=1e-16)
     np.testing.assert_allclose(first.x_pr, 3e-5 + 7e-6, rtol=0, atol=1e-16)
@@ -330,13 +314,16 @@ def test_lumped_planets_start_where_their_standing_errors_touch(name):
 
 @every_run
 def test_records_are_every_planets_own(name):
-    joints = unlike_arm().model_dump()["joints"]
-    arm = arm_of(*joints, direct(), gravity=(0.0, 0.0))
-    start = {"planet_offset_m": [*OFFSETS["planet_offset_m"], []], "theta_dot_rad_per_s": 0.9}
+    joints = planet_laws.unlike_arm().model_dump()["joints"]
+    arm = arm_of(*joints, direct(), gravity=NONE)
+    start = {
+        "planet_offset_m": [*planet_laws.OFFSETS["planet_offset_m"], []],
+        "theta_dot_rad_per_s": 0.9,
+    }
     run = scenario(duration_s=1e-4, record_every=2, start=start)
     model = build(name, arm, run, switches(planets="free"))
     # Deflections out of places near 1 m, times 1e8 N/m.
-    assert records_off(model) < 1e-10
+    assert planet_laws.records_off(model) < 1e-10
     motion = model.simulate()
     assert np.isnan(motion.x_sp[:, 2]).all()
     advance = (motion.x_sp + motion.x_pr).values[:, 0, :3]
@@ -349,34 +336,34 @@ def test_records_are_every_planets_own(name):
 
 def undamped(play: float = 1.0) -> Arm:
     """``unlike_arm`` without damping, its clearances times ``play``."""
-    joints = unlike_arm().model_dump()["joints"]
+    joints = planet_laws.unlike_arm().model_dump()["joints"]
     for joint in joints:
         for side in ("sun_mesh", "ring_mesh"):
             backlash = tuple(
                 play * np.broadcast_to(joint[side]["backlash_m"], joint["planet_count"])
             )
             joint[side] |= {"damping_ratio": 0.0, "damping_N_s_per_m": None, "backlash_m": backlash}
-    return arm_of(*joints, gravity=(0.0, 0.0))
+    return arm_of(*joints, gravity=NONE)
 
 
 @every_run
 @pytest.mark.parametrize(("play", "drift"), [(0.0, 1e-9), (1.0, 1e-6)])
 def test_energy_stays_with_conservative_meshes_alone(name, play, drift):
     """Where teeth part and meet RK4 has the second order left, with play."""
-    start = {**OFFSETS, "theta_dot_rad_per_s": [1.4, -2.7]}
+    start = {**planet_laws.OFFSETS, "theta_dot_rad_per_s": [1.4, -2.7]}
     run = scenario(duration_s=2e-4, step_s=5e-7, record_every=40, start=start)
     changes = []
     for laws in (CONSERVATIVE, {}):
         model = build(name, undamped(play), run, switches(planets="free", **laws))
         motion = model.simulate()
-        total = motion.kinetic_energy.values + energies(model, motion)
+        total = motion.kinetic_energy.values + planet_laws.energies(model, motion)
         changes.append(float(np.ptp(total) / total[0]))
     assert changes[0] < drift < 1e-5 < changes[1]
 
 
 def test_energy_stays_in_pinocchios_equations_too():
     """By an integrator that chooses its steps: a stage out of phase, for 1/20 of a period."""
-    arm = linked(stage(sun_mesh=mesh(static_error_m=[0.0, 4e-6, -3e-6])), links=[ROD])
+    arm = arm_of(stage(sun_mesh=mesh(static_error_m=[0.0, 4e-6, -3e-6])), links=[ROD], gravity=NONE)
     kept, lost = (
         energy_over(free("pinocchio:gears", arm, mesh_work=law), 2.5e-4)
         for law in ("conservative", "paper")
@@ -409,7 +396,7 @@ def energy_over(model: Model, duration: float) -> np.ndarray:
 @every_model_with_modes
 def test_modes_follow_every_planets_own_stiffness(name):
     # The engine linearises by differences at 1e-7.
-    assert modes_off(free(name, undamped())) < 1e-6
+    assert planet_laws.modes_off(free(name, undamped())) < 1e-6
 
 
 @every_model_with_modes
@@ -417,7 +404,7 @@ def test_the_largest_stable_step_follows_the_stiffest_moment_of_every_planet(nam
     arm = undamped()
     model = free(name, arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]}))
     phases = np.linspace(0, 2 * pi, 4001)
-    K = spring_matrix(model, lambda law: max(stiffness_at(law, p) for p in phases).real)
+    K = planet_laws.spring_matrix(model, lambda law: max(stiffness_at(law, p) for p in phases).real)
     fastest = np.sqrt(
         np.linalg.eigvals(np.linalg.solve(model.mass_matrix(np.zeros(5)), K)).real.max()
     )
@@ -426,7 +413,7 @@ def test_the_largest_stable_step_follows_the_stiffest_moment_of_every_planet(nam
 
 
 def gear_tree(arm: Arm, **laws: str) -> PinocchioGears:
-    return PinocchioGears(arm, undriven(), switches(planets="free", **laws))
+    return PinocchioGears(arm, scenario(), switches(planets="free", **laws))
 
 
 @settings(max_examples=10)
@@ -434,7 +421,7 @@ def gear_tree(arm: Arm, **laws: str) -> PinocchioGears:
 def test_pinocchios_contact_forces_obey_newtons_third_law(arm, seed):
     """And work on the phase changes none of them: it is a torque between two links."""
     model = gear_tree(arm)
-    q, v = state(model.layout, seed)
+    [(q, v)] = random_states(model.layout, 1, seed)
     wrenches, (x, y) = model.contact_wrenches(0.2, q, v), model.body_positions(q).T
     moments = x * wrenches[:, 1] - y * wrenches[:, 0] + wrenches[:, 2]
     # Sums of some fifty forces, on arms of up to 5 m.
@@ -449,7 +436,7 @@ def test_pinocchios_contact_forces_obey_newtons_third_law(arm, seed):
 @given(unlike_arms(), seeds)
 def test_pinocchios_map_of_free_coordinates_has_an_inverse(arm, seed):
     model = gear_tree(arm)
-    q, _ = state(model.layout, seed)
+    [(q, _)] = random_states(model.layout, 1, seed)
     # Displacements are differences of arcs of up to 5 rad on radii of up to 0.4 m.
     np.testing.assert_allclose(model.from_tree(model.to_tree(q)), q, rtol=0, atol=50 * EPS)
 
@@ -462,7 +449,7 @@ def every_mesh(model: ExudynBodies) -> list[Toothed]:
 
 
 def bodies(**laws: str) -> ExudynBodies:
-    return ExudynBodies(unlike_arm(), scenario(), switches(planets="free", **laws))
+    return ExudynBodies(planet_laws.unlike_arm(), scenario(), switches(planets="free", **laws))
 
 
 def test_poses_and_rates_of_exudyns_bodies_show_every_displacement():

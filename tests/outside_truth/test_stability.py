@@ -1,7 +1,5 @@
 """The largest step of RK4 against its stability limits in closed form."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -9,11 +9,9 @@ loading a tooth, w = 0, and the two roots of a quadratic in w^2. So A. Kahraman,
 planetary gear trains", J. Sound Vib. 173 (1994) 125-130, with N = 2 to 6.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pytest
@@ -26,7 +24,8 @@ from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.interface import Model
 from crosscheck.registry import names
 from tests.any_arms import around, bodies, planetary_joints, rods
-from tests.one_stage import arm_of_stage, free_model, plain_mesh, sine
+from tests.mixed_arms import NONE, arm_of
+from tests.one_stage import free_model, plain_mesh, sine
 
 DISPLACEMENT_M, ANGLE = 1e-4, 1e-3  # forces of teeth without play are linear in either
 # A difference keeps the rounding of arcs of 0.1 m over 1e-4 m, and a mode up to 1e3 of it more.
@@ -118,7 +117,8 @@ def one_stage_arms(draw: st.DrawFn, unlike: bool) -> Arm:
         lists = means.map(lambda k: [sine(mean, 0.0) for mean in k])
         alike = stiffnesses.map(lambda mean: sine(mean, 0.0))
         joint[side] = plain_mesh(draw(lists if unlike else alike), draw(st.floats(-3, 3)))
-    return arm_of_stage(joint, draw(rods() | bodies()), draw(st.just(0.0) | around(5.0)))
+    links, payload = [draw(rods() | bodies())], draw(st.just(0.0) | around(5.0))
+    return arm_of(joint, links=links, payload_kg=payload, gravity=NONE)
 
 
 def stage_of(arm: Arm) -> Stage:
@@ -161,7 +161,7 @@ class Radii:
     u_c: float
 
     @classmethod
-    def of(cls, joint: Planetary) -> Radii:
+    def of(cls, joint: Planetary) -> Self:
         """From module, teeth and pressure angle."""
         half, cosine = joint.module_m / 2, math.cos(math.radians(joint.pressure_angle_deg))
         sun, planet = half * joint.sun_teeth, half * joint.planet_teeth

@@ -1,7 +1,5 @@
 """Robots for tests: URDFs put together from numbers, and random chains with rotors."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -9,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.models.robot.file import RobotFile, robot_of
+from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Robot
 
 ENGINES = ("analytic", "pinocchio", "exudyn")
@@ -31,6 +30,10 @@ def robot(text: str, joints: Mapping[str, Any] | None = None, **fields: Any) -> 
     data = {"schema_version": 1, "name": "tested", "urdf": "tested.urdf", "joints": joints or {}}
     file = RobotFile.model_validate(data | fields)
     return robot_of(file, text, "tested.toml", "tested.urdf")
+
+
+def _words(values: Sequence[float]) -> str:
+    return " ".join(repr(float(value)) for value in values)
 
 
 def urdf(*parts: str) -> str:
@@ -69,6 +72,15 @@ def joint(
         f'<origin xyz="{_words(at)}" rpy="{_words(rpy)}"/><axis xyz="{_words(axis)}"/>'
         f"{more or LIMIT}</joint>"
     )
+
+
+MASS, LENGTH, INERTIA = 2.0, 0.6, 0.03
+# A pendulum: a bob on an axis along y.
+BOB = urdf(
+    link("ground"),
+    link("bob", Solid(MASS, (0, 0, -LENGTH), (0.02, 0, 0, INERTIA, 0, 0.01))),
+    joint("swing", "ground", "bob", axis=(0, 1, 0)),
+)
 
 
 def geared(ratio: float, inertia: float = 1e-3, **more: Any) -> dict[str, Any]:
@@ -116,6 +128,24 @@ def teeth(
         "damping_N_s_per_m": damping,
         "backlash_m": play,
     }
+
+
+def advanced(
+    model: RobotModel, q: np.ndarray, v: np.ndarray, seconds: float, steps: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates and rates after so many steps of the classical Runge-Kutta method."""
+    h, none = seconds / steps, np.zeros((1, len(model.robot.coordinates)))
+    for _ in range(steps):
+        a1 = model.forward_dynamics(q, v, none)
+        v2 = v + h / 2 * a1
+        a2 = model.forward_dynamics(q + h / 2 * v, v2, none)
+        v3 = v + h / 2 * a2
+        a3 = model.forward_dynamics(q + h / 2 * v2, v3, none)
+        v4 = v + h * a3
+        a4 = model.forward_dynamics(q + h * v3, v4, none)
+        q = q + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
+        v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+    return q, v
 
 
 def random_chain(seed: int) -> Robot:
@@ -230,7 +260,3 @@ def _solid(draw: random.Random) -> Solid:
 
 def _three(draw: random.Random, size: float) -> list[float]:
     return [draw.uniform(-size, size) for _ in range(3)]
-
-
-def _words(values: Sequence[float]) -> str:
-    return " ".join(repr(float(value)) for value in values)

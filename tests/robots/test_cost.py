@@ -1,7 +1,5 @@
 """What shortcuts cost: by closed forms where there are any, and as its user meets the command."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -21,10 +19,8 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
 from tests.robots.chains import Solid, geared, joint, link, planetary, random_chain, robot, urdf
-from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 FEW = replace(QUICK, states=3, instants=100, steps=20, most_steps=400)
 SPIN, RATIO = 1e-3, 20.0
 
@@ -162,7 +158,7 @@ def test_a_motion_given_in_a_file_is_followed(tmp_path, planar):
     assert found.tips[2].distances.max() < 1e-4
 
 
-def test_a_given_motion_beyond_the_limits_is_told(crosscheck: Command, tmp_path):
+def test_a_given_motion_beyond_the_limits_is_told(crosscheck, tmp_path):
     time = np.linspace(0, 2, 400)
     angles = np.stack([3 * np.sin(3 * time), 0.3 + 0 * time, 0 * time], axis=1)
     answer = crosscheck("cost", "sliding", "--quick", "--motion", written(tmp_path, time, angles))
@@ -172,7 +168,7 @@ def test_a_given_motion_beyond_the_limits_is_told(crosscheck: Command, tmp_path)
     assert "slide: leaves" not in answer.out
 
 
-def test_a_given_motion_that_is_too_short_is_refused(crosscheck: Command, tmp_path):
+def test_a_given_motion_that_is_too_short_is_refused(crosscheck, tmp_path):
     angles = np.linspace(0, 0.1, 400)[:, None] * np.ones(3)
     file = written(tmp_path, np.linspace(0, 0.5, 400), angles)
     assert_one_line(crosscheck("cost", "sliding", "--motion", file), "motion.csv", "1.1 s at least")
@@ -203,7 +199,7 @@ def test_names_of_any_characters_are_drawn_and_shown():
     assert "<script>" not in cost_page(found)
 
 
-def test_masses_too_unlike_for_the_digits_are_one_line(crosscheck: Command, tmp_path):
+def test_masses_too_unlike_for_the_digits_are_one_line(crosscheck, tmp_path):
     heavy = Solid(1e9, (0, 0, 0), (1e15, 0, 0, 1e15, 0, 1e15))
     light = Solid(1e-12, (0, 0, 0), (1e-24, 0, 0, 1e-24, 0, 1e-24))
     text = urdf(
@@ -234,7 +230,7 @@ def test_a_robot_without_gears_loses_nothing():
     assert cost_page(found).count("<h2>") == 4
 
 
-def test_engines_that_differ_are_told_and_fail_the_command(monkeypatch, crosscheck: Command):
+def test_engines_that_differ_are_told_and_fail_the_command(monkeypatch, crosscheck):
     right = agreement.model_of
 
     def wrong(name, own, level):
@@ -248,7 +244,7 @@ def test_engines_that_differ_are_told_and_fail_the_command(monkeypatch, crossche
     assert "engines agree" not in answer.out
 
 
-def test_the_command_writes_json_and_a_page(crosscheck: Command, tmp_path):
+def test_the_command_writes_json_and_a_page(crosscheck, tmp_path):
     files = ["--json", tmp_path / "cost.json", "--out", tmp_path]
     for _ in range(2):  # the second time over its own files
         answer = crosscheck("cost", "sliding", "--quick", *files)
@@ -268,13 +264,13 @@ def test_the_command_writes_json_and_a_page(crosscheck: Command, tmp_path):
     assert "http" not in page.split("<svg")[0]
 
 
-def test_the_same_seed_gives_the_same_numbers(crosscheck: Command, tmp_path):
+def test_the_same_seed_gives_the_same_numbers(crosscheck, tmp_path):
     for name in ("one", "two"):
         crosscheck("cost", "sliding", "--quick", "--seed", 4, "--json", tmp_path / name)
     assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
 
 
-def test_robots_are_listed(crosscheck: Command):
+def test_robots_are_listed(crosscheck):
     listed = crosscheck("list").out
     assert "six-joint" in listed
     assert "sliding" in listed

@@ -1,7 +1,5 @@
 """Three engines with no formula in common agree on robots of every kind."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Rotors on meshes that give way: closed forms, conservation, and the limit of a rigid gear."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, pi, sin, sqrt
 
@@ -13,38 +11,23 @@ from crosscheck.cost.cost import QUICK, cost_of
 from crosscheck.cost.runs import run
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
-from tests.robots.chains import (
-    ENGINES,
-    Solid,
-    geared,
-    joint,
-    link,
-    random_chain,
-    robot,
-    teeth,
-    urdf,
-)
+from tests.robots import chains
 from tests.robots.test_outside_truth import slopes
 
 RATIO, SPIN, RADIUS, STIFFNESS, DAMPING, PLAY = -3.0, 2e-4, 0.02, 1e6, 60.0, 1e-4
 FEW = replace(QUICK, states=3, instants=100, steps=20, most_steps=0)
-MASS, LENGTH, INERTIA = 2.0, 0.6, 0.03
-LINK = INERTIA + MASS * LENGTH**2
+MASS, LENGTH = chains.MASS, chains.LENGTH
+LINK = chains.INERTIA + MASS * LENGTH**2
 
 
 def pendulum(weight: float = 9.81, damping: float = DAMPING) -> Robot:
     """A bob on an axis along y, its rotor on a mesh with the stator on the ground."""
-    text = urdf(
-        link("ground"),
-        link("bob", Solid(MASS, (0, 0, -LENGTH), (0.02, 0, 0, INERTIA, 0, 0.01))),
-        joint("swing", "ground", "bob", axis=(0, 1, 0)),
-    )
-    given = geared(RATIO, SPIN, mesh=teeth(RADIUS, STIFFNESS, damping, PLAY))
-    return robot(text, {"swing": given}, gravity_m_per_s2=[0.0, 0.0, -weight])
+    given = chains.geared(RATIO, SPIN, mesh=chains.teeth(RADIUS, STIFFNESS, damping, PLAY))
+    return chains.robot(chains.BOB, {"swing": given}, gravity_m_per_s2=[0.0, 0.0, -weight])
 
 
 @pytest.mark.parametrize(("x", "pressed"), [(3e-4, 2e-4), (-2.5e-4, -1.5e-4), (0.9e-4, 0.0)])
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 def test_two_inertias_on_a_spring(engine, x, pressed):
     """J phi'' = T / N - r F and I theta'' = N r F - m g l sin(theta), x = r (phi - N theta)."""
     q, v, torque = np.array([[0.9, x]]), np.array([[2.0, 0.3]]), 7.0
@@ -61,7 +44,7 @@ def test_two_inertias_on_a_spring(engine, x, pressed):
     assert needed == pytest.approx([torque, torque / RATIO / RADIUS], rel=1e-10)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 def test_teeth_fly_over_their_play_and_bounce(engine):
     """No force in the gap; on the flank half a swing, then back as fast; momentum stays.
 
@@ -84,20 +67,22 @@ def test_teeth_fly_over_their_play_and_bounce(engine):
 
 def gimbal(stiffness: float) -> Robot:
     """Two joints at an angle, the second one's rotor across both; without backlash."""
-    text = urdf(
-        link("ground"),
-        link("ring", Solid(2.0, (0.1, 0, 0), (0.1, 0, 0, 0.2, 0, 0.3))),
-        link("disc", Solid(1.0, (0.2, 0, 0.1), (0.1, 0, 0, 0.1, 0, 0.2))),
-        joint("yaw", "ground", "ring", axis=(0, 0.6, 0.8)),
-        joint("roll", "ring", "disc", axis=(1, 0, 0), at=(0.2, 0.1, 0)),
+    text = chains.urdf(
+        chains.link("ground"),
+        chains.link("ring", chains.Solid(2.0, (0.1, 0, 0), (0.1, 0, 0, 0.2, 0, 0.3))),
+        chains.link("disc", chains.Solid(1.0, (0.2, 0, 0.1), (0.1, 0, 0, 0.1, 0, 0.2))),
+        chains.joint("yaw", "ground", "ring", axis=(0, 0.6, 0.8)),
+        chains.joint("roll", "ring", "disc", axis=(1, 0, 0), at=(0.2, 0.1, 0)),
     )
     damping = 1.4 * sqrt(stiffness * 3e-3 / 0.02**2)
-    yaw = geared(6.0, 3e-3, mesh=teeth(0.02, stiffness, damping))
-    roll = geared(-8.0, 3e-3, stator="disc", rotor_axis=[0.0, 1.0, 0.0])
-    return robot(text, {"yaw": yaw, "roll": roll | {"mesh": teeth(0.02, stiffness, damping)}})
+    yaw = chains.geared(6.0, 3e-3, mesh=chains.teeth(0.02, stiffness, damping))
+    roll = chains.geared(-8.0, 3e-3, stator="disc", rotor_axis=[0.0, 1.0, 0.0])
+    return chains.robot(
+        text, {"yaw": yaw, "roll": roll | {"mesh": chains.teeth(0.02, stiffness, damping)}}
+    )
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 def test_stiff_teeth_are_a_rigid_gear(engine):
     """What is left of the difference falls with the stiffness: to a quarter at four times."""
     q, v, torques = np.array([[0.4, -0.7]]), np.array([[0.5, 0.8]]), np.array([[3.0, -2.0]])
@@ -118,7 +103,7 @@ def test_stiff_teeth_are_a_rigid_gear(engine):
 @pytest.mark.parametrize("seed", [0, 3, 7, 9, 10, 12])
 def test_bias_follows_from_the_mass_matrix_where_teeth_give_way(seed):
     """bias = M' v - d(v' M v / 2) / dq, x among q."""
-    own = random_chain(seed)
+    own = chains.random_chain(seed)
     model = model_of("analytic", own, "geared")
     q, v, _, _ = with_meshes(own, drawn(own, 1, seed))
     by = slopes(model.mass_matrix, q)[0]
@@ -128,10 +113,9 @@ def test_bias_follows_from_the_mass_matrix_where_teeth_give_way(seed):
 
 
 def test_inertias_too_unlike_for_the_digits_are_one_line():
-    text = pendulum().urdf
-    given = geared(-1e6, 1e15, mesh=teeth(1e-5))
+    given = chains.geared(-1e6, 1e15, mesh=chains.teeth(1e-5))
     with pytest.raises(InputError, match="M cannot be inverted"):
-        cost_of(robot(text, {"swing": given}), 0, FEW, lambda *doing: None)
+        cost_of(chains.robot(chains.BOB, {"swing": given}), 0, FEW, lambda *doing: None)
 
 
 def test_what_a_rigid_gear_leaves_out_of_a_pendulum():
@@ -152,10 +136,7 @@ def test_the_end_effector_goes_astray_less_where_teeth_are_stiffer():
     """Under torques of coupled; its steps go with the swings, the root of the stiffness."""
     soft, stiff = (
         cost_of(
-            gimbal(stiffness),
-            0,
-            replace(FEW, instants=20, most_steps=500),
-            lambda *doing: None,
+            gimbal(stiffness), 0, replace(FEW, instants=20, most_steps=500), lambda *doing: None
         ).geared
         for stiffness in (4e3, 1.6e4)
     )

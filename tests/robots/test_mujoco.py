@@ -1,7 +1,5 @@
 """MuJoCo as an engine of cost: it reads the URDF by a parser of its own, and agrees."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint
 

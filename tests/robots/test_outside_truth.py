@@ -1,7 +1,5 @@
 """Robots whose equations are known: closed forms, another program, laws of conservation."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, pi, sin
 from typing import NamedTuple
@@ -19,7 +17,21 @@ from crosscheck.models.robot.robot import RIGID
 from crosscheck.planning.sizing import at_rest
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build
-from tests.robots.chains import ENGINES, Solid, geared, joint, link, random_chain, robot, urdf
+from tests.robots.chains import (
+    BOB,
+    ENGINES,
+    INERTIA,
+    LENGTH,
+    MASS,
+    Solid,
+    advanced,
+    geared,
+    joint,
+    link,
+    random_chain,
+    robot,
+    urdf,
+)
 
 STATE = np.array([[0.4, -0.7]]), np.array([[1.3, 0.8]])
 
@@ -27,20 +39,15 @@ STATE = np.array([[0.4, -0.7]]), np.array([[1.3, 0.8]])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_pendulum_with_a_rotor(engine):
     """M = I + m l^2 + J N^2 about y, and the weight's moment m g l sin(q) from the vertical."""
-    mass, length, inertia, ratio, spin = 2.0, 0.6, 0.03, -40.0, 2e-4
-    text = urdf(
-        link("ground"),
-        link("bob", Solid(mass, (0, 0, -length), (0.02, 0, 0, inertia, 0, 0.01))),
-        joint("swing", "ground", "bob", axis=(0, 1, 0)),
-    )
+    ratio, spin = -40.0, 2e-4
     q, v = np.array([[0.9]]), np.array([[2.0]])
-    own = inertia + mass * length**2
+    own = INERTIA + MASS * LENGTH**2
     for level, added in (("links", 0.0), ("armature", spin * ratio**2), ("coupled", None)):
-        model = model_of(engine, robot(text, {"swing": geared(ratio, spin)}), level)
+        model = model_of(engine, robot(BOB, {"swing": geared(ratio, spin)}), level)
         expected = own + (spin * ratio**2 if added is None else added)
         assert model.mass_matrix(q)[0, 0, 0] == pytest.approx(expected, rel=1e-14)
         assert model.bias(q, v)[0, 0] == pytest.approx(0.0, abs=1e-13)
-        weight = mass * 9.81 * length * sin(0.9)
+        weight = MASS * 9.81 * LENGTH * sin(0.9)
         assert model.gravity(q)[0, 0] == pytest.approx(weight, rel=1e-13)
         fallen = model.forward_dynamics(q, v, np.array([[0.0]]))[0, 0]
         assert fallen == pytest.approx(-weight / expected, rel=1e-13)
@@ -212,17 +219,7 @@ def test_momentum_about_a_vertical_axis_is_kept_in_a_run(level):
         return float(model.mass_matrix(q)[0, 0] @ v[0])
 
     def drift(steps: int) -> float:
-        (q, v), h, none = start, 0.2 / steps, np.zeros((1, 6))
-        for _ in range(steps):
-            a1 = model.forward_dynamics(q, v, none)
-            a2 = model.forward_dynamics(q + h / 2 * v, v + h / 2 * a1, none)
-            v3 = v + h / 2 * a2
-            a3 = model.forward_dynamics(q + h / 2 * (v + h / 2 * a1), v3, none)
-            v4 = v + h * a3
-            a4 = model.forward_dynamics(q + h * v3, v4, none)
-            q = q + h / 6 * (v + 2 * (v + h / 2 * a1) + 2 * v3 + v4)
-            v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-        return abs(momentum(q, v) - momentum(*start))
+        return abs(momentum(*advanced(model, *start, 0.2, steps)) - momentum(*start))
 
     coarse, fine = drift(10), drift(20)
     assert coarse < 1e-3 * abs(momentum(*start))

@@ -1,7 +1,5 @@
 """Planetary stages on robots: today's planar arms, closed forms, conservation, locked gears."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import ceil, cos, pi, radians, sin, sqrt
@@ -22,16 +20,7 @@ from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.planning.sizing import at_rest
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build
-from tests.robots.chains import (
-    ENGINES,
-    Solid,
-    contact,
-    joint,
-    link,
-    planetary,
-    robot,
-    urdf,
-)
+from tests.robots import chains
 
 PAPER = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
 FROM_ARM = [2, 5, 0, 1, 3, 4]  # places of theta_1, theta_2, x_sp1, x_pr1, x_sp2, x_pr2 in the arm's
@@ -41,12 +30,7 @@ SUN, PLANET, RATIO, TURNS = 3e-4, 1e-4, 4.0, -2.0  # of tests.robots.chains.plan
 
 def pendulum(**changes: object) -> Robot:
     """A bob on an axis along y, which a stage turns against the ground."""
-    text = urdf(
-        link("ground"),
-        link("bob", Solid(2.0, (0, 0, -0.6), (0.02, 0, 0, 0.03, 0, 0.01))),
-        joint("swing", "ground", "bob", axis=(0, 1, 0)),
-    )
-    return robot(text, {"swing": planetary(**changes)})
+    return chains.robot(chains.BOB, {"swing": chains.planetary(**changes)})
 
 
 def test_engines_agree_on_the_papers_arm():
@@ -55,7 +39,7 @@ def test_engines_agree_on_the_papers_arm():
     assert [each for each in compared(own, drawn(own, 6, 0)) if not each.agrees] == []
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 @pytest.mark.parametrize("reference", ["analytic", "pinocchio"])
 def test_locked_stages_are_those_of_the_planar_arm(engine, reference):
     planar = build(f"{reference}:coupled", load_arm("paper-labelled"), at_rest())
@@ -66,7 +50,7 @@ def test_locked_stages_are_those_of_the_planar_arm(engine, reference):
 
 
 @pytest.mark.parametrize("x", [7e-5, -8e-5, 3e-5])
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 @pytest.mark.parametrize("reference", ["analytic:physical", "pinocchio:gears", "exudyn:tree"])
 def test_teeth_press_as_in_the_planar_arm(engine, reference, x):
     """M, bias, the forces of meshes and of gravity, and what torques on the suns accelerate."""
@@ -92,7 +76,7 @@ def test_teeth_press_as_in_the_planar_arm(engine, reference, x):
     assert found == pytest.approx(driven.acceleration(0.0, at, rate)[FROM_ARM], rel=1e-9)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 def test_a_locked_stage_turns_its_sun_and_planets_by_their_teeth(engine):
     """1 + z_r / z_s = 4 of the sun, (z_p - z_r) / z_p = -2 of a planet, against the ring."""
     bob = 0.03 + 2 * 0.6**2
@@ -102,17 +86,17 @@ def test_a_locked_stage_turns_its_sun_and_planets_by_their_teeth(engine):
         assert model.mass_matrix(np.array([[0.9]]))[0, 0, 0] == pytest.approx(expected, rel=1e-13)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 def test_spins_are_coupled_to_what_carries_the_ring(engine):
     """J (c q1' + k q2')^2 / 2 of each gear, c = 0.8 between the axes: sun k = 4, planets k = -2."""
-    text = urdf(
-        link("ground"),
-        link("ring", Solid()),
-        link("disc", Solid()),
-        joint("yaw", "ground", "ring"),
-        joint("roll", "ring", "disc", axis=(0.6, 0, 0.8)),
+    text = chains.urdf(
+        chains.link("ground"),
+        chains.link("ring", chains.Solid()),
+        chains.link("disc", chains.Solid()),
+        chains.joint("yaw", "ground", "ring"),
+        chains.joint("roll", "ring", "disc", axis=(0.6, 0, 0.8)),
     )
-    own, q = robot(text, {"roll": planetary()}), np.array([[0.4, -0.7]])
+    own, q = chains.robot(text, {"roll": chains.planetary()}), np.array([[0.4, -0.7]])
     exact, plain = model_of(engine, own, "coupled"), model_of(engine, own, "links")
     rows = np.array([[0.8, RATIO], [0.8, TURNS]])
     expected = rows.T @ np.diag([SUN, 3 * PLANET]) @ rows
@@ -120,7 +104,7 @@ def test_spins_are_coupled_to_what_carries_the_ring(engine):
     assert found == pytest.approx(expected, abs=1e-15)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 def test_a_stage_with_its_carrier_held_swings_as_two_masses_on_two_springs(engine):
     """The sun on k N, the planets between it and the ring; 1709.9 and 4466.6 Hz (paper's arm)."""
     model = model_of(engine, load_robot(PAPER), "geared")
@@ -142,11 +126,13 @@ def test_a_stage_with_its_carrier_held_swings_as_two_masses_on_two_springs(engin
     assert expected / (2 * pi) == pytest.approx([1709.9, 4466.6], abs=0.05)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 def test_a_tooth_that_does_not_touch_does_not_press(engine):
     """One flank, the other and the gap between: N (k (x -+ b) + ...), d x' of all planets."""
     law = {"law": "sine", "mean_N_per_m": 1e7, "amplitude_N_per_m": 0.0}
-    own = contact(**PLAIN | {"stiffness": law, "backlash_m": 1e-5, "damping_N_s_per_m": 300.0})
+    own = chains.contact(
+        **PLAIN | {"stiffness": law, "backlash_m": 1e-5, "damping_N_s_per_m": 300.0}
+    )
     model = model_of(engine, pendulum(sun_mesh=own, ring_mesh=own), "geared")
     q = np.array([[0.0, 3e-5, -4e-5], [0.0, 0.9e-5, -0.9e-5]])
     v, still = np.array([[0.0, 0.2, 0.1]] * 2), np.zeros((2, 3))
@@ -155,32 +141,17 @@ def test_a_tooth_that_does_not_touch_does_not_press(engine):
     assert found == pytest.approx(np.array([[0.0, *forces], [0.0, 0.0, 0.0]]), rel=1e-10)
 
 
-def advanced(
-    model: RobotModel, q: np.ndarray, v: np.ndarray, seconds: float, steps: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates and rates after so many steps of the classical Runge-Kutta method."""
-    h, none = seconds / steps, np.zeros((1, len(model.robot.coordinates)))
-    for _ in range(steps):
-        a1 = model.forward_dynamics(q, v, none)
-        v2 = v + h / 2 * a1
-        a2 = model.forward_dynamics(q + h / 2 * v, v2, none)
-        v3 = v + h / 2 * a2
-        a3 = model.forward_dynamics(q + h / 2 * v2, v3, none)
-        v4 = v + h * a3
-        a4 = model.forward_dynamics(q + h * v3, v4, none)
-        q = q + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
-        v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-    return q, v
-
-
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 def test_energy_stays_where_stiffness_and_error_vary_with_the_angle(engine):
     """Of motion, weight and springs, N k(phi) (x - e(phi))^2 / 2 each; without damping and gap."""
     plain = PLAIN | {
         "stiffness": {"law": "sine", "mean_N_per_m": 1e5, "amplitude_N_per_m": 4e4},
         "tooth_error_m": 2e-4,
     }
-    meshes = {"sun_mesh": contact(**plain), "ring_mesh": contact(**plain, phase_rad=0.7)}
+    meshes = {
+        "sun_mesh": chains.contact(**plain),
+        "ring_mesh": chains.contact(**plain, phase_rad=0.7),
+    }
     model = model_of(engine, pendulum(**meshes), "geared")
 
     def energy(q: np.ndarray, v: np.ndarray) -> float:
@@ -193,13 +164,14 @@ def test_energy_stays_where_stiffness_and_error_vary_with_the_angle(engine):
 
     start = np.array([[0.9, 5e-4, -3e-4]]), np.array([[2.0, 0.1, -0.2]])
     drifts = [
-        energy(*advanced(model, *start, 0.02, steps)) - energy(*start) for steps in (100, 200)
+        energy(*chains.advanced(model, *start, 0.02, steps)) - energy(*start)
+        for steps in (100, 200)
     ]
     assert abs(drifts[1]) < 1e-5
     assert abs(drifts[1]) < abs(drifts[0]) / 12
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 def test_stiff_teeth_are_a_locked_stage(engine):
     """The swing about it falls with the stiffness, to a quarter at four times."""
     q, v = np.array([[0.4]]), np.array([[0.5]])
@@ -207,12 +179,14 @@ def test_stiff_teeth_are_a_locked_stage(engine):
     def end(stiffness: float) -> float:
         law = {"law": "sine", "mean_N_per_m": stiffness, "amplitude_N_per_m": 0.0}
         damping = 1.4 * sqrt(stiffness)
-        own = contact(**PLAIN | {"stiffness": law, "damping_N_s_per_m": damping})
+        own = chains.contact(**PLAIN | {"stiffness": law, "damping_N_s_per_m": damping})
         model = model_of(engine, pendulum(sun_mesh=own, ring_mesh=own), "geared")
         none = np.zeros((1, 2))
-        return float(advanced(model, np.hstack([q, none]), np.hstack([v, none]), 0.1, 200)[0][0, 0])
+        return float(
+            chains.advanced(model, np.hstack([q, none]), np.hstack([v, none]), 0.1, 200)[0][0, 0]
+        )
 
-    rigid = float(advanced(model_of(engine, pendulum(), "coupled"), q, v, 0.1, 200)[0][0, 0])
+    rigid = float(chains.advanced(model_of(engine, pendulum(), "coupled"), q, v, 0.1, 200)[0][0, 0])
     apart = [abs(end(stiffness) - rigid) for stiffness in (1e5, 4e5, 1.6e6)]
     assert apart[0] < 0.02 * abs(rigid - 0.4)
     assert apart[1] < 0.35 * apart[0]
@@ -222,7 +196,7 @@ def test_stiff_teeth_are_a_locked_stage(engine):
 def test_what_a_locked_stage_leaves_out_of_a_pendulum():
     """Play 2 (b_sun + b_ring) / (2 r_cp), wind-up by what the bob asks, swings of both meshes."""
     law = {"law": "sine", "mean_N_per_m": 1e4, "amplitude_N_per_m": 2e3}
-    own = contact(**PLAIN | {"stiffness": law, "backlash_m": 1e-5})
+    own = chains.contact(**PLAIN | {"stiffness": law, "backlash_m": 1e-5})
     single = pendulum(sun_mesh=own, ring_mesh=own | {"backlash_m": 2e-5})
     few = replace(QUICK, states=3, instants=100, steps=20, most_steps=1000)
     found = cost_of(single, 0, few, lambda *doing: None)
@@ -250,7 +224,7 @@ def test_what_a_locked_stage_leaves_out_of_a_pendulum():
 
 
 @pytest.mark.parametrize("level", RIGID)
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 def test_a_locked_stage_is_a_pair_of_rotors(engine, level):
     own = load_robot(PAPER)
     pair = with_rotors_alone(own)

@@ -1,17 +1,11 @@
 """`crosscheck init --urdf`: a file that loads, names every joint and replaces nothing."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 
 from crosscheck.models.robot.file import load_robot
 from tests.robots.chains import LIMIT, Solid, joint, link, random_chain, urdf
-from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 TEXT = urdf(
     link("ground"),
     link("arm", Solid()),
@@ -21,7 +15,7 @@ TEXT = urdf(
 )
 
 
-def test_init_writes_a_file_that_loads(crosscheck: Command, tmp_path: Path):
+def test_init_writes_a_file_that_loads(crosscheck, tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "mine.urdf").write_text(TEXT)
     answer = crosscheck("init", tmp_path / "mine.toml", "--urdf", tmp_path / "parts" / "mine.urdf")
@@ -42,7 +36,7 @@ def test_init_writes_a_file_that_loads(crosscheck: Command, tmp_path: Path):
     assert [own.joint for own in load_robot(str(tmp_path / "mine.toml")).stages] == [0]
 
 
-def test_every_chain_is_read_back_as_it_was(crosscheck: Command, tmp_path: Path):
+def test_every_chain_is_read_back_as_it_was(crosscheck, tmp_path):
     for seed in range(5):
         own = random_chain(seed)
         (tmp_path / "r.urdf").write_text(own.urdf)
@@ -53,7 +47,7 @@ def test_every_chain_is_read_back_as_it_was(crosscheck: Command, tmp_path: Path)
         assert np.array_equal(again.gravity, [0, 0, -9.81])
 
 
-def test_init_of_a_robot_refuses_what_it_cannot_do(crosscheck: Command, tmp_path: Path):
+def test_init_of_a_robot_refuses_what_it_cannot_do(crosscheck, tmp_path):
     (tmp_path / "mine.urdf").write_text(TEXT)
     given = ["init", tmp_path / "mine.toml", "--urdf"]
     assert_one_line(crosscheck(*given, tmp_path / "yours.urdf"), "yours.urdf", "No such file")

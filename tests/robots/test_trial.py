@@ -1,11 +1,8 @@
 """Own equations of a robot: the wrong number is named, and right equations are never blamed."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,28 +12,12 @@ from crosscheck.cost.agreement import model_of
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
-from crosscheck.trial.robots.candidates import (
-    Confusion,
-    confusions,
-    numbers,
-    with_part,
-)
+from crosscheck.trial.robots.candidates import Confusion, confusions, numbers, with_part
 from crosscheck.trial.robots.explain import OwnEquations, explained
 from tests.draws import DRAWS, SAMPLE, fresh_seed
-from tests.robots.chains import (
-    ENGINES,
-    Solid,
-    joint,
-    link,
-    planetary,
-    random_chain,
-    robot,
-    urdf,
-)
-from tests.tool.conftest import Command, crosscheck
+from tests.robots import chains
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 PLANTED = 2 if DRAWS == SAMPLE else DRAWS
 PRODUCT = np.array([[0, 0, 1], [0, 0, 0], [1, 0, 0]])
 Change = Callable[[Robot], Robot]
@@ -58,9 +39,9 @@ def sliding() -> Robot:
 
 
 @pytest.mark.parametrize("level", RIGID)
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", chains.ENGINES)
 def test_right_equations_are_never_blamed(engine, level):
-    for own in (load_robot("six-joint"), random_chain(3), random_chain(10)):
+    for own in (load_robot("six-joint"), chains.random_chain(3), chains.random_chain(10)):
         found = explained(equations(own, level, engine), own, 0)
         assert found.agrees
         assert (found.entries, found.explanations, found.links) == ((), (), ())
@@ -150,7 +131,7 @@ def test_planted_errors_are_named_up_to_what_makes_the_same_equations():
     """Of numbers and confusions of any chain that change anything: 95 in a hundred at least."""
     first, named, asked = fresh_seed(), 0, 0
     for seed in range(first, first + PLANTED):
-        own = random_chain(seed)
+        own = chains.random_chain(seed)
         error = planted(own, seed)
         found = explained(equations(error.robot), own, seed)
         if not found.agrees:
@@ -186,12 +167,15 @@ STAGE_WRONG: dict[str, tuple[dict[str, float] | tuple[float, float], str]] = {
 @pytest.mark.parametrize("case", STAGE_WRONG)
 def test_what_is_wrong_of_a_stage_is_named(case):
     """Numbers, and ratios of sun and planets that are easily mistaken."""
-    text = urdf(
-        *(link(name, Solid(com=(0.1, 0.2, 0.3))) for name in ("ground", "ring", "disc")),
-        joint("yaw", "ground", "ring"),
-        joint("roll", "ring", "disc", axis=(0.6, 0, 0.8)),
+    text = chains.urdf(
+        *(
+            chains.link(name, chains.Solid(com=(0.1, 0.2, 0.3)))
+            for name in ("ground", "ring", "disc")
+        ),
+        chains.joint("yaw", "ground", "ring"),
+        chains.joint("roll", "ring", "disc", axis=(0.6, 0, 0.8)),
     )
-    own = robot(text, {"roll": planetary()})
+    own = chains.robot(text, {"roll": chains.planetary()})
     wrong, words = STAGE_WRONG[case]
     if isinstance(wrong, dict):
         gears = own.stages[0].gears.model_copy(update=wrong)
@@ -272,7 +256,7 @@ empty, numbers = SimpleNamespace(), SimpleNamespace(bias=3.0)
 """
 
 
-def test_the_command_names_it_and_writes_json(crosscheck: Command, tmp_path: Path):
+def test_the_command_names_it_and_writes_json(crosscheck, tmp_path):
     (tmp_path / "mine.py").write_text(CODE)
     file = tmp_path / "mine.json"
     answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", "sliding", "--json", file)
@@ -294,7 +278,7 @@ def test_the_command_names_it_and_writes_json(crosscheck: Command, tmp_path: Pat
         ("nobody", "no nobody in"),
     ],
 )
-def test_code_that_cannot_be_used_is_one_line(crosscheck: Command, tmp_path, name, fragment):
+def test_code_that_cannot_be_used_is_one_line(crosscheck, tmp_path, name, fragment):
     (tmp_path / "mine.py").write_text(CODE)
     answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:{name}", "sliding")
     assert_one_line(answer, "mine.py", fragment)
@@ -312,14 +296,14 @@ OF_ARMS = {
 
 
 @pytest.mark.parametrize("case", OF_ARMS)
-def test_what_is_of_arms_alone_is_refused(crosscheck: Command, tmp_path, case):
+def test_what_is_of_arms_alone_is_refused(crosscheck, tmp_path, case):
     options, named = OF_ARMS[case]
     (tmp_path / "mine.py").write_text(CODE)
     answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", "sliding", *options)
     assert_one_line(answer, f"{named}: is for arms; sliding is a robot")
 
 
-def test_questions_answers_and_units_are_of_arms_alone(crosscheck: Command, tmp_path):
+def test_questions_answers_and_units_are_of_arms_alone(crosscheck, tmp_path):
     (tmp_path / "u.fmu").touch()
     asked = crosscheck("trial", "--ask", "sliding", "--out", tmp_path / "ask")
     assert_one_line(asked, "--ask: is for arms")
@@ -330,7 +314,7 @@ def test_questions_answers_and_units_are_of_arms_alone(crosscheck: Command, tmp_
     assert not (tmp_path / "ask").exists()
 
 
-def test_a_urdf_alone_is_a_robot_without_rotors(crosscheck: Command, tmp_path):
+def test_a_urdf_alone_is_a_robot_without_rotors(crosscheck, tmp_path):
     (tmp_path / "mine.py").write_text(CODE.replace('"coupled"', '"links"'))
     (tmp_path / "r.urdf").write_text(load_robot("sliding").urdf)
     answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", tmp_path / "r.urdf")

@@ -1,33 +1,13 @@
-"""The command line, for studies."""
+"""Studies that run undisturbed, or are held."""
 
-from __future__ import annotations
-
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from crosscheck.cli.app import main
 from crosscheck.studies.batches.run import How, run_study
 from crosscheck.studies.definition.files import read_study
 from tests.studies.studies import Hold, held_study
-
-Command = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
-    """``command(*arguments)``: exit code, output and errors."""
-
-    def called(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["crosscheck", *map(str, arguments)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        out, err = capsys.readouterr()
-        return int(left.value.code or 0), out, err
-
-    return called
 
 
 @pytest.fixture(scope="session")

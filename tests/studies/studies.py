@@ -1,7 +1,5 @@
 """Small studies, their files, and what is in a result, byte for byte."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -39,35 +37,7 @@ def held(run):
 """
 BATCH, BATCHES = 32, 6
 MEMBERS = BATCH * BATCHES
-HELD_STUDY = f"""\
-schema_version = 1
-name = "held"
-arm = "paper-labelled"
-scenario = "constant-torque"
-
-[settings]
-"scenario.duration_s" = 0.002
-
-[samples]
-count = {MEMBERS // 2}
-
-[starts]
-count = 2
-
-[[axes]]
-path = "arm.joints.*.*_mesh.backlash_m"
-kind = "uniform"
-relative_tolerance = 0.2
-
-[[quantities]]
-kind = "peak"
-signal = "theta_ddot"
-
-[[quantities]]
-kind = "user_function"
-function = "held.py:held"
-returns = {{ last = "rad" }}
-"""
+HELD_STUDY = Path(__file__).with_name("held.toml").read_text(encoding="utf-8")
 
 
 def study(

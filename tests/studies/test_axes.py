@@ -1,7 +1,5 @@
 """Axes and members: what is drawn, what is put where, and what stays as the files say."""
 
-from __future__ import annotations
-
 import json
 from itertools import pairwise
 

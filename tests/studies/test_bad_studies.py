@@ -1,8 +1,5 @@
 """Bad studies: one line that says where, what and what is allowed; exit code 2; nothing written."""
 
-from __future__ import annotations
-
-import os
 import tomllib
 from pathlib import Path
 
@@ -13,33 +10,9 @@ from crosscheck.models.errors import InputError
 from crosscheck.runner import patience
 from crosscheck.studies.batches import kept
 from crosscheck.studies.definition.files import read_study
+from tests.obstacles import OBSTACLES
 
-STUDY = """\
-schema_version = 1
-name = "bad"
-arm = "paper-labelled"
-scenario = "pd"
-
-[settings]
-"scenario.duration_s" = 0.001
-
-[samples]
-count = 3
-
-[[axes]]
-path = "arm.joints.*.*_mesh.backlash_m"
-kind = "uniform"
-relative_tolerance = 0.1
-
-[[axes]]
-path = "arm.payload_mass_kg"
-kind = "list"
-values = [1.0, 2.0]
-
-[[quantities]]
-kind = "peak"
-signal = "theta_ddot"
-"""
+STUDY = Path(__file__).with_name("right.toml").read_text(encoding="utf-8")
 TABLES = tomllib.loads(Path(__file__).with_name("bad_studies.toml").read_text(encoding="utf-8"))
 PAYLOAD = 'path = "arm.payload_mass_kg"'
 PEAK = 'kind = "peak"\nsignal = "theta_ddot"'
@@ -53,31 +26,31 @@ def _file(folder: Path, old: str, new: str) -> Path:
 
 
 @pytest.mark.parametrize("case", TABLES["studies"])
-def test_one_line_says_what_is_wrong(case, command, tmp_path):
+def test_one_line_says_what_is_wrong(case, crosscheck, tmp_path):
     old, new, *fragments = TABLES["studies"][case]
     file = _file(tmp_path, old, new)
-    code, out, err = command("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1)
+    code, out, err = crosscheck("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1)
     assert (code, out, err.count("\n")) == (2, "", 1), err
     for fragment in fragments:
         assert fragment in err
     assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
 
 
-def test_values_that_only_together_are_wrong_name_the_member(command, tmp_path):
+def test_values_that_only_together_are_wrong_name_the_member(crosscheck, tmp_path):
     file = _file(tmp_path, PAYLOAD, 'path = "arm.links.0.com_m"')
     with file.open("a", encoding="utf-8") as text:
         text.write('[[axes]]\npath = "arm.links.0.length_m"\nkind = "list"\nvalues = [3.0, 1.5]\n')
-    code, _, err = command("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1)
+    code, _, err = crosscheck("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1)
     assert (code, err.count("\n")) == (2, 1)
     # 2.0 is no place on a link of 1 m by itself
     assert "arm.links.0.com_m" in err
 
 
-def test_more_members_than_the_disk_holds_are_refused_with_the_number(command, tmp_path):
+def test_more_members_than_the_disk_holds_are_refused_with_the_number(crosscheck, tmp_path):
     file = _file(tmp_path, "count = 3", "count = 10000000")
     text = file.read_text().replace(PEAK, 'kind = "trajectories"\nsignals = ["theta", "F_sp"]')
     file.write_text(text.replace('"scenario.duration_s" = 0.001', '"scenario.duration_s" = 3.0'))
-    code, _, err = command("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1)
+    code, _, err = crosscheck("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1)
     assert (code, err.count("\n")) == (2, 1)
     assert "20,000,000 members" in err
     assert " GB" in err
@@ -90,30 +63,32 @@ def test_room_is_what_the_disk_has(tmp_path):
         kept.require_room(tmp_path / "out.nc", 10**18, 10)
 
 
-def test_a_file_of_somebody_elses_is_left_alone(command, tmp_path):
+def test_a_file_of_somebody_elses_is_left_alone(crosscheck, tmp_path):
     file, out = _file(tmp_path, PEAK, PEAK), tmp_path / "out.nc"
     out.write_text("mine")
     for more in ([], ["--resume"]):
-        code, _, err = command("sweep", file, "--out", out, *more)
+        code, _, err = crosscheck("sweep", file, "--out", out, *more)
         assert (code, err.count("\n")) == (2, 1)
     folder = tmp_path / "other.nc.batches"
     folder.mkdir()
     (folder / "letter").write_text("mine")
-    code, _, err = command("sweep", file, "--out", tmp_path / "other.nc")
+    code, _, err = crosscheck("sweep", file, "--out", tmp_path / "other.nc")
     assert (code, err.count("\n")) == (2, 1)
     assert (out.read_text(), (folder / "letter").read_text()) == ("mine", "mine")
-    code, _, err = command("sweep", file, "--out", file)
+    code, _, err = crosscheck("sweep", file, "--out", file)
     assert code == 2
     assert file.read_text() == STUDY
 
 
 @pytest.mark.parametrize("case", TABLES["functions"])
-def test_a_function_that_cannot_be_used_is_named(case, command, tmp_path):
+def test_a_function_that_cannot_be_used_is_named(case, crosscheck, tmp_path):
     code, fragment = TABLES["functions"][case]
     (tmp_path / "mine.py").write_text(code, encoding="utf-8")
     quantity = 'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
     file = _file(tmp_path, PEAK, quantity)
-    left, _, err = command("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1, "--run-code")
+    left, _, err = crosscheck(
+        "sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1, "--run-code"
+    )
     assert (left, err.count("\n")) == (2, 1)
     assert err[:-1].isprintable()
     assert "mine.py:f" in err
@@ -124,7 +99,7 @@ def test_a_function_that_cannot_be_used_is_named(case, command, tmp_path):
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize("case", TABLES["lost"])
 def test_a_function_that_does_not_come_back_ends_the_study(
-    case, jobs, command, tmp_path, monkeypatch
+    case, jobs, crosscheck, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(patience, "IDLE_S", 2.0)
     monkeypatch.setattr(patience, "LEAST_S", 0.01)
@@ -133,7 +108,9 @@ def test_a_function_that_does_not_come_back_ends_the_study(
     (tmp_path / "mine.py").write_text(code, encoding="utf-8")
     quantity = 'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
     file = _file(tmp_path, PEAK, quantity)
-    left, _, err = command("sweep", file, "--out", tmp_path / "o.nc", "--jobs", jobs, "--run-code")
+    left, _, err = crosscheck(
+        "sweep", file, "--out", tmp_path / "o.nc", "--jobs", jobs, "--run-code"
+    )
     assert (left, err.count("\n")) == (3, 1)
     assert fragment in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.py", "study.toml"]
@@ -153,9 +130,9 @@ def test_python_is_told_the_same():
     "address",
     ["tls://127.0.0.1:1", "ucx://127.0.0.1:1", "ws://a:1", "inproc://x", "", "tcp://", "tcp://a:0"],
 )
-def test_a_scheduler_of_another_kind_is_one_line(command, tmp_path, address):
+def test_a_scheduler_of_another_kind_is_one_line(crosscheck, tmp_path, address):
     file = _file(tmp_path, PEAK, PEAK)
-    code, out, err = command("sweep", file, "--out", tmp_path / "o.nc", "--scheduler", address)
+    code, out, err = crosscheck("sweep", file, "--out", tmp_path / "o.nc", "--scheduler", address)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "--scheduler" in err
     assert "tcp://HOST:PORT" in err
@@ -164,7 +141,7 @@ def test_a_scheduler_of_another_kind_is_one_line(command, tmp_path, address):
 
 @pytest.mark.parametrize("what", ["folder", "pipe", "dangling", "loop"])
 @pytest.mark.parametrize("place", ["study", "function", "out", "batches", "mark"])
-def test_what_is_no_file_is_one_line(command, tmp_path, place, what):
+def test_what_is_no_file_is_one_line(crosscheck, tmp_path, place, what):
     quantity = 'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
     new = quantity if place == "function" else PEAK
     file = _file(tmp_path, PEAK, new)
@@ -181,14 +158,14 @@ def test_what_is_no_file_is_one_line(command, tmp_path, place, what):
     }[place]
     if what == "folder":
         (named if place != "batches" else named / "a letter").mkdir(parents=True)
-    elif what == "pipe":
-        os.mkfifo(named)
+    elif what == "dangling":
+        named.symlink_to("elsewhere/nowhere")
     else:
-        named.symlink_to({"dangling": "elsewhere/nowhere", "loop": named.name}[what])
+        OBSTACLES[what](named)
     chosen = named if place == "study" else file
     arguments = ("sweep", chosen, "--out", tmp_path / "out.nc", "--jobs", 1, "--run-code")
     for more in ([], ["--resume"]):
-        code, out, err = command(*arguments, *more)
+        code, out, err = crosscheck(*arguments, *more)
         if place == "out" and what == "dangling":  # a link to a file that is going to be
             assert code == 0
             return
@@ -196,21 +173,21 @@ def test_what_is_no_file_is_one_line(command, tmp_path, place, what):
     assert not list((tmp_path / "elsewhere").iterdir())
 
 
-def test_batches_that_a_killed_study_left_beside_its_result_go(command, tmp_path):
+def test_batches_that_a_killed_study_left_beside_its_result_go(crosscheck, tmp_path):
     file, out = _file(tmp_path, PEAK, PEAK), tmp_path / "out.nc"
-    assert command("sweep", file, "--out", out, "--jobs", 1)[0] == 0
+    assert crosscheck("sweep", file, "--out", out, "--jobs", 1)[0] == 0
     folder, digest = tmp_path / "out.nc.batches", read_study(file).digest
     for owner, left in ((digest, False), ("0" * 64, True)):
         folder.mkdir()
         (folder / kept.MARK).write_text(f"{owner}\n{'0' * 32}\n")
         (folder / f"{'0' * 32}.kept").write_text("half")
-        code, said, err = command("sweep", file, "--out", out, "--jobs", 1, "--resume")
+        code, said, err = crosscheck("sweep", file, "--out", out, "--jobs", 1, "--resume")
         assert (code, err) == (0, "")
         assert "is complete" in said
         assert folder.exists() == left
 
 
-def test_what_the_mark_does_not_list_is_left_alone(command, tmp_path):
+def test_what_the_mark_does_not_list_is_left_alone(crosscheck, tmp_path):
     file, out = _file(tmp_path, PEAK, PEAK), tmp_path / "out.nc"
     folder = tmp_path / "out.nc.batches"
     folder.mkdir()
@@ -220,7 +197,7 @@ def test_what_the_mark_does_not_list_is_left_alone(command, tmp_path):
     for name in letters:
         (folder / name).write_text("mine")
     (folder / f"{'0' * 32}.kept").symlink_to("letter")
-    code, _, err = command("sweep", file, "--out", out, "--jobs", 1, "--resume")
+    code, _, err = crosscheck("sweep", file, "--out", out, "--jobs", 1, "--resume")
     assert (code, err) == (0, "")
     assert {path.name for path in folder.iterdir()} == letters
     assert {path.read_text() for path in folder.iterdir()} == {"mine"}

@@ -1,7 +1,5 @@
 """The same study on the workers of a Dask scheduler, over TCP on this machine."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

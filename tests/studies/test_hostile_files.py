@@ -1,8 +1,6 @@
 """Damaged and hostile results cost one line, exit code 2, and no time."""
 
-from __future__ import annotations
-
-import os
+import operator
 import random
 import shutil
 import time
@@ -15,6 +13,7 @@ import pytest
 
 import crosscheck
 from tests.draws import DRAWS, fresh_seed
+from tests.obstacles import OBSTACLES
 
 WITHIN_S = 5.0
 UNIFORM = {"kind": "uniform", "relative_tolerance": 0.2}
@@ -66,42 +65,10 @@ def _wrong_sum(file: h5py.File) -> None:
         raw.write(b"\xff" * 4)
 
 
-def _huge(file: h5py.File) -> None:
-    _again(file, shape=(2, 3, 10**15), chunks=(1, 1, 1000), dtype="f8")
-
-
-def _bomb(file: h5py.File) -> None:
-    _again(file, shape=(2, 3, 10**9), chunks=(1, 1, 10**6), dtype="f8", compression="gzip")
-
-
-def _external(file: h5py.File) -> None:
-    _again(file, external=[("/etc/passwd", 0, 96)])
-
-
-def _external_link(file: h5py.File) -> None:
-    file["other"] = h5py.ExternalLink("/etc/passwd", "/x")
-
-
-def _soft_loop(file: h5py.File) -> None:
-    file["loop"] = h5py.SoftLink("/loop")
-
-
-def _hard_loop(file: h5py.File) -> None:
-    file.create_group("group")["up"] = file["/"]
-
-
 def _virtual(file: h5py.File) -> None:
     layout = h5py.VirtualLayout(shape=(3,), dtype="f8")
     layout[:] = h5py.VirtualSource("/etc/passwd", "x", shape=(3,))
     file.create_virtual_dataset("virtual", layout)
-
-
-def _words(file: h5py.File) -> None:
-    _again(file, data=np.full((2, 3, 2), b"text", dtype=object), dtype=h5py.string_dtype())
-
-
-def _compound(file: h5py.File) -> None:
-    _again(file, data=np.zeros((2, 3, 2), dtype=[("a", "f8"), ("b", "i4")]))
 
 
 def _many(file: h5py.File) -> None:
@@ -110,22 +77,16 @@ def _many(file: h5py.File) -> None:
         made.dims[0].attach_scale(file["sample"])
 
 
-def _no_scales(file: h5py.File) -> None:
-    file.create_dataset("bare", data=np.arange(3.0))
+def _put(name: str, value: object) -> Callable[[h5py.File], None]:
+    return lambda file: operator.setitem(file, name, value)
 
 
 def _attribute(name: str, value: object) -> Callable[[h5py.File], None]:
-    def changed(file: h5py.File) -> None:
-        file["theta_peak"].attrs[name] = value
-
-    return changed
+    return lambda file: operator.setitem(file["theta_peak"].attrs, name, value)
 
 
 def _root(name: str, value: object) -> Callable[[h5py.File], None]:
-    def changed(file: h5py.File) -> None:
-        file.attrs[name] = value
-
-    return changed
+    return lambda file: operator.setitem(file.attrs, name, value)
 
 
 def _reference(file: h5py.File) -> None:
@@ -138,19 +99,24 @@ def _infinite(file: h5py.File) -> None:
     file["theta_peak"][...] = np.array([1e308, -1e308, 1e308]).reshape(1, 3, 1)
 
 
-HARM: dict[str, Callable[[h5py.File], None]] = {
+SHAPE = (2, 3, 2)
+HARM: dict[str, Callable[[h5py.File], object]] = {
     "wrong checksum": _wrong_sum,
-    "huge shape": _huge,
-    "bomb": _bomb,
-    "external storage": _external,
-    "external link": _external_link,
-    "soft loop": _soft_loop,
-    "hard loop": _hard_loop,
+    "huge shape": lambda file: _again(file, shape=(2, 3, 10**15), chunks=(1, 1, 1000), dtype="f8"),
+    "bomb": lambda file: _again(
+        file, shape=(2, 3, 10**9), chunks=(1, 1, 10**6), dtype="f8", compression="gzip"
+    ),
+    "external storage": lambda file: _again(file, external=[("/etc/passwd", 0, 96)]),
+    "external link": _put("other", h5py.ExternalLink("/etc/passwd", "/x")),
+    "soft loop": _put("loop", h5py.SoftLink("/loop")),
+    "hard loop": lambda file: operator.setitem(file.create_group("group"), "up", file["/"]),
     "virtual": _virtual,
-    "words": _words,
-    "compound": _compound,
+    "words": lambda file: _again(
+        file, data=np.full(SHAPE, b"text", dtype=object), dtype=h5py.string_dtype()
+    ),
+    "compound": lambda file: _again(file, data=np.zeros(SHAPE, dtype=[("a", "f8"), ("b", "i4")])),
     "hundreds of variables": _many,
-    "no scales": _no_scales,
+    "no scales": lambda file: file.create_dataset("bare", data=np.arange(3.0)),
     "units of numbers": _attribute("units", 7.0),
     "units of lines": _attribute("units", "m\n\x1b[31m"),
     "long label": _attribute("long_name", "x" * 100_000),
@@ -179,42 +145,37 @@ def _told(answer: tuple[int, str, str], began: float, about: str = "") -> None:
 
 
 @pytest.mark.parametrize("harm", HARM)
-def test_a_hostile_file_is_refused_in_one_line(result, tmp_path, command, harm):
+def test_a_hostile_file_is_refused_in_one_line(result, tmp_path, crosscheck, harm):
     file = tmp_path / "bad.nc"
     shutil.copy(result, file)
     with h5py.File(file, "r+") as opened:
         HARM[harm](opened)
     began = time.process_time()
-    _told(command("plot", file), began)
+    _told(crosscheck("plot", file), began)
     assert [path.name for path in tmp_path.iterdir()] == ["bad.nc"]
 
 
 @pytest.mark.parametrize("change", HARMLESS)
-def test_words_and_sizes_of_any_kind_are_drawn(result, tmp_path, command, change):
+def test_words_and_sizes_of_any_kind_are_drawn(result, tmp_path, crosscheck, change):
     file = tmp_path / "good.nc"
     shutil.copy(result, file)
     with h5py.File(file, "r+") as opened:
         HARMLESS[change](opened)
-    code, _, err = command("plot", file)
+    code, _, err = crosscheck("plot", file)
     assert code == 0 or err.count("\n") == 1
 
 
-@pytest.mark.parametrize("what", ["folder", "pipe", "nothing", "dangling", "loop", "device"])
-def test_what_is_no_file_is_one_line(tmp_path, command, what):
+@pytest.mark.parametrize("what", ["nothing", *OBSTACLES])
+def test_what_is_no_file_is_one_line(tmp_path, crosscheck, what):
     file = tmp_path / "it.nc"
-    if what == "folder":
-        file.mkdir()
-    elif what == "pipe":
-        os.mkfifo(file)
-    elif what != "nothing":
-        target = {"dangling": "nowhere", "loop": "it.nc", "device": "/dev/zero"}[what]
-        file.symlink_to(target)
+    if what != "nothing":
+        OBSTACLES[what](file)
     began = time.process_time()
-    _told(command("plot", file), began)
+    _told(crosscheck("plot", file), began)
 
 
 @pytest.mark.campaign
-def test_any_damage_is_drawn_or_refused_in_one_line(result, tmp_path, command, capsys):
+def test_any_damage_is_drawn_or_refused_in_one_line(result, tmp_path, crosscheck, capsys):
     sound, refused = result.read_bytes(), 0
     seed = fresh_seed()
     capsys.readouterr()
@@ -223,7 +184,7 @@ def test_any_damage_is_drawn_or_refused_in_one_line(result, tmp_path, command, c
         file = tmp_path / f"{number}.nc"
         file.write_bytes(_damaged(sound, generator))
         began = time.process_time()
-        code, out, err = command("plot", file)
+        code, out, err = crosscheck("plot", file)
         about = f"seed {seed}, draw {number}: {err}"
         if code:
             refused += 1

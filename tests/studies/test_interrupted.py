@@ -1,7 +1,5 @@
 """A study that is killed or interrupted loses nothing and does nothing twice."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal
@@ -9,18 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.studies.studies import (
-    BATCH,
-    MEMBERS,
-    Hold,
-    batches_kept,
-    content,
-    finished,
-    held_study,
-    kill,
-    sweeping,
-    wait_for_batches,
-)
+from tests.studies import studies
 
 pytestmark = pytest.mark.slow
 
@@ -34,107 +21,111 @@ def _children(of: int) -> list[int]:
     return [*map(int, Path(f"/proc/{of}/task/{of}/children").read_text().split())]
 
 
-def _killed(file: Path, out: Path, jobs: int, hold: Hold) -> int:
+def _killed(file: Path, out: Path, jobs: int, hold: studies.Hold) -> int:
     """Begin a study and kill it when three batches are kept; how many are."""
-    program = sweeping(file, out, "--jobs", jobs, hold=hold)
-    wait_for_batches(out, 3, program)
-    kill(program)
+    program = studies.sweeping(file, out, "--jobs", jobs, hold=hold)
+    studies.wait_for_batches(out, 3, program)
+    studies.kill(program)
     assert not out.exists()
-    return batches_kept(out)
+    return studies.batches_kept(out)
 
 
-def test_several_processes_make_what_one_makes(undisturbed, tmp_path, command):
+def test_several_processes_make_what_one_makes(undisturbed, tmp_path, crosscheck):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
-    code, said, err = command("sweep", file, "--out", out, "--run-code", "--jobs", 2)
+    code, said, err = crosscheck("sweep", file, "--out", out, "--run-code", "--jobs", 2)
     assert (code, err) == (0, "")
-    assert f"{MEMBERS} members" in said
-    assert content(out) == content(expected)
+    assert f"{studies.MEMBERS} members" in said
+    assert studies.content(out) == studies.content(expected)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out.nc"]
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_a_killed_study_goes_on_where_it_was(undisturbed, tmp_path, command, hold, jobs):
+def test_a_killed_study_goes_on_where_it_was(undisturbed, tmp_path, crosscheck, hold, jobs):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     done = _killed(file, out, jobs, hold(3, jobs))
     before = {path: path.stat().st_mtime_ns for path in tmp_path.glob("out.nc.batches/*.kept")}
 
-    code, _, err = command("sweep", file, "--out", out, "--run-code", "--jobs", jobs)
+    code, _, err = crosscheck("sweep", file, "--out", out, "--run-code", "--jobs", jobs)
     assert code == 2
     assert err.count("\n") == 1
     assert "--resume" in err
 
     holding = hold(1, jobs)
-    again = sweeping(file, out, "--jobs", jobs, "--resume", hold=holding)
-    wait_for_batches(out, done + 1, again)
+    again = studies.sweeping(file, out, "--jobs", jobs, "--resume", hold=holding)
+    studies.wait_for_batches(out, done + 1, again)
     assert {path: path.stat().st_mtime_ns for path in before} == before
     holding.release()
-    code, said, err = finished(again)
+    code, said, err = studies.finished(again)
     assert (code, err) == (0, "")
-    assert f" {MEMBERS - done * BATCH} run" in said
-    assert content(out) == content(expected)
+    assert f" {studies.MEMBERS - done * studies.BATCH} run" in said
+    assert studies.content(out) == studies.content(expected)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out.nc"]
 
 
 @pytest.mark.parametrize(
     ("whom", "number"), [("group", signal.SIGINT), ("program", signal.SIGTERM)], ids=["INT", "TERM"]
 )
-def test_an_interrupted_study_says_how_to_go_on(undisturbed, tmp_path, command, hold, whom, number):
+def test_an_interrupted_study_says_how_to_go_on(
+    undisturbed, tmp_path, crosscheck, hold, whom, number
+):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
-    program = sweeping(file, out, "--jobs", 2, hold=hold(2, 2))
-    wait_for_batches(out, 2, program)
+    program = studies.sweeping(file, out, "--jobs", 2, hold=hold(2, 2))
+    studies.wait_for_batches(out, 2, program)
     send = os.killpg if whom == "group" else os.kill
     send(program.pid, number)
-    code, _, err = finished(program)
+    code, _, err = studies.finished(program)
     assert code == 128 + number
     assert err.count("\n") == 1
     assert "--resume" in err
     assert not out.exists()
     assert not list(tmp_path.glob(".crosscheck-*"))
-    assert batches_kept(out) >= 2
-    code, _, err = command("sweep", file, "--out", out, "--run-code", "--jobs", 1, "--resume")
+    assert studies.batches_kept(out) >= 2
+    code, _, err = crosscheck("sweep", file, "--out", out, "--run-code", "--jobs", 1, "--resume")
     assert (code, err) == (0, "")
-    assert content(out) == content(expected)
+    assert studies.content(out) == studies.content(expected)
 
 
-def test_a_damaged_batch_is_made_again(undisturbed, tmp_path, command, hold):
+def test_a_damaged_batch_is_made_again(undisturbed, tmp_path, crosscheck, hold):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     _killed(file, out, 1, hold(3, 1))
     victim = sorted(tmp_path.glob("out.nc.batches/*.kept"))[0]
     victim.write_bytes(victim.read_bytes()[:-7])
-    code, _, err = command("sweep", file, "--out", out, "--run-code", "--jobs", 1, "--resume")
+    code, _, err = crosscheck("sweep", file, "--out", out, "--run-code", "--jobs", 1, "--resume")
     assert code == 0
     assert "made again" in err
-    assert content(out) == content(expected)
+    assert studies.content(out) == studies.content(expected)
 
 
 def test_a_worker_that_dies_costs_its_batch_alone(undisturbed, tmp_path, hold):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     holding = hold(1, 2)
-    program = sweeping(file, out, "--jobs", 2, hold=holding)
-    wait_for_batches(out, 1, program)
+    program = studies.sweeping(file, out, "--jobs", 2, hold=holding)
+    studies.wait_for_batches(out, 1, program)
     os.kill(_workers(program.pid)[0], signal.SIGKILL)
     holding.release()
-    code, _, err = finished(program)
+    code, _, err = studies.finished(program)
     assert code == 0, err
-    assert content(out) == content(expected)
+    assert studies.content(out) == studies.content(expected)
 
 
-def test_another_studys_batches_and_result_are_left_alone(undisturbed, tmp_path, command, hold):
+def test_another_studys_batches_and_result_are_left_alone(undisturbed, tmp_path, crosscheck, hold):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
-    other = held_study(tmp_path / "other")
+    other = studies.held_study(tmp_path / "other")
     text = other.read_text()
-    other.write_text(text.replace(f"count = {MEMBERS // 2}", f"count = {MEMBERS // 2 + 1}"))
+    other.write_text(
+        text.replace(f"count = {studies.MEMBERS // 2}", f"count = {studies.MEMBERS // 2 + 1}")
+    )
     assert other.read_text() != text
     of_other = ("sweep", other, "--out", out, "--run-code")
     shutil.copy(expected, out)
     before = out.read_bytes()
-    code, _, err = command(*of_other, "--resume")
+    code, _, err = crosscheck(*of_other, "--resume")
     assert (code, err.count("\n")) == (2, 1)
     assert "another study" in err
     assert out.read_bytes() == before
@@ -142,32 +133,32 @@ def test_another_studys_batches_and_result_are_left_alone(undisturbed, tmp_path,
 
     done = _killed(file, out, 1, hold(3, 1))
     for more in ([], ["--resume"]):
-        code, _, err = command(*of_other, *more)
+        code, _, err = crosscheck(*of_other, *more)
         assert (code, err.count("\n")) == (2, 1)
         assert "another study" in err
-    assert batches_kept(out) == done >= 2
+    assert studies.batches_kept(out) == done >= 2
 
 
-def test_batches_left_beside_a_complete_result_are_removed(undisturbed, tmp_path, command, hold):
+def test_batches_left_beside_a_complete_result_are_removed(undisturbed, tmp_path, crosscheck, hold):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     _killed(file, out, 1, hold(3, 1))
     shutil.copy(expected, out)
-    code, said, err = command("sweep", file, "--out", out, "--run-code", "--resume")
+    code, said, err = crosscheck("sweep", file, "--out", out, "--run-code", "--resume")
     assert (code, err) == (0, "")
     assert "complete" in said
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith("out")] == ["out.nc"]
 
 
-def test_what_is_complete_is_not_made_again(undisturbed, tmp_path, command):
+def test_what_is_complete_is_not_made_again(undisturbed, tmp_path, crosscheck):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     shutil.copy(expected, out)
     before = out.read_bytes()
-    code, said, err = command("sweep", file, "--out", out, "--run-code", "--resume")
+    code, said, err = crosscheck("sweep", file, "--out", out, "--run-code", "--resume")
     assert (code, err) == (0, "")
     assert "complete" in said
-    code, _, err = command("sweep", file, "--out", out, "--run-code")
+    code, _, err = crosscheck("sweep", file, "--out", out, "--run-code")
     assert (code, err.count("\n")) == (2, 1)
     assert "exists already" in err
     assert out.read_bytes() == before

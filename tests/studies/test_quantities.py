@@ -1,7 +1,5 @@
 """Numbers gathered from chunks are those of the whole signal, however it is cut."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

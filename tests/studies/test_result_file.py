@@ -1,12 +1,9 @@
 """Every number of a result has its place, whatever order batches come in, or fails as a line."""
 
-from __future__ import annotations
-
 import errno
 import io
 import resource
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -125,7 +122,7 @@ def test_memory_that_runs_out_is_one_line(error):
         raise error
 
 
-def test_room_is_taken_before_anything_is_written(tmp_path: Path):
+def test_room_is_taken_before_anything_is_written(tmp_path):
     def refused() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
         with draft(tmp_path) as new, pytest.raises(OSError, match="too large"):

@@ -1,7 +1,5 @@
 """What a study's result says: of its members, its axes, a second engine; and its drawings."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import matplotlib.image
@@ -9,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import crosscheck
+import crosscheck as package
 from crosscheck.models.loading import load_arm, load_case, load_scenario
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.registry import build, lead, second
@@ -25,7 +23,7 @@ BACKLASH = "arm.joints.*.*_mesh.backlash_m"
 
 def _made(out: Path, jobs: int) -> Path:
     """Of two grid axes, one of words, samples and starts."""
-    crosscheck.sweep(
+    package.sweep(
         "paper-labelled",
         [
             {"path": "arm.payload_mass_kg", "kind": "grid", "start": 5, "stop": 15, "count": 3},
@@ -115,7 +113,7 @@ def test_a_result_is_the_same_again(result, tmp_path):
 
 def test_what_the_user_gives_as_records_is_taken_as_it_is():
     arm, scenario = load_arm("three-unlike"), load_scenario("constant-torque")
-    found = crosscheck.sweep(arm, {}, scenario=scenario, settings=SHORT, measures=PEAKS)
+    found = package.sweep(arm, {}, scenario=scenario, settings=SHORT, measures=PEAKS)
     case = load_case("three-unlike", "constant-torque", settings=["scenario.duration_s=0.002"])
     run = build(lead(), *case).simulate()
     # the ensemble's rounding against that of one run
@@ -125,9 +123,9 @@ def test_what_the_user_gives_as_records_is_taken_as_it_is():
 
 
 @pytest.mark.parametrize("quantity", [[], ["--quantity", "theta_ddot_peak"]])
-def test_a_result_is_drawn(result, tmp_path, command, quantity):
+def test_a_result_is_drawn(result, tmp_path, crosscheck, quantity):
     out = tmp_path / "out.png"
-    code, said, err = command("plot", result, "--out", out, *quantity)
+    code, said, err = crosscheck("plot", result, "--out", out, *quantity)
     assert (code, err) == (0, "")
     assert str(out) in said
     picture = matplotlib.image.imread(out)
@@ -135,31 +133,31 @@ def test_a_result_is_drawn(result, tmp_path, command, quantity):
     assert np.ptp(picture) > 0.5
 
 
-def test_an_axis_alone_and_samples_alone_are_drawn_too(tmp_path, command):
+def test_an_axis_alone_and_samples_alone_are_drawn_too(tmp_path, crosscheck):
     for name, axes, more in (
         ("curve", [{"path": BACKLASH, "kind": "list", "values": [1e-5, 1e-4]}], {"starts": 3}),
         ("spread", [{"path": "arm.payload_mass_kg", **UNIFORM}], {"samples": 5}),
         ("single", [], {}),
     ):
         out = tmp_path / f"{name}.nc"
-        crosscheck.sweep(
+        package.sweep(
             *("paper-labelled", axes),
             **{"scenario": "pd", "settings": SHORT, "measures": PEAKS, "out": out, **more},
         )
-        code, _, err = command("plot", out)
+        code, _, err = crosscheck("plot", out)
         assert (code, err) == (0, "")
         assert out.with_suffix(".png").stat().st_size > 10_000
 
 
-def test_what_cannot_be_drawn_is_said(result, tmp_path, command):
-    code, _, err = command("plot", result, "--quantity", "nothing", "--out", tmp_path / "a.png")
+def test_what_cannot_be_drawn_is_said(result, tmp_path, crosscheck):
+    code, _, err = crosscheck("plot", result, "--quantity", "nothing", "--out", tmp_path / "a.png")
     assert (code, err.count("\n")) == (2, 1)
     assert "theta_ddot_peak" in err
     other = tmp_path / "other.nc"
     other.write_text("nothing")
-    code, _, err = command("plot", other)
+    code, _, err = crosscheck("plot", other)
     assert (code, err.count("\n")) == (2, 1)
-    code, _, err = command("plot", tmp_path / "nowhere.nc")
+    code, _, err = crosscheck("plot", tmp_path / "nowhere.nc")
     assert (code, err.count("\n")) == (2, 1)
     assert used(result, drawable) == ["theta_ddot_peak"]
 

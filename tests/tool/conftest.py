@@ -1,40 +1,11 @@
-"""The command line as its user meets it: arguments in; exit code, output and files out."""
+"""Short runs and brief plans of the command line."""
 
-from __future__ import annotations
-
-import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
-from crosscheck.cli.app import main
 from tests.brief import brief
-
-
-class Answer(NamedTuple):
-    """What a command left behind."""
-
-    code: int
-    out: str
-    err: str
-
-
-Command = Callable[..., Answer]
-
-
-@pytest.fixture
-def crosscheck(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
-    """``crosscheck(*arguments)``."""
-
-    def command(*arguments: object) -> Answer:
-        monkeypatch.setattr(sys, "argv", ["crosscheck", *map(str, arguments)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        return Answer(int(left.value.code or 0), *capsys.readouterr())
-
-    return command
+from tests.processes import Command
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """Bad input of every kind at random: command lines, and the files that they name."""
 
-from __future__ import annotations
-
 import random
 import re
 from collections.abc import Callable, Sequence
@@ -127,61 +125,7 @@ def mostly(right: Sequence[str], wrong: Sequence[str], generator: random.Random)
     return generator.choice(right if generator.random() < 0.85 else wrong)
 
 
-STUDY = """\
-schema_version = 1
-name = "drawn"
-arm = "arm.toml"
-scenario = "scenario.toml"
-spot_checks = 2
-
-[settings]
-"scenario.duration_s" = 0.01
-
-[samples]
-count = 4
-seed = 3
-
-[starts]
-count = 2
-
-[[axes]]
-path = "arm.payload_mass_kg"
-kind = "grid"
-start = 1.0
-stop = 9.0
-count = 3
-
-[[axes]]
-path = ["scenario.start.theta_dot_rad_per_s"]
-kind = "uniform"
-centre = 0.1
-relative_tolerance = 0.1
-
-[[axes]]
-path = "switches.phase"
-kind = "list"
-values = ["angle", "omega_t"]
-
-[[quantities]]
-kind = "peak"
-signal = "theta_ddot"
-window_s = [0.0, 0.005]
-
-[[quantities]]
-kind = "band_rms"
-signal = "F_sp"
-band_Hz = [10.0, 400.0]
-name = "band"
-
-[[quantities]]
-kind = "user_function"
-function = "mine.py:f"
-returns = { last = "rad" }
-
-[[quantities]]
-kind = "trajectories"
-signals = ["theta", "x_sp"]
-"""
+STUDY = Path(__file__).with_name("study.toml").read_text(encoding="utf-8")
 
 
 def study_draw(folder: Path, generator: random.Random) -> Draw:

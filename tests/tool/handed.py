@@ -1,7 +1,5 @@
 """A rigid model as a user would hand it over, in a file of its own."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 TWO_LINK = """

@@ -1,7 +1,5 @@
 """What a cross-check answers follows its findings, and turns with them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 

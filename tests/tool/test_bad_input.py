@@ -1,7 +1,5 @@
 """Bad input: one line that says where, what and what is allowed; exit code 2; nothing written."""
 
-from __future__ import annotations
-
 import os
 import tomllib
 from pathlib import Path
@@ -10,7 +8,8 @@ import pytest
 
 from crosscheck.models.files import HERE
 from crosscheck.planning.plan import OWN_NAMES
-from tests.tool.conftest import Answer
+from tests.obstacles import OBSTACLES
+from tests.processes import Answer
 
 BAD = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))
 SCENARIO = (HERE / "scenarios" / "constant-torque.toml").read_text(encoding="utf-8")
@@ -61,49 +60,63 @@ def test_bad_option_is_named_with_its_value(short, tmp_path, arm, case):
 
 
 THREE_TORQUES = SCENARIO.replace("torque_N_m = 100.0", "torque_N_m = [1.0, 2.0, 3.0]")
-COMMANDS = {
-    "run": ("run", "paper-labelled"),
-    "validate": ("validate", "paper-labelled"),
-    "baseline": ("baseline", "check", "paper-labelled"),
-}
+RUN, PAPER = ("run", "paper-labelled"), ("simulate", "paper-labelled", "--scenario", "pd")
+COMMANDS = (RUN, ("validate", "paper-labelled"), ("baseline", "check", "paper-labelled"))
+LINKS = (*PAPER, "--model", "analytic:links", "--out")
+LUMPED = ("validate", "planets-apart", "--quick", "--set", "switches.planets=lumped")
+SET = ("--set", "scenario.duration_s=0.1")
+# Arguments, and fragments of the line that refuses them.
+REFUSED: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
+    *(
+        ((*command, *more), said)
+        for command in COMMANDS
+        for more, said in (
+            (
+                ("--scenario", "three.toml"),
+                ("three.toml", "drive.torque_N_m", "needs 2 values, has 3"),
+            ),
+            (SET, (*SET, "needs --scenario")),
+            (("--scenario", "pd", "--scenario", "pd"), ("name", "pd", "no other experiment")),
+        )
+    ),
+    *(
+        (
+            (*RUN, "--scenario", f"{name}.toml", "--out", "report"),
+            ("name", name, "no other experiment"),
+        )
+        for name in OWN_NAMES
+    ),
+    ((*LINKS, "file/below/run.nc"), ("file/below", "cannot be written")),
+    ((*RUN, "--out", "file/below/run.nc"), ("file/below", "cannot be written")),
+    ((*LINKS, "there"), ("--out", "there", "folder")),
+    ((*PAPER, "--model", "adams:arm", "--out", "new/run.nc"), ("model = 'adams:arm'",)),
+    *(
+        (words, ("--help",))
+        for words in (
+            *(("fly",), ("run", "--jobs", "0"), ("run", "--seed", "-1")),
+            *(("simulate",), ("show",), ("run", "a", "b")),
+        )
+    ),
+    ((*LUMPED, "--json", "a.json"), ("planets-apart", "joints[0].sun_mesh.", "planets = free")),
+]
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_scenario_of_another_number_of_joints_is_refused(crosscheck, tmp_path, command):
-    file = tmp_path / "scenario.toml"
-    file.write_text(THREE_TORQUES)
-    answer = crosscheck(*COMMANDS[command], "--scenario", file)
-    assert_one_line(answer, str(file), "drive.torque_N_m", "needs 2 values, has 3")
-    assert list(tmp_path.iterdir()) == [file]
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_setting_of_a_scenario_needs_one(crosscheck, tmp_path, command, monkeypatch):
+@pytest.mark.parametrize(
+    ("arguments", "said"), REFUSED, ids=[" ".join(words) for words, _ in REFUSED]
+)
+def test_arguments_are_refused_in_one_line_and_nothing_is_written(
+    crosscheck, tmp_path, monkeypatch, arguments, said
+):
     monkeypatch.chdir(tmp_path)
-    answer = crosscheck(*COMMANDS[command], "--set", "scenario.duration_s=0.1")
-    assert_one_line(answer, "--set", "scenario.duration_s=0.1", "needs --scenario")
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_two_scenarios_of_one_name_are_refused(crosscheck, tmp_path, command, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    answer = crosscheck(*COMMANDS[command], "--scenario", "pd", "--scenario", "pd")
-    assert_one_line(answer, "name", "pd", "no other experiment")
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("name", OWN_NAMES)
-def test_names_of_the_plan_are_not_for_scenarios(crosscheck, tmp_path, name):
-    file = tmp_path / "scenario.toml"
-    file.write_text(SCENARIO.replace('name = "constant-torque"', f'name = "{name}"'))
-    answer = crosscheck("run", "paper-labelled", "--scenario", file, "--out", tmp_path / "report")
-    assert_one_line(answer, "name", name, "no other experiment")
-    assert list(tmp_path.iterdir()) == [file]
-
-
-def no_file(path: Path) -> None:
-    """Leave it missing."""
+    (tmp_path / "there").mkdir()
+    files = {"file": "mine", "three.toml": THREE_TORQUES}
+    for name in OWN_NAMES:
+        files[f"{name}.toml"] = SCENARIO.replace('name = "constant-torque"', f'name = "{name}"')
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    assert_one_line(crosscheck(*arguments), *said)
+    assert {path.name for path in tmp_path.rglob("*")} == {*files, "there"}
+    assert {name: (tmp_path / name).read_text() for name in files} == files
 
 
 def big_file(path: Path) -> None:
@@ -113,16 +126,16 @@ def big_file(path: Path) -> None:
 
 
 FILES = {
-    "missing": (no_file, "no such file"),
+    "missing": (lambda path: None, "no such file"),
     "empty": (lambda path: path.write_text(""), "empty"),
     "blank": (lambda path: path.write_text(" \n\n"), "empty"),
-    "folder": (lambda path: path.mkdir(), "cannot be read"),
+    "folder": (OBSTACLES["folder"], "cannot be read"),
     "binary": (lambda path: path.write_bytes(bytes(range(256))), "not UTF-8"),
     "zeros": (lambda path: path.write_bytes(bytes(64)), "not TOML"),
     "not TOML": (lambda path: path.write_text("{json: true}"), "not TOML"),
-    "link in a circle": (lambda path: path.symlink_to(path), "cannot be read"),
-    "broken link": (lambda path: path.symlink_to("nowhere"), "no such file"),
-    "pipe": (os.mkfifo, "not a regular file"),
+    "link in a circle": (OBSTACLES["loop"], "cannot be read"),
+    "broken link": (OBSTACLES["dangling"], "no such file"),
+    "pipe": (OBSTACLES["pipe"], "not a regular file"),
     "100 MB": (big_file, "more than 4 MB"),
 }
 
@@ -164,55 +177,6 @@ def test_forced_run_that_diverges_says_when_and_writes_nothing(short, tmp_path, 
 
 def test_forced_run_within_stability_goes_on(short):
     assert short("--force").code == 0
-
-
-@pytest.mark.parametrize("command", ["simulate", "run"])
-def test_folder_below_a_file_cannot_be_written(crosscheck, tmp_path, command):
-    file = tmp_path / "file"
-    file.write_text("mine")
-    arguments = ("--model", "analytic:links", "--scenario", "pd") if command == "simulate" else ()
-    out = file / "below" / "run.nc"
-    answer = crosscheck(command, "paper-labelled", *arguments, "--out", out)
-    assert_one_line(answer, str(file / "below"), "cannot be written")
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]
-    assert file.read_text() == "mine"
-
-
-def test_folder_is_no_file_to_write(crosscheck, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path.parent)
-    arguments = ("--model", "analytic:links", "--scenario", "pd", "--out", tmp_path.name)
-    answer = crosscheck("simulate", "paper-labelled", *arguments)
-    assert_one_line(answer, "--out", tmp_path.name, "folder")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_bad_input_makes_no_folder(crosscheck, tmp_path):
-    out = tmp_path / "new" / "run.nc"
-    arguments = ("--model", "adams:arm", "--scenario", "pd", "--out", out)
-    assert crosscheck("simulate", "paper-labelled", *arguments).code == 2
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("fly",),
-        ("run", "--jobs", "0"),
-        ("run", "--seed", "-1"),
-        ("simulate",),
-        ("show",),
-        ("run", "a", "b"),
-    ],
-)
-def test_wrong_usage_is_one_line(crosscheck, arguments):
-    assert_one_line(crosscheck(*arguments), "--help")
-
-
-def test_a_cross_check_refuses_lumped_planets_that_differ(crosscheck, tmp_path):
-    more = ("--quick", "--set", "switches.planets=lumped", "--json", tmp_path / "a.json")
-    answer = crosscheck("validate", "planets-apart", *more)
-    assert_one_line(answer, "planets-apart", "joints[0].sun_mesh.", "planets = free")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_papers_own_arm_may_have_free_planets(short):

@@ -1,7 +1,5 @@
 """What an engine that is missing, raises or takes its process down does to a cross-check."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

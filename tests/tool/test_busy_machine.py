@@ -1,7 +1,5 @@
 """What a cross-check finds does not hang on how busy the machine is, nor on what was lost."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

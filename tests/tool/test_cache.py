@@ -1,7 +1,5 @@
 """What is kept between runs: made again where it is damaged, and cleared by one command."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
@@ -11,7 +9,6 @@ from crosscheck.models import jitted
 from crosscheck.models.jitted import njit
 from crosscheck.models.places import own_folder
 from crosscheck.runner import cache
-from tests.tool.conftest import Command
 
 SOURCE = """
 from crosscheck.models.jitted import njit
@@ -76,9 +73,7 @@ def test_a_function_alone_may_be_handed_over():
     assert njit(lambda x: x + 1.0)(2.0) == 3.0
 
 
-def test_all_that_is_kept_is_cleared_and_its_sizes_told(
-    crosscheck: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_all_that_is_kept_is_cleared_and_its_sizes_told(crosscheck, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(cache, "ROOT", tmp_path / "program")
     own_folder.cache_clear()

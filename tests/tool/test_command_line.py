@@ -1,10 +1,5 @@
 """What every command has in common: help, version, speed of start, exit codes."""
 
-from __future__ import annotations
-
-import subprocess
-import sys
-
 import pytest
 
 from crosscheck import __version__
@@ -13,7 +8,7 @@ from crosscheck.cost.engines import engines
 from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
 from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios
 from crosscheck.registry import MODELS
-from tests.processes import ENGINES, HEAVY, modules_loaded_by
+from tests.processes import ENGINES, HEAVY, command_line, modules_loaded_by
 
 
 @pytest.mark.parametrize(
@@ -39,9 +34,8 @@ def test_a_list_reads_titles_without_the_schema():
 
 
 def test_package_runs_as_a_module():
-    command = [sys.executable, "-m", "crosscheck", "--version"]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
-    assert answer.stdout == f"crosscheck {__version__}\n"
+    answer = command_line("--version")
+    assert (answer.returncode, answer.stdout) == (0, f"crosscheck {__version__}\n")
 
 
 def test_version_is_printed(crosscheck):

@@ -1,7 +1,5 @@
 """What numba keeps on disk is thrown away when any source file changes."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What the drawings of the meshes show is the arm's geometry, by the signs of Eqs. 2 and 3."""
 
-from __future__ import annotations
-
 import math
 from xml.etree import ElementTree
 

@@ -4,8 +4,6 @@ Each number alone at the least and the greatest that its range has, and arms of 
 whose every number is drawn.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Iterator
@@ -100,17 +98,14 @@ def plan(data: dict[str, Any]) -> bool:
     try:
         sizes = sizes_of(arm)
         outline = outlined(wanted, sizes)
-        limit = _limit(arm, outline[0].case.scenario)
+        model = build(lead(), arm, outline[0].case.scenario, usual_switches(arm))
+        limit = model.largest_stable_step()
         chosen = Prepared([resolved(each, limit) for each in outline], limit, ())
         assert all(Scenario.model_validate(e.case.scenario.model_dump()) for e in outline)
         planned(wanted, chosen)
     except InputError:
         return False
     return True
-
-
-def _limit(arm: Arm, scenario: Scenario) -> float:
-    return build(lead(), arm, scenario, usual_switches(arm)).largest_stable_step()
 
 
 @pytest.mark.parametrize(("path", "value"), [*ends()], ids=lambda of: str(of))

@@ -1,7 +1,5 @@
 """A model as one file of C: compiled, it says what the model says."""
 
-from __future__ import annotations
-
 import ctypes
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """No input breaks the program: it is accepted, or refused in one line with nothing written."""
 
-from __future__ import annotations
-
 import random
 import sys
 from contextlib import nullcontext

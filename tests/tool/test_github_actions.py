@@ -1,11 +1,10 @@
 """docs/ci/github-actions.yml: its commands do, with the wheel alone, what the workflow says."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
 import sysconfig
+from importlib.util import find_spec
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -49,7 +48,8 @@ def project(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("project")
     wheel = ["-m", "hatchling", "build", "-t", "wheel", "-d", str(folder / "wheels")]
     subprocess.run([sys.executable, *wheel], cwd=ROOT, check=True, capture_output=True)
-    subprocess.run([sys.executable, "-m", "venv", str(folder / "venv")], check=True)
+    pip = ["--without-pip"] if find_spec("pip") else []  # the one that is there does
+    subprocess.run([sys.executable, "-m", "venv", *pip, str(folder / "venv")], check=True)
     (site,) = (folder / "venv").glob("lib/python3*/site-packages")
     elsewhere = sysconfig.get_path("purelib")  # with the .pth files that are there
     (site / "dependencies.pth").write_text(f"import site; site.addsitedir({elsewhere!r})\n")

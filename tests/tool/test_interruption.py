@@ -1,7 +1,5 @@
 """Ctrl-C and termination: one line, 130 or 143 within two seconds, nothing left."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal
@@ -15,6 +13,7 @@ import pytest
 
 from crosscheck.provenance import ROOT
 from tests.draws import DRAWS, SAMPLE, fresh_seed
+from tests.processes import command_line
 
 COMMANDS = {
     "validate": ["validate", "--quick", "--jobs", "2", "--json", "out/a.json"],
@@ -75,7 +74,7 @@ def test_a_signal_at_any_moment_ends_the_program_in_one_line(command, whom, firs
 
     One time takes a few seconds: there is one of them for a whole sample of other campaigns.
     """
-    draw = random.Random(fresh_seed())
+    draw = random.Random(f"{fresh_seed()} {command} {whom}")
     for time_ in range(max(1, DRAWS // SAMPLE)):
         folder = tmp_path / str(time_)
         folder.mkdir()
@@ -126,12 +125,5 @@ time.sleep(20)
 
 def test_an_interrupt_that_python_can_only_report_ends_the_program_in_one_line():
     # Imports have such callbacks: where KeyboardInterrupt is raised in one, Python goes on.
-    ended = subprocess.run(
-        [sys.executable, "-c", SWALLOWED],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        text=True,
-        capture_output=True,
-        timeout=20,
-        check=False,
-    )
+    ended = command_line(python=("-c", SWALLOWED), env={"PYTHONPATH": str(ROOT)}, timeout=20)
     assert (ended.returncode, ended.stderr) == (143, "crosscheck: terminated\n")

@@ -1,7 +1,5 @@
 """Outputs replace results of their own kind and nothing else, least of all what is read."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -21,7 +19,6 @@ from crosscheck.models.files import HERE
 from crosscheck.output import write_files
 from crosscheck.provenance import ROOT, provenance
 from crosscheck.report.junit import junit_xml
-from tests.tool.conftest import Command
 from tests.tool.test_bad_input import assert_one_line
 
 MODEL = """\
@@ -76,7 +73,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("name", INPUTS)
 @pytest.mark.parametrize("writer", WRITERS)
-def test_no_input_is_written_onto(crosscheck: Command, inputs: Path, writer: str, name: str):
+def test_no_input_is_written_onto(crosscheck, inputs, writer, name):
     (inputs / "linked").symlink_to(name)
     os.link(name, "hard")
     before = contents(inputs)
@@ -86,7 +83,7 @@ def test_no_input_is_written_onto(crosscheck: Command, inputs: Path, writer: str
 
 
 @pytest.mark.parametrize("writer", WRITERS)
-def test_no_file_of_another_kind_is_replaced(crosscheck: Command, inputs: Path, writer: str):
+def test_no_file_of_another_kind_is_replaced(crosscheck, inputs, writer):
     (inputs / "letter").write_text('{\n "schema_version": 1,\n "dear": "reader"\n}\n')
     before = contents(inputs)
     assert_one_line(crosscheck(*WRITERS[writer], "letter"), "letter", "exists")

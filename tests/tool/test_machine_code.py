@@ -1,7 +1,5 @@
 """Machine code is kept in the user's cache folder, named after all that it depends on."""
 
-from __future__ import annotations
-
 import errno
 import os
 import subprocess
@@ -23,6 +21,7 @@ from crosscheck.analytic.model import PhysicalModel
 from crosscheck.models.loading import load_case
 from crosscheck.models.places import own_folder, temporary_folder
 from tests.interpreted import addresses
+from tests.obstacles import OBSTACLES
 from tests.processes import command_line
 
 SHORT = ("simulate", "paper-labelled", "--model", "analytic:links", "--scenario", "pd")
@@ -105,12 +104,7 @@ def test_what_is_no_file_is_no_object(folder, what, capsys):
     add()
     (path,) = folder.iterdir()
     path.unlink()
-    if what == "pipe":
-        os.mkfifo(path)
-    elif what == "folder":
-        path.mkdir()
-    else:
-        path.symlink_to(path.name)
+    OBSTACLES[what](path)
     assert add() == 5.0
     assert capsys.readouterr().err.count("\n") == 1
 

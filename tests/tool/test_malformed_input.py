@@ -1,10 +1,5 @@
 """Input that is broken in its structure, however cleverly: one printable line, quickly."""
 
-from __future__ import annotations
-
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -161,14 +156,3 @@ def test_refused_arm_shows_nothing_of_itself(crosscheck, monkeypatch):
 
     monkeypatch.setattr("crosscheck.cli.show.PhysicalModel", broken)
     assert_one_line(crosscheck("show", "probe"), "probe: show cannot use its numbers", "too large")
-
-
-def test_list_waits_for_no_engine_and_no_number_cruncher():
-    heavy = ("xarray", "scipy", "numba", "sympy", "matplotlib", "exudyn", "pinocchio")
-    code = (
-        "import sys; from crosscheck.cli.app import app; app(['list'], standalone_mode=False);"
-        f"print([name for name in {heavy} if name in sys.modules])"
-    )
-    root = Path(__file__).parents[2]
-    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True)
-    assert done.stdout.splitlines()[-1] == "[]", done.stderr

@@ -1,15 +1,12 @@
 """docs/notebooks: every cell runs, and says today what is stored."""
 
-from __future__ import annotations
-
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.processes import command_line
 
 ROOT = Path(__file__).parents[2]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
@@ -27,14 +24,9 @@ def said(notebook: dict) -> list[list[str]]:
 def test_notebook_is_as_executed(file, tmp_path):
     stored = json.loads(file.read_text(encoding="utf-8"))
     assert (stored["nbformat"], stored["nbformat_minor"]) == (4, 5)
-    answer = subprocess.run(
-        [sys.executable, str(ROOT / "tools" / "run_notebook.py"), str(file)],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    env = {"PYTHONPATH": str(ROOT), "COLUMNS": "100"}
+    script = (str(ROOT / "tools" / "run_notebook.py"),)
+    answer = command_line(file, python=script, cwd=tmp_path, env=env, timeout=None)
     assert answer.returncode == 0, answer.stderr
     now = json.loads(answer.stdout)
     assert said(now) == said(stored)

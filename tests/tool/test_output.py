@@ -1,7 +1,5 @@
 """What is written is there whole or not at all; what cannot be written is told beforehand."""
 
-from __future__ import annotations
-
 import errno
 import os
 import resource
@@ -23,7 +21,6 @@ from crosscheck.models.trajectory import netcdf, read_netcdf
 from crosscheck.output import draft, require_file, write_files, write_text
 from crosscheck.runner.interruption import leftovers
 from tests.processes import command_line, in_child, reachable
-from tests.tool.conftest import Command
 from tests.tool.test_bad_input import assert_one_line
 
 LARGEST = 20_000  # bytes that a file may have on the "full disk"
@@ -120,9 +117,7 @@ def test_a_write_protected_file_is_refused(tmp_path):
     ids=lambda command: command[0],
 )
 @pytest.mark.parametrize("name", ["folder", "loop", "device", "file/below"])
-def test_it_is_refused_before_the_work(
-    crosscheck: Command, tmp_path, monkeypatch, command: tuple[str, ...], name: str
-):
+def test_it_is_refused_before_the_work(crosscheck, tmp_path, monkeypatch, command, name):
     words = obstacles(tmp_path)[name]
     for module, work in (
         (simulation, "perform_all"),

@@ -1,8 +1,7 @@
 """Experiments of an arm's own: sized to it, or chosen, and named when their loop is unstable."""
 
-from __future__ import annotations
-
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,43 +14,12 @@ from crosscheck.planning.sizing import growth_of, pd_scenario, sizes_of, step_sc
 from crosscheck.registry import build, lead
 from crosscheck.runner.workers import Workers
 
-# One link on a motor: all models, in the least time.
-DIRECT = """
-schema_version = 2
-name = "one-motor"
-payload_mass_kg = 1.0
-gravity_m_per_s2 = [0.0, -9.81]
-
-[[joints]]
-kind = "direct"
-motor_mass_kg = 2.0
-rotor_inertia_kg_m2 = 0.01
-
-[[links]]
-length_m = 0.5
-com_m = 0.2
-mass_kg = 3.0
-inertia_kg_m2 = 0.08
-"""
-SWING = """
-schema_version = 1
-name = "swing"
-duration_s = 0.02
-step_s = 1e-4
-
-[drive]
-kind = "constant"
-torque_N_m = 0.0
-"""
-
 
 @pytest.fixture
-def files(tmp_path, brief_plan):
-    """Names of an arm's and a scenario's file."""
-    arm, scenario = tmp_path / "arm.toml", tmp_path / "swing.toml"
-    arm.write_text(DIRECT)
-    scenario.write_text(SWING)
-    return str(arm), str(scenario)
+def files(brief_plan) -> tuple[str, str]:
+    """Names of files: of an arm, one link on a motor, all models in the least time; a scenario."""
+    folder = Path(__file__).parent
+    return str(folder / "one-motor.toml"), str(folder / "swing.toml")
 
 
 @pytest.mark.parametrize("joints", [1, 4, 7])

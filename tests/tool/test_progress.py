@@ -1,7 +1,5 @@
 """What a command says while it works, and how long it thinks that it still takes."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

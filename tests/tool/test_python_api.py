@@ -1,7 +1,5 @@
 """The Python API: the same as the command line, for notebooks."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

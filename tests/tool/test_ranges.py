@@ -1,7 +1,5 @@
 """Every number of an arm or a scenario has a range that the schema states and the errors repeat."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

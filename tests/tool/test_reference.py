@@ -1,7 +1,5 @@
 """What the docs say of every kind of file is what the schema says, and their examples load."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -49,7 +47,7 @@ def test_stale_tables_are_renewed(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("name", "block"), BLOCKS)
-def test_every_example_is_a_whole_file(tmp_path: Path, name, block):
+def test_every_example_is_a_whole_file(tmp_path, name, block):
     file = tmp_path / "example.toml"
     file.write_text(block, encoding="utf-8")
     assert LOAD[name](str(file)).name
@@ -75,7 +73,7 @@ PAGES = [*DOCS.parent.rglob("*.md"), *DOCS.parents[1].glob("*.md")]
 
 
 @pytest.mark.parametrize("path", sorted(PAGES), ids=lambda path: path.name)
-def test_links_lead_somewhere(path: Path):
+def test_links_lead_somewhere(path):
     for target in re.findall(r"\]\(([^)]+)\)", path.read_text(encoding="utf-8")):
         where, _, anchor = target.partition("#")
         if where.startswith("https://"):

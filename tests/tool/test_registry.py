@@ -1,7 +1,5 @@
 """Models that are not the program's own: of installed packages, and registered for a while."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from crosscheck import registry
 from crosscheck.analytic.model import RigidLinks
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
@@ -16,20 +15,6 @@ from crosscheck.models.loading import Case, load_arm, load_case
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.run_suite import experiment_comparisons
 from crosscheck.planning.state_suite import state_comparisons
-from crosscheck.registry import (
-    BUILT_IN,
-    ENTRY_POINTS,
-    MODELS,
-    STATES,
-    build,
-    covering,
-    is_guest,
-    names,
-    packages,
-    register,
-    same_integrator,
-    second,
-)
 from crosscheck.runner.tasks import Evaluation
 from crosscheck.runner.workers import perform_all
 from tests.processes import command_line
@@ -48,7 +33,7 @@ def offered(folder: Path, text: str, value: str = "guest_model:ENTRY", name: str
     info = folder / "guest_engine-1.5.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: guest-engine\nVersion: 1.5\n")
-    (info / "entry_points.txt").write_text(f"[{ENTRY_POINTS}]\n{name} = {value}\n")
+    (info / "entry_points.txt").write_text(f"[{registry.ENTRY_POINTS}]\n{name} = {value}\n")
     return os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
 
 
@@ -102,38 +87,38 @@ class Twice(RigidLinks):
         return 2 * super().mass_matrix(q)
 
 
-TWICE = replace(MODELS["analytic:links"], made=Twice, packages=("pytest",))
+TWICE = replace(registry.MODELS["analytic:links"], made=Twice, packages=("pytest",))
 
 
 def test_a_model_made_in_memory_takes_part_for_a_while():
     case = Case(ARM, load_case("probe", "pd", {}, []).scenario, usual_switches(ARM))
     task = Evaluation("mine:twice", case, "mass_matrix", 2)
     whole = Evaluation("analytic:links", case, "mass_matrix", 2)
-    with register("mine:twice", TWICE):
-        assert isinstance(build("mine:twice", ARM, case.scenario), Twice)
-        assert is_guest("mine:twice")
-        assert "pytest" in packages()
+    with registry.register("mine:twice", TWICE):
+        assert isinstance(registry.build("mine:twice", ARM, case.scenario), Twice)
+        assert registry.is_guest("mine:twice")
+        assert "pytest" in registry.packages()
         found = perform_all([task, whole], 2, lambda key: None)
         np.testing.assert_array_equal(found[task], 2 * found[whole])
-    assert "mine:twice" not in MODELS
-    assert not is_guest("mine:twice")
+    assert "mine:twice" not in registry.MODELS
+    assert not registry.is_guest("mine:twice")
 
 
 def test_one_name_may_stand_for_one_model_after_another():
     case = Case(ARM, load_case("probe", "pd", {}, []).scenario, usual_switches(ARM))
     task = Evaluation("mine", case, "mass_matrix", 1)
-    with register("mine", TWICE):
+    with registry.register("mine", TWICE):
         first = task.perform()
-    with register("mine", replace(TWICE, made=RigidLinks)):
+    with registry.register("mine", replace(TWICE, made=RigidLinks)):
         np.testing.assert_array_equal(first, 2 * task.perform())
 
 
 @pytest.mark.parametrize("name", ["exudyn:tree", "mine"])
 def test_a_name_stands_for_one_model_at_a_time(name):
-    with register("mine", TWICE):
-        with pytest.raises(InputError, match="exists already"), register(name, TWICE):
+    with registry.register("mine", TWICE):
+        with pytest.raises(InputError, match="exists already"), registry.register(name, TWICE):
             pass
-        assert MODELS["mine"] is TWICE
+        assert registry.MODELS["mine"] is TWICE
 
 
 def compared(found: list, model: str) -> set[str]:
@@ -147,8 +132,8 @@ def experiment() -> Experiment:
 
 
 def test_a_geared_guest_that_promises_states_alone():
-    with register("mine", replace(MODELS["pinocchio:gears"])):
-        assert names("geared")[-1] == "mine"
+    with registry.register("mine", replace(registry.MODELS["pinocchio:gears"])):
+        assert registry.names("geared")[-1] == "mine"
         assert compared(state_comparisons(ARM, True, 0), "mine") >= {"states", "modes"}
         assert compared(experiment_comparisons(experiment()), "mine") == set()
 
@@ -156,18 +141,20 @@ def test_a_geared_guest_that_promises_states_alone():
 @pytest.mark.parametrize(("order", "family"), [(4, "same-step"), (2, "refined"), (None, "refined")])
 def test_a_geared_guest_that_simulates_is_compared_by_its_integrator(order, family):
     before = {c.about.key.id for c in experiment_comparisons(experiment())}
-    with register("mine", replace(MODELS["exudyn:tree"], order=order)):
+    with registry.register("mine", replace(registry.MODELS["exudyn:tree"], order=order)):
         found = experiment_comparisons(experiment())
-        assert second() == "exudyn:tree"
-        assert same_integrator()[0] == "analytic:physical"
+        assert registry.second() == "exudyn:tree"
+        assert registry.same_integrator()[0] == "analytic:physical"
         assert compared(found, "mine") - {"at-2-s"} == {family}
     assert before < {c.about.key.id for c in found}
 
 
-@pytest.mark.parametrize("promises", [STATES, BUILT_IN["analytic:links"].promises])
+@pytest.mark.parametrize(
+    "promises", [registry.STATES, registry.BUILT_IN["analytic:links"].promises]
+)
 def test_a_rigid_guest_is_compared_with_its_level(promises):
     before = {c.about.key.id for c in experiment_comparisons(experiment())}
-    with register("mine", replace(TWICE, promises=promises)):
+    with registry.register("mine", replace(TWICE, promises=promises)):
         found = experiment_comparisons(experiment())
         assert compared(state_comparisons(ARM, True, 0), "mine") == {"states"}
         runs = "simulate" in promises
@@ -177,12 +164,12 @@ def test_a_rigid_guest_is_compared_with_its_level(promises):
 
 def test_a_guest_is_asked_about_what_it_covers_alone():
     lumped = replace(
-        MODELS["pinocchio:gears"], covers=lambda arm, chosen: chosen.planets == "lumped"
+        registry.MODELS["pinocchio:gears"], covers=lambda arm, chosen: chosen.planets == "lumped"
     )
-    with register("mine", lumped):
+    with registry.register("mine", lumped):
         free = usual_switches(ARM, planets="free")
-        assert "mine" in covering("geared", ARM, usual_switches(ARM))
-        assert "mine" not in covering("geared", ARM, free)
+        assert "mine" in registry.covering("geared", ARM, usual_switches(ARM))
+        assert "mine" not in registry.covering("geared", ARM, free)
         tasks = [task for c in state_comparisons(ARM, True, 0) for task in c.needs]
         asked = {task.case.switches.planets for task in tasks if task.model == "mine"}
         assert asked == {"lumped"}

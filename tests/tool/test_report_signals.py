@@ -1,7 +1,5 @@
 """The page's plots and scheme: they hold the run's and the file's own numbers, no peak is lost."""
 
-from __future__ import annotations
-
 import base64
 import re
 

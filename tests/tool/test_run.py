@@ -1,7 +1,5 @@
 """`crosscheck run`: the Agreement, its schema, the page, and what a broken engine does to them."""
 
-from __future__ import annotations
-
 import html
 import io
 import json
@@ -22,6 +20,7 @@ from tests.arms import PAPER
 from tests.audit.markup import SVG, axis_problems, page_problems
 from tests.brief import brief
 
+pytestmark = pytest.mark.slow
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
 
 
@@ -49,7 +48,6 @@ def quick_report(tmp_path_factory: pytest.TempPathFactory) -> Report:
     return Report(code, out.getvalue(), agreement, (folder / "index.html").read_text())
 
 
-@pytest.mark.slow
 def test_every_check_of_the_papers_arm_agrees(quick_report):
     red = [
         f["id"]
@@ -62,19 +60,16 @@ def test_every_check_of_the_papers_arm_agrees(quick_report):
     assert f"{count} of {count} checks agree" in quick_report.out
 
 
-@pytest.mark.slow
 def test_agreement_follows_its_schema(quick_report):
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
     jsonschema.validate(quick_report.agreement, SCHEMA, jsonschema.Draft202012Validator)
 
 
-@pytest.mark.slow
 def test_the_page_is_well_formed_and_its_axes_have_units(quick_report):
     assert page_problems(quick_report.page) == []
     assert [axis for svg in SVG.findall(quick_report.page) for axis in axis_problems(svg)] == []
 
 
-@pytest.mark.slow
 def test_the_answers_do_not_contradict_the_tables_below(quick_report):
     """Sizes and counts of the first screen, found again where the page has them in other words."""
     answers, _, below = quick_report.page.partition('<h2 id="equations">')
@@ -96,7 +91,6 @@ def test_the_answers_do_not_contradict_the_tables_below(quick_report):
     assert (two + one, checks + measured) == (checks, listed)
 
 
-@pytest.mark.slow
 def test_identifiers_are_unique_and_every_tolerance_has_a_basis(quick_report):
     findings = quick_report.agreement["findings"]
     assert len({finding["id"] for finding in findings}) == len(findings)
@@ -104,7 +98,6 @@ def test_identifiers_are_unique_and_every_tolerance_has_a_basis(quick_report):
     assert bare == []
 
 
-@pytest.mark.slow
 def test_all_models_take_part(quick_report):
     findings = quick_report.agreement["findings"]
     named = {side for f in findings if f["kind"] == "check" for side in (f["left"], f["right"])}
@@ -116,7 +109,6 @@ def test_all_models_take_part(quick_report):
     assert named >= {*registry.names("geared"), *rigid}
 
 
-@pytest.mark.slow
 def test_provenance_holds_the_arm_and_no_path_of_this_machine(quick_report):
     provenance = quick_report.agreement["provenance"]
     assert Arm.model_validate(provenance["arm"]) == PAPER
@@ -126,7 +118,6 @@ def test_provenance_holds_the_arm_and_no_path_of_this_machine(quick_report):
     assert str(HERE) not in quick_report.page
 
 
-@pytest.mark.slow
 def test_page_json_and_terminal_give_the_same_answers(quick_report):
     found = quick_report.agreement["answers"]
     text = html.unescape(re.sub(r"<[^>]*>", "", quick_report.page))
@@ -139,7 +130,6 @@ def test_page_json_and_terminal_give_the_same_answers(quick_report):
             assert by_id[each["id"]]["measured"] == each["measured"]
 
 
-@pytest.mark.slow
 def test_the_papers_equations_are_measured_and_not_said_to_agree(quick_report):
     row = re.search(r"^ *\S+ +analytic:printed +(\w+)", quick_report.out, flags=re.M)
     row = row or re.search(r"^ *analytic:printed +\S+ +(\w+)", quick_report.out, flags=re.M)
@@ -147,7 +137,6 @@ def test_the_papers_equations_are_measured_and_not_said_to_agree(quick_report):
     assert row[1] == "measured"
 
 
-@pytest.mark.slow
 def test_page_needs_nothing_from_elsewhere(quick_report):
     page = quick_report.page
     assert "<svg" in page
@@ -160,7 +149,6 @@ def test_page_needs_nothing_from_elsewhere(quick_report):
     assert "@import" not in page
 
 
-@pytest.mark.slow
 def test_the_papers_figures_and_claims_are_another_commands(quick_report):
     assert quick_report.page.count("<code>crosscheck paper</code>") == 1
     assert "<summary id=" not in quick_report.page  # as each chapter of the paper's page has

@@ -1,7 +1,5 @@
 """`crosscheck simulate` and the file that it writes."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The docs site's generated pages name all that the program has."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Cross-checks of small arms: of one joint, of random numbers, on any number of processes."""
 
-from __future__ import annotations
-
 import pytest
 
 import crosscheck as package

@@ -1,7 +1,5 @@
 """The program where there is no home, no room, no folder to work in, no such letter, no reader."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -54,10 +52,7 @@ def test_every_locale_has_every_letter(locale):
     )
     answer = command_line(python=("-c", script), env=LOCALES[locale], text=False)
     assert (answer.returncode, answer.stderr) == (0, b"")
-    shown = {
-        "latin-1": b"\xc4\\u2192\\u0416\n",
-        "ASCII": b"\\xc4\\u2192\\u0416\n",
-    }
+    shown = {"latin-1": b"\xc4\\u2192\\u0416\n", "ASCII": b"\\xc4\\u2192\\u0416\n"}
     assert answer.stdout == shown.get(locale, "Ä\u2192Ж\n".encode())
 
 

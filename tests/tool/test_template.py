@@ -1,7 +1,5 @@
 """`crosscheck init` writes an arm that loads, explains itself and replaces nothing."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from itertools import pairwise
@@ -12,12 +10,10 @@ import pytest
 
 from crosscheck.cli.template import template
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
-from crosscheck.models.arm.quantities import Data
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
 from crosscheck.schema import described, records_below
 from tests.processes import HEAVY, modules_loaded_by
-from tests.tool.conftest import Command
 from tests.tool.test_bad_input import assert_one_line
 
 # Fields in whose place the template has another.
@@ -79,7 +75,7 @@ def test_examples_that_are_commented_out_load(tmp_path):
 
 
 @pytest.mark.parametrize("record", [r for r in records_below(Arm) if "Stiff" not in r.__name__])
-def test_every_field_is_explained(record: type[Data]):
+def test_every_field_is_explained(record):
     text = template("mine", 1)
     for field in described(record):
         if field.lists or field.records or field.name in OTHER_FORMS:
@@ -91,7 +87,7 @@ def test_every_field_is_explained(record: type[Data]):
     assert record is not Link or text.count("length_m = ") == 2
 
 
-def test_init_writes_and_says_what_is_next(crosscheck: Command, tmp_path):
+def test_init_writes_and_says_what_is_next(crosscheck, tmp_path):
     file = tmp_path / "my arm.toml"
     answer = crosscheck("init", file, "--joints", 3)
     assert (answer.code, answer.err) == (0, "")
@@ -101,21 +97,21 @@ def test_init_writes_and_says_what_is_next(crosscheck: Command, tmp_path):
     assert (arm.name, len(arm.joints)) == ("my arm", 3)
 
 
-def test_name_that_is_no_text_is_left_to_the_user(crosscheck: Command, tmp_path):
+def test_name_that_is_no_text_is_left_to_the_user(crosscheck, tmp_path):
     for name in ('a"b\\c', "ä", "x\n", "x" * 90):
         file = tmp_path / f"{name}.toml"
         assert crosscheck("init", file).code == 0
         assert load_arm(str(file)).name == (name if name in ('a"b\\c', "ä") else "my-arm")
 
 
-def test_init_replaces_nothing(crosscheck: Command, tmp_path):
+def test_init_replaces_nothing(crosscheck, tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text("mine")
     assert_one_line(crosscheck("init", file), "mine.toml: exists already")
     assert file.read_text() == "mine"
 
 
-def test_init_refuses_what_is_no_file(crosscheck: Command, tmp_path):
+def test_init_refuses_what_is_no_file(crosscheck, tmp_path):
     (tmp_path / "file").touch()
     assert_one_line(crosscheck("init", tmp_path), "is a folder; a file name is expected")
     assert_one_line(crosscheck("init", tmp_path / "file" / "below"), "a folder is expected")
@@ -124,7 +120,7 @@ def test_init_refuses_what_is_no_file(crosscheck: Command, tmp_path):
 @pytest.mark.parametrize(
     ("joints", "words"), [("0", "equal to 1"), ("8", "equal to 7"), ("two", "integer")]
 )
-def test_number_of_joints_has_a_range(crosscheck: Command, tmp_path, joints, words):
+def test_number_of_joints_has_a_range(crosscheck, tmp_path, joints, words):
     file = tmp_path / "mine.toml"
     assert_one_line(crosscheck("init", file, "--joints", joints), "--joints", words)
     assert not file.exists()

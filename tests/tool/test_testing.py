@@ -1,9 +1,5 @@
 """`assert_agrees`: a trial as a plain assertion; what it raises is what the command prints."""
 
-from __future__ import annotations
-
-import subprocess
-import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -13,6 +9,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.testing import Equations, assert_agrees
 from crosscheck.trial.input.loading import handed_over
+from tests.processes import command_line
 from tests.tool.handed import model_file
 
 
@@ -82,4 +79,4 @@ def test_part_put_in_the_place_of_another_is_what_is_judged(equations, labelled)
 
 def test_import_is_light():
     code = "import crosscheck.testing, sys; sys.exit('numpy' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+    assert command_line(python=("-c", code)).returncode == 0

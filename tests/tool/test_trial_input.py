@@ -1,7 +1,5 @@
 """What a user's equations may do wrong: one clear line and exit code 2, or a failed check."""
 
-from __future__ import annotations
-
 import json
 import os
 import tomllib

@@ -1,7 +1,5 @@
 """What a trial writes: JSON by its schema, JUnit and a page with the same entries."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from xml.etree import ElementTree

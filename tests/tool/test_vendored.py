@@ -1,10 +1,7 @@
 """Scripts of others are the files that their package has: as stated beside them."""
 
-from __future__ import annotations
-
 import hashlib
 import re
-from pathlib import Path
 
 import pytest
 
@@ -17,7 +14,7 @@ SCRIPTS = [
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.name)
-def test_a_script_is_unchanged_and_has_its_licence(path: Path):
+def test_a_script_is_unchanged_and_has_its_licence(path):
     stated = (path.parent / "README.md").read_text(encoding="utf-8")
     assert hashlib.sha256(path.read_bytes()).hexdigest() in stated
     (licence,) = re.findall(rf"{re.escape(path.name)}.*?([\w.]+\.LICENSE)", stated, flags=re.S)[:1]

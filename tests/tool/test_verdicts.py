@@ -1,7 +1,5 @@
 """No verdict, no exit code 0: whatever code that a command runs does to its process."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import time

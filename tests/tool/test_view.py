@@ -1,7 +1,5 @@
 """`crosscheck view`: gears that mesh and roll, a page of the run's own numbers, bad input."""
 
-from __future__ import annotations
-
 import base64
 import json
 import re
@@ -24,7 +22,6 @@ from crosscheck.view.gears import BESIDE, assembly, close_up, gear_angles, outli
 from crosscheck.view.mesh_geometry import SIDES, Wheel, mesh_geometry
 from crosscheck.view.trajectory_file import Run
 from tests.arms import PAPER, arm_of
-from tests.tool.conftest import Command
 from tests.tool.test_bad_input import assert_one_line
 
 JOINTS = [
@@ -137,7 +134,7 @@ def scene_of(page: str) -> dict[str, Any]:
     return scene
 
 
-def test_the_page_holds_the_runs_numbers(tmp_path: Path, crosscheck: Command):
+def test_the_page_holds_the_runs_numbers(tmp_path, crosscheck):
     file = tmp_path / "run.nc"
     run = a_run(**of_meshes(3e-5))
     write_files({file: netcdf(run)})
@@ -192,14 +189,14 @@ SAID = {
 
 
 @pytest.mark.parametrize("kind", SAID)
-def test_another_file_is_refused_in_one_line(tmp_path: Path, crosscheck: Command, kind):
+def test_another_file_is_refused_in_one_line(tmp_path, crosscheck, kind):
     file = tmp_path / "run.nc"
     damaged(file, kind)
     assert_one_line(crosscheck("view", file), str(file), SAID[kind])
     assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
 
 
-def test_a_page_that_cannot_be_written_is_told(tmp_path: Path, crosscheck: Command):
+def test_a_page_that_cannot_be_written_is_told(tmp_path, crosscheck):
     file, mine = tmp_path / "run.nc", tmp_path / "run.html"
     write_files({file: netcdf(a_run())})
     mine.write_text("mine", encoding="utf-8")

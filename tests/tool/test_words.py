@@ -1,7 +1,5 @@
 """Docs, pages and help use the field's words: none that only this project would understand."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
@@ -69,7 +67,7 @@ def read(path: Path) -> str:
 
 
 @pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
-def test_a_page_has_no_private_words(path: Path):
+def test_a_page_has_no_private_words(path):
     assert unclear(read(path)) == []
 
 

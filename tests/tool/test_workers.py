@@ -1,7 +1,5 @@
 """Tasks in other processes: whatever one does, the others are done and nothing is left behind."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -60,7 +58,7 @@ class Awkward:
     def __init__(self, one: str, other: str) -> None:
         self.both = one + other
 
-    def __reduce__(self) -> tuple[type[Awkward], tuple[str]]:
+    def __reduce__(self) -> tuple[type[object], tuple[str]]:
         return Awkward, (self.both,)
 
 
@@ -199,7 +197,7 @@ def test_no_process_is_left_behind():
     assert not any(process.is_alive() for process in alive)
 
 
-def test_workers_end_with_their_parent(tmp_path: Path):
+def test_workers_end_with_their_parent(tmp_path):
     script = tmp_path / "parent.py"
     script.write_text(
         "import os, sys, time\n"

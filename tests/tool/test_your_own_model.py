@@ -1,7 +1,5 @@
 """docs/your-own-model.md as a newcomer follows it: every block in order, in an empty folder."""
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

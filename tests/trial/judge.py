@@ -1,7 +1,5 @@
 """Equations held against the project's own model of an arm, in the equations' coordinates."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from crosscheck.checks.answers import random_states

@@ -1,7 +1,5 @@
 """Errors planted in the reference terms's own entries, and what is told of them."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Random maps, and states to hold a terms against the compiled models at."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A user's functions behind fixed signatures."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Callable
@@ -71,13 +69,13 @@ FORCES: dict[str, Callable[..., Any]] = {
 
 
 @pytest.mark.parametrize("kind", FORCES)
-def test_force_of_every_kind(kind: str) -> None:
+def test_force_of_every_kind(kind):
     found = of(force=FORCES[kind]).force(2.0, X, V, TORQUE)
     assert found.dtype == np.float64
     np.testing.assert_allclose(found, 2 * X + 10 * V + TORQUE, rtol=1e-15)
 
 
-def test_casadi_functions() -> None:
+def test_casadi_functions():
     t, x, v, torque = ca.SX.sym("t"), *(ca.SX.sym(name, 2) for name in ("x", "v", "torque"))
     expression = t * x + 10 * v + torque
     named = ca.Function("f", [torque, v, x, t], [expression], ["tau", "qd", "q", "t"], ["out"])
@@ -108,7 +106,7 @@ def inverse(x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
     return MASS @ a + coriolis(x, v) @ v
 
 
-def test_what_follows() -> None:
+def test_what_follows():
     by_matrix = of(mass_matrix=mass, coriolis=coriolis, force=lambda torque: torque)
     assert by_matrix.given == {"mass_matrix", "coriolis", "force"}
     assert by_matrix.has - by_matrix.given == {"bias", "acceleration", "inverse_dynamics"}
@@ -127,7 +125,7 @@ def test_what_follows() -> None:
             call()
 
 
-def test_what_a_function_does_to_its_arguments_does_no_harm() -> None:
+def test_what_a_function_does_to_its_arguments_does_no_harm():
     def greedy(q: np.ndarray, v: np.ndarray) -> np.ndarray:
         q[:] = 0.0
         v *= 2
@@ -139,7 +137,7 @@ def test_what_a_function_does_to_its_arguments_does_no_harm() -> None:
     assert (v == V).all()
 
 
-def test_one_joint_may_answer_numbers() -> None:
+def test_one_joint_may_answer_numbers():
     arm = load_arm("paper-labelled")
     arm = arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]})
     model = handed(
@@ -170,14 +168,14 @@ ANSWERS: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("reason", ANSWERS)
-def test_bad_answers(reason: str) -> None:
+def test_bad_answers(reason):
     with pytest.raises(BadAnswer, match=f"^mass_matrix {reason}") as caught:
         of(mass_matrix=lambda q: ANSWERS[reason]).mass_matrix(X)
     assert str(caught.value).endswith("at x = [0.3, -0.4]")
     assert "\n" not in str(caught.value)
 
 
-def test_what_a_function_raises_comes_out_with_its_state() -> None:
+def test_what_a_function_raises_comes_out_with_its_state():
     with pytest.raises(ZeroDivisionError) as caught:
         of(force=lambda t: 1 / 0).force(0.5, X, V, TORQUE)
     assert caught.value.__notes__ == [
@@ -197,6 +195,6 @@ FUNCTIONS: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("reason", FUNCTIONS)
-def test_bad_functions(reason: str) -> None:
+def test_bad_functions(reason):
     with pytest.raises(InputError, match=re.escape(reason)):
         of(**FUNCTIONS[reason])

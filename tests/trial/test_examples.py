@@ -1,7 +1,5 @@
 """The examples are right: held against the project's own models, part by part."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -44,12 +42,12 @@ def loaded(example: str, name: str) -> SuppliedEquations:
     return handed(equations, arm, frame_of(equations.coordinates, arm))
 
 
-def test_every_example_is_here() -> None:
+def test_every_example_is_here():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == set(CASES)
 
 
 @pytest.mark.parametrize("example", CASES)
-def test_is_right(example: str) -> None:
+def test_is_right(example):
     arms, parts = CASES[example]
     tolerance = ROUNDING_OF_ARCS if example == "geared_free" else ROUNDING
     for name in arms:
@@ -59,14 +57,14 @@ def test_is_right(example: str) -> None:
             assert apart < tolerance, f"{part} on {name}"
 
 
-def test_a_correct_example_on_another_arm_is_found_wrong() -> None:
+def test_a_correct_example_on_another_arm_is_found_wrong():
     """The comparison above can fail."""
     model = loaded("plain_functions", "probe")
     assert worst(model, model.arm)["mass_matrix"] > 0.1
 
 
 @pytest.mark.parametrize("example", ["casadi_two_link", "sympy_mechanics", "geared_free"])
-def test_knows_other_arms(example: str) -> None:
+def test_knows_other_arms(example):
     model, probe = loaded(example, "paper-labelled"), load_arm("probe")
     other = model.equations.on(probe)
     bound = handed(other, probe, frame_of(other.coordinates, probe))

@@ -1,28 +1,15 @@
 """Each kind of error is called by its name; what fits nothing is said to fit nothing."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.diagnose.explain import bias_of, explain, follows, told_once
 from crosscheck.trial.diagnose.polynomial import TermKey
 from crosscheck.trial.diagnose.waves import Observed
 from crosscheck.trial.diagnose.words import difference_of, guess, monomial_text, told
 from crosscheck.trial.judge.places import EntryPlace, Wrong
-from tests.trial.planted import (
-    ABSOLUTE,
-    GEARS,
-    LUMPED,
-    RELATIVE,
-    explained,
-    observed,
-    swapped,
-    terms,
-    times,
-)
+from tests.trial import planted
 
 PAPER, UNLIKE = load_arm("paper-labelled"), load_arm("three-unlike")
 ARMS = pytest.mark.parametrize("arm", [PAPER, UNLIKE], ids=lambda arm: arm.name)
@@ -42,13 +29,13 @@ def _with(known, place: EntryPlace, old, *new):
 
 
 @ARMS
-def test_a_centre_of_mass_where_a_length_belongs(arm: Arm):
+def test_a_centre_of_mass_where_a_length_belongs(arm):
     """The words of the issue: missing term: m_payload (L_2 - d_2) L_1 cos(phi_1 - phi_2)."""
-    known, last = terms(arm, ABSOLUTE), len(arm.joints)
+    known, last = planted.terms(arm, planted.ABSOLUTE), len(arm.joints)
     place = EntryPlace("mass_matrix", 0, last - 1)
     old = _term(known, place, "m_payload")
-    found = explained(
-        known, place, _with(known, place, old, swapped(old, f"L{last}", f"d{last}")), arm
+    found = planted.explained(
+        known, place, _with(known, place, old, planted.swapped(old, f"L{last}", f"d{last}")), arm
     )
     assert [told(error) for error in found.errors] == [
         f"missing term: m_payload L1 (L{last} - d{last})"
@@ -61,10 +48,12 @@ def test_a_centre_of_mass_where_a_length_belongs(arm: Arm):
 @pytest.mark.parametrize(
     ("by", "kind"), [(-1, "sign"), (2, "factor"), (0.5, "swapped"), (3, "factor"), (0, "dropped")]
 )
-def test_a_term_by_a_factor(arm: Arm, by: float, kind: str):
-    known = terms(arm, ABSOLUTE)
+def test_a_term_by_a_factor(arm, by, kind):
+    known = planted.terms(arm, planted.ABSOLUTE)
     old = _term(known, COUPLING, "m2")
-    found = explained(known, COUPLING, _with(known, COUPLING, old, times(old, by)), arm)
+    found = planted.explained(
+        known, COUPLING, _with(known, COUPLING, old, planted.times(old, by)), arm
+    )
     # Where d is half of L on the paper's arm, half a term may be d for L.
     expected = kind if arm is PAPER or by != 0.5 else "factor"
     assert found.errors[0].kind == expected
@@ -77,26 +66,26 @@ def test_a_term_by_a_factor(arm: Arm, by: float, kind: str):
     ("swap", "row", "column"),
     [(("r_s1", "r_p1"), 0, 0), (("r_p1", "r_r1"), 1, 2), (("r_cp1", "r_c1"), 2, 2)],
 )
-def test_a_radius_by_another_throughout_an_entry(
-    arm: Arm, swap: tuple[str, str], row: int, column: int
-):
-    known = terms(arm, GEARS if row < 2 else LUMPED)
+def test_a_radius_by_another_throughout_an_entry(arm, swap, row, column):
+    known = planted.terms(arm, planted.GEARS if row < 2 else planted.LUMPED)
     place = EntryPlace("mass_matrix", row, column)
     right, yours = swap
     entry = known.entry(place) or known.entry(place := EntryPlace("mass_matrix", row, row))
-    found = explained(known, place, tuple(swapped(p, right, yours) for p in entry), arm)
+    found = planted.explained(
+        known, place, tuple(planted.swapped(p, right, yours) for p in entry), arm
+    )
     assert (found.errors[0].yours, found.errors[0].right) == (yours, right)
 
 
 @ARMS
 @pytest.mark.parametrize("wave", [(0, 1), (1, 0), (2, 1), (0, 0)])
-def test_another_angle_in_a_cosine(arm: Arm, wave: tuple[int, ...]):
-    known = terms(arm, RELATIVE)
+def test_another_angle_in_a_cosine(arm, wave):
+    known = planted.terms(arm, planted.RELATIVE)
     old = _term(known, COUPLING, "m2")
     turned = wave + (0,) * (len(arm.joints) - 2)
     if turned == old.key.wave:
         pytest.skip("is the right one")
-    found = explained(
+    found = planted.explained(
         known, COUPLING, _with(known, COUPLING, old, old._replace(key=TermKey(turned))), arm
     )
     assert found.errors[0].kind == "angle"
@@ -108,20 +97,20 @@ def test_another_angle_in_a_cosine(arm: Arm, wave: tuple[int, ...]):
 
 
 @ARMS
-def test_a_sine_for_a_cosine(arm: Arm):
-    known = terms(arm, ABSOLUTE)
+def test_a_sine_for_a_cosine(arm):
+    known = planted.terms(arm, planted.ABSOLUTE)
     old = _term(known, COUPLING, "m2")
     sine = old._replace(key=old.key._replace(function="sin"))
-    found = explained(known, COUPLING, _with(known, COUPLING, old, sine), arm)
+    found = planted.explained(known, COUPLING, _with(known, COUPLING, old, sine), arm)
     assert (found.errors[0].kind, found.errors[0].right) == ("angle", "cos(phi_1 - phi_2)")
 
 
 @ARMS
-def test_a_power_too_few(arm: Arm):
-    known = terms(arm, GEARS)
+def test_a_power_too_few(arm):
+    known = planted.terms(arm, planted.GEARS)
     place = EntryPlace("mass_matrix", 0, 0)  # M_s1 r_s1^2
     (old,) = known.entry(place)
-    found = explained(
+    found = planted.explained(
         known,
         place,
         (old._replace(monomial=old.monomial._replace(powers=(("M_s1", 1), ("r_s1", 1)))),),
@@ -131,59 +120,61 @@ def test_a_power_too_few(arm: Arm):
 
 
 @ARMS
-def test_a_whole_entry_with_the_wrong_sign_is_one_error(arm: Arm):
-    known = terms(arm, ABSOLUTE)
-    found = explained(known, COUPLING, tuple(times(p, -1) for p in known.entry(COUPLING)), arm)
+def test_a_whole_entry_with_the_wrong_sign_is_one_error(arm):
+    known = planted.terms(arm, planted.ABSOLUTE)
+    found = planted.explained(
+        known, COUPLING, tuple(planted.times(p, -1) for p in known.entry(COUPLING)), arm
+    )
     assert [error.kind for error in found.errors] == ["sign"]
 
 
 @ARMS
-def test_a_term_too_many(arm: Arm):
-    known = terms(arm, ABSOLUTE)
+def test_a_term_too_many(arm):
+    known = planted.terms(arm, planted.ABSOLUTE)
     foreign = known.entry(EntryPlace("mass_matrix", 1, 1))[0]
     assert foreign.symbols == ("I_l2",)
-    found = explained(known, COUPLING, (*known.entry(COUPLING), foreign), arm)
+    found = planted.explained(known, COUPLING, (*known.entry(COUPLING), foreign), arm)
     everything = [told(error) for errors in (found.errors, *found.others) for error in errors]
     assert "extra term: I_l2" in everything
 
 
 @ARMS
-def test_two_errors_are_told_apart(arm: Arm):
+def test_two_errors_are_told_apart(arm):
     """Before two waves, and before the same one."""
-    known = terms(arm, ABSOLUTE)
+    known = planted.terms(arm, planted.ABSOLUTE)
     moving, still = _term(known, COUPLING, "m2"), known.entry(COUPLING)[0]
     assert not any(still.key.wave)
     yours = [
-        times(p, 2) if p == moving else times(p, -1) if p == still else p
+        planted.times(p, 2) if p == moving else planted.times(p, -1) if p == still else p
         for p in known.entry(COUPLING)
     ]
-    found = explained(known, COUPLING, tuple(yours), arm)
+    found = planted.explained(known, COUPLING, tuple(yours), arm)
     assert {error.kind for error in found.errors} == {"factor", "sign"}
     load = _term(known, COUPLING, "m_payload")
     by = {moving: 2, load: -1}
-    yours = [times(p, by.get(p, 1)) for p in known.entry(COUPLING)]
-    found = explained(known, COUPLING, tuple(yours), arm)
+    yours = [planted.times(p, by.get(p, 1)) for p in known.entry(COUPLING)]
+    found = planted.explained(known, COUPLING, tuple(yours), arm)
     errors = [{(s.kind, s.term.coefficient) for s in e} for e in (found.errors, *found.others)]
     assert {("factor", "m2 L1 d2"), ("sign", monomial_text(load.monomial))} in errors
 
 
 def test_equal_numbers_are_told_apart_by_a_second_arm():
     """m_payload = m_r2 = 10 kg on the paper's arm: either may be missing."""
-    known, place = terms(PAPER, ABSOLUTE), EntryPlace("mass_matrix", 0, 0)
+    known, place = planted.terms(PAPER, planted.ABSOLUTE), EntryPlace("mass_matrix", 0, 0)
     old = next(p for p in known.entry(place) if p.symbols == ("L1", "m_payload"))
     yours = _with(known, place, old)
-    alone = explained(known, place, yours, PAPER)
+    alone = planted.explained(known, place, yours, PAPER)
     told_of = {told(errors[0]) for errors in (alone.errors, *alone.others)}
     assert {"missing term: m_payload L1^2", "missing term: m_r2 L1^2"} <= told_of
     heavier = PAPER.model_copy(update={"payload_mass_kg": 7.3})
-    both = explained(known, place, yours, PAPER, heavier)
+    both = planted.explained(known, place, yours, PAPER, heavier)
     assert [told(error) for error in both.errors] == ["missing term: m_payload L1^2"]
     assert not both.others
 
 
 def test_a_difference_that_fits_nothing_is_said_to():
-    known = terms(UNLIKE, ABSOLUTE)
-    seen = observed(UNLIKE, known, COUPLING, known.entry(COUPLING))
+    known = planted.terms(UNLIKE, planted.ABSOLUTE)
+    seen = planted.observed(UNLIKE, known, COUPLING, known.entry(COUPLING))
     odd = {key: 0.01234567 * np.pi * (1 + number) for number, key in enumerate(seen.coefficients)}
     found = explain(COUPLING, [Observed(seen.values, odd, seen.noise)], known)
     assert found is None
@@ -194,26 +185,26 @@ def test_a_difference_that_fits_nothing_is_said_to():
 
 
 @ARMS
-def test_a_bias_that_follows_from_a_wrong_mass_matrix(arm: Arm):
+def test_a_bias_that_follows_from_a_wrong_mass_matrix(arm):
     """The user derived the bias from an M with an error: it is told once, of M."""
-    known = terms(arm, ABSOLUTE)
+    known = planted.terms(arm, planted.ABSOLUTE)
     old = _term(known, COUPLING, "m_payload")
-    wrong = times(old, 2)
-    extra = {old.key: float(old.monomial.value(observed(arm, known, COUPLING, ()).values))}
+    wrong = planted.times(old, 2)
+    extra = {old.key: float(old.monomial.value(planted.observed(arm, known, COUPLING, ()).values))}
     expected = bias_of({(0, 1): extra, (1, 0): extra}, known.angles)
     place = EntryPlace("bias", 0, rates=(1, 1))
     own = next(p for p in known.entry(place) if "m_payload" in p.symbols)
-    yours = _with(known, place, own, times(own, 2))
-    assert follows(observed(arm, known, place, yours), expected[place])
-    assert not follows(observed(arm, known, place, known.entry(place)), expected[place])
+    yours = _with(known, place, own, planted.times(own, 2))
+    assert follows(planted.observed(arm, known, place, yours), expected[place])
+    assert not follows(planted.observed(arm, known, place, known.entry(place)), expected[place])
     assert wrong.symbols == old.symbols
 
 
 def test_symmetric_entries_are_told_once():
-    known = terms(UNLIKE, ABSOLUTE)
+    known = planted.terms(UNLIKE, planted.ABSOLUTE)
     wrong = []
     for place in (COUPLING, EntryPlace("mass_matrix", 1, 0), EntryPlace("mass_matrix", 2, 2)):
         old = next(p for p in known.entry(place) if "m_payload" in p.symbols)
         yours = _with(known, place, old)
-        wrong.append(Wrong(place, 0.1, explained(known, place, yours, UNLIKE)))
+        wrong.append(Wrong(place, 0.1, planted.explained(known, place, yours, UNLIKE)))
     assert [len(each) for each in told_once(wrong)] == [2, 1]

@@ -1,7 +1,5 @@
 """A user's coordinates beside the project's own."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -13,7 +11,6 @@ from hypothesis import strategies as st
 
 from crosscheck.analytic.derivation.chain import exact_chain
 from crosscheck.analytic.derivation.symbols import parameter_values
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import free_layout, lumped_layout, rigid_layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
@@ -41,7 +38,7 @@ def states(frame: Frame, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 @settings(max_examples=40)
 @given(ARMS, NAMED, st.integers(0, 99))
-def test_named_maps(arm: Arm, coordinates: Coordinates, seed: int) -> None:
+def test_named_maps(arm, coordinates, seed):
     """x are what their names say: cumulative angles, and gear angles by the chain's own rows."""
     usual = frame_of(coordinates, arm)
     order = tuple(np.random.default_rng(seed).permutation(usual.names).tolist())
@@ -67,7 +64,7 @@ def test_named_maps(arm: Arm, coordinates: Coordinates, seed: int) -> None:
 
 @settings(max_examples=20)
 @given(ARMS, NAMED)
-def test_symbols_say_what_numbers_say(arm: Arm, coordinates: Coordinates) -> None:
+def test_symbols_say_what_numbers_say(arm, coordinates):
     frame = frame_of(coordinates, arm)
     values = {symbol: float(value) for symbol, value in parameter_values(arm).items()}
     assert frame.symbolic is not None
@@ -76,7 +73,7 @@ def test_symbols_say_what_numbers_say(arm: Arm, coordinates: Coordinates) -> Non
 
 
 @given(st.lists(SMALL, min_size=2, max_size=2), st.lists(SMALL, min_size=2, max_size=2))
-def test_mass_matrix_and_bias_in_absolute_angles(pose: list[float], rates: list[float]) -> None:
+def test_mass_matrix_and_bias_in_absolute_angles(pose, rates):
     """J^T M J and J^T (h + M J' u) are what the textbook has in absolute angles."""
     frame = frame_of(Coordinates(links="absolute"), PAPER)
     x, u = np.array(pose), np.array(rates)
@@ -96,10 +93,7 @@ def curved(x: np.ndarray) -> np.ndarray:
 
 
 def of_floats(x: np.ndarray) -> list[float]:
-    return [
-        x[0] + 0.25 * math.sin(x[0]) * math.cos(x[1]),
-        x[1] + 0.3 * math.sin(x[1] - x[0]),
-    ]
+    return [x[0] + 0.25 * math.sin(x[0]) * math.cos(x[1]), x[1] + 0.3 * math.sin(x[1] - x[0])]
 
 
 def cast(x: np.ndarray) -> np.ndarray:
@@ -124,7 +118,7 @@ MAPS = {
 
 
 @pytest.mark.parametrize("found_by", MAPS)
-def test_curved_maps(found_by: str) -> None:
+def test_curved_maps(found_by):
     """However the derivatives come about, they are the same."""
     frame, exact = frame_of(MAPS[found_by], PAPER), frame_of(MAPS["sympy"], PAPER)
     assert frame.found_by == found_by
@@ -139,11 +133,11 @@ def test_curved_maps(found_by: str) -> None:
         np.testing.assert_allclose(frame.position(again), frame.position(x), atol=1e-13)
 
 
-def test_a_function_that_drops_imaginary_parts_is_seen() -> None:
+def test_a_function_that_drops_imaginary_parts_is_seen():
     assert frame_of(Coordinates(function=cast), PAPER).found_by == "differences"
 
 
-def test_a_straight_function_is_a_matrix() -> None:
+def test_a_straight_function_is_a_matrix():
     """In the arm's own symbols, which stand for its numbers."""
     r_s1, r_p1, r_cp1 = sp.symbols("r_s1 r_p1 r_cp1")
     sun, planet, *others = sp.symbols("s p theta x_sp2 x_pr2 theta_2")
@@ -160,7 +154,7 @@ def test_a_straight_function_is_a_matrix() -> None:
     assert found.symbolic[:3, :] == expected.symbolic[:3, :]
 
 
-def test_own_matrices() -> None:
+def test_own_matrices():
     frame = frame_of(Coordinates(matrix=[[1, 0], [-1, 1]], names=("a", "b")), PAPER)
     assert frame.names == ("a", "b")
     assert frame.symbolic == sp.ImmutableMatrix([[1, 0], [-1, 1]])
@@ -173,7 +167,7 @@ def saddle(x: np.ndarray) -> np.ndarray:
     return np.array([x[0] ** 2, x[1]])
 
 
-def test_a_singular_state_is_named() -> None:
+def test_a_singular_state_is_named():
     frame = frame_of(Coordinates(function=saddle), PAPER)
     with pytest.raises(InputError, match=r"jacobian: is singular at x = \[0, 0.5\]"):
         frame.jacobian(np.array([0.0, 0.5]))
@@ -220,13 +214,13 @@ BAD = {
 
 
 @pytest.mark.parametrize("reason", BAD)
-def test_bad_coordinates(reason: str) -> None:
+def test_bad_coordinates(reason):
     with pytest.raises(InputError, match=reason) as caught:
         frame_of(BAD[reason], PAPER)
     assert "\n" not in str(caught.value)
 
 
-def test_each_map_is_for_its_number_of_joints() -> None:
+def test_each_map_is_for_its_number_of_joints():
     three = load_arm("three-unlike")
     for own in (Coordinates(matrix=np.eye(2)), MAPS["complex step"], MAPS["sympy"]):
         with pytest.raises(InputError, match="3 rigid coordinates of three-unlike, 3 joints"):
@@ -237,7 +231,7 @@ def edge(x: np.ndarray) -> np.ndarray:
     return np.array([x[0] + 0.1 * abs(x[0]) ** 1.5, x[1]])
 
 
-def test_what_has_no_second_derivative_is_refused_where_it_has_none() -> None:
+def test_what_has_no_second_derivative_is_refused_where_it_has_none():
     frame = frame_of(Coordinates(function=edge), PAPER)
     with pytest.raises(InputError, match="second derivative is not to be found at x = "):
         frame.drift(np.zeros(2), np.ones(2))

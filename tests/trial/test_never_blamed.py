@@ -1,7 +1,5 @@
 """Right equations in coordinates that are hard on numbers: never blamed; errors still are."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Equations from sympy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import sympy as sp
@@ -56,7 +54,7 @@ WAYS = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_matrices(way: str) -> None:
+def test_matrices(way):
     equations = from_sympy(x, v, mass_matrix=MASS, torque=torque, t=t, **WAYS[way])
     for arm in (ARM, PROBE):
         assert_right(on(equations, arm))
@@ -64,7 +62,7 @@ def test_matrices(way: str) -> None:
     assert on(on(equations).equations, PROBE).mass_matrix(X)[0, 0] == 7.0
 
 
-def test_dynamicsymbols() -> None:
+def test_dynamicsymbols():
     q, T = me.dynamicsymbols("q1 q2"), me.dynamicsymbols("T1 T2")
     moving = {**dict(zip(x, q, strict=True)), **dict(zip(torque, T, strict=True))}
     for rates in ([own.diff() for own in q], me.dynamicsymbols("u1 u2")):
@@ -75,7 +73,7 @@ def test_dynamicsymbols() -> None:
         assert on(equations).frame.names == ("q1", "q2")
 
 
-def test_values_by_name_and_by_number() -> None:
+def test_values_by_name_and_by_number():
     a, b = sp.symbols("a b")
     mass = sp.diag(a, b + L1)
     named = from_sympy(x, v, mass_matrix=mass, values={a: "m_payload", "b": "L2"})
@@ -91,7 +89,7 @@ def test_values_by_name_and_by_number() -> None:
     assert not floats.on(ARM).any_arm
 
 
-def test_in_the_symbols_of_an_arm() -> None:
+def test_in_the_symbols_of_an_arm():
     symbolic = from_sympy(x, v, mass_matrix=MASS, values={L1: 0.25}).on(ARM).symbolic
     assert symbolic is not None
     found = of_arm(symbolic, ARM)
@@ -102,7 +100,7 @@ def test_in_the_symbols_of_an_arm() -> None:
     assert found.values == {}
 
 
-def test_a_constant_matrix_and_level_pass_through() -> None:
+def test_a_constant_matrix_and_level_pass_through():
     equations = from_sympy(
         x, v, mass_matrix=sp.eye(2), level="links", coordinates=Coordinates(links="absolute")
     )
@@ -132,7 +130,7 @@ RIGHT_BIAS = L1 * (sp.Symbol("m2") * sp.Symbol("d2") + m_payload * L2)
         (sp.Abs(q2), None),
     ],
 )
-def test_a_difference_is_what_is_left_in_the_arms_symbols(written, apart) -> None:
+def test_a_difference_is_what_is_left_in_the_arms_symbols(written, apart):
     """By hand: the bias of joint 1 in v_2^2 is -L1 (m2 d2 + m_payload L2) sin(theta_2)."""
     symbolic = Symbolic(angles, v, bias=sp.Matrix([written * v[1] ** 2, 0]))
     place = EntryPlace("bias", 0, rates=(1, 1))
@@ -162,13 +160,13 @@ BAD = {
 
 
 @pytest.mark.parametrize("reason", BAD)
-def test_bad_symbols(reason: str) -> None:
+def test_bad_symbols(reason):
     with pytest.raises(InputError) as caught:
         from_sympy(x, v, **BAD[reason]).on(ARM)
     assert reason in str(caught.value)
 
 
-def test_coordinates_and_rates_are_as_many_and_unlike() -> None:
+def test_coordinates_and_rates_are_as_many_and_unlike():
     for rates in (v[:1], (x[0], v[1]), (v[0], 3)):
         with pytest.raises(InputError, match="symbols"):
             from_sympy(x, rates, mass_matrix=MASS)

@@ -1,7 +1,5 @@
 """A trial from end to end: right equations pass, an error is named, whatever the coordinates."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Values at states become the waves and signals that they are made of, and what is left is said."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -24,7 +22,7 @@ UNLIKE, PAPER = load_arm("three-unlike"), load_arm("paper-labelled")
 
 @settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 5))
-def test_waves_come_back(seed: int, count: int):
+def test_waves_come_back(seed, count):
     known, generator = terms(PAPER, ABSOLUTE), np.random.default_rng(seed)
     angles = generator.uniform(-3, 3, (states_wanted(known), known.joints))
     fitting = Fitting.of_waves(known, angles)
@@ -48,7 +46,7 @@ def test_what_no_wave_makes_is_left_over():
 
 
 @pytest.mark.parametrize("joints", [1, 4, 7])
-def test_enough_states_for_any_arm(joints: int):
+def test_enough_states_for_any_arm(joints):
     from crosscheck.cli.template import example_arm
 
     known = terms(example_arm("long", joints), ABSOLUTE)
@@ -75,7 +73,7 @@ def _forces(**chosen: str) -> tuple[ForceDifferences, np.ndarray]:
         ({"phase": "omega_t", "ring_rate": "corrected"}, "phase = omega_t where phase = angle"),
     ],
 )
-def test_another_law_of_the_mesh_is_named(chosen: dict[str, str], expected: str):
+def test_another_law_of_the_mesh_is_named(chosen, expected):
     differences, off = _forces(**chosen)
     place = EntryPlace("force", 1)  # x_pr1
     found = differences.explain(place, off[:, 1], 1e5)

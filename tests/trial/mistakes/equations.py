@@ -4,8 +4,6 @@ Each text fills M (n, n), h (n,) and f (n,) from x, v (n,), T (2,) and an arm's 
 names of ``quantities``. None of it is taken from the project's own models.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from types import SimpleNamespace

@@ -4,13 +4,14 @@
 name has the word.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 import time
+import tomllib
 from collections import Counter
 from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm, load_scenario
@@ -24,9 +25,29 @@ from crosscheck.trial.judge.places import Wrong, named
 from crosscheck.trial.model import entry_for
 from crosscheck.trial.trial import Asked, bench_of, by_entry, localising, probes_of
 from tests.trial.mistakes.equations import RIGID, written
-from tests.trial.mistakes.mistakes import MISTAKES, Mistake
 
 GRAVITY, FRICTION = (0.0, -9.81), 1.7
+
+
+class Mistake(NamedTuple):
+    """A mistake in a right text (``equations.RIGHT``): old pieces, and what stands there instead.
+
+    source: where this kind of mistake is reported or corrected, be it of another machine. entry:
+    pattern of the entries of the user's that may be blamed (bias and M of the same mistake among
+    them). term: pattern of what must be told of one of them.
+    """
+
+    name: str
+    said: str
+    source: str
+    kind: str
+    replaced: tuple[tuple[str, str], ...]
+    entry: str
+    term: str
+
+
+ROWS = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text(encoding="utf-8"))
+MISTAKES = [Mistake(**row) for row in ROWS["mistakes"]]
 MOST = 3  # explanations of one entry, among which the right one counts as told
 
 

@@ -4,8 +4,6 @@ A sample in the suite; all of them with CROSSCHECK_DRAWS, as ``make fuzz`` sets 
 ``python -m tests.trial.mistakes.score`` prints what is told of each.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -19,8 +17,7 @@ from crosscheck.trial.input.loading import made
 from tests.draws import DRAWS
 from tests.draws import SAMPLE as SAMPLED
 from tests.trial.mistakes.equations import RIGHT, written
-from tests.trial.mistakes.mistakes import MISTAKES
-from tests.trial.mistakes.score import diagnosed, scored, supplied
+from tests.trial.mistakes.score import MISTAKES, diagnosed, scored, supplied
 
 ENOUGH = 0.9  # of the mistakes, told by their term
 SAMPLE = (
@@ -32,12 +29,12 @@ SAMPLE = (
 
 
 @pytest.mark.parametrize("kind", ["relative", "absolute", "spins"])
-def test_a_right_text_is_not_blamed(kind: str):
+def test_a_right_text_is_not_blamed(kind):
     assert diagnosed(supplied(kind)) == []
 
 
 @pytest.mark.parametrize("name", SAMPLE)
-def test_a_mistake_is_told_in_its_entry_by_its_term(name: str):
+def test_a_mistake_is_told_in_its_entry_by_its_term(name):
     (mistake,) = (each for each in MISTAKES if each.name == name)
     found = scored(mistake)
     assert (found.entry_right, found.verdict) == (True, "right"), found

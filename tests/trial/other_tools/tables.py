@@ -1,7 +1,5 @@
 """Tables answered by Python models, as any other tool would answer them."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterable
 from pathlib import Path

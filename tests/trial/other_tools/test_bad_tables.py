@@ -1,7 +1,5 @@
 """Tables that cannot be judged: one line with file, row, column and what is allowed."""
 
-from __future__ import annotations
-
 import io
 import struct
 import zlib
@@ -18,10 +16,8 @@ from crosscheck.trial.tables.answer_files import read_answers
 from crosscheck.trial.tables.answers import answered, equations_of
 from crosscheck.trial.tables.asked import TableTrial, asked_states
 from crosscheck.trial.tables.folder import arm_toml, ask_files, mat_file
-from tests.tool.conftest import crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 ROWS = 40
 GOOD = ["row,force_1,force_2", *(f"{k},{k / 7!r},{k / 11!r}" for k in range(1, ROWS))]
 
@@ -68,7 +64,7 @@ CSV = {
 
 
 @pytest.mark.parametrize("case", CSV)
-def test_csv_that_cannot_be_judged(case: str, tmp_path: Path) -> None:
+def test_csv_that_cannot_be_judged(case, tmp_path):
     content, *fragments = CSV[case]
     file = tmp_path / "answers.csv"
     file.write_text(content, encoding="utf-8")
@@ -126,7 +122,7 @@ MATS = {
 
 
 @pytest.mark.parametrize("case", MATS)
-def test_mat_that_cannot_be_judged(case: str, tmp_path: Path) -> None:
+def test_mat_that_cannot_be_judged(case, tmp_path):
     content, *fragments = MATS[case]
     file = tmp_path / "answers.mat"
     file.write_bytes(content)
@@ -134,7 +130,7 @@ def test_mat_that_cannot_be_judged(case: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("shape", ["matrices first", "matrices last", "flat"])
-def test_every_form_of_a_matrix_is_read_the_same(shape: str, tmp_path: Path) -> None:
+def test_every_form_of_a_matrix_is_read_the_same(shape, tmp_path):
     M = np.random.default_rng(2).uniform(size=(ROWS, 2, 2))
     given = {"matrices first": M, "matrices last": M.transpose(1, 2, 0), "flat": M.reshape(-1, 4)}
     file = tmp_path / "answers.mat"
@@ -200,13 +196,13 @@ def test_ask_writes_over_nothing(crosscheck, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["paper-labelled", "three-unlike", "direct-between"])
-def test_arm_is_read_back_as_it_was(name: str, tmp_path: Path) -> None:
+def test_arm_is_read_back_as_it_was(name, tmp_path):
     file = tmp_path / "arm.toml"
     file.write_text(arm_toml(load_arm(name)), encoding="utf-8")
     assert load_arm(str(file)) == load_arm(name)
 
 
-def test_both_files_of_states_say_the_same() -> None:
+def test_both_files_of_states_say_the_same():
     table = TableTrial(load_arm("paper-labelled"), quick=True)
     asked = asked_states(table)
     files = ask_files(table, [asked], "")

@@ -1,7 +1,5 @@
 """FMUs: right ones agree, a wrong one has its entry named, hostile ones are refused."""
 
-from __future__ import annotations
-
 import io
 import json
 import shutil
@@ -24,10 +22,8 @@ from crosscheck.trial.fmu.archive import DESCRIPTION, MappedUnit, mapped_unit, u
 from crosscheck.trial.fmu.unit import beside, fmu_equations
 from crosscheck.trial.judge.places import named
 from crosscheck.trial.trial import Asked, Trial, tried
-from tests.tool.conftest import crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
-__all__ = ["crosscheck"]  # a fixture
 COMPILER = shutil.which("gcc")
 fmi2, fmi3 = (pytest.importorskip(f"fmpy.fmi{n}", reason="no FMPy here") for n in (2, 3))
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no gcc here")
@@ -112,118 +108,17 @@ def test_unit_that_crashes_costs_its_own_checks(tmp_path):
     assert {finding.verdict for finding in trial.agreement.checks} == {"failed"}
 
 
-VERSION_3 = """
-#include <stddef.h>
-#include <stdlib.h>
-typedef struct { double t, state[2 * N], torque[JOINTS]; } Unit;
-void *fmi3InstantiateModelExchange(const char *name, const char *token) {
-    return calloc(1, sizeof(Unit));
-}
-void fmi3FreeInstance(void *c) { free(c); }
-const char *fmi3GetVersion(void) { return "3.0"; }
-int fmi3EnterInitializationMode(void *c) { return 0; }
-int fmi3ExitInitializationMode(void *c) { return 0; }
-int fmi3EnterContinuousTimeMode(void *c) { return 0; }
-int fmi3UpdateDiscreteStates(void *c, _Bool *a, _Bool *b, _Bool *d, _Bool *e, _Bool *f, double *t) {
-    *a = *b = *d = *e = *f = 0, *t = 0;
-    return 0;
-}
-int fmi3SetTime(void *c, double t) { ((Unit *)c)->t = t; return 0; }
-int fmi3SetFloat64(void *c, const unsigned *r, size_t n, const double *x, size_t m) {
-    for (size_t k = 0; k < n; k++) ((Unit *)c)->torque[r[k] - 4 * N] = x[k];
-    return 0;
-}
-int fmi3SetContinuousStates(void *c, const double *x, size_t n) {
-    memcpy(((Unit *)c)->state, x, 8 * n);
-    return 0;
-}
-int fmi3GetContinuousStates(void *c, double *x, size_t n) {
-    memcpy(x, ((Unit *)c)->state, 8 * n);
-    return 0;
-}
-int fmi3GetContinuousStateDerivatives(void *c, double *x, size_t n) {
-    Unit *u = c;
-    memcpy(x, u->state + N, 8 * N);
-    PREFIX_acceleration(u->t, u->state, u->state + N, u->torque, x + N);
-    return 0;
-}
-"""
-
-
-STEPPED = """
-int fmi3EnterStepMode(void *c) { return 0; }
-void *fmi3InstantiateCoSimulation(const char *name, const char *token) {
-    return calloc(1, sizeof(Unit));
-}
-int fmi3GetFloat64(void *c, const unsigned *r, size_t n, double *x, size_t m) {
-    for (size_t k = 0; k < n; k++) x[k] = ((Unit *)c)->state[r[k]];
-    return 0;
-}
-/* A hundred midpoint steps. */
-int fmi3DoStep(void *c, double t, double h, _Bool keep, _Bool *event, _Bool *stop, _Bool *early,
-               double *last) {
-    Unit *u = c;
-    double part = h / 100, a[N], *q = u->state, *v = u->state + N, middle[2 * N];
-    for (int step = 0; step < 100; step++) {
-        PREFIX_acceleration(t, q, v, u->torque, a);
-        for (int k = 0; k < N; k++) {
-            middle[k] = q[k] + part / 2 * v[k];
-            middle[N + k] = v[k] + part / 2 * a[k];
-        }
-        PREFIX_acceleration(t, middle, middle + N, u->torque, a);
-        for (int k = 0; k < N; k++) q[k] += part * middle[N + k], v[k] += part * a[k];
-    }
-    *event = *stop = *early = 0, *last = t + h;
-    return 0;
-}
-"""
-
-
-STEPPED_2 = """
-#include <stddef.h>
-#include <stdlib.h>
-typedef struct { double state[2 * N], torque[JOINTS]; } Unit;
-void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources,
-                      const void *calls, int visible, int logging) {
-    return type == 1 ? calloc(1, sizeof(Unit)) : NULL;
-}
-void fmi2FreeInstance(void *c) { free(c); }
-int fmi2SetupExperiment(void *c, int d, double tol, double start, int e, double stop) { return 0; }
-int fmi2EnterInitializationMode(void *c) { return 0; }
-int fmi2ExitInitializationMode(void *c) { return 0; }
-int fmi2SetReal(void *c, const unsigned *r, size_t n, const double *x) {
-    Unit *u = c;
-    for (size_t k = 0; k < n; k++)
-        *(r[k] < 2 * N ? &u->state[r[k]] : &u->torque[r[k] - 4 * N]) = x[k];
-    return 0;
-}
-int fmi2GetReal(void *c, const unsigned *r, size_t n, double *x) {
-    for (size_t k = 0; k < n; k++) x[k] = ((Unit *)c)->state[r[k]];
-    return 0;
-}
-/* Five hundred midpoint steps. */
-int fmi2DoStep(void *c, double t, double h, int keep) {
-    Unit *u = c;
-    double part = h / 500, a[N], *q = u->state, *v = u->state + N, middle[2 * N];
-    for (int step = 0; step < 500; step++) {
-        PREFIX_acceleration(t + step * part, q, v, u->torque, a);
-        for (int k = 0; k < N; k++) {
-            middle[k] = q[k] + part / 2 * v[k];
-            middle[N + k] = v[k] + part / 2 * a[k];
-        }
-        PREFIX_acceleration(t + (step + 0.5) * part, middle, middle + N, u->torque, a);
-        for (int k = 0; k < N; k++) q[k] += part * middle[N + k], v[k] += part * a[k];
-    }
-    return 0;
-}
-"""
+def c_of(name: str) -> str:
+    """The C of a unit beside that of its equations."""
+    return Path(__file__).with_name("fmu").joinpath(f"{name}.c").read_text(encoding="utf-8")
 
 
 def stepped_2(arm: str, name: str, folder: Path) -> bytes:
     """A unit of FMI 2.0 for Co-Simulation around the exported C."""
     model = model_of(arm, name, [])
     prefix = prefix_of(model)
-    code = c_text(model.term_equations, prefix, "a model") + STEPPED_2.replace("PREFIX", prefix)
+    code = c_text(model.term_equations, prefix, "a model")
+    code += c_of("stepped_2").replace("PREFIX", prefix)
     unused = [
         each for each in dir(fmi2.FMU2Slave) if each.startswith("fmi2") and f"{each}(" not in code
     ]
@@ -258,10 +153,7 @@ def stepped_2(arm: str, name: str, folder: Path) -> bytes:
 
 @pytest.mark.parametrize(
     ("model", "mapping"),
-    [
-        ("analytic:coupled", RIGID + 'level = "coupled"\n'),
-        ("analytic:physical", GEARED),
-    ],
+    [("analytic:coupled", RIGID + 'level = "coupled"\n'), ("analytic:physical", GEARED)],
 )
 def test_co_simulation_of_version_2_agrees(model, mapping, tmp_path):
     content = stepped_2("paper-labelled", model, tmp_path)
@@ -277,8 +169,9 @@ def version_3(arm: str, name: str, folder: Path, steps: bool = False, *changes: 
     """A unit of FMI 3.0 around the exported C; what nobody calls returns an error."""
     model = model_of(arm, name, [])
     prefix = prefix_of(model)
-    code = c_text(model.term_equations, prefix, "a model") + VERSION_3 + STEPPED * steps
+    code = c_text(model.term_equations, prefix, "a model") + c_of("version_3")
     if steps:  # where states are set as any variables
+        code += c_of("stepped_3")
         torque = "((Unit *)c)->torque[r[k] - 4 * N] = x[k]"
         assert torque in code
         state = "((Unit *)c)->state[r[k]] = x[k]"

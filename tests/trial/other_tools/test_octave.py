@@ -1,7 +1,5 @@
 """The errors that newcomers make, answered by Octave: the same entries and terms as from Python."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from dataclasses import replace
@@ -121,9 +119,7 @@ NAMES = {
 @pytest.mark.slow
 @pytest.mark.skipif(OCTAVE is None, reason="no octave-cli here")
 @pytest.mark.parametrize("error", ERRORS)
-def test_octave_is_told_what_python_is(
-    error: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_octave_is_told_what_python_is(error, tmp_path, monkeypatch):
     monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
     planted = ERRORS[error]
     table = TableTrial(rubbing(), planted.coordinates, quick=True)
@@ -133,9 +129,7 @@ def test_octave_is_told_what_python_is(
     assert bool(found) == (error != "none")
 
 
-def test_recorded_answers_of_octave_are_told_what_python_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_recorded_answers_of_octave_are_told_what_python_is(tmp_path, monkeypatch):
     """What the test above made of ``FORCE_ALONE``, for machines without Octave."""
     monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
     table = TableTrial(rubbing(), ABSOLUTE, quick=True)

@@ -1,7 +1,5 @@
 """A table of answers is judged as the functions that made it: the same checks, entries, words."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -21,29 +19,22 @@ from crosscheck.report.trial import summary, trial_json
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import handed_over
+from crosscheck.trial.tables import asked
 from crosscheck.trial.tables.answers import answered, equations_of
-from crosscheck.trial.tables.asked import TableTrial, asked_states
 from crosscheck.trial.trial import Trial, tried
-from tests.tool.conftest import Command, crosscheck
+from tests.processes import Command
 from tests.tool.handed import TWO_LINK
 from tests.trial.other_tools.tables import answers, bound, sheets_of, write_csv
 
-__all__ = ["crosscheck"]  # a fixture
 ROOT = Path(__file__).parents[3]
 EXAMPLES = ROOT / "examples"
 # sympy_map's coordinates are no linear map.
-ARMS = {
-    "plain_functions": "paper-labelled",
-    "coriolis_matrix": "paper-labelled",
-    "mass_matrix_alone": "paper-labelled",
-    "absolute_angles": "paper-labelled",
-    "sympy_mechanics": "paper-labelled",
-    "casadi_two_link": "paper-labelled",
-    "acceleration_alone": "paper-labelled",
-    "inverse_dynamics_alone": "paper-labelled",
-    "geared_lumped": "paper-labelled",
-    "geared_free": "paper-labelled",
-}
+RIGID = (
+    *("plain_functions", "coriolis_matrix", "mass_matrix_alone", "absolute_angles"),
+    *("sympy_mechanics", "casadi_two_link", "acceleration_alone", "inverse_dynamics_alone"),
+)
+GEARED = ("geared_lumped", pytest.param("geared_free", marks=pytest.mark.slow))
+asked_already: dict[str, asked.AskedStates] = {}
 
 
 def told(trial: Trial) -> dict:
@@ -59,18 +50,28 @@ def few_states(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
 
 
-@pytest.mark.usefixtures("few_states")
-@pytest.mark.parametrize(
-    "example",
-    [pytest.param(name, marks=[pytest.mark.slow] * (name == "geared_free")) for name in ARMS],
-)
-def test_judged_as_the_functions_are(example: str, tmp_path: Path) -> None:
-    arm = load_arm(ARMS[example])
+@pytest.fixture
+def asked_once(few_states: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is asked in one trial is worked out once for all tests, which takes half their time."""
+    work_out = asked._asked
+
+    def once(*of: object) -> asked.AskedStates:
+        if repr(of) not in asked_already:
+            asked_already[repr(of)] = work_out(*of)
+        return asked_already[repr(of)]
+
+    monkeypatch.setattr(asked, "_asked", once)
+
+
+@pytest.mark.usefixtures("asked_once")
+@pytest.mark.parametrize("example", [*RIGID, *GEARED])
+def test_judged_as_the_functions_are(example, tmp_path):
+    arm = load_arm("paper-labelled")
     own = handed_over(f"{EXAMPLES / example}.py:model", arm, None)
     rigid = own.coordinates.gearing == "rigid"
     # Geared ones on one arm, for the sake of time; a table has no symbols.
     own = replace(own, symbolic=None) if rigid else replace(own, rebuild=None, any_arm=False)
-    table = TableTrial(arm, own.coordinates, own.level, quick=True)
+    table = asked.TableTrial(arm, own.coordinates, own.level, quick=True)
     file = write_csv(tmp_path / "answers.csv", sheets_of(table, own, own.any_arm))
     by_table = tried(table.asked("yours", equations_of(answered(table, [file]))))
     assert (by_table.exit_code, by_table.wrong) == (0, ())
@@ -88,23 +89,23 @@ ERRORS = {
 }
 
 
-@pytest.mark.usefixtures("few_states")
+@pytest.mark.usefixtures("asked_once")
 @pytest.mark.parametrize("error", ERRORS)
-def test_errors_are_told_in_the_words_that_functions_get(error: str, tmp_path: Path) -> None:
+def test_errors_are_told_in_the_words_that_functions_get(error, tmp_path):
     right, wrong = ERRORS[error]
     assert right in TWO_LINK
     file = tmp_path / "mine.py"
     file.write_text(TWO_LINK.replace(right, wrong), encoding="utf-8")
     arm = load_arm("paper-labelled")
-    own, table = handed_over(f"{file}:two_link", arm, None), TableTrial(arm, quick=True)
+    own, table = handed_over(f"{file}:two_link", arm, None), asked.TableTrial(arm, quick=True)
     answers = write_csv(tmp_path / "answers.csv", sheets_of(table, own, True))
     direct = told(tried(table.asked("yours", own)))
     assert direct["wrong"]
     assert told(tried(table.asked("yours", equations_of(answered(table, [answers]))))) == direct
 
 
-@pytest.mark.usefixtures("few_states")
-def test_acceleration_beside_the_rest_is_judged_in_both_rounds(tmp_path: Path) -> None:
+@pytest.mark.usefixtures("asked_once")
+def test_acceleration_beside_the_rest_is_judged_in_both_rounds(tmp_path):
     arm = load_arm("paper-labelled")
     file = tmp_path / "mine.py"
     file.write_text(TWO_LINK, encoding="utf-8")
@@ -115,7 +116,7 @@ def test_acceleration_beside_the_rest_is_judged_in_both_rounds(tmp_path: Path) -
         return replace(own.equations, acceleration=own.acceleration)
 
     own = replace(both(arm, None), rebuild=both, any_arm=True)
-    table = TableTrial(arm, quick=True)
+    table = asked.TableTrial(arm, quick=True)
     answers = write_csv(tmp_path / "answers.csv", sheets_of(table, own, True))
     trial = tried(table.asked("yours", equations_of(answered(table, [answers]))))
     assert (trial.exit_code, len(trial.probes), trial.missing) == (0, 2, ())
@@ -140,17 +141,17 @@ CHANGES = {
 }
 
 
-@pytest.mark.usefixtures("few_states")
+@pytest.mark.usefixtures("asked_once")
 @pytest.mark.parametrize("change", CHANGES)
-def test_units_and_order_are_told(change: str, tmp_path: Path) -> None:
+def test_units_and_order_are_told(change, tmp_path):
     made, line = CHANGES[change]
     trial = tried_changed(made, tmp_path / "answers.csv")
     assert trial.exit_code == 1
     assert line in "\n".join(summary(trial))
 
 
-@pytest.mark.usefixtures("few_states")
-def test_single_precision_has_a_tolerance_of_its_own(tmp_path: Path) -> None:
+@pytest.mark.usefixtures("asked_once")
+def test_single_precision_has_a_tolerance_of_its_own(tmp_path):
     def rounded(v: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         return {part: values.astype(np.float32).astype(float) for part, values in v.items()}
 
@@ -165,13 +166,11 @@ def test_single_precision_has_a_tolerance_of_its_own(tmp_path: Path) -> None:
 def tried_changed(change: Callable[..., dict[str, np.ndarray]], file: Path) -> Trial:
     """The trial of right answers with a change; every row is answered."""
     arm = load_arm("paper-labelled")
-    own, table = (
-        handed_over(f"{EXAMPLES / 'plain_functions'}.py:model", arm, None),
-        TableTrial(arm, quick=True),
-    )
-    asked = asked_states(table)
-    values = change(answers(bound(own, arm), asked, everywhere=True))
-    write_csv(file, [(asked, values)])
+    own = handed_over(f"{EXAMPLES / 'plain_functions'}.py:model", arm, None)
+    table = asked.TableTrial(arm, quick=True)
+    sheet = asked.asked_states(table)
+    values = change(answers(bound(own, arm), sheet, everywhere=True))
+    write_csv(file, [(sheet, values)])
     return tried(table.asked("yours", equations_of(answered(table, [file]))))
 
 

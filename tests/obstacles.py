@@ -1,0 +1,13 @@
+"""What may lie in the place of a file and is none."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+OBSTACLES: dict[str, Callable[[Path], object]] = {
+    "folder": Path.mkdir,
+    "pipe": os.mkfifo,
+    "loop": lambda path: path.symlink_to(path.name),
+    "dangling": lambda path: path.symlink_to("nowhere"),
+    "device": lambda path: path.symlink_to("/dev/zero"),
+}
