@@ -54,10 +54,7 @@ def load_scenario(name: str) -> Scenario:
 
 
 def load_case(
-    arm: str,
-    scenario: str,
-    switches: dict[str, str] | None = None,
-    settings: Sequence[str] = (),
+    arm: str, scenario: str, switches: dict[str, str] | None = None, settings: Sequence[str] = ()
 ) -> Case:
     """Arm, scenario and switches, with ``path=value`` settings applied before validation.
 

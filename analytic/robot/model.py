@@ -17,18 +17,12 @@ import numpy as np
 
 from crosscheck.analytic.derivation.gears import amplitude, damping
 from crosscheck.analytic.derivation.stage import gear_masses
+from crosscheck.analytic.paper import stiffness
 from crosscheck.analytic.paper.backlash import dead_zone
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.mesh_force import in_contact, phase_force
 from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.analytic.paper.mesh_phasing import mesh_phases
-from crosscheck.analytic.paper.stiffness import (
-    StiffnessData,
-    mean_stiffness,
-    stiffness,
-    stiffness_data,
-    stiffness_slope,
-)
 from crosscheck.analytic.paper.tooth_error import whole_error
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.robot.interface import RobotModel
@@ -83,7 +77,7 @@ class Teeth(NamedTuple):
     joint: int
     planets: int
     mesh: PlanetMesh
-    law: StiffnessData
+    law: stiffness.StiffnessData
     k_m: float
     k_a: float
     rate: float
@@ -152,8 +146,8 @@ class AnalyticRobot(RobotModel):
             zip(meshes, rates, mesh_phases(gears, 0), damping(gears), strict=True)
         ):
             own = place + number, stage.joint, gears.planet_count, mesh
-            law = stiffness_data([mesh.stiffness])
-            k = mean_stiffness(mesh.stiffness), amplitude(mesh)
+            law = stiffness.stiffness_data([mesh.stiffness])
+            k = stiffness.mean_stiffness(mesh.stiffness), amplitude(mesh)
             self._teeth.append(Teeth(*own, law, *k, rate, offset, d))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -278,7 +272,10 @@ class AnalyticRobot(RobotModel):
             phase = per_angle * (q @ self._share[joint] + self._offset[joint]) + offset
             size, lead, play = own.tooth_error_m, own.tooth_error_phase_rad, own.backlash_m
             gap = q[:, place] - whole_error(phase, size, lead, own.static_error_m)
-            k, k_slope = stiffness(law, 0, phase, k_m, k_a), stiffness_slope(law, 0, phase, k_a)
+            k, k_slope = (
+                stiffness.stiffness(law, 0, phase, k_m, k_a),
+                stiffness.stiffness_slope(law, 0, phase, k_a),
+            )
             total[:, place] = planets * k * dead_zone(gap, play)
             total[:, place] += np.where(in_contact(gap, play), d * v[:, place], 0.0)
             slopes = k_slope, size * np.cos(phase + lead)

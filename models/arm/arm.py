@@ -12,25 +12,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
 
+from crosscheck.models.arm import quantities
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
-from crosscheck.models.arm.quantities import (
-    Acceleration,
-    Area,
-    ArmVersion,
-    Data,
-    Density,
-    Friction,
-    GearInertia,
-    GearMass,
-    Inertia,
-    Length,
-    Mass,
-    Name,
-    Place,
-    Title,
-    UpToSeven,
-    short,
-)
+from crosscheck.models.arm.quantities import Data, UpToSeven, short
 
 # Numbers of 16 digits must hold the parts of an arm beside each other. Within these limits each of
 # 6000 random arms over all ranges kept nine digits of its accelerations in every engine.
@@ -46,21 +30,21 @@ ROD, BODY = ("cross_section_m2", "density_kg_per_m3"), ("mass_kg", "inertia_kg_m
 class StageMasses(PlanetaryGears):
     """What of a stage moves with the links beside it, and friction."""
 
-    carrier_equivalent_mass_kg: Mass | None = None
+    carrier_equivalent_mass_kg: quantities.Mass | None = None
     """J / r^2 of the carrier, r its radius x cos(pressure angle); this or carrier_inertia_kg_m2."""
-    carrier_inertia_kg_m2: Inertia | None = None
+    carrier_inertia_kg_m2: quantities.Inertia | None = None
     """J of the carrier about the joint's axis, without the planets."""
-    sun_mass_kg: Mass
+    sun_mass_kg: quantities.Mass
     """Mass of the sun, at the joint's axis."""
-    planet_mass_kg: Mass
+    planet_mass_kg: quantities.Mass
     """Mass of one planet, at its centre on the carrier."""
-    carrier_mass_kg: Mass
+    carrier_mass_kg: quantities.Mass
     """Mass of the carrier, at the joint's axis."""
-    ring_mass_kg: Mass
+    ring_mass_kg: quantities.Mass
     """Mass of ring and housing, at the joint's axis."""
-    ring_inertia_kg_m2: Inertia = 0.0
+    ring_inertia_kg_m2: quantities.Inertia = 0.0
     """J of ring and housing about the joint's axis; they turn with the previous body."""
-    friction_N_m_s_per_rad: Friction = 0.0
+    friction_N_m_s_per_rad: quantities.Friction = 0.0
     """c of the torque -c theta' on the link, and its reaction on the previous body."""
 
     @model_validator(mode="after")
@@ -109,11 +93,11 @@ class Direct(Data):
 
     kind: Literal["direct"]
     """Which sort of joint this is."""
-    motor_mass_kg: Mass
+    motor_mass_kg: quantities.Mass
     """Mass of the motor, at the joint's axis."""
-    rotor_inertia_kg_m2: Inertia
+    rotor_inertia_kg_m2: quantities.Inertia
     """J of the rotor about the joint's axis; it turns with the next link."""
-    friction_N_m_s_per_rad: Friction = 0.0
+    friction_N_m_s_per_rad: quantities.Friction = 0.0
     """c of the torque -c theta' on the link, and its reaction on the previous body."""
 
     @property
@@ -132,17 +116,17 @@ class Link(Data):
     given mass and inertia about its centre of mass.
     """
 
-    length_m: Length
+    length_m: quantities.Length
     """From its joint's axis to the next one's, or to the payload."""
-    com_m: Place
+    com_m: quantities.Place
     """From its joint's axis to the centre of mass, on the line through both ends."""
-    cross_section_m2: Area | None = None
+    cross_section_m2: quantities.Area | None = None
     """Of a rod, whose mass is section x density x length, and J = mass x length^2 / 12."""
-    density_kg_per_m3: Density | None = None
+    density_kg_per_m3: quantities.Density | None = None
     """Of a rod."""
-    mass_kg: GearMass | None = None
+    mass_kg: quantities.GearMass | None = None
     """Of a body that is no rod."""
-    inertia_kg_m2: GearInertia | None = None
+    inertia_kg_m2: quantities.GearInertia | None = None
     """J of that body about its centre of mass."""
 
     @model_validator(mode="after")
@@ -172,16 +156,16 @@ class Arm(Data):
     Gravity [m/s^2] is along the base's x and y; at zero angles x points along the links.
     """
 
-    schema_version: ArmVersion
+    schema_version: quantities.ArmVersion
     """Version of the file: 2."""
-    name: Name
+    name: quantities.Name
     """What reports, records and messages call the arm."""
-    title: Title = ""
+    title: quantities.Title = ""
     """One line about it."""
-    payload_mass_kg: Mass
+    payload_mass_kg: quantities.Mass
     """Point mass at the tip."""
     gravity_m_per_s2: Annotated[
-        tuple[Acceleration, Acceleration], Field(strict=False), FailFast()
+        tuple[quantities.Acceleration, quantities.Acceleration], Field(strict=False), FailFast()
     ] = (0.0, 0.0)
     """Along the base's x and y; at zero angles x points along the links."""
     joints: Annotated[tuple[Joint, ...], UpToSeven, FailFast()]

@@ -15,16 +15,9 @@ import numpy as np
 
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.exudyn.engine import System, UserFunction, exudyn, items
+from crosscheck.models.exudyn.tree import mesh as tree_mesh
 from crosscheck.models.exudyn.tree.laws import Side, base_radius, inertia, mesh_law
-from crosscheck.models.exudyn.tree.mesh import (
-    STEP,
-    MeshLaw,
-    damping_force,
-    elastic_force,
-    stretch,
-    turning_torque,
-    variation,
-)
+from crosscheck.models.exudyn.tree.mesh import MeshLaw
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import (
     BASE,
@@ -330,16 +323,19 @@ def _teeth(sprung: list[SprungRotor], toothed: list[SprungStage]) -> UserFunctio
             for own, wheel in ((of_sun, sun), (of_ring, None)):
                 law, theta = own.array, angles[joint]
                 x, rate = (
-                    stretch(law, 0.0 if wheel is None else turned[wheel], turned[planet], 0.0)
+                    tree_mesh.stretch(
+                        law, 0.0 if wheel is None else turned[wheel], turned[planet], 0.0
+                    )
                     for turned in (angles, rates)
                 )
-                stiffness, error = variation(law, 0.0, theta, 0.0)
-                pull = elastic_force(law, x, stiffness, error) + damping_force(law, x, rate, error)
+                stiffness, error = tree_mesh.variation(law, 0.0, theta, 0.0)
+                pull = tree_mesh.elastic_force(law, x, stiffness, error)
+                pull += tree_mesh.damping_force(law, x, rate, error)
                 if wheel is not None:
                     found[wheel] -= planets * own.wheel_radius * pull
                 found[planet] -= planets * own.planet_radius * pull
-                varied = variation(law, 0.0, complex(theta, STEP), 0.0)
-                found[joint] += planets * turning_torque(law, x, *varied)
+                varied = tree_mesh.variation(law, 0.0, complex(theta, tree_mesh.STEP), 0.0)
+                found[joint] += planets * tree_mesh.turning_torque(law, x, *varied)
         return found
 
     return torques

@@ -94,8 +94,7 @@ class PinocchioFloating(PinocchioCoupled):
         )
         momentum = np.array([self.momentum(*state[1:]) for state in states])
         return run.assign(
-            base=(("time", "coordinate"), q[:, :3]),
-            momentum=(("time", "component"), momentum),
+            base=(("time", "coordinate"), q[:, :3]), momentum=(("time", "component"), momentum)
         )
 
     def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -142,9 +141,7 @@ def _on_base(arm: pin.Model, base: FloatingBase) -> pin.Model:
     tree.gravity.linear = np.zeros(3)
     body = 0
     for name, joint in zip(
-        BASE_COORDINATES,
-        (pin.JointModelPX(), pin.JointModelPY(), pin.JointModelRZ()),
-        strict=True,
+        BASE_COORDINATES, (pin.JointModelPX(), pin.JointModelPY(), pin.JointModelRZ()), strict=True
     ):
         body = tree.addJoint(body, joint, pin.SE3.Identity(), name)
     cube = pin.Inertia(

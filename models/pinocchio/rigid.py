@@ -136,10 +136,7 @@ class PinocchioLinks(Model):
         """States (theta, theta') at the given times [s], shape (times, 2 n)."""
         joints, start = len(self.arm.joints), self.scenario.start
         state = np.array(
-            [
-                *per_joint(start.theta_rad, joints),
-                *per_joint(start.theta_dot_rad_per_s, joints),
-            ]
+            [*per_joint(start.theta_rad, joints), *per_joint(start.theta_dot_rad_per_s, joints)]
         )
         states = np.empty((len(time), len(state)))
         self._evaluations = 0

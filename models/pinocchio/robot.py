@@ -17,14 +17,7 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.pinocchio.meshes import Contact, meshes_of, stiffness_of
 from crosscheck.models.pinocchio.tree import TreeStage, base_radii, equivalent_masses, sun_turns
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import (
-    WITH_ROTORS,
-    JointStage,
-    Level,
-    Robot,
-    Rotor,
-    RotorMesh,
-)
+from crosscheck.models.robot.robot import WITH_ROTORS, JointStage, Level, Robot, Rotor, RotorMesh
 
 
 class PushedJoints(NamedTuple):

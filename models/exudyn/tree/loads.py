@@ -18,12 +18,8 @@ from crosscheck.models.arm.arm import Arm, Joint, Planetary
 from crosscheck.models.experiment import drive as drives
 from crosscheck.models.experiment.drive import DriveData
 from crosscheck.models.exudyn.engine import UserFunction
-from crosscheck.models.exudyn.tree.mesh import (
-    Gearing,
-    StageCoordinates,
-    add_meshes,
-    add_turning_torques,
-)
+from crosscheck.models.exudyn.tree import mesh
+from crosscheck.models.exudyn.tree.mesh import Gearing, StageCoordinates
 from crosscheck.models.jitted import njit
 
 joint_torque: Any = njit(cache=True, inline="always")(drives.joint_torque)
@@ -108,12 +104,7 @@ def unpacked(numbers: np.ndarray, places: np.ndarray) -> tuple[Gearing, DriveDat
 
 @njit(cache=True, inline="always")
 def add_joints(
-    drive: DriveData,
-    joints: Joints,
-    t: float,
-    q: np.ndarray,
-    q_t: np.ndarray,
-    forces: np.ndarray,
+    drive: DriveData, joints: Joints, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
 ) -> None:
     """Every motor at time t [s], T / n with T from the link's angle and rate; and the friction."""
     for joint in range(len(joints.links)):
@@ -134,9 +125,9 @@ def loads_on_tree(numbers: np.ndarray, places: np.ndarray, state: np.ndarray) ->
     size = len(state) // 3
     t, q, q_t, forces = state[0], state[1 : size + 1], state[size + 1 : -size], state[-size:]
     forces[:] = 0.0
-    add_meshes(gears, t, q, q_t, forces)
+    mesh.add_meshes(gears, t, q, q_t, forces)
     if gears.conservative:
-        add_turning_torques(gears, q, forces)
+        mesh.add_turning_torques(gears, q, forces)
     add_joints(drive, joints, t, q, q_t, forces)
 
 

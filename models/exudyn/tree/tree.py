@@ -23,22 +23,10 @@ from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.drive import drive_data, joint_torque
 from crosscheck.models.experiment.scenario import Scenario, Switches, per_joint, planet_offsets
 from crosscheck.models.exudyn.engine import Engine
+from crosscheck.models.exudyn.tree import mesh, parts
 from crosscheck.models.exudyn.tree.laws import gear_stage, mean_spring, stiffest
 from crosscheck.models.exudyn.tree.loads import joints_of, loads, packed
-from crosscheck.models.exudyn.tree.mesh import (
-    GearStage,
-    MeshLaw,
-    deflection,
-    elastic_forces,
-    gearing,
-    torque_rounding,
-)
-from crosscheck.models.exudyn.tree.parts import (
-    bodies_of,
-    paper_from_tree,
-    stages_of,
-    tree_from_paper,
-)
+from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
 
@@ -67,9 +55,9 @@ class ExudynTree(Model):
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
         self.layout = geared_layout(arm, self.switches)
-        self.stages = stages_of(arm)
-        self.from_paper = tree_from_paper(arm, self.layout)
-        self.to_paper = paper_from_tree(arm, self.layout)
+        self.stages = parts.stages_of(arm)
+        self.from_paper = parts.tree_from_paper(arm, self.layout)
+        self.to_paper = parts.paper_from_tree(arm, self.layout)
         self.gears = [
             gear_stage(place, stage, joint, self.switches)
             for place, (stage, joint) in enumerate(zip(self.stages, arm.joints, strict=True))
@@ -79,7 +67,7 @@ class ExudynTree(Model):
     @cached_property
     def _free(self) -> Engine:
         """The bodies without any force."""
-        return Engine(bodies_of(self.arm), None, [0.0], gravity=(0.0, 0.0))
+        return Engine(parts.bodies_of(self.arm), None, [0.0], gravity=(0.0, 0.0))
 
     @cached_property
     def _driven(self) -> Engine:
@@ -87,10 +75,10 @@ class ExudynTree(Model):
         return self._engine(self.gears)
 
     def _engine(self, gears: Sequence[GearStage]) -> Engine:
-        bodies, clock = bodies_of(self.arm), [0.0]
+        bodies, clock = parts.bodies_of(self.arm), [0.0]
         drive = drive_data(self.scenario, len(self.stages))
         joints = joints_of(self.arm, self.stages)
-        teeth = gearing(gears, self.switches.mesh_work == "conservative")
+        teeth = mesh.gearing(gears, self.switches.mesh_work == "conservative")
         force = loads(packed(teeth, drive, joints), len(bodies), clock)
         return Engine(bodies, force, clock, self.arm.gravity_m_per_s2)
 
@@ -136,7 +124,7 @@ class ExudynTree(Model):
     def _rounding(self, q: np.ndarray, q_t: np.ndarray) -> float:
         """What roundings of the meshes' forces may do to a lumped planet [rad/s^2]."""
         felt = [
-            torque_rounding(law, gear.bodies, q, q_t) / gear.planet_inertia
+            mesh.torque_rounding(law, gear.bodies, q, q_t) / gear.planet_inertia
             for gear in self.stiffest
             for law in (gear.sun[0], gear.ring[0])
         ]
@@ -228,9 +216,9 @@ class ExudynTree(Model):
             for side, planet in np.ndindex(2, len(stage.planets)):
                 law = (gear.sun, gear.ring)[side][planet]
                 at = side, slice(None), gear.joint, planet
-                x[at] = deflection(law, stage, planet, q, with_sun=side == 0)
-                x_dot[at] = deflection(law, stage, planet, v, with_sun=side == 0)
-                force[at] = elastic_forces(law.array, time, x[at], q[:, link], v[:, link])
+                x[at] = mesh.deflection(law, stage, planet, q, with_sun=side == 0)
+                x_dot[at] = mesh.deflection(law, stage, planet, v, with_sun=side == 0)
+                force[at] = mesh.elastic_forces(law.array, time, x[at], q[:, link], v[:, link])
         return {
             "x_sp": x[0],
             "x_pr": x[1],
