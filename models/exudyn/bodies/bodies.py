@@ -16,10 +16,10 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm, Joint, Planetary
 from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque
+from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque, torques_along
 from crosscheck.models.experiment.scenario import Scenario, Switches, per_joint, planet_offsets
 from crosscheck.models.exudyn.bodies import contact, poses
-from crosscheck.models.exudyn.bodies.contact import ContactMesh
+from crosscheck.models.exudyn.bodies.contact import ContactMesh, mesh_of
 from crosscheck.models.exudyn.bodies.engine import BodyEngine, Connector
 from crosscheck.models.exudyn.bodies.stiffness import Spring
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
@@ -44,32 +44,18 @@ class Toothed(NamedTuple):
 
 def meshes_of(arm: Arm, chosen: Switches) -> list[list[list[Toothed]]]:
     """The meshes by joint, side (sun, ring; none of a direct joint) and planet."""
-    stages = zip(poses.stages_of(arm), arm.joints, strict=True)
-    return [
-        _sides(stage, joint, chosen, poses.ring_seat(arm, number))
-        if isinstance(joint, Planetary)
-        else []
-        for number, (stage, joint) in enumerate(stages)
-    ]
-
-
-def _sides(
-    stage: poses.StageBodies, joint: Planetary, chosen: Switches, ring_at: float
-) -> list[list[Toothed]]:
-    return [
-        [
-            Toothed(mesh, (planet, stage.link, *wheel, stage.previous))
-            for planet, mesh in zip(
-                stage.planets, contact.meshes_with(joint, chosen, side, ring_at), strict=True
-            )
-        ]
-        for side, wheel in wheels(stage)
-    ]
-
-
-def wheels(stage: poses.StageBodies) -> tuple[tuple[contact.Side, tuple[int, ...]], ...]:
-    """The central wheels of a joint and their own bodies; the ring is the previous link's."""
-    return ("sun", (stage.driven,)), ("ring", ())
+    found: list[list[list[Toothed]]] = []
+    for number, (stage, joint) in enumerate(zip(poses.stages_of(arm), arm.joints, strict=True)):
+        found.append([])
+        if not isinstance(joint, Planetary):
+            continue
+        ring_at = poses.ring_seat(arm, number)
+        sides: tuple[contact.Side, contact.Side] = ("sun", "ring")
+        for side, wheel in zip(sides, ((stage.driven,), ()), strict=True):
+            bodies = [(planet, stage.link, *wheel, stage.previous) for planet in stage.planets]
+            meshes = (mesh_of(joint, chosen, side, ring_at, n) for n in range(len(bodies)))
+            found[-1].append([Toothed(*each) for each in zip(meshes, bodies, strict=True)])
+    return found
 
 
 def teeth(toothed: Toothed) -> Connector:
@@ -210,12 +196,14 @@ class ExudynBodies(Model):
 
         Lumped planets have the same ones.
         """
-        return [
-            (side[0], _spring(side[0].mesh).largest, poses.gear_inertia(joint, "planet"))
-            for joint, sides in zip(self.arm.joints, self.meshes, strict=True)
-            if isinstance(joint, Planetary)
-            for side in sides
-        ]
+        found = []
+        for joint, sides in zip(self.arm.joints, self.meshes, strict=True):
+            for toothed, *_ in sides:
+                assert isinstance(joint, Planetary)  # as joints with meshes are
+                mesh = toothed.mesh
+                largest = Spring(mesh.kind, mesh.mean, mesh.numbers).largest
+                found.append((toothed, largest, poses.gear_inertia(joint, "planet")))
+        return found
 
     def body_accelerations(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Accelerations of x, y and angle of every body at t [s], shape (3 bodies,)."""
@@ -299,27 +287,18 @@ class ExudynBodies(Model):
         for row, (t, state) in enumerate(zip(time, states, strict=True)):
             accelerations[row] = self.driven.solve(t, *state)[0]
             energy[row] = state[1] @ self.driven.mass_matrix() @ state[1] / 2
-        return self._trajectory(time, pose, velocity, accelerations, energy)
-
-    def _trajectory(
-        self,
-        time: np.ndarray,
-        pose: np.ndarray,
-        velocity: np.ndarray,
-        acceleration: np.ndarray,
-        energy: np.ndarray,
-    ) -> xr.Dataset:
         theta, theta_dot, theta_ddot = (
             np.diff(values[:, 2::3][:, self.poses.links], axis=1, prepend=0.0)
-            for values in (pose, velocity, acceleration)
+            for values in (pose, velocity, accelerations)
         )
+        drive = drive_data(run, len(self.stages))
         return trajectory(
             self,
             time,
             theta=theta,
             theta_dot=theta_dot,
             theta_ddot=theta_ddot,
-            torque=self._torques(time, theta, theta_dot),
+            torque=torques_along(drive, time, theta, theta_dot),
             **self._mesh_records(time, pose, velocity),
             kinetic_energy=energy,
         )
@@ -346,32 +325,12 @@ class ExudynBodies(Model):
             "F_pr": read[1, 1],
         }
 
-    def _torques(self, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
-        """Output-side torques [N m], shape (times, joints)."""
-        law = drive_data(self.scenario, len(self.stages))
-        torques = np.empty_like(theta)
-        for row, joint in np.ndindex(*theta.shape):
-            torques[row, joint] = joint_torque(
-                law.code,
-                law.gains[joint],
-                law.table_time,
-                law.table_torque[joint],
-                float(time[row]),
-                float(theta[row, joint]),
-                float(theta_dot[row, joint]),
-            )
-        return torques
-
     def largest_stable_step(self) -> float:
         """inf: the trapezoidal rule lets no decaying mode grow, whatever the step.
 
         Accuracy sets the step instead: at h the rule slows a mode of omega by (omega h)^2 / 12.
         """
         return float("inf")
-
-
-def _spring(mesh: ContactMesh) -> Spring:
-    return Spring(mesh.kind, mesh.mean, mesh.numbers)
 
 
 def _seen(values: np.ndarray, bodies: Sequence[int]) -> np.ndarray:

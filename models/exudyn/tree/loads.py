@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import typeof
 
-from crosscheck.models.arm.arm import Arm, Joint, Planetary
+from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.experiment import drive as drives
 from crosscheck.models.experiment.drive import DriveData
 from crosscheck.models.exudyn.engine import UserFunction
@@ -52,18 +52,16 @@ class Packed(NamedTuple):
 
 def joints_of(arm: Arm, stages: Sequence[StageCoordinates]) -> Joints:
     """Motors and friction of the arm's joints."""
+    ratios = [
+        joint.ring_teeth / joint.sun_teeth + 1 if isinstance(joint, Planetary) else 1.0
+        for joint in arm.joints
+    ]
     return Joints(
         np.array([stage.link for stage in stages]),
         np.array([stage.driven for stage in stages]),
-        np.array([_ratio(joint) for joint in arm.joints]),
+        np.array(ratios),
         np.array([joint.friction_N_m_s_per_rad for joint in arm.joints]),
     )
-
-
-def _ratio(joint: Joint) -> float:
-    if isinstance(joint, Planetary):
-        return joint.ring_teeth / joint.sun_teeth + 1
-    return 1.0
 
 
 def packed(gears: Gearing, drive: DriveData, joints: Joints) -> Packed:

@@ -20,7 +20,7 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.drive import drive_data, joint_torque
+from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario, Switches, per_joint, planet_offsets
 from crosscheck.models.exudyn.engine import Engine
 from crosscheck.models.exudyn.tree import mesh, parts
@@ -109,17 +109,12 @@ class ExudynTree(Model):
         tree = np.linalg.solve(engine.mass_matrix(), engine.right_hand_side())
         paper = self.to_paper @ tree
         if not self.layout.free:
-            self._require_alike(self.from_paper @ paper, tree, q, v)
+            rates = self.from_paper @ v
+            size = max(abs(tree).max(), (rates**2).max())
+            close = PLANETS_AGREE * size + self._rounding(self.from_paper @ q, rates)
+            if not np.allclose(self.from_paper @ paper, tree, rtol=0, atol=close):
+                raise ArithmeticError(f"{self.name}: equal planets do not accelerate alike")
         return paper
-
-    def _require_alike(
-        self, alike: np.ndarray, tree: np.ndarray, q: np.ndarray, v: np.ndarray
-    ) -> None:
-        rates = self.from_paper @ v
-        size = max(abs(tree).max(), (rates**2).max())
-        close = PLANETS_AGREE * size + self._rounding(self.from_paper @ q, rates)
-        if not np.allclose(alike, tree, rtol=0, atol=close):
-            raise ArithmeticError(f"{self.name}: equal planets do not accelerate alike")
 
     def _rounding(self, q: np.ndarray, q_t: np.ndarray) -> float:
         """What roundings of the meshes' forces may do to a lumped planet [rad/s^2]."""
@@ -172,32 +167,26 @@ class ExudynTree(Model):
         with np.errstate(over="ignore", invalid="ignore"):  # told by require_finite
             for row, t in enumerate(time):
                 if row:
-                    q, v = self._advanced(engine, t)
+                    try:
+                        q, v = engine.advance(run.stride, run.step_s)
+                    except FloatingPointError:
+                        raise Diverged(self.name, float(t)) from None
                 engine.place(t, q, v)
                 mass = engine.mass_matrix()
                 states[row] = q, v, np.linalg.solve(mass, engine.right_hand_side())
                 energy[row] = v @ mass @ v / 2
         require_finite(self.name, time, states, energy)
-        return self._trajectory(time, states, energy)
-
-    def _advanced(self, engine: Engine, t: float) -> tuple[np.ndarray, np.ndarray]:
-        """The state at the next recorded time, t [s]. Raises Diverged."""
-        try:
-            return engine.advance(self.scenario.stride, self.scenario.step_s)
-        except FloatingPointError:
-            raise Diverged(self.name, float(t)) from None
-
-    def _trajectory(self, time: np.ndarray, states: np.ndarray, energy: np.ndarray) -> xr.Dataset:
         q, v, a = states.swapaxes(0, 1)
         links = [stage.link for stage in self.stages]
         theta, theta_dot = q[:, links], v[:, links]
+        drive = drive_data(run, len(links))
         return trajectory(
             self,
             time,
             theta=theta,
             theta_dot=theta_dot,
             theta_ddot=a[:, links],
-            torque=self._torques(time, theta, theta_dot),
+            torque=torques_along(drive, time, theta, theta_dot),
             **self._mesh_records(time, q, v),
             kinetic_energy=energy,
         )
@@ -227,18 +216,6 @@ class ExudynTree(Model):
             "F_sp": force[0],
             "F_pr": force[1],
         }
-
-    def _torques(self, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
-        """Output-side torques [N m], shape (times, joints)."""
-        law = drive_data(self.scenario, len(self.stages))
-        torques = np.empty_like(theta)
-        for row, joint in np.ndindex(*theta.shape):
-            gains, table = law.gains[joint], law.table_torque[joint]
-            angle, rate = float(theta[row, joint]), float(theta_dot[row, joint])
-            torques[row, joint] = joint_torque(
-                law.code, gains, law.table_time, table, float(time[row]), angle, rate
-            )
-        return torques
 
     def largest_stable_step(self) -> float:
         """Largest step [s] of RK44 that lets no mode of the stiffest meshes grow by itself.
