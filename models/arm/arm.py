@@ -130,7 +130,7 @@ class Link(Data):
     """J of that body about its centre of mass."""
 
     @model_validator(mode="after")
-    def _rod_or_body(self) -> Self:
+    def _rod_or_body_with_its_centre_on_it(self) -> Self:
         rod = [name for name in ROD if getattr(self, name) is not None]
         body = [name for name in BODY if getattr(self, name) is not None]
         if rod and body:
@@ -141,10 +141,6 @@ class Link(Data):
                 raise ValueError(f"{missing[0]}|is missing; {given[0]} needs it beside")
         if not rod and not body:
             raise ValueError(f"{ROD[0]}|give {' and '.join(ROD)}, or {' and '.join(BODY)}")
-        return self
-
-    @model_validator(mode="after")
-    def _com_on_the_link(self) -> Self:
         if self.com_m > self.length_m:
             raise ValueError(f"com_m|must be at most length_m = {self.length_m:g}")
         return self
@@ -195,20 +191,18 @@ class Arm(Data):
     @model_validator(mode="after")
     def _links_have_inertia(self) -> Self:
         for place in range(len(self.links)):
-            own, load = _own_inertia(self, place), _turned_inertia(self, place)
+            link, is_last = self.links[place], place + 1 == len(self.links)
+            own = link.inertia_kg_m2
+            if own is None:
+                own = _link_mass(link) * link.length_m**2 / 12
+            own += self.payload_mass_kg * link.length_m**2 if is_last else 0.0
+            load = _turned_inertia(self, place)
             if own < LEAST_ROD * load:
                 raise ValueError(
                     f"links[{place}]|must have at least {short(LEAST_ROD)} of the inertia that its"
                     f" joint turns: it has {own:.3g} of {load:.3g} kg m^2"
                 )
         return self
-
-
-def _own_inertia(arm: Arm, place: int) -> float:
-    """Of a link about its centre, of the last one with the payload [kg m^2]."""
-    link = arm.links[place]
-    end = arm.payload_mass_kg if place + 1 == len(arm.links) else 0.0
-    return _link_inertia(link) + end * link.length_m**2
 
 
 def _turned_inertia(arm: Arm, place: int) -> float:
@@ -260,15 +254,9 @@ def _equivalent_mass(joint: Planetary, part: str) -> float:
 def _link_mass(link: Link) -> float:
     if link.mass_kg is not None:
         return link.mass_kg
-    assert link.density_kg_per_m3 is not None  # as _rod_or_body has seen
+    assert link.density_kg_per_m3 is not None  # as the link's own validation has seen
     assert link.cross_section_m2 is not None
     return link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
-
-
-def _link_inertia(link: Link) -> float:
-    if link.inertia_kg_m2 is not None:
-        return link.inertia_kg_m2
-    return _link_mass(link) * link.length_m**2 / 12
 
 
 def _carrier_radius(joint: Planetary) -> float:

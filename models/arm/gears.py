@@ -59,20 +59,12 @@ class PlanetaryGears(Data):
                 "planet_count|must divide sun_teeth + ring_teeth ="
                 f" {self.sun_teeth + self.ring_teeth} for equally spaced planets"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _planets_clear_each_other(self) -> Self:
         spacing = (self.sun_teeth + self.planet_teeth) * math.sin(math.pi / self.planet_count)
         if spacing <= self.planet_teeth + 2:
             raise ValueError(
                 "planet_count|neighbouring planets collide: their centres are"
                 f" {spacing:.1f} modules apart, their tip diameter is {self.planet_teeth + 2}"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _gears_have_a_size(self) -> Self:
         if self.module_m * self.ring_teeth / 2 > LARGEST_RING_M:
             most = short(2 * LARGEST_RING_M / self.ring_teeth)
             raise ValueError(

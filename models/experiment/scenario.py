@@ -147,7 +147,7 @@ class Scenario(Data):
         return math.gcd(self.steps, self.record_every)
 
     @model_validator(mode="after")
-    def _whole_steps(self) -> Self:
+    def _steps_and_records_can_be_made(self) -> Self:
         steps = self.duration_s / self.step_s
         if steps > MOST_STEPS:
             raise ValueError(
@@ -155,10 +155,6 @@ class Scenario(Data):
             )
         if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * max(1.0, steps):
             raise ValueError(f"step_s|must divide duration_s = {self.duration_s:g}")
-        return self
-
-    @model_validator(mode="after")
-    def _recording_can_be_kept(self) -> Self:
         if self.steps // self.stride > MOST_RECORDS:
             raise ValueError(
                 f"record_every|keeps every {self.stride} of {self.steps} steps;"
@@ -167,31 +163,23 @@ class Scenario(Data):
         return self
 
     @model_validator(mode="after")
-    def _steps_resolve_the_drive(self) -> Self:
+    def _drive_suits_the_run(self) -> Self:
         drive = self.drive
         if isinstance(drive, SinusoidDrive):
             advance = self.step_s if drive.argument == "time" else math.sqrt(self.step_s)
-            fastest = max(map(abs, _numbers(drive.rate_rad_per_s)))
+            rates = drive.rate_rad_per_s
+            fastest = max(map(abs, rates if isinstance(rates, tuple) else (rates,)))
             if fastest * advance > MOST_TURN:
                 most, step = short(MOST_TURN / advance), short(self.step_s)
                 raise ValueError(
                     f"drive.rate_rad_per_s|must be at most {most} for a step_s of {step}: six steps"
                     " a period"
                 )
-        return self
-
-    @model_validator(mode="after")
-    def _table_covers_the_run(self) -> Self:
-        drive = self.drive
         if isinstance(drive, TableDrive) and (
             drive.time_s[0] > 0 or drive.time_s[-1] < self.duration_s
         ):
             raise ValueError(f"drive.time_s|must cover 0 to duration_s = {self.duration_s:g}")
         return self
-
-
-def _numbers(value: float | tuple[float, ...]) -> tuple[float, ...]:
-    return value if isinstance(value, tuple) else (value,)
 
 
 def per_joint(value: float | tuple[float, ...], joints: int) -> tuple[float, ...]:
