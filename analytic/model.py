@@ -38,15 +38,11 @@ FORCES: dict[Meaning, str] = {"x_sp": "F_sp", "x_pr": "F_pr"}
 
 
 @lru_cache(maxsize=128)
-def _physical_terms(arm: Arm, layout: Layout) -> Terms:
+def _terms(arm: Arm, layout: Layout, level: str | None) -> Terms:
+    """Of all bodies of an arm, or those of a rigid level."""
     chain = exact_chain(arm, layout)
-    return chain_terms(chain, all_bodies(chain), arm)
-
-
-@lru_cache(maxsize=128)
-def _rigid_terms(arm: Arm, level: str) -> Terms:
-    chain = exact_chain(arm, rigid_layout(arm))
-    return chain_terms(chain, rigid_bodies(chain, level), arm)
+    bodies = all_bodies(chain) if level is None else rigid_bodies(chain, level)
+    return chain_terms(chain, bodies, arm)
 
 
 class AnalyticModel(Model):
@@ -225,7 +221,23 @@ class AnalyticModel(Model):
         return by_planet
 
 
-class PhysicalModel(AnalyticModel):
+class OwnBodies(AnalyticModel):
+    """The derivation from an arm's bodies, of all or of a rigid level."""
+
+    level: ClassVar[str | None] = None
+
+    @cached_property
+    def terms(self) -> Terms:  # type: ignore[override]
+        """Of these bodies."""
+        return _terms(self.arm, self.layout, self.level)
+
+    @cached_property
+    def links(self) -> Links:  # type: ignore[override]
+        """Of these bodies."""
+        return links_of(self.arm, self.layout, self.level)
+
+
+class PhysicalModel(OwnBodies):
     """Every body with its true absolute velocity, for any arm."""
 
     name = "analytic:physical"
@@ -237,36 +249,14 @@ class PhysicalModel(AnalyticModel):
         chosen = chosen_switches or usual_switches(arm)
         super().__init__(arm, scenario, chosen, geared_layout(arm, chosen))
 
-    @cached_property
-    def terms(self) -> Terms:  # type: ignore[override]
-        """Of all bodies."""
-        return _physical_terms(self.arm, self.layout)
 
-    @cached_property
-    def links(self) -> Links:  # type: ignore[override]
-        """Of all bodies."""
-        return links_of(self.arm, self.layout, None)
-
-
-class RigidModel(AnalyticModel):
+class RigidModel(OwnBodies):
     """Eq. 1: the arm with rigid joints, at one of the levels of analytic.derivation.rigid."""
-
-    level: ClassVar[str]
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches, rigid_layout(arm))
-
-    @cached_property
-    def terms(self) -> Terms:  # type: ignore[override]
-        """Of the level's bodies."""
-        return _rigid_terms(self.arm, self.level)
-
-    @cached_property
-    def links(self) -> Links:  # type: ignore[override]
-        """Of the level's bodies."""
-        return links_of(self.arm, self.layout, self.level)
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Torques [N m] on the output side that give accelerations a at q, v: (states, joints)."""

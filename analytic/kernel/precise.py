@@ -11,15 +11,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 from textwrap import indent
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from crosscheck.analytic.kernel import program as programs
-from crosscheck.analytic.kernel.batch import KernelModel, Records, contiguous_table, number_rows
+from crosscheck.analytic.kernel.batch import Records, contiguous_table, number_rows
 from crosscheck.analytic.kernel.program import Constants, Program, Recorded, Rows, code_of
 from crosscheck.analytic.kernel.structure import Structure
 from crosscheck.analytic.reference import MESH_RATE_M_PER_S, MESH_SIZE_M
+
+if TYPE_CHECKING:
+    from crosscheck.analytic.model import AnalyticModel
 
 _TEMPLATE = '''
 def evaluate(w: rows, t, root_t, table: array, h, part):
@@ -364,7 +367,7 @@ class Followed(NamedTuple):
     changes: int
 
 
-def followed(model: KernelModel, rtol: float) -> Followed:
+def followed(model: AnalyticModel, rtol: float) -> Followed:
     """A model's run at a relative tolerance; NaN from where it diverged."""
     equations, scenario = model.equations, model.scenario
     structure = equations.structure
