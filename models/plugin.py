@@ -71,7 +71,11 @@ class Motors:
         )
 
         self._law, self._output = drive_data(scenario, len(arm.joints)), joint_torque
-        self._ratios = [_ratio(j) if isinstance(j, Planetary) else 1.0 for j in arm.joints]
+        # Turns of the sun per turn of the carrier, both seen from the ring.
+        self._ratios = [
+            1 + joint.ring_teeth / joint.sun_teeth if isinstance(joint, Planetary) else 1.0
+            for joint in arm.joints
+        ]
 
     def torques(self, t: float, theta: np.ndarray, theta_rate: np.ndarray) -> np.ndarray:
         """On the sun, or the link of a joint without gears, by the previous link [N m], (joints,).
@@ -81,11 +85,6 @@ class Motors:
         law, gains, times, torques = self._law
         joints = zip(gains, torques, theta, theta_rate, self._ratios, strict=True)
         return np.array([self._output(law, g, times, r, t, q, v) / n for g, r, q, v, n in joints])
-
-
-def _ratio(joint: Planetary) -> float:
-    """Turns of the sun per turn of the carrier, both seen from the ring."""
-    return 1 + joint.ring_teeth / joint.sun_teeth
 
 
 def _inertia(given: float | None, equivalent_mass: float | None, radius: float) -> float:

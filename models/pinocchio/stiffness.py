@@ -91,12 +91,8 @@ def curve_of(law: stiffness_laws.StiffnessLaw) -> StiffnessWaves | Spline:
     if isinstance(law, stiffness_laws.FourierStiffness):
         cosine, sine = np.array(law.cosine_N_per_m), np.array(law.sine_N_per_m)
         return StiffnessWaves(law.mean_N_per_m, cosine, sine)
-    return _sine(law)
-
-
-def _sine(law: stiffness_laws.SineStiffness) -> StiffnessWaves:
-    """Eq. 8."""
-    return StiffnessWaves(law.mean_N_per_m, np.zeros(0), np.array([law.amplitude_N_per_m]))
+    amplitude = np.array([law.amplitude_N_per_m])  # Eq. 8
+    return StiffnessWaves(law.mean_N_per_m, np.zeros(0), amplitude)
 
 
 def _square(law: stiffness_laws.SquareStiffness) -> StiffnessWaves:

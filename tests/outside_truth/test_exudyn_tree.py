@@ -9,7 +9,8 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged
 from crosscheck.models.exudyn.tree.laws import mesh_law
 from crosscheck.models.exudyn.tree.mesh import elastic_forces
-from crosscheck.models.exudyn.tree.tree import ExudynTree, paper_from_tree, tree_from_paper
+from crosscheck.models.exudyn.tree.parts import paper_from_tree, tree_from_paper
+from crosscheck.models.exudyn.tree.tree import ExudynTree
 from crosscheck.models.loading import load_case
 
 TIGHT = "arm.joints.*.*_mesh.backlash_m=0.0"

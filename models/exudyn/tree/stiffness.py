@@ -6,7 +6,6 @@ its second derivatives.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -70,13 +69,10 @@ def curve_of(law: stiffness_laws.StiffnessLaw) -> StiffnessCurve:
         return _spline(np.array(law.phase_cycles), np.array(law.stiffness_N_per_m))
     if isinstance(law, stiffness_laws.SquareStiffness):
         return _square(law)
-    return _waves(law.mean_N_per_m, law.cosine_N_per_m, law.sine_N_per_m)
-
-
-def _waves(mean: float, cosines: Sequence[float], sines: Sequence[float]) -> StiffnessCurve:
+    cosines, sines = law.cosine_N_per_m, law.sine_N_per_m
     columns = np.zeros((2, max(len(cosines), len(sines))))
     columns[0, : len(cosines)], columns[1, : len(sines)] = cosines, sines
-    return StiffnessCurve(WAVES, mean, columns=tuple(columns))
+    return StiffnessCurve(WAVES, law.mean_N_per_m, columns=tuple(columns))
 
 
 def _square(law: stiffness_laws.SquareStiffness) -> StiffnessCurve:
