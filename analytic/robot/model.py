@@ -178,8 +178,7 @@ class AnalyticRobot(RobotModel):
         poses = self._poses(q)
         held = self._held(poses, v, self.robot.gravity) + self._pressed(q, v)
         left = torques @ self._driven - held
-        found: np.ndarray = np.linalg.solve(self._mass(poses), left[:, :, None])[:, :, 0]
-        return found
+        return np.linalg.solve(self._mass(poses), left[:, :, None])[:, :, 0]
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """v' M v / 2, and masses at their heights (states,) [J]."""
@@ -209,8 +208,7 @@ class AnalyticRobot(RobotModel):
         if frame.body == BASE:
             return np.tile(frame.placement.position, (len(q), 1))
         pose = self._poses(q)[frame.body]
-        found: np.ndarray = pose.position + pose.rotation @ frame.placement.position
-        return found
+        return pose.position + pose.rotation @ frame.placement.position
 
     def _mass(self, poses: list[FramePoses]) -> np.ndarray:
         rates, momenta = [], []  # of each body, per rate of each coordinate
@@ -228,8 +226,7 @@ class AnalyticRobot(RobotModel):
             rates.append(spin[:, None])
             momenta.append(spun.inertia * spin[:, None])
         left, right = np.concatenate(rates, axis=1), np.concatenate(momenta, axis=1)
-        found: np.ndarray = left.transpose(0, 2, 1) @ right
-        return found
+        return left.transpose(0, 2, 1) @ right
 
     def _weight(self, poses: list[FramePoses]) -> np.ndarray:
         weights = [
@@ -354,12 +351,11 @@ class AnalyticRobot(RobotModel):
 
 def _carried(rate: FrameRates, arm: np.ndarray) -> np.ndarray:
     """Acceleration (states, 3) of a point of a body, arm (states, 3) from its origin."""
-    found: np.ndarray = (
+    return (
         rate.acceleration
         + _cross(rate.angular_rate, arm)
         + _cross(rate.angular, _cross(rate.angular, arm))
     )
-    return found
 
 
 def _crossing(vector: np.ndarray) -> np.ndarray:
@@ -378,11 +374,9 @@ def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    found: np.ndarray = (matrix @ vector[:, :, None])[:, :, 0]
-    return found
+    return (matrix @ vector[:, :, None])[:, :, 0]
 
 
 def _power(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
     """columns' force (states, n)."""
-    found: np.ndarray = (force[:, None] @ columns)[:, 0]
-    return found
+    return (force[:, None] @ columns)[:, 0]

@@ -39,12 +39,11 @@ def quiet_settings() -> Any:
 def solve(solver: Any, system: Any, settings: Any) -> bool:
     """Let a solver run a system; returns whether it came to the end."""
     try:
-        solved: bool = solver.SolveSystem(system, settings)
+        return solver.SolveSystem(system, settings)
     except (SystemError, exudyn.ExudynError) as error:  # how Ctrl-C in a user function comes out
         if isinstance(error.__cause__, KeyboardInterrupt) or "KeyboardInterrupt" in str(error):
             raise KeyboardInterrupt from None
         raise
-    return solved
 
 
 class System:

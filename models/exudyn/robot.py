@@ -19,14 +19,7 @@ from crosscheck.models.exudyn.tree import mesh as tree_mesh
 from crosscheck.models.exudyn.tree.laws import Side, base_radius, inertia, mesh_law
 from crosscheck.models.exudyn.tree.mesh import MeshLaw
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import (
-    BASE,
-    WITH_ROTORS,
-    Level,
-    LinkFrame,
-    Robot,
-    RotorMesh,
-)
+from crosscheck.models.robot.robot import BASE, WITH_ROTORS, Level, LinkFrame, Robot, RotorMesh
 
 # Of its stator's mass, taken from it, at its centre of mass: Exudyn's bodies need one, and it
 # changes nothing there.
@@ -166,8 +159,7 @@ class ExudynRobot(RobotModel):
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """By solving with its M (states, n)."""
         left = torques @ self._motors @ self._rows - self._held(self._sprung, q, v)
-        found: np.ndarray = np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
-        return found
+        return np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Kinetic by its M, the weights' by sensors of its bodies' places (states,) [J]."""

@@ -146,5 +146,4 @@ def loads(laws: Packed, size: int, clock: list[float]) -> UserFunction:
 
 def _entry(function: Any, *arguments: object) -> Callable[..., None]:
     """A compiled function for such arguments, past numba's choice among signatures (3 us)."""
-    compiled: Callable[..., None] = function.compile(tuple(typeof(a) for a in arguments))
-    return compiled
+    return function.compile(tuple(typeof(a) for a in arguments))
