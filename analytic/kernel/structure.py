@@ -121,8 +121,8 @@ def common_structure(arm: Arm, layout: Layout, gears: Gears, drive: DriveData) -
 
 
 def _stages(arm: Arm, layout: Layout, gears: Gears) -> tuple[StageShape | None, ...]:
-    law, led = gears.law, (gears.lead != 0) | (gears.law.code != SINE)
-    rows, tabled = np.diff(law.first), law.code == TABLE
+    law, rows, tabled = gears.law, np.diff(gears.law.first), gears.law.code == TABLE
+    with_cosines = (gears.lead != 0) | (law.code != SINE)  # at the joint's own phase
     waves = np.where(law.code == SINE, 1, np.where(tabled, 0, rows))  # of each mesh's stiffness
     shapes: list[StageShape | None] = [None] * len(arm.joints)
     for joint in layout.meshing:
@@ -134,7 +134,7 @@ def _stages(arm: Arm, layout: Layout, gears: Gears) -> tuple[StageShape | None, 
             one_rate=bool(abs(sun - ring) <= SAME_RATE * abs(sun)),
             harmonics=int(waves[meshes].max()),
             pieces=2 ** (longest - 1).bit_length() if longest else 0,
-            turned=bool((gears.offset[meshes] != 0).any() or led[meshes].any()),
+            turned=bool((gears.offset[meshes] != 0).any() or with_cosines[meshes].any()),
             alike=all(_alike(gears, meshes[side::2]) for side in (0, 1)),
         )
     return tuple(shapes)

@@ -22,14 +22,7 @@ from crosscheck.models.errors import Diverged, InputError
 from crosscheck.models.experiment.drive import drive_data, joint_torque
 from crosscheck.models.experiment.scenario import Scenario, Switches, TableDrive, per_joint
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
-from crosscheck.models.pinocchio.tree import (
-    add_body,
-    attach,
-    attach_motor,
-    attach_to_previous,
-    given_or,
-    links_and_payload,
-)
+from crosscheck.models.pinocchio import tree as parts
 from crosscheck.models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
@@ -134,7 +127,7 @@ class PinocchioLinks(Model):
 
     def _build(self) -> pin.Model:
         """The tree; each level adds its bodies to that of the level below."""
-        return links_and_payload(self.arm)
+        return parts.links_and_payload(self.arm)
 
     def _joint_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """What acts in the joints [N m], drive and friction, shape (n,)."""
@@ -206,11 +199,11 @@ class PinocchioCarriers(PinocchioLinks):
         tree = super()._build()
         for number, joint in enumerate(self.arm.joints, 1):
             if isinstance(joint, Direct):
-                attach_motor(tree, number, joint)
+                parts.attach_motor(tree, number, joint)
                 continue
             orbit = joint.planet_count * joint.planet_mass_kg * _carrier_radius(joint) ** 2
-            attach(tree, number, 0.0, _inertia(joint, "carrier") + orbit)
-            attach_to_previous(tree, number, _joint_mass(joint), joint.ring_inertia_kg_m2)
+            parts.attach(tree, number, 0.0, _inertia(joint, "carrier") + orbit)
+            parts.attach_to_previous(tree, number, _joint_mass(joint), joint.ring_inertia_kg_m2)
         return tree
 
 
@@ -241,10 +234,10 @@ class PinocchioCoupled(PinocchioLinks):
         # From the tip inwards, each link's own gears close its subtree: depth-first.
         for number, joint in reversed(list(enumerate(self.arm.joints, 1))):
             if isinstance(joint, Direct):
-                attach_motor(tree, number, joint)
+                parts.attach_motor(tree, number, joint)
                 continue
-            attach(tree, number, joint.carrier_mass_kg, _inertia(joint, "carrier"))
-            attach_to_previous(tree, number, joint.ring_mass_kg, joint.ring_inertia_kg_m2)
+            parts.attach(tree, number, joint.carrier_mass_kg, _inertia(joint, "carrier"))
+            parts.attach_to_previous(tree, number, joint.ring_mass_kg, joint.ring_inertia_kg_m2)
             for gear, ratio in _add_gears(tree, number, joint):
                 ratios[gear] = number, ratio
         for gear, (number, ratio) in ratios.items():
@@ -263,12 +256,12 @@ def _add_gears(tree: pin.Model, number: int, joint: Planetary) -> list[tuple[int
     for index in range(joint.planet_count):
         angle = 2 * pi * index / joint.planet_count
         centre = radius * cos(angle), radius * sin(angle)
-        planet = add_body(tree, number, centre, f"planet_{number}_{index + 1}")
-        attach(tree, planet, joint.planet_mass_kg, _inertia(joint, "planet"))
+        planet = parts.add_body(tree, number, centre, f"planet_{number}_{index + 1}")
+        parts.attach(tree, planet, joint.planet_mass_kg, _inertia(joint, "planet"))
         gears.append((planet, -joint.ring_teeth / joint.planet_teeth))
     x, y, _ = tree.jointPlacements[number].translation
-    sun = add_body(tree, tree.parents[number], (x, y), f"sun_{number}")
-    attach(tree, sun, joint.sun_mass_kg, _inertia(joint, "sun"))
+    sun = parts.add_body(tree, tree.parents[number], (x, y), f"sun_{number}")
+    parts.attach(tree, sun, joint.sun_mass_kg, _inertia(joint, "sun"))
     return [*gears, (sun, 1 + joint.ring_teeth / joint.sun_teeth)]
 
 
@@ -302,4 +295,4 @@ def _inertia(joint: Planetary, part: Literal["sun", "planet", "carrier"]) -> flo
     pitch = joint.module_m * teeth.get(part, joint.sun_teeth + joint.planet_teeth) / 2
     radius = pitch * cos(radians(joint.pressure_angle_deg))
     inertia = getattr(joint, f"{part}_inertia_kg_m2")
-    return given_or(inertia, getattr(joint, f"{part}_equivalent_mass_kg"), radius**2)
+    return parts.given_or(inertia, getattr(joint, f"{part}_equivalent_mass_kg"), radius**2)

@@ -46,10 +46,8 @@ def _gear(joint: PlanetaryGears, gear: Gear) -> tuple[float | None, float | None
     """M or J, whichever is given, and r [m], of the carrier r_c cos(alpha)."""
     teeth = {"sun": joint.sun_teeth, "planet": joint.planet_teeth}
     radius = base_radius(joint, teeth.get(gear, joint.sun_teeth + joint.planet_teeth))
-    mass, given = (
-        getattr(joint, f"{gear}_{form}") for form in ("equivalent_mass_kg", "inertia_kg_m2")
-    )
-    return mass, given, radius
+    mass = getattr(joint, f"{gear}_equivalent_mass_kg")
+    return mass, getattr(joint, f"{gear}_inertia_kg_m2"), radius
 
 
 def gear_stage(
