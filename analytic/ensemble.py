@@ -232,14 +232,12 @@ def trajectories(models: Sequence[AnalyticModel], threads: int = 1) -> list[xr.D
 def _runs(group: Group) -> list[xr.Dataset | Diverged]:
     records = [chunk.records for chunk in group.chunks()]
     whole = Records(*(np.concatenate(parts) for parts in zip(*records, strict=True)))
-    times = enumerate(group.diverged_s)
-    return [_run(group.models[place], whole, place, at) for place, at in times]
-
-
-def _run(
-    model: AnalyticModel, records: Records, place: int, diverged_s: float
-) -> xr.Dataset | Diverged:
-    if not np.isnan(diverged_s):
-        return Diverged(model.name, float(diverged_s))
-    own = Records(*(np.ascontiguousarray(each[:, :, place]) for each in records))
-    return model.recorded(recorded_times(model.scenario), own)
+    time = recorded_times(group.models[0].scenario)
+    found: list[xr.Dataset | Diverged] = []
+    for place, model in enumerate(group.models):
+        if np.isnan(group.diverged_s[place]):
+            own = Records(*(np.ascontiguousarray(each[:, :, place]) for each in whole))
+            found.append(model.recorded(time, own))
+        else:
+            found.append(Diverged(model.name, float(group.diverged_s[place])))
+    return found

@@ -13,7 +13,7 @@ from crosscheck.analytic.derivation.chain import exact_chain
 from crosscheck.analytic.derivation.gears import Gears, gears
 from crosscheck.analytic.derivation.rigid import rigid_bodies
 from crosscheck.analytic.derivation.terms import Terms, chain_terms, inverse_dynamics
-from crosscheck.analytic.ensemble import alone, trajectories
+from crosscheck.analytic.ensemble import Chunk, alone, trajectories
 from crosscheck.analytic.kernel.batch import Records
 from crosscheck.analytic.kernel.equations import KernelEquations, LinkEquations, TermEquations
 from crosscheck.analytic.kernel.links import Links, links_of
@@ -23,7 +23,7 @@ from crosscheck.analytic.paper.stiffness import peak_stiffness
 from crosscheck.analytic.reference import solve
 from crosscheck.analytic.stability import contact_eigenvalues, runge_kutta_limit
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import MESHES, Layout, Meaning, geared_layout, rigid_layout
+from crosscheck.models.arm.layout import Layout, geared_layout, rigid_layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.drive import drive_data, torques_along
@@ -34,19 +34,13 @@ from crosscheck.models.trajectory import recorded_times, trajectory
 if TYPE_CHECKING:
     import xarray as xr
 
-FORCES: dict[Meaning, str] = {"x_sp": "F_sp", "x_pr": "F_pr"}
-
 
 @lru_cache(maxsize=128)
-def _physical_terms(arm: Arm, layout: Layout) -> Terms:
+def _terms(arm: Arm, layout: Layout, level: str | None) -> Terms:
+    """Of all bodies of an arm, or those of a rigid level."""
     chain = exact_chain(arm, layout)
-    return chain_terms(chain, all_bodies(chain), arm)
-
-
-@lru_cache(maxsize=128)
-def _rigid_terms(arm: Arm, level: str) -> Terms:
-    chain = exact_chain(arm, rigid_layout(arm))
-    return chain_terms(chain, rigid_bodies(chain, level), arm)
+    bodies = all_bodies(chain) if level is None else rigid_bodies(chain, level)
+    return chain_terms(chain, bodies, arm)
 
 
 class AnalyticModel(Model):
@@ -186,46 +180,54 @@ class AnalyticModel(Model):
         return self.recorded(grid, records, work=work[:, 0], work_turned_over=work[:, 1])
 
     def recorded(self, time: np.ndarray, records: Records, **more: np.ndarray) -> xr.Dataset:
-        """The trajectory of one run's records, arrays (times, ...), at `time` (times,) [s]."""
-        q, v, a, forces = records
-        theta = self.layout.theta
+        """The trajectory of one run's records, arrays (times, ...), at `time` (times,) [s].
+
+        Lumped, each planet of a joint has the displacements and forces of the one that stands for
+        all; NaN beyond a joint's own planets.
+        """
+        chunk = Chunk(time, [self], Records(*(each[:, :, None] for each in records)))
         variables = {
-            "theta": q[:, theta],
-            "theta_dot": v[:, theta],
-            "theta_ddot": a[:, theta],
-            "torque": self.torques(time, q[:, theta], v[:, theta]),
-            "kinetic_energy": self.equations.kinetic_energy(q, v),
+            "theta": chunk.theta[:, :, 0],
+            "theta_dot": chunk.theta_dot[:, :, 0],
+            "theta_ddot": chunk.theta_ddot[:, :, 0],
+            "torque": chunk.torque[:, :, 0],
+            "kinetic_energy": self.equations.kinetic_energy(records.q, records.v),
             **more,
         }
-        x, x_dot = self._displacements(q), self._displacements(v)
-        for place, mesh in enumerate(MESHES if self.layout.meshing else ()):
-            variables[mesh] = self._per_planet(x[:, place::2])
-            variables[f"{mesh}_dot"] = self._per_planet(x_dot[:, place::2])
-            variables[FORCES[mesh]] = self._per_planet(forces[:, place::2])
+        planets = [joint.planet_count for joint in self.arm.joints]
+        of_meshes = {
+            "x_sp": chunk.x_sp,
+            "x_sp_dot": chunk.x_sp_dot,
+            "F_sp": chunk.F_sp,
+            "x_pr": chunk.x_pr,
+            "x_pr_dot": chunk.x_pr_dot,
+            "F_pr": chunk.F_pr,
+        }
+        for name, values in of_meshes.items() if self.layout.meshing else ():
+            variables[name] = np.full((len(time), len(planets), max(planets)), np.nan)
+            for joint, count in enumerate(planets):
+                own = values[:, joint, : count if self.layout.free else 1, 0]
+                variables[name][:, joint, :count] = own
         return trajectory(self, time, **variables)
 
-    def _displacements(self, x: np.ndarray) -> np.ndarray:
-        """Of every mesh (times, meshes), from coordinates x (times, n)."""
-        found, of_two = x[:, self.gears.where], self.gears.less >= 0
-        found[:, of_two] -= x[:, self.gears.less[of_two]]
-        return found
 
-    def _per_planet(self, values: np.ndarray) -> np.ndarray:
-        """Values of geared joints' meshes by planet; NaN beyond a joint's own planets.
+class OwnBodies(AnalyticModel):
+    """The derivation from an arm's bodies, of all or of a rigid level."""
 
-        values (times, meshes) of one kind: lumped, one stands for every planet of its joint.
-        """
-        planets = [joint.planet_count for joint in self.arm.joints]
-        by_planet = np.full((len(values), len(planets), max(planets)), np.nan)
-        first = 0
-        for joint in self.layout.meshing:
-            after = first + (planets[joint] if self.layout.free else 1)
-            by_planet[:, joint, : planets[joint]] = values[:, first:after]
-            first = after
-        return by_planet
+    level: ClassVar[str | None] = None
+
+    @cached_property
+    def terms(self) -> Terms:  # type: ignore[override]
+        """Of these bodies."""
+        return _terms(self.arm, self.layout, self.level)
+
+    @cached_property
+    def links(self) -> Links:  # type: ignore[override]
+        """Of these bodies."""
+        return links_of(self.arm, self.layout, self.level)
 
 
-class PhysicalModel(AnalyticModel):
+class PhysicalModel(OwnBodies):
     """Every body with its true absolute velocity, for any arm."""
 
     name = "analytic:physical"
@@ -237,36 +239,14 @@ class PhysicalModel(AnalyticModel):
         chosen = chosen_switches or usual_switches(arm)
         super().__init__(arm, scenario, chosen, geared_layout(arm, chosen))
 
-    @cached_property
-    def terms(self) -> Terms:  # type: ignore[override]
-        """Of all bodies."""
-        return _physical_terms(self.arm, self.layout)
 
-    @cached_property
-    def links(self) -> Links:  # type: ignore[override]
-        """Of all bodies."""
-        return links_of(self.arm, self.layout, None)
-
-
-class RigidModel(AnalyticModel):
+class RigidModel(OwnBodies):
     """Eq. 1: the arm with rigid joints, at one of the levels of analytic.derivation.rigid."""
-
-    level: ClassVar[str]
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches, rigid_layout(arm))
-
-    @cached_property
-    def terms(self) -> Terms:  # type: ignore[override]
-        """Of the level's bodies."""
-        return _rigid_terms(self.arm, self.level)
-
-    @cached_property
-    def links(self) -> Links:  # type: ignore[override]
-        """Of the level's bodies."""
-        return links_of(self.arm, self.layout, self.level)
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Torques [N m] on the output side that give accelerations a at q, v: (states, joints)."""

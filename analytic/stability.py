@@ -22,7 +22,10 @@ def contact_eigenvalues(
     n = q.size
     mass = mass_matrices(terms, q)
     position, rate = np.zeros((n, n)), np.zeros((n, n))
-    meshes = displacement_rows(gears, n)
+    meshes, number = np.zeros((gears.where.size, n)), np.arange(gears.where.size)
+    meshes[number, gears.where] = 1.0  # every mesh's displacement over the coordinates
+    of_two = gears.less >= 0
+    meshes[number[of_two], gears.less[of_two]] = -1.0
     position += terms.mesh_map @ (stiffness[:, None] * meshes)
     rate -= meshes.T @ (gears.d[:, None] * meshes)
     rate[terms.theta, terms.theta] -= terms.friction
@@ -36,15 +39,6 @@ def contact_eigenvalues(
     zero, unit = np.zeros((n, n)), np.eye(n)
     lower = np.linalg.solve(mass, np.hstack([position, rate]))
     return np.linalg.eigvals(np.vstack([np.hstack([zero, unit]), lower]))
-
-
-def displacement_rows(gears: Gears, n: int) -> np.ndarray:
-    """Every mesh's displacement over the coordinates, shape (meshes, n)."""
-    rows, number = np.zeros((gears.where.size, n)), np.arange(gears.where.size)
-    rows[number, gears.where] = 1.0
-    of_two = gears.less >= 0
-    rows[number[of_two], gears.less[of_two]] = -1.0
-    return rows
 
 
 def runge_kutta_limit(eigenvalues: np.ndarray) -> float:

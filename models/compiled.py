@@ -27,7 +27,9 @@ def settle(root: Path) -> None:
     beside = [folder / "__pycache__" for folder in folders]
     if not (chosen and usable(Path(chosen))) and not all(map(usable, beside)):
         with suppress(OSError):  # no folder anywhere: numba says so
-            _tell_numba(own_folder() / "compiled")
+            os.environ[VARIABLE] = folder = str(own_folder() / "compiled")
+            if "numba" in sys.modules:  # it reads the environment once
+                sys.modules["numba"].config.CACHE_DIR = folder
     drop_outdated(root)
 
 
@@ -38,7 +40,9 @@ def drop_outdated(root: Path) -> None:
         sources = (path for folder in folders for path in folder.glob("*.py"))
         changed = max((path.stat().st_mtime_ns for path in sources), default=0)
         for kept in _compiled(folders):
-            _remove_older(kept, changed)
+            with suppress(OSError):  # another process was faster, or the folder is not ours
+                if kept.stat().st_mtime_ns < changed:
+                    kept.unlink()
 
 
 def compiled_files(root: Path) -> list[Path]:
@@ -50,12 +54,6 @@ def _source_folders(root: Path, *packages: str) -> set[Path]:
     return {path.parent for package in packages for path in (root / package).rglob("*.py")}
 
 
-def _tell_numba(folder: Path) -> None:
-    os.environ[VARIABLE] = str(folder)
-    if "numba" in sys.modules:  # it reads the environment once
-        sys.modules["numba"].config.CACHE_DIR = str(folder)
-
-
 def _compiled(folders: Iterable[Path]) -> Iterator[Path]:
     """All that is kept of these folders' functions: beside them, or where numba was told to."""
     chosen = os.environ.get(VARIABLE)
@@ -65,9 +63,3 @@ def _compiled(folders: Iterable[Path]) -> Iterator[Path]:
             # numba's own name for a folder of sources
             name = f"{folder.name}_{hashlib.sha1(str(folder).encode()).hexdigest()}"
             yield from (Path(chosen) / name).glob("*.nb[ci]")
-
-
-def _remove_older(kept: Path, changed_ns: int) -> None:
-    with suppress(OSError):  # another process was faster, or the folder is not ours to change
-        if kept.stat().st_mtime_ns < changed_ns:
-            kept.unlink()

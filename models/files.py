@@ -88,10 +88,9 @@ def _read(name: str, folder: str) -> dict[str, Any]:
         other = [kind for kind in KINDS if folder and name in _stems(kind)]
         nor += f"; it is one of {other[0]}" if other else ""
         raise InputError(name, "", None, f"no such file{nor}") from None
-    except OSError as error:
-        raise InputError(name, "", None, f"cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(name, "", None, f"cannot be read: {error}") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(name, "", None, f"cannot be read: {reason}") from None
     return _parse(content, name)
 
 

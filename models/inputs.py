@@ -32,10 +32,9 @@ def input_content(path: Path, largest: int) -> bytes:
     """What an input holds, of at most so many bytes. Raises InputError for what cannot be read."""
     try:
         return content_of(path, largest)
-    except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(str(path), "", None, f"cannot be read: {error}") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(str(path), "", None, f"cannot be read: {reason}") from None
 
 
 def size_of(path: Path) -> int:
@@ -69,13 +68,8 @@ def forget() -> None:
 
 def is_input(path: Path) -> bool:
     """Whether a file is one of the inputs, by any of its names."""
-    with suppress(OSError, ValueError):
-        own = path.stat()
-        return any(_is(own, known) for known in _inputs)
-    return False
-
-
-def _is(own: os.stat_result, path: str) -> bool:
-    with suppress(OSError, ValueError):
-        return os.path.samestat(own, os.stat(path))
+    for known in _inputs:
+        with suppress(OSError, ValueError):
+            if os.path.samefile(path, known):
+                return True
     return False

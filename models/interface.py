@@ -95,7 +95,13 @@ class Model(ABC):
         One after the other; a class that steps several at once has them agree to rounding with
         ``simulate``, each bit for bit the same whichever others stand beside it.
         """
-        return [_tried(model) for model in models]
+        found: list[xr.Dataset | Diverged] = []
+        for model in models:
+            try:
+                found.append(model.simulate())
+            except Diverged as error:
+                found.append(error)
+        return found
 
     def reference(self, rtol: float) -> xr.Dataset:
         """Like simulate, by an adaptive integrator at this relative tolerance. Raises Diverged."""
@@ -133,13 +139,6 @@ class Model(ABC):
     def largest_stable_step(self) -> float:
         """Largest step [s] with which this model's integrator stays stable; inf if adaptive."""
         return float("inf")
-
-
-def _tried(model: Model) -> xr.Dataset | Diverged:
-    try:
-        return model.simulate()
-    except Diverged as error:
-        return error
 
 
 def require_finite(name: str, time: np.ndarray, *values: np.ndarray) -> None:

@@ -54,10 +54,7 @@ def load_scenario(name: str) -> Scenario:
 
 
 def load_case(
-    arm: str,
-    scenario: str,
-    switches: dict[str, str] | None = None,
-    settings: Sequence[str] = (),
+    arm: str, scenario: str, switches: dict[str, str] | None = None, settings: Sequence[str] = ()
 ) -> Case:
     """Arm, scenario and switches, with ``path=value`` settings applied before validation.
 
@@ -210,7 +207,9 @@ def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> 
         *above, key = details["loc"]  # the user's own key, whatever it is called
         location = [*(part for part in above if part not in tags), key]
         keys = _keys_at(record.model_json_schema(), above)
-        return InputError(where, _dotted(location), value, _unknown_key(str(key), keys))
+        close = difflib.get_close_matches(str(key), sorted(keys), n=1, cutoff=0.4)
+        told = f"did you mean {close[0]}?" if close else f"allowed: {', '.join(sorted(keys))}"
+        return InputError(where, _dotted(location), value, f"unknown key; {told}")
     if details["type"] == "missing":
         return InputError(where, _dotted(location), None, "is missing; a value is required")
     if details["type"] == "union_tag_invalid":
@@ -234,14 +233,6 @@ def _entry(value: Any, dotted: str) -> Any:
     return value
 
 
-def _unknown_key(key: str, keys: set[str]) -> str:
-    allowed = sorted(keys)
-    close = difflib.get_close_matches(key, allowed, n=1, cutoff=0.4)
-    if close:
-        return f"unknown key; did you mean {close[0]}?"
-    return f"unknown key; allowed: {', '.join(allowed)}"
-
-
 def _keys_at(schema: dict[str, Any], location: list[Any]) -> set[str]:
     """Every key that the records at this place of a JSON schema know, tags in the location.
 
@@ -256,14 +247,13 @@ def _keys_at(schema: dict[str, Any], location: list[Any]) -> set[str]:
             for node in nodes
         ]
         inner = [variant for node in below if node for variant in _variants(schema, node)]
-        tagged = [node for node in nodes if part in _tags(node)]
+        tagged = [  # records that are chosen among others by this word
+            node
+            for node in nodes
+            if part in [field.get("const") for field in node.get("properties", {}).values()]
+        ]
         nodes = inner or tagged or nodes
     return {key for node in nodes for key in node.get("properties", {})}
-
-
-def _tags(node: dict[str, Any]) -> list[Any]:
-    """By which a record of a schema is chosen among others."""
-    return [field.get("const") for field in node.get("properties", {}).values()]
 
 
 def _variants(schema: dict[str, Any], node: dict[str, Any]) -> list[dict[str, Any]]:

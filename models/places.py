@@ -63,16 +63,12 @@ def own_folder() -> Path:
 @lru_cache
 def temporary_folder() -> Path:
     """One for this process alone, gone with it. Raises OSError where none can be made."""
-    folder = _temporary()
+    try:
+        folder = Path(tempfile.mkdtemp(prefix=f"{NAME}-"))
+    except OSError:  # a read-only system may still have shared memory
+        folder = Path(tempfile.mkdtemp(prefix=f"{NAME}-", dir="/dev/shm"))
     atexit.register(_remove, folder, os.getpid())
     return folder
-
-
-def _temporary() -> Path:
-    try:
-        return Path(tempfile.mkdtemp(prefix=f"{NAME}-"))
-    except OSError:  # a read-only system may still have shared memory
-        return Path(tempfile.mkdtemp(prefix=f"{NAME}-", dir="/dev/shm"))
 
 
 def _remove(folder: Path, maker: int) -> None:

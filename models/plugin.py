@@ -15,15 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from crosscheck.models.arm import stiffness as stiffness_laws
 from crosscheck.models.arm.arm import Arm, Link, Planetary
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import PlanetMesh
-from crosscheck.models.arm.stiffness import (
-    FourierStiffness,
-    SineStiffness,
-    StiffnessLaw,
-    TableStiffness,
-)
 from crosscheck.models.experiment.scenario import Scenario, Switches
 
 
@@ -76,7 +71,11 @@ class Motors:
         )
 
         self._law, self._output = drive_data(scenario, len(arm.joints)), joint_torque
-        self._ratios = [_ratio(j) if isinstance(j, Planetary) else 1.0 for j in arm.joints]
+        # Turns of the sun per turn of the carrier, both seen from the ring.
+        self._ratios = [
+            1 + joint.ring_teeth / joint.sun_teeth if isinstance(joint, Planetary) else 1.0
+            for joint in arm.joints
+        ]
 
     def torques(self, t: float, theta: np.ndarray, theta_rate: np.ndarray) -> np.ndarray:
         """On the sun, or the link of a joint without gears, by the previous link [N m], (joints,).
@@ -86,11 +85,6 @@ class Motors:
         law, gains, times, torques = self._law
         joints = zip(gains, torques, theta, theta_rate, self._ratios, strict=True)
         return np.array([self._output(law, g, times, r, t, q, v) / n for g, r, q, v, n in joints])
-
-
-def _ratio(joint: Planetary) -> float:
-    """Turns of the sun per turn of the carrier, both seen from the ring."""
-    return 1 + joint.ring_teeth / joint.sun_teeth
 
 
 def _inertia(given: float | None, equivalent_mass: float | None, radius: float) -> float:
@@ -113,7 +107,7 @@ class Waves:
 class Table:
     """The periodic cubic spline through a table's rows."""
 
-    def __init__(self, law: TableStiffness) -> None:
+    def __init__(self, law: stiffness_laws.TableStiffness) -> None:
         from scipy.interpolate import CubicSpline  # half a second, for tables alone
 
         self._curve = CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
@@ -126,16 +120,16 @@ class Table:
         return float(self._curve(cycles)), float(self._slope(cycles)) / tau
 
 
-def stiffness_curve(law: StiffnessLaw) -> Waves | Table:
+def stiffness_curve(law: stiffness_laws.StiffnessLaw) -> Waves | Table:
     """k over the mesh phase, by any of the laws.
 
     The square wave is ``largest`` for contact_ratio - 1 of a period (Eq. 7): its transform is cut.
     """
-    if isinstance(law, TableStiffness):
+    if isinstance(law, stiffness_laws.TableStiffness):
         return Table(law)
-    if isinstance(law, SineStiffness):
+    if isinstance(law, stiffness_laws.SineStiffness):
         return Waves(law.mean_N_per_m, (-1j * law.amplitude_N_per_m,))
-    if isinstance(law, FourierStiffness):
+    if isinstance(law, stiffness_laws.FourierStiffness):
         count = max(len(law.cosine_N_per_m), len(law.sine_N_per_m))
         waves = np.zeros(count, dtype=complex)
         waves[: len(law.cosine_N_per_m)] += law.cosine_N_per_m

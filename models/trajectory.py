@@ -61,7 +61,8 @@ def recorded(
 
     joints = len(arm.joints)
     data = {
-        name: (_DIMS[values.ndim], values, _attributes(name)) for name, values in variables.items()
+        name: (_DIMS[values.ndim], values, {"units": unit_of(name), "long_name": meaning_of(name)})
+        for name, values in variables.items()
     }
     coords = {
         "time": ("time", time, {"units": "s", "long_name": "time"}),
@@ -70,7 +71,16 @@ def recorded(
     planets = max((values.shape[2] for values in variables.values() if values.ndim == 3), default=0)
     if planets:
         coords["planet"] = ("planet", np.arange(1, planets + 1), {"long_name": "planet number"})
-    return xr.Dataset(data, coords, attrs=_provenance(name, arm, scenario, chosen))
+    provenance = {
+        "Conventions": "CF-1.11",
+        "schema_version": SCHEMA_VERSION,
+        "model": name,
+        "step_s": scenario.step_s,
+        "arm": json.dumps(arm.model_dump()),
+        "scenario": json.dumps(scenario.model_dump()),
+        "switches": json.dumps(chosen.model_dump()),
+    }
+    return xr.Dataset(data, coords, attrs=provenance)
 
 
 def recorded_times(scenario: Scenario) -> np.ndarray:
@@ -86,23 +96,6 @@ def unit_of(name: str) -> str:
 def meaning_of(name: str) -> str:
     """Of a variable of a trajectory, in words."""
     return _ABOUT[name][1]
-
-
-def _attributes(name: str) -> dict[str, str]:
-    units, long_name = _ABOUT[name]
-    return {"units": units, "long_name": long_name}
-
-
-def _provenance(name: str, arm: Arm, scenario: Scenario, chosen: Switches) -> dict[str, object]:
-    return {
-        "Conventions": "CF-1.11",
-        "schema_version": SCHEMA_VERSION,
-        "model": name,
-        "step_s": scenario.step_s,
-        "arm": json.dumps(arm.model_dump()),
-        "scenario": json.dumps(scenario.model_dump()),
-        "switches": json.dumps(chosen.model_dump()),
-    }
 
 
 def netcdf(dataset: xr.Dataset) -> bytes:

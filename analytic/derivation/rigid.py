@@ -5,8 +5,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from crosscheck.analytic.derivation.bodies import Body, carried_bodies, link_bodies, spinning_bodies
 from crosscheck.analytic.derivation.chain import Chain
 from crosscheck.analytic.derivation.stage import Stage
@@ -29,9 +27,6 @@ def _armature(chain: Chain, joint: int) -> list[Body]:
     stage = chain.stages[joint - 1]
     if not isinstance(stage, Stage):
         return []
-    return [Body(f"armature {joint}", 0, reflected_inertia(stage), chain.row("theta", joint))]
-
-
-def reflected_inertia(stage: Stage) -> Any:
-    """a_1i of Eq. 21 [kg m^2]: sun and planets, geared to the carrier, as seen by the joint."""
-    return (4 * stage.M_s + stage.N * stage.M_p) * stage.r_cp**2
+    # a_1i of Eq. 21: sun and planets, geared to the carrier, as seen by the joint.
+    inertia = (4 * stage.M_s + stage.N * stage.M_p) * stage.r_cp**2
+    return [Body(f"armature {joint}", 0, inertia, chain.row("theta", joint))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -57,15 +58,11 @@ def exact(value: float) -> Fraction:
     return Fraction(value)
 
 
-def stage_values(joint: Planetary | Direct, link: Link) -> Stage | DirectStage:
-    """The numbers of one stage and the link that it drives, in fractions."""
-    values = map(exact, _values(joint, link))
-    return DirectStage(*values) if isinstance(joint, Direct) else Stage(*values)
-
-
-def stage_numbers(joint: Planetary | Direct, link: Link) -> Stage | DirectStage:
-    """The same in floating-point numbers."""
-    values = map(float, _values(joint, link))
+def stage_values(
+    joint: Planetary | Direct, link: Link, number: Callable[[float], Any] = exact
+) -> Stage | DirectStage:
+    """The numbers of one stage and the link that it drives, in fractions unless stated."""
+    values = map(number, _values(joint, link))
     return DirectStage(*values) if isinstance(joint, Direct) else Stage(*values)
 
 

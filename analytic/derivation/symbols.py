@@ -23,13 +23,6 @@ def stage_symbols(joint: int) -> Stage:
     return Stage(*(sp.Symbol(f"{name}{joint}", positive=True) for name in Stage._fields))
 
 
-@lru_cache
-def direct_symbols(joint: int) -> DirectStage:
-    """Symbols of joint 1, 2, ... without gears."""
-    names = (sp.Symbol(f"{name}{joint}", positive=True) for name in DirectStage._fields)
-    return DirectStage(*names)
-
-
 class Variables(NamedTuple):
     """Coordinates, rates, mesh forces (per planet) and output torques of a form.
 
@@ -48,15 +41,12 @@ def geared_variables(joints: int) -> Variables:
     names = [f"{name}{i}" for i in range(1, joints + 1) for name in ("x_sp", "x_pr", "theta_")]
     forces = [f"{name}{i}" for i in range(1, joints + 1) for name in ("F_sp", "F_pr")]
     rates = _reals(f"d{name}" for name in names)
-    return Variables(_reals(names), rates, _reals(forces), _torques(joints))
+    torques = _reals(f"T_{i}" for i in range(1, joints + 1))
+    return Variables(_reals(names), rates, _reals(forces), torques)
 
 
 def _reals(names: Iterable[str]) -> tuple[sp.Symbol, ...]:
     return tuple(sp.Symbol(name, real=True) for name in names)
-
-
-def _torques(joints: int) -> tuple[sp.Symbol, ...]:
-    return _reals(f"T_{i}" for i in range(1, joints + 1))
 
 
 def parameter_values(arm: Arm) -> dict[sp.Symbol, Fraction]:
@@ -69,10 +59,14 @@ def parameter_values(arm: Arm) -> dict[sp.Symbol, Fraction]:
 
 def arm_stages(arm: Arm) -> list[Stage | DirectStage]:
     """The symbols of every joint, geared or not."""
-    return [
-        stage_symbols(number) if isinstance(joint, Planetary) else direct_symbols(number)
-        for number, joint in enumerate(arm.joints, start=1)
-    ]
+    found: list[Stage | DirectStage] = []
+    for number, joint in enumerate(arm.joints, start=1):
+        if isinstance(joint, Planetary):
+            found.append(stage_symbols(number))
+        else:
+            names = (sp.Symbol(f"{name}{number}", positive=True) for name in DirectStage._fields)
+            found.append(DirectStage(*names))
+    return found
 
 
 def arm_chain(arm: Arm, layout: Layout) -> Chain:

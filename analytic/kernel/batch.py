@@ -4,37 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import sqrt
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.derivation.gears import Gears
-from crosscheck.analytic.kernel.equations import KernelEquations
 from crosscheck.analytic.kernel.numbers import Numbers
 from crosscheck.analytic.kernel.program import STATE, Program, code_of, steps_program
 from crosscheck.models.experiment.drive import TABLE, DriveData, table_torques
-from crosscheck.models.experiment.scenario import Scenario
+
+if TYPE_CHECKING:
+    from crosscheck.analytic.model import AnalyticModel
 
 WIDE = 8  # lanes of a block: as many numbers as the widest registers hold
 LINE = 64  # bytes at whose multiples blocks begin, so that no load spans two lines of the cache
-
-
-class KernelModel(Protocol):
-    """What is asked of a model that a kernel runs."""
-
-    @property
-    def scenario(self) -> Scenario: ...
-
-    @property
-    def drive(self) -> DriveData: ...
-
-    @property
-    def gears(self) -> Gears: ...
-
-    @property
-    def equations(self) -> KernelEquations: ...
-
-    def start(self) -> tuple[np.ndarray, np.ndarray]: ...
 
 
 class Records(NamedTuple):
@@ -56,7 +38,7 @@ class Batch:
     bit the same at every number of lanes.
     """
 
-    def __init__(self, models: Sequence[KernelModel], lanes: int = WIDE) -> None:
+    def __init__(self, models: Sequence[AnalyticModel], lanes: int = WIDE) -> None:
         first = models[0]
         self.models, self.step_s = models, first.scenario.step_s
         self.structure = first.equations.structure
@@ -71,7 +53,7 @@ class Batch:
             member = min(place, len(models) - 1)  # spare lanes repeat the last
             lanes_of[place // lanes, :, place % lanes] = columns[member]
 
-    def _column(self, model: KernelModel) -> np.ndarray:
+    def _column(self, model: AnalyticModel) -> np.ndarray:
         """All rows of a member at its start."""
         q, v = (model.equations.to_kernel(x) for x in model.start())
         state = {"q": q, "v": v, "stage_q": q, "stage_v": v}

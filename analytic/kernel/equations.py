@@ -4,41 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from itertools import combinations
 
 import numpy as np
 
 from crosscheck.analytic.derivation.gears import Gears
 from crosscheck.analytic.derivation.terms import Terms, mass_matrices
-from crosscheck.analytic.kernel.energy import kinetic_energy
 from crosscheck.analytic.kernel.links import Links
 from crosscheck.analytic.kernel.numbers import TURN, Numbers, link_numbers, term_numbers
 from crosscheck.analytic.kernel.program import Recorded
-from crosscheck.analytic.kernel.structure import Structure
 from crosscheck.analytic.kernel.text.links import LinkStructure, link_structure
 from crosscheck.analytic.kernel.text.terms import TermStructure, term_structure
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.drive import DriveData
-
-
-class KernelEquations(Protocol):
-    """What runs ask of them; x is a state's coordinates or rates, shape (..., n)."""
-
-    @property
-    def structure(self) -> Structure: ...
-
-    @property
-    def numbers(self) -> Numbers: ...
-
-    def recorded(self) -> Recorded:
-        """The layout's coordinates by the kernel's."""
-
-    def to_kernel(self, x: np.ndarray) -> np.ndarray:
-        """From the layout's coordinates."""
-
-    def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(records,) [J] at states q, v (records, n) of the layout."""
 
 
 @dataclass(frozen=True)
@@ -75,15 +54,15 @@ class TermEquations:
         return found
 
     def recorded(self) -> Recorded:
-        """The kernel's own."""
+        """The layout's coordinates by the kernel's, which are the same."""
         return tuple((place,) for place in range(len(self.layout)))
 
     def to_kernel(self, x: np.ndarray) -> np.ndarray:
-        """The same."""
+        """Coordinates or rates x (..., n) of the layout as the kernel's, which are the same."""
         return x
 
     def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """v^T M v / 2 (records,) [J]."""
+        """v^T M v / 2 (records,) [J] at states q, v (records, n) of the layout."""
         return np.einsum("ki,kij,kj->k", v, mass_matrices(self.terms, q), v) / 2
 
 
@@ -108,7 +87,7 @@ class LinkEquations:
         return link_numbers(self.arm, self.structure, self.links, self.gears, self.drive)
 
     def recorded(self) -> Recorded:
-        """Lumped, x_sp is the sun's advance less x_pr."""
+        """The layout's coordinates by the kernel's: lumped, x_sp is the sun's advance less x_pr."""
         found: list[tuple[int, ...]] = [(place,) for place in range(len(self.layout))]
         if self.layout.free:
             return tuple(found)
@@ -120,7 +99,7 @@ class LinkEquations:
         return tuple(found)
 
     def to_kernel(self, x: np.ndarray) -> np.ndarray:
-        """The sun's advance, planets, angles."""
+        """Coordinates or rates x (..., n) as the kernel's: the sun's advance, planets, angles."""
         if self.layout.free:
             return x
         x_sp, x_pr = (x[..., self.layout.of(mesh)] for mesh in MESHES)
@@ -128,6 +107,31 @@ class LinkEquations:
         return np.concatenate([gears, x[..., self.layout.theta]], axis=-1)
 
     def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(records,) [J]."""
-        x, rate = self.to_kernel(q), self.to_kernel(v)
-        return kinetic_energy(self.structure, self.links, self.numbers, x, rate)
+        """(records,) [J] at states q, v (records, n) of the layout.
+
+        Of the links pair by pair, so that no more numbers are at hand than the records have.
+        """
+        x, rates, links = self.to_kernel(q), self.to_kernel(v), self.links
+        joints = len(self.structure.stages)
+        # Absolute angles and rates of the links (joints, records).
+        turned, turning = (np.cumsum(each.T[-joints:], axis=0) for each in (x, rates))
+        inertia = (links.coupling + links.constant).diagonal()
+        energy: np.ndarray = (inertia[:, None] * turning**2).sum(axis=0) / 2
+        for k, before in combinations(range(joints), 2):
+            between = links.coupling[k, before] * np.cos(turned[k] - turned[before])
+            energy += (between + links.constant[k, before]) * turning[k] * turning[before]
+        place, first = 0, len(self.structure.coordinates) - joints
+        for j, stage in self.structure.geared:
+            base = turning[j - 2] if j > 1 else 0.0
+            for gear in ["s"] + ["p"] * stage.planets:
+                per, u, kappa = (
+                    self.numbers[f"{name}_{gear}{j}"] for name in ("inv", "u", "kappa")
+                )
+                # J (a x' + base + rho theta')^2 with u = 1 / a, kappa = rho / a, inv = 1 / (J a^2)
+                rate = rates[:, place] + u * base + kappa * rates[:, first + j - 1]
+                energy += rate**2 / (2 * per)
+                place += 1
+        return energy
+
+
+KernelEquations = TermEquations | LinkEquations

@@ -16,7 +16,7 @@ import numpy as np
 from crosscheck.analytic.derivation.bodies import Body, all_bodies
 from crosscheck.analytic.derivation.chain import Chain
 from crosscheck.analytic.derivation.rigid import rigid_bodies
-from crosscheck.analytic.derivation.stage import DirectStage, Stage, stage_numbers
+from crosscheck.analytic.derivation.stage import DirectStage, Stage, stage_values
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 
@@ -36,7 +36,9 @@ class Links(NamedTuple):
 
 def links_of(arm: Arm, layout: Layout, level: str | None) -> Links:
     """Of an arm: with all its bodies, or those of a rigid level."""
-    stages = tuple(stage_numbers(j, link) for j, link in zip(arm.joints, arm.links, strict=True))
+    stages = tuple(
+        stage_values(j, link, float) for j, link in zip(arm.joints, arm.links, strict=True)
+    )
     return _links(stages, arm.payload_mass_kg, layout, level)
 
 

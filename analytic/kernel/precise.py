@@ -11,27 +11,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 from textwrap import indent
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.kernel.batch import KernelModel, Records, contiguous_table, number_rows
-from crosscheck.analytic.kernel.program import (
-    LOOK_UP,
-    NUMBER,
-    POINTER,
-    RUNS,
-    WHOLE,
-    Constants,
-    Program,
-    Recorded,
-    Rows,
-    code_of,
-    record_text,
-    tabled,
-)
+from crosscheck.analytic.kernel import program as programs
+from crosscheck.analytic.kernel.batch import Records, contiguous_table, number_rows
+from crosscheck.analytic.kernel.program import Constants, Program, Recorded, Rows, code_of
 from crosscheck.analytic.kernel.structure import Structure
 from crosscheck.analytic.reference import MESH_RATE_M_PER_S, MESH_SIZE_M
+
+if TYPE_CHECKING:
+    from crosscheck.analytic.model import AnalyticModel
 
 _TEMPLATE = '''
 def evaluate(w: rows, t, root_t, table: array, h, part):
@@ -288,17 +279,27 @@ def precise_program(structure: Structure, recorded: Recorded) -> Program:
         "SHORTEST": SHORTEST,
         "ENDLESS": 1e300,  # of an error: the state is as good as not finite
     }
-    text = LOOK_UP + _TEMPLATE.format(
-        at_t=tabled("t", structure),
+    text = programs.LOOK_UP + _TEMPLATE.format(
+        at_t=programs.tabled("t", structure),
         body=own.function(*_loads_and_stores(structure)),
         steps=indent("\n".join(_steps()), "    "),
         errors=indent("\n".join(_errors()), "        "),
-        record=record_text(recorded, (0, n, 2 * n), range(3 * n, 3 * n + m)),
+        record=programs.record_text(recorded, (0, n, 2 * n), range(3 * n, 3 * n + m)),
     )
-    table = (POINTER, POINTER, WHOLE, POINTER)
-    numbers = (POINTER, WHOLE, NUMBER, NUMBER, POINTER, NUMBER)
-    follow = ("follow", (*numbers, *table, POINTER, POINTER, POINTER, POINTER))
-    return own.program(text, constants, 1, RUNS, (follow,))
+    table = (programs.POINTER, programs.POINTER, programs.WHOLE, programs.POINTER)
+    numbers = (
+        programs.POINTER,
+        programs.WHOLE,
+        programs.NUMBER,
+        programs.NUMBER,
+        programs.POINTER,
+        programs.NUMBER,
+    )
+    follow = (
+        "follow",
+        (*numbers, *table, programs.POINTER, programs.POINTER, programs.POINTER, programs.POINTER),
+    )
+    return own.program(text, constants, 1, programs.RUNS, (follow,))
 
 
 def _loads_and_stores(structure: Structure) -> tuple[list[str], list[str]]:
@@ -366,7 +367,7 @@ class Followed(NamedTuple):
     changes: int
 
 
-def followed(model: KernelModel, rtol: float) -> Followed:
+def followed(model: AnalyticModel, rtol: float) -> Followed:
     """A model's run at a relative tolerance; NaN from where it diverged."""
     equations, scenario = model.equations, model.scenario
     structure = equations.structure

@@ -121,41 +121,23 @@ def common_structure(arm: Arm, layout: Layout, gears: Gears, drive: DriveData) -
 
 
 def _stages(arm: Arm, layout: Layout, gears: Gears) -> tuple[StageShape | None, ...]:
+    law, rows, tabled = gears.law, np.diff(gears.law.first), gears.law.code == TABLE
+    with_cosines = (gears.lead != 0) | (law.code != SINE)  # at the joint's own phase
+    waves = np.where(law.code == SINE, 1, np.where(tabled, 0, rows))  # of each mesh's stiffness
     shapes: list[StageShape | None] = [None] * len(arm.joints)
     for joint in layout.meshing:
         meshes = np.flatnonzero(gears.theta == layout.theta[joint])
         sun, ring = gears.rate[meshes[0]], gears.rate[meshes[1]]
+        longest = int((rows * tabled)[meshes].max())
         shapes[joint] = StageShape(
             planets=meshes.size // 2,
             one_rate=bool(abs(sun - ring) <= SAME_RATE * abs(sun)),
-            harmonics=max(waves_of(gears, int(mesh)) for mesh in meshes),
-            pieces=max(_pieces_of(gears, int(mesh)) for mesh in meshes),
-            turned=bool((gears.offset[meshes] != 0).any() or _turned(gears, meshes)),
+            harmonics=int(waves[meshes].max()),
+            pieces=2 ** (longest - 1).bit_length() if longest else 0,
+            turned=bool((gears.offset[meshes] != 0).any() or with_cosines[meshes].any()),
             alike=all(_alike(gears, meshes[side::2]) for side in (0, 1)),
         )
     return tuple(shapes)
-
-
-def waves_of(gears: Gears, mesh: int) -> int:
-    """Waves of a mesh's stiffness."""
-    if gears.law.code[mesh] == SINE:
-        return 1
-    return 0 if gears.law.code[mesh] == TABLE else _rows_of(gears, mesh)
-
-
-def _pieces_of(gears: Gears, mesh: int) -> int:
-    """Rows of a mesh's table, filled up to a power of two."""
-    if gears.law.code[mesh] != TABLE:
-        return 0
-    return int(2 ** (_rows_of(gears, mesh) - 1).bit_length())
-
-
-def _rows_of(gears: Gears, mesh: int) -> int:
-    return int(gears.law.first[mesh + 1] - gears.law.first[mesh])
-
-
-def _turned(gears: Gears, meshes: np.ndarray) -> bool:
-    return bool((gears.lead[meshes] != 0).any() or (gears.law.code[meshes] != SINE).any())
 
 
 def _alike(gears: Gears, meshes: np.ndarray) -> bool:

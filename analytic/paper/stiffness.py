@@ -8,13 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.polynomial import polyval
 
-from crosscheck.models.arm.stiffness import (
-    FourierStiffness,
-    SineStiffness,
-    SquareStiffness,
-    StiffnessLaw,
-    TableStiffness,
-)
+from crosscheck.models.arm import stiffness as stiffness_laws
 
 SINE, WAVES, TABLE = range(3)
 TURN = 2 * np.pi
@@ -35,7 +29,7 @@ class StiffnessData(NamedTuple):
     rows: np.ndarray
 
 
-def stiffness_data(laws: Sequence[StiffnessLaw]) -> StiffnessData:
+def stiffness_data(laws: Sequence[stiffness_laws.StiffnessLaw]) -> StiffnessData:
     """The laws as flat arrays."""
     rows = [_rows(law) for law in laws]
     return StiffnessData(
@@ -45,25 +39,27 @@ def stiffness_data(laws: Sequence[StiffnessLaw]) -> StiffnessData:
     )
 
 
-def _code(law: StiffnessLaw) -> int:
-    if isinstance(law, SineStiffness):
+def _code(law: stiffness_laws.StiffnessLaw) -> int:
+    if isinstance(law, stiffness_laws.SineStiffness):
         return SINE
-    return TABLE if isinstance(law, TableStiffness) else WAVES
+    return TABLE if isinstance(law, stiffness_laws.TableStiffness) else WAVES
 
 
-def _rows(law: StiffnessLaw) -> np.ndarray:
-    if isinstance(law, SineStiffness):
+def _rows(law: stiffness_laws.StiffnessLaw) -> np.ndarray:
+    if isinstance(law, stiffness_laws.SineStiffness):
         return np.zeros((0, 5))
-    if isinstance(law, TableStiffness):
+    if isinstance(law, stiffness_laws.TableStiffness):
         return _pieces(law)
     cosines, sines = _waves(law)
     orders = np.arange(1, len(cosines) + 1)
     return np.column_stack([orders, cosines, sines, 0 * cosines, 0 * cosines])
 
 
-def _waves(law: FourierStiffness | SquareStiffness) -> tuple[np.ndarray, np.ndarray]:
+def _waves(
+    law: stiffness_laws.FourierStiffness | stiffness_laws.SquareStiffness,
+) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients [N/m] of cos(n phi) and sin(n phi), n = 1, 2, ...; of Eq. 7 by its two sines."""
-    if isinstance(law, FourierStiffness):
+    if isinstance(law, stiffness_laws.FourierStiffness):
         count = max(len(law.cosine_N_per_m), len(law.sine_N_per_m))
         cosines, sines = np.zeros((2, count))
         cosines[: len(law.cosine_N_per_m)] = law.cosine_N_per_m
@@ -75,7 +71,7 @@ def _waves(law: FourierStiffness | SquareStiffness) -> tuple[np.ndarray, np.ndar
     return size * np.sin(lag), size * (1 - np.cos(lag))
 
 
-def _pieces(law: TableStiffness) -> np.ndarray:
+def _pieces(law: stiffness_laws.TableStiffness) -> np.ndarray:
     """The periodic cubic spline through the table, by SciPy."""
     from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
 
@@ -83,13 +79,13 @@ def _pieces(law: TableStiffness) -> np.ndarray:
     return np.column_stack([spline.x[:-1], spline.c.T])
 
 
-def mean_stiffness(law: StiffnessLaw) -> float:
+def mean_stiffness(law: stiffness_laws.StiffnessLaw) -> float:
     """Over a period [N/m]; of Eq. 7 its constant part."""
-    if isinstance(law, TableStiffness):
+    if isinstance(law, stiffness_laws.TableStiffness):
         begin, a, b, c, d = _pieces(law).T
         width = np.diff(begin, append=1.0)
         return float((width * (d + width * (c / 2 + width * (b / 3 + width * a / 4)))).sum())
-    if isinstance(law, SquareStiffness):
+    if isinstance(law, stiffness_laws.SquareStiffness):
         return law.least_N_per_m + (law.largest_N_per_m - law.least_N_per_m) * (
             law.contact_ratio - 1
         )

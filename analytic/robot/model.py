@@ -17,18 +17,12 @@ import numpy as np
 
 from crosscheck.analytic.derivation.gears import amplitude, damping
 from crosscheck.analytic.derivation.stage import gear_masses
+from crosscheck.analytic.paper import stiffness
 from crosscheck.analytic.paper.backlash import dead_zone
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.mesh_force import in_contact, phase_force
 from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.analytic.paper.mesh_phasing import mesh_phases
-from crosscheck.analytic.paper.stiffness import (
-    StiffnessData,
-    mean_stiffness,
-    stiffness,
-    stiffness_data,
-    stiffness_slope,
-)
 from crosscheck.analytic.paper.tooth_error import whole_error
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.robot.interface import RobotModel
@@ -83,7 +77,7 @@ class Teeth(NamedTuple):
     joint: int
     planets: int
     mesh: PlanetMesh
-    law: StiffnessData
+    law: stiffness.StiffnessData
     k_m: float
     k_a: float
     rate: float
@@ -152,8 +146,8 @@ class AnalyticRobot(RobotModel):
             zip(meshes, rates, mesh_phases(gears, 0), damping(gears), strict=True)
         ):
             own = place + number, stage.joint, gears.planet_count, mesh
-            law = stiffness_data([mesh.stiffness])
-            k = mean_stiffness(mesh.stiffness), amplitude(mesh)
+            law = stiffness.stiffness_data([mesh.stiffness])
+            k = stiffness.mean_stiffness(mesh.stiffness), amplitude(mesh)
             self._teeth.append(Teeth(*own, law, *k, rate, offset, d))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -184,8 +178,7 @@ class AnalyticRobot(RobotModel):
         poses = self._poses(q)
         held = self._held(poses, v, self.robot.gravity) + self._pressed(q, v)
         left = torques @ self._driven - held
-        found: np.ndarray = np.linalg.solve(self._mass(poses), left[:, :, None])[:, :, 0]
-        return found
+        return np.linalg.solve(self._mass(poses), left[:, :, None])[:, :, 0]
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """v' M v / 2, and masses at their heights (states,) [J]."""
@@ -215,8 +208,7 @@ class AnalyticRobot(RobotModel):
         if frame.body == BASE:
             return np.tile(frame.placement.position, (len(q), 1))
         pose = self._poses(q)[frame.body]
-        found: np.ndarray = pose.position + pose.rotation @ frame.placement.position
-        return found
+        return pose.position + pose.rotation @ frame.placement.position
 
     def _mass(self, poses: list[FramePoses]) -> np.ndarray:
         rates, momenta = [], []  # of each body, per rate of each coordinate
@@ -234,8 +226,7 @@ class AnalyticRobot(RobotModel):
             rates.append(spin[:, None])
             momenta.append(spun.inertia * spin[:, None])
         left, right = np.concatenate(rates, axis=1), np.concatenate(momenta, axis=1)
-        found: np.ndarray = left.transpose(0, 2, 1) @ right
-        return found
+        return left.transpose(0, 2, 1) @ right
 
     def _weight(self, poses: list[FramePoses]) -> np.ndarray:
         weights = [
@@ -278,7 +269,10 @@ class AnalyticRobot(RobotModel):
             phase = per_angle * (q @ self._share[joint] + self._offset[joint]) + offset
             size, lead, play = own.tooth_error_m, own.tooth_error_phase_rad, own.backlash_m
             gap = q[:, place] - whole_error(phase, size, lead, own.static_error_m)
-            k, k_slope = stiffness(law, 0, phase, k_m, k_a), stiffness_slope(law, 0, phase, k_a)
+            k, k_slope = (
+                stiffness.stiffness(law, 0, phase, k_m, k_a),
+                stiffness.stiffness_slope(law, 0, phase, k_a),
+            )
             total[:, place] = planets * k * dead_zone(gap, play)
             total[:, place] += np.where(in_contact(gap, play), d * v[:, place], 0.0)
             slopes = k_slope, size * np.cos(phase + lead)
@@ -357,12 +351,11 @@ class AnalyticRobot(RobotModel):
 
 def _carried(rate: FrameRates, arm: np.ndarray) -> np.ndarray:
     """Acceleration (states, 3) of a point of a body, arm (states, 3) from its origin."""
-    found: np.ndarray = (
+    return (
         rate.acceleration
         + _cross(rate.angular_rate, arm)
         + _cross(rate.angular, _cross(rate.angular, arm))
     )
-    return found
 
 
 def _crossing(vector: np.ndarray) -> np.ndarray:
@@ -381,11 +374,9 @@ def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    found: np.ndarray = (matrix @ vector[:, :, None])[:, :, 0]
-    return found
+    return (matrix @ vector[:, :, None])[:, :, 0]
 
 
 def _power(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
     """columns' force (states, n)."""
-    found: np.ndarray = (force[:, None] @ columns)[:, 0]
-    return found
+    return (force[:, None] @ columns)[:, 0]

@@ -12,25 +12,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
 
+from crosscheck.models.arm import quantities
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
-from crosscheck.models.arm.quantities import (
-    Acceleration,
-    Area,
-    ArmVersion,
-    Data,
-    Density,
-    Friction,
-    GearInertia,
-    GearMass,
-    Inertia,
-    Length,
-    Mass,
-    Name,
-    Place,
-    Title,
-    UpToSeven,
-    short,
-)
+from crosscheck.models.arm.quantities import Data, UpToSeven, short
 
 # Numbers of 16 digits must hold the parts of an arm beside each other. Within these limits each of
 # 6000 random arms over all ranges kept nine digits of its accelerations in every engine.
@@ -46,21 +30,21 @@ ROD, BODY = ("cross_section_m2", "density_kg_per_m3"), ("mass_kg", "inertia_kg_m
 class StageMasses(PlanetaryGears):
     """What of a stage moves with the links beside it, and friction."""
 
-    carrier_equivalent_mass_kg: Mass | None = None
+    carrier_equivalent_mass_kg: quantities.Mass | None = None
     """J / r^2 of the carrier, r its radius x cos(pressure angle); this or carrier_inertia_kg_m2."""
-    carrier_inertia_kg_m2: Inertia | None = None
+    carrier_inertia_kg_m2: quantities.Inertia | None = None
     """J of the carrier about the joint's axis, without the planets."""
-    sun_mass_kg: Mass
+    sun_mass_kg: quantities.Mass
     """Mass of the sun, at the joint's axis."""
-    planet_mass_kg: Mass
+    planet_mass_kg: quantities.Mass
     """Mass of one planet, at its centre on the carrier."""
-    carrier_mass_kg: Mass
+    carrier_mass_kg: quantities.Mass
     """Mass of the carrier, at the joint's axis."""
-    ring_mass_kg: Mass
+    ring_mass_kg: quantities.Mass
     """Mass of ring and housing, at the joint's axis."""
-    ring_inertia_kg_m2: Inertia = 0.0
+    ring_inertia_kg_m2: quantities.Inertia = 0.0
     """J of ring and housing about the joint's axis; they turn with the previous body."""
-    friction_N_m_s_per_rad: Friction = 0.0
+    friction_N_m_s_per_rad: quantities.Friction = 0.0
     """c of the torque -c theta' on the link, and its reaction on the previous body."""
 
     @model_validator(mode="after")
@@ -109,11 +93,11 @@ class Direct(Data):
 
     kind: Literal["direct"]
     """Which sort of joint this is."""
-    motor_mass_kg: Mass
+    motor_mass_kg: quantities.Mass
     """Mass of the motor, at the joint's axis."""
-    rotor_inertia_kg_m2: Inertia
+    rotor_inertia_kg_m2: quantities.Inertia
     """J of the rotor about the joint's axis; it turns with the next link."""
-    friction_N_m_s_per_rad: Friction = 0.0
+    friction_N_m_s_per_rad: quantities.Friction = 0.0
     """c of the torque -c theta' on the link, and its reaction on the previous body."""
 
     @property
@@ -132,21 +116,21 @@ class Link(Data):
     given mass and inertia about its centre of mass.
     """
 
-    length_m: Length
+    length_m: quantities.Length
     """From its joint's axis to the next one's, or to the payload."""
-    com_m: Place
+    com_m: quantities.Place
     """From its joint's axis to the centre of mass, on the line through both ends."""
-    cross_section_m2: Area | None = None
+    cross_section_m2: quantities.Area | None = None
     """Of a rod, whose mass is section x density x length, and J = mass x length^2 / 12."""
-    density_kg_per_m3: Density | None = None
+    density_kg_per_m3: quantities.Density | None = None
     """Of a rod."""
-    mass_kg: GearMass | None = None
+    mass_kg: quantities.GearMass | None = None
     """Of a body that is no rod."""
-    inertia_kg_m2: GearInertia | None = None
+    inertia_kg_m2: quantities.GearInertia | None = None
     """J of that body about its centre of mass."""
 
     @model_validator(mode="after")
-    def _rod_or_body(self) -> Self:
+    def _rod_or_body_with_its_centre_on_it(self) -> Self:
         rod = [name for name in ROD if getattr(self, name) is not None]
         body = [name for name in BODY if getattr(self, name) is not None]
         if rod and body:
@@ -157,10 +141,6 @@ class Link(Data):
                 raise ValueError(f"{missing[0]}|is missing; {given[0]} needs it beside")
         if not rod and not body:
             raise ValueError(f"{ROD[0]}|give {' and '.join(ROD)}, or {' and '.join(BODY)}")
-        return self
-
-    @model_validator(mode="after")
-    def _com_on_the_link(self) -> Self:
         if self.com_m > self.length_m:
             raise ValueError(f"com_m|must be at most length_m = {self.length_m:g}")
         return self
@@ -172,16 +152,16 @@ class Arm(Data):
     Gravity [m/s^2] is along the base's x and y; at zero angles x points along the links.
     """
 
-    schema_version: ArmVersion
+    schema_version: quantities.ArmVersion
     """Version of the file: 2."""
-    name: Name
+    name: quantities.Name
     """What reports, records and messages call the arm."""
-    title: Title = ""
+    title: quantities.Title = ""
     """One line about it."""
-    payload_mass_kg: Mass
+    payload_mass_kg: quantities.Mass
     """Point mass at the tip."""
     gravity_m_per_s2: Annotated[
-        tuple[Acceleration, Acceleration], Field(strict=False), FailFast()
+        tuple[quantities.Acceleration, quantities.Acceleration], Field(strict=False), FailFast()
     ] = (0.0, 0.0)
     """Along the base's x and y; at zero angles x points along the links."""
     joints: Annotated[tuple[Joint, ...], UpToSeven, FailFast()]
@@ -211,20 +191,18 @@ class Arm(Data):
     @model_validator(mode="after")
     def _links_have_inertia(self) -> Self:
         for place in range(len(self.links)):
-            own, load = _own_inertia(self, place), _turned_inertia(self, place)
+            link, is_last = self.links[place], place + 1 == len(self.links)
+            own = link.inertia_kg_m2
+            if own is None:
+                own = _link_mass(link) * link.length_m**2 / 12
+            own += self.payload_mass_kg * link.length_m**2 if is_last else 0.0
+            load = _turned_inertia(self, place)
             if own < LEAST_ROD * load:
                 raise ValueError(
                     f"links[{place}]|must have at least {short(LEAST_ROD)} of the inertia that its"
                     f" joint turns: it has {own:.3g} of {load:.3g} kg m^2"
                 )
         return self
-
-
-def _own_inertia(arm: Arm, place: int) -> float:
-    """Of a link about its centre, of the last one with the payload [kg m^2]."""
-    link = arm.links[place]
-    end = arm.payload_mass_kg if place + 1 == len(arm.links) else 0.0
-    return _link_inertia(link) + end * link.length_m**2
 
 
 def _turned_inertia(arm: Arm, place: int) -> float:
@@ -276,15 +254,9 @@ def _equivalent_mass(joint: Planetary, part: str) -> float:
 def _link_mass(link: Link) -> float:
     if link.mass_kg is not None:
         return link.mass_kg
-    assert link.density_kg_per_m3 is not None  # as _rod_or_body has seen
+    assert link.density_kg_per_m3 is not None  # as the link's own validation has seen
     assert link.cross_section_m2 is not None
     return link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
-
-
-def _link_inertia(link: Link) -> float:
-    if link.inertia_kg_m2 is not None:
-        return link.inertia_kg_m2
-    return _link_mass(link) * link.length_m**2 / 12
 
 
 def _carrier_radius(joint: Planetary) -> float:

@@ -7,17 +7,9 @@ from typing import Literal, Self
 
 from pydantic import model_validator
 
+from crosscheck.models.arm import quantities
 from crosscheck.models.arm.mesh import Mesh
-from crosscheck.models.arm.quantities import (
-    Data,
-    GearInertia,
-    GearMass,
-    Module,
-    PlanetCount,
-    PressureAngle,
-    ToothCount,
-    short,
-)
+from crosscheck.models.arm.quantities import Data, short
 
 LARGEST_RING_M = 50.0
 PHASES_FIT = 1e-3  # cycles that given phases of planets may be off what their teeth say
@@ -28,25 +20,25 @@ class PlanetaryGears(Data):
 
     kind: Literal["planetary"]
     """Which sort of joint this is."""
-    sun_teeth: ToothCount
+    sun_teeth: quantities.ToothCount
     """Teeth of the sun."""
-    planet_teeth: ToothCount
+    planet_teeth: quantities.ToothCount
     """Teeth of each planet."""
-    ring_teeth: ToothCount
+    ring_teeth: quantities.ToothCount
     """Teeth of the ring: sun_teeth + 2 planet_teeth."""
-    planet_count: PlanetCount = 3
+    planet_count: quantities.PlanetCount = 3
     """N, equally spaced: it divides sun_teeth + ring_teeth, and the planets clear each other."""
-    module_m: Module
+    module_m: quantities.Module
     """Pitch diameter of a gear over its teeth."""
-    pressure_angle_deg: PressureAngle
+    pressure_angle_deg: quantities.PressureAngle
     """Between the line of action and the common tangent of the pitch circles."""
-    sun_equivalent_mass_kg: GearMass | None = None
+    sun_equivalent_mass_kg: quantities.GearMass | None = None
     """J / r^2 of the sun, r its base radius; this or sun_inertia_kg_m2."""
-    sun_inertia_kg_m2: GearInertia | None = None
+    sun_inertia_kg_m2: quantities.GearInertia | None = None
     """J of the sun about its axis, the motor's rotor included."""
-    planet_equivalent_mass_kg: GearMass | None = None
+    planet_equivalent_mass_kg: quantities.GearMass | None = None
     """J / r^2 of one planet, r its base radius; this or planet_inertia_kg_m2."""
-    planet_inertia_kg_m2: GearInertia | None = None
+    planet_inertia_kg_m2: quantities.GearInertia | None = None
     """J of one planet about its own axis."""
 
     @model_validator(mode="after")
@@ -67,20 +59,12 @@ class PlanetaryGears(Data):
                 "planet_count|must divide sun_teeth + ring_teeth ="
                 f" {self.sun_teeth + self.ring_teeth} for equally spaced planets"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _planets_clear_each_other(self) -> Self:
         spacing = (self.sun_teeth + self.planet_teeth) * math.sin(math.pi / self.planet_count)
         if spacing <= self.planet_teeth + 2:
             raise ValueError(
                 "planet_count|neighbouring planets collide: their centres are"
                 f" {spacing:.1f} modules apart, their tip diameter is {self.planet_teeth + 2}"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _gears_have_a_size(self) -> Self:
         if self.module_m * self.ring_teeth / 2 > LARGEST_RING_M:
             most = short(2 * LARGEST_RING_M / self.ring_teeth)
             raise ValueError(

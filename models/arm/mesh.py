@@ -7,17 +7,8 @@ from typing import Self
 
 from pydantic import model_validator
 
-from crosscheck.models.arm.quantities import (
-    Damping,
-    DampingRatio,
-    Data,
-    Offset,
-    PerPlanet,
-    Phase,
-    Phases,
-    Play,
-    Sharpness,
-)
+from crosscheck.models.arm import quantities
+from crosscheck.models.arm.quantities import Data, PerPlanet
 from crosscheck.models.arm.stiffness import StiffnessLaw
 
 FROM_TEETH = "from-teeth"
@@ -51,21 +42,21 @@ class Mesh(Data):
 
     stiffness: PerPlanet[StiffnessLaw]
     """k of one planet's contact over the mesh phase, by one of the laws."""
-    backlash_m: PerPlanet[Play]
+    backlash_m: PerPlanet[quantities.Play]
     """b, half the clearance 2 b between the teeth, along the line of action."""
-    tooth_error_m: PerPlanet[Play]
+    tooth_error_m: PerPlanet[quantities.Play]
     """E of the tooth profile error, a wave E sin(phase + tooth_error_phase_rad)."""
-    tooth_error_phase_rad: PerPlanet[Phase] = 0.0
+    tooth_error_phase_rad: PerPlanet[quantities.Phase] = 0.0
     """Added to the phase of the tooth error alone."""
-    static_error_m: PerPlanet[Offset] = 0.0
+    static_error_m: PerPlanet[quantities.Offset] = 0.0
     """Added to e: a runout that stands still, a planet out of its place."""
-    phase_rad: Phases = 0.0
+    phase_rad: quantities.Phases = 0.0
     """Added to the mesh's phase; from-teeth is what each planet's place and the teeth make it."""
-    damping_ratio: PerPlanet[DampingRatio] | None = None
+    damping_ratio: PerPlanet[quantities.DampingRatio] | None = None
     """zeta of d = 2 zeta sqrt(N k M); this or damping_N_s_per_m."""
-    damping_N_s_per_m: PerPlanet[Damping] | None = None
+    damping_N_s_per_m: PerPlanet[quantities.Damping] | None = None
     """d itself, of N planets alike together; this or damping_ratio."""
-    tanh_sharpness_per_m: Sharpness = 1e8
+    tanh_sharpness_per_m: quantities.Sharpness = 1e8
     """Sharpness of the corners of Eq. 6, used with the switch dead_zone = tanh alone."""
 
     def of_planet(self, place: int) -> PlanetMesh:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from crosscheck.models.arm.arm import Arm, Direct, Planetary
+from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.stiffness import SineStiffness, SquareStiffness
 from crosscheck.models.errors import InputError
@@ -15,15 +15,15 @@ SINGLE_SINE_RATIO = 1.5  # the contact ratio at which Eq. 7's fundamental is a s
 
 def with_meshes(arm: Arm, change: Callable[[Mesh], Mesh]) -> Arm:
     """The arm with both meshes of every geared joint changed; direct joints as they are."""
-    joints = tuple(_with_meshes(joint, change) for joint in arm.joints)
-    return arm.model_copy(update={"joints": joints})
-
-
-def _with_meshes(joint: Planetary | Direct, change: Callable[[Mesh], Mesh]) -> Planetary | Direct:
-    if isinstance(joint, Direct):
-        return joint
-    meshes = {"sun_mesh": change(joint.sun_mesh), "ring_mesh": change(joint.ring_mesh)}
-    return joint.model_copy(update=meshes)
+    joints = [
+        joint.model_copy(
+            update={"sun_mesh": change(joint.sun_mesh), "ring_mesh": change(joint.ring_mesh)}
+        )
+        if isinstance(joint, Planetary)
+        else joint
+        for joint in arm.joints
+    ]
+    return arm.model_copy(update={"joints": tuple(joints)})
 
 
 def damped(arm: Arm, zeta: float) -> Arm:

@@ -12,15 +12,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
 
-from crosscheck.models.arm.quantities import (
-    ContactRatio,
-    Cycles,
-    Data,
-    Harmonics,
-    Stiffness,
-    StiffnessPart,
-    Wave,
-)
+from crosscheck.models.arm import quantities
+from crosscheck.models.arm.quantities import Data
 
 Waves = Field(max_length=50, strict=False)
 Rows = Field(min_length=5, max_length=2000, strict=False)
@@ -32,9 +25,9 @@ class SineStiffness(Data):
 
     law: Literal["sine"]
     """Which law this is."""
-    mean_N_per_m: Stiffness
+    mean_N_per_m: quantities.Stiffness
     """k_m, the mean."""
-    amplitude_N_per_m: StiffnessPart
+    amplitude_N_per_m: quantities.StiffnessPart
     """k_a of the wave, below the mean."""
 
     @model_validator(mode="after")
@@ -50,11 +43,11 @@ class FourierStiffness(Data):
 
     law: Literal["fourier"]
     """Which law this is."""
-    mean_N_per_m: Stiffness
+    mean_N_per_m: quantities.Stiffness
     """The mean."""
-    cosine_N_per_m: Annotated[tuple[Wave, ...], Waves, FailFast()] = ()
+    cosine_N_per_m: Annotated[tuple[quantities.Wave, ...], Waves, FailFast()] = ()
     """Cosine amplitudes, of the mesh frequency, of twice that, and so on."""
-    sine_N_per_m: Annotated[tuple[Wave, ...], Waves, FailFast()] = ()
+    sine_N_per_m: Annotated[tuple[quantities.Wave, ...], Waves, FailFast()] = ()
     """Sine amplitudes, likewise; the lists may differ in length."""
 
     @model_validator(mode="after")
@@ -81,13 +74,13 @@ class SquareStiffness(Data):
 
     law: Literal["square"]
     """Which law this is."""
-    contact_ratio: ContactRatio
+    contact_ratio: quantities.ContactRatio
     """Mean number of tooth pairs in contact: two carry for contact_ratio - 1 of a period."""
-    least_N_per_m: Stiffness
+    least_N_per_m: quantities.Stiffness
     """While one pair carries."""
-    largest_N_per_m: Stiffness
+    largest_N_per_m: quantities.Stiffness
     """While two pairs carry."""
-    harmonics: Harmonics
+    harmonics: quantities.Harmonics
     """Terms of the series; the more, the steeper the steps."""
 
     @model_validator(mode="after")
@@ -121,9 +114,9 @@ class TableStiffness(Data):
 
     law: Literal["table"]
     """Which law this is."""
-    phase_cycles: Annotated[tuple[Cycles, ...], Rows, FailFast()]
+    phase_cycles: Annotated[tuple[quantities.Cycles, ...], Rows, FailFast()]
     """Phase over 2 pi of every row, rising from 0 to 1."""
-    stiffness_N_per_m: Annotated[tuple[Stiffness, ...], Rows, FailFast()]
+    stiffness_N_per_m: Annotated[tuple[quantities.Stiffness, ...], Rows, FailFast()]
     """k of every row; the last one repeats the first."""
 
     @model_validator(mode="after")
@@ -154,8 +147,7 @@ class TableStiffness(Data):
 
 
 StiffnessLaw = Annotated[
-    SineStiffness | FourierStiffness | SquareStiffness | TableStiffness,
-    Field(discriminator="law"),
+    SineStiffness | FourierStiffness | SquareStiffness | TableStiffness, Field(discriminator="law")
 ]
 
 

@@ -6,13 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.models.experiment.scenario import (
-    ConstantDrive,
-    PdDrive,
-    Scenario,
-    SinusoidDrive,
-    per_joint,
-)
+from crosscheck.models.experiment import scenario as experiments
+from crosscheck.models.experiment.scenario import Scenario, per_joint
 
 CONSTANT, PD, SINE_OF_TIME, SINE_OF_SQRT_TIME, TABLE = range(5)
 
@@ -35,16 +30,12 @@ def drive_data(scenario: Scenario, joints: int) -> DriveData:
     drive = scenario.drive
     table_time, table_torque = np.zeros(1), np.zeros((joints, 1))
     columns: tuple[float | tuple[float, ...], ...] = ()
-    if isinstance(drive, ConstantDrive):
+    if isinstance(drive, experiments.ConstantDrive):
         code, columns = CONSTANT, (drive.torque_N_m,)
-    elif isinstance(drive, PdDrive):
+    elif isinstance(drive, experiments.PdDrive):
         code = PD
-        columns = (
-            drive.target_rad,
-            drive.proportional_N_m_per_rad,
-            drive.derivative_N_m_s_per_rad,
-        )
-    elif isinstance(drive, SinusoidDrive):
+        columns = (drive.target_rad, drive.proportional_N_m_per_rad, drive.derivative_N_m_s_per_rad)
+    elif isinstance(drive, experiments.SinusoidDrive):
         code = SINE_OF_TIME if drive.argument == "time" else SINE_OF_SQRT_TIME
         columns = (drive.amplitude_N_m, drive.rate_rad_per_s)
     else:

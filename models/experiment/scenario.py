@@ -12,27 +12,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
 
-from crosscheck.models.arm.quantities import (
-    Angle,
-    AngularRate,
-    Count,
-    Data,
-    DriveRate,
-    Duration,
-    Gain,
-    Name,
-    Offset,
-    OfPlanets,
-    PerJoint,
-    RateGain,
-    SchemaVersion,
-    Step,
-    TableTime,
-    Title,
-    Torque,
-    UpToSeven,
-    short,
-)
+from crosscheck.models.arm import quantities
+from crosscheck.models.arm.quantities import Data, PerJoint, UpToSeven, short
 
 MOST_STEPS = 1e9  # an hour of the compiled integrator
 # A state takes 430 bytes of a run for the paper's arm, 2.6 kB for seven joints with eight planets.
@@ -48,7 +29,7 @@ class ConstantDrive(Data):
 
     kind: Literal["constant"]
     """Which drive law this is."""
-    torque_N_m: PerJoint[Torque]
+    torque_N_m: PerJoint[quantities.Torque]
     """T, on the output side of the gears."""
 
 
@@ -57,11 +38,11 @@ class PdDrive(Data):
 
     kind: Literal["pd"]
     """Which drive law this is."""
-    target_rad: PerJoint[Angle]
+    target_rad: PerJoint[quantities.Angle]
     """Joint angle to reach."""
-    proportional_N_m_per_rad: PerJoint[Gain]
+    proportional_N_m_per_rad: PerJoint[quantities.Gain]
     """P."""
-    derivative_N_m_s_per_rad: PerJoint[RateGain]
+    derivative_N_m_s_per_rad: PerJoint[quantities.RateGain]
     """D."""
 
 
@@ -70,9 +51,9 @@ class SinusoidDrive(Data):
 
     kind: Literal["sinusoid"]
     """Which drive law this is."""
-    amplitude_N_m: PerJoint[Torque]
+    amplitude_N_m: PerJoint[quantities.Torque]
     """A, on the output side of the gears."""
-    rate_rad_per_s: PerJoint[DriveRate]
+    rate_rad_per_s: PerJoint[quantities.DriveRate]
     """Angular frequency; over sqrt(s) instead of s where the argument is sqrt_time."""
     argument: Literal["time", "sqrt_time"]
     """What the rate is multiplied with: t or its square root."""
@@ -83,10 +64,12 @@ class TableDrive(Data):
 
     kind: Literal["table"]
     """Which drive law this is."""
-    time_s: Annotated[tuple[TableTime, ...], Rows, FailFast()]
+    time_s: Annotated[tuple[quantities.TableTime, ...], Rows, FailFast()]
     """Of every row, rising, from 0 or before to the duration or after it."""
     torque_N_m: Annotated[
-        tuple[Annotated[tuple[Torque, ...], Rows, FailFast()], ...], UpToSeven, FailFast()
+        tuple[Annotated[tuple[quantities.Torque, ...], Rows, FailFast()], ...],
+        UpToSeven,
+        FailFast(),
     ]
     """T of every row, one list for each joint, on the output side of the gears."""
 
@@ -112,16 +95,18 @@ class Start(Data):
 
     mesh: Literal["contact", "centre"] = "contact"
     """Displacements of the meshes: at first contact (x = b + static error), or x = 0."""
-    theta_rad: PerJoint[Angle] = 0.0
+    theta_rad: PerJoint[quantities.Angle] = 0.0
     """Joint angles, each relative to the previous link."""
-    theta_dot_rad_per_s: PerJoint[AngularRate] = 0.0
+    theta_dot_rad_per_s: PerJoint[quantities.AngularRate] = 0.0
     """Joint rates."""
-    sun_planet_offset_m: PerJoint[Offset] = 0.0
+    sun_planet_offset_m: PerJoint[quantities.Offset] = 0.0
     """Added to x_sp."""
-    planet_ring_offset_m: PerJoint[Offset] = 0.0
+    planet_ring_offset_m: PerJoint[quantities.Offset] = 0.0
     """Added to x_pr."""
     planet_offset_m: Annotated[
-        tuple[OfPlanets[Offset], ...], Field(max_length=7, strict=False), FailFast()
+        tuple[quantities.OfPlanets[quantities.Offset], ...],
+        Field(max_length=7, strict=False),
+        FailFast(),
     ] = ()
     """Of each planet, one list for each joint: added to its x_pr and taken from its x_sp."""
 
@@ -134,17 +119,17 @@ class Scenario(Data):
     steps, so that the last state is always on the grid.
     """
 
-    schema_version: SchemaVersion
+    schema_version: quantities.SchemaVersion
     """Version of the file."""
-    name: Name
+    name: quantities.Name
     """What reports, records and messages call the experiment."""
-    title: Title = ""
+    title: quantities.Title = ""
     """One line about it."""
-    duration_s: Duration
+    duration_s: quantities.Duration
     """How long it is simulated."""
-    step_s: Step
+    step_s: quantities.Step
     """Step of the fixed-step integrators; it divides the duration."""
-    record_every: Count = 10
+    record_every: quantities.Count = 10
     """Steps between two recorded states."""
     start: Start = Start()
     """State at t = 0."""
@@ -162,7 +147,7 @@ class Scenario(Data):
         return math.gcd(self.steps, self.record_every)
 
     @model_validator(mode="after")
-    def _whole_steps(self) -> Self:
+    def _steps_and_records_can_be_made(self) -> Self:
         steps = self.duration_s / self.step_s
         if steps > MOST_STEPS:
             raise ValueError(
@@ -170,10 +155,6 @@ class Scenario(Data):
             )
         if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * max(1.0, steps):
             raise ValueError(f"step_s|must divide duration_s = {self.duration_s:g}")
-        return self
-
-    @model_validator(mode="after")
-    def _recording_can_be_kept(self) -> Self:
         if self.steps // self.stride > MOST_RECORDS:
             raise ValueError(
                 f"record_every|keeps every {self.stride} of {self.steps} steps;"
@@ -182,31 +163,23 @@ class Scenario(Data):
         return self
 
     @model_validator(mode="after")
-    def _steps_resolve_the_drive(self) -> Self:
+    def _drive_suits_the_run(self) -> Self:
         drive = self.drive
         if isinstance(drive, SinusoidDrive):
             advance = self.step_s if drive.argument == "time" else math.sqrt(self.step_s)
-            fastest = max(map(abs, _numbers(drive.rate_rad_per_s)))
+            rates = drive.rate_rad_per_s
+            fastest = max(map(abs, rates if isinstance(rates, tuple) else (rates,)))
             if fastest * advance > MOST_TURN:
                 most, step = short(MOST_TURN / advance), short(self.step_s)
                 raise ValueError(
                     f"drive.rate_rad_per_s|must be at most {most} for a step_s of {step}: six steps"
                     " a period"
                 )
-        return self
-
-    @model_validator(mode="after")
-    def _table_covers_the_run(self) -> Self:
-        drive = self.drive
         if isinstance(drive, TableDrive) and (
             drive.time_s[0] > 0 or drive.time_s[-1] < self.duration_s
         ):
             raise ValueError(f"drive.time_s|must cover 0 to duration_s = {self.duration_s:g}")
         return self
-
-
-def _numbers(value: float | tuple[float, ...]) -> tuple[float, ...]:
-    return value if isinstance(value, tuple) else (value,)
 
 
 def per_joint(value: float | tuple[float, ...], joints: int) -> tuple[float, ...]:

@@ -27,6 +27,25 @@ class TreeBody(NamedTuple):
     inertia: float
 
 
+def quiet_settings() -> Any:
+    """Of a simulation that writes no file and prints nothing."""
+    settings = exudyn.SimulationSettings()
+    settings.solution.file.write = False
+    settings.solution.sensors.active = False
+    settings.timeIntegration.verboseMode = 0
+    return settings
+
+
+def solve(solver: Any, system: Any, settings: Any) -> bool:
+    """Let a solver run a system; returns whether it came to the end."""
+    try:
+        return solver.SolveSystem(system, settings)
+    except (SystemError, exudyn.ExudynError) as error:  # how Ctrl-C in a user function comes out
+        if isinstance(error.__cause__, KeyboardInterrupt) or "KeyboardInterrupt" in str(error):
+            raise KeyboardInterrupt from None
+        raise
+
+
 class System:
     """An assembled system: states in, mass matrix and right-hand side out.
 
@@ -110,12 +129,7 @@ class Engine(System):
         """
         time = self.settings.timeIntegration
         time.numberOfSteps, time.endTime = steps, steps * step_s
-        try:
-            solved = self.solver.SolveSystem(self.system, self.settings)
-        except (SystemError, exudyn.ExudynError) as error:  # how Ctrl-C in a force comes out
-            if isinstance(error.__cause__, KeyboardInterrupt) or "KeyboardInterrupt" in str(error):
-                raise KeyboardInterrupt from None
-            raise
+        solved = solve(self.solver, self.system, self.settings)
         data = self.system.systemData
         q, v = np.array(data.GetODE2Coordinates()), np.array(data.GetODE2Coordinates_t())
         if not (solved and np.isfinite(q).all() and np.isfinite(v).all()):
@@ -124,10 +138,7 @@ class Engine(System):
 
 
 def _settings() -> Any:
-    settings = exudyn.SimulationSettings()
-    settings.solution.file.write = False
-    settings.solution.sensors.active = False
-    settings.timeIntegration.verboseMode = 0
+    settings = quiet_settings()
     settings.timeIntegration.solverType = exudyn.DynamicSolverType.RK44
     settings.timeIntegration.explicit.computeEndOfStepAccelerations = False
     return settings

@@ -15,26 +15,11 @@ import numpy as np
 
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.exudyn.engine import System, UserFunction, exudyn, items
+from crosscheck.models.exudyn.tree import mesh as tree_mesh
 from crosscheck.models.exudyn.tree.laws import Side, base_radius, inertia, mesh_law
-from crosscheck.models.exudyn.tree.mesh import (
-    STEP,
-    MeshLaw,
-    damping_force,
-    elastic_force,
-    stretch,
-    turning_torque,
-    variation,
-)
+from crosscheck.models.exudyn.tree.mesh import MeshLaw
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import (
-    BASE,
-    WITH_ROTORS,
-    Level,
-    LinkFrame,
-    Robot,
-    Rotor,
-    RotorMesh,
-)
+from crosscheck.models.robot.robot import BASE, WITH_ROTORS, Level, LinkFrame, Robot, RotorMesh
 
 # Of its stator's mass, taken from it, at its centre of mass: Exudyn's bodies need one, and it
 # changes nothing there.
@@ -59,13 +44,6 @@ class RobotPart(NamedTuple):
     mass: float
     com: np.ndarray
     inertia: np.ndarray
-
-
-class SprungRotor(NamedTuple):
-    """A rotor whose mesh is a spring: its place among the parts."""
-
-    place: int
-    mesh: RotorMesh
 
 
 class SprungStage(NamedTuple):
@@ -99,27 +77,30 @@ class ExudynRobot(RobotModel):
         rows = np.hstack([follows[:, free], np.zeros((len(parts), springs))])
         offsets = [0.0 if joint.mimic is None else joint.mimic.offset for joint in robot.joints]
         motors = [{joint: 1.0} for joint in free]  # of each torque, what it is in the tree
-        added, sprung = np.zeros(len(parts)), list[SprungRotor]()
+        added, sprung = np.zeros(len(parts)), list[tuple[int, RotorMesh]]()
         for rotor in robot.rotors:
             added[rotor.joint] += rotor.inertia * rotor.ratio**2
             if level not in WITH_ROTORS:
                 continue
-            parts += self._rotor(rotor, parts, rotor.mesh if meshes else None)
+            frame = robot.frames[rotor.stator]
+            placed = self._within(frame)[0] @ _with_z_along(rotor.axis)
+            teeth = bool(meshes and rotor.mesh)
+            parts += self._spinning(frame.body, placed, rotor.inertia, parts, teeth)
             rows = np.vstack([rows, rotor.ratio * rows[rotor.joint]])
             if meshes and rotor.mesh:
                 turns = np.zeros(rows.shape[1])
                 turns[len(free) + len(sprung)] = 1 / rotor.mesh.pinion_base_radius_m
                 rows = np.vstack([rows, turns])
                 shaft, turned = len(rows) - 2, len(rows) - 1
-                sprung.append(SprungRotor(turned, rotor.mesh))
+                sprung.append((turned, rotor.mesh))
                 if rotor.joint in free:
                     own = {shaft: 1 / rotor.ratio, turned: 1 / rotor.ratio}
                     motors[free.index(rotor.joint)] = own
         toothed: list[SprungStage] = []
         for number, stage in enumerate(robot.stages):
             gears, moved = stage.gears, stage.joint
-            teeth = gears.sun_teeth, gears.planet_teeth, gears.ring_teeth
-            r_s, r_p, r_r = (base_radius(gears, each) for each in teeth)
+            wheels = gears.sun_teeth, gears.planet_teeth, gears.ring_teeth
+            r_s, r_p, r_r = (base_radius(gears, each) for each in wheels)
             sun_turns, planet_turns = 1 + r_r / r_s, -r_r / r_p  # the planet's on the carrier
             J_s, J_p = inertia(gears, "sun"), gears.planet_count * inertia(gears, "planet")
             added[moved] += J_s * sun_turns**2 + J_p * (1 + planet_turns) ** 2
@@ -178,8 +159,7 @@ class ExudynRobot(RobotModel):
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """By solving with its M (states, n)."""
         left = torques @ self._motors @ self._rows - self._held(self._sprung, q, v)
-        found: np.ndarray = np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
-        return found
+        return np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Kinetic by its M, the weights' by sensors of its bodies' places (states,) [J]."""
@@ -265,13 +245,6 @@ class ExudynRobot(RobotModel):
             own.T @ body.inertia @ own,
         )
 
-    def _rotor(
-        self, rotor: Rotor, parts: list[RobotPart], mesh: RotorMesh | None
-    ) -> list[RobotPart]:
-        frame = self.robot.frames[rotor.stator]
-        placed = self._within(frame)[0] @ _with_z_along(rotor.axis)
-        return self._spinning(frame.body, placed, rotor.inertia, parts, mesh is not None)
-
     def _spinning(
         self, body: int, placed: np.ndarray, inertia: float, parts: list[RobotPart], sprung: bool
     ) -> list[RobotPart]:
@@ -309,10 +282,11 @@ def _with_z_along(axis: np.ndarray) -> np.ndarray:
     return np.column_stack([x, np.cross(axis, x), axis])
 
 
-def _teeth(sprung: list[SprungRotor], toothed: list[SprungStage]) -> UserFunction:
+def _teeth(sprung: list[tuple[int, RotorMesh]], toothed: list[SprungStage]) -> UserFunction:
     """Torques of the meshes on rotors, suns and planets, which turn against their shafts.
 
-    And what the springs' potentials do to the joints whose angles they depend on.
+    And what the springs' potentials do to the joints whose angles they depend on. sprung: place of
+    each rotor among the parts, and its mesh.
     """
 
     def torques(
@@ -330,16 +304,19 @@ def _teeth(sprung: list[SprungRotor], toothed: list[SprungStage]) -> UserFunctio
             for own, wheel in ((of_sun, sun), (of_ring, None)):
                 law, theta = own.array, angles[joint]
                 x, rate = (
-                    stretch(law, 0.0 if wheel is None else turned[wheel], turned[planet], 0.0)
+                    tree_mesh.stretch(
+                        law, 0.0 if wheel is None else turned[wheel], turned[planet], 0.0
+                    )
                     for turned in (angles, rates)
                 )
-                stiffness, error = variation(law, 0.0, theta, 0.0)
-                pull = elastic_force(law, x, stiffness, error) + damping_force(law, x, rate, error)
+                stiffness, error = tree_mesh.variation(law, 0.0, theta, 0.0)
+                pull = tree_mesh.elastic_force(law, x, stiffness, error)
+                pull += tree_mesh.damping_force(law, x, rate, error)
                 if wheel is not None:
                     found[wheel] -= planets * own.wheel_radius * pull
                 found[planet] -= planets * own.planet_radius * pull
-                varied = variation(law, 0.0, complex(theta, STEP), 0.0)
-                found[joint] += planets * turning_torque(law, x, *varied)
+                varied = tree_mesh.variation(law, 0.0, complex(theta, tree_mesh.STEP), 0.0)
+                found[joint] += planets * tree_mesh.turning_torque(law, x, *varied)
         return found
 
     return torques

@@ -94,8 +94,7 @@ class PinocchioFloating(PinocchioCoupled):
         )
         momentum = np.array([self.momentum(*state[1:]) for state in states])
         return run.assign(
-            base=(("time", "coordinate"), q[:, :3]),
-            momentum=(("time", "component"), momentum),
+            base=(("time", "coordinate"), q[:, :3]), momentum=(("time", "component"), momentum)
         )
 
     def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -108,7 +107,24 @@ class PinocchioFloating(PinocchioCoupled):
         return np.array([push_x, push_y, turn + q[0] * push_y - q[1] * push_x])
 
     def _build(self) -> pin.Model:
-        return _on_base(super()._build(), self._base)
+        """The arm's tree on a body that slides along x and y and turns about z."""
+        tree = pin.Model()
+        tree.gravity.linear = np.zeros(3)
+        body = 0
+        for name, joint in zip(
+            BASE_COORDINATES,
+            (pin.JointModelPX(), pin.JointModelPY(), pin.JointModelRZ()),
+            strict=True,
+        ):
+            body = tree.addJoint(body, joint, pin.SE3.Identity(), name)
+        cube = pin.Inertia(
+            self._base.mass_kg,
+            np.array([-self._base.side_m / 2, 0.0, 0.0]),
+            np.eye(3) * self._base.inertia_kg_m2,
+        )
+        tree.appendBodyToJoint(body, cube, pin.SE3.Identity())
+        shoulder = pin.Frame("shoulder", body, pin.SE3.Identity(), pin.FrameType.OP_FRAME)
+        return pin.appendModel(tree, super()._build(), tree.addFrame(shoulder), pin.SE3.Identity())
 
     def _run(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """q and v at the given times [s], each (times, n)."""
@@ -134,22 +150,3 @@ class PinocchioFloating(PinocchioCoupled):
             raise Diverged(self.name, float(run.t[-1]))
         require_finite(self.name, time, run.y.T)
         return run.y[:n].T, run.y[n:].T
-
-
-def _on_base(arm: pin.Model, base: FloatingBase) -> pin.Model:
-    """The arm's tree on a body that slides along x and y and turns about z."""
-    tree = pin.Model()
-    tree.gravity.linear = np.zeros(3)
-    body = 0
-    for name, joint in zip(
-        BASE_COORDINATES,
-        (pin.JointModelPX(), pin.JointModelPY(), pin.JointModelRZ()),
-        strict=True,
-    ):
-        body = tree.addJoint(body, joint, pin.SE3.Identity(), name)
-    cube = pin.Inertia(
-        base.mass_kg, np.array([-base.side_m / 2, 0.0, 0.0]), np.eye(3) * base.inertia_kg_m2
-    )
-    tree.appendBodyToJoint(body, cube, pin.SE3.Identity())
-    shoulder = pin.Frame("shoulder", body, pin.SE3.Identity(), pin.FrameType.OP_FRAME)
-    return pin.appendModel(tree, arm, tree.addFrame(shoulder), pin.SE3.Identity())

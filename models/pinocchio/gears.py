@@ -17,14 +17,8 @@ from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.experiment.drive import drive_data, joint_torque
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model
+from crosscheck.models.pinocchio import tree
 from crosscheck.models.pinocchio.meshes import Meshes, contacts_of, meshes_of, stiffness_of
-from crosscheck.models.pinocchio.tree import (
-    TreeStage,
-    base_radii,
-    build_tree,
-    map_to_tree,
-    sun_turns,
-)
 
 # Over 1 + the largest acceleration [rad/s^2]. Lumped planets of a stage get equal forces in frames
 # turned against each other, so they differ by rounding: by 1e-13 of their acceleration for the
@@ -63,7 +57,7 @@ class PinocchioGears(Model):
         super().__init__(arm, scenario, chosen_switches)
         self.layout = geared_layout(arm, self.switches)
         self._drive = drive_data(scenario, len(arm.joints))
-        self._weightless, self._stages = build_tree(arm)
+        self._weightless, self._stages = tree.build_tree(arm)
         self._tree = self._weightless.copy()
         self._tree.gravity.linear = np.array([*arm.gravity_m_per_s2, 0.0])
         self.bodies = tuple(self._tree.names)
@@ -73,10 +67,10 @@ class PinocchioGears(Model):
         contacts = contacts_of(arm, self._stages, self._tree)
         self._meshes = meshes_of(contacts, self.switches)
         self._stiffness = stiffness_of(contacts)
-        self._to_tree = map_to_tree(arm, self._stages, self.layout)
+        self._to_tree = tree.map_to_tree(arm, self._stages, self.layout)
         self._links = [stage.link - 1 for stage in self._stages]
         self._driven = [stage.driven - 1 for stage in self._stages]
-        self._ratios = [sun_turns(j) if isinstance(j, Planetary) else 1.0 for j in arm.joints]
+        self._ratios = [tree.sun_turns(j) if isinstance(j, Planetary) else 1.0 for j in arm.joints]
         self._friction = np.array([joint.friction_N_m_s_per_rad for joint in arm.joints])
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -125,7 +119,9 @@ class PinocchioGears(Model):
             coordinates[self.layout.at("theta", number)] = angles[stage.link - 1]
         return coordinates
 
-    def _displacements(self, joint: Planetary, stage: TreeStage, angles: np.ndarray) -> list[float]:
+    def _displacements(
+        self, joint: Planetary, stage: tree.TreeStage, angles: np.ndarray
+    ) -> list[float]:
         """Of a joint, in the layout's order.
 
         Approach of the teeth, as the carrier sees it: sun on planet, ring on planet. Of both
@@ -133,7 +129,7 @@ class PinocchioGears(Model):
         """
         theta, planets = angles[stage.link - 1], angles[np.array(stage.planets) - 1]
         sun = angles[stage.driven - 1] - theta
-        r_s, r_p, r_r = base_radii(joint)
+        r_s, r_p, r_r = tree.base_radii(joint)
         if self.layout.free:
             return [r_s * sun - r_r * theta, *(-r_r * theta - r_p * planets)]
         if np.ptp(planets) > PLANET_TOLERANCE * (1 + np.abs(angles).max()):

@@ -108,7 +108,7 @@ def _mesh(contact: Contact, chosen: Switches) -> dict[str, float]:
         "pitch": teeth / (joint.sun_teeth + joint.planet_teeth),
         "cosine": cos(alpha),
         "sine": sin(alpha),
-        "rate": _sun_mesh_rate(joint) if external else _ring_mesh_rate(joint, chosen),
+        "rate": joint.ring_teeth if external else _ring_mesh_rate(joint, chosen),
         "phase": _phase_from_teeth(contact) if mesh.phase_rad is None else mesh.phase_rad,
         "error": mesh.tooth_error_m,
         "error_phase": mesh.tooth_error_phase_rad,
@@ -146,14 +146,10 @@ def _across_planet(joint: PlanetaryGears) -> float:
     return pi * (joint.planet_teeth - 1)
 
 
-def _sun_mesh_rate(joint: PlanetaryGears) -> int:
-    """Teeth of the sun that pass a planet per turn of the link: z_s (z_r / z_s + 1 - 1)."""
-    return joint.ring_teeth
-
-
 def _ring_mesh_rate(joint: PlanetaryGears, chosen: Switches) -> int:
     """Teeth of the ring that pass a planet per turn of the link; or what Eq. 13 has in its place.
 
+    Of the sun as many pass: z_s (z_r / z_s + 1 - 1).
     Eq. 13: z_p (r_cp / r_p - 1), and r_cp / r_p = (z_s + z_p) / z_p.
     """
     return joint.ring_teeth if chosen.ring_rate == "corrected" else joint.sun_teeth

@@ -10,18 +10,19 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import cos, pi, radians, sin
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import pinocchio as pin
 from scipy.integrate import solve_ivp
 
-from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.arm import Arm, Direct, Planetary
 from crosscheck.models.arm.layout import rigid_layout
 from crosscheck.models.errors import Diverged, InputError
 from crosscheck.models.experiment.drive import drive_data, joint_torque
 from crosscheck.models.experiment.scenario import Scenario, Switches, TableDrive, per_joint
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
+from crosscheck.models.pinocchio import tree as parts
 from crosscheck.models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
@@ -126,7 +127,7 @@ class PinocchioLinks(Model):
 
     def _build(self) -> pin.Model:
         """The tree; each level adds its bodies to that of the level below."""
-        return _links_and_payload(self.arm)
+        return parts.links_and_payload(self.arm)
 
     def _joint_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """What acts in the joints [N m], drive and friction, shape (n,)."""
@@ -136,10 +137,7 @@ class PinocchioLinks(Model):
         """States (theta, theta') at the given times [s], shape (times, 2 n)."""
         joints, start = len(self.arm.joints), self.scenario.start
         state = np.array(
-            [
-                *per_joint(start.theta_rad, joints),
-                *per_joint(start.theta_dot_rad_per_s, joints),
-            ]
+            [*per_joint(start.theta_rad, joints), *per_joint(start.theta_dot_rad_per_s, joints)]
         )
         states = np.empty((len(time), len(state)))
         self._evaluations = 0
@@ -201,11 +199,11 @@ class PinocchioCarriers(PinocchioLinks):
         tree = super()._build()
         for number, joint in enumerate(self.arm.joints, 1):
             if isinstance(joint, Direct):
-                _attach_motor(tree, number, joint)
+                parts.attach_motor(tree, number, joint)
                 continue
             orbit = joint.planet_count * joint.planet_mass_kg * _carrier_radius(joint) ** 2
-            _attach(tree, number, 0.0, _carrier_inertia(joint) + orbit)
-            _attach_to_previous(tree, number, _joint_mass(joint), joint.ring_inertia_kg_m2)
+            parts.attach(tree, number, 0.0, _inertia(joint, "carrier") + orbit)
+            parts.attach_to_previous(tree, number, _joint_mass(joint), joint.ring_inertia_kg_m2)
         return tree
 
 
@@ -236,28 +234,15 @@ class PinocchioCoupled(PinocchioLinks):
         # From the tip inwards, each link's own gears close its subtree: depth-first.
         for number, joint in reversed(list(enumerate(self.arm.joints, 1))):
             if isinstance(joint, Direct):
-                _attach_motor(tree, number, joint)
+                parts.attach_motor(tree, number, joint)
                 continue
-            _attach(tree, number, joint.carrier_mass_kg, _carrier_inertia(joint))
-            _attach_to_previous(tree, number, joint.ring_mass_kg, joint.ring_inertia_kg_m2)
+            parts.attach(tree, number, joint.carrier_mass_kg, _inertia(joint, "carrier"))
+            parts.attach_to_previous(tree, number, joint.ring_mass_kg, joint.ring_inertia_kg_m2)
             for gear, ratio in _add_gears(tree, number, joint):
                 ratios[gear] = number, ratio
         for gear, (number, ratio) in ratios.items():
             tree = pin.transformJointIntoMimic(tree, number, gear, ratio, 0.0)
         return tree
-
-
-def _links_and_payload(arm: Arm) -> pin.Model:
-    """Joint i turns body i, a link; numbers from 1, body 0 is the base. No gravity."""
-    tree = pin.Model()
-    tree.gravity.linear = np.zeros(3)
-    reach = 0.0
-    for number, link in enumerate(arm.links, 1):
-        _add_joint(tree, number - 1, (reach, 0.0), f"link_{number}")
-        _attach(tree, number, *_mass_and_inertia(link), link.com_m)
-        reach = link.length_m
-    _attach(tree, len(arm.links), arm.payload_mass_kg, 0.0, reach)
-    return tree
 
 
 def _add_gears(tree: pin.Model, number: int, joint: Planetary) -> list[tuple[int, float]]:
@@ -271,40 +256,13 @@ def _add_gears(tree: pin.Model, number: int, joint: Planetary) -> list[tuple[int
     for index in range(joint.planet_count):
         angle = 2 * pi * index / joint.planet_count
         centre = radius * cos(angle), radius * sin(angle)
-        planet = _add_joint(tree, number, centre, f"planet_{number}_{index + 1}")
-        _attach(tree, planet, joint.planet_mass_kg, _planet_inertia(joint))
+        planet = parts.add_body(tree, number, centre, f"planet_{number}_{index + 1}")
+        parts.attach(tree, planet, joint.planet_mass_kg, _inertia(joint, "planet"))
         gears.append((planet, -joint.ring_teeth / joint.planet_teeth))
     x, y, _ = tree.jointPlacements[number].translation
-    sun = _add_joint(tree, tree.parents[number], (x, y), f"sun_{number}")
-    _attach(tree, sun, joint.sun_mass_kg, _sun_inertia(joint))
+    sun = parts.add_body(tree, tree.parents[number], (x, y), f"sun_{number}")
+    parts.attach(tree, sun, joint.sun_mass_kg, _inertia(joint, "sun"))
     return [*gears, (sun, 1 + joint.ring_teeth / joint.sun_teeth)]
-
-
-def _attach_motor(tree: pin.Model, number: int, joint: Direct) -> None:
-    """The motor's mass at the end of the previous link, its rotor on the link."""
-    _attach(tree, number, 0.0, joint.rotor_inertia_kg_m2)
-    _attach_to_previous(tree, number, joint.motor_mass_kg, 0.0)
-
-
-def _add_joint(tree: pin.Model, parent: int, place: tuple[float, float], name: str) -> int:
-    """A joint about z at (x, y) [m] of its parent body; returns its number."""
-    placement = pin.SE3(np.eye(3), np.array([*place, 0.0]))
-    return tree.addJoint(parent, pin.JointModelRZ(), placement, name)
-
-
-def _attach(tree: pin.Model, number: int, mass: float, inertia: float, x: float = 0.0) -> None:
-    """Add mass [kg] at x [m] along a body, with inertia [kg m^2] about z there.
-
-    In the plane only the inertia about z matters.
-    """
-    body = pin.Inertia(mass, np.array([x, 0.0, 0.0]), np.diag([0.0, 0.0, inertia]))
-    tree.appendBodyToJoint(number, body, pin.SE3.Identity())
-
-
-def _attach_to_previous(tree: pin.Model, number: int, mass: float, inertia: float) -> None:
-    """Add mass [kg] and inertia [kg m^2] to the body before joint ``number``, where that sits."""
-    place = tree.jointPlacements[number].translation[0]
-    _attach(tree, tree.parents[number], mass, inertia, place)
 
 
 def _joint_mass(joint: Planetary) -> float:
@@ -322,45 +280,19 @@ def _reflected_inertia(joint: Planetary | Direct) -> float:
         return 0.0
     sun = 1 + joint.ring_teeth / joint.sun_teeth
     planet = 1 - joint.ring_teeth / joint.planet_teeth
-    return _sun_inertia(joint) * sun**2 + joint.planet_count * _planet_inertia(joint) * planet**2
+    return (
+        _inertia(joint, "sun") * sun**2 + joint.planet_count * _inertia(joint, "planet") * planet**2
+    )
 
 
 def _carrier_radius(joint: Planetary) -> float:
     return joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
 
 
-def _base_radius(joint: Planetary, teeth: int) -> float:
-    return joint.module_m * teeth / 2 * cos(radians(joint.pressure_angle_deg))
-
-
-def _sun_inertia(joint: Planetary) -> float:
-    radius = _base_radius(joint, joint.sun_teeth)
-    return _inertia(joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg, radius)
-
-
-def _planet_inertia(joint: Planetary) -> float:
-    radius = _base_radius(joint, joint.planet_teeth)
-    return _inertia(joint.planet_inertia_kg_m2, joint.planet_equivalent_mass_kg, radius)
-
-
-def _carrier_inertia(joint: Planetary) -> float:
-    radius = _carrier_radius(joint) * cos(radians(joint.pressure_angle_deg))
-    return _inertia(joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg, radius)
-
-
-def _inertia(given: float | None, equivalent_mass: float | None, radius: float) -> float:
-    """J [kg m^2]: as it is given, else M r^2."""
-    if given is not None:
-        return given
-    assert equivalent_mass is not None  # the arm has one of them
-    return equivalent_mass * radius**2
-
-
-def _mass_and_inertia(link: Link) -> tuple[float, float]:
-    """Mass [kg] of a link, and inertia [kg m^2] about its centre of mass."""
-    if link.mass_kg is not None and link.inertia_kg_m2 is not None:
-        return link.mass_kg, link.inertia_kg_m2
-    assert link.density_kg_per_m3 is not None
-    assert link.cross_section_m2 is not None
-    mass = link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
-    return mass, mass * link.length_m**2 / 12
+def _inertia(joint: Planetary, part: Literal["sun", "planet", "carrier"]) -> float:
+    """J [kg m^2] as it is given, else M r^2, r being the pitch radius x cos(pressure angle)."""
+    teeth = {"sun": joint.sun_teeth, "planet": joint.planet_teeth}
+    pitch = joint.module_m * teeth.get(part, joint.sun_teeth + joint.planet_teeth) / 2
+    radius = pitch * cos(radians(joint.pressure_angle_deg))
+    inertia = getattr(joint, f"{part}_inertia_kg_m2")
+    return parts.given_or(inertia, getattr(joint, f"{part}_equivalent_mass_kg"), radius**2)

@@ -17,14 +17,7 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.pinocchio.meshes import Contact, meshes_of, stiffness_of
 from crosscheck.models.pinocchio.tree import TreeStage, base_radii, equivalent_masses, sun_turns
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import (
-    WITH_ROTORS,
-    JointStage,
-    Level,
-    Robot,
-    Rotor,
-    RotorMesh,
-)
+from crosscheck.models.robot.robot import WITH_ROTORS, JointStage, Level, Robot, Rotor, RotorMesh
 
 
 class PushedJoints(NamedTuple):
@@ -196,15 +189,13 @@ class PinocchioRobot(RobotModel):
         if self._given.shape[0] > self._given.shape[1]:
             held = self._torques(self._tree, q, v, np.zeros_like(v), pushed=True)
             left = efforts @ self._given - held
-            found: np.ndarray = np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
-            return found
+            return np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
         rows = zip(self._placed(q), v @ self._given.T, efforts, self._pushes(q, v), strict=True)
         solved = [
             pin.aba(self._tree, self._data, at, rate, effort, *push).copy()
             for at, rate, effort, push in rows
         ]
-        accelerations: np.ndarray = np.linalg.solve(self._given, np.transpose(solved)).T
-        return accelerations
+        return np.linalg.solve(self._given, np.transpose(solved)).T
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """By Pinocchio's own functions for both (states,) [J].

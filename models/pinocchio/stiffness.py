@@ -9,13 +9,7 @@ from math import cos, pi, sin
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from crosscheck.models.arm.stiffness import (
-    FourierStiffness,
-    SineStiffness,
-    SquareStiffness,
-    StiffnessLaw,
-    TableStiffness,
-)
+from crosscheck.models.arm import stiffness as stiffness_laws
 
 
 @dataclass(frozen=True)
@@ -78,7 +72,7 @@ class MeshStiffness:
         return slope
 
 
-def mesh_stiffness(laws: Sequence[StiffnessLaw]) -> MeshStiffness:
+def mesh_stiffness(laws: Sequence[stiffness_laws.StiffnessLaw]) -> MeshStiffness:
     """The stiffness of meshes that follow these laws, one law per mesh."""
     shares = []
     for law in dict.fromkeys(laws):
@@ -87,25 +81,21 @@ def mesh_stiffness(laws: Sequence[StiffnessLaw]) -> MeshStiffness:
     return MeshStiffness(tuple(shares))
 
 
-def curve_of(law: StiffnessLaw) -> StiffnessWaves | Spline:
+def curve_of(law: stiffness_laws.StiffnessLaw) -> StiffnessWaves | Spline:
     """A law, ready to be evaluated."""
-    if isinstance(law, TableStiffness):
+    if isinstance(law, stiffness_laws.TableStiffness):
         spline = make_interp_spline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
         return Spline(spline)
-    if isinstance(law, SquareStiffness):
+    if isinstance(law, stiffness_laws.SquareStiffness):
         return _square(law)
-    if isinstance(law, FourierStiffness):
+    if isinstance(law, stiffness_laws.FourierStiffness):
         cosine, sine = np.array(law.cosine_N_per_m), np.array(law.sine_N_per_m)
         return StiffnessWaves(law.mean_N_per_m, cosine, sine)
-    return _sine(law)
+    amplitude = np.array([law.amplitude_N_per_m])  # Eq. 8
+    return StiffnessWaves(law.mean_N_per_m, np.zeros(0), amplitude)
 
 
-def _sine(law: SineStiffness) -> StiffnessWaves:
-    """Eq. 8."""
-    return StiffnessWaves(law.mean_N_per_m, np.zeros(0), np.array([law.amplitude_N_per_m]))
-
-
-def _square(law: SquareStiffness) -> StiffnessWaves:
+def _square(law: stiffness_laws.SquareStiffness) -> StiffnessWaves:
     """Fourier coefficients of the wave that is largest in the first e - 1 of a period, least else.
 
     Eq. 7, its phase shifts resolved.

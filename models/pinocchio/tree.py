@@ -30,23 +30,33 @@ class TreeStage(NamedTuple):
     driven: int
 
 
-def build_tree(arm: Arm) -> tuple[pin.Model, list[TreeStage]]:
-    """The tree without gravity: all links, then each joint's gears from the tip inwards.
-
-    In this order every subtree is complete before the next begins (depth-first).
-    """
+def links_and_payload(arm: Arm) -> pin.Model:
+    """The links of an arm, body i turned by joint i, and its payload, without gravity."""
     tree = pin.Model()
     tree.gravity.linear = np.zeros(3)
-    places = [0.0, *(link.length_m for link in arm.links)]
-    for body, place in enumerate(places[:-1]):
-        _add_body(tree, body, (place, 0.0), f"link_{body + 1}")
-    for body, link in enumerate(arm.links, 1):
-        _load(tree, body, link.com_m, *_mass_and_inertia(link))
-    _load(tree, len(arm.links), places[-1], arm.payload_mass_kg, 0.0)
-    stages = [
-        _add_drive(tree, arm.joints[number], number, places[number])
-        for number in reversed(range(len(arm.joints)))
-    ]
+    reach = 0.0
+    for number, link in enumerate(arm.links, 1):
+        add_body(tree, number - 1, (reach, 0.0), f"link_{number}")
+        attach(tree, number, *mass_and_inertia(link), link.com_m)
+        reach = link.length_m
+    attach(tree, len(arm.links), arm.payload_mass_kg, 0.0, reach)
+    return tree
+
+
+def build_tree(arm: Arm) -> tuple[pin.Model, list[TreeStage]]:
+    """The tree without gravity, and every joint's bodies in it, from the base to the tip.
+
+    All links come first, then each joint's gears from the tip inwards: in this order every subtree
+    is complete before the next begins (depth-first).
+    """
+    tree = links_and_payload(arm)
+    stages = []
+    for link, joint in reversed(list(enumerate(arm.joints, 1))):
+        if isinstance(joint, Planetary):
+            stages.append(_add_gears(tree, joint, link))
+        else:
+            attach_motor(tree, link, joint)
+            stages.append(TreeStage(link - 1, link, (), link))
     return tree, stages[::-1]
 
 
@@ -58,7 +68,7 @@ def map_to_tree(arm: Arm, stages: list[TreeStage], layout: Layout) -> np.ndarray
     x_sp + x_pr + 2 r_cp theta, with r_cp = r_s + r_p; ratios of radii are those of tooth numbers.
     There is one sun: by whichever planet it is reckoned, x_sp + x_pr is the same.
     """
-    matrix = np.zeros((sum(map(_angles, stages)), len(layout)))
+    matrix = np.zeros((sum(len({s.link, s.driven, *s.planets}) for s in stages), len(layout)))
     for i, (joint, stage) in enumerate(zip(arm.joints, stages, strict=True)):
         theta = layout.at("theta", i)
         matrix[stage.link - 1, theta] = 1
@@ -85,47 +95,30 @@ def base_radii(joint: PlanetaryGears) -> tuple[float, float, float]:
     return half * joint.sun_teeth, half * joint.planet_teeth, half * joint.ring_teeth
 
 
-def _angles(stage: TreeStage) -> int:
-    """How many coordinates of the tree a joint has."""
-    return len({stage.link, stage.driven, *stage.planets})
-
-
-def _add_drive(
-    tree: pin.Model, joint: Planetary | Direct, previous: int, place: float
-) -> TreeStage:
-    """Motor or gears of a joint at ``place`` [m] along the previous body."""
-    if isinstance(joint, Planetary):
-        return _add_gears(tree, joint, previous, place)
-    link = previous + 1
-    _load(tree, previous, place, joint.motor_mass_kg, 0.0)
-    _load(tree, link, 0.0, 0.0, joint.rotor_inertia_kg_m2)
-    return TreeStage(previous, link, (), link)
-
-
-def _add_gears(tree: pin.Model, joint: Planetary, previous: int, place: float) -> TreeStage:
-    """Carrier, planets, ring and sun of a joint at ``place`` [m] along the previous body."""
-    link = previous + 1
+def _add_gears(tree: pin.Model, joint: Planetary, link: int) -> TreeStage:
+    """Add carrier, planets, ring and sun of the joint that turns a link."""
     sun_inertia, planet_inertia, carrier_inertia = _inertias(joint)
-    _load(tree, link, 0.0, joint.carrier_mass_kg, carrier_inertia)
-    _load(tree, previous, place, joint.ring_mass_kg, joint.ring_inertia_kg_m2)
+    attach(tree, link, joint.carrier_mass_kg, carrier_inertia)
+    attach_to_previous(tree, link, joint.ring_mass_kg, joint.ring_inertia_kg_m2)
     radius = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
     planets: list[int] = []
     for turn in 2 * pi * np.arange(joint.planet_count) / joint.planet_count:
         centre = radius * cos(turn), radius * sin(turn)
-        planets.append(_add_body(tree, link, centre, f"planet_{link}_{len(planets) + 1}"))
-        _load(tree, planets[-1], 0.0, joint.planet_mass_kg, planet_inertia)
-    sun = _add_body(tree, previous, (place, 0.0), f"sun_{link}")
-    _load(tree, sun, 0.0, joint.sun_mass_kg, sun_inertia)
-    return TreeStage(previous, link, tuple(planets), sun)
+        planets.append(add_body(tree, link, centre, f"planet_{link}_{len(planets) + 1}"))
+        attach(tree, planets[-1], joint.planet_mass_kg, planet_inertia)
+    x, y, _ = tree.jointPlacements[link].translation
+    sun = add_body(tree, link - 1, (x, y), f"sun_{link}")
+    attach(tree, sun, joint.sun_mass_kg, sun_inertia)
+    return TreeStage(link - 1, link, tuple(planets), sun)
 
 
 def _inertias(joint: Planetary) -> tuple[float, float, float]:
     """Of sun, planet and carrier [kg m^2], each given or M r^2 of its equivalent mass M."""
     r_s, r_p, _ = base_radii(joint)
     return (
-        _given_or(joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg, r_s**2),
-        _given_or(joint.planet_inertia_kg_m2, joint.planet_equivalent_mass_kg, r_p**2),
-        _given_or(joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg, (r_s + r_p) ** 2),
+        given_or(joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg, r_s**2),
+        given_or(joint.planet_inertia_kg_m2, joint.planet_equivalent_mass_kg, r_p**2),
+        given_or(joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg, (r_s + r_p) ** 2),
     )
 
 
@@ -133,12 +126,12 @@ def equivalent_masses(joint: PlanetaryGears) -> tuple[float, float]:
     """M = J / r^2 [kg] of the sun and of one planet."""
     r_s, r_p, _ = base_radii(joint)
     return (
-        _given_or(joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, 1 / r_s**2),
-        _given_or(joint.planet_equivalent_mass_kg, joint.planet_inertia_kg_m2, 1 / r_p**2),
+        given_or(joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, 1 / r_s**2),
+        given_or(joint.planet_equivalent_mass_kg, joint.planet_inertia_kg_m2, 1 / r_p**2),
     )
 
 
-def _given_or(given: float | None, other: float | None, factor: float) -> float:
+def given_or(given: float | None, other: float | None, factor: float) -> float:
     """What is given, else the other of the two forms times the factor between them."""
     if given is not None:
         return given
@@ -146,8 +139,8 @@ def _given_or(given: float | None, other: float | None, factor: float) -> float:
     return other * factor
 
 
-def _mass_and_inertia(link: Link) -> tuple[float, float]:
-    """Of a link [kg], and about its centre of mass [kg m^2]; a rod is slender and uniform."""
+def mass_and_inertia(link: Link) -> tuple[float, float]:
+    """Mass [kg] of a link, and inertia about its centre of mass [kg m^2]; a rod is slender."""
     if link.mass_kg is not None and link.inertia_kg_m2 is not None:
         return link.mass_kg, link.inertia_kg_m2
     assert link.density_kg_per_m3 is not None
@@ -156,16 +149,28 @@ def _mass_and_inertia(link: Link) -> tuple[float, float]:
     return mass, mass * link.length_m**2 / 12
 
 
-def _add_body(tree: pin.Model, parent: int, place: tuple[float, float], name: str) -> int:
-    """A body turning about z at (x, y) [m] of its parent; returns its number."""
+def add_body(tree: pin.Model, parent: int, place: tuple[float, float], name: str) -> int:
+    """Add a body that turns about z at (x, y) [m] of its parent; returns its number."""
     placement = pin.SE3(np.eye(3), np.array([*place, 0.0]))
     return tree.addJoint(parent, pin.JointModelRZ(), placement, name)
 
 
-def _load(tree: pin.Model, body: int, x: float, mass: float, inertia: float) -> None:
-    """Add mass [kg] at x [m] of a body, with inertia [kg m^2] about z there.
+def attach(tree: pin.Model, body: int, mass: float, inertia: float, x: float = 0.0) -> None:
+    """Add mass [kg] at x [m] along a body, with inertia [kg m^2] about z there.
 
     In the plane only the inertia about z matters.
     """
     added = pin.Inertia(mass, np.array([x, 0.0, 0.0]), np.diag([0.0, 0.0, inertia]))
     tree.appendBodyToJoint(body, added, pin.SE3.Identity())
+
+
+def attach_to_previous(tree: pin.Model, link: int, mass: float, inertia: float) -> None:
+    """Add mass [kg] and inertia [kg m^2] to the body before a link, where that one's joint is."""
+    place = tree.jointPlacements[link].translation[0]
+    attach(tree, tree.parents[link], mass, inertia, place)
+
+
+def attach_motor(tree: pin.Model, link: int, joint: Direct) -> None:
+    """The motor's mass at the end of the body before a link, its rotor on the link."""
+    attach(tree, link, 0.0, joint.rotor_inertia_kg_m2)
+    attach_to_previous(tree, link, joint.motor_mass_kg, 0.0)

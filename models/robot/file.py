@@ -9,37 +9,22 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from crosscheck.models.arm import quantities
 from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.planets import unlike_fields
-from crosscheck.models.arm.quantities import (
-    Acceleration,
-    Data,
-    GearInertia,
-    Name,
-    Printable,
-    SchemaVersion,
-    Title,
-    Within,
-)
+from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import HERE, LARGEST_FILE, URDF, builtin_robots, raw_robot
 from crosscheck.models.inputs import input_content
 from crosscheck.models.loading import validated
-from crosscheck.models.robot.robot import (
-    BASE,
-    Joint,
-    JointStage,
-    LinkFrame,
-    Robot,
-    Rotor,
-    RotorMesh,
-)
+from crosscheck.models.robot import robot
+from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot
 from crosscheck.models.robot.tree import tree_of
 from crosscheck.models.robot.urdf import Urdf, read_urdf
 
-Ratio = Annotated[float, Within(-1e6, 1e6)]
-Component = Annotated[float, Within(-1e3, 1e3)]
-UrdfPath = Annotated[str, Printable(400)]
+Ratio = Annotated[float, quantities.Within(-1e6, 1e6)]
+Component = Annotated[float, quantities.Within(-1e3, 1e3)]
+UrdfPath = Annotated[str, quantities.Printable(400)]
 Vector = Annotated[tuple[Component, Component, Component], Field(strict=False)]
 
 
@@ -57,13 +42,13 @@ class Geared(Data):
     """Which sort of transmission this is."""
     ratio: Ratio
     """Rate of the rotor against its stator over the joint's, with its sign; rad/m if prismatic."""
-    rotor_inertia_kg_m2: GearInertia
+    rotor_inertia_kg_m2: quantities.GearInertia
     """J of the rotor about its axis; the stator's link has its mass and its other inertias."""
-    stator: Name | None = None
+    stator: quantities.Name | None = None
     """Link of the URDF that carries the motor; the joint's parent if left out."""
     rotor_axis: Vector | None = None
     """In the frame of the stator's link; the joint's axis if both are left out."""
-    mesh: RotorMesh | None = None
+    mesh: robot.RotorMesh | None = None
     """Teeth that give way, for the level geared; rigid if left out."""
 
 
@@ -75,19 +60,20 @@ class RobotFile(Data):
 
     union_tags: ClassVar[frozenset[str]] = frozenset({"direct", "geared"})
 
-    schema_version: SchemaVersion
+    schema_version: quantities.SchemaVersion
     """Version of the file: 1."""
-    name: Name
+    name: quantities.Name
     """What pages and messages call the robot."""
-    title: Title = ""
+    title: quantities.Title = ""
     """One line about it."""
     urdf: UrdfPath
     """The URDF, from this file's folder."""
     gravity_m_per_s2: Annotated[
-        tuple[Acceleration, Acceleration, Acceleration], Field(strict=False)
+        tuple[quantities.Acceleration, quantities.Acceleration, quantities.Acceleration],
+        Field(strict=False),
     ] = (0.0, 0.0, -9.81)
     """In the frame of the URDF's root link."""
-    tip: Name | None = None
+    tip: quantities.Name | None = None
     """Link whose origin is the end effector; a last one with most joints before it if left out."""
     joints: dict[str, Transmission] = Field(default_factory=dict)
     """By the URDF's names of joints; those left out are direct."""
@@ -134,7 +120,7 @@ def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
         bodies=bodies,
         rotors=tuple(rotors),
         stages=tuple(
-            JointStage(moving[name], given)
+            robot.JointStage(moving[name], given)
             for name, given in file.joints.items()
             if isinstance(given, PlanetaryStage)
         ),
@@ -146,7 +132,7 @@ def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
 
 def _rotor(
     number: int, name: str, given: Geared, urdf: Urdf, frames: Mapping[str, LinkFrame], where: str
-) -> Rotor:
+) -> robot.Rotor:
     """Raises InputError."""
     (joint,) = (each for each in urdf.joints if each.name == name)
     stator, axis = given.stator or joint.parent, joint.placement.rotation @ joint.axis
@@ -164,7 +150,7 @@ def _rotor(
     if given.mesh and not given.ratio:
         raise InputError(where, f"joints.{name}.ratio", 0.0, "must not be 0 where there is a mesh")
     inertia = given.rotor_inertia_kg_m2
-    return Rotor(number, given.ratio, inertia, stator, axis / length, given.mesh)
+    return robot.Rotor(number, given.ratio, inertia, stator, axis / length, given.mesh)
 
 
 def _require_lumped(name: str, joint: Joint, gears: PlanetaryStage, where: str) -> None:

@@ -112,7 +112,14 @@ def _merged(
     number: int, urdf: Urdf, frames: dict[str, LinkFrame], moving: Sequence[UrdfJoint], where: str
 ) -> RobotBody:
     """All that a joint carries as one body, in its frame. Raises InputError."""
-    parts = list(_parts(number, urdf, frames, where))
+    parts = []
+    for link in urdf.links:
+        frame = frames[link.name]
+        if frame.body == number and link.body is not None:
+            turn, own = frame.placement.rotation, link.body
+            _require_definite(own.inertia, -ROUNDED, where, f"link {link.name}: inertia")
+            com = frame.placement.position + turn @ own.com
+            parts.append(RobotBody(own.mass, com, turn @ own.inertia @ turn.T))
     mass = sum(part.mass for part in parts)
     field = f"link {moving[number].child}"
     if not mass > 0:
@@ -125,19 +132,6 @@ def _merged(
         inertia += part.inertia + part.mass * (away @ away * np.eye(3) - np.outer(away, away))
     _require_definite(inertia, SINGULAR, where, f"{field}: inertia")
     return RobotBody(mass, com, inertia)
-
-
-def _parts(
-    number: int, urdf: Urdf, frames: dict[str, LinkFrame], where: str
-) -> Iterator[RobotBody]:
-    """Of the links of a body, in its frame. Raises InputError."""
-    for link in urdf.links:
-        frame = frames[link.name]
-        if frame.body == number and link.body is not None:
-            turn, own = frame.placement.rotation, link.body
-            _require_definite(own.inertia, -ROUNDED, where, f"link {link.name}: inertia")
-            com = frame.placement.position + turn @ own.com
-            yield RobotBody(own.mass, com, turn @ own.inertia @ turn.T)
 
 
 def _require_definite(inertia: np.ndarray, least: float, where: str, field: str) -> None:

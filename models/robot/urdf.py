@@ -85,8 +85,7 @@ class _Parser:
             self.parser.Parse(text.encode("utf-8"), True)
         except expat.ExpatError as error:
             raise InputError(self.where, "", None, f"is not XML: {error}") from None
-        root: Element = self.builder.close()
-        return root
+        return self.builder.close()
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         self.depth += 1

@@ -6,7 +6,8 @@ import pytest
 from crosscheck.models.errors import Diverged
 from crosscheck.models.exudyn.tree.laws import mesh_law
 from crosscheck.models.exudyn.tree.mesh import elastic_forces
-from crosscheck.models.exudyn.tree.tree import ExudynTree, paper_from_tree, tree_from_paper
+from crosscheck.models.exudyn.tree.parts import paper_from_tree, tree_from_paper
+from crosscheck.models.exudyn.tree.tree import ExudynTree
 from crosscheck.models.loading import load_case
 from tests.one_stage import SPRINGS_ONLY, first_joint_only
 

@@ -11,8 +11,7 @@ from crosscheck.cost.agreement import compared, drawn, model_of
 from crosscheck.cost.cost import QUICK, cost_of
 from crosscheck.cost.meshes import RESOLVED
 from crosscheck.cost.springs import with_rotors_alone
-from crosscheck.models.experiment.drive import ConstantDrive
-from crosscheck.models.experiment.scenario import switches
+from crosscheck.models.experiment.scenario import ConstantDrive, switches
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel

@@ -16,28 +16,11 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm, Joint, Planetary
 from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque
+from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque, torques_along
 from crosscheck.models.experiment.scenario import Scenario, Switches, per_joint, planet_offsets
-from crosscheck.models.exudyn.bodies.contact import (
-    ContactMesh,
-    Side,
-    meshes_with,
-    push_bodies,
-    readings,
-    torque_rounding,
-    touching,
-)
+from crosscheck.models.exudyn.bodies import contact, poses
+from crosscheck.models.exudyn.bodies.contact import ContactMesh, mesh_of
 from crosscheck.models.exudyn.bodies.engine import BodyEngine, Connector
-from crosscheck.models.exudyn.bodies.poses import (
-    GROUND,
-    PoseMap,
-    StageBodies,
-    bodies_of,
-    gear_inertia,
-    ring_places,
-    ring_seat,
-    stages_of,
-)
 from crosscheck.models.exudyn.bodies.stiffness import Spring
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
@@ -61,51 +44,39 @@ class Toothed(NamedTuple):
 
 def meshes_of(arm: Arm, chosen: Switches) -> list[list[list[Toothed]]]:
     """The meshes by joint, side (sun, ring; none of a direct joint) and planet."""
-    stages = zip(stages_of(arm), arm.joints, strict=True)
-    return [
-        _sides(stage, joint, chosen, ring_seat(arm, number)) if isinstance(joint, Planetary) else []
-        for number, (stage, joint) in enumerate(stages)
-    ]
-
-
-def _sides(
-    stage: StageBodies, joint: Planetary, chosen: Switches, ring_at: float
-) -> list[list[Toothed]]:
-    return [
-        [
-            Toothed(mesh, (planet, stage.link, *wheel, stage.previous))
-            for planet, mesh in zip(
-                stage.planets, meshes_with(joint, chosen, side, ring_at), strict=True
-            )
-        ]
-        for side, wheel in wheels(stage)
-    ]
-
-
-def wheels(stage: StageBodies) -> tuple[tuple[Side, tuple[int, ...]], ...]:
-    """The central wheels of a joint and their own bodies; the ring is the previous link's."""
-    return ("sun", (stage.driven,)), ("ring", ())
+    found: list[list[list[Toothed]]] = []
+    for number, (stage, joint) in enumerate(zip(poses.stages_of(arm), arm.joints, strict=True)):
+        found.append([])
+        if not isinstance(joint, Planetary):
+            continue
+        ring_at = poses.ring_seat(arm, number)
+        sides: tuple[contact.Side, contact.Side] = ("sun", "ring")
+        for side, wheel in zip(sides, ((stage.driven,), ()), strict=True):
+            bodies = [(planet, stage.link, *wheel, stage.previous) for planet in stage.planets]
+            meshes = (mesh_of(joint, chosen, side, ring_at, n) for n in range(len(bodies)))
+            found[-1].append([Toothed(*each) for each in zip(meshes, bodies, strict=True)])
+    return found
 
 
 def teeth(toothed: Toothed) -> Connector:
     """The connector of one mesh; what it does to the ground the ground bears."""
-    moving = tuple(body for body in toothed.bodies if body != GROUND)
-    mesh, ground, size = toothed.mesh, STANDS * (GROUND in toothed.bodies), 3 * len(moving)
+    moving = tuple(body for body in toothed.bodies if body != poses.GROUND)
+    mesh, ground, size = toothed.mesh, STANDS * (poses.GROUND in toothed.bodies), 3 * len(moving)
 
     def force(_: object, t: float, _item: int, q: list[float], q_t: list[float]) -> list[float]:
-        forces = push_bodies(mesh, t, np.array([*q, *ground]), np.array([*q_t, *ground]))
+        forces = contact.push_bodies(mesh, t, np.array([*q, *ground]), np.array([*q_t, *ground]))
         return forces[:size].tolist()
 
     return Connector(moving, force)
 
 
-def motor(stage: StageBodies, joint: Joint, law: DriveData, place: int) -> Connector:
+def motor(stage: poses.StageBodies, joint: Joint, law: DriveData, place: int) -> Connector:
     """T / n on what the motor turns, friction on the link, both back on the previous body.
 
     T and friction are those of the link's angle and rate.
     """
     ratio = joint.ring_teeth / joint.sun_teeth + 1 if isinstance(joint, Planetary) else 1.0
-    grounded, friction = stage.previous == GROUND, joint.friction_N_m_s_per_rad
+    grounded, friction = stage.previous == poses.GROUND, joint.friction_N_m_s_per_rad
     turning = tuple(dict.fromkeys((stage.driven, stage.link)))
     moving = turning if grounded else (*turning, stage.previous)
     link = 3 * len(turning) - 1
@@ -143,8 +114,8 @@ class ExudynBodies(Model):
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
         self.layout = geared_layout(arm, self.switches)
-        self.stages = stages_of(arm)
-        self.poses = PoseMap(arm, self.layout)
+        self.stages = poses.stages_of(arm)
+        self.poses = poses.PoseMap(arm, self.layout)
         self.meshes = meshes_of(arm, self.switches)
 
     @cached_property
@@ -165,7 +136,7 @@ class ExudynBodies(Model):
 
     def _engine(self, connectors: Sequence[Connector], gravity: tuple[float, float]) -> BodyEngine:
         zero = self.poses.pose(np.zeros(len(self.layout)))
-        return BodyEngine(bodies_of(self.arm), connectors, gravity, zero)
+        return BodyEngine(poses.bodies_of(self.arm), connectors, gravity, zero)
 
     def _placed(self, engine: BodyEngine, t: float, q: np.ndarray, v: np.ndarray) -> BodyEngine:
         engine.place(t, self.poses.pose(q), self.poses.velocity(q, v))
@@ -211,7 +182,9 @@ class ExudynBodies(Model):
         """What roundings of the meshes' forces may do to a planet [rad/s^2]."""
         pose, velocity = self.poses.pose(q)[None], self.poses.velocity(q, v)[None]
         felt = [
-            torque_rounding(mesh, largest, _seen(pose, bodies)[0], _seen(velocity, bodies)[0])
+            contact.torque_rounding(
+                mesh, largest, _seen(pose, bodies)[0], _seen(velocity, bodies)[0]
+            )
             / inertia
             for (mesh, bodies), largest, inertia in self._stiffest
         ]
@@ -223,12 +196,14 @@ class ExudynBodies(Model):
 
         Lumped planets have the same ones.
         """
-        return [
-            (side[0], _spring(side[0].mesh).largest, gear_inertia(joint, "planet"))
-            for joint, sides in zip(self.arm.joints, self.meshes, strict=True)
-            if isinstance(joint, Planetary)
-            for side in sides
-        ]
+        found = []
+        for joint, sides in zip(self.arm.joints, self.meshes, strict=True):
+            for toothed, *_ in sides:
+                assert isinstance(joint, Planetary)  # as joints with meshes are
+                mesh = toothed.mesh
+                largest = Spring(mesh.kind, mesh.mean, mesh.numbers).largest
+                found.append((toothed, largest, poses.gear_inertia(joint, "planet")))
+        return found
 
     def body_accelerations(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Accelerations of x, y and angle of every body at t [s], shape (3 bodies,)."""
@@ -278,12 +253,13 @@ class ExudynBodies(Model):
         """Every ring mesh touches, and the first of the sun's, or all are centred; then offsets."""
         start, layout, joints = self.scenario.start, self.layout, len(self.stages)
         x_sp, x_pr = (
-            (start.mesh == "contact") * np.array([touching(toothed.mesh) for toothed in side])
+            (start.mesh == "contact")
+            * np.array([contact.touching(toothed.mesh) for toothed in side])
             for side in self.meshes[place]
         )
         offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
         apart, from_ring = (per_joint(offset, joints)[place] for offset in offsets)
-        rings = ring_places(layout, place)
+        rings = poses.ring_places(layout, place)
         q[rings] = x_pr[: len(rings)] + from_ring
         if layout.free:
             q[rings] += planet_offsets(start, place, len(rings))
@@ -311,27 +287,18 @@ class ExudynBodies(Model):
         for row, (t, state) in enumerate(zip(time, states, strict=True)):
             accelerations[row] = self.driven.solve(t, *state)[0]
             energy[row] = state[1] @ self.driven.mass_matrix() @ state[1] / 2
-        return self._trajectory(time, pose, velocity, accelerations, energy)
-
-    def _trajectory(
-        self,
-        time: np.ndarray,
-        pose: np.ndarray,
-        velocity: np.ndarray,
-        acceleration: np.ndarray,
-        energy: np.ndarray,
-    ) -> xr.Dataset:
         theta, theta_dot, theta_ddot = (
             np.diff(values[:, 2::3][:, self.poses.links], axis=1, prepend=0.0)
-            for values in (pose, velocity, acceleration)
+            for values in (pose, velocity, accelerations)
         )
+        drive = drive_data(run, len(self.stages))
         return trajectory(
             self,
             time,
             theta=theta,
             theta_dot=theta_dot,
             theta_ddot=theta_ddot,
-            torque=self._torques(time, theta, theta_dot),
+            torque=torques_along(drive, time, theta, theta_dot),
             **self._mesh_records(time, pose, velocity),
             kinetic_energy=energy,
         )
@@ -348,7 +315,7 @@ class ExudynBodies(Model):
             for side, toothed in enumerate(sides):
                 for planet, (mesh, bodies) in enumerate(toothed):
                     seen = [_seen(values, bodies) for values in (pose, velocity)]
-                    read[side, :, :, joint, planet] = readings(mesh, time, *seen)
+                    read[side, :, :, joint, planet] = contact.readings(mesh, time, *seen)
         return {
             "x_sp": read[0, 0],
             "x_pr": read[1, 0],
@@ -358,22 +325,6 @@ class ExudynBodies(Model):
             "F_pr": read[1, 1],
         }
 
-    def _torques(self, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
-        """Output-side torques [N m], shape (times, joints)."""
-        law = drive_data(self.scenario, len(self.stages))
-        torques = np.empty_like(theta)
-        for row, joint in np.ndindex(*theta.shape):
-            torques[row, joint] = joint_torque(
-                law.code,
-                law.gains[joint],
-                law.table_time,
-                law.table_torque[joint],
-                float(time[row]),
-                float(theta[row, joint]),
-                float(theta_dot[row, joint]),
-            )
-        return torques
-
     def largest_stable_step(self) -> float:
         """inf: the trapezoidal rule lets no decaying mode grow, whatever the step.
 
@@ -382,14 +333,10 @@ class ExudynBodies(Model):
         return float("inf")
 
 
-def _spring(mesh: ContactMesh) -> Spring:
-    return Spring(mesh.kind, mesh.mean, mesh.numbers)
-
-
 def _seen(values: np.ndarray, bodies: Sequence[int]) -> np.ndarray:
     """Columns of a mesh's bodies, the ground's zero, out of (times, 3 bodies)."""
     by_body = values.reshape(len(values), -1, 3)
     columns: list[Any] = [
-        np.zeros((len(values), 3)) if body == GROUND else by_body[:, body] for body in bodies
+        np.zeros((len(values), 3)) if body == poses.GROUND else by_body[:, body] for body in bodies
     ]
     return np.concatenate(columns, axis=1)

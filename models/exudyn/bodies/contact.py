@@ -86,22 +86,13 @@ class ContactState(NamedTuple):
     phase: float
 
 
-def meshes_with(
-    joint: Planetary, chosen: Switches, side: Side, ring_at: float
-) -> tuple[ContactMesh, ...]:
-    """The meshes of a joint's planets with sun or ring.
-
-    ring_at [m]: where the ring is centred on its body's x axis.
-    """
-    return tuple(
-        mesh_of(joint, chosen, side, ring_at, planet) for planet in range(joint.planet_count)
-    )
-
-
 def mesh_of(
     joint: Planetary, chosen: Switches, side: Side, ring_at: float, planet: int
 ) -> ContactMesh:
-    """The mesh of one planet, counted from 0."""
+    """The mesh of a planet, counted from 0, with sun or ring.
+
+    ring_at [m]: where the ring is centred on its body's x axis.
+    """
     sun, alpha = side == "sun", np.radians(joint.pressure_angle_deg)
     own = (joint.sun_mesh if sun else joint.ring_mesh).of_planet(planet)
     spring, direction = spring_of(own.stiffness), float(np.angle(planet_seats(joint)[planet]))

@@ -8,7 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.models.exudyn.bodies.poses import GROUND, Part, RigidBody
-from crosscheck.models.exudyn.engine import CURRENT, INITIAL, UserFunction, exudyn, items
+from crosscheck.models.exudyn.engine import (
+    CURRENT,
+    INITIAL,
+    UserFunction,
+    exudyn,
+    items,
+    quiet_settings,
+    solve,
+)
 
 QUARTER_TURN = np.pi / 2
 # A step's last residual [N, N m, m/s], or that over its first one. 1e-10 moves x by 1e-15 m in 5 ms
@@ -152,21 +160,13 @@ class BodyEngine:
         self.place(0.0, pose, velocity)
         self.system.SetPostStepUserFunction(keep)
         time.numberOfSteps, time.endTime = steps, steps * step_s
-        try:
-            self.solver.SolveSystem(self.system, self.settings)
-        except (SystemError, exudyn.ExudynError) as error:  # how Ctrl-C in a connector comes out
-            if isinstance(error.__cause__, KeyboardInterrupt) or "KeyboardInterrupt" in str(error):
-                raise KeyboardInterrupt from None
-            raise
+        solve(self.solver, self.system, self.settings)
         return np.array(states)
 
 
 def _settings() -> Any:
-    settings = exudyn.SimulationSettings()
-    settings.solution.file.write = False
-    settings.solution.sensors.active = False
+    settings = quiet_settings()
     time = settings.timeIntegration
-    time.verboseMode = 0
     time.adaptiveStep = False
     time.generalizedAlpha.useNewmark = True  # beta 1/4, gamma 1/2: the trapezoidal rule
     time.generalizedAlpha.useIndex2Constraints = True

@@ -145,21 +145,14 @@ def equivalent_mass(joint: Planetary, gear: Gear) -> float:
 
 def _given(joint: Planetary, gear: Gear) -> tuple[float | None, float | None]:
     """J and M, one of them."""
-    return {
-        "sun": (joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg),
-        "planet": (joint.planet_inertia_kg_m2, joint.planet_equivalent_mass_kg),
-        "carrier": (joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg),
-    }[gear]
+    return getattr(joint, f"{gear}_inertia_kg_m2"), getattr(joint, f"{gear}_equivalent_mass_kg")
 
 
 def base_radius(joint: Planetary, gear: Gear) -> float:
     """Of a gear [m]; of the carrier r_c cos(alpha)."""
-    teeth = {
-        "sun": joint.sun_teeth,
-        "planet": joint.planet_teeth,
-        "carrier": joint.sun_teeth + joint.planet_teeth,
-    }[gear]
-    return pitch_radius(joint, teeth) * float(np.cos(np.radians(joint.pressure_angle_deg)))
+    teeth = {"sun": joint.sun_teeth, "planet": joint.planet_teeth}
+    pitch = pitch_radius(joint, teeth.get(gear, joint.sun_teeth + joint.planet_teeth))
+    return pitch * float(np.cos(np.radians(joint.pressure_angle_deg)))
 
 
 def turns_of(arm: Arm, layout: Layout) -> np.ndarray:

@@ -10,13 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.models.arm.stiffness import (
-    FourierStiffness,
-    SineStiffness,
-    SquareStiffness,
-    StiffnessLaw,
-    TableStiffness,
-)
+from crosscheck.models.arm import stiffness as stiffness_laws
 from crosscheck.models.jitted import njit
 
 SINE, FOURIER, SQUARE, TABLE = 0.0, 1.0, 2.0, 3.0
@@ -53,25 +47,25 @@ class Spring(NamedTuple):
         return np.linspace(0.0, 1.0, 1 + SAMPLES_PER_WAVE * max(int(waves), 1))
 
 
-def spring_of(law: StiffnessLaw) -> Spring:
+def spring_of(law: stiffness_laws.StiffnessLaw) -> Spring:
     """The numbers of a law."""
-    if isinstance(law, SineStiffness):
+    if isinstance(law, stiffness_laws.SineStiffness):
         return Spring(SINE, law.mean_N_per_m, np.array([[law.amplitude_N_per_m]]))
-    if isinstance(law, FourierStiffness):
+    if isinstance(law, stiffness_laws.FourierStiffness):
         waves = list(zip_longest(law.cosine_N_per_m, law.sine_N_per_m, fillvalue=0.0))
         return Spring(FOURIER, law.mean_N_per_m, np.array(waves).reshape(-1, 2))
-    if isinstance(law, SquareStiffness):
+    if isinstance(law, stiffness_laws.SquareStiffness):
         return _square(law)
     return _table(law)
 
 
-def _square(law: SquareStiffness) -> Spring:
+def _square(law: stiffness_laws.SquareStiffness) -> Spring:
     rise, overlap = law.largest_N_per_m - law.least_N_per_m, law.contact_ratio - 1
     numbers = np.array([[law.least_N_per_m, rise, overlap, float(law.harmonics)]])
     return Spring(SQUARE, law.least_N_per_m + overlap * rise, numbers)
 
 
-def _table(law: TableStiffness) -> Spring:
+def _table(law: stiffness_laws.TableStiffness) -> Spring:
     """Second derivatives of neighbouring cubics are equal at every row, slopes found pass by pass.
 
     On the interval's two slopes m_0, m_1 and mean slope d they are (6 d - 4 m_0 - 2 m_1) / h at its

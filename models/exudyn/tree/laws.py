@@ -9,7 +9,6 @@ from typing import Literal
 
 import numpy as np
 
-from crosscheck.models.arm.arm import StageMasses
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.scenario import Switches
@@ -45,16 +44,10 @@ def equivalent_mass(joint: PlanetaryGears, gear: Gear) -> float:
 
 def _gear(joint: PlanetaryGears, gear: Gear) -> tuple[float | None, float | None, float]:
     """M or J, whichever is given, and r [m], of the carrier r_c cos(alpha)."""
-    if gear == "sun":
-        own = joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, joint.sun_teeth
-    elif gear == "planet":
-        own = joint.planet_equivalent_mass_kg, joint.planet_inertia_kg_m2, joint.planet_teeth
-    else:
-        assert isinstance(joint, StageMasses)
-        teeth = joint.sun_teeth + joint.planet_teeth
-        own = joint.carrier_equivalent_mass_kg, joint.carrier_inertia_kg_m2, teeth
-    mass, given, teeth = own
-    return mass, given, base_radius(joint, teeth)
+    teeth = {"sun": joint.sun_teeth, "planet": joint.planet_teeth}
+    radius = base_radius(joint, teeth.get(gear, joint.sun_teeth + joint.planet_teeth))
+    mass = getattr(joint, f"{gear}_equivalent_mass_kg")
+    return mass, getattr(joint, f"{gear}_inertia_kg_m2"), radius
 
 
 def gear_stage(

@@ -14,16 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import typeof
 
-from crosscheck.models.arm.arm import Arm, Joint, Planetary
+from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.experiment import drive as drives
 from crosscheck.models.experiment.drive import DriveData
 from crosscheck.models.exudyn.engine import UserFunction
-from crosscheck.models.exudyn.tree.mesh import (
-    Gearing,
-    StageCoordinates,
-    add_meshes,
-    add_turning_torques,
-)
+from crosscheck.models.exudyn.tree import mesh
+from crosscheck.models.exudyn.tree.mesh import Gearing, StageCoordinates
 from crosscheck.models.jitted import njit
 
 joint_torque: Any = njit(cache=True, inline="always")(drives.joint_torque)
@@ -56,18 +52,16 @@ class Packed(NamedTuple):
 
 def joints_of(arm: Arm, stages: Sequence[StageCoordinates]) -> Joints:
     """Motors and friction of the arm's joints."""
+    ratios = [
+        joint.ring_teeth / joint.sun_teeth + 1 if isinstance(joint, Planetary) else 1.0
+        for joint in arm.joints
+    ]
     return Joints(
         np.array([stage.link for stage in stages]),
         np.array([stage.driven for stage in stages]),
-        np.array([_ratio(joint) for joint in arm.joints]),
+        np.array(ratios),
         np.array([joint.friction_N_m_s_per_rad for joint in arm.joints]),
     )
-
-
-def _ratio(joint: Joint) -> float:
-    if isinstance(joint, Planetary):
-        return joint.ring_teeth / joint.sun_teeth + 1
-    return 1.0
 
 
 def packed(gears: Gearing, drive: DriveData, joints: Joints) -> Packed:
@@ -108,12 +102,7 @@ def unpacked(numbers: np.ndarray, places: np.ndarray) -> tuple[Gearing, DriveDat
 
 @njit(cache=True, inline="always")
 def add_joints(
-    drive: DriveData,
-    joints: Joints,
-    t: float,
-    q: np.ndarray,
-    q_t: np.ndarray,
-    forces: np.ndarray,
+    drive: DriveData, joints: Joints, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
 ) -> None:
     """Every motor at time t [s], T / n with T from the link's angle and rate; and the friction."""
     for joint in range(len(joints.links)):
@@ -134,9 +123,9 @@ def loads_on_tree(numbers: np.ndarray, places: np.ndarray, state: np.ndarray) ->
     size = len(state) // 3
     t, q, q_t, forces = state[0], state[1 : size + 1], state[size + 1 : -size], state[-size:]
     forces[:] = 0.0
-    add_meshes(gears, t, q, q_t, forces)
+    mesh.add_meshes(gears, t, q, q_t, forces)
     if gears.conservative:
-        add_turning_torques(gears, q, forces)
+        mesh.add_turning_torques(gears, q, forces)
     add_joints(drive, joints, t, q, q_t, forces)
 
 
@@ -157,5 +146,4 @@ def loads(laws: Packed, size: int, clock: list[float]) -> UserFunction:
 
 def _entry(function: Any, *arguments: object) -> Callable[..., None]:
     """A compiled function for such arguments, past numba's choice among signatures (3 us)."""
-    compiled: Callable[..., None] = function.compile(tuple(typeof(a) for a in arguments))
-    return compiled
+    return function.compile(tuple(typeof(a) for a in arguments))

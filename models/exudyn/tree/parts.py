@@ -120,30 +120,21 @@ def paper_from_tree(arm: Arm, layout: Layout) -> np.ndarray:
     for place, (stage, joint) in enumerate(zip(stages, arm.joints, strict=True)):
         matrix[layout.at("theta", place), stage.link] = 1
         if isinstance(joint, Planetary):
-            fill = _free_rows if layout.free else _lumped_rows
-            fill(matrix, layout, place, stage, joint)
+            sun, planet, ring = _radii(joint)
+            planets = list(stage.planets)
+            if layout.free:  # in x_s = x_sp + x_pr the planet's turn is gone
+                turned = [stage.driven, stage.link]
+                matrix[layout.at("x_s", place), turned] = sun, -(sun + ring)
+                for number, body in enumerate(planets):
+                    own = layout.at("x_pr", place, number)
+                    matrix[own, [stage.link, body]] = -ring, -planet
+            else:
+                x_sp, x_pr = layout.at("x_sp", place), layout.at("x_pr", place)
+                matrix[x_sp, [stage.driven, stage.link]] = sun, -sun
+                matrix[x_sp, planets] = planet / joint.planet_count
+                matrix[x_pr, stage.link] = -ring
+                matrix[x_pr, planets] = -planet / joint.planet_count
     return matrix
-
-
-def _lumped_rows(
-    matrix: np.ndarray, layout: Layout, place: int, stage: StageCoordinates, joint: Planetary
-) -> None:
-    sun, planet, ring = _radii(joint)
-    x_sp, x_pr = layout.at("x_sp", place), layout.at("x_pr", place)
-    matrix[x_sp, [stage.driven, stage.link]] = sun, -sun
-    matrix[x_sp, list(stage.planets)] = planet / joint.planet_count
-    matrix[x_pr, stage.link] = -ring
-    matrix[x_pr, list(stage.planets)] = -planet / joint.planet_count
-
-
-def _free_rows(
-    matrix: np.ndarray, layout: Layout, place: int, stage: StageCoordinates, joint: Planetary
-) -> None:
-    """In x_s = x_sp + x_pr the planet's turn is gone."""
-    sun, planet, ring = _radii(joint)
-    matrix[layout.at("x_s", place), [stage.driven, stage.link]] = sun, -(sun + ring)
-    for number, body in enumerate(stage.planets):
-        matrix[layout.at("x_pr", place, number), [stage.link, body]] = -ring, -planet
 
 
 def _radii(joint: Planetary) -> tuple[float, float, float]:

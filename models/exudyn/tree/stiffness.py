@@ -6,17 +6,11 @@ its second derivatives.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.models.arm.stiffness import (
-    SineStiffness,
-    SquareStiffness,
-    StiffnessLaw,
-    TableStiffness,
-)
+from crosscheck.models.arm import stiffness as stiffness_laws
 from crosscheck.models.jitted import njit
 
 SINE, WAVES, SPLINE = 0.0, 1.0, 2.0
@@ -67,24 +61,21 @@ def constant(stiffness: float) -> StiffnessCurve:
     return StiffnessCurve(SINE, stiffness)
 
 
-def curve_of(law: StiffnessLaw) -> StiffnessCurve:
+def curve_of(law: stiffness_laws.StiffnessLaw) -> StiffnessCurve:
     """The numbers of a law."""
-    if isinstance(law, SineStiffness):
+    if isinstance(law, stiffness_laws.SineStiffness):
         return StiffnessCurve(SINE, law.mean_N_per_m, law.amplitude_N_per_m)
-    if isinstance(law, TableStiffness):
+    if isinstance(law, stiffness_laws.TableStiffness):
         return _spline(np.array(law.phase_cycles), np.array(law.stiffness_N_per_m))
-    if isinstance(law, SquareStiffness):
+    if isinstance(law, stiffness_laws.SquareStiffness):
         return _square(law)
-    return _waves(law.mean_N_per_m, law.cosine_N_per_m, law.sine_N_per_m)
-
-
-def _waves(mean: float, cosines: Sequence[float], sines: Sequence[float]) -> StiffnessCurve:
+    cosines, sines = law.cosine_N_per_m, law.sine_N_per_m
     columns = np.zeros((2, max(len(cosines), len(sines))))
     columns[0, : len(cosines)], columns[1, : len(sines)] = cosines, sines
-    return StiffnessCurve(WAVES, mean, columns=tuple(columns))
+    return StiffnessCurve(WAVES, law.mean_N_per_m, columns=tuple(columns))
 
 
-def _square(law: SquareStiffness) -> StiffnessCurve:
+def _square(law: stiffness_laws.SquareStiffness) -> StiffnessCurve:
     """Eq. 7, its sin(i (u - phase)) taken apart, u = 2 pi (contact ratio - 1)."""
     swing, overlap = law.largest_N_per_m - law.least_N_per_m, law.contact_ratio - 1
     order = np.arange(1, law.harmonics + 1)

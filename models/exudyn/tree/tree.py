@@ -20,25 +20,13 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.drive import drive_data, joint_torque
+from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario, Switches, per_joint, planet_offsets
 from crosscheck.models.exudyn.engine import Engine
+from crosscheck.models.exudyn.tree import mesh, parts
 from crosscheck.models.exudyn.tree.laws import gear_stage, mean_spring, stiffest
 from crosscheck.models.exudyn.tree.loads import joints_of, loads, packed
-from crosscheck.models.exudyn.tree.mesh import (
-    GearStage,
-    MeshLaw,
-    deflection,
-    elastic_forces,
-    gearing,
-    torque_rounding,
-)
-from crosscheck.models.exudyn.tree.parts import (
-    bodies_of,
-    paper_from_tree,
-    stages_of,
-    tree_from_paper,
-)
+from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
 
@@ -67,9 +55,9 @@ class ExudynTree(Model):
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
         self.layout = geared_layout(arm, self.switches)
-        self.stages = stages_of(arm)
-        self.from_paper = tree_from_paper(arm, self.layout)
-        self.to_paper = paper_from_tree(arm, self.layout)
+        self.stages = parts.stages_of(arm)
+        self.from_paper = parts.tree_from_paper(arm, self.layout)
+        self.to_paper = parts.paper_from_tree(arm, self.layout)
         self.gears = [
             gear_stage(place, stage, joint, self.switches)
             for place, (stage, joint) in enumerate(zip(self.stages, arm.joints, strict=True))
@@ -79,7 +67,7 @@ class ExudynTree(Model):
     @cached_property
     def _free(self) -> Engine:
         """The bodies without any force."""
-        return Engine(bodies_of(self.arm), None, [0.0], gravity=(0.0, 0.0))
+        return Engine(parts.bodies_of(self.arm), None, [0.0], gravity=(0.0, 0.0))
 
     @cached_property
     def _driven(self) -> Engine:
@@ -87,10 +75,10 @@ class ExudynTree(Model):
         return self._engine(self.gears)
 
     def _engine(self, gears: Sequence[GearStage]) -> Engine:
-        bodies, clock = bodies_of(self.arm), [0.0]
+        bodies, clock = parts.bodies_of(self.arm), [0.0]
         drive = drive_data(self.scenario, len(self.stages))
         joints = joints_of(self.arm, self.stages)
-        teeth = gearing(gears, self.switches.mesh_work == "conservative")
+        teeth = mesh.gearing(gears, self.switches.mesh_work == "conservative")
         force = loads(packed(teeth, drive, joints), len(bodies), clock)
         return Engine(bodies, force, clock, self.arm.gravity_m_per_s2)
 
@@ -121,22 +109,17 @@ class ExudynTree(Model):
         tree = np.linalg.solve(engine.mass_matrix(), engine.right_hand_side())
         paper = self.to_paper @ tree
         if not self.layout.free:
-            self._require_alike(self.from_paper @ paper, tree, q, v)
+            rates = self.from_paper @ v
+            size = max(abs(tree).max(), (rates**2).max())
+            close = PLANETS_AGREE * size + self._rounding(self.from_paper @ q, rates)
+            if not np.allclose(self.from_paper @ paper, tree, rtol=0, atol=close):
+                raise ArithmeticError(f"{self.name}: equal planets do not accelerate alike")
         return paper
-
-    def _require_alike(
-        self, alike: np.ndarray, tree: np.ndarray, q: np.ndarray, v: np.ndarray
-    ) -> None:
-        rates = self.from_paper @ v
-        size = max(abs(tree).max(), (rates**2).max())
-        close = PLANETS_AGREE * size + self._rounding(self.from_paper @ q, rates)
-        if not np.allclose(alike, tree, rtol=0, atol=close):
-            raise ArithmeticError(f"{self.name}: equal planets do not accelerate alike")
 
     def _rounding(self, q: np.ndarray, q_t: np.ndarray) -> float:
         """What roundings of the meshes' forces may do to a lumped planet [rad/s^2]."""
         felt = [
-            torque_rounding(law, gear.bodies, q, q_t) / gear.planet_inertia
+            mesh.torque_rounding(law, gear.bodies, q, q_t) / gear.planet_inertia
             for gear in self.stiffest
             for law in (gear.sun[0], gear.ring[0])
         ]
@@ -184,32 +167,26 @@ class ExudynTree(Model):
         with np.errstate(over="ignore", invalid="ignore"):  # told by require_finite
             for row, t in enumerate(time):
                 if row:
-                    q, v = self._advanced(engine, t)
+                    try:
+                        q, v = engine.advance(run.stride, run.step_s)
+                    except FloatingPointError:
+                        raise Diverged(self.name, float(t)) from None
                 engine.place(t, q, v)
                 mass = engine.mass_matrix()
                 states[row] = q, v, np.linalg.solve(mass, engine.right_hand_side())
                 energy[row] = v @ mass @ v / 2
         require_finite(self.name, time, states, energy)
-        return self._trajectory(time, states, energy)
-
-    def _advanced(self, engine: Engine, t: float) -> tuple[np.ndarray, np.ndarray]:
-        """The state at the next recorded time, t [s]. Raises Diverged."""
-        try:
-            return engine.advance(self.scenario.stride, self.scenario.step_s)
-        except FloatingPointError:
-            raise Diverged(self.name, float(t)) from None
-
-    def _trajectory(self, time: np.ndarray, states: np.ndarray, energy: np.ndarray) -> xr.Dataset:
         q, v, a = states.swapaxes(0, 1)
         links = [stage.link for stage in self.stages]
         theta, theta_dot = q[:, links], v[:, links]
+        drive = drive_data(run, len(links))
         return trajectory(
             self,
             time,
             theta=theta,
             theta_dot=theta_dot,
             theta_ddot=a[:, links],
-            torque=self._torques(time, theta, theta_dot),
+            torque=torques_along(drive, time, theta, theta_dot),
             **self._mesh_records(time, q, v),
             kinetic_energy=energy,
         )
@@ -228,9 +205,9 @@ class ExudynTree(Model):
             for side, planet in np.ndindex(2, len(stage.planets)):
                 law = (gear.sun, gear.ring)[side][planet]
                 at = side, slice(None), gear.joint, planet
-                x[at] = deflection(law, stage, planet, q, with_sun=side == 0)
-                x_dot[at] = deflection(law, stage, planet, v, with_sun=side == 0)
-                force[at] = elastic_forces(law.array, time, x[at], q[:, link], v[:, link])
+                x[at] = mesh.deflection(law, stage, planet, q, with_sun=side == 0)
+                x_dot[at] = mesh.deflection(law, stage, planet, v, with_sun=side == 0)
+                force[at] = mesh.elastic_forces(law.array, time, x[at], q[:, link], v[:, link])
         return {
             "x_sp": x[0],
             "x_pr": x[1],
@@ -239,18 +216,6 @@ class ExudynTree(Model):
             "F_sp": force[0],
             "F_pr": force[1],
         }
-
-    def _torques(self, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
-        """Output-side torques [N m], shape (times, joints)."""
-        law = drive_data(self.scenario, len(self.stages))
-        torques = np.empty_like(theta)
-        for row, joint in np.ndindex(*theta.shape):
-            gains, table = law.gains[joint], law.table_torque[joint]
-            angle, rate = float(theta[row, joint]), float(theta_dot[row, joint])
-            torques[row, joint] = joint_torque(
-                law.code, gains, law.table_time, table, float(time[row]), angle, rate
-            )
-        return torques
 
     def largest_stable_step(self) -> float:
         """Largest step [s] of RK44 that lets no mode of the stiffest meshes grow by itself.
