@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import re
+import threading
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -28,6 +29,7 @@ POINTER, WHOLE, NUMBER = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
 # Levels of optimisation, which change no bit: of states, asked for some hundred times, the less
 # takes a fifth of the time to compile.
 RUNS, STATES = 2, 0
+COMPILING = threading.Lock()  # Python 3.11's parser fails when several threads use it at a time
 Constants = dict[str, int | float]
 # Of each coordinate of a layout, the kernel's own that it is, or the two whose difference it is.
 Recorded = tuple[tuple[int, ...], ...]
@@ -160,7 +162,8 @@ def code_of(program: Program) -> Code:
         machine_code,
     )
 
-    data = machine_code(program.text, program.lanes, program.level)
+    with COMPILING:
+        data = machine_code(program.text, program.lanes, program.level)
     return Code(data, dict(program.functions))
 
 

@@ -61,14 +61,14 @@ class Begun(NamedTuple):
         return abs(quotient(self.predicted_s, self.simulated_s) - 1) <= ONSET_WITHIN
 
 
-class Curve(NamedTuple):
+class TimeCurve(NamedTuple):
     """Values (instants,) at times [s]."""
 
     time_s: tuple[float, ...]
     values: tuple[float, ...]
 
     @classmethod
-    def of(cls, time: np.ndarray, values: np.ndarray) -> Curve:
+    def of(cls, time: np.ndarray, values: np.ndarray) -> TimeCurve:
         """Of values (times,)."""
         return cls(tuple(map(float, time)), tuple(map(float, values)))
 
@@ -86,11 +86,11 @@ class Linearised:
     intervals: tuple[linear.Interval, ...]
     begun: tuple[Begun, ...]
     jacobian_error: float
-    growth: Curve
-    frequencies: tuple[Curve, ...]
+    growth: TimeCurve
+    frequencies: tuple[TimeCurve, ...]
     unstable: tuple[tuple[bool, ...], ...]
-    simulated: Curve
-    predicted: Curve
+    simulated: TimeCurve
+    predicted: TimeCurve
     shoulder: SignalEnvelope
 
     @property
@@ -132,8 +132,8 @@ class Linearisation(Perturbed[Linearised]):
             intervals=tuple(one for one in unstable if one.end > THIRD_S[0]),
             begun=tuple(begun for begun, _, _ in followed if begun is not None),
             jacobian_error=linear.jacobian_error(plant, base, SAMPLES),
-            growth=Curve.of(base.time[::thin], modes.largest[::thin]),
-            frequencies=tuple(Curve.of(base.time[::thin], x[::thin]) for x in modes.frequency.T),
+            growth=TimeCurve.of(base.time[::thin], modes.largest[::thin]),
+            frequencies=tuple(TimeCurve.of(base.time[::thin], x[::thin]) for x in modes.frequency.T),
             unstable=tuple(tuple(map(bool, grows[::thin])) for grows in (modes.growth > 0).T),
             simulated=simulated,
             predicted=predicted,
@@ -143,7 +143,7 @@ class Linearisation(Perturbed[Linearised]):
 
 def _follow(
     base: linear.Base, modes: linear.Modes, time: np.ndarray, shoulder: np.ndarray
-) -> tuple[Begun | None, Curve, Curve]:
+) -> tuple[Begun | None, TimeCurve, TimeCurve]:
     """One start: whether begun, its vibration simulated, and predicted from BEGIN_S on.
 
     Every mode starts from the simulated vibration at BEGIN_S and never falls below its smallest
@@ -158,7 +158,7 @@ def _follow(
     fast = modes.frequency.mean(axis=0) > BETWEEN_MODES_HZ
     whole, high = simulated[seen], vibration_envelope(time, shoulder, BETWEEN_MODES_HZ)[seen]
     if not whole.size or not np.isfinite((whole[0], high[0])).all():
-        return None, _highest(time, simulated), Curve((), ())
+        return None, _highest(time, simulated), TimeCurve((), ())
     first = np.where(fast, high[0], whole[0])
     floor = np.where(fast, high.min(), whole.min())
     predicted = linear.predicted_amplitude(ahead, modes.growth[part], first, floor)
@@ -180,12 +180,12 @@ def _onset(time: np.ndarray, values: np.ndarray) -> float | None:
     return signals.first_above(time[part], values[part], ONSET_RAD_PER_S2)
 
 
-def _highest(time: np.ndarray, values: np.ndarray) -> Curve:
+def _highest(time: np.ndarray, values: np.ndarray) -> TimeCurve:
     """The largest of every bin; nothing where the signal is undefined."""
     if not time.size or not np.isfinite(values).all():
-        return Curve((), ())
+        return TimeCurve((), ())
     band = SignalEnvelope.of(time, values)
-    return Curve(band.time_s, band.high)
+    return TimeCurve(band.time_s, band.high)
 
 
 @dataclass(frozen=True)
