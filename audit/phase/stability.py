@@ -133,7 +133,9 @@ class Linearisation(Perturbed[Linearised]):
             begun=tuple(begun for begun, _, _ in followed if begun is not None),
             jacobian_error=linear.jacobian_error(plant, base, SAMPLES),
             growth=TimeCurve.of(base.time[::thin], modes.largest[::thin]),
-            frequencies=tuple(TimeCurve.of(base.time[::thin], x[::thin]) for x in modes.frequency.T),
+            frequencies=tuple(
+                TimeCurve.of(base.time[::thin], x[::thin]) for x in modes.frequency.T
+            ),
             unstable=tuple(tuple(map(bool, grows[::thin])) for grows in (modes.growth > 0).T),
             simulated=simulated,
             predicted=predicted,
