@@ -85,7 +85,8 @@ def motion_range(robot: Robot, number: int) -> tuple[float, float]:
     half = np.pi if joint.kind == "revolute" else 1.0
     lower, upper = joint.limits.lower, joint.limits.upper
     if not np.isfinite([lower, upper]).all():
-        return max(lower, -half), min(upper, half)
+        middle = min(max(0.0, lower + half), upper - half)
+        return middle - half, middle + half
     middle, half = (lower + upper) / 2, min(half, (upper - lower) / 2)
     return middle - half, middle + half
 

@@ -274,3 +274,22 @@ def test_robots_are_listed(crosscheck):
     listed = crosscheck("list").out
     assert "six-joint" in listed
     assert "sliding" in listed
+
+
+@pytest.mark.parametrize(
+    ("limits", "expected"),
+    [
+        ((-1.0, 2.0), (-1.0, 2.0)),
+        ((-10.0, 10.0), (-np.pi, np.pi)),
+        ((-np.inf, np.inf), (-np.pi, np.pi)),
+        ((5.0, np.inf), (5.0, 5.0 + 2 * np.pi)),
+        ((-np.inf, -4.0), (-4.0 - 2 * np.pi, -4.0)),
+        ((-1.0, np.inf), (-1.0, 2 * np.pi - 1.0)),
+    ],
+)
+def test_motions_stay_within_limits_of_which_one_may_be_missing(limits, expected):
+    own = parallel()
+    first = own.joints[0]
+    limited = replace(first.limits, lower=limits[0], upper=limits[1])
+    own = replace(own, joints=(replace(first, limits=limited), *own.joints[1:]))
+    assert agreement.motion_range(own, 0) == pytest.approx(expected)

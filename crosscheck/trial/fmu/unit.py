@@ -218,7 +218,8 @@ class UnitRun:
         frame = frame_of(self.unit.coordinates, arm)
         theta, drive = frame.layout.theta, drive_data(scenario, len(arm.joints))
         q, v = build(self.reference, *self.case).start()
-        own = SteppedUnit(self.unit, frame.place(q), np.linalg.solve(frame.jacobian(q), v))
+        x_0 = frame.place(q)
+        own = SteppedUnit(self.unit, x_0, np.linalg.solve(frame.jacobian(x_0), v))
 
         def moving() -> tuple[np.ndarray, np.ndarray]:
             """Angles and rates of the joints, as the unit has them now."""
