@@ -36,7 +36,7 @@ FORCE, DEEPEST = 10.0, 0.01  # of a drawn mesh: N m or N at its joint, parts of 
 
 
 class DrawnStates(NamedTuple):
-    """Drawn coordinates, rates and accelerations (states, n), torques (states, free)."""
+    """Random states: coordinates, rates, accelerations (states, n), torques (states, free)."""
 
     q: np.ndarray
     v: np.ndarray
@@ -69,7 +69,7 @@ class EngineDifference:
 
 
 def drawn(robot: Robot, count: int, seed: int) -> DrawnStates:
-    """Within the limits where there are any, else angles of +-pi, 1 m, 2 rad/s or m/s."""
+    """Random states within limits, and within +-pi or 1 m of their middle, 2 rad/s or m/s."""
     rng = np.random.default_rng(seed)
     shape = (count, len(robot.coordinates))
     ranges = np.array([motion_range(robot, number) for number in robot.coordinates])
@@ -80,7 +80,7 @@ def drawn(robot: Robot, count: int, seed: int) -> DrawnStates:
 
 
 def motion_range(robot: Robot, number: int) -> tuple[float, float]:
-    """Of a joint's coordinate: its limits, at most +-pi or 1 m about their middle."""
+    """The range of a joint's coordinate: its limits, at most +-pi or 1 m about their middle."""
     joint = robot.joints[number]
     half = np.pi if joint.kind == "revolute" else 1.0
     lower, upper = joint.limits.lower, joint.limits.upper
@@ -91,7 +91,7 @@ def motion_range(robot: Robot, number: int) -> tuple[float, float]:
 
 
 def compared(robot: Robot, states: DrawnStates) -> list[EngineDifference]:
-    """Every pair of engines at each level that they promise; who raises fails its comparisons.
+    """Compare every pair of engines at each level that they promise; one that raises fails there.
 
     Raises InputError for a robot whose mass matrix has lost its digits.
     """
@@ -126,7 +126,7 @@ def with_meshes(robot: Robot, states: DrawnStates) -> DrawnStates:
 
 
 def _answers(model: RobotModel, states: DrawnStates) -> RobotAnswers:
-    """Raises ValueError for what is not finite or of another shape."""
+    """A model's answers at states. Raises ValueError for what is not finite or of another shape."""
     q, v, a, torques = states
     masses = model.mass_matrix(q)
     seconds = RUN_S  # whose steps resolve the swings of every mesh, and their dying out
@@ -185,7 +185,7 @@ def _comparisons(
 def _measured(
     one: RobotAnswers, other: RobotAnswers, scale: RobotAnswers, robot: Robot, states: DrawnStates
 ) -> tuple[dict[str, float], float]:
-    """By quantity, in parts of its size by `scale`; and the condition number of M, scaled.
+    """Difference of each quantity, in parts of its size by `scale`; condition number of scaled M.
 
     By Cauchy and Schwarz a torque is at most the root of M's diagonal times the root of the sum of
     m times acceleration squared: so joints of a wrist are judged by their own size.

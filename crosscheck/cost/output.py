@@ -68,7 +68,7 @@ def _mesh_lines(geared: GearedCost) -> Iterator[str]:
 
 
 def _engines(found: Cost) -> list[str]:
-    """Names; of one that has not every level, with those that it has."""
+    """The engines' names; one that lacks a level is followed by the levels that it has."""
     levels: dict[str, dict[Level, None]] = {}
     for each in found.agreement:
         for name in (each.left, each.right):
@@ -165,7 +165,7 @@ def _length(metres: float) -> str:
 
 
 def cost_json(found: Cost) -> str:
-    """Everything but the time histories, with units in the names; what is infinite is null."""
+    """JSON text of all but the time histories, units in the names; what is infinite is null."""
     robot = found.robot
     names = zip(found.names, found.units, found.largest, found.by_rates, strict=True)
     return document(
@@ -221,7 +221,7 @@ def cost_json(found: Cost) -> str:
 
 
 def cost_page(found: Cost) -> str:
-    """HTML text, figure inlined."""
+    """The page on a robot's costs: HTML text, figure inlined."""
     from crosscheck.report.rendering import page
 
     return page(
@@ -242,7 +242,7 @@ def cost_page(found: Cost) -> str:
 
 
 def _drawing(found: Cost) -> str:
-    """Torques on the left, what armature misses of them on the right."""
+    """SVG text: torques on the left, what armature misses of them on the right."""
     from matplotlib.figure import Figure
 
     from crosscheck.report.plots.figures import to_svg
