@@ -89,7 +89,7 @@ def _number(value: float) -> str:
 
 
 def comparison_json(found: RecordComparison) -> str:
-    """Everything, with units in the names."""
+    """JSON text of the whole comparison, with units in the names."""
     return document(
         {
             "schema_version": SCHEMA_VERSION,
@@ -157,7 +157,7 @@ def _estimate(each: Estimate) -> dict[str, object]:
 
 
 def comparison_page(found: RecordComparison) -> str:
-    """HTML text, figures inlined."""
+    """The page on a comparison with a record: HTML text, figures inlined."""
     from crosscheck.report.rendering import page
 
     def residual(joint: int, axes: Axes) -> None:

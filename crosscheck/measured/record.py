@@ -51,7 +51,7 @@ LEAST_MOTION = 1e-6  # [rad]
 
 @dataclass(frozen=True)
 class Record:
-    """Times (N,) [s], rising; angles, maybe rates and torques (N, joints) in rad, rad/s and N m."""
+    """A motion: times (N,) [s], rising; angles, maybe rates and torques (N, joints), SI units."""
 
     where: str
     time: np.ndarray
@@ -253,7 +253,10 @@ def _taken(
 def _table(
     where: str, columns: Mapping[str, np.ndarray], kind: str, joints: int
 ) -> np.ndarray | None:
-    """(N, joints) in SI units. Raises InputError for a joint too many or too few."""
+    """Angles, rates or torques by `kind`, (N, joints) in SI units; None where there are none.
+
+    Raises InputError for a joint too many or too few.
+    """
     whole = [name for name in columns if (m := TOGETHER.fullmatch(name)) and m[1] == kind]
     for name in whole:
         unit = name.removeprefix(f"{kind}_")
