@@ -55,7 +55,7 @@ def _case(finding: Finding) -> ElementTree.Element:
 
 
 def _properties(agreement: Agreement) -> ElementTree.Element:
-    """Provenance, as far as it is text and numbers, and the measurements."""
+    """An XML element of the provenance, as far as it is text and numbers, and the measurements."""
     own, named = agreement.provenance, list[tuple[str, object]]()
     if own is not None:
         named += [(name, value) for name, value in own if isinstance(value, str | int | None)]

@@ -31,5 +31,5 @@ def plain(value: Any, **named: str) -> Any:
 
 
 def document(content: Mapping[str, Any]) -> str:
-    """Readable JSON, ending in a newline."""
+    """The content as readable JSON text, ending in a newline."""
     return json.dumps(plain(content), indent=1, allow_nan=False) + "\n"

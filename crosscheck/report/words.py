@@ -6,7 +6,7 @@ from crosscheck.findings import Agreement, Finding
 
 
 def counted(number: int, noun: str) -> str:
-    """Such as `1 check` or `2 checks`."""
+    """A number with its noun, such as `1 check` or `2 checks`."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
@@ -41,7 +41,7 @@ def outcome(finding: Finding) -> str:
 
 
 def number(value: float | None) -> str:
-    """Three digits, for reading."""
+    """A number with three digits, for reading; empty for None."""
     return "" if value is None else f"{value:.3g}"
 
 
