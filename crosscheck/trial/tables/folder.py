@@ -52,7 +52,7 @@ def probe_files(
 
 
 def _tables(trial: TableTrial, asked: AskedStates, begins: str) -> dict[str, str | bytes]:
-    """All rows as CSV and MAT files, with the arguments that they have.
+    """The rows that are asked as CSV and MAT files, by name, with the arguments that they have.
 
     Those of inverse dynamics, which take accelerations, are in files of their own.
     """
@@ -113,7 +113,7 @@ def _texts(
 
 
 def arm_toml(arm: Arm) -> str:
-    """An arm's file, which is read back as the same arm."""
+    """The TOML text of an arm's file, which is read back as the same arm."""
     return "".join(f"{line}\n" for line in _entries(arm.model_dump(mode="json")))
 
 
