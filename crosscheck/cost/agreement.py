@@ -69,7 +69,11 @@ class EngineDifference:
 
 
 def drawn(robot: Robot, count: int, seed: int) -> DrawnStates:
-    """Random states within limits, and within +-pi or 1 m of their middle, 2 rad/s or m/s."""
+    """Random states of a robot, `count` of them.
+
+    Coordinates are within their limits and at most +-pi or 1 m about the middle of these, rates
+    within theirs and at most 2 rad/s or m/s.
+    """
     rng = np.random.default_rng(seed)
     shape = (count, len(robot.coordinates))
     ranges = np.array([motion_range(robot, number) for number in robot.coordinates])
@@ -109,7 +113,7 @@ def compared(robot: Robot, states: DrawnStates) -> list[EngineDifference]:
 
 
 def with_meshes(robot: Robot, states: DrawnStates) -> DrawnStates:
-    """The states with x of each mesh: on either flank, or between them where there is play."""
+    """The states with x of each mesh added: on either flank, or between where there is play."""
     rng, shape = np.random.default_rng(0), (len(states.q), 1)
     columns = []
     for spring in springs(robot):
@@ -254,5 +258,5 @@ def _norm(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def _share(apart: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """apart over size; where there is no size, nothing but equal numbers agree."""
+    """Part of a size that a difference is; 0 for none, huge where there is no size."""
     return np.where(apart == 0, 0.0, apart / np.maximum(size, 1e-300))

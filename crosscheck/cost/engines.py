@@ -20,9 +20,9 @@ LEAD = "analytic"  # the one that costs are worked out with
 
 @dataclass(frozen=True)
 class RobotEngine:
-    """A model of robots: where its class is, a RobotModel, and what to know of it.
+    """An engine for robots: where its class is, a RobotModel, and what to know of it.
 
-    levels: those that it promises, if not all.
+    levels: those that it promises; empty for all.
     """
 
     module: str

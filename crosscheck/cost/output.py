@@ -20,7 +20,7 @@ MOST_DRAWN = 8  # joints of the picture, those that armature costs most
 
 
 def first_lines(found: Cost) -> Iterator[str]:
-    """The answers: do the engines agree, what each shortcut costs, what carries it, which ratio."""
+    """Lines that answer: do engines agree, what shortcuts cost, what carries it, which ratio."""
     yield from _agreement_lines(found)
     if not found.ratios:
         yield "no joint is geared: there is no shortcut to take"

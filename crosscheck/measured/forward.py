@@ -42,7 +42,7 @@ class Window:
 
     @property
     def validation(self) -> np.ndarray:
-        """u_val (rows, joints) [rad]."""
+        """Validation uncertainty u_val, shape (rows, joints) [rad]."""
         return np.sqrt(self.numerical**2 + self.inputs**2 + self.data**2)
 
     @property

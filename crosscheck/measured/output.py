@@ -22,7 +22,7 @@ IN_SIGHT = 2.0  # medians of the noise band that a picture has room for
 
 
 def first_lines(found: RecordComparison) -> Iterator[str]:
-    """The answers: which level, whether within the noise, what the record asks for, how long."""
+    """Lines that answer: which level, is it within noise, what the record asks for, how long."""
     best, share = found.best, found.own_chi2 / found.own_freedom
     left = f"chi squared is {_number(share)} per degree of freedom"
     if found.decided:

@@ -159,7 +159,7 @@ def _of_bag(path: Path, topic: str, joints: tuple[str, ...]) -> dict[str, np.nda
 
 
 def _from_bag(where: str, topic: str, joints: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Columns by name, as of the other formats, of a bag: a file, or the folder of a ROS 2 bag.
+    """Columns of a ROS bag by name, as of the other formats; a file, or a ROS 2 bag's folder.
 
     topic: whose messages; empty for the only one of JointState. joints: names of the arm's, from
     the base on; messages may have others beside them. Raises InputError.
@@ -322,7 +322,7 @@ def require_slow(record: Record, slopes: np.ndarray) -> None:
 def require_same_units(record: Record, slopes: np.ndarray) -> None:
     """Raise InputError if the record's rates are not the slopes [rad/s] of its angles (N, joints).
 
-    A factor that another unit would make is told as that.
+    The error names the unit if the rates are off by the factor of another unit.
     """
     if record.rates is None:
         return

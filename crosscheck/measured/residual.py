@@ -27,8 +27,8 @@ ROUNDED = 1e-12  # of a covariance's mean variance: what keeps it definite
 class Fit:
     """How well one model explains a record.
 
-    chi2: sum of squares of the residuals whitened by the model's own noise, over degrees of freedom
-    as many; spread: logarithm of the determinant of that noise's covariance; left and noise
+    chi2: sum of squares of the residuals whitened by the model's own noise; freedom: its degrees of
+    freedom; spread: logarithm of the determinant of that noise's covariance; left and noise
     (joints,) [N m]: rms of the smoothed residual, and what the record's noise makes of it.
     """
 

@@ -14,7 +14,7 @@ _UNWRITABLE = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010fff
 
 
 def junit_xml(agreement: Agreement, suite: str = "crosscheck") -> str:
-    """XML text: a test case per check, an ``error`` where it was not judged.
+    """XML text with a test case per check, which has an ``error`` where it was not judged.
 
     Measurements are properties.
     """

@@ -12,7 +12,7 @@ import numpy as np
 
 
 def plain(value: Any, **named: str) -> Any:
-    """What JSON takes of a value: records as their fields, arrays as lists.
+    """The form of a value that JSON takes: records as their fields, arrays as lists.
 
     named: other names for fields of records, wherever these stand. What is not finite is None.
     """

@@ -73,7 +73,7 @@ def summary(trial: Trial) -> Iterator[str]:
 
 
 def misread_line(found: Misread, names: Sequence[str]) -> str:
-    """A line for the user on a part whose units or order of numbers were read otherwise."""
+    """A line for the user on a part whose numbers seem to have another unit or order."""
     if found.factor is None:
         part = "M" if found.part == "mass_matrix" else found.part
         return f"{part} agrees once its numbers are read in another order: flattened the other way?"
@@ -85,7 +85,7 @@ def misread_line(found: Misread, names: Sequence[str]) -> str:
 
 
 class VerdictLine(NamedTuple):
-    """A line on what is wrong; hidden: by the numbers of the arm on trial."""
+    """A line on what is wrong; hidden: whether the numbers of the arm on trial hide it."""
 
     text: str
     hidden: bool = False

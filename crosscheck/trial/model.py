@@ -130,7 +130,7 @@ class HandedModel(Model):
 
 
 def _reference_of(handed: HandedModel) -> Model:
-    """The model that it is compared with, which says where it starts and what step is stable."""
+    """The model that equations are compared with: it says where to start, which step is stable."""
     level = handed.equations.level or "links"
     name = lead() if handed.layout.meshing else of_level(level)[0]
     return build(name, handed.arm, handed.scenario, handed.switches)

@@ -72,7 +72,10 @@ class Asked:
 
 @dataclass(frozen=True)
 class Rung:
-    """A rigid level beside a model: how many entries of M differ, the largest and the mean."""
+    """A rigid level beside a user's equations: how many entries of M differ, and by how much.
+
+    largest, mean: of the differences of all entries, relative to their sizes.
+    """
 
     level: str
     entries: int

@@ -21,7 +21,8 @@ class Pictures:
     """Drawings of the runs of a cross-check.
 
     levels: by experiment, the rigid levels' deviation as SVG; signals: for the page's script;
-    still: of the longest experiment, for a page that is printed or runs no script, and its name.
+    still: SVG of the longest experiment, for a page that is printed or runs no script; still_of:
+    the name of that experiment.
     """
 
     levels: dict[str, str]

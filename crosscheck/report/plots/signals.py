@@ -46,7 +46,7 @@ class RecordStretch:
 class Line:
     """A signal of the reference run, or a model's difference from it (model minus reference).
 
-    peak: the largest magnitude, in ``unit``.
+    peak: the largest magnitude, in the quantity's unit.
     """
 
     name: str
@@ -60,7 +60,7 @@ class Line:
 class SignalWindow:
     """A stretch of time [s] worth a look, with what happens in it.
 
-    full_rate: by quantity, of those that are binned in the whole run.
+    full_rate: all records of those quantities that are binned in the whole run.
     """
 
     title: str

@@ -76,7 +76,7 @@ class Frame:
     def place(self, q: np.ndarray) -> np.ndarray:
         """An x (n,) that gives this q. Raises InputError where none is found.
 
-        Of a map that is not linear by Newton's method from several starts.
+        If the map is not linear, it is found by Newton's method from several starts.
         """
         if self.matrix is not None:
             return np.linalg.solve(self.matrix, q)
@@ -91,7 +91,7 @@ class Frame:
     def nearest(self, q: np.ndarray, known: np.ndarray) -> np.ndarray:
         """An x (n,) that gives this q, or one on the way to it from that of a known x.
 
-        By Newton's method from few starts; halfway to the known one as often as need be.
+        It is found by Newton's method from few starts; where it is not, the way is halved.
         """
         start = self.position(known)
         for halved in range(MOST_HALVED):
@@ -156,7 +156,7 @@ def frame_of(coordinates: Coordinates, arm: Arm) -> Frame:
 
 
 def _require_known(coordinates: Coordinates) -> None:
-    """Raise InputError for a word that is none of those, or for two maps at once."""
+    """Raise InputError for a word that is not allowed, or for two maps at once."""
     allowed = {
         "gearing": get_args(Gearing),
         "links": ("relative", "absolute"),
@@ -253,7 +253,7 @@ def names_of(coordinates: Coordinates, usual: Sequence[str]) -> tuple[str, ...]:
 def in_symbols(matrix: np.ndarray, layout: Layout, arm: Arm) -> sp.ImmutableMatrix | None:
     """The matrix in ratios of whole numbers and the radii and ratios of each row's own joint.
 
-    None where some number is none of these, and none that rounding left of one.
+    None where some number is none of these; what rounding left of a 0 counts as 0.
     """
     symbols, numbers = arm_chain(arm, layout).stages, exact_chain(arm, layout).stages
     found = []

@@ -125,7 +125,7 @@ def _changed(
 
 
 class ForceDifferences:
-    """Explains force entries from differences at the same states.
+    """The force's entries of one arm, to be explained by differences at the same states.
 
     states: in the layout's coordinates; rates (K, n): the user's.
     """

@@ -54,7 +54,7 @@ class Candidate(NamedTuple):
 
 
 def groups(entry: Entry) -> list[TermGroup]:
-    """Groups: each term; all; by wave; with one symbol in common; with a joint's masses."""
+    """Terms that one error may concern: each; all; of one wave or symbol; of a joint's masses."""
     found: list[TermGroup] = [((product,), 0.0) for product in entry]
     by_key: defaultdict[TermKey, list[Product]] = defaultdict(list)
     by_symbol: defaultdict[str, list[Product]] = defaultdict(list)
@@ -74,7 +74,7 @@ def groups(entry: Entry) -> list[TermGroup]:
 
 
 def _joint_masses(entry: Entry) -> Iterator[TermGroup]:
-    """Groups with masses of one joint's bodies, links apart, before one lever together."""
+    """Groups of terms with masses of one joint's bodies but links, before the same lever."""
     levers: defaultdict[Any, list[Product]] = defaultdict(list)
     for product in entry:
         masses = [named(s) for s in product.symbols if s[0] == "m" and s != "m_payload"]

@@ -61,7 +61,7 @@ Found = tuple[Candidate, ...]
 def explain(
     place: EntryPlace, observed: Sequence[Observed], terms: ReferenceTerms
 ) -> Explanation | None:
-    """Errors that make the difference on all arms, or None if no few do."""
+    """An explanation by errors that make the difference on all arms; None if no few do."""
     target = target_of(observed)
     if not target.wrong.any() or max(each.left_over for each in observed) > UNEXPLAINED:
         return None
@@ -216,7 +216,7 @@ def alike(error: TermError) -> object:
 
 
 def bias_of(mass: Entries, turns: np.ndarray) -> dict[EntryPlace, dict[TermKey, float]]:
-    """Differences of a bias that follows from M, by differences of M: cosines and sines alone.
+    """What differences of M change in a bias that follows from M: cosines and sines alone.
 
     turns (joints, n): d theta / d x.
     """

@@ -102,7 +102,7 @@ class Polynomial:
         return Polynomial({p: n for p, n in there if not isinstance(n, float) or abs(n) > nothing})
 
     def replaced(self, name: str, other: Polynomial) -> Polynomial:
-        """The polynomial with another in place of a symbol, but in a denominator."""
+        """The polynomial with another in place of a symbol, except in denominators."""
         total = constant(0)
         for powers, number in self.terms.items():
             power = dict(powers).get(name, 0)
@@ -176,7 +176,7 @@ class Product(NamedTuple):
 
     @property
     def symbols(self) -> tuple[str, ...]:
-        """Names of the quantities that it has."""
+        """Names of the quantities that the product has."""
         return tuple(name for name, _ in self.monomial.powers)
 
 

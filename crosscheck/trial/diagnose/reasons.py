@@ -116,8 +116,7 @@ class Compared:
     def terms(self) -> ReferenceTerms | None:
         """Terms that belong in every entry; None where these cannot be told.
 
-        They cannot in coordinates that are no linear map, nor at fewer states than an entry may have
-        terms.
+        They cannot if the map is not linear, nor at fewer states than an entry may have terms.
         """
         if self.frame.matrix is None:
             return None

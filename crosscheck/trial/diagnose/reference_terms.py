@@ -42,8 +42,8 @@ SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a
 class ReferenceTerms:
     """The terms that belong in each entry, in the coordinates ``names``.
 
-    Bias: of v_j v_k, j <= k, both halves together. angles (joints, n): d theta / d x. A place that
-    is not in ``entries`` is 0.
+    An entry of the bias is that of v_j v_k, j <= k, both halves together. angles (joints, n):
+    d theta / d x. A place that is not in ``entries`` is 0.
     """
 
     names: tuple[str, ...]

@@ -136,8 +136,8 @@ class Fitting:
     def fit(self, values: np.ndarray, scale: float, arm: Mapping[str, float]) -> Observed:
         """The coefficients that make values (K,), the differences of an entry.
 
-        scale: the size of the numbers whose rounding the values have; arm: the arm's quantities. Where
-        a value or its square is beyond what floats hold, nothing explains anything.
+        scale: the size of the numbers whose rounding the values have; arm: the arm's quantities.
+        Where a value or its square is beyond what floats hold, nothing explains anything.
         """
         with np.errstate(over="ignore"):
             squared = values @ values

@@ -106,7 +106,7 @@ def _require_harmless(where: str, entries: list[zipfile.ZipInfo]) -> None:
 
 @dataclass(frozen=True)
 class FmuDescription:
-    """What a unit says of itself.
+    """What an FMU says of itself.
 
     version: 2 or 3; kind: Model Exchange, where it has that, or Co-Simulation; references: by which
     FMI calls its real variables, by their names; inputs: names of those that are inputs; states:

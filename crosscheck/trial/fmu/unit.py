@@ -215,7 +215,7 @@ class UnitRun:
     def _run(self) -> xr.Dataset:
         """The unit's run, as a trajectory.
 
-        Torques are told and held at every communication, at least two between records.
+        Torques are set and held at every communication, at least two between records.
         """
         arm, scenario, _ = self.case
         frame = frame_of(self.unit.coordinates, arm)

@@ -48,7 +48,7 @@ OURS = tuple(Path(str(own.__file__)).parent for own in (crosscheck, np))
 
 @dataclass(frozen=True)
 class SuppliedEquations:
-    """Equations of an arm, each part by its fixed signature; what can be worked out is.
+    """Equations of an arm, each part by its fixed signature, or worked out from others.
 
     given: parts that the user's functions are; has: these and what follows from them. A method
     whose part is not there raises CannotDo. Arrays are float64: x, v, a (n,) in the user's

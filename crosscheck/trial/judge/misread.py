@@ -24,10 +24,10 @@ FITS, DIFFERS = 1e-6, 1e-2  # of the sizes, in half of the numbers
 
 @dataclass(frozen=True)
 class Misread:
-    """A part that was read in the wrong unit or order.
+    """A part whose numbers are right but for their unit or order.
 
-    Its entries at ``places`` are ``factor`` times the right ones, in all states; or its numbers are
-    right in another order than the rows have them (factor None).
+    Its entries at ``places`` are ``factor`` times the right ones, in most states; or its numbers
+    are right in another order than the rows have them (factor None).
     """
 
     part: Part
@@ -39,9 +39,10 @@ class Misread:
 def misread(
     yours: Mapping[str, np.ndarray], right: Mapping[str, np.ndarray], table: AnswerTable | None
 ) -> tuple[Misread, ...]:
-    """Parts in a wrong unit or order; yours, right: by part the answers and the right ones.
+    """Parts that are right but for unit or order.
 
-    Answers are (states, ...); table: the answers of files, whose order may be wrong.
+    yours, right: answers (states, ...) by part, and the right ones; table: the answers of files,
+    whose order may be wrong.
     """
     found: list[Misread] = []
     for quantity, own in yours.items():
@@ -52,7 +53,7 @@ def misread(
 
 
 def _units(quantity: str, yours: np.ndarray, right: np.ndarray) -> Iterator[Misread]:
-    """The entries that are some factor of FACTORS too large at most states, by that factor."""
+    """The entries that are one of FACTORS times the right ones at most states, by factor."""
     by_factor: dict[float, list[EntryPlace]] = {}
     for index in np.ndindex(yours.shape[1:]):
         own, expected = yours[(slice(None), *index)], right[(slice(None), *index)]

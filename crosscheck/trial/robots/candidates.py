@@ -36,7 +36,7 @@ class RobotNumber:
 
 @dataclass(frozen=True)
 class Confusion:
-    """One thing taken for another: words that complete `right with ...`, and the robot so."""
+    """One thing taken for another: words that complete `with ...`, and the robot with it."""
 
     words: str
     robot: Robot

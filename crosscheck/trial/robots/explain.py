@@ -51,7 +51,7 @@ class WrongEntry:
 
 @dataclass(frozen=True)
 class Explained:
-    """What a user's equations are.
+    """What a user's equations of a robot are, and what explains them.
 
     level: the nearest, or the nearest at which there is an explanation; share: the largest
     difference from it, in parts of sizes; entries: those that differ, most first; explanations:
@@ -181,7 +181,7 @@ def _is_all(left: np.ndarray, difference: np.ndarray) -> bool:
 
 
 def _explanations(question: _Question, difference: np.ndarray, level: Level) -> Iterator[str]:
-    """Every single change at a level that leaves nothing of its difference."""
+    """Words on every single change at a level that leaves nothing of its difference."""
     robot = question.robot if level != "links" else replace(question.robot, rotors=(), stages=())
     base = question.of_robot(robot, level)
     for number in numbers(robot):
@@ -244,7 +244,7 @@ def _missing_pairs(question: _Question, difference: np.ndarray) -> Iterator[str]
 
 
 def _links(question: _Question, difference: np.ndarray, level: Level) -> Iterator[str]:
-    """Links whose mass, first moments and inertia about the joint, all ten, make the difference."""
+    """Names of links whose mass, first moments and inertia about the joint make the difference."""
     robot = question.robot
     base = question.of_robot(robot, level)
     for number, body in enumerate(robot.bodies):
