@@ -141,7 +141,7 @@ def motion_line(found: Cost) -> str:
 
 
 def direct_joints(found: Cost) -> Iterator[str]:
-    """A line about joints without gears, if there are any."""
+    """Lines on the joints without gears and on those that follow others, if there are any."""
     geared = {rotor.joint for rotor in with_rotors_alone(found.robot).rotors}
     joints = found.robot.joints
     direct = [joint.name for number, joint in enumerate(joints) if number not in geared]

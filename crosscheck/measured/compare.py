@@ -129,10 +129,9 @@ def compare(
 ) -> RecordComparison:
     """Compare a record with the rigid levels of its arm.
 
-    Raises InputError for a record without torques or with too few rows.
-
     scenario: whose drive gives the torques of a record that has none. tolerances: relative
-    standard uncertainties of the arm's parameters, by path.
+    standard uncertainties of the arm's parameters, by path. Raises InputError for a path that is no
+    parameter's, and for a record without torques or with too few rows.
     """
     known = {parameter.path for parameter in parameters(arm)}
     for path in tolerances:

@@ -128,7 +128,7 @@ def _of_csv(where: str, content: bytes) -> dict[str, np.ndarray]:
 
 
 def _misfit(where: str, names: Sequence[str], lines: Iterable[str]) -> InputError | None:
-    """What is wrong with the first line below the names that is no row of numbers."""
+    """The error of the first line below the names that is no row of numbers; None without."""
     for number, line in enumerate(lines, 1):
         cells = line.strip().split(",")
         if number == 1 or cells == [""]:

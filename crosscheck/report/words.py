@@ -11,7 +11,7 @@ def counted(number: int, noun: str) -> str:
 
 
 def tally(agreement: Agreement) -> str:
-    """How many of the checks agree, and how many were not judged."""
+    """How many of the checks agree, and how many were not judged, in words."""
     total = len(agreement.checks)
     agreeing = total - len(agreement.disagreeing)
     unfinished = sum(finding.verdict == "unfinished" for finding in agreement.checks)

@@ -139,7 +139,7 @@ def _reference_of(handed: HandedModel) -> Model:
 def switches_of(equations: Equations, arm: Arm, chosen: Switches | None) -> Switches:
     """The laws that equations follow: what was chosen, or their own; planets as they count them.
 
-    Raises InputError for an arm whose planets differ and equations that count them as one.
+    A model with these raises InputError for an arm whose planets differ if they are counted as one.
     """
     laws = chosen or equations.switches or usual_switches(arm)
     gearing = equations.coordinates.gearing
@@ -149,7 +149,7 @@ def switches_of(equations: Equations, arm: Arm, chosen: Switches | None) -> Swit
 
 
 def entry_for(name: str, equations: Equations, has: frozenset[str]) -> Entry:
-    """What the registry holds of equations while they are on trial."""
+    """The entry that stands for equations in the registry while they are on trial."""
     found = {ABILITIES[part] for part in has if part in ABILITIES}
     abilities = frozenset(found | ({"simulate"} if found >= {*STATE_ABILITIES} else set()))
     attributes = {"name": name, "equations": equations, "abilities": abilities}

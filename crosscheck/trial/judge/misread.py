@@ -73,7 +73,7 @@ def _units(quantity: str, yours: np.ndarray, right: np.ndarray) -> Iterator[Misr
 def _order(
     quantity: str, yours: np.ndarray, right: np.ndarray, table: AnswerTable
 ) -> Iterator[Misread]:
-    """The part, if all of its numbers fit once they are read in another order."""
+    """The part, if its numbers fit once they are read in another order."""
     size = np.sqrt((right**2).mean()) or 1.0
     if np.median(np.abs(yours - right)) < DIFFERS * size:
         return

@@ -202,7 +202,10 @@ def _mat_variables(where: str, content: bytes) -> dict[str, np.ndarray]:
 
 
 def _by_row(where: str, name: str, values: Any, count: int, height: int, width: int) -> np.ndarray:
-    """A variable (rows, height x width); of matrices also (rows, n, n) and (n, n, rows)."""
+    """A variable as (rows, height x width).
+
+    One of matrices may also come as (rows, n, n) or (n, n, rows). Raises InputError.
+    """
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf":
         raise InputError(where, name, None, "must be an array of real numbers")
     entries, shape = height * width, values.shape
