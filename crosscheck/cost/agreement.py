@@ -36,7 +36,7 @@ FORCE, DEEPEST = 10.0, 0.01  # of a drawn mesh: N m or N at its joint, parts of 
 
 
 class DrawnStates(NamedTuple):
-    """Drawn coordinates, rates and accelerations (states, n), torques (states, free)."""
+    """Random states: coordinates, rates, accelerations (states, n), torques (states, free)."""
 
     q: np.ndarray
     v: np.ndarray
@@ -69,7 +69,11 @@ class EngineDifference:
 
 
 def drawn(robot: Robot, count: int, seed: int) -> DrawnStates:
-    """Within the limits where there are any, else angles of +-pi, 1 m, 2 rad/s or m/s."""
+    """Random states of a robot, `count` of them.
+
+    Coordinates are within their limits and at most +-pi or 1 m about the middle of these, rates
+    within theirs and at most 2 rad/s or m/s.
+    """
     rng = np.random.default_rng(seed)
     shape = (count, len(robot.coordinates))
     ranges = np.array([motion_range(robot, number) for number in robot.coordinates])
@@ -80,7 +84,7 @@ def drawn(robot: Robot, count: int, seed: int) -> DrawnStates:
 
 
 def motion_range(robot: Robot, number: int) -> tuple[float, float]:
-    """Of a joint's coordinate: its limits, at most +-pi or 1 m about their middle."""
+    """The range of a joint's coordinate: its limits, at most +-pi or 1 m about their middle."""
     joint = robot.joints[number]
     half = np.pi if joint.kind == "revolute" else 1.0
     lower, upper = joint.limits.lower, joint.limits.upper
@@ -92,7 +96,7 @@ def motion_range(robot: Robot, number: int) -> tuple[float, float]:
 
 
 def compared(robot: Robot, states: DrawnStates) -> list[EngineDifference]:
-    """Every pair of engines at each level that they promise; who raises fails its comparisons.
+    """Compare every pair of engines at each level that they promise; one that raises fails there.
 
     Raises InputError for a robot whose mass matrix has lost its digits.
     """
@@ -110,7 +114,7 @@ def compared(robot: Robot, states: DrawnStates) -> list[EngineDifference]:
 
 
 def with_meshes(robot: Robot, states: DrawnStates) -> DrawnStates:
-    """The states with x of each mesh: on either flank, or between them where there is play."""
+    """The states with x of each mesh added: on either flank, or between where there is play."""
     rng, shape = np.random.default_rng(0), (len(states.q), 1)
     columns = []
     for spring in springs(robot):
@@ -127,7 +131,7 @@ def with_meshes(robot: Robot, states: DrawnStates) -> DrawnStates:
 
 
 def _answers(model: RobotModel, states: DrawnStates) -> RobotAnswers:
-    """Raises ValueError for what is not finite or of another shape."""
+    """A model's answers at states. Raises ValueError for what is not finite or of another shape."""
     q, v, a, torques = states
     masses = model.mass_matrix(q)
     seconds = RUN_S  # whose steps resolve the swings of every mesh, and their dying out
@@ -186,7 +190,7 @@ def _comparisons(
 def _measured(
     one: RobotAnswers, other: RobotAnswers, scale: RobotAnswers, robot: Robot, states: DrawnStates
 ) -> tuple[dict[str, float], float]:
-    """By quantity, in parts of its size by `scale`; and the condition number of M, scaled.
+    """Difference of each quantity, in parts of its size by `scale`; condition number of scaled M.
 
     By Cauchy and Schwarz a torque is at most the root of M's diagonal times the root of the sum of
     m times acceleration squared: so joints of a wrist are judged by their own size.
@@ -255,5 +259,5 @@ def _norm(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def _share(apart: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """apart over size; where there is no size, nothing but equal numbers agree."""
+    """Part of a size that a difference is; 0 for none, huge where there is no size."""
     return np.where(apart == 0, 0.0, apart / np.maximum(size, 1e-300))

@@ -25,7 +25,7 @@ Told = Callable[[str, int, int], None]
 class Extent:
     """How much is worked out: random states, instants of the motion, runs, their steps a second.
 
-    most_steps: a second, of runs that meshes ask for.
+    most_steps: the most steps a second that meshes may ask of a run.
     """
 
     states: int
@@ -40,7 +40,7 @@ FULL, QUICK = Extent(100, 2000, 8, 250, 2500), Extent(20, 400, 2, 100, 1000)
 
 @dataclass(frozen=True)
 class TorqueCost:
-    """Of a shortcut in one joint, N m or N: largest and rms error, share of the largest torque."""
+    """A shortcut's torque error in one joint [N m or N]: largest, rms, share of largest torque."""
 
     joint: str
     level: Level
@@ -62,7 +62,7 @@ class TipCost:
 
 @dataclass(frozen=True)
 class CoupledPair:
-    """What the acceleration of joint `by` asks of joint `at` by coupling alone, N m or N, rms.
+    """Rms torque [N m or N] that joint `at` needs, by coupling, for the acceleration of joint `by`.
 
     share: of the largest torque of joint `at`.
     """
@@ -77,8 +77,8 @@ class CoupledPair:
 class RotorShare:
     """The largest share that a gear's coupling alone has of any joint's largest torque.
 
-    Of a rotor, or of a stage's sun and planets. at: that joint; enough: least size of its ratio,
-    its reflected inertia kept, from which on the share is below NEGLIGIBLE.
+    The gear is a rotor, or a stage's sun and planets. at: that joint; enough: the least size of the
+    gear's ratio, its reflected inertia kept, from which on the share is below NEGLIGIBLE.
     """
 
     joint: str
@@ -123,13 +123,13 @@ class Cost:
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Of each free joint's torque or force."""
+        """The unit of each free joint's torque or force: N m or N."""
         turns = [self.robot.joints[number].kind == "revolute" for number in self.robot.coordinates]
         return tuple("N m" if each else "N" for each in turns)
 
     @property
     def largest(self) -> np.ndarray:
-        """Of each joint's torque along the motion (n,)."""
+        """The largest torque of each free joint along the motion, shape (n,) [N m or N]."""
         return np.abs(self.torques).max(axis=0)
 
     @property
@@ -141,9 +141,9 @@ class Cost:
 def cost_of(
     robot: Robot, seed: int, extent: Extent, told: Told, given: RobotMotion | None = None
 ) -> Cost:
-    """Engines are compared first, then the project's own derivation works the costs out.
+    """What a robot's shortcuts cost, by the project's own derivation; engines are compared first.
 
-    seed: of the states, and of the motion where none is given.
+    seed: of the random states, and of the motion where none is given.
     """
     told("comparing the engines", 0, 4)
     agreement = compared(robot, drawn(robot, extent.states, seed))
@@ -206,7 +206,7 @@ def _share(part: float, whole: float) -> float:
 def _pairs(
     coupling: np.ndarray, a: np.ndarray, largest: np.ndarray, names: list[str]
 ) -> list[CoupledPair]:
-    """Those that carry any, the strongest of its joint first."""
+    """The pairs of joints that coupling connects, those of the largest share first."""
     rms = _rms(coupling * a[:, None, :]).tolist()
     found = [
         CoupledPair(at, by, rms[i][j], _share(rms[i][j], float(largest[i])))
@@ -220,7 +220,7 @@ def _pairs(
 def _ratios(
     robot: Robot, state: State, largest: np.ndarray, names: list[str]
 ) -> tuple[list[RotorShare], float]:
-    """What each gear's coupling costs by itself, and by which factor all ratios would do.
+    """What each gear's coupling costs by itself; the factor on all ratios that makes it negligible.
 
     With ratio k N and inertia J / k^2 the diagonal term stays, and what is linear in the rotor's
     own spin goes with 1 / k, the rest with 1 / k^2: k = 1 and k = -1 give both.
@@ -267,7 +267,7 @@ def _enough(linear: np.ndarray, square: np.ndarray) -> float:
 def _tips(
     exact: RobotModel, shortcuts: dict[Level, RobotModel], motion: RobotMotion, extent: Extent
 ) -> list[TipCost]:
-    """A second under each level's torques, from several instants of the motion.
+    """The end effector's distances after a second under each level's torques, from several starts.
 
     The coupled level's own distance is what the steps lose.
     """

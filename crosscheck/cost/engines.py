@@ -20,9 +20,9 @@ LEAD = "analytic"  # the one that costs are worked out with
 
 @dataclass(frozen=True)
 class RobotEngine:
-    """A model of robots: where its class is, a RobotModel, and what to know of it.
+    """An engine for robots: where its class is, a RobotModel, and what to know of it.
 
-    levels: those that it promises, if not all.
+    levels: those that it promises; empty for all.
     """
 
     module: str
@@ -56,7 +56,7 @@ OWN = {
 
 @cache
 def engines() -> dict[str, RobotEngine]:
-    """By name, the program's own first.
+    """All engines by name, the program's own first.
 
     Raises InputError for an offer that cannot be imported, is no RobotEngine or has a taken name.
     """
@@ -73,6 +73,6 @@ def engines() -> dict[str, RobotEngine]:
 
 
 def model_of(engine: str, robot: Robot, level: Level) -> RobotModel:
-    """A new model; engine: a name of engines()."""
+    """A new model of the robot at the level; engine: a name of engines()."""
     entry = engines()[engine]
     return getattr(import_module(entry.module), entry.attribute)(robot, level)

@@ -16,11 +16,12 @@ RESOLVED = 0.4  # [rad] of the fastest swing in a step of a run
 
 @dataclass(frozen=True)
 class MeshCost:
-    """Of teeth along a motion, in rad or m at their joint; name: as `sun mesh of elbow`.
+    """How the teeth of a mesh give way along a motion, in rad or m at their joint.
 
-    backlash: what they add to that of the joint while the motor is held; windup: their largest
-    deflection under the torques of coupled; slowest, fastest [Hz]: of swings on them, as if other
-    joints' meshes were apart; a stage has two, the faster one told of its sun mesh.
+    name: as `sun mesh of elbow`; backlash: what they add to that of the joint while the motor is
+    held; windup: their largest deflection under the torques of coupled; slowest, fastest [Hz]: of
+    swings on them, as if other joints' meshes were apart; a stage has two, the faster one told of
+    its sun mesh.
     """
 
     name: str
@@ -34,7 +35,7 @@ class MeshCost:
 
 @dataclass(frozen=True)
 class GearedCost:
-    """What coupled leaves out of geared.
+    """What the level coupled leaves out of the level geared.
 
     distances (runs,) [m]: of the end effector from the plan after a second under coupled's torques,
     infinite where a run diverged; None if the steps that it asks for are more than allowed.
@@ -53,7 +54,7 @@ def geared_cost(
     runs: int,
     most_steps: int,
 ) -> GearedCost:
-    """Both models of one robot along a motion; what runs longer than most_steps is not run."""
+    """What coupled leaves out of geared along a motion; no runs if they ask for too many steps."""
     state = motion.at(motion.instants(instants))
     force = _forces(coupled, geared, state)
     masses = geared.mass_matrix(np.hstack([state[0], 0 * force]))
@@ -80,7 +81,10 @@ def geared_cost(
 def _distances(
     coupled: RobotModel, geared: RobotModel, motion: RobotMotion, runs: int, steps: int
 ) -> np.ndarray:
-    """From rest in the mesh, each tooth on the flank that the torques press."""
+    """The end effector's distances (runs,) [m] from the plan after a second at the level geared.
+
+    Runs start from rest in the mesh, each tooth on the flank that the torques press.
+    """
     starts = motion.instants(runs, before_end=1.0)
     state = motion.at(starts)
     x = _forces(coupled, geared, state)
@@ -98,7 +102,7 @@ def _distances(
 
 
 def _forces(coupled: RobotModel, geared: RobotModel, state: State) -> np.ndarray:
-    """Of each mesh on its wheel (instants, meshes) [N], teeth rigid: the motor's less inertia's."""
+    """Force (instants, meshes) [N] on each mesh's wheel, teeth rigid: motor's less inertia's."""
     torques, free = coupled.inverse_dynamics(*state), geared.robot.coordinates
     still = np.zeros((len(torques), len(springs(geared.robot))))
     q, v, a = (np.hstack([each, still]) for each in state)

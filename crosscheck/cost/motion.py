@@ -26,9 +26,10 @@ State = tuple[np.ndarray, np.ndarray, np.ndarray]  # coordinates, rates, acceler
 
 @dataclass(frozen=True)
 class Sines:
-    """Of period [s]; sines of joint and harmonic: sizes, phases (n, harmonics) about middle (n,).
+    """A periodic motion: of each joint a sum of sines about its middle.
 
-    limited_by: the joint whose effort limit asks for the period; none if empty.
+    period [s]; middle (n,); sizes, phases (n, harmonics): of the sines; limited_by: the joint whose
+    effort limit asks for the period; none if empty.
     """
 
     seed: int
@@ -43,7 +44,7 @@ class Sines:
         return f"sums of sines of seed {self.seed}, period {self.period:.3g} s{why}"
 
     def instants(self, count: int, before_end: float = 0.0) -> np.ndarray:
-        """So many times [s], even, over a period, which has no end."""
+        """`count` even times [s] over a period without its end; before_end is of no use here."""
         return self.period * np.arange(count) / count
 
     def at(self, time: np.ndarray) -> State:
@@ -75,7 +76,7 @@ class Given:
         return self.spline(time), self.spline(time, 1), self.spline(time, 2)
 
     def instants(self, count: int, before_end: float = 0.0) -> np.ndarray:
-        """So many times [s], even, the last at least so long before its end."""
+        """`count` even times [s], the last one at before_end [s] before the motion's end."""
         return np.linspace(self.first, self.last - before_end, count)
 
 
@@ -83,7 +84,7 @@ RobotMotion = Sines | Given
 
 
 def given(record: Record) -> Given:
-    """A record's angles without their noise. Raises InputError if it is too short."""
+    """The motion of a record's angles, their noise left out. Raises InputError if too short."""
     lasts = record.time[-1] - record.time[0]
     if lasts < LEAST_S:
         allowed = f"lasts {lasts:.3g} s; must last {LEAST_S:g} s at least"
@@ -94,7 +95,7 @@ def given(record: Record) -> Given:
 
 
 def excitation(model: RobotModel, seed: int) -> Sines:
-    """Within limits of position, rate and effort; model: whose torques those are."""
+    """A random motion within limits of position, rate and effort; model: it gives the torques."""
     robot = model.robot
     rng = np.random.default_rng(seed)
     ranges = np.array([motion_range(robot, number) for number in robot.coordinates])
@@ -116,7 +117,7 @@ def excitation(model: RobotModel, seed: int) -> Sines:
 
 
 def _slower(model: RobotModel, motion: State) -> tuple[float, str]:
-    """How much longer the period has to be for the effort limits, and of which joint.
+    """By what factor the period has to be longer for the effort limits, and for which joint.
 
     In a period longer by a factor torques are those of the weight and 1 / factor^2 of the rest.
     """

@@ -20,7 +20,7 @@ MOST_DRAWN = 8  # joints of the picture, those that armature costs most
 
 
 def first_lines(found: Cost) -> Iterator[str]:
-    """The answers: do the engines agree, what each shortcut costs, what carries it, which ratio."""
+    """Lines that answer: do engines agree, what shortcuts cost, what carries it, which ratio."""
     yield from _agreement_lines(found)
     if not found.ratios:
         yield "no joint is geared: there is no shortcut to take"
@@ -68,7 +68,7 @@ def _mesh_lines(geared: GearedCost) -> Iterator[str]:
 
 
 def _engines(found: Cost) -> list[str]:
-    """Names; of one that has not every level, with those that it has."""
+    """The engines' names; one that lacks a level is followed by the levels that it has."""
     levels: dict[str, dict[Level, None]] = {}
     for each in found.agreement:
         for name in (each.left, each.right):
@@ -141,7 +141,7 @@ def motion_line(found: Cost) -> str:
 
 
 def direct_joints(found: Cost) -> Iterator[str]:
-    """A line about joints without gears, if there are any."""
+    """Lines on the joints without gears and on those that follow others, if there are any."""
     geared = {rotor.joint for rotor in with_rotors_alone(found.robot).rotors}
     joints = found.robot.joints
     direct = [joint.name for number, joint in enumerate(joints) if number not in geared]
@@ -165,7 +165,7 @@ def _length(metres: float) -> str:
 
 
 def cost_json(found: Cost) -> str:
-    """Everything but the time histories, with units in the names; what is infinite is null."""
+    """JSON text of all but the time histories, units in the names; what is infinite is null."""
     robot = found.robot
     names = zip(found.names, found.units, found.largest, found.by_rates, strict=True)
     return document(
@@ -221,7 +221,7 @@ def cost_json(found: Cost) -> str:
 
 
 def cost_page(found: Cost) -> str:
-    """HTML text, figure inlined."""
+    """The page on a robot's costs: HTML text, figure inlined."""
     from crosscheck.report.rendering import page
 
     return page(
@@ -242,7 +242,7 @@ def cost_page(found: Cost) -> str:
 
 
 def _drawing(found: Cost) -> str:
-    """Torques on the left, what armature misses of them on the right."""
+    """SVG text: torques on the left, what armature misses of them on the right."""
     from matplotlib.figure import Figure
 
     from crosscheck.report.plots.figures import to_svg

@@ -75,10 +75,10 @@ def away(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> np.ndarray
 
 
 class MeshRates(NamedTuple):
-    """Of swings on meshes [rad/s] (states, meshes), as if those of other joints were apart.
+    """Rates of swings on meshes [rad/s] (states, meshes), as if other joints' meshes were apart.
 
     A stage has two, of which the faster one stands at its sun mesh. fastest: of all swings and
-    dying out [1/s] while all are in contact.
+    of their dying out [1/s] while all are in contact.
     """
 
     swings: np.ndarray
@@ -86,7 +86,7 @@ class MeshRates(NamedTuple):
 
 
 def mesh_rates(model: RobotModel, mass_matrices: np.ndarray) -> MeshRates:
-    """With M (states, n, n).
+    """Rates of the swings on a robot's meshes; mass_matrices: M at each state, (states, n, n).
 
     Raises InputError for a robot whose mass matrix cannot be inverted.
     """
@@ -117,6 +117,6 @@ def mesh_rates(model: RobotModel, mass_matrices: np.ndarray) -> MeshRates:
 
 
 def too_unlike(robot: Robot) -> InputError:
-    """For a robot whose mass matrix cannot be inverted."""
+    """The error for a robot whose mass matrix cannot be inverted."""
     allowed = "masses and inertias are too unlike for 16 digits: M cannot be inverted"
     return InputError(robot.name, "", None, allowed)

@@ -15,7 +15,7 @@ from crosscheck.models.robot.robot import JointStage, Robot, Rotor
 
 @dataclass(frozen=True)
 class ToothSpring:
-    """Of x of a rotor's mesh, or of all planets of a stage with sun or ring together.
+    """The teeth of a rotor's mesh, or of all planets with sun or ring together, as one spring on x.
 
     lever [m], or 1 of a joint that slides: x by the joint's coordinate while all other gears roll,
     so the joint's torque T presses teeth by T / lever, with the ratio's sign; stiffness [N/m]: on
@@ -36,7 +36,7 @@ class ToothSpring:
 
 
 def springs(robot: Robot) -> tuple[ToothSpring, ...]:
-    """In the order of their coordinates."""
+    """The tooth springs of a robot, in the order of their coordinates x."""
     found = []
     for rotor, mesh in robot.meshes:
         radius, k = mesh.pinion_base_radius_m, mesh.stiffness_N_per_m
@@ -68,13 +68,13 @@ def springs(robot: Robot) -> tuple[ToothSpring, ...]:
 
 
 def with_rotors_alone(robot: Robot) -> Robot:
-    """The robot, each stage as two rotors on the link of its ring: locked gears are no more."""
+    """The robot, each stage as two rotors on the link of its ring, which rigid gears amount to."""
     rotors = [rotor for stage in robot.stages for rotor in rotors_of(robot, stage)]
     return replace(robot, rotors=(*robot.rotors, *rotors), stages=())
 
 
 def rotors_of(robot: Robot, stage: JointStage) -> tuple[Rotor, Rotor]:
-    """The sun, and the planets together."""
+    """The two rotors that stand for a stage: the sun, and the planets together."""
     gears, joint = stage.gears, robot.joints[stage.joint]
     geometry, (sun_mass, planet_mass) = stage_geometry(gears), gear_masses(gears)
     stator, frame = next(own for own in robot.frames.items() if own[1].body == joint.parent)

@@ -35,7 +35,7 @@ Told = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class LevelResult:
-    """A rigid level's fit; ratio: how much less likely than the best one, at least 1e-300."""
+    """A rigid level's fit; ratio: how much less likely it is than the best one, up to 1e300."""
 
     name: str
     fit: Fit
@@ -44,7 +44,7 @@ class LevelResult:
 
 @dataclass(frozen=True)
 class Repair:
-    """A level that leaves noise alone once a single parameter is changed."""
+    """A level that leaves nothing but noise once a single parameter is changed."""
 
     level: str
     estimate: Estimate
@@ -52,9 +52,9 @@ class Repair:
 
 @dataclass(frozen=True)
 class EngineAgreement:
-    """Largest difference of an engine's torques from the analytic ones', of their size.
+    """Largest difference of an engine's torques from the analytic ones, over the largest of these.
 
-    rows: of the record at which it was asked.
+    rows: how many rows of the record it was asked at.
     """
 
     name: str
@@ -110,7 +110,7 @@ class RecordComparison:
 
     @property
     def decided(self) -> bool:
-        """Whether the best level leaves noise alone and the others are too unlikely."""
+        """Whether the best level leaves nothing but noise and the others are too unlikely."""
         return self.explained and len(self.candidates) == 1
 
     @property
@@ -127,10 +127,11 @@ class RecordComparison:
 def compare(
     record: Record, arm: Arm, scenario: Scenario | None, tolerances: Mapping[str, float], told: Told
 ) -> RecordComparison:
-    """Raises InputError for a record without torques or with too few rows.
+    """Compare a record with the rigid levels of its arm.
 
     scenario: whose drive gives the torques of a record that has none. tolerances: relative
-    standard uncertainties of the arm's parameters, by path.
+    standard uncertainties of the arm's parameters, by path. Raises InputError for a path that is no
+    parameter's, and for a record without torques or with too few rows.
     """
     known = {parameter.path for parameter in parameters(arm)}
     for path in tolerances:
@@ -199,7 +200,7 @@ def _is_noise(chi2: float, freedom: int) -> bool:
 
 
 def _torques(record: Record, scenario: Scenario | None, spacing: int) -> tuple[np.ndarray, str]:
-    """(rows, joints) [N m], and where they are from. Raises InputError where there are none."""
+    """Torques (rows, joints) [N m], and where they are from. Raises InputError without any."""
     if record.torques is not None and scenario is None:
         return record.torques, "the record"
     if scenario is None:
@@ -212,12 +213,12 @@ def _torques(record: Record, scenario: Scenario | None, spacing: int) -> tuple[n
 
 
 def _model(name: str, arm: Arm) -> Model:
-    """In an experiment without a drive, so that what it asks for are the motors' torques."""
+    """The model in an experiment without a drive: its inverse dynamics ask for motors' torques."""
     return build(name, arm, at_rest())
 
 
 def _ranked(found: Mapping[str, Fit]) -> tuple[LevelResult, ...]:
-    """By likelihood; where more than noise is left, what is left counts as noise for all."""
+    """The levels, likeliest first; what the best leaves beyond noise counts as noise for all."""
     least = min(found.values(), key=lambda fit: fit.chi2)
     scale = max(least.chi2 / least.freedom, 1.0)
     twice = {name: fit.chi2 / scale + fit.spread for name, fit in found.items()}
@@ -230,14 +231,14 @@ def _ranked(found: Mapping[str, Fit]) -> tuple[LevelResult, ...]:
 
 
 def _mean_noise(pieces: Sequence[Block], name: str) -> np.ndarray:
-    """Root of the mean variance (joints,)."""
+    """Root of the blocks' mean variance of the noise of this name, shape (joints,)."""
     return np.sqrt(np.mean([getattr(block, name) ** 2 for block in pieces], axis=0))
 
 
 def _engines(
     motion: tuple[np.ndarray, ...], arm: Arm, best: str, told: Told
 ) -> Iterator[EngineAgreement]:
-    """Every other rigid model: Pinocchio's of the best level at all rows, others at drawn ones."""
+    """How far each other rigid model agrees: Pinocchio's best level at all rows, others at some."""
     able, rows = set(covering("rigid", arm, usual_switches(arm))), len(motion[0])
     drawn = np.linspace(0, rows - 1, min(rows, DRAWN)).round().astype(int)
     for level in RIGID_LEVELS:

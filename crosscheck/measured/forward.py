@@ -29,9 +29,9 @@ STEPS = 1000  # in a window, at least: the record's torques are lines between it
 
 @dataclass(frozen=True)
 class Window:
-    """One run. time (rows,) [s] of the record; error E and the uncertainties (rows, joints) [rad].
+    """One run of a model from a state of the record.
 
-    stays_s: how long every joint stays within 3 u_val of the record.
+    time (rows,) [s] of the record; error E and the uncertainties (rows, joints) [rad].
     """
 
     time: np.ndarray
@@ -42,7 +42,7 @@ class Window:
 
     @property
     def validation(self) -> np.ndarray:
-        """u_val (rows, joints) [rad]."""
+        """Validation uncertainty u_val, shape (rows, joints) [rad]."""
         return np.sqrt(self.numerical**2 + self.inputs**2 + self.data**2)
 
     @property
@@ -61,7 +61,7 @@ class Window:
 def windows(
     blocks: Sequence[Block], arm: Arm, level: str, tolerances: Mapping[str, float], seed: int = 0
 ) -> Iterator[Window]:
-    """At most ten, evenly over the record, each as long as a block of its smoothing.
+    """At most ten runs, evenly over the record, each inside a block of its smoothing.
 
     tolerances: relative standard uncertainties of parameters, by path.
     """

@@ -22,7 +22,7 @@ IN_SIGHT = 2.0  # medians of the noise band that a picture has room for
 
 
 def first_lines(found: RecordComparison) -> Iterator[str]:
-    """The answers: which level, whether within the noise, what the record asks for, how long."""
+    """Lines that answer: which level, is it within noise, what the record asks for, how long."""
     best, share = found.best, found.own_chi2 / found.own_freedom
     left = f"chi squared is {_number(share)} per degree of freedom"
     if found.decided:
@@ -89,7 +89,7 @@ def _number(value: float) -> str:
 
 
 def comparison_json(found: RecordComparison) -> str:
-    """Everything, with units in the names."""
+    """JSON text of the whole comparison, with units in the names."""
     return document(
         {
             "schema_version": SCHEMA_VERSION,
@@ -157,7 +157,7 @@ def _estimate(each: Estimate) -> dict[str, object]:
 
 
 def comparison_page(found: RecordComparison) -> str:
-    """HTML text, figures inlined."""
+    """The page on a comparison with a record: HTML text, figures inlined."""
     from crosscheck.report.rendering import page
 
     def residual(joint: int, axes: Axes) -> None:

@@ -77,7 +77,7 @@ def changed(arm: Arm, values: Mapping[str, float]) -> Arm:
 
 
 def alone(found: Normal, among: Sequence[Parameter]) -> list[Estimate]:
-    """Each parameter as if it alone were wrong, the one that explains most first.
+    """The estimate of each parameter as if it alone were wrong, the one that explains most first.
 
     What a fit leaves beyond noise, such as what the model lacks, counts as noise for the intervals.
     """
@@ -93,7 +93,7 @@ def alone(found: Normal, among: Sequence[Parameter]) -> list[Estimate]:
 
 
 def together(found: Normal, among: Sequence[Parameter]) -> tuple[list[Estimate], float]:
-    """Those that the record can tell apart, estimated at once, and their condition number.
+    """Estimates, all at once, of those parameters that the record tells apart; condition number.
 
     By a Cholesky factorisation with pivots of the scaled normal equations: a parameter whose
     column the chosen ones explain is contained in them (Gautier's base parameters).

@@ -51,7 +51,7 @@ LEAST_MOTION = 1e-6  # [rad]
 
 @dataclass(frozen=True)
 class Record:
-    """Times (N,) [s], rising; angles, maybe rates and torques (N, joints) in rad, rad/s and N m."""
+    """A motion: times (N,) [s], rising; angles, maybe rates and torques (N, joints), SI units."""
 
     where: str
     time: np.ndarray
@@ -128,7 +128,7 @@ def _of_csv(where: str, content: bytes) -> dict[str, np.ndarray]:
 
 
 def _misfit(where: str, names: Sequence[str], lines: Iterable[str]) -> InputError | None:
-    """What is wrong with the first line below the names that is no row of numbers."""
+    """The error of the first line below the names that is no row of numbers; None without."""
     for number, line in enumerate(lines, 1):
         cells = line.strip().split(",")
         if number == 1 or cells == [""]:
@@ -159,7 +159,7 @@ def _of_bag(path: Path, topic: str, joints: tuple[str, ...]) -> dict[str, np.nda
 
 
 def _from_bag(where: str, topic: str, joints: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Columns by name, as of the other formats, of a bag: a file, or the folder of a ROS 2 bag.
+    """Columns of a ROS bag by name, as of the other formats; a file, or a ROS 2 bag's folder.
 
     topic: whose messages; empty for the only one of JointState. joints: names of the arm's, from
     the base on; messages may have others beside them. Raises InputError.
@@ -253,7 +253,10 @@ def _taken(
 def _table(
     where: str, columns: Mapping[str, np.ndarray], kind: str, joints: int
 ) -> np.ndarray | None:
-    """(N, joints) in SI units. Raises InputError for a joint too many or too few."""
+    """Angles, rates or torques by `kind`, (N, joints) in SI units; None where there are none.
+
+    Raises InputError for a joint too many or too few.
+    """
     whole = [name for name in columns if (m := TOGETHER.fullmatch(name)) and m[1] == kind]
     for name in whole:
         unit = name.removeprefix(f"{kind}_")
@@ -319,7 +322,7 @@ def require_slow(record: Record, slopes: np.ndarray) -> None:
 def require_same_units(record: Record, slopes: np.ndarray) -> None:
     """Raise InputError if the record's rates are not the slopes [rad/s] of its angles (N, joints).
 
-    A factor that another unit would make is told as that.
+    The error names the unit if the rates are off by the factor of another unit.
     """
     if record.rates is None:
         return

@@ -27,8 +27,8 @@ ROUNDED = 1e-12  # of a covariance's mean variance: what keeps it definite
 class Fit:
     """How well one model explains a record.
 
-    chi2: sum of squares of the residuals whitened by the model's own noise, over degrees of freedom
-    as many; spread: logarithm of the determinant of that noise's covariance; left and noise
+    chi2: sum of squares of the residuals whitened by the model's own noise; freedom: its degrees of
+    freedom; spread: logarithm of the determinant of that noise's covariance; left and noise
     (joints,) [N m]: rms of the smoothed residual, and what the record's noise makes of it.
     """
 
@@ -40,7 +40,7 @@ class Fit:
 
 
 def fits(blocks: Iterable[Block], models: Sequence[Model], told: Told) -> list[Fit]:
-    """One of each model, over all blocks."""
+    """The fit of each model, over all blocks."""
     shape = len(models), len(models[0].arm.joints)
     chi2, spread, freedom, rows = np.zeros(len(models)), np.zeros(len(models)), 0, 0
     left, noise = np.zeros(shape), np.zeros(shape)
@@ -67,7 +67,7 @@ def fits(blocks: Iterable[Block], models: Sequence[Model], told: Told) -> list[F
 
 @dataclass(frozen=True)
 class Normal:
-    """Normal equations of a linear fit: columns' columns, columns' residual, residual's square."""
+    """Normal equations of a linear fit with columns A and residual r: A' A, A' r and r' r."""
 
     matrix: np.ndarray
     right: np.ndarray
@@ -82,9 +82,9 @@ class Normal:
 def normal_equations(
     blocks: Iterable[Block], model: Model, changed: Sequence[tuple[Model, float]], told: Told
 ) -> Normal:
-    """Of what the parameters should be more than they are.
+    """Normal equations for what should be added to the parameters.
 
-    changed: models with one parameter larger by so much, of which the torques depend linearly.
+    changed: models with one parameter larger by so much, on which the torques depend linearly.
     """
     count, freedom, chi2, rows = len(changed), 0, 0.0, 0
     matrix, right = np.zeros((count, count)), np.zeros(count)
@@ -107,7 +107,7 @@ def normal_equations(
 
 
 def whitening(block: Block, model: Model) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
-    """What divides sums (size, joints) by their noise, and their covariance, joint by joint."""
+    """A function that divides sums (size, joints) by their noise; their covariance by joint."""
     slopes, joints, size = _slopes(model, block), block.angles.shape[1], len(block.gram)
     inverse = np.linalg.inv(block.gram)
     first = block.bases[0]
@@ -138,7 +138,7 @@ def whitening(block: Block, model: Model) -> tuple[Callable[[np.ndarray], np.nda
 
 
 def _slopes(model: Model, block: Block) -> list[np.ndarray]:
-    """Of the torques by angles, rates and accelerations: each (rows, joints, of joints)."""
+    """Slopes of the torques by angles, rates and accelerations, each (rows, joints, joints)."""
     here, found = model.inverse_dynamics(*block.motion), []
     for number, signal in enumerate(block.motion):
         columns = []

@@ -47,7 +47,7 @@ class Block:
 
     @property
     def motion(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Angles, rates and accelerations."""
+        """Angles, rates and accelerations of the splines, each (rows, joints)."""
         return self.angles, self.rates, self.accelerations
 
     def summed(self, rows: np.ndarray) -> np.ndarray:
@@ -56,13 +56,13 @@ class Block:
 
 
 def evenly(pieces: Sequence[Block], most: int) -> list[Block]:
-    """At most so many blocks, evenly over the record."""
+    """At most `most` of the blocks, evenly over the record."""
     count = min(len(pieces), most)
     return [pieces[n] for n in np.linspace(0, len(pieces) - 1, count).round().astype(int)]
 
 
 def blocks(record: Record, torques: np.ndarray, spacing: int) -> Iterator[Block]:
-    """The record, piece by piece; torques (rows, joints) [N m]; spacing: samples between knots."""
+    """The record, block by block; torques (rows, joints) [N m]; spacing: samples between knots."""
     rows = record.time.size
     count = max(round(rows / (INTERVALS * spacing)), 1)
     edges = np.linspace(0, rows, count + 1).round().astype(int)
@@ -117,7 +117,7 @@ def chosen_spacing(record: Record) -> int:
 
 
 def knots(time: np.ndarray, spacing: int) -> np.ndarray:
-    """Every so many samples, so that each interval has as many; the ends DEGREE times more."""
+    """Knots [s] with equally many samples between them, the ends DEGREE times more."""
     count = max(round((time.size - 1) / spacing), 1)
     places = np.linspace(0, time.size - 1, count + 1)
     inner = np.interp(places, np.arange(time.size), time)

@@ -49,11 +49,11 @@ class ModelAnswer:
 
     @property
     def title(self) -> str:
-        """What to know of the model."""
+        """The model's title in the registry."""
         return MODELS[self.model].title
 
     def number(self, quantity: str) -> str:
-        """The largest difference, with its unit; empty where it was not compared."""
+        """The largest difference of a quantity, with its unit; empty where it was not compared."""
         finding = self.worst.get(quantity)
         return "" if finding is None else amount(finding)
 
@@ -69,8 +69,9 @@ def amount(finding: Finding) -> str:
 
 
 def compared(agreement: Agreement, arm: Arm) -> list[ModelAnswer]:
-    """The paper's forms, the derivation and the rigid levels beside the engines, as far as they
-    are about this arm.
+    """The printed equations, the derivation and the rigid levels, each beside the engines.
+
+    Differences are those on this arm; verdicts and digits are of all checks.
     """
     pairs = [f for f in agreement.findings if f.about.key.right]
     # States of this arm, not of the probe's or another reading's; and any run.
@@ -92,7 +93,7 @@ def compared(agreement: Agreement, arm: Arm) -> list[ModelAnswer]:
 
 
 def _with_engine(finding: Finding, model: str) -> bool:
-    """Whether it compares the model with one of another package."""
+    """Whether a finding compares the model with one of another package."""
     if model not in (finding.left, finding.right):
         return False
     other = finding.right if finding.left == model else finding.left
@@ -174,7 +175,7 @@ def rigid_from_geared(agreement: Agreement) -> str:
 
 
 def _tip(finding: Finding) -> str:
-    """How far it is off, and what that rigid level has."""
+    """How far a rigid level's tip is off, and what of the arm that level has, in words."""
     metres, level = finding.measured or 0.0, MODELS[finding.left].level
     length = f"{1e3 * metres:.3g} mm" if metres >= 1e-5 else f"{1e6 * metres:.3g} µm"
     if level not in LEVELS_HAVE:
@@ -205,7 +206,10 @@ def trust(agreement: Agreement) -> str:
 
 @dataclass(frozen=True)
 class Answers:
-    """rows: the models behind the first answer; equations, rigid, trust: the answers as text."""
+    """The answers to the three questions.
+
+    rows: the models behind the first answer; equations, rigid, trust: the answers as text.
+    """
 
     rows: tuple[ModelAnswer, ...]
     equations: str
@@ -214,13 +218,13 @@ class Answers:
 
 
 def answers(agreement: Agreement, arm: Arm) -> Answers:
-    """Of a cross-check of an arm."""
+    """The answers of a cross-check of an arm."""
     rows = compared(agreement, arm)
     return Answers(tuple(rows), headline(rows), rigid_from_geared(agreement), trust(agreement))
 
 
 def agreement_json(agreement: Agreement, arm: Arm) -> str:
-    """As crosscheck/schema/agreement.schema.json has it, the answers before the findings."""
+    """JSON text by crosscheck/schema/agreement.schema.json, the answers before the findings."""
     whole, found = agreement.to_dict(), answers(agreement, arm)
     models = [
         {

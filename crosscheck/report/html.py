@@ -62,7 +62,7 @@ def report_page(result: CrossCheck, pictures: Pictures) -> str:
 
 
 def preliminary(wanted: plan.Wanted) -> str:
-    """What a quick cross-check leaves out."""
+    """Sentences on what a quick cross-check leaves out."""
     runs = f"at most {plan.QUICK_STEPS} steps of each experiment are simulated"
     if wanted.keeps_steps:
         short = (

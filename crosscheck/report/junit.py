@@ -14,7 +14,7 @@ _UNWRITABLE = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010fff
 
 
 def junit_xml(agreement: Agreement, suite: str = "crosscheck") -> str:
-    """XML text: a test case per check, an ``error`` where it was not judged.
+    """XML text with a test case per check, which has an ``error`` where it was not judged.
 
     Measurements are properties.
     """
@@ -55,7 +55,7 @@ def _case(finding: Finding) -> ElementTree.Element:
 
 
 def _properties(agreement: Agreement) -> ElementTree.Element:
-    """Provenance, as far as it is text and numbers, and the measurements."""
+    """An XML element of the provenance, as far as it is text and numbers, and the measurements."""
     own, named = agreement.provenance, list[tuple[str, object]]()
     if own is not None:
         named += [(name, value) for name, value in own if isinstance(value, str | int | None)]

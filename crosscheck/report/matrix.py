@@ -54,7 +54,7 @@ def cells(findings: Sequence[Finding]) -> list[MatrixCell]:
 
 
 def folded(found: Sequence[MatrixCell]) -> list[MatrixCell]:
-    """The same with one for all models that are compared with one other thing and agree."""
+    """The cells, with one for all models that are compared with one other thing and agree."""
     alone = [cell for cell in found if cell.between_models or cell.verdict != "agree"]
     rest: dict[str, list[MatrixCell]] = {}
     for cell in found:

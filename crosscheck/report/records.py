@@ -12,7 +12,7 @@ import numpy as np
 
 
 def plain(value: Any, **named: str) -> Any:
-    """What JSON takes of a value: records as their fields, arrays as lists.
+    """The form of a value that JSON takes: records as their fields, arrays as lists.
 
     named: other names for fields of records, wherever these stand. What is not finite is None.
     """
@@ -31,5 +31,5 @@ def plain(value: Any, **named: str) -> Any:
 
 
 def document(content: Mapping[str, Any]) -> str:
-    """Readable JSON, ending in a newline."""
+    """The content as readable JSON text, ending in a newline."""
     return json.dumps(plain(content), indent=1, allow_nan=False) + "\n"

@@ -11,9 +11,10 @@ from crosscheck.report.words import counted, in_words, number, tally
 
 @cache
 def templates(package: str = "crosscheck.report", lean: bool = False) -> Environment:
-    """Those of a package; text in .html.j2 is escaped, and a name that is not given is an error.
+    """The templates of a package.
 
-    lean: a line of nothing but a statement leaves no line behind.
+    Text in .html.j2 is escaped, and a name that is not given is an error. lean: a line of nothing
+    but a statement leaves no line behind.
     """
     made = Environment(
         loader=PackageLoader(package),

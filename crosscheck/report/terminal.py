@@ -27,7 +27,7 @@ COLOURS = {
 
 
 def print_answers(agreement: Agreement, arm: Arm) -> None:
-    """The three questions with their answers, a line each, then all checks as a table."""
+    """Print the three questions with their answers, a line each, then all checks as a table."""
     found = answers(agreement, arm)
     texts = found.equations, found.rigid, found.trust
     for question, answer in zip(QUESTIONS, texts, strict=True):
@@ -37,7 +37,7 @@ def print_answers(agreement: Agreement, arm: Arm) -> None:
 
 
 def print_agreement(agreement: Agreement) -> None:
-    """Verdict matrix, then every check that is not green, then the count."""
+    """Print the verdict matrix, then every check that is not green, then the count."""
     table = Table("left", "right", "verdict", "checks", "digits in common", box=None)
     for cell in folded(cells(agreement.findings)):
         digits = ", ".join(f"{value:.1f} {family}" for family, value in cell.digits.items())
@@ -53,7 +53,7 @@ def print_agreement(agreement: Agreement) -> None:
 
 
 def print_changed(agreement: Agreement) -> None:
-    """Everything that has changed, largest first; known differences; what else changed; the count.
+    """Print what has changed, largest first; known differences; what else changed; the count.
 
     agreement: as regression.compare returns it.
     """

@@ -24,7 +24,7 @@ SCHEMA_VERSION = 2
 
 
 def print_trial(trial: Trial) -> None:
-    """What was judged, the checks, the wrong entries, and why."""
+    """Print what was judged, the checks, the wrong entries, and why."""
     console = Console(soft_wrap=True, highlight=False)
     for said in summary(trial):
         console.print(Text(printable(said)))
@@ -39,7 +39,7 @@ def print_trial(trial: Trial) -> None:
 
 
 def trial_text(trial: Trial) -> str:
-    """What print_trial prints."""
+    """The text that print_trial prints."""
     text = io.StringIO()
     with redirect_stdout(text):
         print_trial(trial)
@@ -73,7 +73,7 @@ def summary(trial: Trial) -> Iterator[str]:
 
 
 def misread_line(found: Misread, names: Sequence[str]) -> str:
-    """What is told of units and order."""
+    """A line for the user on a part whose numbers seem to have another unit or order."""
     if found.factor is None:
         part = "M" if found.part == "mass_matrix" else found.part
         return f"{part} agrees once its numbers are read in another order: flattened the other way?"
@@ -85,7 +85,7 @@ def misread_line(found: Misread, names: Sequence[str]) -> str:
 
 
 class VerdictLine(NamedTuple):
-    """A line on what is wrong; hidden: by the numbers of the arm on trial."""
+    """A line on what is wrong; hidden: whether the numbers of the arm on trial hide it."""
 
     text: str
     hidden: bool = False

@@ -25,14 +25,14 @@ POINTS = 11
 
 @dataclass(frozen=True)
 class HeatMap:
-    """Of a part, as SVG."""
+    """A heat map of one part's relative deviations; drawing: SVG text."""
 
     title: str
     drawing: str
 
 
 def trial_page(trial: Trial) -> str:
-    """HTML text, figures inlined."""
+    """The page on a trial: HTML text, figures inlined."""
     names = trial.bench.frame.names
     return page(
         "trial",
@@ -49,7 +49,7 @@ def trial_page(trial: Trial) -> str:
 
 
 def _maps(trial: Trial) -> Iterator[HeatMap]:
-    """One of each part; of the bias one row after another."""
+    """A heat map of each part; of the bias one for each row that deviates."""
     names = trial.bench.frame.names
     for quantity, apart in trial.apart.items():
         title = PART_NAMES.get(quantity, quantity)

@@ -6,12 +6,12 @@ from crosscheck.findings import Agreement, Finding
 
 
 def counted(number: int, noun: str) -> str:
-    """Such as `1 check` or `2 checks`."""
+    """A number with its noun, such as `1 check` or `2 checks`."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def tally(agreement: Agreement) -> str:
-    """How many of the checks agree, and how many were not judged."""
+    """How many of the checks agree, and how many were not judged, in words."""
     total = len(agreement.checks)
     agreeing = total - len(agreement.disagreeing)
     unfinished = sum(finding.verdict == "unfinished" for finding in agreement.checks)
@@ -41,7 +41,7 @@ def outcome(finding: Finding) -> str:
 
 
 def number(value: float | None) -> str:
-    """Three digits, for reading."""
+    """A number with three digits, for reading; empty for None."""
     return "" if value is None else f"{value:.3g}"
 
 

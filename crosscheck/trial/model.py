@@ -32,7 +32,7 @@ CALL_S = 2e-4  # [s] that a tooth force or a bias takes a user's Python, at most
 
 
 class HandedModel(Model):
-    """Equations handed over, moved into the project's coordinates; RK4 in Python."""
+    """Supplied equations as a model in the project's coordinates; RK4 in Python."""
 
     equations: ClassVar[Equations]
 
@@ -85,11 +85,11 @@ class HandedModel(Model):
         return torques_at(self.drive, t, q[theta], v[theta])
 
     def largest_stable_step(self) -> float:
-        """That of the model that it is measured against: its integrator is the same."""
+        """Largest stable step [s] of the model that it is compared with: same integrator."""
         return _reference_of(self).largest_stable_step()
 
     def simulate(self) -> xr.Dataset:
-        """Fixed-step RK4 from the start that the model has that it is measured against."""
+        """Trajectory by fixed-step RK4, from the start of the model that it is compared with."""
         scenario, reference = self.scenario, _reference_of(self)
         q, v = reference.start()
         time = recorded_times(scenario)
@@ -130,7 +130,7 @@ class HandedModel(Model):
 
 
 def _reference_of(handed: HandedModel) -> Model:
-    """The model that says where a scenario starts and which step is stable."""
+    """The model that equations are compared with: it says where to start, which step is stable."""
     level = handed.equations.level or "links"
     name = lead() if handed.layout.meshing else of_level(level)[0]
     return build(name, handed.arm, handed.scenario, handed.switches)
@@ -139,7 +139,7 @@ def _reference_of(handed: HandedModel) -> Model:
 def switches_of(equations: Equations, arm: Arm, chosen: Switches | None) -> Switches:
     """The laws that equations follow: what was chosen, or their own; planets as they count them.
 
-    Raises InputError for an arm whose planets differ and equations that count them as one.
+    A model with these raises InputError for an arm whose planets differ if they are counted as one.
     """
     laws = chosen or equations.switches or usual_switches(arm)
     gearing = equations.coordinates.gearing
@@ -149,7 +149,7 @@ def switches_of(equations: Equations, arm: Arm, chosen: Switches | None) -> Swit
 
 
 def entry_for(name: str, equations: Equations, has: frozenset[str]) -> Entry:
-    """What the registry holds of equations while they are on trial."""
+    """The entry that stands for equations in the registry while they are on trial."""
     found = {ABILITIES[part] for part in has if part in ABILITIES}
     abilities = frozenset(found | ({"simulate"} if found >= {*STATE_ABILITIES} else set()))
     attributes = {"name": name, "equations": equations, "abilities": abilities}

@@ -72,7 +72,10 @@ class Asked:
 
 @dataclass(frozen=True)
 class Rung:
-    """A rigid level beside a model: how many entries of M differ, the largest and the mean."""
+    """A rigid level beside a user's equations: how many entries of M differ, and by how much.
+
+    largest, mean: of the differences of all entries, relative to their sizes.
+    """
 
     level: str
     entries: int
@@ -81,13 +84,13 @@ class Rung:
 
     @property
     def brings(self) -> str:
-        """What it has beyond the level below."""
+        """What of the arm the level has beyond the level below, in words."""
         return BRINGS[self.level]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """Equations judged.
+    """Supplied equations, judged.
 
     cross_check: what was found, as a baseline records it. level: the rigid level that they are,
     or are closest to; '' of geared ones. apart: by part, how far each entry is from the
@@ -110,7 +113,7 @@ class Trial:
 
     @property
     def agreement(self) -> Agreement:
-        """Every check and measurement."""
+        """All checks and measurements of the trial."""
         return self.cross_check.agreement
 
     @property
@@ -144,14 +147,14 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
 
 
 def tasks_in(bench: Bench, probes: Sequence[Bench], asked: Asked) -> list[ModelTask]:
-    """All that a trial asks of the equations and of the models that they are compared with."""
+    """All tasks of a trial: of the equations, and of the models that they are compared with."""
     planned = list(_planned(bench, asked))
     by_entry = (question for each in (bench, *probes) for question in localising(each))
     return list(dict.fromkeys([*comparison.tasks_of(planned), *by_entry]))
 
 
 def bench_of(asked: Asked) -> Bench:
-    """What is on trial, its coordinates and states made. Raises InputError."""
+    """What is on trial, its coordinates and states already made. Raises InputError."""
     wanted_of(asked)  # refuses scenarios that cannot stand side by side
     laws = switches_of(asked.equations, asked.arm, asked.chosen)
     case = Case(asked.arm, unequal_gains(asked.arm), laws)
@@ -173,7 +176,7 @@ def bench_of(asked: Asked) -> Bench:
 
 
 def localising(bench: Bench) -> Iterator[StateQuestion]:
-    """What is looked at entry by entry: yours and that of the reference, of every level."""
+    """Questions for a look entry by entry: to the equations, and to each level's reference."""
     for level in bench.levels:
         yield from suite.sizing(bench, level)
         yield from (bench.ask(bench.reference(level), part) for part in by_entry(bench))
@@ -189,10 +192,10 @@ def by_entry(bench: Bench) -> list[str]:
 def _planned(
     bench: Bench, asked: Asked, level: str | None = None, results: Results | None = None
 ) -> Iterator[Comparison]:
-    """Every comparison; binding are those of a level, or of all of them where none is chosen.
+    """Every comparison; binding are those of a level, or of all levels where none is chosen.
 
-    results: of other levels only those are there whose answers are, for a part that failed fails
-    once, at its level.
+    results: if they are given, an unclaimed level has only comparisons whose answers are there, for
+    a part that failed fails once, at the claimed level.
     """
     yield from suite.own_comparisons(bench)
     for each in bench.levels:
@@ -207,7 +210,7 @@ def _planned(
 
 
 def probes_of(bench: Bench) -> list[Bench]:
-    """The same equations on arms that show what equal numbers and zeros hide, if they can be."""
+    """Benches of the same equations on arms that show what equal numbers and zeros hide, if any."""
     if not bench.equations.any_arm:
         return []
     try:
@@ -240,13 +243,13 @@ def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Result
 
 
 def wanted_of(asked: Asked) -> Wanted:
-    """The same as a cross-check's; its laws are those that the equations follow."""
+    """What a cross-check would be asked for; its laws are those that the equations follow."""
     laws = switches_of(asked.equations, asked.arm, asked.chosen)
     return Wanted(asked.arm, asked.quick, asked.seed, asked.scenarios, laws, asked.name)
 
 
 def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
-    """The rigid level whose M fewest entries differ from, and all levels beside the model.
+    """The rigid level from whose M the fewest entries differ, and how far all levels differ.
 
     Of several the one that is least apart; without a usable mass matrix the one that the other
     parts are least apart from.
@@ -267,7 +270,7 @@ def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
 
 
 def _farthest(bench: Bench, results: Results, level: str) -> float:
-    """How far the parts that answer are from a level's, relative to their sizes, at most."""
+    """Largest difference of the parts that answer from a level's, relative to their sizes."""
     sizes, found = suite.sizes_in(bench, results, level), [0.0]
     for part in suite.COMPARED:
         own = results.found(bench.yours(part)) if part in bench.has else None

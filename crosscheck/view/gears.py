@@ -21,7 +21,7 @@ BESIDE = 2  # teeth on either side of the one in contact
 
 
 def outline(wheel: Wheel) -> np.ndarray:
-    """All teeth of a wheel round its own centre, (points,), the first one's middle on x."""
+    """Outline of a wheel round its own centre, (points,) [m], the first tooth's middle on x."""
     pitch = 2 * math.pi / wheel.teeth
     half = THICKNESS * pitch / 2
     single = np.roll(tooth(wheel, -half, half), 1)  # from foot to foot
@@ -43,7 +43,7 @@ class Assembly:
 
 
 def assembly(joint: Planetary) -> Assembly:
-    """Of a stage whose planets are equally spaced."""
+    """How the gears of a stage stand whose planets are equally spaced."""
     sun, planet, ring = joint.sun_teeth, joint.planet_teeth, joint.ring_teeth
     at = 2 * math.pi * np.arange(joint.planet_count) / joint.planet_count
     # A planet's tooth is half a pitch from the sun's, counted along the pitch circles.
@@ -54,9 +54,9 @@ def assembly(joint: Planetary) -> Assembly:
 
 @dataclass(frozen=True)
 class GearAngles:
-    """Of a run [rad], beside the joint's own: sun (times,), planets (times, planets).
+    """Angles of a stage's gears during a run [rad]: sun (times,), planets (times, planets).
 
-    In the stage's frame; a planet's is of its turning, counter-clockwise.
+    They are in the stage's frame; a planet's is that of its turning, counter-clockwise.
     """
 
     sun: np.ndarray
@@ -66,9 +66,10 @@ class GearAngles:
 def gear_angles(
     joint: Planetary, carrier: np.ndarray, x_sp: np.ndarray, x_pr: np.ndarray
 ) -> GearAngles:
-    """By Eqs. 2 and 3: carrier (times,) [rad]; x_sp, x_pr (times, planets) [m].
+    """Angles of a stage's gears by Eqs. 2 and 3.
 
-    Planets counted as one have one column, and all turn alike.
+    carrier (times,) [rad]; x_sp, x_pr (times, planets) [m]: planets counted as one have one column,
+    and all turn alike.
     """
     radii = stage_geometry(joint)
     arc = radii.r_cp * carrier
@@ -96,7 +97,10 @@ class CloseUp:
 
 
 def close_up(joint: Planetary, side: Side, largest_m: float) -> CloseUp:
-    """Of the first planet; largest_m: displacement that a mesh without clearance is scaled by."""
+    """The close-up of the first planet's mesh with sun or ring.
+
+    largest_m: the displacement [m] that the drawing of a mesh without clearance is scaled by.
+    """
     geometry = mesh_geometry(joint, side)
     pitch = math.pi * joint.module_m
     own = (joint.sun_mesh if side == "sun" else joint.ring_mesh).of_planet(0).backlash_m

@@ -33,7 +33,7 @@ class Wheel:
 
     @property
     def radii(self) -> tuple[float, float]:
-        """Of the tooth's end and of its foot [m]: a module and 1.25 modules from the pitch."""
+        """Radii of a tooth's end and foot [m]: a module and 1.25 modules from the pitch circle."""
         module = 2 * self.pitch_radius / self.teeth
         out = -1 if self.internal else 1
         return self.pitch_radius + out * module, self.pitch_radius - 1.25 * out * module
@@ -50,7 +50,7 @@ class MeshGeometry:
 
     @property
     def pitch_point(self) -> complex:
-        """Where the pitch circles touch, on the line of centres."""
+        """The point at which the pitch circles touch, on the line of centres."""
         return complex(self.wheel.pitch_radius, 0.0)
 
     @property
@@ -64,7 +64,7 @@ class MeshGeometry:
         return complex(outward if self.side == "sun" else -outward, forward)
 
     def tangent_point(self, wheel: Wheel) -> complex:
-        """Where the line of action touches a wheel's base circle."""
+        """The point at which the line of action touches a wheel's base circle."""
         along = (np.conj(self.push) * (wheel.centre - self.pitch_point)).real
         return complex(self.pitch_point + along * self.push)
 

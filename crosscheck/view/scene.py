@@ -19,7 +19,7 @@ MESHES = {"sun": ("x_sp", "F_sp"), "ring": ("x_pr", "F_pr")}
 
 
 def scene(run: Run) -> dict[str, Any]:
-    """For the page's script: lengths in m, angles in rad, numbers as base64 of float32."""
+    """What the page's script draws: lengths in m, angles in rad, numbers as base64 of float32."""
     every = -(-run.time.size // MOST_FRAMES)
     shown = Run(
         run.model, run.arm, run.time[::every], {n: v[::every] for n, v in run.signals.items()}
@@ -70,7 +70,7 @@ def _joint(run: Run, place: int) -> dict[str, Any]:
 
 
 def _of_planets(run: Run, name: str, place: int, joint: Planetary) -> np.ndarray | None:
-    """(times, planets of the joint), or (times, 1) where they are counted as one."""
+    """A signal (times, planets), or (times, 1) of planets counted as one; None if it is missing."""
     if name not in run.signals:
         return None
     values = run.signals[name][:, place, : joint.planet_count]
@@ -78,7 +78,7 @@ def _of_planets(run: Run, name: str, place: int, joint: Planetary) -> np.ndarray
 
 
 def _meshes(run: Run, place: int, joint: Planetary) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Of a run with teeth, each mesh close up: of the first planet."""
+    """Close-ups of the first planet's meshes, by side; none of a run without teeth."""
     for side in SIDES:
         names = MESHES[side]
         x, force = (_of_planets(run, name, place, joint) for name in names)
@@ -108,5 +108,5 @@ def _points(outline: np.ndarray) -> list[list[float]]:
 
 
 def packed(values: np.ndarray) -> str:
-    """Base64 of float32."""
+    """Numbers as base64 of little-endian float32."""
     return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()

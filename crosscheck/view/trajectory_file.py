@@ -18,7 +18,9 @@ DRAWN = {"theta": 2, "x_sp": 3, "x_pr": 3, "F_sp": 3, "F_pr": 3}  # by dimension
 
 
 class Run(NamedTuple):
-    """time (times,) [s], equally spaced; signals: theta (times, joints) [rad]; displacements [m]
+    """A run to be drawn.
+
+    time (times,) [s], equally spaced; signals: theta (times, joints) [rad]; displacements [m]
     and forces [N] of the meshes (times, joints, planets), where the model has any.
     """
 
@@ -29,7 +31,7 @@ class Run(NamedTuple):
 
 
 def run_of(path: Path) -> Run:
-    """What a file holds; HDF5 reads it in another process. Raises InputError."""
+    """The run that a file holds; HDF5 reads it in another process. Raises InputError."""
     return used(path, TrajectoryFile.run, TrajectoryFile)
 
 
@@ -45,7 +47,7 @@ class TrajectoryFile(SoundFile):
         self.require_version(SCHEMA_VERSION)
 
     def run(self) -> Run:
-        """Its content. Raises InputError."""
+        """The run that the file holds. Raises InputError."""
         names = [name for name in DRAWN if name in self.file]
         for name in names:
             dims = ("time", "joint", "planet")[: DRAWN[name]]

@@ -18,8 +18,11 @@ from crosscheck.runner.tasks import RunKey
 
 @dataclass(frozen=True)
 class Pictures:
-    """levels: by experiment, the rigid levels' deviation as SVG; signals: for the page's script;
-    still: of the longest experiment, for a page that is printed or runs no script, and its name.
+    """Drawings of the runs of a cross-check.
+
+    levels: by experiment, the rigid levels' deviation as SVG; signals: for the page's script;
+    still: SVG of the longest experiment, for a page that is printed or runs no script; still_of:
+    the name of that experiment.
     """
 
     levels: dict[str, str]
@@ -41,7 +44,7 @@ class Charts:
         self.rigid = {level: engines_first(level)[0] for level in RIGID_LEVELS}
 
     def show(self, key: Any, outcome: Any) -> None:
-        """A task's outcome: if it is a run that completes a drawing, that is made now."""
+        """Take a task's outcome; if it is a run that completes a drawing, make that now."""
         if not (isinstance(key, RunKey) and isinstance(outcome, xr.Dataset)):
             return
         self.runs[key] = outcome
@@ -50,7 +53,7 @@ class Charts:
             self._draw_levels(key.experiment)
 
     def made(self) -> Pictures:
-        """Of every experiment that both engines ran, by name."""
+        """The pictures of every experiment that both engines ran, in the order of their names."""
         experiments = sorted({key.experiment for key in self.runs})
         both = [name for name in experiments if len(self._of(name, *self.pair)) == 2]
         for name in both:
@@ -68,12 +71,12 @@ class Charts:
         return Pictures(levels, tuple(all_signals(self.pair[0], shown)), still, longest)
 
     def _of(self, experiment: str, *models: str) -> dict[str, xr.Dataset]:
-        """The runs of these models, by name, as far as there are any."""
+        """The runs of an experiment by these models, by model, as far as there are any."""
         keys = {model: RunKey(experiment, model) for model in models}
         return {model: self.runs[key] for model, key in keys.items() if key in self.runs}
 
     def _draw_levels(self, experiment: str) -> None:
-        """Unless they are drawn, or no rigid level was run."""
+        """Draw an experiment's rigid levels, unless they are drawn or none was run."""
         from crosscheck.report.plots.figures import level_figure
 
         known = self._of(experiment, *self.rigid.values())

@@ -77,7 +77,7 @@ def new_figure(rows: int, columns: int = 2, height: float = 2.1) -> tuple[Figure
 
 
 def legend(figure: Figure, *axes: Axes) -> None:
-    """What the axes' lines are, told once below the whole drawing, where no curve can be."""
+    """Say what the axes' lines are, once below the whole drawing, where no curve can be."""
     entries: dict[str, Artist] = {}
     for one in axes:
         for artist, name in zip(*one.get_legend_handles_labels(), strict=True):
@@ -89,7 +89,7 @@ def legend(figure: Figure, *axes: Axes) -> None:
 
 
 def draw(axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: str) -> None:
-    """A line, or a min-max band where there are more samples than the page can show."""
+    """Draw a line, or a min-max band where there are more samples than the page can show."""
     if time.size <= 2 * BINS:
         axes.plot(time, values, label=label, color=colour)
         return
@@ -103,7 +103,7 @@ def not_reached(axes: Axes) -> None:
 
 
 def log_y(axes: Axes) -> None:
-    """A logarithmic scale for the lines drawn, where one has anything to show on it."""
+    """Set a logarithmic scale if a line has values above zero; else say that no run gets there."""
     if any((np.asarray(line.get_ydata(), dtype=float) > 0).any() for line in axes.lines):
         axes.set_yscale("log")
     else:
@@ -111,7 +111,7 @@ def log_y(axes: Axes) -> None:
 
 
 def _powers(axes: Axes) -> None:
-    """A logarithmic scale labelled as 1e-05: typeset powers take a third of a drawing's time."""
+    """Set a log scale labelled as 1e-05: typeset powers take a third of a drawing's time."""
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(LogFormatter())
 

@@ -15,7 +15,7 @@ LEAST_RING, MOST_RING, LEAST_MOTOR = 15.0, 40.0, 6.0  # radii, to be seen whole
 
 
 def scheme(arm: Arm) -> str:
-    """An <svg>, in the page's own colours, with a text alternative."""
+    """The scheme of an arm as an <svg>, in the page's own colours, with a text alternative."""
     points, heading = [0j], FIRST_RAD
     for place, link in enumerate(arm.links):
         points.append(points[-1] + link.length_m * complex(math.cos(heading), math.sin(heading)))
@@ -40,7 +40,7 @@ def scheme(arm: Arm) -> str:
 
 
 def described(arm: Arm) -> Iterator[str]:
-    """Each joint with its link, and the payload, in words."""
+    """What each joint with its link is, a phrase for each, and the payload."""
     for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
         drive = "direct drive"
         if isinstance(joint, Planetary):
@@ -69,7 +69,7 @@ def _link(start: complex, end: complex) -> str:
 
 
 def _joint(joint: Joint, at: complex, scale: float) -> Iterator[str]:
-    """Its pitch circles, as large as can be seen whole."""
+    """Circles of a joint: a motor, or its gears' pitch circles, as large as can be seen whole."""
     if not isinstance(joint, Planetary):
         yield _circle(at, LEAST_MOTOR, "motor")
         return

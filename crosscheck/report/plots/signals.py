@@ -46,7 +46,7 @@ class RecordStretch:
 class Line:
     """A signal of the reference run, or a model's difference from it (model minus reference).
 
-    peak: the largest magnitude, in ``unit``.
+    peak: the largest magnitude, in the quantity's unit.
     """
 
     name: str
@@ -60,7 +60,7 @@ class Line:
 class SignalWindow:
     """A stretch of time [s] worth a look, with what happens in it.
 
-    full_rate: by quantity, of those that are binned in the whole run.
+    full_rate: all records of those quantities that are binned in the whole run.
     """
 
     title: str
@@ -71,7 +71,7 @@ class SignalWindow:
 
 @dataclass(frozen=True)
 class Signals:
-    """Of an experiment: the reference model, the others, and all that is drawn of them.
+    """All that is drawn of an experiment: lines of the reference model and of the others.
 
     rigid: those of the others that are drawn when asked for; whole: the run by quantity.
     """
@@ -86,7 +86,7 @@ class Signals:
 
 
 def signals_json(found: Sequence[Signals]) -> dict[str, object]:
-    """For the page's script: experiments, and each quantity's unit and meaning."""
+    """What the page's script is given: experiments, and each quantity's unit and meaning."""
     used = dict.fromkeys(line.quantity for each in found for line in each.lines)
     quantities = {
         name: {"unit": in_words(unit_of(name)), "meaning": meaning_of(name)} for name in used
@@ -97,10 +97,10 @@ def signals_json(found: Sequence[Signals]) -> dict[str, object]:
 def all_signals(
     reference: str, runs: Mapping[str, Mapping[str, xr.Dataset]], most: int = MOST_NUMBERS
 ) -> list[Signals]:
-    """Of experiments, each with its runs by model, recorded at the same times.
+    """The signals of each experiment.
 
-    most: numbers for all of them. The quantities with the fewest come first, and what they leave is
-    for the others.
+    runs: by experiment and model, recorded at the same times; most: numbers for all experiments.
+    The quantities with the fewest come first, and what they leave is for the others.
     """
     tables = {name: dict(_values(reference, each)) for name, each in runs.items()}
     sizes: Counter[tuple[str, str]] = Counter()
@@ -126,7 +126,7 @@ def _signals(
     values: Mapping[Line, np.ndarray],
     widths: Mapping[str, int],
 ) -> Signals:
-    """widths: records in a bin of the whole run, by quantity."""
+    """The signals of one experiment; widths: records in a bin of the whole run, by quantity."""
     time = runs[reference]["time"].values
     tables = {
         quantity: {line.name: each for line, each in values.items() if line.quantity == quantity}
@@ -163,7 +163,7 @@ def _values(reference: str, runs: Mapping[str, xr.Dataset]) -> Iterator[tuple[Li
 
 
 def first_planet(values: xr.DataArray) -> np.ndarray:
-    """Of planet 1, (times, joints), or as they are where they are of no planet."""
+    """Values of planet 1, (times, joints); those of no planet as they are."""
     return (values.isel(planet=0) if "planet" in values.dims else values).values
 
 
@@ -206,7 +206,7 @@ def _events(
 
 
 def _first(*conditions: np.ndarray) -> int | None:
-    """The first place where all hold."""
+    """The first place where all conditions hold; None where there is none."""
     held = np.logical_and.reduce(np.broadcast_arrays(*conditions))
     return int(held.argmax()) if held.any() else None
 

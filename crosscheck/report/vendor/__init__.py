@@ -4,5 +4,5 @@ from importlib.resources import files
 
 
 def vendored(name: str) -> str:
-    """The text of one of these files."""
+    """The text of one of the vendored files, by name."""
     return (files(__name__) / name).read_text(encoding="utf-8")

@@ -47,7 +47,10 @@ def curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
 def _sympy_frame(
     coordinates: Coordinates, function: Any, layout: Layout, arm: Arm, count: str
 ) -> Frame:
-    """Derivatives by sympy; a function that turns out linear is a matrix, the arm's symbols in."""
+    """The frame of a sympy Matrix, its derivatives by sympy.
+
+    A function that turns out linear is a matrix, with the arm's symbols in it.
+    """
     n = len(layout)
     if len(coordinates.symbols) != n or len(function) != n:
         reason = (
@@ -83,7 +86,7 @@ def _sympy_frame(
 
 
 def _callable_frame(coordinates: Coordinates, layout: Layout, count: str) -> Frame:
-    """The Jacobian as given, or by complex steps, or by differences."""
+    """The frame of a Python function, its Jacobian as given, by complex steps or differences."""
     n, own, given = len(layout), coordinates.function, coordinates.jacobian
     names = frames.names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
 
@@ -116,7 +119,7 @@ def _callable_frame(coordinates: Coordinates, layout: Layout, count: str) -> Fra
 
 
 def _complex_frame(frame: Frame, own: Any) -> Frame | None:
-    """By complex steps, if the function takes complex numbers and means them."""
+    """The frame with a Jacobian by complex steps; None if the function does not take them."""
 
     def forward(x: np.ndarray, u: np.ndarray) -> np.ndarray:
         answer = np.asarray(own(x + 1j * COMPLEX_STEP * u), dtype=np.complex128)
@@ -153,7 +156,7 @@ def _curvature(function: Vector, x: np.ndarray, u: np.ndarray) -> np.ndarray:
 
 
 def _turning(forward: Along, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Slope along u of J u, given J u."""
+    """Derivative (n,) of J u along u, at fixed u; forward(x, u): J u."""
     size = float(np.abs(u).max()) or 1.0
     return size**2 * _certain(1, lambda y: forward(y, u / size), x, u / size, "second derivative")
 

@@ -108,7 +108,7 @@ def difference_steps(jacobian: np.ndarray, angular: np.ndarray) -> np.ndarray:
 
 
 def turns(jacobian: np.ndarray, angular: np.ndarray) -> np.ndarray:
-    """How far each of x (n,) turns the joints, added up."""
+    """How far each coordinate of x turns the joints, added up over these, shape (n,)."""
     return np.abs(jacobian[angular]).sum(axis=0)
 
 

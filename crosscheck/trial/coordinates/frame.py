@@ -76,7 +76,7 @@ class Frame:
     def place(self, q: np.ndarray) -> np.ndarray:
         """An x (n,) that gives this q. Raises InputError where none is found.
 
-        Of a map that is not linear by Newton's method from several starts.
+        If the map is not linear, it is found by Newton's method from several starts.
         """
         if self.matrix is not None:
             return np.linalg.solve(self.matrix, q)
@@ -89,9 +89,9 @@ class Frame:
         raise InputError(WHERE, "function", None, f"no x was found that gives q = {shown(q)}")
 
     def nearest(self, q: np.ndarray, known: np.ndarray) -> np.ndarray:
-        """An x that gives this q, or one on the way to it from that of a known x.
+        """An x (n,) that gives this q, or one on the way to it from that of a known x.
 
-        By Newton's method from few starts; halfway to the known one as often as need be.
+        It is found by Newton's method from few starts; where it is not, the way is halved.
         """
         start = self.position(known)
         for halved in range(MOST_HALVED):
@@ -103,7 +103,7 @@ class Frame:
         return known
 
     def _solved(self, start: np.ndarray, q: np.ndarray) -> np.ndarray | None:
-        """By Newton's method from a start; None where it does not arrive."""
+        """The x (n,) that gives q, by Newton's method from a start; None if it does not arrive."""
         from scipy.optimize import root
 
         size = np.maximum(np.abs(q), 1e-3 * max(1e-3, float(np.abs(q).max())))
@@ -156,7 +156,7 @@ def frame_of(coordinates: Coordinates, arm: Arm) -> Frame:
 
 
 def _require_known(coordinates: Coordinates) -> None:
-    """Raise InputError for a word that is none of those, or for two maps at once."""
+    """Raise InputError for a word that is not allowed, or for two maps at once."""
     allowed = {
         "gearing": get_args(Gearing),
         "links": ("relative", "absolute"),
@@ -181,7 +181,7 @@ def _require_known(coordinates: Coordinates) -> None:
 
 
 def _named_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
-    """Of coordinates by name, in the user's order. Raises InputError."""
+    """The frame of coordinates by name, in the user's order. Raises InputError."""
     usual = [_named(coordinates, coordinate) for coordinate in layout.coordinates]
     ordered = coordinates.order or usual
     missing = [name for name in usual if name not in ordered]
@@ -200,7 +200,7 @@ def _named_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
 
 
 def _named(coordinates: Coordinates, meant: Coordinate) -> str:
-    """What x has in the place of this coordinate of the layout."""
+    """The name of the coordinate of x that stands in place of one of the layout."""
     if meant.is_angle:
         return f"{'phi' if coordinates.links == 'absolute' else 'theta'}_{meant.joint}"
     if coordinates.gears == "displacements":
@@ -235,7 +235,7 @@ def _rows(chain: Chain, coordinates: Coordinates) -> np.ndarray:
 
 
 def counted(coordinates: Coordinates, n: int, arm: Arm) -> str:
-    """Why x must be as long as it must be."""
+    """How many coordinates there are and of what, in words, for a line on a wrong length."""
     return f"the {n} {coordinates.gearing} coordinates of {arm.name}, {len(arm.joints)} joints"
 
 
@@ -253,7 +253,7 @@ def names_of(coordinates: Coordinates, usual: Sequence[str]) -> tuple[str, ...]:
 def in_symbols(matrix: np.ndarray, layout: Layout, arm: Arm) -> sp.ImmutableMatrix | None:
     """The matrix in ratios of whole numbers and the radii and ratios of each row's own joint.
 
-    None where some number is none of these, and none that rounding left of one.
+    None where some number is none of these; what rounding left of a 0 counts as 0.
     """
     symbols, numbers = arm_chain(arm, layout).stages, exact_chain(arm, layout).stages
     found = []
@@ -279,7 +279,7 @@ def in_symbols(matrix: np.ndarray, layout: Layout, arm: Arm) -> sp.ImmutableMatr
 
 
 def _quantities(stage: Stage) -> tuple[Any, ...]:
-    """What people put in a map of a joint, simplest first."""
+    """Quantities of a stage that people put in a map of its joint, simplest first."""
     r_s, r_p, r_cp, n = stage.r_s, stage.r_p, stage.r_cp, stage.n
     radii = r_s, r_p, r_cp, 2 * r_s, 2 * r_p, 2 * r_cp, r_s + 2 * r_p
     return *radii, n, 1 / n, 1 / r_s, 1 / r_p, 1 / r_cp, r_p / r_s, r_s / r_p, 2 * r_cp / r_s
@@ -299,9 +299,10 @@ def require_invertible(matrix: np.ndarray, what: str, x: np.ndarray | None = Non
 
 
 class UserState(NamedTuple):
-    """t [s]; x, u (n,), the user's coordinates and rates; q, v (n,), the project's.
+    """A state of the arm in the user's coordinates and in the project's.
 
-    torque (joints,): output torques [N m] of the scenario's drive.
+    t [s]; x, u (n,), the user's coordinates and rates; q, v (n,), the project's; torque (joints,):
+    output torques [N m] of the scenario's drive.
     """
 
     t: float
@@ -316,7 +317,7 @@ class UserState(NamedTuple):
 def states_of(
     frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int
 ) -> tuple[UserState, ...]:
-    """States on both flanks of the teeth, at any pose, moving briskly.
+    """Random states on both flanks of the teeth, at any pose, moving briskly.
 
     A pose that no x gives is moved towards one that some x gives. Raises InputError.
     """
@@ -330,7 +331,7 @@ def states_of(
 
 
 def _places(frame: Frame, drawn: np.ndarray) -> Iterator[np.ndarray]:
-    """x of each q (count, n). Raises InputError where no x gives any of the first ones."""
+    """An x for each q (count, n). Raises InputError where no x gives any of the first ones."""
     if frame.matrix is not None:
         yield from map(frame.place, drawn)
         return

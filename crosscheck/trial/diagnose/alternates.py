@@ -31,7 +31,10 @@ MOST_TOLD = 6
 
 
 class Alternate(NamedTuple):
-    """Another arm, other switches or phases: what law that is, and in place of which."""
+    """Another law that a user's force may follow: its arm, switches and phases.
+
+    yours, right: what that law is, and in place of which; meshes: where, '' for all.
+    """
 
     yours: str
     right: str
@@ -69,7 +72,7 @@ CHANGES: tuple[tuple[str, Callable[[Any], Any], str, str], ...] = (
 
 
 def alternates(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[Alternate]:
-    """Other switches; then each change of all meshes, and of a single one; then other phases."""
+    """Laws by other switches; by each change of all meshes, and of one; then by other phases."""
     for name in SWITCHED:
         own = getattr(chosen, name)
         for other in get_args(Switches.model_fields[name].annotation):
@@ -91,7 +94,7 @@ def alternates(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[Alternate
 
 
 def _phases(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[Alternate]:
-    """Phases by absolute angles; by the teeth of another gear, of all meshes or a single one."""
+    """Laws by absolute angles; by the teeth of another gear, at all meshes or a single one."""
     later = ", ".join(f"theta_{joint + 1}" for joint in layout.meshing if joint)
     if later:
         yours, right = "the absolute angle", f"the joint's {later}"
@@ -122,7 +125,7 @@ def _changed(
 
 
 class ForceDifferences:
-    """Explains force entries from differences at the same states.
+    """The force's entries of one arm, to be explained by differences at the same states.
 
     states: in the layout's coordinates; rates (K, n): the user's.
     """
@@ -149,13 +152,13 @@ class ForceDifferences:
         return {**own, **self.rates}
 
     def observed(self, difference: np.ndarray, scale: float) -> Observed:
-        """A difference (K,), yours minus right, of a force whose size is this scale."""
+        """A force's difference (K,), yours minus right, taken apart; scale: the force's size."""
         return self.fitting.fit(difference, scale, self.values)
 
     def explain(
         self, place: EntryPlace, difference: np.ndarray, scale: float, more: Sequence[Observed] = ()
     ) -> Explanation | None:
-        """Errors in its terms, or another law of the mesh, beside such errors if need be.
+        """Errors in the entry's terms, or another law of the mesh, beside such errors if need be.
 
         more: the same entry on other arms.
         """
@@ -181,7 +184,7 @@ class ForceDifferences:
     def _by_law(
         self, place: EntryPlace, difference: np.ndarray, scale: float
     ) -> Explanation | None:
-        """The law, or the two laws, that leave nothing but errors of terms."""
+        """An explanation by the law, or the two laws, that leave nothing but errors of terms."""
         right = entry_values(self.terms.entry(place), self.values, self.angles, self.signals)
         changes = [
             entry_values(known.entry(place), self.values, self.angles, signals) - right
@@ -194,7 +197,7 @@ class ForceDifferences:
             return difference - sum(changes[number] for number in laws)
 
         def fitting(tried: Iterable[tuple[int, ...]]) -> list[tuple[int, ...]]:
-            """Those that leave nothing but waves and signals; first those that leave nothing."""
+            """Choices of laws that leave only waves and signals; first those that leave nothing."""
             found = []
             for laws in tried:
                 rest = left_by(laws)
@@ -223,7 +226,7 @@ class ForceDifferences:
     def _pairs(
         self, moved: Sequence[int], changes: Sequence[np.ndarray], difference: np.ndarray
     ) -> list[tuple[int, ...]]:
-        """Two laws that together may leave little: by what of them no wave and signal makes."""
+        """Pairs of laws that may leave little, by those parts that no wave or signal makes."""
         rest = self.fitting.unexplained(difference)
         parts = np.array([self.fitting.unexplained(changes[number]) for number in moved])
         if len(parts) < 2:

@@ -32,7 +32,10 @@ MOST_SHARED = 12  # symbols of which an error may concern all terms at once
 
 
 class Candidate(NamedTuple):
-    """An error in these terms. cost: how far-fetched; yours, right: texts of what is swapped."""
+    """An error in some terms of an entry.
+
+    change: what it changes; cost: how far-fetched it is; yours, right: texts of what is swapped.
+    """
 
     kind: Kind
     products: Entry
@@ -45,13 +48,13 @@ class Candidate(NamedTuple):
 
     @property
     def print(self) -> tuple[tuple[TermKey, str], ...]:
-        """What it does to the last arm, whose numbers have nothing in common: equal if the same."""
+        """The changes on the last arm, whose numbers are unrelated: equal for the same error."""
         last = ((key, f"{change[-1]:.9e}") for key, change in self.change.items() if change[-1])
         return tuple(sorted(last))
 
 
 def groups(entry: Entry) -> list[TermGroup]:
-    """Each term; all; those before one wave; with one symbol in common; with a joint's masses."""
+    """Terms that one error may concern: each; all; of one wave or symbol; of a joint's masses."""
     found: list[TermGroup] = [((product,), 0.0) for product in entry]
     by_key: defaultdict[TermKey, list[Product]] = defaultdict(list)
     by_symbol: defaultdict[str, list[Product]] = defaultdict(list)
@@ -71,7 +74,7 @@ def groups(entry: Entry) -> list[TermGroup]:
 
 
 def _joint_masses(entry: Entry) -> Iterator[TermGroup]:
-    """Terms with masses of one joint's bodies, that of a link apart; before one lever together."""
+    """Groups of terms with masses of one joint's bodies but links, before the same lever."""
     levers: defaultdict[Any, list[Product]] = defaultdict(list)
     for product in entry:
         masses = [named(s) for s in product.symbols if s[0] == "m" and s != "m_payload"]
@@ -82,7 +85,7 @@ def _joint_masses(entry: Entry) -> Iterator[TermGroup]:
 
 
 def change_by(products: Iterable[Product], of_each: Iterable[Any]) -> dict[TermKey, np.ndarray]:
-    """Changes of products, added up for each key."""
+    """The changes of products, each (arms,), added up for each key."""
     total: dict[TermKey, np.ndarray] = {}
     for product, change in zip(products, of_each, strict=True):
         total[product.key] = total[product.key] + change if product.key in total else change
@@ -90,7 +93,10 @@ def change_by(products: Iterable[Product], of_each: Iterable[Any]) -> dict[TermK
 
 
 class Candidates:
-    """Of one entry, on arms whose values are arrays (arms,), the last one the unrelated numbers."""
+    """The candidate errors of one entry.
+
+    values: arrays (arms,) by symbol, the last arm having the unrelated numbers.
+    """
 
     def __init__(self, entry: Entry, values: Values) -> None:
         self.entry, self.values = entry, values
@@ -106,7 +112,7 @@ class Candidates:
         return monomial.value(self.values) + np.zeros(len(some))
 
     def all(self) -> list[Candidate]:
-        """Without those of angles; each error once, in its simplest form."""
+        """Candidates but for those of angles; each error once, in its simplest form."""
         found: dict[Any, Candidate] = {}
         for candidate in self._made():
             mark = candidate.print
@@ -115,7 +121,7 @@ class Candidates:
         return list(found.values())
 
     def _made(self) -> Iterator[Candidate]:
-        """Factors of every group of terms; then one symbol in the place of another."""
+        """Candidates: factors of every group of terms; then one symbol in the place of another."""
         for products, extra in self.groups:
             whole = change_by(products, (self.size[p] for p in products))
             for kind, yours, by, cost in (*PLAIN, *self._counts(products)):
@@ -151,7 +157,7 @@ class Candidates:
                 yield "factor", symbol, count, 1.45
 
     def _swapped(self, products: Entry, symbol: str, extra: float) -> Iterator[Candidate]:
-        """One symbol by another in all these products; in a single one also one of its powers."""
+        """Candidates with one symbol by another in all products; of a single one also a power."""
         inside = tuple(p for p in products if symbol in p.symbols)
         own = self.values[symbol]
         sizes = []  # of the products without the symbol, and its powers
@@ -173,7 +179,7 @@ class Candidates:
                 yield Candidate("swapped", inside, change, 1.15 + other.cost + extra, text, right)
 
     def _forms(self, symbol: str, *, single: bool) -> Iterator[Alternative]:
-        """The symbol itself otherwise: its square, nothing, and in several terms its multiples.
+        """Forms of the symbol itself: its square, nothing, and in several terms its multiples.
 
         Of a component of gravity also its sign alone, for g is written as a positive number.
         """
@@ -188,7 +194,7 @@ class Candidates:
             yield Alternative(f"{symbol}/2", value / 2, 0.2)
 
     def angles(self, keys: Sequence[TermKey]) -> Iterator[Candidate]:
-        """Terms before one wave that stand before another of these keys instead."""
+        """Candidates in which terms before one wave stand before another of these keys instead."""
         for products, extra in self.groups:
             own = {product.key for product in products}
             if len(own) > 1:
@@ -206,7 +212,7 @@ class Candidates:
 
 
 def _power(value: Any, power: int) -> Any:
-    """A value of 0 has no negative powers: infinite, and so it fits nothing."""
+    """The power of a value; infinite for a negative power of 0, and so it fits nothing."""
     with np.errstate(divide="ignore"):
         return np.asarray(value, dtype=float) ** power
 
@@ -214,7 +220,7 @@ def _power(value: Any, power: int) -> Any:
 def extras(
     products: Iterable[Product], wanted: Mapping[TermKey, Fits], values: Values
 ) -> Iterator[Candidate]:
-    """Terms of any entry, or of none, that make what is off before one of these keys."""
+    """Candidates of an extra term, of any entry or of none, that makes what is off before a key."""
     monomials = list(dict.fromkeys(product.monomial for product in products))
     arms = len(next(iter(values.values())))
     sizes = np.array([monomial.value(values) + np.zeros(arms) for monomial in monomials])
@@ -228,7 +234,7 @@ def extras(
 
 
 def generic(values: Values) -> Iterator[Product]:
-    """A mass; times a length; times two; an inertia."""
+    """Products of a mass and up to two lengths, and inertias."""
     of = defaultdict(list)
     for symbol in values:
         stem = named(symbol).stem

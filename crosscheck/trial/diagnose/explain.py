@@ -38,7 +38,11 @@ Entries = Mapping[tuple[int, int], Mapping[TermKey, float]]
 
 
 class Target(NamedTuple):
-    """The difference (keys, arms) and what it may be off, at these keys; which are not 0."""
+    """What errors have to make: the difference of an entry, over keys and arms.
+
+    difference, tolerance (keys, arms): the difference and what it may be off; wrong (keys,): where
+    it is not 0.
+    """
 
     keys: tuple[TermKey, ...]
     difference: np.ndarray
@@ -46,7 +50,7 @@ class Target(NamedTuple):
     wrong: np.ndarray
 
     def of(self, keys: np.ndarray) -> Target:
-        """Some of its keys, the rest being somebody else's."""
+        """The target at some of its keys, the rest being made by other errors."""
         chosen = tuple(key for key, there in zip(self.keys, keys, strict=True) if there)
         return Target(chosen, self.difference[keys], self.tolerance[keys], self.wrong[keys])
 
@@ -57,7 +61,7 @@ Found = tuple[Candidate, ...]
 def explain(
     place: EntryPlace, observed: Sequence[Observed], terms: ReferenceTerms
 ) -> Explanation | None:
-    """Errors that make the difference on all arms, or None if no few do."""
+    """An explanation by errors that make the difference on all arms; None if no few do."""
     target = target_of(observed)
     if not target.wrong.any() or max(each.left_over for each in observed) > UNEXPLAINED:
         return None
@@ -79,7 +83,7 @@ def explain(
 
 
 def target_of(observed: Sequence[Observed]) -> Target:
-    """Of the same entry on several arms."""
+    """The target of one entry, observed on several arms."""
     keys = tuple(dict.fromkeys(key for each in observed for key in each.coefficients))
     table = [[each.coefficients.get(key, 0.0) for each in observed] for key in keys]
     noise = [[each.noise.get(key, 0.0) for each in observed] for key in keys]
@@ -91,7 +95,7 @@ def target_of(observed: Sequence[Observed]) -> Target:
 
 
 def search(target: Target, place: EntryPlace, terms: ReferenceTerms, values: Values) -> list[Found]:
-    """One error; else one for each part of the difference; else two together.
+    """The errors that make a target: one; else one for each part of it; else two together.
 
     An error is one in the entry's own terms, or a term that does not belong there.
     """
@@ -128,7 +132,7 @@ def _makes(target: Target, row: int, changes: np.ndarray) -> np.ndarray:
 
 
 def table_of(target: Target, candidates: Sequence[Candidate]) -> np.ndarray:
-    """What each changes, (candidates, keys, arms); infinite if it changes anything else."""
+    """Changes by candidates (candidates, keys, arms); infinite for one that changes other keys."""
     numbers = {key: number for number, key in enumerate(target.keys)}
     arms = target.difference.shape[1]
     table = np.zeros((len(candidates), len(target.keys), arms))
@@ -142,7 +146,7 @@ def table_of(target: Target, candidates: Sequence[Candidate]) -> np.ndarray:
 
 
 def covers(target: Target, candidates: Sequence[Candidate], changes: np.ndarray) -> list[Found]:
-    """Errors of which each makes some of the coefficients alone, and all together all.
+    """Sets of errors of which each makes some coefficients alone, and all together make all.
 
     Or, where some are made so, two more errors that make the rest together.
     """
@@ -168,7 +172,7 @@ def covers(target: Target, candidates: Sequence[Candidate], changes: np.ndarray)
 
 
 def pairs(target: Target, candidates: Sequence[Candidate], changes: np.ndarray) -> list[Found]:
-    """Two errors that make the difference together, by sorting one side."""
+    """Pairs of errors that make the difference together, found by sorting one side."""
     size = np.abs(target.difference)
     if not size.any() or (target.tolerance.max() > TOO_NOISY * size.max()):
         return []
@@ -195,7 +199,7 @@ def _cost(found: Found) -> float:
 
 
 def told_once(wrong: Sequence[Wrong]) -> list[list[Wrong]]:
-    """Those that the same errors explain together, in the order of their first entries."""
+    """The wrong entries, grouped by the errors that explain them, in order of first entries."""
     found: defaultdict[object, list[Wrong]] = defaultdict(list)
     for number, each in enumerate(wrong):
         errors = each.explanation.errors if each.explanation else ()
@@ -212,7 +216,7 @@ def alike(error: TermError) -> object:
 
 
 def bias_of(mass: Entries, turns: np.ndarray) -> dict[EntryPlace, dict[TermKey, float]]:
-    """What differences of M, cosines and sines alone, do to a bias that follows from M.
+    """What differences of M change in a bias that follows from M: cosines and sines alone.
 
     turns (joints, n): d theta / d x.
     """

@@ -31,7 +31,7 @@ class Monomial(NamedTuple):
     powers: Powers
 
     def value(self, values: Mapping[str, Any]) -> Any:
-        """With numbers (or arrays of numbers) for the symbols."""
+        """The monomial's value with numbers (or arrays of numbers) for the symbols."""
         product: Any = float(self.number)
         for symbol, power in self.powers:
             product = product * values[symbol] ** power
@@ -40,13 +40,13 @@ class Monomial(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Polynomial:
-    """A Laurent polynomial: what adds up for each product of symbols; nothing is 0."""
+    """A Laurent polynomial: a number for each product of symbols; without terms it is 0."""
 
     terms: Mapping[Powers, Number]
 
     @property
     def monomials(self) -> Iterator[Monomial]:
-        """Its terms, one by one."""
+        """The polynomial's terms, one by one."""
         return (Monomial(number, powers) for powers, number in self.terms.items())
 
     def __bool__(self) -> bool:
@@ -97,12 +97,12 @@ class Polynomial:
     __radd__, __rmul__ = __add__, __mul__
 
     def without(self, nothing: float) -> Polynomial:
-        """Without floats below this size."""
+        """The polynomial without those terms whose number is a float of at most this size."""
         there = self.terms.items()
         return Polynomial({p: n for p, n in there if not isinstance(n, float) or abs(n) > nothing})
 
     def replaced(self, name: str, other: Polynomial) -> Polynomial:
-        """With another in place of a symbol, but in a denominator."""
+        """The polynomial with another in place of a symbol, except in denominators."""
         total = constant(0)
         for powers, number in self.terms.items():
             power = dict(powers).get(name, 0)
@@ -112,12 +112,12 @@ class Polynomial:
 
 
 def symbol(name: str) -> Polynomial:
-    """The polynomial that is this quantity."""
+    """The polynomial that is the quantity of this name."""
     return Polynomial({((name, 1),): 1})
 
 
 def constant(value: Any) -> Polynomial:
-    """A number as a polynomial; one stays as it is."""
+    """A number as a polynomial; a polynomial stays as it is."""
     if isinstance(value, Polynomial):
         return value
     value = value if isinstance(value, int | Fraction) else float(value)
@@ -125,7 +125,7 @@ def constant(value: Any) -> Polynomial:
 
 
 def from_sympy(expression: sp.Expr) -> Polynomial | None:
-    """Of a sympy expression, or None where it is no sum of products."""
+    """The polynomial of a sympy expression; None where it is no sum of products."""
     total = constant(0)
     for part in sp.Add.make_args(sp.expand(expression)):
         product = constant(1)
@@ -176,7 +176,7 @@ class Product(NamedTuple):
 
     @property
     def symbols(self) -> tuple[str, ...]:
-        """Names of the quantities that it has."""
+        """Names of the quantities that the product has."""
         return tuple(name for name, _ in self.monomial.powers)
 
 

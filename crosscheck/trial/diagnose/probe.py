@@ -20,7 +20,7 @@ DRAWS = 100
 
 
 def probe_arms(arm: Arm, count: int) -> list[Arm]:
-    """So many arms of the same structure: kinds of joints, planets, stiffness laws, descriptions.
+    """`count` arms of an arm's structure: kinds of joints, planets, stiffness laws, descriptions.
 
     Seeded, so the same every time. A mass, inertia or error that is 0 in the arm is not in them;
     weight and friction are as absent as they were. Raises InputError where none can be made.
@@ -69,7 +69,7 @@ def _scaled(record: Any, generator: random.Random, **instead_of_0: float) -> dic
 
 
 def _planetary(joint: Planetary, generator: random.Random, place: int) -> dict[str, Any]:
-    """place: of its gear set among others, so that joints differ."""
+    """The fields of a joint's probe; place: of its gear set among others, so that joints differ."""
     zeros = {f"{gear}_mass_kg": 1.0 for gear in ("sun", "planet", "carrier", "ring")}
     found = _scaled(joint, generator, **zeros, ring_inertia_kg_m2=0.1)
     sun, planet = _gear_set(joint, OF_WIDEST[place % len(OF_WIDEST)])

@@ -37,7 +37,7 @@ QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quan
 
 @dataclass(frozen=True)
 class Compared:
-    """A model and the reference on one arm: yours minus right of every part, at every state.
+    """A model and the reference on one arm: answers of both for every part, at every state.
 
     seen: built-in coordinates in which all of this is, None for the user's. symbolic: the user's
     map in symbols of the arm.
@@ -52,7 +52,7 @@ class Compared:
     seen: Coordinates | None = None
 
     def seen_in(self, coordinates: Coordinates) -> Compared:
-        """The same in built-in coordinates. Only of a linear map."""
+        """The comparison carried into built-in coordinates. Only of a linear map."""
         frame = frame_of(coordinates, self.bench.case.arm)
         S = self._columns_of(frame)
         yours, right = (
@@ -70,14 +70,14 @@ class Compared:
 
     @cached_property
     def frame(self) -> Frame:
-        """Of the coordinates in which this is, its map in symbols where it has any."""
+        """The frame of the coordinates in use, its map in symbols where it has any."""
         if self.seen is not None:
             return frame_of(self.seen, self.bench.case.arm)
         return replace(self.bench.frame, symbolic=self.symbolic)
 
     @cached_property
     def states(self) -> Sequence[UserState]:
-        """The states at which both were asked."""
+        """The states at which both were asked, in the coordinates in use."""
         if self.seen is None:
             return self.bench.states
         S = np.linalg.inv(self._columns_of(self.frame))
@@ -85,7 +85,7 @@ class Compared:
 
     @cached_property
     def sizes(self) -> NaturalSizes:
-        """Natural sizes of the entries in these coordinates."""
+        """Natural sizes of the entries in the coordinates in use."""
         if self.seen is None:
             return sizes_in(self.bench, self.results, self.level)
         S = self._columns_of(self.frame)
@@ -100,7 +100,7 @@ class Compared:
 
     @property
     def wrong(self) -> Iterator[Wrong]:
-        """Entries that differ, part by part."""
+        """The entries that differ, part by part."""
         for quantity, own in self.yours.items():
             yield from entries.wrong_entries(quantity, own, self.right[quantity], self.sizes)
 
@@ -114,9 +114,9 @@ class Compared:
 
     @cached_property
     def terms(self) -> ReferenceTerms | None:
-        """What belongs in every entry; None where that cannot be told.
+        """Terms that belong in every entry; None where these cannot be told.
 
-        In coordinates that are no linear map, and at fewer states than an entry may have terms.
+        They cannot if the map is not linear, nor at fewer states than an entry may have terms.
         """
         if self.frame.matrix is None:
             return None
@@ -126,7 +126,7 @@ class Compared:
 
     @cached_property
     def forces(self) -> ForceDifferences:
-        """What forces are taken apart by."""
+        """The fit by which differences of forces are taken apart."""
         case, states = self.bench.case, self.states
         q, v, torque, rates = (np.array([s[k] for s in states]) for k in (3, 4, 5, 2))
         at = ForceStates(np.array([state.t for state in states]), q, v, torque)
@@ -135,7 +135,7 @@ class Compared:
 
     @cached_property
     def fitting(self) -> Fitting:
-        """What entries of M and terms of the bias are taken apart by."""
+        """The fit by which differences of M's entries and of the bias's terms are taken apart."""
         assert self.terms is not None  # else nobody asks
         angles = np.array([state.q[self.frame.layout.theta] for state in self.states])
         return Fitting.of_waves(self.terms, angles)
@@ -147,7 +147,7 @@ class Compared:
 
     @cached_property
     def demanded(self) -> Mapping[EntryPlace, Mapping[TermKey, float]]:
-        """What the wrong entries of M make of a bias that follows from them."""
+        """Differences of the bias that follow from the wrong entries of M, by place."""
         mass = {
             (wrong.place.row, wrong.place.column): self.observed(wrong.place).coefficients
             for wrong in self.wrong
@@ -157,7 +157,7 @@ class Compared:
         return bias_of(mass, self.terms.angles)
 
     def follows(self, place: EntryPlace) -> bool:
-        """Whether a bias is wrong for no other reason than M."""
+        """Whether an entry of the bias is wrong for no other reason than M."""
         expected = self.demanded.get(place, {})
         return bool(expected) and follows(self.observed(place), expected)
 
@@ -177,7 +177,7 @@ class Compared:
 
 
 def _carried(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:
-    """A part (count, ...) in coordinates y, S = dx/dy."""
+    """Values (count, ...) of a part, carried from x to coordinates y; S: dx/dy."""
     if quantity == "mass_matrix":
         return np.einsum("sij,ia,jb->sab", values, S, S)
     if quantity == "rate_terms":
@@ -189,7 +189,7 @@ def _carried(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:
 
 
 def compared(bench: Bench, level: str, quantities: Sequence[str], results: Results) -> Compared:
-    """Of every part that both answer. Raises Unavailable without a reference's inertia."""
+    """Both answers to every part that both answer. Raises Unavailable without a reference's M."""
     reference = bench.reference(level)
     yours: dict[str, np.ndarray] = {}
     right: dict[str, np.ndarray] = {}
@@ -236,7 +236,7 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
 
 
 def _is(symbolic: sp.ImmutableMatrix, arm: Compared) -> bool:
-    """Whether a map in symbols has the numbers of an arm's."""
+    """Whether a map in symbols has the same numbers as the user's map of an arm."""
     values, matrix = values_of(arm.bench.case.arm), arm.bench.frame.matrix
     polynomials = [from_sympy(entry) for entry in symbolic]
     if matrix is None or None in polynomials:
@@ -253,14 +253,14 @@ def _of(found: Sequence[Wrong], part: str, shown_on: str) -> list[Wrong]:
 
 
 def _length(found: Sequence[Wrong], rank: int) -> tuple[int, int, int, int]:
-    """Entries that nothing explains, errors that explain the others, the rank, all entries."""
+    """How long an explanation is: unexplained entries, errors of the others, rank, all entries."""
     open_ones = sum(wrong.explanation is None for wrong in found)
     errors = {alike(e) for w in found if w.explanation for e in w.explanation.errors}
     return open_ones, len(errors), rank, len(found)
 
 
 def _seen(wrong: Wrong, there: Sequence[Wrong], seen: Compared) -> Wrong:
-    """A wrong entry explained by those that make it in other coordinates."""
+    """A wrong entry, explained by those entries that make it in other coordinates."""
     turns = np.abs(np.linalg.inv(seen._columns_of(seen.frame)))  # dy/dx
     turns = turns > ROUNDING * turns.max(axis=1, keepdims=True)
     making = [each for each in there if _reaches(each.place, wrong.place, turns)]

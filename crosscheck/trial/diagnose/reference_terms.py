@@ -40,10 +40,10 @@ SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a
 
 @dataclass(frozen=True, eq=False)
 class ReferenceTerms:
-    """For every place the terms that belong there, in the coordinates ``names``.
+    """The terms that belong in each entry, in the coordinates ``names``.
 
-    Bias: of v_j v_k, j <= k, both halves together. angles (joints, n): d theta / d x. A place that
-    is not in ``entries`` is 0.
+    An entry of the bias is that of v_j v_k, j <= k, both halves together. angles (joints, n):
+    d theta / d x. A place that is not in ``entries`` is 0.
     """
 
     names: tuple[str, ...]
@@ -56,7 +56,7 @@ class ReferenceTerms:
         return len(self.angles)
 
     def entry(self, place: EntryPlace) -> Entry:
-        """The terms of a place, none where it is 0."""
+        """The terms that belong in an entry; none where it is 0."""
         return self.entries.get(place, ())
 
     @cached_property
@@ -73,7 +73,10 @@ class ReferenceTerms:
 
 
 def reference_terms_of(frame: Frame, arm: Arm, chosen: Switches, level: str = "") -> ReferenceTerms:
-    """Of a geared model, or a rigid one at a level. Raises ValueError if the map is not linear."""
+    """The reference terms of a geared model, or of a rigid one at a level.
+
+    Raises ValueError if the map is not linear.
+    """
     chain, columns = _polynomial_chain(arm, frame.layout), _columns(frame)
     bodies = all_bodies(chain) if frame.layout.meshing else rigid_bodies(chain, level or "coupled")
     mass = _mapped(mass_terms(bodies, chain.angles[1:]), columns, frame.layout)
@@ -92,7 +95,7 @@ def reference_terms_of(frame: Frame, arm: Arm, chosen: Switches, level: str = ""
 
 
 def _force_entries(found: Forces, columns: np.ndarray, frame: Frame) -> dict[EntryPlace, Entry]:
-    """S^T f, rates by those of x."""
+    """Terms of the force in x, S^T f with S = dq/dx, rates by those of x."""
     total: defaultdict[tuple[int, TermKey], Any] = defaultdict(lambda: 0)
     for (a, key), coefficient in found.driven.items():
         for i in _filled(columns[a]):
@@ -107,7 +110,7 @@ def _force_entries(found: Forces, columns: np.ndarray, frame: Frame) -> dict[Ent
 
 
 def _polynomial_chain(arm: Arm, layout: Layout) -> Chain:
-    """analytic.derivation.symbols.arm_chain in polynomials in place of sympy's symbols."""
+    """The chain of arm_chain, with polynomials in place of sympy's symbols."""
 
     def polynomial(value: sp.Expr) -> Any:
         return poly.symbol(value.name) if value.is_Symbol else int(value)
@@ -121,7 +124,7 @@ def _polynomial_chain(arm: Arm, layout: Layout) -> Chain:
 
 
 def _columns(frame: Frame) -> np.ndarray:
-    """dq/dx (n, n) of numbers or polynomials."""
+    """The matrix dq/dx (n, n) of numbers or polynomials. Raises ValueError if it is no constant."""
     if frame.matrix is None:
         raise ValueError("the map is not linear")
     found = (
@@ -136,7 +139,7 @@ def _columns(frame: Frame) -> np.ndarray:
 
 
 def _mapped(mass: MassTerms, columns: np.ndarray, layout: Layout) -> MassTerms:
-    """S^T M S, its waves over the joint angles alone."""
+    """Terms of the mass matrix in x, S^T M S with S = dq/dx, over joint angles alone."""
     total: defaultdict[tuple[int, int, Wave], Any] = defaultdict(lambda: 0)
     for (a, b, wave), coefficient in mass.items():
         turned = tuple(wave[place] for place in layout.theta)
@@ -152,7 +155,7 @@ def _filled(row: np.ndarray) -> list[int]:
 
 
 def _kept(total: Mapping[Any, Any]) -> dict[Any, Polynomial]:
-    """Without what cancelled, in the fewest terms that r_cp = r_s + r_p allows."""
+    """Sums without what cancelled, in the fewest terms that r_cp = r_s + r_p allows."""
     every = {place: poly.constant(entry) for place, entry in total.items()}
     sizes = (abs(float(n)) for entry in every.values() for n in entry.terms.values())
     nothing = SHORTEST * max(sizes, default=0.0)
@@ -175,7 +178,7 @@ def _shortest(entry: Polynomial) -> Polynomial:
 
 
 def _entries(terms: Mapping[tuple[EntryPlace, TermKey], Any]) -> dict[EntryPlace, Entry]:
-    """What stands in each place, out of coefficients by place and key."""
+    """The entries by place, out of coefficients by place and key."""
     found: defaultdict[EntryPlace, list[Product]] = defaultdict(list)
     for (place, key), entry in terms.items():
         found[place] += [Product(key, monomial) for monomial in poly.constant(entry).monomials]
@@ -183,7 +186,7 @@ def _entries(terms: Mapping[tuple[EntryPlace, TermKey], Any]) -> dict[EntryPlace
 
 
 def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[EntryPlace, Entry]:
-    """Christoffel's symbols of the mass matrix, as ``derivation.lagrange`` has them, of any x."""
+    """Terms of the bias in any x: Christoffel's symbols of M, as ``derivation.lagrange`` has."""
     total: defaultdict[tuple[int, int, int, Wave], Any] = defaultdict(lambda: 0)
     for (i, j, wave), coefficient in mass.items():
         slopes = sum(entry * turns[joint] for joint, entry in enumerate(wave) if entry)
@@ -201,7 +204,10 @@ Columns = Mapping[str, np.ndarray]  # signals by name, (K,) each
 
 
 class Forces(NamedTuple):
-    """driven: coefficient by row and key; damped: (row, rate, coefficient) on rates of q."""
+    """The coefficients of a force.
+
+    driven: by row and key; damped: (row, rate, coefficient) on rates of q.
+    """
 
     driven: Mapping[tuple[int, TermKey], Any]
     damped: Sequence[tuple[int, int, Any]]
@@ -224,12 +230,12 @@ class ForcedMesh(NamedTuple):
 
 
 def rate_name(coordinate: str) -> str:
-    """The signal that is a coordinate's rate."""
+    """The name of the signal that is a coordinate's rate."""
     return f"{coordinate}'"
 
 
 def named_meshes(arm: Arm, layout: Layout) -> list[ForcedMesh]:
-    """In the order of crosscheck.analytic.derivation.gears."""
+    """All meshes of an arm, in the order of crosscheck.analytic.derivation.gears."""
     found = []
     for place in layout.meshing:
         joint, number = arm.joints[place], place + 1
@@ -245,7 +251,7 @@ def named_meshes(arm: Arm, layout: Layout) -> list[ForcedMesh]:
 
 
 def forces(chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches) -> Forces:
-    """Drive, meshes, dampers, friction and weight (see docs/explanation/equations.md)."""
+    """Forces of drive, meshes, dampers, friction and weight (see docs/explanation/equations.md)."""
     layout = chain.layout
     still = (0,) * len(chain.stages)
     driven: dict[tuple[int, TermKey], Any] = {}
@@ -293,7 +299,7 @@ def _add(
 
 
 class ForceStates(NamedTuple):
-    """Where forces are asked for: t (K,), q and v (K, n) of the layout, torque (K, joints)."""
+    """States at which forces are asked: t (K,), layout's q and v (K, n), torque (K, joints)."""
 
     t: np.ndarray
     q: np.ndarray
@@ -316,7 +322,8 @@ def signal_columns(
 ) -> Columns:
     """Output torques [N m], forces of a planet's meshes [N], and the dampers' rates [m/s].
 
-    Those of the user's rates are the caller's: ``rate_name`` of each coordinate.
+    Each is (K,), by the signal's name. The user's rates, ``rate_name`` of each coordinate, are
+    added by the caller.
     """
     found = {f"T_{j + 1}": states.torque[:, j] for j in range(states.torque.shape[1])}
     data, meshes = gears(arm, layout, chosen), named_meshes(arm, layout)

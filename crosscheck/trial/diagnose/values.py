@@ -50,7 +50,7 @@ CARRIERS: tuple[tuple[str, Callable[[Any, Any, Any], Any]], ...] = (
 
 
 class Named(NamedTuple):
-    """A symbol's stem and its joint (0: none), ``d_sp2_1`` being d_sp of joint 2."""
+    """The parts of a symbol's name: its stem, its joint (0: none); d_sp and 2 of ``d_sp2_1``."""
 
     stem: str
     joint: int
@@ -66,7 +66,7 @@ class Alternative(NamedTuple):
 
 
 def named(symbol: str) -> Named:
-    """A symbol's name, taken apart."""
+    """The parts of a symbol's name."""
     found = re.fullmatch(r"(.*?)(\d+)(_\d+)?", symbol)
     return Named(found[1], int(found[2]), found[3] or "") if found else Named(symbol, 0)
 
@@ -96,7 +96,7 @@ def values_of(arm: Arm) -> dict[str, float]:
 
 
 def damper_name(pair: str, joint: Planetary, number: int, planet: int) -> str:
-    """Of a mesh's damping: one for all planets where they are alike."""
+    """The name of the damping of a mesh: one for all planets where they are alike."""
     alike = len({damping(joint, p) for p in range(joint.planet_count)}) == 1
     return f"d_{pair}{number}" + ("" if alike else f"_{planet + 1}")
 
@@ -111,7 +111,7 @@ def unrelated(symbols: Iterable[str], seed: int = 0) -> dict[str, float]:
 
 
 def alternatives(symbol: str, values: Values) -> Iterator[Alternative]:
-    """All that one might write where this symbol belongs, likeliest first."""
+    """Alternatives that one might write where this symbol belongs."""
     own = named(symbol)
     yield from _of_teeth(own, values)
     kind = KIND_OF.get(own.stem)
@@ -138,7 +138,7 @@ def alternatives(symbol: str, values: Values) -> Iterator[Alternative]:
 
 
 def _distance(own: Named, other: Named) -> float:
-    """Of the same joint, of the neighbour, anything: what is confused rather than other things."""
+    """How unlikely two symbols are confused: least of one joint and kind, then of other ones."""
     cost = 0.1 if own.joint == other.joint else 0.3
     if {own.stem, other.stem} == {"L", "d"} and own.joint == other.joint:
         return 0.05 - 1e-3 * own.joint  # a body's own lever is that of its last link
@@ -151,7 +151,7 @@ def _distance(own: Named, other: Named) -> float:
 
 
 def _of_teeth(own: Named, values: Values) -> Iterator[Alternative]:
-    """The same quantity by other teeth."""
+    """Alternatives that are the same quantity, worked out with the teeth of other gears."""
     j = own.joint
     if own.stem == "n":
         teeth = [values[f"{z}{j}"] for z in ("z_s", "z_p", "z_r")]

@@ -21,7 +21,7 @@ LEAST_STATES = 50
 
 @dataclass(frozen=True)
 class Observed:
-    """One entry's difference, yours minus right, on one arm: coefficients before keys.
+    """The difference of one entry, yours minus right, on one arm: its coefficients by key.
 
     values: the arm's quantities (``values_of``); noise: standard error of each coefficient;
     left_over: what no key explains, beyond rounding, relative to the difference.
@@ -40,7 +40,7 @@ class Observed:
 
 
 def waves_tried(terms: ReferenceTerms) -> tuple[Wave, ...]:
-    """0, the reference's own, and sums and differences of two joint or link angles.
+    """Waves for M and bias: 0, the reference's, sums and differences of two joint or link angles.
 
     Of few joints also every sum of joint angles, each up to twice.
     """
@@ -50,7 +50,7 @@ def waves_tried(terms: ReferenceTerms) -> tuple[Wave, ...]:
 
 
 def links_tried(terms: ReferenceTerms) -> tuple[Wave, ...]:
-    """0, joint angles and link angles, once and twice: what weight may be thought to hang on.
+    """Waves that weight may be thought to depend on: 0, joint and link angles, once and twice.
 
     Of few joints also every sum of joint angles, each once or not at all.
     """
@@ -61,7 +61,7 @@ def links_tried(terms: ReferenceTerms) -> tuple[Wave, ...]:
 def _with_sums(
     terms: ReferenceTerms, waves: Iterable[np.ndarray], times: Iterable[int]
 ) -> tuple[Wave, ...]:
-    """The reference's own, 0 among them, and these; of few joints all sums, each so many times."""
+    """The reference's waves and the given ones; of few joints all sums too, by these multiples."""
     found: list[Iterable[int]] = [*terms.waves, *waves]
     if terms.joints <= FULL:
         found += combinations(times, repeat=terms.joints)
@@ -69,7 +69,7 @@ def _with_sums(
 
 
 def _angles(joints: int) -> np.ndarray:
-    """Joint angles, then absolute angles of links."""
+    """Waves (2 joints, joints) of the joint angles, then of the links' absolute angles."""
     return np.vstack([np.eye(joints), np.tril(np.ones((joints, joints)))]).astype(int)
 
 
@@ -80,19 +80,19 @@ def _upward(wave: Iterable[int]) -> Wave:
 
 
 def states_wanted(terms: ReferenceTerms) -> int:
-    """How many states leave enough beside all waves and signals to see what none explains."""
+    """How many states it takes to see, beside all waves and signals, what none explains."""
     still = 2 * len(links_tried(terms)) + len(terms.signals) + len(terms.names)
     return LEAST_STATES + 2 * max(2 * len(waves_tried(terms)), still)
 
 
 def keys_of(waves: Iterable[Wave]) -> list[TermKey]:
-    """Cosine and sine of each, of 0 the cosine alone."""
+    """The keys of the cosine and sine of each wave, of wave 0 the cosine alone."""
     both = [(wave, function) for wave in waves for function in ("cos", "sin")]
     return [TermKey(wave, function) for wave, function in both if any(wave) or function == "cos"]
 
 
 class Fitting:
-    """Least squares on the same states for many entries.
+    """A least-squares fit of waves and signals to entries, at the same states for many entries.
 
     angles (K, joints): joint angles of q at the states; signals: their values (K,) by name.
     """
@@ -113,14 +113,14 @@ class Fitting:
 
     @classmethod
     def of_waves(cls, terms: ReferenceTerms, angles: np.ndarray) -> Fitting:
-        """For entries of M, and of the bias."""
+        """The fitting for entries of M, and of the bias."""
         return cls(keys_of(waves_tried(terms)), angles)
 
     @classmethod
     def of_forces(
         cls, terms: ReferenceTerms, angles: np.ndarray, signals: Mapping[str, np.ndarray]
     ) -> Fitting:
-        """For entries of the force: each signal, and weight."""
+        """The fitting for entries of the force: each signal, and weight."""
         still = (0,) * terms.joints
         driven = [TermKey(still, signal=name) for name in signals]
         return cls([*driven, *keys_of(links_tried(terms))], angles, signals)
@@ -130,12 +130,13 @@ class Fitting:
         return np.linalg.pinv(self.table, rcond=1e-10)
 
     def unexplained(self, values: np.ndarray) -> np.ndarray:
-        """What no column makes of values (K,)."""
+        """The part of values (K,) that no column makes."""
         return values - self.table @ (self._inverse @ values)
 
     def fit(self, values: np.ndarray, scale: float, arm: Mapping[str, float]) -> Observed:
-        """Of values (K,) whose rounding is that of numbers of this scale, on an arm of these.
+        """The coefficients that make values (K,), the differences of an entry.
 
+        scale: the size of the numbers whose rounding the values have; arm: the arm's quantities.
         Where a value or its square is beyond what floats hold, nothing explains anything.
         """
         with np.errstate(over="ignore"):
@@ -172,7 +173,7 @@ def entry_values(
     angles: np.ndarray,
     signals: Mapping[str, np.ndarray] | None = None,
 ) -> np.ndarray:
-    """An entry (K,) at joint angles (K, joints), with an arm's quantities and signals (K,)."""
+    """An entry's values (K,) at joint angles (K, joints), by an arm's quantities and signals."""
     total = np.zeros(len(angles))
     for product in entry:
         total += product.monomial.value(values) * _column(product.key, angles, signals or {})

@@ -32,7 +32,7 @@ ROUNDING = 1e-12  # of a coefficient's parts, beside which their sum is nothing
 
 
 def error_of(candidate: Candidate, terms: ReferenceTerms) -> TermError:
-    """A candidate as it is told."""
+    """The error that a candidate is, as it is told to the user."""
     term, yours, right = term_of(candidate.products, terms), candidate.yours, candidate.right
     if candidate.kind == "angle" and candidate.key is not None:
         yours, right = _trig(candidate.key, terms), _trig(candidate.products[0].key, terms)
@@ -43,7 +43,7 @@ def error_of(candidate: Candidate, terms: ReferenceTerms) -> TermError:
 
 
 def term_of(products: Entry, terms: ReferenceTerms) -> Term:
-    """Of terms that belong together, before one wave or (their angle then untold) several."""
+    """Terms that belong together as one, before one wave or (their angle then untold) several."""
     keys = list(dict.fromkeys(product.key for product in products))
     latex = _joined(product_latex(p, terms) for p in products[:MOST_TERMS])
     latex += r" + \dots" if len(products) > MOST_TERMS else ""
@@ -59,7 +59,7 @@ def term_of(products: Entry, terms: ReferenceTerms) -> Term:
 
 
 def coefficient_text(products: Entry) -> str:
-    """A sum, what all its terms have in common before it."""
+    """The sum of the terms' coefficients as text, what all have in common before it."""
     if len(products) == 1:
         return monomial_text(products[0].monomial)
     powers = [dict(product.monomial.powers) for product in products]
@@ -75,7 +75,7 @@ def coefficient_text(products: Entry) -> str:
 
 
 def monomial_text(monomial: Monomial) -> str:
-    """Number, masses, lengths: 2 m_payload L1 d2; whole numbers and fractions as such."""
+    """A monomial as text: number, masses, lengths, such as 2 m_payload L1 d2, with fractions."""
     number = monomial.number
     front = f"{number:.6g}" if isinstance(number, float) else str(Fraction(number))
     ordered = _sorted(monomial.powers)
@@ -89,7 +89,7 @@ def monomial_text(monomial: Monomial) -> str:
 
 
 def angle_text(key: TermKey, terms: ReferenceTerms) -> tuple[int, str]:
-    """The angle sum in the user's coordinates, first positive, and the sign that a sine takes."""
+    """The sign that a sine takes, and the angle sum in the user's coordinates, first positive."""
     if not any(key.wave):
         return 1, ""
     turned, names = np.array(key.wave) @ terms.angles, terms.names
@@ -103,7 +103,7 @@ def angle_text(key: TermKey, terms: ReferenceTerms) -> tuple[int, str]:
 
 
 def _joined(parts: Iterable[str]) -> str:
-    """A sum of texts that may begin with a minus."""
+    """The sum of texts, which may begin with a minus."""
     return " + ".join(parts).replace("+ -", "- ")
 
 
@@ -128,7 +128,7 @@ def _trig(key: TermKey, terms: ReferenceTerms) -> str:
 
 
 def written(term: Term) -> str:
-    """A term in one line: m_payload L1 d2 cos(theta_2)."""
+    """A term in one line, such as m_payload L1 d2 cos(theta_2)."""
     wave = f"{term.wave}({term.angle})" if term.wave else ""
     behind = " ".join(filter(None, (wave, term.signal)))
     if behind and term.coefficient in ("1", "-1"):
@@ -150,7 +150,7 @@ def latex_name(name: str) -> str:
 
 
 def monomial_latex(monomial: Monomial) -> str:
-    """As TeX that matplotlib can set."""
+    """A monomial as TeX that matplotlib can set."""
     parts = [
         latex_name(name) + (f"^{{{power}}}" if power != 1 else "")
         for name, power in _sorted(monomial.powers)
@@ -206,7 +206,7 @@ def told(error: TermError) -> str:
 
 
 def difference_of(coefficients: Mapping[TermKey, float], terms: ReferenceTerms) -> tuple[Term, ...]:
-    """Yours minus right as it is: numbers before waves and signals, the largest first."""
+    """Yours minus right as terms: numbers before waves and signals, the largest first."""
     numbers = {key: float(f"{value:.4g}") for key, value in coefficients.items()}
     return tuple(
         term_of((Product(key, Monomial(numbers[key], ())),), terms)
@@ -228,7 +228,7 @@ def guess(wrong: Wrong) -> str:
 def symbolic_difference(
     place: EntryPlace, symbolic: Symbolic, terms: ReferenceTerms, values: Mapping[str, float]
 ) -> sp.Expr | None:
-    """Yours minus right, sines and cosines of sums, with rates and torques by the trial's names.
+    """Yours minus right in sympy: sines and cosines of sums, rates and torques by trial's names.
 
     None where there is no such part, or it has other functions of coordinates, as mesh forces that
     are not symbols are. values: of the arm's quantities; what vanishes with them is left out.
@@ -261,7 +261,7 @@ def symbolic_difference(
 
 
 def _entry(place: EntryPlace, symbolic: Symbolic) -> sp.Expr | None:
-    """The user's entry, of a bias that of its rates, in the names of the trial."""
+    """The user's entry in the names of the trial; None without; of a bias what its rates have."""
     whole = getattr(symbolic, place.part)
     if whole is None:
         return None
@@ -291,7 +291,7 @@ def _right(product: Product, terms: ReferenceTerms, x: list[sp.Symbol]) -> sp.Ex
 
 
 def latex_of(expression: sp.Expr) -> str:
-    """As TeX that matplotlib can set."""
+    """A sympy expression as TeX that matplotlib can set."""
     names = {symbol: latex_name(symbol.name) for symbol in expression.free_symbols}
     text = str(sp.latex(expression, symbol_names=names))
     return text.replace(r"\left", "").replace(r"\right", "")

@@ -106,7 +106,7 @@ def _require_harmless(where: str, entries: list[zipfile.ZipInfo]) -> None:
 
 @dataclass(frozen=True)
 class FmuDescription:
-    """What a unit says of itself.
+    """What an FMU says of itself.
 
     version: 2 or 3; kind: Model Exchange, where it has that, or Co-Simulation; references: by which
     FMI calls its real variables, by their names; inputs: names of those that are inputs; states:
@@ -174,7 +174,7 @@ def _described(where: str, folder: Path) -> FmuDescription:
 
 
 def drafted(name: str, found: FmuDescription) -> str:
-    """A mapping to begin with: states that have others for derivatives by their order, inputs."""
+    """The text of a draft mapping: states and their rates by their order, then the inputs."""
     half = len(found.states) // 2
     runs = '# The rigid level that a unit for Co-Simulation is compared with.\nlevel = "links"\n'
     return (
@@ -218,16 +218,16 @@ class MappedUnit:
     torque: tuple[str, ...]
 
     def references(self, names: tuple[str, ...]) -> list[int]:
-        """The references by which FMI calls these variables."""
+        """The references by which FMI calls the variables of these names."""
         return [self.description.references[name] for name in names]
 
     def places(self, names: tuple[str, ...]) -> list[int]:
-        """Where these stand among the continuous states, from 0."""
+        """The places of the named states among the continuous states, from 0."""
         return [self.description.states.index(name) for name in names]
 
 
 def mapped_unit(path: Path, mapping: Path, arm: Arm, folder: Path) -> MappedUnit:
-    """A unit, unpacked into an empty folder, not run. Raises InputError."""
+    """The unit with its mapping, unpacked into an empty folder, not run. Raises InputError."""
     said = validated(MappingFile, read_toml(mapping), str(mapping))
     unpacked(path, folder)
     description = described(str(path), folder)
@@ -252,7 +252,7 @@ def mapped_unit(path: Path, mapping: Path, arm: Arm, folder: Path) -> MappedUnit
 def _require(
     mapping: Path, field: str, names: tuple[str, ...], count: int, known: tuple[str, ...], kind: str
 ) -> None:
-    """Raise InputError unless these are so many names of the unit's own."""
+    """Raise InputError unless the names are `count` different ones of the unit's own."""
     if len(names) != count or len(set(names)) < count:
         raise InputError(str(mapping), field, list(names), f"must be {count} names, each once")
     for name in names:

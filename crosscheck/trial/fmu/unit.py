@@ -51,12 +51,12 @@ STEP_S = 1e-4  # rough cost of a communication
 
 @lru_cache(maxsize=2)
 def _exchange(unit: MappedUnit, process: int) -> ExchangeUnit:
-    """One for each process, since a worker must not use what its parent has loaded."""
+    """The unit, loaded once in each process: a worker must not use what its parent has loaded."""
     return ExchangeUnit(unit)
 
 
 class LoadedUnit:
-    """An instance of a unit, with what FMI 2.0 and 3.0 call differently."""
+    """An instance of a unit, which hides what FMI 2.0 and 3.0 call differently."""
 
     def __init__(self, mapped: MappedUnit) -> None:
         from fmpy import fmi2, fmi3
@@ -81,7 +81,7 @@ class LoadedUnit:
         self.torque = mapped.references(mapped.torque)
 
     def initialise(self) -> None:
-        """Begin with the values that were set."""
+        """Initialise the unit with the values that were set."""
         if self.old:
             self.unit.setupExperiment(startTime=0.0)
         self.unit.enterInitializationMode()
@@ -89,7 +89,7 @@ class LoadedUnit:
 
 
 class ExchangeUnit(LoadedUnit):
-    """For Model Exchange, in continuous-time mode."""
+    """An instance of a unit for Model Exchange, in continuous-time mode."""
 
     def __init__(self, mapped: MappedUnit) -> None:
         super().__init__(mapped)
@@ -116,7 +116,7 @@ class ExchangeUnit(LoadedUnit):
 
 
 class SteppedUnit(LoadedUnit):
-    """For Co-Simulation: it steps by itself from one communication to the next."""
+    """A unit for Co-Simulation: it steps by itself from one communication to the next."""
 
     def __init__(self, mapped: MappedUnit, q: np.ndarray, v: np.ndarray) -> None:
         super().__init__(mapped)
@@ -130,7 +130,7 @@ class SteppedUnit(LoadedUnit):
         return q, v
 
     def step(self, t: float, h: float, torque: np.ndarray) -> None:
-        """From t to t + h [s], torques held."""
+        """Step the unit from t to t + h [s], torques (joints,) [N m] held."""
         self.set(self.torque, torque.tolist())
         self.unit.doStep(t, h)
 
@@ -163,7 +163,7 @@ def fmu_equations(unit: MappedUnit, arm: Arm) -> Equations:
         return theta.T @ np.linalg.inv(gained)
 
     def bias(x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """What is even in the rates and vanishes with them: weight and friction do not."""
+        """The part that is even in the rates and vanishes with them; weight and friction do not."""
         idle = np.zeros(joints)
         ahead, back, still = (ask(0.0, x, s * v, idle) for s in (1, -1, 0))
         return mass_matrix(x) @ (still - (ahead + back) / 2)
@@ -192,17 +192,17 @@ class UnitRun:
 
     @cached_property
     def key(self) -> RunKey:
-        """What the run is called among others."""
+        """The run's key: its scenario, model and variant."""
         return RunKey(self.case.scenario.name, self.name, self.variant)
 
     @property
     def model(self) -> str:
-        """The name of the unit."""
+        """The name that the unit has as a model."""
         return self.name
 
     @property
     def cost(self) -> float:
-        """Roughly how long the run takes [s]."""
+        """Estimated time that the run takes [s]."""
         return 1.0 + self.case.scenario.steps * STEP_S
 
     def perform(self) -> xr.Dataset | Failure:
@@ -213,7 +213,10 @@ class UnitRun:
             return told_failure(error)
 
     def _run(self) -> xr.Dataset:
-        """Torques are told and held at every communication, at least two between records."""
+        """The unit's run, as a trajectory.
+
+        Torques are set and held at every communication, at least two between records.
+        """
         arm, scenario, _ = self.case
         frame = frame_of(self.unit.coordinates, arm)
         theta, drive = frame.layout.theta, drive_data(scenario, len(arm.joints))
@@ -249,9 +252,9 @@ def beside(
     jobs: int,
     told: Told,
 ) -> Agreement:
-    """What the unit's runs have to do with those of the engines.
+    """The cross-check of a unit's runs with those of the engines.
 
-    Each is as uncertain as refining its steps shows, of the unit those of its communication.
+    Each run is as uncertain as refining its steps shows; of the unit, the steps of communication.
     """
     found = [
         comparison

@@ -34,7 +34,7 @@ def numbers_of(answer: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _array(answer: Any) -> np.ndarray:
-    """An array of any kind of number; those that numpy does not know, sympy's, as complex ones."""
+    """An answer as an array of numbers; those that numpy does not know, sympy's, become complex."""
     if callable(getattr(answer, "full", None)):  # a casadi DM, sparse or not
         answer = answer.full()
     if answer is None or np.ma.is_masked(answer):
@@ -56,5 +56,5 @@ def _array(answer: Any) -> np.ndarray:
 
 
 def shown(vector: np.ndarray) -> str:
-    """A state, for an error line."""
+    """A state's numbers as text for an error line."""
     return f"[{', '.join(f'{value:.6g}' for value in vector)}]"

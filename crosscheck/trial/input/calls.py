@@ -48,7 +48,7 @@ OURS = tuple(Path(str(own.__file__)).parent for own in (crosscheck, np))
 
 @dataclass(frozen=True)
 class SuppliedEquations:
-    """Equations of an arm, each part by its fixed signature; what can be worked out is.
+    """Equations of an arm, each part by its fixed signature, or worked out from others.
 
     given: parts that the user's functions are; has: these and what follows from them. A method
     whose part is not there raises CannotDo. Arrays are float64: x, v, a (n,) in the user's
@@ -73,7 +73,7 @@ class SuppliedEquations:
         return np.stack(columns, axis=1)
 
     def bias(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """C(x, v) v, shape (n,), on the left of the equation."""
+        """C(x, v) v, shape (n,), which stands on the left of the equation."""
         if "bias" in self.given:
             return self._answer("bias", x=x, v=v)
         if "coriolis" in self.given:
@@ -81,7 +81,7 @@ class SuppliedEquations:
         return self._answer("inverse_dynamics", x=x, v=v, a=np.zeros(len(x)))
 
     def force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """All forces at time t [s], shape (n,), on the right of the equation."""
+        """Sum of all forces at time t [s], shape (n,), on the right of the equation."""
         return self._answer("force", t=t, x=x, v=v, torque=torque)
 
     def acceleration(
@@ -112,7 +112,7 @@ class SuppliedEquations:
         return self.mass_matrix(x) @ a + self.bias(x, v)
 
     def _answer(self, part: str, **arguments: Any) -> np.ndarray:
-        """Of the user's function, with copies of the arguments."""
+        """The answer of the user's function to copies of the arguments, (n,) or (n, n)."""
         if part not in self.given:
             raise CannotDo(f"the equations have no {part}")
         copies: dict[str, Any] = {name: np.array(value) for name, value in arguments.items()}
@@ -131,7 +131,7 @@ class SuppliedEquations:
 
 
 def _state(arguments: Arguments) -> str:
-    """Where a function was asked, for an error line."""
+    """The state at which a function was asked, as words for an error line."""
     vectors = {name: shown(np.atleast_1d(value)) for name, value in arguments.items()}
     return f" at {', '.join(f'{name} = {text}' for name, text in vectors.items())}"
 
@@ -206,7 +206,7 @@ def _by_position(own: Callable[..., Any], order: Sequence[str]) -> Callable[[Arg
 
 
 def _first(part: str, count: int) -> tuple[str, ...]:
-    """The arguments of a part in their order; torque, the last, may be left out."""
+    """The first `count` arguments of a part; torque, the last, may be left out."""
     order = TAKES[part]
     if count != len(order) and order[:count] != tuple(name for name in order if name != "torque"):
         reason = f"takes {count} arguments without names, must take {', '.join(order)}"
@@ -215,7 +215,10 @@ def _first(part: str, count: int) -> tuple[str, ...]:
 
 
 def _casadi_arguments(own: Any, part: str) -> Sequence[str]:
-    """By the names of its inputs, or by their order where they were given none (i0, i1)."""
+    """The arguments that a casadi Function's inputs mean, in their order.
+
+    They go by their names, or by their order where they were given none (i0, i1).
+    """
     names = list(own.name_in())
     if own.n_out() != 1:
         reason = f"gives {own.n_out()} outputs, must be one"

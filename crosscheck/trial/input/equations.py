@@ -120,7 +120,7 @@ class Equations:
     rebuilt_as: tuple[Any, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """What was put in the place of something else since is not what ``rebuild`` makes."""
+        """Forget ``rebuild`` once a part was replaced, for it would make the old part again."""
         functions = (self.mass_matrix, self.bias, self.coriolis, self.force, self.acceleration)
         whole = (*functions, self.inverse_dynamics, self.coordinates, self.level, self.switches)
         before = self.rebuilt_as
@@ -150,7 +150,7 @@ class CoordinatesFile(BaseModel):
 
 
 def coordinates_of(path: Path | None) -> tuple[Coordinates, Level]:
-    """Those of a file, or joint angles relative to the previous link. Raises InputError."""
+    """Coordinates and level of a file; without, relative joint angles. Raises InputError."""
     if path is None:
         return Coordinates(), ""
     said = validated(CoordinatesFile, read_toml(path), str(path))

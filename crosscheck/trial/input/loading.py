@@ -44,9 +44,9 @@ def handed_over(text: str, arm: Arm, scenario: Scenario | None) -> Equations:
 
 
 def object_named(text: str) -> Any:
-    """What ``file.py:name`` or ``package.module:name`` is; the code runs in ``user_code``.
+    """The object that ``file.py:name`` or ``package.module:name`` names.
 
-    Raises InputError.
+    The code runs in ``user_code``. Raises InputError.
     """
     module, name, folder = _place(text)
     loaded = _module(text, module, folder)
@@ -63,7 +63,7 @@ def object_named(text: str) -> Any:
 
 @contextmanager
 def user_code(text: str) -> Iterator[None]:
-    """A user's code runs inside; whatever it raises is an InputError that names it by its text."""
+    """Run a user's code inside; whatever it raises is an InputError that names it by its text."""
     with overseen(text), _told(text, _place(text)[2]):
         yield
 
@@ -71,7 +71,7 @@ def user_code(text: str) -> Iterator[None]:
 def made(
     found: Any, arm: Arm, scenario: Scenario | None, where: str, folder: Path | None = None
 ) -> Equations:
-    """Equations out of what a user gave, see handed_over; folder: beside which the code is."""
+    """Equations out of what a user gave, see handed_over; folder: the one that the code is in."""
     beside = (folder or Path.cwd()).resolve()
     if isinstance(found, Equations):
         return _whole(found.on(arm, scenario), where)
@@ -128,7 +128,7 @@ def _module(text: str, module: str, folder: Path) -> ModuleType:
 
 @contextmanager
 def _findable(folder: Path) -> Iterator[None]:
-    """What stands in a folder can be imported, after everything else."""
+    """Make what stands in a folder importable, after everything else."""
     sys.path.append(str(folder))
     try:
         yield
@@ -138,7 +138,7 @@ def _findable(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _told(where: str, folder: Path) -> Iterator[None]:
-    """Whatever the user's code raises, as one line with its own line number."""
+    """Turn whatever the user's code raises into an InputError that tells the line of the code."""
     try:
         yield
     except InputError:
@@ -185,7 +185,7 @@ def _has_parts(found: Any) -> bool:
 
 
 def _from_object(found: Any, where: str, verb: str = "is") -> Equations:
-    """Of an object whose functions are called like those of Equations."""
+    """Equations out of an object whose functions are called like those of Equations."""
     if not _has_parts(found):
         kind = "None" if found is None else f"a {type(found).__name__}"
         raise InputError(where, "", None, f"{verb} {kind}; must be {ACCEPTED}")
@@ -195,7 +195,7 @@ def _from_object(found: Any, where: str, verb: str = "is") -> Equations:
 
 
 def _arguments(found: Maker, where: str) -> dict[str, str]:
-    """What a factory's parameters get: arm or scenario, by name or as the first ones."""
+    """What each parameter of a factory gets: arm or scenario, by name or as the first ones."""
     try:
         parameters = inspect.signature(found).parameters.values()
     except (TypeError, ValueError):
@@ -219,7 +219,7 @@ def _arguments(found: Maker, where: str) -> dict[str, str]:
 
 
 def _whole(equations: Equations, where: str) -> Equations:
-    """Raise InputError unless something usable is handed over."""
+    """The equations themselves. Raises InputError unless they hand something usable over."""
     given = [part for part in TAKES if getattr(equations, part) is not None]
     if not given:
         raise InputError(where, "", None, f"hands nothing over; needs one of {', '.join(TAKES)}")

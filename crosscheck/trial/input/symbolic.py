@@ -132,7 +132,7 @@ def _split(
 
 
 def of_arm(symbolic: Symbolic, arm: Arm) -> Symbolic:
-    """The same with nothing but the arm's symbols (``derivation.symbols``) beside the variables.
+    """The expressions with only the arm's symbols (``derivation.symbols``) beside the variables.
 
     Raises InputError naming a symbol that is no quantity of the arm.
     """
@@ -150,7 +150,7 @@ def _parts(symbolic: Symbolic) -> Parts:
 
 
 def _bound(unbound: Equations, symbolic: Symbolic, arm: Arm) -> Equations:
-    """With the numbers of an arm; of this arm alone where the user's own numbers are in it."""
+    """The equations with an arm's numbers; of this arm alone where the user's own are in it."""
     numbers = {symbol: float(value) for symbol, value in parameter_values(arm).items()}
     bound = of_arm(symbolic, arm)
     functions = {
@@ -167,7 +167,7 @@ def _bound(unbound: Equations, symbolic: Symbolic, arm: Arm) -> Equations:
 
 
 def _by_name(symbolic: Symbolic, coordinates: Coordinates) -> bool:
-    """Whether all that hangs on an arm is there by name, and no number of one."""
+    """Whether all that depends on an arm is there by name, and no number of one."""
     own, matrices = coordinates.function, list(_parts(symbolic).values())
     if coordinates.matrix is not None and not np.all(np.mod(coordinates.matrix, 1) == 0):
         return False
@@ -181,7 +181,7 @@ def _by_name(symbolic: Symbolic, coordinates: Coordinates) -> bool:
 def _function(
     matrix: sp.ImmutableMatrix, bound: Symbolic, name: str, numbers: Mapping[sp.Symbol, float]
 ) -> Callable[..., np.ndarray]:
-    """Of a part. Raises InputError where M or the bias hangs on what it cannot hang on."""
+    """The function of a part. Raises InputError where M or bias depends on what it must not."""
     strange = {"mass_matrix": (*bound.v, *bound.torque, bound.t), "bias": (*bound.torque, bound.t)}
     found = sorted(map(str, matrix.free_symbols & set(strange.get(name, ()))))
     if found:
@@ -207,7 +207,7 @@ def _compiled(
     variables: tuple[tuple[sp.Symbol, ...], ...],
     quantities: tuple[sp.Symbol, ...],
 ) -> Callable[..., np.ndarray]:
-    """One function of (t, x, v, torque, quantities) for every arm of a structure."""
+    """A function of (t, x, v, torque, quantities) that serves every arm of a structure."""
     function: Callable[..., np.ndarray] = sp.lambdify(
         [t, *map(list, variables), list(quantities)], matrix, "numpy", cse=True
     )

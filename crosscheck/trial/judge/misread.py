@@ -24,8 +24,11 @@ FITS, DIFFERS = 1e-6, 1e-2  # of the sizes, in half of the numbers
 
 @dataclass(frozen=True)
 class Misread:
-    """A part whose entries at ``places`` are ``factor`` times the right ones, in all states; or
-    whose numbers are right in another order than the rows have them (factor None)."""
+    """A part whose numbers are right but for their unit or order.
+
+    Its entries at ``places`` are ``factor`` times the right ones, in most states; or its numbers
+    are right in another order than the rows have them (factor None).
+    """
 
     part: Part
     kind: Literal["unit", "order"]
@@ -36,7 +39,11 @@ class Misread:
 def misread(
     yours: Mapping[str, np.ndarray], right: Mapping[str, np.ndarray], table: AnswerTable | None
 ) -> tuple[Misread, ...]:
-    """What can be told of parts (states, ...), yours and right; table: whose order may be wrong."""
+    """Parts that are right but for unit or order.
+
+    yours, right: answers (states, ...) by part, and the right ones; table: the answers of files,
+    whose order may be wrong.
+    """
     found: list[Misread] = []
     for quantity, own in yours.items():
         found += _units(quantity, own, right[quantity])
@@ -46,7 +53,7 @@ def misread(
 
 
 def _units(quantity: str, yours: np.ndarray, right: np.ndarray) -> Iterator[Misread]:
-    """By factor, one of FACTORS, the entries that have it at most states."""
+    """The entries that are one of FACTORS times the right ones at most states, by factor."""
     by_factor: dict[float, list[EntryPlace]] = {}
     for index in np.ndindex(yours.shape[1:]):
         own, expected = yours[(slice(None), *index)], right[(slice(None), *index)]
@@ -66,7 +73,7 @@ def _units(quantity: str, yours: np.ndarray, right: np.ndarray) -> Iterator[Misr
 def _order(
     quantity: str, yours: np.ndarray, right: np.ndarray, table: AnswerTable
 ) -> Iterator[Misread]:
-    """Whether the whole part's numbers fit, once they are read in another order."""
+    """The part, if its numbers fit once they are read in another order."""
     size = np.sqrt((right**2).mean()) or 1.0
     if np.median(np.abs(yours - right)) < DIFFERS * size:
         return

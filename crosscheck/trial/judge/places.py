@@ -52,7 +52,7 @@ class NaturalSizes:
         return LOOSEST + ROUNDINGS * EPS * self.roundings + solved + self.written(quantity)
 
     def written(self, quantity: str) -> float:
-        """What the answers' own rounding, and that of the states they are for, may make of one."""
+        """What the rounding of written answers, and of their states, may change an entry by."""
         larger = {"rate_terms": SLOPES, "acceleration": self.solving}.get(quantity, 1.0)
         return WRITTEN * self.precision * self.roundings * larger
 
@@ -80,7 +80,7 @@ def sizes_of(
     acceleration: np.ndarray | None,
     precision: float = 0.0,
 ) -> NaturalSizes:
-    """From a trusted M (count, n, n), force and acceleration (count, n) at states.
+    """Natural sizes by a trusted M (count, n, n), force and acceleration (count, n) at states.
 
     M_ij is of size sqrt(M_ii M_jj); a bias of sqrt(M_ii) times the root of u M u and the joints'
     rate; a term of it in u_j u_k of that over the rates' own sizes. Where x hides how large M is
@@ -139,7 +139,7 @@ def _cancelled(moved: np.ndarray, jacobians: np.ndarray, diagonal: np.ndarray) -
 
 
 def _bent(frame: Frame, x: np.ndarray) -> float:
-    """By how much of itself J changes, over that of x; 1 where the map ends too near for that."""
+    """Relative change of J over that of x, at least 1; 1 where the map ends too near for that."""
     here, found = frame.jacobian(x), 1.0
     for sign in (-1, 1):
         with suppress(InputError):
@@ -153,8 +153,8 @@ def _skeel(
 ) -> float:
     """Skeel's condition number of J, its rows and columns in units of the inertia at either side.
 
-    So it is that of the map, whatever the units of x are. All (count, n, n); mass, moved: M of x
-    and of q.
+    So it is the map's, whatever the units of x are. All (count, n, n); mass, moved: M of x and
+    of q.
     """
     own, others = (np.sqrt(np.abs(np.einsum("kii->ki", each))) for each in (mass, moved))
     scaled_by = others[:, :, None] / own[:, None, :]
@@ -237,7 +237,7 @@ class Wrong:
 
 
 def named(place: EntryPlace, names: Sequence[str]) -> str:
-    """Such as M[phi_1, phi_2], bias[phi_1] of phi_1' phi_2', force[phi_1]."""
+    """An entry in words, such as M[phi_1, phi_2], bias[phi_1] of phi_1' phi_2', force[phi_1]."""
     row = names[place.row]
     if place.part == "mass_matrix":
         assert place.column is not None  # of a matrix
@@ -250,7 +250,7 @@ def named(place: EntryPlace, names: Sequence[str]) -> str:
 
 
 def listed(places: Sequence[EntryPlace], names: Sequence[str]) -> str:
-    """Several of them, the first few by name; '' for none."""
+    """The wrong entries in words, the first few by name; '' for none."""
     shown = ", ".join(named(place, names) for place in places[:SHOWN])
     rest = len(places) - SHOWN
     return f"wrong: {shown}{f' and {rest} more' if rest > 0 else ''}" if places else ""

@@ -74,9 +74,9 @@ class Moved:
 
 @dataclass(frozen=True)
 class StateQuestion:
-    """A part of a model, at states of a seed, in the coordinates of the handed model ``asker``.
+    """A part of a model, asked at random states in the coordinates of a handed model.
 
-    model: whose answer, the asker's own or another's.
+    asker: the handed model; model: whose answer, the asker's own or another's; seed: of the states.
     """
 
     asker: str
@@ -88,12 +88,12 @@ class StateQuestion:
 
     @property
     def key(self) -> StateQuestion:
-        """A task is its own key."""
+        """The task's key, which is the task itself."""
         return self
 
     @property
     def cost(self) -> float:
-        """Roughly how long the answers take [s]."""
+        """Estimated time that the answers take [s]."""
         calls = len(self.case.arm.joints) ** 2 if self.quantity in BY_RATES else 1
         return 0.5 + self.count * calls * max(MODELS[self.model].call_s, CALL_S)
 
@@ -105,7 +105,10 @@ class StateQuestion:
             return told_failure(error)
 
     def _answers(self) -> np.ndarray:
-        """Of what is asked again the last state comes first."""
+        """The answers, state by state along the first axis.
+
+        Of what is asked again the last state is asked first.
+        """
         asker = built(self.asker, self.case)
         assert isinstance(asker, HandedModel)  # as it was registered
         case, frame = self.case, asker.frame
@@ -137,20 +140,20 @@ def _christoffel(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
 
 
 def _at_other_speeds(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
-    """h(x, s u) / s^2 and h(x, 0): shape (speeds + 1, n)."""
+    """The bias at other speeds, h(x, s u) / s^2, then h(x, 0): shape (speeds + 1, n)."""
     moving = [source.bias(state.x, speed * state.u) / speed**2 for speed in SPEEDS]
     return np.array([*moving, source.bias(state.x, 0 * state.u)])
 
 
 def _by_torques(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
-    """f at no torque, each alone, twice each alone, all together: shape (2 m + 2, n)."""
+    """Forces at no torque, each alone, twice each alone, all together: shape (2 m + 2, n)."""
     alone = np.diag(state.torque)
     torques = [0 * state.torque, *alone, *(2 * alone), state.torque]
     return np.array([source.force_at(state._replace(torque=each)) for each in torques])
 
 
 def _inverse_dynamics(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
-    """As handed over, M a + h, and the a of both: shape (3, n)."""
+    """Inverse dynamics as handed over, then M a + h, then a: shape (3, n)."""
     assert isinstance(source, SuppliedEquations)  # nobody else is asked
     own = source.inverse_dynamics(state.x, state.u, a)
     return np.array([own, source.mass_matrix(state.x) @ a + source.bias(state.x, state.u), a])
@@ -189,17 +192,17 @@ class Bench:
 
     @property
     def gearing(self) -> Gearing:
-        """The gearing of the coordinates."""
+        """How the coordinates count the gears."""
         return self.equations.coordinates.gearing
 
     @cached_property
     def frame(self) -> Frame:
-        """Of the arm on trial. Raises InputError."""
+        """The frame of the equations' coordinates on the arm on trial. Raises InputError."""
         return frame_of(self.equations.coordinates, self.case.arm)
 
     @cached_property
     def states(self) -> tuple[UserState, ...]:
-        """At which everything is asked."""
+        """The random states at which everything is asked."""
         return states_of(self.frame, self.case.arm, self.case.scenario, self.count, self.seed)
 
     @property
@@ -210,32 +213,32 @@ class Bench:
         return (self.equations.level,) if self.equations.level else RIGID_LEVELS
 
     def engines(self, level: str = "") -> tuple[str, ...]:
-        """The models that it is held against: geared, or of a rigid level, the lead first."""
+        """The models to compare with, the lead first: geared ones, or those of a rigid level."""
         if level:
             return tuple(sorted(of_level(level), key=lambda name: MODELS[name].order is None))
         return tuple(dict.fromkeys((lead(), *promising("mass_matrix", names("geared")))))
 
     def reference(self, level: str) -> str:
-        """The model that entries are held against one by one."""
+        """The model that entries are compared with one by one."""
         return self.engines(level)[0]
 
     def on(self, arm: Arm) -> Bench:
-        """The same equations with the numbers of another arm. Raises InputError."""
+        """The bench of the same equations with another arm's numbers. Raises InputError."""
         case = Case(arm, unequal_gains(arm), self.case.switches)
         return replace(self, equations=self.equations.on(arm, case.scenario), case=case)
 
     def yours(self, quantity: str) -> StateQuestion:
-        """The question of a part of it."""
+        """The question of a part of the equations on trial."""
         return self.ask(self.name, quantity)
 
     def ask(self, model: str, quantity: str) -> StateQuestion:
-        """The same question to another model, in these coordinates."""
+        """The question of a part of any model, in the coordinates of the equations on trial."""
         return StateQuestion(self.name, model, self.case, quantity, self.count, self.seed)
 
 
 @dataclass(frozen=True)
 class FirstCall:
-    """One of a handed model's own functions, at one state."""
+    """A task that calls one of a handed model's own functions once, at one state."""
 
     model: str
     quantity: str
@@ -245,11 +248,11 @@ class FirstCall:
 
     @property
     def key(self) -> FirstCall:
-        """A task is its own key."""
+        """The task's key, which is the task itself."""
         return self
 
     def perform(self) -> InputError | None:
-        """What makes its answer unusable; None also where it raises, which is told later."""
+        """The error if the answer is unusable; None also if the function raises: told later."""
         asker = built(self.model, self.case)
         assert isinstance(asker, HandedModel)  # as it was registered
         try:
@@ -293,7 +296,7 @@ def first_calls(bench: Bench, workers: Workers, told: Told) -> dict[str, Failure
 def spared(
     bench: Bench, tasks: Iterable[ModelTask], lost: dict[str, Failure]
 ) -> dict[ModelTask, Failure]:
-    """The tasks that would call a function that does not come back."""
+    """The tasks that would call a function that does not come back, each with the reason."""
     given = _given(bench)
     mass = tuple(part for part in ("mass_matrix", "inverse_dynamics") if part in given)[:1]
     bias = tuple(part for part in ("bias", "coriolis", "inverse_dynamics") if part in given)[:1]

@@ -35,7 +35,7 @@ Check = Callable[..., Judged]  # of About, sizes, and the answers to what is ask
 
 
 def sizing(bench: Bench, level: str) -> tuple[StateQuestion, StateQuestion, StateQuestion]:
-    """What sizes are taken from: M, force and acceleration of the reference."""
+    """The questions whose answers give the sizes: M, force and acceleration of the reference."""
     ask = partial(bench.ask, bench.reference(level))
     return ask("mass_matrix"), ask("force"), ask("acceleration")
 
@@ -107,12 +107,12 @@ def _entries(quantity: str, apart_of: Callable[..., np.ndarray]) -> Check:
 
 
 def _apart(quantity: str, sizes: NaturalSizes, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """The same question has the same answer; a bias's terms are those that its own M demands."""
+    """Deviations of two answers: to a question asked twice, or of bias terms and what M demands."""
     return entries.deviations(one, other, sizes.of(quantity))
 
 
 def _symmetric(about: About, sizes: NaturalSizes, mass: np.ndarray) -> Judged:
-    """M (count, n, n) equals its transpose at every state."""
+    """Check that M (count, n, n) equals its transpose at every state."""
     if not all(map(usable, mass)):
         lowest = np.einsum("kii->ki", mass).min(axis=0)
         bad = np.flatnonzero(~(lowest > 0)).tolist()
@@ -126,7 +126,7 @@ def _symmetric(about: About, sizes: NaturalSizes, mass: np.ndarray) -> Judged:
 
 
 def _positive(about: About, sizes: NaturalSizes, mass: np.ndarray) -> Judged:
-    """The least eigenvalue of M (count, n, n), ones on its diagonal, is positive at every state."""
+    """Check that the scaled M (count, n, n) has positive eigenvalues at every state."""
     if not all(map(usable, mass)):
         return failed(about, NO_DIAGONAL), []
     symmetric_part = (mass + mass.swapaxes(1, 2)) / 2
@@ -139,7 +139,7 @@ def _positive(about: About, sizes: NaturalSizes, mass: np.ndarray) -> Judged:
 
 
 def _quadratic(sizes: NaturalSizes, bias: np.ndarray, at_speeds: np.ndarray) -> np.ndarray:
-    """h(x, s u) = s^2 h(x, u) for s = -1 and 2, and h(x, 0) = 0.
+    """Deviation from h(x, s u) = s^2 h(x, u) for s = -1 and 2, and h(x, 0) = 0, shape (n,).
 
     bias (count, n); at_speeds (count, speeds + 1, n): h(x, s u) / s^2, then h(x, 0).
     """
@@ -149,7 +149,7 @@ def _quadratic(sizes: NaturalSizes, bias: np.ndarray, at_speeds: np.ndarray) -> 
 
 
 def _by_torques(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
-    """What torques do to the force is proportional to each, and adds up.
+    """Deviation of forces (n,) from sums of what each torque does, proportional to it.
 
     answers (count, 2 m + 2, n): at no torque, each alone, twice each alone, all together.
     """
@@ -163,7 +163,7 @@ def _by_torques(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
 
 
 def _second_law(sizes: NaturalSizes, *answers: np.ndarray) -> np.ndarray:
-    """M a + h = f of the acceleration that was handed over beside them.
+    """Deviation from M a + h = f, with the acceleration that was handed over beside them, (n,).
 
     answers: M (count, n, n); bias, force and acceleration (count, n).
     """
@@ -173,7 +173,7 @@ def _second_law(sizes: NaturalSizes, *answers: np.ndarray) -> np.ndarray:
 
 
 def _inverse_dynamics(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
-    """Inverse dynamics is M a + h, for any a and u together.
+    """Deviation of inverse dynamics from M a + h, for any a and u together, shape (n,).
 
     answers (count, 3, n): as handed over; M a + h; a.
     """
@@ -183,9 +183,9 @@ def _inverse_dynamics(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
 
 
 def own_balances(bench: Bench) -> Iterator[Comparison]:
-    """Power and momentum of geared equations that have everything.
+    """Checks of power and momentum, for geared equations that have everything.
 
-    Not through a function's map, which need not reach every pose that these draw.
+    There are none if the map is a function: it need not reach every pose that these checks draw.
     """
     rigid = bench.gearing == "rigid"
     if rigid or bench.frame.matrix is None or not bench.has >= {*COMPARED}:
@@ -197,7 +197,7 @@ def own_balances(bench: Bench) -> Iterator[Comparison]:
 
 
 def _carried(bench: Bench, balance: Comparison, about: About, results: Results) -> Finding:
-    """A balance of accelerations that came through the map, and hold its rounding."""
+    """The finding of a balance, its tolerance widened by the rounding of the coordinates' map."""
     found, sizes = balance.judge(about, results), sizes_in(bench, results, "")
     if found.measured is None or found.tolerance is None:
         return found
@@ -212,9 +212,9 @@ def _carried(bench: Bench, balance: Comparison, about: About, results: Results) 
 
 
 def engine_comparisons(bench: Bench, level: str, *, binding: bool) -> Iterator[Comparison]:
-    """Every part against every engine; measurements where a level is not what is claimed.
+    """Compare every part with every engine.
 
-    binding: whether they must agree.
+    binding: whether they must agree; if not, as at a level that is not claimed, they are measured.
     """
     for part in COMPARED:
         for engine in bench.engines(level) if part in bench.has else ():
@@ -250,7 +250,7 @@ def _against(bench: Bench, engine: str, part: str, level: str, binding: bool) ->
 
 
 def run_comparisons(bench: Bench, scenario: Scenario, level: str) -> Iterator[Comparison]:
-    """A scenario by the equations and by each engine that takes the same steps."""
+    """Compare a scenario's run by the equations with each engine that takes the same steps."""
     engines = same_integrator()
     if level:
         engines = tuple(name for name in bench.engines(level) if MODELS[name].order == 4)

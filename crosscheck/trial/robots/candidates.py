@@ -36,14 +36,14 @@ class RobotNumber:
 
 @dataclass(frozen=True)
 class Confusion:
-    """One thing taken for another: words that complete `right with ...`, and the robot so."""
+    """One thing taken for another: words that complete `with ...`, and the robot with it."""
 
     words: str
     robot: Robot
 
 
 def numbers(robot: Robot) -> Iterator[RobotNumber]:
-    """Masses, centres, inertias, rotors, stages and gravity."""
+    """The numbers of masses, centres, inertias, rotors, stages and gravity that may be wrong."""
     for number, body in enumerate(robot.bodies):
         yield from _of_body(robot, number, body)
     for number, rotor in enumerate(robot.rotors):
@@ -62,7 +62,7 @@ def numbers(robot: Robot) -> Iterator[RobotNumber]:
 
 
 def _of_stage(robot: Robot, number: int, stage: JointStage) -> Iterator[RobotNumber]:
-    """Inertias of sun and planets, in the form in which they are given."""
+    """The inertias of sun and planets of a stage, in the form in which they are given."""
     name = f"stage of {robot.joints[stage.joint].name}"
     for part in ("sun", "planet"):
         for what, unit in (("inertia", "kg m^2"), ("equivalent mass", "kg")):
@@ -81,7 +81,7 @@ def _of_body(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotNumber
     link, put = link_of(robot, number), partial(_put, robot, "bodies", number)
 
     def put_entry(field: str, place: tuple[int, ...], value: float) -> Robot:
-        """With another entry in the body's centre or inertia."""
+        """The robot with another entry in the body's centre or inertia."""
         return put(field, _with(getattr(body, field), place, value))
 
     yield RobotNumber(f"{link}: mass", "kg", body.mass, body.mass, partial(put, "mass"))
@@ -96,7 +96,7 @@ def _of_body(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotNumber
 
 
 def confusions(robot: Robot) -> Iterator[Confusion]:
-    """Frames, signs and places that are easily taken for each other."""
+    """Confusions of frames, signs and places that are easily taken for each other."""
     for number, (body, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True)):
         link = link_of(robot, number)
         for words, changed in _bodies(body, joint):
@@ -144,7 +144,7 @@ def steiner(mass: float, com: np.ndarray) -> np.ndarray:
 
 
 def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
-    """What a body's numbers may be taken for."""
+    """Words on what a body's numbers may be taken for, and the body so."""
     about = steiner(body.mass, body.com)
     diagonal = np.diag(np.diag(body.inertia))
     yield (
@@ -181,7 +181,7 @@ def link_of(robot: Robot, number: int) -> str:
 
 
 def with_part(robot: Robot, kind: Kind, number: int, part: object) -> Robot:
-    """The robot with another body, joint, rotor or stage in a place."""
+    """The robot with another body, joint, rotor or stage in place of one of these."""
     parts: list[object] = list(getattr(robot, kind))
     parts[number] = part
     changed: dict[str, Any] = {kind: tuple(parts)}
@@ -198,7 +198,7 @@ def _pulled(robot: Robot, axis: int, value: float) -> Robot:
 
 
 def _with(values: np.ndarray, place: tuple[int, ...], value: float) -> np.ndarray:
-    """Another value at a place of a vector; of a symmetric matrix at its mirror image too."""
+    """The values with another at a place; of a symmetric matrix at its mirror image too."""
     changed = values.copy()
     changed[place] = changed[place[::-1]] = value
     return changed

@@ -51,7 +51,7 @@ class WrongEntry:
 
 @dataclass(frozen=True)
 class Explained:
-    """What a user's equations are.
+    """What a user's equations of a robot are, and what explains them.
 
     level: the nearest, or the nearest at which there is an explanation; share: the largest
     difference from it, in parts of sizes; entries: those that differ, most first; explanations:
@@ -68,7 +68,7 @@ class Explained:
 
     @property
     def agrees(self) -> bool:
-        """Whether they agree with their level."""
+        """Whether the equations agree with their level."""
         return self.share <= TOLERANCE
 
 
@@ -88,12 +88,15 @@ class _Question:
         }
 
     def of_robot(self, robot: Robot, level: Level) -> np.ndarray:
-        """Of the project's own derivation, in one row."""
+        """The entries of the project's own derivation, in one row."""
         terms = AnalyticRobot(robot, level).terms(self.states.q, self.states.v)
         return self._row([terms[PARTS.index(part)] for part in self.parts])
 
     def of_user(self, own: OwnEquations, where: str) -> np.ndarray:
-        """Raises InputError for what is not finite or of another shape."""
+        """The entries of the user's equations, in one row.
+
+        Raises InputError for what is not finite or of another shape.
+        """
         found = []
         for part in self.parts:
             function, shape = getattr(own, part), self.sizes[part].shape[1:]
@@ -129,7 +132,7 @@ class _Question:
         return np.concatenate([np.ravel(each) for each in scaled])
 
     def blocks(self, row: np.ndarray) -> dict[str, np.ndarray]:
-        """A row by part, in the shape of its sizes."""
+        """The entries of a row by part, each in the shape of its sizes."""
         shapes = {part: self.sizes[part].shape for part in self.parts}
         ends = np.cumsum([int(np.prod(shape)) for shape in shapes.values()])
         pieces = zip(shapes.items(), np.split(row, ends[:-1]), strict=True)
@@ -137,7 +140,10 @@ class _Question:
 
 
 def explained(own: OwnEquations, robot: Robot, seed: int, where: str = "yours") -> Explained:
-    """Raises InputError for equations that cannot be compared, or whatever they raise."""
+    """What a user's equations of a robot are.
+
+    Raises InputError for equations that cannot be compared, or whatever they raise.
+    """
     parts = tuple(part for part in PARTS if getattr(own, part) is not None)
     if not parts:
         raise InputError(where, "", None, f"has none of {', '.join(PARTS)}")
@@ -175,7 +181,7 @@ def _is_all(left: np.ndarray, difference: np.ndarray) -> bool:
 
 
 def _explanations(question: _Question, difference: np.ndarray, level: Level) -> Iterator[str]:
-    """Every single change at a level that leaves nothing of its difference."""
+    """Words on every single change at a level that leaves nothing of its difference."""
     robot = question.robot if level != "links" else replace(question.robot, rotors=(), stages=())
     base = question.of_robot(robot, level)
     for number in numbers(robot):
@@ -219,7 +225,7 @@ def _solved(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> f
 
 
 def _missing_pairs(question: _Question, difference: np.ndarray) -> Iterator[str]:
-    """Where M lacks nothing but what the coupling of a rotor, or of a stage, puts at two joints."""
+    """Couplings of two joints by a rotor or stage, if M lacks one of these and nothing else."""
     robot, q = question.robot, question.states.q
     missing = question.blocks(difference)["mass_matrix"]
     names = [robot.joints[number].name for number in robot.coordinates]
@@ -238,7 +244,7 @@ def _missing_pairs(question: _Question, difference: np.ndarray) -> Iterator[str]
 
 
 def _links(question: _Question, difference: np.ndarray, level: Level) -> Iterator[str]:
-    """Links whose mass, first moments and inertia about the joint, all ten, make the difference."""
+    """Names of links whose mass, first moments and inertia about the joint make the difference."""
     robot = question.robot
     base = question.of_robot(robot, level)
     for number, body in enumerate(robot.bodies):
@@ -250,7 +256,7 @@ def _links(question: _Question, difference: np.ndarray, level: Level) -> Iterato
 
 
 def _ten(body: RobotBody) -> Iterator[RobotBody]:
-    """The body with more of each parameter on which equations depend linearly."""
+    """The body with more of each of the ten parameters on which equations depend linearly."""
     moments = body.mass * body.com
     about = body.inertia + steiner(body.mass, body.com)
     size, inertia = 0.1 * body.mass, 0.1 * float(np.trace(about))
@@ -269,9 +275,9 @@ def _ten(body: RobotBody) -> Iterator[RobotBody]:
 
 
 def try_robot(text: str, name: str, seed: int, json_file: Path | None) -> int:
-    """The exit code: 0 if the equations agree with a level, and the engines do, else 1.
+    """Try a user's equations of a robot: 0 if they agree with a level, and the engines do, else 1.
 
-    text: of the user's equations, whose code is run; name: of the robot. Raises InputError.
+    text: names the user's equations, whose code is run; name: of the robot. Raises InputError.
     """
     robot = load_robot(name)
     require_files((json_file, EXPLAINED))
@@ -283,9 +289,9 @@ def try_robot(text: str, name: str, seed: int, json_file: Path | None) -> int:
 
 
 def own_equations(text: str, robot: Robot) -> OwnEquations:
-    """Of an object with functions called like PARTS, or of a function of the robot that gives one.
+    """The equations that a user names: an object with functions called like PARTS.
 
-    Raises InputError.
+    Or a function of the robot that gives such an object. Raises InputError.
     """
     with user_code(text):
         found = object_named(text)
@@ -310,7 +316,7 @@ def _guarded(function: Callable[..., Any], text: str) -> Callable[..., Any]:
 
 
 def lines(found: Explained) -> Iterator[str]:
-    """What they are, which entries differ, and what explains it."""
+    """Lines on what the equations are, which entries differ, and what explains it."""
     if found.agrees:
         parts = ", ".join(found.parts)
         yield f"agrees with {found.level} ({LEVELS[found.level]}): {parts}, to {found.share:.1e}"

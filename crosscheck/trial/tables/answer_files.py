@@ -28,9 +28,12 @@ Named = Mapping[str, Sequence[str]]
 
 @dataclass(frozen=True)
 class AnswerFile:
-    """Numbers of the rows (rows,), counted from 1; by part the answers (rows, entries), NaN where
-    there is none; beside: other columns (rows,) by name, as the states have them. precision:
-    relative rounding of the answers, 0 for that of double precision."""
+    """The answers in a file.
+
+    rows (rows,): their numbers, counted from 1; answers: by part (rows, entries), NaN where there
+    is none; beside: other columns (rows,) by name, as the states have them; precision: relative
+    rounding of the answers, 0 for that of double precision.
+    """
 
     where: str
     rows: np.ndarray
@@ -71,7 +74,7 @@ def _numbered(where: str, rows: np.ndarray) -> np.ndarray:
 
 
 def _precision(where: str, values: np.ndarray) -> float:
-    """Relative rounding of numbers. Raises InputError for too few digits."""
+    """Relative rounding of numbers; 0 for double's. Raises InputError for too few digits."""
     unlike = np.unique(values[np.isfinite(values)])
     if unlike.size < FEW:
         return 0.0
@@ -91,7 +94,7 @@ def _precision(where: str, values: np.ndarray) -> float:
 
 
 def _from_csv(where: str, content: bytes, n: int, states: Named) -> dict[str, np.ndarray]:
-    """Columns by name; those of a part's answers together."""
+    """Columns of a CSV file by name; those of a part's answers together, (rows, entries)."""
     try:
         lines = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True)
         header = [name.strip() for name in next(lines, [])]
@@ -146,7 +149,7 @@ def _is_number(text: str) -> bool:
 
 
 def _numbers(where: str, header: Sequence[str], line: Sequence[str], number: int) -> list[float]:
-    """Of a line; NaN for what is empty. Raises InputError."""
+    """The numbers of a line of a CSV file; NaN for an empty cell. Raises InputError."""
     if len(line) != len(header):
         reason = f"has {len(line)} columns, must have {len(header)}, as line 1"
         raise InputError(where, f"line {number}", None, reason)
@@ -186,7 +189,7 @@ def _from_mat(where: str, content: bytes, n: int, states: Named) -> dict[str, np
 
 
 def _mat_variables(where: str, content: bytes) -> dict[str, np.ndarray]:
-    """Variables of a MAT file, v5 or v7.3, that may be in one, by name. Raises InputError."""
+    """Those variables of a MAT file, v5 or v7.3, that answers may have. Raises InputError."""
     known = (ROW, *SHORT.values(), *(LETTERS.get(argument, argument) for argument in ARGUMENTS))
     try:
         return arrays_in(content, set(known).intersection, as_matlab=True)
@@ -199,7 +202,10 @@ def _mat_variables(where: str, content: bytes) -> dict[str, np.ndarray]:
 
 
 def _by_row(where: str, name: str, values: Any, count: int, height: int, width: int) -> np.ndarray:
-    """A variable (rows, height x width); of matrices also (rows, n, n) and (n, n, rows)."""
+    """A variable as (rows, height x width).
+
+    One of matrices may also come as (rows, n, n) or (n, n, rows). Raises InputError.
+    """
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf":
         raise InputError(where, name, None, "must be an array of real numbers")
     entries, shape = height * width, values.shape

@@ -34,8 +34,8 @@ SAME_STATE = 1e-4  # of a column's largest number: what single precision leaves 
 class AnsweredTrial:
     """Files of answers beside what was asked.
 
-    parts: that there are answers of; here: on the arm, inverse dynamics apart; probes: on other
-    arms, if these were answered.
+    parts: those that are answered; here: what is asked on the arm, inverse dynamics apart; probes:
+    what is asked on other arms, if that was answered.
     """
 
     trial: TableTrial
@@ -46,7 +46,7 @@ class AnsweredTrial:
 
 
 def answered(trial: TableTrial, paths: Sequence[Path]) -> AnsweredTrial:
-    """What files answer, everything that they must answer found in them. Raises InputError."""
+    """The answers in files. Raises InputError if anything that they must answer is missing."""
     frame = frame_of(trial.coordinates, trial.arm)
     named = argument_columns(frame, trial.coordinates, trial.arm)
     files = tuple(read_answers(path, len(frame.names), named) for path in paths)
@@ -73,7 +73,7 @@ def answered(trial: TableTrial, paths: Sequence[Path]) -> AnsweredTrial:
 
 
 def following(sheets: Sequence[AskedStates]) -> int:
-    """The number of the row after the last one."""
+    """The number of the row after the last one of these sheets."""
     return sheets[-1].first + sheets[-1].count
 
 
@@ -97,7 +97,7 @@ def equations_of(found: AnsweredTrial) -> Equations:
 
 
 def _on_arm(found: AnsweredTrial, sheets: Sequence[AskedStates]) -> Equations:
-    """Each part's answers, of the sheet in which it is asked, if it is."""
+    """Equations of an arm: each part answers from the sheet in which it is asked, if it is."""
     home = {part: sheet for part in found.parts for sheet in sheets if sheet.needed[part].any()}
     values = {part: _values(found, sheet, part) for part, sheet in home.items()}
 

@@ -62,7 +62,7 @@ class TableTrial:
     seed: int = 0
 
     def asked(self, name: str, equations: Equations) -> Asked:
-        """The trial of these equations."""
+        """What a trial of these equations is asked for."""
         return Asked(
             name, equations, self.arm, chosen=self.chosen, quick=self.quick, seed=self.seed
         )
@@ -112,20 +112,20 @@ class AskedStates:
         return self.needed[APART]
 
     def shape(self, part: str) -> tuple[int, ...]:
-        """The shape of an answer for this part."""
+        """The shape of a part's answer: (n, n) of a matrix, else (n,)."""
         n = len(self.frame.names)
         return (n, n) if part in MATRICES else (n,)
 
 
 def asked_states(trial: TableTrial) -> AskedStates:
-    """All that is asked of M, bias, force and acceleration on the arm. Raises InputError."""
+    """The states at which M, bias, force and acceleration are asked. Raises InputError."""
     return _asked(trial, ALIKE, 1)
 
 
 def asked_apart(trial: TableTrial, states: AskedStates) -> tuple[AskedStates, ...]:
-    """All that is asked of inverse dynamics, in rows after these; nothing of many coordinates.
+    """The states at which inverse dynamics is asked, in rows after these.
 
-    Raises InputError.
+    There are none for many coordinates. Raises InputError.
     """
     if len(states.frame.names) > MOST_APART:
         return ()
@@ -141,7 +141,7 @@ def _asked(trial: TableTrial, supplied: Iterable[Sequence[str]], first: int) -> 
 
 
 def asked_on_probes(trial: TableTrial, parts: Sequence[str], first: int) -> list[AskedStates]:
-    """What is asked of these parts on arms whose numbers hide nothing; first: number of a row.
+    """States at which parts are asked on arms whose numbers hide nothing; first: a row's number.
 
     Raises InputError where there is no such arm.
     """
@@ -172,7 +172,7 @@ def _noting(
 
 
 def _perform(bench: Bench, tasks: Iterable[ModelTask]) -> None:
-    """Those on the equations; what they call is noted."""
+    """Perform the tasks on the equations; what they call is noted."""
     with register(bench.name, entry_for(bench.name, bench.equations, bench.has)):
         for task in tasks:
             if task.model == bench.name:
@@ -180,8 +180,10 @@ def _perform(bench: Bench, tasks: Iterable[ModelTask]) -> None:
 
 
 def _in_rows(bench: Bench, notes: Iterable[Call], first: int) -> AskedStates:
-    """Every call in a row; one that takes less stands in the row of one that takes the same and
-    more."""
+    """The states of all calls, numbered from `first` on.
+
+    A call that takes fewer arguments stands in the row of one that takes the same and more.
+    """
     sizes = {"t": 1, "torque": len(bench.case.arm.joints)}
     sizes = {name: sizes.get(name, len(bench.frame.names)) for name in ARGUMENTS}
     rows: list[dict[str, tuple[float, ...]]] = []
@@ -217,13 +219,15 @@ def _in_rows(bench: Bench, notes: Iterable[Call], first: int) -> AskedStates:
 
 
 def call_of(part: str, again: bool, *arguments: Any) -> Call:
-    """Of arguments in the order of TAKES."""
+    """The call of a part with arguments in the order of TAKES."""
     return Call(part, again, tuple(np.hstack(arguments).tolist()))
 
 
 def argument_columns(frame: Frame, coordinates: Coordinates, arm: Arm) -> dict[str, list[str]]:
-    """Columns of every argument, units at their ends; of a matrix's coordinates, that have none,
-    without."""
+    """Names of the columns of every argument, with units at their ends.
+
+    Coordinates of a matrix have no units.
+    """
     units = _units(frame, coordinates)
     found = {"t": ["t_s"]}
     for argument, letter in LETTERS.items():
@@ -246,7 +250,7 @@ def _units(frame: Frame, coordinates: Coordinates) -> list[str]:
 
 
 def answer_columns(part: str, n: int) -> list[str]:
-    """Columns of a part's answers, row by row of a matrix."""
+    """Names of the columns of a part's answers, row by row of a matrix."""
     if part in MATRICES:
         return [f"{SHORT[part]}_{i}_{j}" for i in range(1, n + 1) for j in range(1, n + 1)]
     return [f"{SHORT[part]}_{i}" for i in range(1, n + 1)]

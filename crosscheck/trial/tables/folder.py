@@ -32,7 +32,7 @@ TEMPLATES = ("README.md", "answers.m", "answers.c", "answers.jl", "answers.mos")
 def ask_files(
     trial: TableTrial, sheets: Sequence[AskedStates], told: str
 ) -> dict[str, str | bytes]:
-    """Every file of the folder by its name; told: the options that --answers needs too."""
+    """Files of the folder by name; told: the options that --answers needs too."""
     found: dict[str, str | bytes] = {}
     for asked in sheets:
         found |= _tables(trial, asked, "")
@@ -42,7 +42,7 @@ def ask_files(
 def probe_files(
     trial: TableTrial, probes: Sequence[AskedStates], told: str
 ) -> dict[str, str | bytes]:
-    """The second round: each probe's arm and what is asked on it."""
+    """Files of the second round by name: each probe's arm and what is asked on it."""
     found: dict[str, str | bytes] = {}
     stems = [f"probe-{number}" for number in range(1, len(probes) + 1)]
     for stem, asked in zip(stems, probes, strict=True):
@@ -52,7 +52,7 @@ def probe_files(
 
 
 def _tables(trial: TableTrial, asked: AskedStates, begins: str) -> dict[str, str | bytes]:
-    """All rows as CSV and MAT files, with the arguments that they have.
+    """The rows that are asked as CSV and MAT files, by name, with the arguments that they have.
 
     Those of inverse dynamics, which take accelerations, are in files of their own.
     """
@@ -113,7 +113,7 @@ def _texts(
 
 
 def arm_toml(arm: Arm) -> str:
-    """An arm's file, which is read back as the same arm."""
+    """The TOML text of an arm's file, which is read back as the same arm."""
     return "".join(f"{line}\n" for line in _entries(arm.model_dump(mode="json")))
 
 
