@@ -40,7 +40,7 @@ def equation_errata(arm: Arm) -> Iterator[Erratum]:
 
 
 def displacements(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
-    """Eqs. 2 to 8: what presses the teeth, their clearance and their stiffness."""
+    """Errata of Eqs. 2 to 8: what presses the teeth, their clearance and their stiffness."""
     # Eqs. 2, 3 hold for one way to count theta_p, which the paper does not name.
     errors = [teeth.conversion_error(stage.joint, stage.geometry, how) for how in teeth.COUNTED]
     if max(errors) > min(errors):

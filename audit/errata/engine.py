@@ -49,7 +49,7 @@ class BesideEngine:
         return max(self.mass_matrix, self.acceleration) <= LOOSEST
 
     def to_dict(self) -> JsonObject:
-        """For JSON."""
+        """The comparison as a JSON object."""
         return {"id": "finding/printed", **asdict(self)}
 
 
@@ -82,7 +82,7 @@ class PrintedBeside(Question[BesideEngine]):
         return BesideEngine(mass, acceleration, COUNT, runs)
 
     def _apart(self, arm: Arm, quantity: str) -> float | None:
-        """As a cross-check measures it; None where a model gives no usable answer."""
+        """Largest relative difference as a cross-check measures it; None without a usable one."""
         (comparison,) = (
             one
             for one in geared(arm, COUNT, SEED, arm.model_dump())

@@ -74,7 +74,7 @@ class Erratum:
 
 
 def simulated(side: Side, scenario: Scenario) -> xr.Dataset:
-    """A side's run. Raises Diverged."""
+    """The run of a side's model. Raises Diverged."""
     return side(scenario).simulate()
 
 
@@ -104,12 +104,12 @@ class SimulatedErratum:
 
     @property
     def largest_theta_rad(self) -> float:
-        """By which the sheet ranks errata of equations; 0 without a run."""
+        """Largest change of an angle [rad], by which the sheet ranks errata; 0 without a run."""
         return max((effect.theta_rad for effect in self.effects.values()), default=0.0)
 
 
 def tried(erratum: Erratum, effects: Mapping[str, Effect]) -> SimulatedErratum:
-    """The erratum with its effects; None for a size that is not finite."""
+    """The erratum without its trial, with its effects; a size that is not finite becomes None."""
     size, relative = defined(erratum.size), defined(erratum.relative)
     plain = replace(erratum, size=size, relative=relative, trial=None)
     return SimulatedErratum(plain, dict(effects))
@@ -117,7 +117,7 @@ def tried(erratum: Erratum, effects: Mapping[str, Effect]) -> SimulatedErratum:
 
 @dataclass(frozen=True)
 class PhysicalSide:
-    """The physical model, by default with the default switches."""
+    """The physical model of an arm, with the default switches unless others are chosen."""
 
     arm: Arm
     chosen: Switches = field(default_factory=switches)
@@ -128,7 +128,7 @@ class PhysicalSide:
 
 @dataclass(frozen=True)
 class FormSide:
-    """A form of the paper's equations, in symbols."""
+    """The model of a form of the paper's equations, given in symbols."""
 
     arm: Arm
     form: Form

@@ -104,7 +104,7 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
 
 
 def _slug(where: str) -> str:
-    """A name of letters, digits and hyphens: Eq. 21, M_34 = M_43 as eq21-m-34-m-43."""
+    """An id of letters, digits and hyphens: Eq. 21, M_34 = M_43 becomes eq21-m-34-m-43."""
     return "-".join(re.findall(r"[a-z]+|[0-9]+", where.lower())).replace("eq-", "eq", 1)
 
 
@@ -146,7 +146,7 @@ def energy_errata(arm: Arm) -> Iterator[Erratum]:
 
 
 def _thin_ring_if_unknown(values: Values, missing: sp.Expr) -> Values:
-    """Table I gives no ring inertia: where it matters, a thin ring at its base radius."""
+    """The parameters; Table I gives no ring inertia: where it matters, that of a thin ring."""
     guessed = dict(values)
     for joint in range(1, JOINTS + 1):
         stage = stage_symbols(joint)
@@ -159,7 +159,7 @@ def _thin_ring_if_unknown(values: Values, missing: sp.Expr) -> Values:
 def errata_records(
     arm: Arm, told: Callable[[str], None], duration_s: float = EFFECT_S
 ) -> list[SimulatedErratum]:
-    """The same with the simulated effects of those of equations, the largest first.
+    """Every erratum with the simulated effects of those of equations, the largest effect first.
 
     ``told`` hears of each trial.
     """

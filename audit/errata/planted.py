@@ -66,7 +66,7 @@ def shown(plants: Sequence[LeftOutEntry]) -> float:
 
 
 def entries(form: Form) -> Iterator[tuple[Matrix, Place]]:
-    """What is not zero: the upper half of M, the rows of C q' and of F."""
+    """Matrix and place of all entries but zeros: the upper half of M, the rows of C q' and of F."""
     for matrix in get_args(Matrix):
         values = getattr(form, matrix)
         for row in range(values.rows):
@@ -76,7 +76,7 @@ def entries(form: Form) -> Iterator[tuple[Matrix, Place]]:
 
 
 def without(form: Form, matrix: Matrix, entry: Place) -> Form:
-    """The form without an entry, in M without its mirror either."""
+    """The form with an entry set to zero, in M with its mirror too."""
     changed = sp.Matrix(getattr(form, matrix))
     for place in {entry, entry[::-1]} if changed.is_square else {entry}:
         changed[place] = sp.S.Zero

@@ -23,7 +23,7 @@ class Band(NamedTuple):
 
 
 class Between(NamedTuple):
-    """time (bins,) [s]; by the quantity's name in a Course, of the shoulder; starts: how many.
+    """Bands of the shoulder's runs. time (bins,) [s]; bands: by name in a Course; starts: how many.
 
     Starts that diverged are not among them.
     """
@@ -35,7 +35,7 @@ class Between(NamedTuple):
 
 @dataclass(frozen=True)
 class Bands(Perturbed[Between]):
-    """Of its starts' runs, so many bins over all of each."""
+    """The bands in which the runs from these starts lie, with so many bins over all of each."""
 
     bins: int
 

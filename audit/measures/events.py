@@ -24,7 +24,7 @@ STABLE_S = 2.6  # "stable after": Section 3.2
 
 
 class SideChange(NamedTuple):
-    """The teeth's way to the opposite flanks: when they left the first ones, when they met."""
+    """The teeth's way to the opposite flanks: when [s] they left the first, when [s] they met."""
 
     left_s: float | None
     met_s: float
@@ -39,7 +39,7 @@ def third_window(time: np.ndarray, side_s: float | None = None) -> slice:
 
 
 def third_onset(time: np.ndarray, excess: np.ndarray, window: slice) -> float | None:
-    """When the third fluctuation first reaches half of its largest size."""
+    """When [s] the third fluctuation first reaches half of its largest size."""
     return signals.onset(time[window], excess[window])
 
 
@@ -53,13 +53,13 @@ def third_peak(time: np.ndarray, excess: np.ndarray, window: slice) -> slice:
 
 
 def opposite_contact(time: np.ndarray, force: np.ndarray, after_s: float) -> float | None:
-    """The first contact of the opposite flanks after a time."""
+    """When [s] the opposite flanks first touch after a time."""
     later = signals.window(time, after_s, np.inf)
     return signals.first_below(time[later], force[later], 0.0)
 
 
 def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
-    """The teeth change sides: the first contact of the opposite flanks once the start is over.
+    """The teeth's change of sides: the first contact of the opposite flanks once the start is over.
 
     None where teeth vibrate across their clearance before the load has changed its sign: they then
     touch both flanks all the time.
@@ -93,12 +93,12 @@ def bouncing(time: np.ndarray, force: np.ndarray, met_s: float) -> float:
 
 
 def passages(values: np.ndarray) -> np.ndarray:
-    """Which samples (samples - 1,) are the last before values pass zero."""
+    """Indices of the samples that are the last before values pass zero."""
     return np.flatnonzero(np.diff(np.signbit(values)))
 
 
 def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:
-    """The teeth return to the driving flanks: their first contact after the last on the other."""
+    """When [s] the driving flanks first touch again after the last contact of the opposite ones."""
     part = signals.window(time, *RETURN_S)
     opposite = np.flatnonzero(force[part] < 0)
     if not opposite.size:
@@ -108,7 +108,7 @@ def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:
 
 
 def settling(time: np.ndarray, angle: np.ndarray, target: float, band: float) -> float | None:
-    """When an angle [rad] is within a share ``band`` of its step 0 to ``target`` for good."""
+    """When [s] an angle [rad] is within a share ``band`` of its step 0 to ``target`` for good."""
     return signals.settling_time(time, angle, target, band * target)
 
 

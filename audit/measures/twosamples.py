@@ -28,14 +28,14 @@ class TwoTests(NamedTuple):
 
     @property
     def least(self) -> float | None:
-        """The smaller p."""
+        """The smaller p of the two tests; None where one is missing."""
         if self.by_share is None or self.by_size is None:
             return None
         return min(self.by_share, self.by_size)
 
 
 def two_tests(one: Third, other: Third) -> TwoTests:
-    """Of two samples' third fluctuations."""
+    """The tests of two samples' third fluctuations."""
     if one.share is None or other.share is None:
         return TwoTests(None, None)
     return TwoTests(shares_p(one.share, other.share), sizes_p(one.sizes, other.sizes))
@@ -48,7 +48,7 @@ def shares_p(one: Share, other: Share) -> float:
 
 
 def sizes_p(one: Sequence[float] | np.ndarray, other: Sequence[float] | np.ndarray) -> float:
-    """The same of sizes by their ranks (Mann and Whitney)."""
+    """Probability of sizes at least as unlike if one law is behind both (Mann and Whitney)."""
     return float(mannwhitneyu(one, other).pvalue)
 
 
@@ -83,13 +83,13 @@ class RaisedByError(NamedTuple):
 
     @property
     def state(self) -> State:
-        """Whether it does; if only in some starts, then only where the test tells them apart."""
+        """Whether the error makes it; bistable counts as no if the test tells no difference."""
         found = state(self.share)
         return State.NO if found == State.BISTABLE and not told_apart(self.p) else found
 
 
 def made_by_error(with_error: Third, without: Third, level: Limits = LARGE) -> RaisedByError:
-    """Start i is compared with start i."""
+    """What the tooth error makes, from start i with it compared with start i without it."""
     calm = np.isfinite(without.size) & np.isfinite(with_error.size)
     loud, there = (calm & level.yes(third.size) for third in (without, with_error))
     if calm.sum() < max(1.0, FEW * calm.size) or loud.sum() > FEW * calm.sum():
@@ -108,10 +108,10 @@ class WithAndWithout:
 
     @cached_property
     def made(self) -> RaisedByError:
-        """Starts that the tooth error makes severe."""
+        """The share of starts that the tooth error makes severe, with its test."""
         return made_by_error(self.third, self.without)
 
     @cached_property
     def made_visible(self) -> RaisedByError:
-        """The same of those that reach what counts as a fluctuation at all."""
+        """The share of starts that the tooth error raises above EVIDENT, with its test."""
         return made_by_error(self.third, self.without, VISIBLE)

@@ -35,7 +35,7 @@ def free_base(arm: str) -> Numbers:
 
 
 def _tip_errors_m(case: Case) -> list[float]:
-    """For every mass of the base."""
+    """The largest error of the tip [m] for every mass of the base."""
     fixed = on_fixed_base(case)
     carried = arm_mass(case)
     bases = [FloatingBase(carried * float(ratio)) for ratio in BASE_MASSES]

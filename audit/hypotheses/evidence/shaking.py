@@ -41,7 +41,7 @@ Errors = Mapping[float, np.ndarray]  # by b: (times, joints) [rad]
 
 @dataclass(frozen=True)
 class StartShaking:
-    """Of one start; None where a run ends before.
+    """The numbers of one start, each None where its run ends before.
 
     Growth rates [1/s] of the error of REFERENCE_M; misfit: of the rigid prediction, over the
     largest error; nonlinearity: of error over b, relative; shares of the windows in which a larger
@@ -59,7 +59,7 @@ class StartShaking:
 
 @dataclass(frozen=True)
 class Curves:
-    """Of the first start: time [s]; shoulder's error [rad] by b; what the rigid arm foretells."""
+    """Curves of the first start: time [s], shoulder's error [rad] by b, its prediction [rad]."""
 
     time: list[float]
     errors: list[list[float]]
@@ -68,7 +68,7 @@ class Curves:
 
 @dataclass(frozen=True)
 class Shaken:
-    """One drive and damping ratio. starts: all that did not diverge.
+    """Results of one drive and damping ratio. starts: all that did not diverge.
 
     rigid_growth_per_s: of the rigid arm's error when its elbow is nudged; sensitivities
     d theta_1 / d theta_2(0): at the end of SMALL_S, and the largest; rest_rad: the arm without
@@ -86,7 +86,7 @@ class Shaken:
 
     @property
     def id(self) -> str:
-        """Names it in claims.json."""
+        """The id of the record in claims.json."""
         return f"accumulation/{self.drive}/{self.zeta:g}"
 
     @property
@@ -106,7 +106,7 @@ class Shaken:
         return share_of(is_ordered(found.ordered_after) for found in self.starts)
 
     def span(self, name: str) -> tuple[float | None, float | None]:
-        """Least and largest of a number over the starts."""
+        """The least and largest value of a number over the starts; None without any."""
         values = [getattr(found, name) for found in self.starts]
         known = [value for value in values if value is not None]
         return min(known, default=None), max(known, default=None)
@@ -114,7 +114,7 @@ class Shaken:
 
 @dataclass(frozen=True)
 class Shaking(Question[Shaken]):
-    """Every backlash from many starts, beside the rigid arm."""
+    """A question: every backlash from many starts, beside the rigid arm."""
 
     drive: str
     zeta: float
@@ -123,7 +123,7 @@ class Shaking(Question[Shaken]):
 
     @property
     def variant(self) -> Variant:
-        """With the play that the arm has."""
+        """The variant with the arm's own backlash."""
         plain = Cell(INTEGRAL, self.zeta).variant("back-and-forth")
         drive = f"scenario.drive.argument={self.drive}"
         stride = round(EVERY_S / plain.case().scenario.step_s)
@@ -187,7 +187,7 @@ class Shaking(Question[Shaken]):
 
 
 def found(time: np.ndarray, errors: Errors, sensitivity: np.ndarray) -> StartShaking:
-    """The numbers of one start."""
+    """The numbers of one start, from its errors and the rigid arm's sensitivity."""
     error = errors[REFERENCE_M]
     predicted = rigid_prediction(time, error, sensitivity)
     ahead = (time >= LEARNT_S[1]) & (time <= SMALL_S[1])
@@ -262,7 +262,7 @@ def ordered_share(time: np.ndarray, errors: Errors, begin: float, end: float) ->
 def is_own(
     error_growth: float | None, rigid_growth: float | None, misfit: float | None
 ) -> bool | None:
-    """The rigid arm foretells the backlash error, and both grow at one rate [1/s]."""
+    """Whether the rigid arm foretells the backlash error and both grow at one rate [1/s]."""
     same_rate = where_known(lambda rates: abs(rates - 1) <= SAME_RATE)
     same_size = where_known(lambda size: size <= SAME_SIZE)
     return all_of((same_rate(quotient(error_growth, rigid_growth)), same_size(misfit)))
@@ -270,11 +270,11 @@ def is_own(
 
 @where_known
 def is_linear(nonlinearity: float) -> bool:
-    """The error is proportional to the backlash."""
+    """Whether the error is proportional to the backlash."""
     return nonlinearity <= LINEAR
 
 
 @where_known
 def is_ordered(share: float) -> bool:
-    """A larger backlash means a larger error in nearly all windows."""
+    """Whether a larger backlash means a larger error in nearly all windows."""
     return share >= ORDERED
