@@ -55,7 +55,7 @@ class BesideEngine:
 
 @dataclass(frozen=True)
 class PrintedBeside(Question[BesideEngine]):
-    """Eqs. 21-22 as printed beside Pinocchio, and through both experiments.
+    """A question: Eqs. 21-22 as printed beside Pinocchio, and through both experiments.
 
     longest_s: no run is longer.
     """

@@ -117,7 +117,7 @@ def tried(erratum: Erratum, effects: Mapping[str, Effect]) -> SimulatedErratum:
 
 @dataclass(frozen=True)
 class PhysicalSide:
-    """The physical model of an arm, with the default switches unless others are chosen."""
+    """A side that makes the physical model of an arm, by default with the default switches."""
 
     arm: Arm
     chosen: Switches = field(default_factory=switches)
@@ -128,7 +128,7 @@ class PhysicalSide:
 
 @dataclass(frozen=True)
 class FormSide:
-    """The model of a form of the paper's equations, given in symbols."""
+    """A side that makes the model of a form of the paper's equations, in symbols."""
 
     arm: Arm
     form: Form

@@ -44,7 +44,7 @@ RECORD_EVERY = 2  # 50 kHz: ten records in a cycle of the fastest mesh mode
 
 @dataclass(frozen=True)
 class Errata(Question[list[SimulatedErratum]]):
-    """The errata of a built-in arm, their effects simulated for so long."""
+    """A question: the errata of a built-in arm, their effects simulated for so long [s]."""
 
     cost = 15.0
 
@@ -74,7 +74,7 @@ def find_errata(
 
 
 def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
-    """Entries of M and F, and rows of C q', that do not follow from the energies.
+    """Errata of entries of M and F, and of rows of C q', that do not follow from the energies.
 
     Size: derived minus printed at theta = 0 and unit rates, forces and torques, and over the entry;
     its unit by whether rows and columns are displacements [m] or angles.
@@ -114,7 +114,7 @@ def _number(expression: sp.Expr, values: Values) -> float:
 
 
 def energy_errata(arm: Arm) -> Iterator[Erratum]:
-    """Bodies whose kinetic energy Eqs. 16-19 do not state.
+    """Errata of bodies whose kinetic energy Eqs. 16-19 do not state.
 
     Size: what is missing of M_33 [kg m^2], and that over M_33 with the arm stretched.
     """

@@ -36,7 +36,7 @@ class LeftOutEntry:
 
 @dataclass(frozen=True)
 class Planted(Question[list[LeftOutEntry]]):
-    """Every entry of the form that Eqs. 16-19 give, left out by itself."""
+    """A question: every entry of the form that Eqs. 16-19 give, left out by itself."""
 
     cost = 2.0
 

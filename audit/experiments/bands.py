@@ -35,7 +35,7 @@ class Between(NamedTuple):
 
 @dataclass(frozen=True)
 class Bands(Perturbed[Between]):
-    """The bands in which the runs from these starts lie, with so many bins over all of each."""
+    """A question: bands in which the runs from these starts lie, so many bins over each run."""
 
     bins: int
 

@@ -26,7 +26,7 @@ MESH_HZ = 1500.0  # turns rates into lengths: of the paper's vibration
 
 @dataclass(frozen=True)
 class Lyapunov(Perturbed[Measured]):
-    """Lyapunov exponents in the third fluctuation by Benettin's method: a neighbour kept near.
+    """A question: growth rates in the third fluctuation by Benettin's method, neighbours kept near.
 
     lyapunov_per_s [1/s]: mean rate at which the separation grows, positive where motions that begin
     next to each other part exponentially.

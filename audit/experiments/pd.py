@@ -44,12 +44,12 @@ class _Looked:
 
     @cached_property
     def left_s(self) -> float:
-        """When [s] the teeth left the first flanks before changing sides; nan without a change."""
+        """Time [s] when teeth left the first flanks before changing sides; nan without a change."""
         return np.nan if self._side is None or self._side.left_s is None else self._side.left_s
 
     @cached_property
     def met_s(self) -> float:
-        """When [s] the teeth met on the opposite flanks; nan without a change of sides."""
+        """Time [s] when the teeth met on the opposite flanks; nan without a change of sides."""
         return np.nan if self._side is None else self._side.met_s
 
     @cached_property

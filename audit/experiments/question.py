@@ -13,10 +13,10 @@ Records = Iterable[BaseModel]
 
 
 class Question(ABC, Generic[Answer]):
-    """A frozen dataclass of a module, whose answer is worked out once and kept.
+    """A question: a frozen dataclass of a module; its answer is worked out once and kept.
 
     The answer, of the type that ``answer`` is annotated with (records, numbers, lists of them), is
-    kept as JSON. Besides code it depends on the fields and on ``records``. cost: rough seconds.
+    kept as JSON. Besides code it depends on the fields and on ``records``. cost: estimated [s].
     """
 
     @property

@@ -96,7 +96,7 @@ class Perturbed(Question[Kept]):
 
 
 class Starts(Perturbed[Measured]):
-    """Numbers of whole runs, each measured by itself beside rigid arms at some levels."""
+    """A question: numbers of whole runs from every start, each beside rigid arms at some levels."""
 
     levels: ClassVar[Sequence[str]] = (COUPLED,)
     measure: ClassVar[Callable[..., Numbers]]
@@ -163,26 +163,26 @@ def alike(found: Measured) -> bool:
 
 
 class TransientPd(Starts):
-    """Numbers of the PD run, as long as its variant has it."""
+    """A question: numbers of the PD run, as long as its variant has it."""
 
     measure = staticmethod(transient)
 
 
 class WholePd(Starts):
-    """Numbers of the PD run over all of its 3 s."""
+    """A question: numbers of all 3 s of the PD run."""
 
     measure = staticmethod(whole)
 
 
 class ConstantTorque(Starts):
-    """Numbers of the run under constant torque, beside every rigid level."""
+    """A question: numbers of the run under constant torque, beside every rigid level."""
 
     levels = RIGID_LEVELS
     measure = staticmethod(constant_torque)
 
 
 class BackAndForth(Starts):
-    """Numbers of the run in which both joints are driven back and forth.
+    """A question: numbers of the run in which both joints are driven back and forth.
 
     The rigid arm runs at the geared one's step: its torque's infinite slope at t = 0 then costs
     both the same and drops out. A second one starts a little away.

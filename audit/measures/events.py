@@ -39,7 +39,7 @@ def third_window(time: np.ndarray, side_s: float | None = None) -> slice:
 
 
 def third_onset(time: np.ndarray, excess: np.ndarray, window: slice) -> float | None:
-    """When [s] the third fluctuation first reaches half of its largest size."""
+    """Time [s] at which the third fluctuation first reaches half of its largest size."""
     return signals.onset(time[window], excess[window])
 
 
@@ -53,7 +53,7 @@ def third_peak(time: np.ndarray, excess: np.ndarray, window: slice) -> slice:
 
 
 def opposite_contact(time: np.ndarray, force: np.ndarray, after_s: float) -> float | None:
-    """When [s] the opposite flanks first touch after a time."""
+    """Time [s] of the first contact of the opposite flanks after a time."""
     later = signals.window(time, after_s, np.inf)
     return signals.first_below(time[later], force[later], 0.0)
 
@@ -98,7 +98,7 @@ def passages(values: np.ndarray) -> np.ndarray:
 
 
 def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:
-    """When [s] the driving flanks first touch again after the last contact of the opposite ones."""
+    """Time [s] of the first contact of the driving flanks after the last of the opposite ones."""
     part = signals.window(time, *RETURN_S)
     opposite = np.flatnonzero(force[part] < 0)
     if not opposite.size:
@@ -108,7 +108,7 @@ def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:
 
 
 def settling(time: np.ndarray, angle: np.ndarray, target: float, band: float) -> float | None:
-    """When [s] an angle [rad] is within a share ``band`` of its step 0 to ``target`` for good."""
+    """Time [s] from which an angle [rad] is within a share ``band`` of its step to ``target``."""
     return signals.settling_time(time, angle, target, band * target)
 
 

@@ -27,7 +27,7 @@ BENDS = ("0", "45", "90", "135")  # elbow angle [deg] at which joint errors are 
 
 @dataclass(frozen=True)
 class Statics(Question[Numbers]):
-    """The numbers of ``statics`` for a built-in arm, and those of its free base's flights."""
+    """A question: the ``statics`` of a built-in arm, and the flights of its free base."""
 
     cost = 5.0
 

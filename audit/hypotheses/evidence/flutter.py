@@ -72,7 +72,7 @@ class FlutterSetting(NamedTuple):
 
 @dataclass(frozen=True)
 class Vibrations(starts.TransientPd):
-    """Numbers of the shoulder in SETTLED_S, less the rigid arm: size [rad/s^2], frequency [Hz]."""
+    """A question: shoulder vibration in SETTLED_S less the rigid arm, [rad/s^2], and its [Hz]."""
 
     played_back: bool = False
 

@@ -128,7 +128,7 @@ class Ladder:
         return int(np.argmax(np.abs(self.total[:, quantity])))
 
     def above(self, level: str) -> Ladder:
-        """What a baseline of this level leaves; in order A the levels are the lowest rungs."""
+        """What a baseline of a level leaves; in order A the levels are the lowest rungs."""
         first = RIGID_LEVELS.index(level)
         upper = {name: getattr(self, name)[first:] for name in ("names", "fine", "coarse")}
         return replace(self, level=level, **upper)
