@@ -56,7 +56,7 @@ class ClaimRow:
 
 
 def chapter(material: Material) -> AuditChapter:
-    """The claims, their values in all settings and their verdicts."""
+    """The chapter on the claims, their values in all settings and their verdicts."""
     found = rows(material)
     counts = Counter(row.judged.verdict.kind for row in found)
     outcome = "; ".join(f"{kind}: {count}" for kind, count in counts.most_common())

@@ -49,7 +49,7 @@ class Judged:
         return {model: rule.verdict(own, self.claim.free) for model, own in found.items()}
 
     def coarser(self, left_out: int) -> Verdict:
-        """The verdict without every second damping ratio, the first (0) or second (1) onwards."""
+        """The verdict without every second damping ratio, from the first (0) or second (1)."""
         zetas = sorted({a.place.zeta for a in self.answers if a.place.zeta is not None})
         out = set(zetas[left_out::2])
         kept = [answer for answer in self.answers if answer.place.zeta not in out]
@@ -57,7 +57,7 @@ class Judged:
 
     @cached_property
     def moved_by_a_coarser_grid(self) -> bool:
-        """Whether the verdict's kind is another on either half of the damping ratios."""
+        """Whether either half of the damping ratios gives a verdict of another kind."""
         if self.claim.static:
             return False
         return any(self.coarser(half).kind != self.verdict.kind for half in (0, 1))
@@ -117,7 +117,7 @@ class Judged:
         return (None,) if self.claim.static else MODELS
 
     def strips(self, model: GearModel | None) -> list[ClaimStrip]:
-        """A model's strips; readings with the same states share one, by the first one's numbers."""
+        """The strips of a model; readings with equal states share one, with the first's answers."""
         by_place: dict[tuple[str, str], list[Answer]] = {}
         for answer in self.answers:
             if answer.place.model == model:
@@ -143,7 +143,7 @@ def _one_more(answer: Answer) -> set[State]:
 
 @dataclass(frozen=True)
 class ClaimStrip:
-    """A claim of one model, one choice of its free parameter and the readings that agree.
+    """The answers to a claim of one model, under one choice, of the readings that agree.
 
     model: of the gears, None where static; answers: by damping ratio, ascending.
     """

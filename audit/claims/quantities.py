@@ -20,7 +20,7 @@ FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
 
 
 class NotSimulatedError(LookupError):
-    """A setting lacks the experiment that a quantity is about."""
+    """Raised where a setting lacks the experiment that a quantity is about."""
 
 
 class Known(dict[Source, Sample]):
@@ -78,7 +78,7 @@ class Quantity:
 
 
 def of(source: Source, name: str) -> Quantity:
-    """A number of an experiment. Raises KeyError for a name that is not in MEASURED."""
+    """The quantity of an experiment's number. Raises KeyError for a name not in MEASURED."""
     number, words = MEASURED[name], f"{MEASURED[name].words} {source.words}".strip()
     formula, static = lambda known: known[source][name], source in (STATIC, PLANTED)
     return Quantity(f"{source}: {name}", words, number.unit, formula, number.window, static)
@@ -207,7 +207,7 @@ def spread(family: Family, name: str) -> Quantity:
 
 
 def rank(family: Family, name: str) -> Quantity:
-    """Spearman's rank correlation of a number with the size of a family's experiments.
+    """Spearman's rank correlation of a number with size, over a family's experiments.
 
     Undefined where one of them has no such number, or all have the same.
     """

@@ -51,7 +51,7 @@ class Limits:
         return (self.low < values) & (values < self.high)
 
     def yeses(self, ascending: Sequence[float]) -> int:
-        """How many of the defined values are within: takes a twentieth of the time of ``yes``."""
+        """How many of the defined values lie within the limits; 20 times as fast as ``yes``."""
         return max(0, bisect_left(ascending, self.high) - bisect_right(ascending, self.low))
 
     def __str__(self) -> str:
@@ -109,7 +109,7 @@ class Claim:
 
     @property
     def static(self) -> bool:
-        """Whether it follows from the arm's data alone: then there are no starts, laws, damping."""
+        """Whether the claim follows from the arm's data alone: no starts, laws or damping then."""
         return all(quantity.static for quantity in self.choices.values())
 
 
@@ -155,7 +155,7 @@ class Answer:
 
     @property
     def undefined(self) -> int:
-        """Starts whose run lacks what the claim is about."""
+        """How many starts have a run that lacks what the claim is about."""
         return self.starts - len(self.values)
 
     @property
@@ -164,7 +164,7 @@ class Answer:
         return self.share_at(self.limits)
 
     def share_at(self, limits: Limits) -> Share | None:
-        """The share of the defined starts that support the claim with other limits, or None."""
+        """The share of defined starts that support the claim with other limits; None if too few."""
         if len(self.values) < max(1.0, DEFINED * self.starts):
             return None
         return Share(limits.yeses(self.values), len(self.values))

@@ -74,7 +74,7 @@ def displacements(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
 def sense_of_the_gears(stage: PaperStage) -> Iterator[Erratum]:
     """Erratum of Eq. 10 if its three gears, in the sense of Eqs. 2-3, give one mesh three rates.
 
-    Over theta_c', rolling without slip.
+    Rates are over theta_c', rolling without slip.
     """
     joint, geometry = stage.joint, stage.geometry
     sun, planet = gear_angles(0.0, 0.0, 1.0, geometry.r_s, geometry.r_p, geometry.r_cp)
@@ -176,7 +176,7 @@ def force_of_time(stage: PaperStage) -> Iterator[Erratum]:
 
 
 def slope_of_the_root() -> Iterator[Erratum]:
-    """Erratum of sin(20 pi sqrt(t)) at 0: what RK4's quadrature, Simpson's, misses at first."""
+    """Erratum of sin(20 pi sqrt(t)) at 0: what RK4's quadrature misses of its first step."""
     scenario = load_scenario("back-and-forth")
     drive = scenario.drive
     assert isinstance(drive, SinusoidDrive)

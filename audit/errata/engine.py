@@ -22,7 +22,7 @@ EXPERIMENTS = ("constant-torque", "pd")
 
 @dataclass(frozen=True)
 class RunsApart:
-    """Largest differences of two runs: joint angle [rad], sun-planet mesh force [N]."""
+    """The largest differences of two runs: joint angle [rad], sun-planet mesh force [N]."""
 
     duration_s: float
     theta_rad: float
@@ -31,7 +31,7 @@ class RunsApart:
 
 @dataclass(frozen=True)
 class BesideEngine:
-    """Largest relative differences of M and of the acceleration over random states.
+    """The largest relative differences of M and of the acceleration over random states.
 
     runs: of the same experiments, beside the derivation that agrees with the engines to rounding.
     """
@@ -43,7 +43,7 @@ class BesideEngine:
 
     @property
     def agrees(self) -> bool | None:
-        """Whether both are no more than rounding; None if one is undefined."""
+        """Whether both differences are no more than rounding; None if one is undefined."""
         if self.mass_matrix is None or self.acceleration is None:
             return None
         return max(self.mass_matrix, self.acceleration) <= LOOSEST

@@ -49,7 +49,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class Erratum:
-    """Where, and how far what is printed is from what should stand there.
+    """An erratum: where, and how far what is printed is from what should stand there.
 
     id: names it for good; printed, derived: formulas, or words; remark: what these do not say; size
     [unit]: for this arm, derived minus printed where both are numbers; relative: over the size of
@@ -81,7 +81,7 @@ def simulated(side: Side, scenario: Scenario) -> xr.Dataset:
 def effect_of(
     trial: ErratumPair, scenario: Scenario, run: Callable[[Side, Scenario], xr.Dataset] = simulated
 ) -> Effect:
-    """Run both models through a scenario and compare. Raises Diverged.
+    """The effect of an erratum on the runs of both models in a scenario. Raises Diverged.
 
     run: may give again what it has given.
     """

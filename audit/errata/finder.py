@@ -146,7 +146,7 @@ def energy_errata(arm: Arm) -> Iterator[Erratum]:
 
 
 def _thin_ring_if_unknown(values: Values, missing: sp.Expr) -> Values:
-    """The parameters; Table I gives no ring inertia: where it matters, that of a thin ring."""
+    """The values, with a ring's inertia where it matters: a thin ring at its base radius."""
     guessed = dict(values)
     for joint in range(1, JOINTS + 1):
         stage = stage_symbols(joint)
@@ -176,7 +176,7 @@ def errata_records(
 
 
 def effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:
-    """Constant torque, which stays on one flank, and PD, which in half a second does not."""
+    """The constant torque, which stays on one flank, and PD, which in 0.5 s does not."""
     names = ("constant-torque", "pd")
     update = {"duration_s": duration_s, "record_every": RECORD_EVERY}
     return [load_scenario(name).model_copy(update=update) for name in names]

@@ -60,7 +60,7 @@ class Planted(Question[list[LeftOutEntry]]):
 
 
 def shown(plants: Sequence[LeftOutEntry]) -> float:
-    """Share of the errors that change an angle by more than AGREEMENT_RAD, or leave no run."""
+    """The share of the errors that change an angle by more than AGREEMENT_RAD, or leave no run."""
     seen = [plant.theta_rad is None or plant.theta_rad > AGREEMENT_RAD for plant in plants]
     return sum(seen) / len(seen)
 

@@ -38,7 +38,7 @@ class ErrataSheet(AuditChapter):
 
 
 def chapter(material: Material) -> ErrataSheet:
-    """The errata sheet for both readings of Table I (the quick one for the first alone)."""
+    """The chapter of errata for both readings of Table I (quick: for the first alone)."""
     quick = material.scale.quick
     arms = [LABELLED] if quick else list(READINGS)
     duration = material.scale.seconds(QUICK_S if quick else EFFECT_S)
@@ -64,7 +64,7 @@ def chapter(material: Material) -> ErrataSheet:
 
 @dataclass(frozen=True)
 class SheetCounts:
-    """How many of each class, and of these how many by computation; contradictions and gaps."""
+    """How many errata of each class, how many read alone, contradictions and gaps."""
 
     by_class: Mapping[Class, int]
     read: int

@@ -30,7 +30,7 @@ NEARLY_ALWAYS = 0.95
 
 
 def statement_errata(arm: Arm) -> Iterator[Erratum]:
-    """Errata outside the equations, for this arm."""
+    """Every erratum outside the equations, for this arm."""
     stage = paper_stage(arm)
     yield from initial_values()
     yield from masses_and_inertias(stage)

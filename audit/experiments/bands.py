@@ -16,7 +16,7 @@ SHOULDER = ("theta_ddot", "torque", "x_sp", "F_sp")
 
 
 class Band(NamedTuple):
-    """Lowest and highest value of all starts in every bin, each (bins,)."""
+    """The lowest and highest value of all starts in every bin, each (bins,)."""
 
     low: list[float]
     high: list[float]

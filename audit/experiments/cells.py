@@ -65,7 +65,7 @@ VARIANTS = {
 
 @dataclass(frozen=True)
 class Cell:
-    """One setting of what the paper leaves open. arm: a reading of Table I; zeta: of all meshes."""
+    """One setting of the study. arm: reading of Table I; zeta: damping ratio of all meshes."""
 
     law: Law
     zeta: float

@@ -131,7 +131,7 @@ def _impacts(looked: _Looked) -> Found:
 
 
 def _third(looked: _Looked) -> Found:
-    """Sizes [rad/s^2] and course of the third fluctuation."""
+    """Numbers of the third fluctuation: sizes [rad/s^2] and course."""
     time, part, excess = looked.run.time, looked.third, looked.excess
     size, elbow = (signals.amplitude(excess[part, joint]) for joint in (0, 1))
     soon_s = time[part].min(initial=np.inf) + events.PEAK_S
@@ -149,7 +149,7 @@ def _third(looked: _Looked) -> Found:
 def _spectra(looked: _Looked) -> Found:
     """Spectral numbers of both joints' excess in the 0.1 s around the third fluctuation's peak.
 
-    Where these are less than MINOR only how little that is.
+    Where the excess is below MINOR, only how little it is.
     """
     near, numbers = looked.near, Found()
     for joint, name in enumerate(("", "_elbow")):
@@ -180,7 +180,7 @@ def _line(frequency: np.ndarray, lines: np.ndarray, at: float) -> float:
 
 
 def _stands_out(frequency: np.ndarray, lines: np.ndarray, at: float, fundamental: float) -> bool:
-    """Whether a line is STANDS_OUT times the median up to half a fundamental around it."""
+    """Whether a line is at least STANDS_OUT times the median within half a fundamental."""
     around = lines[np.abs(frequency - at) <= fundamental / 2]
     return _line(frequency, lines, at) >= STANDS_OUT * np.median(around)
 
@@ -228,7 +228,7 @@ def _envelopes_correlate(time: np.ndarray, one: np.ndarray, other: np.ndarray) -
 
 
 def _contacts(looked: _Looked, rigid: Course) -> Found:
-    """Numbers of zero acceleration and open teeth in the three fluctuations; None unless all exist.
+    """Numbers of zero acceleration and open teeth in the three fluctuations, if there are all.
 
     Accelerations that pass zero count where the excess, not the rigid arm's own course, brings
     them there. The second fluctuation's window begins with the flight before the impact.

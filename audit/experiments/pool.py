@@ -47,7 +47,7 @@ Wanted = tuple[Cell, Source]
 def samples(
     study: Study, scale: Scale, wanted: Iterable[Wanted], what: str
 ) -> dict[Wanted, Sample]:
-    """The sample of every experiment in its setting, from the scale's starts; kept are read."""
+    """The sample of every experiment in its setting from the scale's starts, run or read."""
     # Laws in turns, so that two processes seldom compile one kernel at a time.
     unlike = sorted(dict.fromkeys(wanted), key=lambda pair: (pair[0].zeta, str(pair[1])))
     asked = [question(source, cell, scale.seeds) for cell, source in unlike]

@@ -13,7 +13,7 @@ Records = Iterable[BaseModel]
 
 
 class Question(ABC, Generic[Answer]):
-    """A question: a frozen dataclass of a module; its answer is worked out once and kept.
+    """A question, answered once and kept; a subclass is a frozen dataclass of a module.
 
     The answer, of the type that ``answer`` is annotated with (records, numbers, lists of them), is
     kept as JSON. Besides code it depends on the fields and on ``records``. cost: estimated [s].

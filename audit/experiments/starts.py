@@ -198,7 +198,7 @@ class BackAndForth(Starts):
 
 @lru_cache(maxsize=16)
 def rigid_course(variant: Variant) -> Course:
-    """A rigid arm's run. Raises Diverged."""
+    """The course of a rigid arm's run. Raises Diverged."""
     (run,) = _side_by_side([build(variant.model, *variant.case())])
     if isinstance(run, Diverged):
         raise run

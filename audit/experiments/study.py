@@ -36,7 +36,7 @@ MOST_AT_ONCE = 300_000  # records of runs in one task: about 200 MB
 
 @dataclass
 class Study:
-    """Runs variants and remembers them in a folder; tells how far it is.
+    """The simulations of variants, remembered in a folder; tells how far it is.
 
     told(what, done, total) counts results, before and after every task of a request. What cannot
     be kept, or does not fit any more, is made again. A simulation that comes to no end raises
@@ -55,7 +55,7 @@ class Study:
     def runs(
         self, variants: Iterable[Variant], what: str = "runs", keep: Reduction | None = None
     ) -> dict[Variant, xr.Dataset]:
-        """Trajectories, whole or what ``keep`` keeps of them. Raises Diverged if one diverges.
+        """The trajectories, whole or what ``keep`` keeps of them. Raises Diverged if one diverges.
 
         ``keep``: a function of a module.
         """

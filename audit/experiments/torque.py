@@ -98,7 +98,7 @@ def back_and_forth(run: Course, rigid: Course, shifted: Course) -> Numbers:
 
 
 def _deviations(run: Course, levels: Mapping[str, Course]) -> dict[str, float]:
-    """Detailed less rigid, at every rigid level: joints [rad], tip [mm], late over early half."""
+    """Numbers of detailed less rigid, at every level: joints [rad], tip [mm], late over early."""
     arm, half = run.case.arm, run.time.size // 2
     own_tip = _tip(run.theta, arm)
     numbers: dict[str, float] = {}
@@ -140,7 +140,7 @@ def _turns_gained(time: np.ndarray, values: np.ndarray) -> float:
 
 
 def _stiffness_follows(run: Course, part: slice) -> float:
-    """Relative change of the mesh force over that of its stiffness, nan where it is not Eq. 8's.
+    """Relative change of the mesh force over the stiffness's; nan if that is not Eq. 8's.
 
     1 where the deflection decides, 0 where the load does: the slope of both, each over its mean
     and less its straight trend.

@@ -51,7 +51,7 @@ class Variant:
     harmonics: int = 0
 
     def case(self) -> Case:
-        """Arm, scenario and switches, read again if a file has changed. Raises InputError."""
+        """The arm, scenario and switches, read again if a file has changed. Raises InputError."""
         return _case(self, _state("arms", self.arm), _state("scenarios", self.scenario))
 
 

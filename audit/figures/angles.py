@@ -83,7 +83,7 @@ def figure_15(shelf: Shelf) -> Plate:
 
 
 class Gain(NamedTuple):
-    """A joint's step with gains: overshoot over the step, when it is within BANDS for good [s]."""
+    """A joint's step with gains: overshoot over the step, when [s] within BANDS for good."""
 
     proportional: float
     derivative: float

@@ -75,7 +75,7 @@ class Plate:
 
 @dataclass(frozen=True)
 class Row:
-    """A claim at one setting: its answer by law, {None: ...} where it has none; None: not asked.
+    """A claim in a setting: its answer by law, {None: ...} if it has none; None: not asked.
 
     choice: of the claim's free parameter, its default; verdict: over all settings, if asked.
     """

@@ -45,7 +45,7 @@ ID, TITLE = "findings", "What came out"
 
 
 def chapter(material: Material) -> AuditChapter:
-    """The chapter with the findings of all others that come first on the page."""
+    """The chapter of findings, which comes first on the page."""
     study, scale = material.study, material.scale
     (printed,) = study.answers([PrintedBeside(LABELLED, scale.longest_s)], "printed equations")
     clock, third = clocks(study, scale), third_finding(material)

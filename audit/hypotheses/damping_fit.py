@@ -166,12 +166,12 @@ class DampingFit:
 
     @cached_property
     def counts(self) -> np.ndarray:
-        """How many numbers each start explains (starts,)."""
+        """How many numbers each start explains, (starts,)."""
         return np.sum(list(self.explained.values()), axis=0)
 
     @property
     def mean(self) -> float:
-        """The mean number of numbers that a start explains."""
+        """The mean count of printed numbers that a start explains."""
         return float(self.counts.mean())
 
     def without(self, claim: str) -> DampingFit:
@@ -256,7 +256,7 @@ def span(chosen: Sequence[DampingFit], left_out: str | None = None) -> Span:
 
 
 def each_left_out(found: Sequence[DampingFit]) -> list[Span]:
-    """The span of the set that is found without one of the numbers, each left out in turn."""
+    """The spans of the sets that are found without one of the numbers, each left out in turn."""
     return [
         span(equally_good([fit.without(claim) for fit in found]), claim)
         for claim in found[0].explained
@@ -264,7 +264,7 @@ def each_left_out(found: Sequence[DampingFit]) -> list[Span]:
 
 
 def tells_nothing(found: Sequence[DampingFit]) -> dict[rule.State, list[str]]:
-    """Claims on which all settings agree, by what they say: these choose no damping."""
+    """The claims on which all settings agree, by what they say: these choose no damping."""
     silent: dict[rule.State, list[str]] = {rule.State.YES: [], rule.State.NO: []}
     for claim in found[0].explained:
         states = {fit.answers[claim].state for fit in found}

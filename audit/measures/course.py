@@ -57,7 +57,7 @@ class Course:
 
 
 def course_of(run: xr.Dataset) -> Course:
-    """The course of a trajectory that any model gives."""
+    """The course of a trajectory, as any model gives it."""
     case = case_of(run)
     joints = [run[name].values for name in JOINT_SIGNALS]
     if "x_sp" not in run:

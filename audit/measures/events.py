@@ -31,7 +31,7 @@ class SideChange(NamedTuple):
 
 
 def third_window(time: np.ndarray, side_s: float | None = None) -> slice:
-    """The samples of the third fluctuation, without a late side change's impact [s]."""
+    """The samples of the third fluctuation, without a late side change's impact."""
     begin, end = THIRD_S
     if side_s is not None and side_s + IMPACT_S < end - PEAK_S:
         begin = max(begin, side_s + IMPACT_S)
@@ -108,7 +108,7 @@ def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:
 
 
 def settling(time: np.ndarray, angle: np.ndarray, target: float, band: float) -> float | None:
-    """Time [s] from which an angle [rad] is within a share ``band`` of its step to ``target``."""
+    """Time [s] from which an angle [rad] is near its target for good: ``band`` over the step."""
     return signals.settling_time(time, angle, target, band * target)
 
 

@@ -45,7 +45,7 @@ def geared_joint(arm: Arm, place: int = 0) -> Planetary:
 
 
 def paper_stage(arm: Arm, place: int = 0) -> PaperStage:
-    """The stage at a place from the base, counted from 0: the shoulder's.
+    """The stage of the joint at a place from the base, counted from 0: the shoulder's.
 
     Raises InputError for a joint that is not as the paper's.
     """

@@ -88,7 +88,7 @@ class Third:
 
     @property
     def state(self) -> State:
-        """What the starts say of the fluctuation being severe."""
+        """Whether the third fluctuation is severe, or the start decides."""
         return state(self.share)
 
     @property

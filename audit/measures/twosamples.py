@@ -18,7 +18,7 @@ SIGNIFICANT = 0.05
 
 
 class TwoTests(NamedTuple):
-    """p of Fisher's exact test of the shares and of Mann and Whitney's of the sizes.
+    """The p of Fisher's exact test of the shares and of Mann and Whitney's of the sizes.
 
     None where a sample has too few defined starts.
     """
@@ -42,13 +42,13 @@ def two_tests(one: Third, other: Third) -> TwoTests:
 
 
 def shares_p(one: Share, other: Share) -> float:
-    """Probability of shares at least as unlike if both have one behind them (Fisher, exact)."""
+    """Chance of shares at least as unlike if one probability is behind both (Fisher, exact)."""
     table = [[one.yes, one.of - one.yes], [other.yes, other.of - other.yes]]
     return float(fisher_exact(table).pvalue)
 
 
 def sizes_p(one: Sequence[float] | np.ndarray, other: Sequence[float] | np.ndarray) -> float:
-    """Probability of sizes at least as unlike if one law is behind both (Mann and Whitney)."""
+    """Chance of sizes at least as unlike if one distribution is behind both (Mann and Whitney)."""
     return float(mannwhitneyu(one, other).pvalue)
 
 
@@ -59,7 +59,7 @@ def least_p(one: int, other: int) -> float:
 
 
 def not_told_apart(one: Share, of: int) -> tuple[int, int]:
-    """The fewest and the most yes, of so many, that Fisher's exact test does not tell from one."""
+    """The fewest and the most yes, of so many, that Fisher's test does not tell from a share."""
     alike = [yes for yes in range(of + 1) if not told_apart(shares_p(one, Share(yes, of)))]
     return min(alike), max(alike)
 

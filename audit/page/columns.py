@@ -67,7 +67,7 @@ def along(row: object, path: str) -> Value:
 
 @dataclass(frozen=True)
 class Columns(Generic[Row]):
-    """The columns of a table. id: names a row in JSON, or the format of it, the row ``{0}``."""
+    """The columns of a table. id: a row's name in JSON, or its format, the row being ``{0}``."""
 
     id: Callable[[Row], str] | str
     columns: Sequence[TableColumn[Row]]

@@ -60,7 +60,7 @@ def chapter(material: Material) -> AuditChapter:
 
 
 def _shares(simulated: Maps) -> dict[str, Share | None]:
-    """The shares of severe starts under the three laws, and with planets lumped; None without."""
+    """The shares of severe starts under the three laws, and by the first with planets lumped."""
     plain = [one for one in simulated.settings if one.setting.is_paper]
     found = {one.setting.cell: one.third.share for one in (*plain, *simulated.lumped)}
     cells = {
@@ -73,7 +73,7 @@ def _shares(simulated: Maps) -> dict[str, Share | None]:
 
 
 def h1_verdict(maps: Presence, supports: Mapping[str, bool | None]) -> str:
-    """The verdict: `holds` if simulations say so and no other evidence that was run objects.
+    """The verdict: `holds` if simulations say so and no evidence that was run speaks against it.
 
     maps: where the tooth error makes a fluctuation; supports: the other kinds of evidence.
     """

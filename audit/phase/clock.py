@@ -124,7 +124,7 @@ class LawsClock:
 
     @property
     def blind(self) -> bool:
-        """Whether no mesh force knows the time."""
+        """Whether no mesh force depends on the time."""
         return all(one.largest_change_N <= CLOCK_N for one in self.delays)
 
 

@@ -64,7 +64,7 @@ STILL = 0.1  # rad/s^2: a hundredth of what counts as a fluctuation
 
 @dataclass(frozen=True)
 class Ablated:
-    """A third fluctuation without tooth error, with something else left out of the arm too."""
+    """The third fluctuation without tooth error under a change of the arm, at a damping ratio."""
 
     ablation: runs.Change
     zeta: float

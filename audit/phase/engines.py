@@ -30,7 +30,7 @@ FEWEST = 3  # starts of a branch whose median means something
 
 
 class Apart(NamedTuple):
-    """Medians of both models in one branch, and how far apart they are (relative).
+    """The medians of both models in one branch, and how far apart they are (relative).
 
     scatter: from the quantile 0.1 to 0.9 of the analytic starts alone, over their median; within:
     the limit; met: None where a branch has too few starts in one of the models.
@@ -74,7 +74,7 @@ class TwoModels:
 
     @property
     def same(self) -> bool | None:
-        """Whether no test tells them apart; None where so few starts never could be."""
+        """Whether no test tells the models apart; None where so few starts never could be."""
         least = self.tests.least
         return None if least is None or not self.could_differ else least >= twosamples.SIGNIFICANT
 
@@ -89,7 +89,7 @@ class TwoModels:
 
     @property
     def parted_size_p(self) -> float | None:
-        """Mann and Whitney's test of the sizes among starts whose planets part; None if few do."""
+        """The p of Mann and Whitney's test of sizes where planets part; None if few do."""
         one, other = (
             model.size[(model.apart_m > third.APART_M) & np.isfinite(model.size)]
             for model in (self.analytic, self.engine)
@@ -134,7 +134,7 @@ class Engines:
 
     @property
     def supports(self) -> bool | None:
-        """Whether the engine, as the analytic model, has severe starts by `omega_t` alone."""
+        """Whether the engine, as the analytic model, has severe starts under `omega_t` alone."""
         quiet = [
             None if not one.engine.sizes.size else bool(one.engine.sizes.max() <= thresholds.SEVERE)
             for one in self.under_angle

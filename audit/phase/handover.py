@@ -147,7 +147,7 @@ class Fate(NamedTuple):
 
     @property
     def all_die(self) -> bool:
-        """Whether there are any, and every one dies."""
+        """Whether there are severe starts, and the vibration of every one dies."""
         return self.dying is not None and self.dying.yes == self.dying.of
 
 

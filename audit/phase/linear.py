@@ -175,7 +175,7 @@ def mesh_modes(plant: Plant, base: Base) -> Modes:
 def predicted_amplitude(
     time: np.ndarray, growth: np.ndarray, first: np.ndarray, floor: np.ndarray
 ) -> np.ndarray:
-    """Vibration that frozen growth rates let grow, (times,), in the unit of ``floor``.
+    """The vibration that frozen growth rates let grow, (times,), in the unit of ``floor``.
 
     Every mode, growth (times, modes) [1/s], starts at its ``first`` (modes,), follows the integral
     of its growth rate and never falls below its noise floor (modes,); the largest of them.
@@ -197,7 +197,7 @@ class Interval(NamedTuple):
 
 
 def unstable_intervals(time: np.ndarray, modes: Modes, least_folds: float) -> list[Interval]:
-    """Stretches with positive growth rate that amplify by at least e^least_folds, by beginning."""
+    """The stretches of positive growth rate that amplify by e^least_folds or more, by begin."""
     found = []
     for growth, frequency in zip(modes.growth.T, modes.frequency.T, strict=True):
         edges = np.flatnonzero(np.diff(np.concatenate(([False], growth > 0, [False])).astype(int)))
@@ -212,7 +212,7 @@ def unstable_intervals(time: np.ndarray, modes: Modes, least_folds: float) -> li
 def linear_step(
     rates: Sequence[np.ndarray] | np.ndarray, y: np.ndarray, h: np.ndarray | float
 ) -> np.ndarray:
-    """y after a step h [s] of y' = A y by Runge and Kutta; rates: A at the step's four stages."""
+    """The y after a step h [s] of y' = A y by Runge and Kutta; rates: A at its four stages."""
     begin, second, third, end = rates
     k_1 = begin @ y
     k_2 = second @ (y + h / 2 * k_1)

@@ -172,7 +172,7 @@ def maps(material: Material) -> Maps:
 
 
 def mapped(material: Material, settings: Sequence[MapSetting]) -> list[Mapped]:
-    """The settings simulated; experiments that the claims have asked for are only read."""
+    """The settings with their samples; experiments that claims have asked for are only read."""
     wanted: list[Wanted] = [(one.cell, source) for one in settings for source in one.sources]
     found = material.samples(wanted, "phase: maps")
     made = []

@@ -45,7 +45,7 @@ class StageModes:
 
     @property
     def speeds(self) -> tuple[float, ...]:
-        """Carrier speed [rad/s] at which teeth pass at the frequency of each mode."""
+        """Carrier speeds [rad/s] at which teeth pass at the frequency of each mode."""
         return tuple(2 * np.pi * mode / self.teeth for mode in self.modes_Hz)
 
 

@@ -100,7 +100,10 @@ def plant_of(model: AnalyticModel, full_rate: bool = False) -> Plant:
 
 
 def neglected_weights(model: AnalyticModel) -> np.ndarray:
-    """Eq. 11 less Eq. 12 [rad/m], (meshes, n): z_s / r_s on x_sp and x_pr; z_p / r_p on x_pr."""
+    """Weights that Eq. 11 has and Eq. 12 neglects [rad/m], (meshes, n).
+
+    Those of a sun mesh are z_s / r_s on x_sp and x_pr, those of a ring mesh z_p / r_p on x_pr.
+    """
     weights = np.zeros((model.gears.where.size, len(model.coordinates)))
     layout = model.layout
     for number, joint in enumerate(layout.meshing):
@@ -245,7 +248,7 @@ def with_torque(case: Case, time: np.ndarray, torque: np.ndarray) -> Case:
 
 
 def shoulder_excess(variant: Variant, elapsed: np.ndarray, theta_ddot: np.ndarray) -> np.ndarray:
-    """Shoulder accelerations (times, members) less the rigid arm's at times since its start."""
+    """Shoulder accelerations (times, members) [rad/s^2] less the rigid arm's at these times."""
     rigid = _simulated(rigid_arm(variant))
     own = np.interp(elapsed, rigid["time"].values, rigid["theta_ddot"].values[:, 0])
     return theta_ddot - own[:, None]

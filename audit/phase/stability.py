@@ -175,7 +175,7 @@ def vibration_envelope(
 
 
 def _onset(time: np.ndarray, values: np.ndarray) -> float | None:
-    """First time [s] from 0.5 s on at which a vibration counts as begun."""
+    """Time [s] from 0.5 s on at which a vibration first counts as begun; None for never."""
     part = signals.window(time, THIRD_S[0], DURATION_S - runs.FILTER_EDGE_S)
     return signals.first_above(time[part], values[part], ONSET_RAD_PER_S2)
 
@@ -201,7 +201,7 @@ class Stability:
 
     @property
     def supports(self) -> bool | None:
-        """Whether all onsets are foretold, in every start of `omega_t` and in none of `angle`."""
+        """Whether onsets are foretold, and are in all starts of `omega_t`, in none of `angle`."""
         answers: list[bool] = []
         for cell, one in self.cells.items():
             if one.as_predicted is None or one.begins is None:

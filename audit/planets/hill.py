@@ -122,7 +122,7 @@ def stages_of(model: PhysicalModel) -> Stages:
 
 
 def rounding_floor(x_m: np.ndarray, decay_per_s: np.ndarray, step_s: float) -> np.ndarray:
-    """How far rounding keeps planets apart [m] that are at x and whose differences decay so fast.
+    """The distance [m] at which rounding keeps planets at x whose differences decay so fast.
 
     Every step adds a last place's rounding, of variance ulp^2 / 12, and a step later exp(-decay
     step) of it is left.

@@ -157,14 +157,14 @@ def _edges(time: np.ndarray) -> np.ndarray:
 
 
 def _course(time: np.ndarray, found: Differences) -> PartingCourse:
-    """The course of differences, whose natural logarithms are found."""
+    """The course of planets' differences; found: natural logarithms of metres."""
     largest = np.maximum.reduceat(found.size, _edges(time), axis=0) / np.log(10)
     spread = tuple(tuple(defined(value) for value in column) for column in largest.T)
     return PartingCourse(spread, _passed(time, found.part))
 
 
 def _passed(time: np.ndarray, spread: np.ndarray) -> Times:
-    """When [s] logarithms (times, stages) first pass that of 1 um, by stage."""
+    """Times [s] at which logarithms (times, stages) first pass that of 1 um, (stages,)."""
     return tuple(_when(time, column) for column in (spread >= np.log(APART_M)).T)
 
 
@@ -221,7 +221,7 @@ class Foretold:
 
 @dataclass(frozen=True)
 class Breaking:
-    """When the symmetry of the planets breaks in a setting [s], over its starts.
+    """Times [s] at which the symmetry of the planets breaks in a setting, over its starts.
 
     parted: starts in which planets get 1 um apart; early: in which they do before STARTING_S.
     """
@@ -234,7 +234,7 @@ class Breaking:
 
 @dataclass(frozen=True)
 class Growth:
-    """When planets part in many settings, and what foretells it in one."""
+    """Results on when planets part in many settings, and on what foretells it in one."""
 
     breaking: Sequence[Breaking]
     starts: Sequence[Parted]
@@ -244,7 +244,7 @@ class Growth:
 
 
 def growth(study: Study, scale: Scale) -> Growth:
-    """The growth at the bistable setting, from many starts, with the breaking in many settings."""
+    """Results at the bistable setting, from many starts, with the breaking in many settings."""
     one = replace(scale.cut(pd_run(CELL, THIRD_S[1])), record_every=RECORD_EVERY)
     starts = [replace(one, seed=seed) for seed in scale.seeds[: scale.starts(STARTS)]]
     asked_of = [
@@ -264,7 +264,7 @@ def growth(study: Study, scale: Scale) -> Growth:
 
 
 def breaking(study: Study, scale: Scale) -> list[Breaking]:
-    """When planets part, over damping and laws, from the scale's starts."""
+    """The times at which planets part, over damping and laws, from the scale's starts."""
     asked = {
         cell: FirstPartings(scale.cut(pd_run(cell, THIRD_S[1])), scale.seeds)
         for cell in (Cell(law, zeta) for law in LAWS for zeta in BREAKING_ZETAS)

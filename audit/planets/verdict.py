@@ -110,7 +110,7 @@ def h7_verdict(effects: Sequence[PlanetsEffect]) -> str:
 
 @dataclass(frozen=True)
 class Freed:
-    """The third fluctuation in a setting with lumped and free planets; family: tests in the 5 %."""
+    """Third fluctuations in a setting, planets lumped and free; family: tests sharing the 5 %."""
 
     cell: Cell
     lumped: Third

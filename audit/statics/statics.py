@@ -54,7 +54,7 @@ def statics(arm: Arm) -> Numbers:
 
 
 def of_data(arm: Arm, stage: PaperStage) -> Numbers:
-    """Numbers of sizes that Table I and the text give, and what follows from them at once."""
+    """Numbers on sizes that Table I and the text give, and what follows from them at once."""
     joint, (inner, outer) = stage.joint, (link.length_m for link in arm.links)
     sun_pitch_m = joint.module_m * joint.sun_teeth / 2
     gyration_m = stage.geometry.r_s * math.sqrt(stage.sun_equivalent_mass_kg / joint.sun_mass_kg)

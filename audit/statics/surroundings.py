@@ -44,7 +44,7 @@ def _tip_errors_m(case: Case) -> list[float]:
 
 
 def neglected_torques(arm: Arm, stage: PaperStage) -> Numbers:
-    """Torques [N m] that Section 2.4's energies leave out, over the 100 N m of Section 3.1."""
+    """Torques that Section 2.4's energies leave out, over the 100 N m of Section 3.1 [1]."""
     drive = load_scenario(CONSTANT).drive
     assert isinstance(drive, ConstantDrive)
     torque = float(np.max(drive.torque_N_m))

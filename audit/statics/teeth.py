@@ -62,7 +62,7 @@ def gearing(stage: PaperStage) -> Numbers:
 
 
 def conversion_error(joint: Planetary, geometry: StageGeometry, counted: str) -> float:
-    """Largest error of Eqs. 2-3 against the speeds at which flanks approach, over the sun's radius.
+    """Largest error of Eqs. 2-3 against flanks' speeds of approach, over the sun's base radius.
 
     Over three motions that make up any other: sun, planet or carrier turning alone.
     """
@@ -101,7 +101,7 @@ def _along(velocity: complex, direction: complex) -> float:
 
 
 def sun_contact_ratio(joint: Planetary) -> float:
-    """Contact ratio of the sun mesh, external: path of contact over base pitch; standard teeth."""
+    """Contact ratio of the sun mesh, external, with a standard addendum: path over base pitch."""
     sun, planet = (_reach(joint, teeth, 1) for teeth in (joint.sun_teeth, joint.planet_teeth))
     return (sun + planet - _between_bases(joint)) / _base_pitch(joint)
 

@@ -72,7 +72,7 @@ class FlutterSetting(NamedTuple):
 
 @dataclass(frozen=True)
 class Vibrations(starts.TransientPd):
-    """A question: shoulder vibration in SETTLED_S less the rigid arm, [rad/s^2], and its [Hz]."""
+    """A question: shoulder vibration in SETTLED_S, less the rigid arm: [rad/s^2] and [Hz]."""
 
     played_back: bool = False
 
@@ -146,7 +146,7 @@ def played_back(case: Case, variant: Variant) -> Case:
 
 
 class Handed(NamedTuple):
-    """Shoulder vibration [rad/s^2] of every start, AFTER_S later, by what drives the arm."""
+    """The shoulder vibration [rad/s^2] of every start, AFTER_S later, by what drives the arm."""
 
     link: list[float]
     torque: list[float]

@@ -71,7 +71,7 @@ def threshold(point: Point) -> float:
 
 
 def _system(point: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(A, G, H), each (n, n): q'' = A q + (G + zeta H) q'."""
+    """The matrices (A, G, H), each (n, n), of q'' = A q + (G + zeta H) q'."""
     model = _model(point.arm)
     pose = np.zeros(len(model.coordinates))
     pose[model.layout.theta[-1]] = point.elbow_rad
@@ -215,5 +215,5 @@ def growth_check(measured: Numbers) -> GrowthCheck:
 
 @where_known
 def growth_agrees(measured: float, predicted: float) -> bool:
-    """Whether a simulated growth rate is the linear model's."""
+    """Whether a simulated growth rate [1/s] is that of the linear model."""
     return abs(measured - predicted) <= GROWTH_TOLERANCE * abs(predicted)

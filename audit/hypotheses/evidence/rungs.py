@@ -98,7 +98,7 @@ def rungs(order: tuple[str, ...]) -> Iterator[frozenset[str]]:
 
 @dataclass(frozen=True)
 class Ladder:
-    """What every rung adds to detailed minus rigid.
+    """A ladder: what every rung adds to the deviation of the detailed arm from the rigid one.
 
     order: its name in ORDERS; level: the rigid one that it begins at; names: of its rungs, upwards;
     time (times,) [s]; fine, coarse (rungs, times, quantities) [rad, rad, m] at two steps.
@@ -115,12 +115,12 @@ class Ladder:
 
     @property
     def uncertainty(self) -> np.ndarray:
-        """Numerical uncertainty of every contribution (rungs, times, quantities)."""
+        """Numerical uncertainty of every contribution, (rungs, times, quantities)."""
         return SAFETY * np.abs(self.fine - self.coarse)
 
     @property
     def total(self) -> np.ndarray:
-        """The whole deviation (times, quantities); the tip's is its magnitude [m]."""
+        """The whole deviation, (times, quantities); the tip's is its magnitude [m]."""
         return self.fine.sum(axis=0)
 
     def largest(self, quantity: int) -> int:
@@ -187,7 +187,7 @@ class LevelPart(NamedTuple):
 class Deviation:
     """The detailed arm's deviation from a rigid level at an instant, taken apart by rungs.
 
-    total [rad or m]; shares: nan if it is 0.
+    total [rad or m]; shares: of every group of rungs, nan if the total is 0.
     """
 
     arm: str
@@ -291,7 +291,7 @@ class LadderVerdict:
 
     @property
     def most_meshes(self) -> Span:
-        """Largest share of the meshes' effects in the rest, and in the whole."""
+        """Largest share of all the meshes' effects in the rest, and in the whole."""
         rest, whole = (max(map(abs, spans[MESHES])) for spans in (self.rest, self.whole))
         return rest, whole
 
@@ -309,7 +309,7 @@ def _nearly_all(share: float) -> bool:
 def ladder_verdict(
     levels: Sequence[Deviation], climbed: Sequence[Deviation], theta_2: Limits
 ) -> LadderVerdict:
-    """The verdict on H2. levels: what baselines leave; climbed: of whole ladders."""
+    """The verdict on H2. levels: what baselines leave; climbed: whole; theta_2: the paper's."""
     angles = {
         level: largest(levels, scenario=TORQUE, level=level, quantity="theta_2")
         for level in RIGID_LEVELS

@@ -91,18 +91,18 @@ class Shaken:
 
     @property
     def own(self) -> Share | None:
-        """Starts in which the error's growth is the rigid arm's own."""
+        """The share of starts in which the error's growth is the rigid arm's own."""
         rigid = self.rigid_growth_per_s
         return share_of(is_own(one.growth_per_s, rigid, one.misfit) for one in self.starts)
 
     @property
     def linear(self) -> Share | None:
-        """Starts in which the error is proportional to b while small."""
+        """The share of starts in which the error is proportional to b while small."""
         return share_of(is_linear(found.nonlinearity) for found in self.starts)
 
     @property
     def ordered(self) -> Share | None:
-        """Starts in which a larger b means a larger error later."""
+        """The share of starts in which a larger b means a larger error later."""
         return share_of(is_ordered(found.ordered_after) for found in self.starts)
 
     def span(self, name: str) -> tuple[float | None, float | None]:
@@ -164,7 +164,7 @@ class Shaking(Question[Shaken]):
         )
 
     def _geared(self, backlash_m: float) -> dict[int, np.ndarray]:
-        """theta (times, joints) of every start that did not diverge."""
+        """The angles theta (times, joints) [rad] of every start that did not diverge, by place."""
         meshes = (f"arm.joints.*.*_mesh.backlash_m={backlash_m!r}",)
         variant = replace(self.variant, meshes=meshes)
         case = variant.case()
@@ -213,7 +213,7 @@ def growth_rate(time: np.ndarray, values: np.ndarray) -> float:
 
 
 def running(values: np.ndarray) -> np.ndarray:
-    """The largest magnitude so far, never 0."""
+    """The largest magnitude so far at every time, never 0."""
     return np.maximum.accumulate(np.abs(values)) + 1e-300
 
 

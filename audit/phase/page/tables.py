@@ -209,7 +209,7 @@ FATE = Columns[handover.Fate](
 
 
 class Mode(NamedTuple):
-    """A row: mesh mode [Hz], speed [rad/s] that meets it, that over the PD run's fastest.
+    """A row: a mesh mode [Hz] and the carrier speed [rad/s] that meets it.
 
     times: how many times the PD run's fastest speed; peaks: of the first start, by damping ratio.
     """
