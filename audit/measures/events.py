@@ -108,7 +108,10 @@ def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:
 
 
 def settling(time: np.ndarray, angle: np.ndarray, target: float, band: float) -> float | None:
-    """Time [s] from which an angle [rad] is near its target for good: ``band`` over the step."""
+    """Time [s] from which an angle [rad] is near its target for good.
+
+    Near is within a share ``band`` of the angle's step from 0 to ``target``.
+    """
     return signals.settling_time(time, angle, target, band * target)
 
 

@@ -264,9 +264,9 @@ Span = tuple[float, float]
 class LadderVerdict:
     """The verdict on H2. fitting: levels that leave the paper's theta_2 in all readings.
 
-    The motion is that under constant torque. rest: spans of each group's shares in what these
-    leave; whole: in what the links' level leaves, in every scenario, order and reading; causes:
-    what explains nearly all of that.
+    fitting and rest are under constant torque. rest: spans of each group's shares in what these
+    levels leave; whole: in what the links' level leaves, in every scenario, order and reading;
+    causes: what explains nearly all of that.
     """
 
     fitting: tuple[str, ...]

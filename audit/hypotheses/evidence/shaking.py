@@ -172,7 +172,10 @@ class Shaking(Question[Shaken]):
         return {i: run.theta for i, run in enumerate(made) if isinstance(run, Course)}
 
     def _rigid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """time (times,), theta (times, 2), its derivatives by the start's states (times, 2, 4)."""
+        """The rigid arm's time (times,), theta (times, 2) [rad] and sensitivity (times, 2, 4).
+
+        The sensitivity is the derivative of theta by the start's states.
+        """
         plain = without_gears(self.variant, COUPLED)
         nudges = [
             f"scenario.start.{name}={[NUDGE * (joint == moved) for joint in range(2)]}"
