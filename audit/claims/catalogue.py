@@ -16,14 +16,14 @@ STATEMENTS = Path(__file__).with_name("statements") / "statements.toml"
 
 
 class Statement(NamedTuple):
-    """What the paper says, and of which figure."""
+    """What the paper says in one claim, and which figure shows it."""
 
     statement: str
     figure: int | None = None
 
 
 class Statements(NamedTuple):
-    """All by id; fields as in ``Claim``; retired: why an id is not used any more."""
+    """The statements' texts by claim id, fields as in ``Claim``; retired: why an id is not used."""
 
     said: Mapping[str, Statement]
     free: Mapping[str, str]

@@ -56,7 +56,7 @@ class ClaimRow:
 
 
 def chapter(material: Material) -> AuditChapter:
-    """The claims, their values in all settings and their verdicts."""
+    """The chapter on the claims, their values in all settings and their verdicts."""
     found = rows(material)
     counts = Counter(row.judged.verdict.kind for row in found)
     outcome = "; ".join(f"{kind}: {count}" for kind, count in counts.most_common())
@@ -70,7 +70,7 @@ def chapter(material: Material) -> AuditChapter:
 
 
 def rows(material: Material) -> list[ClaimRow]:
-    """Of every claim, in the paper's order, with what VARIANTS say that have its experiments."""
+    """One row per claim, in the paper's order, with each of VARIANTS that has its experiments."""
     found = []
     for one in material.judged.values():
         variants = []
@@ -84,7 +84,7 @@ def rows(material: Material) -> list[ClaimRow]:
 
 
 def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:
-    """The rule, the count of verdicts by model and section, and every claim's row."""
+    """The chapter's HTML: the rule, the counts of verdicts by model and section, every claim."""
     sections = dict.fromkeys(row.judged.claim.section for row in found)
     counts = Counter((row.judged.claim.section, row.judged.verdict.kind) for row in found)
     asked = [row.judged for row in found if not row.judged.claim.static]
@@ -122,7 +122,7 @@ def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:
 
 
 def verdict_words(found: Verdict) -> str:
-    """In words, with the settings behind it where they do not all say the same."""
+    """A verdict in words, with the counts of settings behind it where they do not all agree."""
     words = str(found.kind)
     if found.depends_on:
         words += f" on {', '.join(found.depends_on)}"
@@ -141,7 +141,7 @@ def model_words(model: GearModel) -> str:
 
 
 def value_words(answer: Answer) -> str:
-    """Median and the outer quantiles, once where they are equal as printed."""
+    """The median and the outer quantiles of an answer, once where they are equal as printed."""
     if answer.quantiles is None:
         return "undefined"
     low, middle, high = map(number, answer.quantiles)
@@ -149,7 +149,7 @@ def value_words(answer: Answer) -> str:
 
 
 def share_words(answer: Answer) -> str:
-    """How many of the starts, and how many are undefined."""
+    """How many of an answer's starts support the claim, and how many are undefined."""
     share = answer.share
     if share is None:
         return f"undefined in {answer.undefined} of {answer.starts}"
@@ -200,7 +200,7 @@ ANSWERS = Columns[Answer](
 
 
 def record(judged: Judged, variants: Sequence[Varied]) -> dict[str, object]:
-    """A claim with its verdict, and all settings."""
+    """A claim with its verdicts and its answers in all settings, as JSON."""
     claim = judged.claim
     return {
         "id": claim.id,
@@ -234,7 +234,7 @@ def record(judged: Judged, variants: Sequence[Varied]) -> dict[str, object]:
 
 
 def _verdict(found: Verdict) -> JsonObject:
-    """counts: of settings, by what they say."""
+    """A verdict as JSON; counts: how many settings have each state."""
     return {
         "verdict": found.kind,
         "depends_on": list(found.depends_on),

@@ -37,19 +37,19 @@ class Judged:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Over all settings of all models of the gears."""
+        """The verdict over all settings of all models of the gears."""
         return rule.verdict(self.answers, self.claim.free)
 
     @cached_property
     def by_model(self) -> dict[GearModel, Verdict]:
-        """Over the settings of each model of the gears; none where static."""
+        """The verdict over the settings of each model of the gears; empty for a static claim."""
         if self.claim.static:
             return {}
         found = {model: [a for a in self.answers if a.place.model == model] for model in MODELS}
         return {model: rule.verdict(own, self.claim.free) for model, own in found.items()}
 
     def coarser(self, left_out: int) -> Verdict:
-        """With every second damping ratio left out, beginning with the first (0) or second (1)."""
+        """The verdict without every second damping ratio, from the first (0) or second (1)."""
         zetas = sorted({a.place.zeta for a in self.answers if a.place.zeta is not None})
         out = set(zetas[left_out::2])
         kept = [answer for answer in self.answers if answer.place.zeta not in out]
@@ -57,7 +57,7 @@ class Judged:
 
     @cached_property
     def moved_by_a_coarser_grid(self) -> bool:
-        """Whether the verdict's kind is another on either half of the damping ratios."""
+        """Whether either half of the damping ratios gives a verdict of another kind."""
         if self.claim.static:
             return False
         return any(self.coarser(half).kind != self.verdict.kind for half in (0, 1))
@@ -76,7 +76,7 @@ class Judged:
 
     @cached_property
     def turning(self) -> Turning:
-        """Where the verdict would turn."""
+        """The nearest limits at which the verdict would turn."""
         return Turning(low=self._turns("low"), high=self._turns("high"))
 
     def _turns(self, end: Literal["low", "high"]) -> tuple[float | None, float | None]:
@@ -102,7 +102,7 @@ class Judged:
         return first(below, -math.inf), first(beyond, math.inf)
 
     def _turning_places(self, answer: Answer, end: str) -> Iterator[float]:
-        """Ends of the limits at which a setting's state changes: one of its starts' values each."""
+        """Values of single starts that, as that end of the limits, change the setting's state."""
         values, limits = np.array(answer.values), self.claim.limits
         inside = values[values < limits.high][::-1] if end == "low" else values[values > limits.low]
         if values.size:
@@ -113,11 +113,11 @@ class Judged:
 
     @property
     def models(self) -> tuple[GearModel | None, ...]:
-        """Those of the gears that the claim was asked of; None alone where it is static."""
+        """The models of the gears that the claim was asked of; (None,) where it is static."""
         return (None,) if self.claim.static else MODELS
 
     def strips(self, model: GearModel | None) -> list[ClaimStrip]:
-        """Readings with the same states are told together, by the first one's numbers."""
+        """The strips of a model; readings with equal states share one, with the first's answers."""
         by_place: dict[tuple[str, str], list[Answer]] = {}
         for answer in self.answers:
             if answer.place.model == model:
@@ -134,7 +134,7 @@ class Judged:
 
 
 def _one_more(answer: Answer) -> set[State]:
-    """What the setting could say after one more start."""
+    """The states that the setting could have after one more start."""
     share = answer.share
     if share is None:
         return set()
@@ -143,7 +143,7 @@ def _one_more(answer: Answer) -> set[State]:
 
 @dataclass(frozen=True)
 class ClaimStrip:
-    """A claim of one model, one choice of its free parameter and the readings that agree.
+    """The answers to a claim of one model, under one choice, of the readings that agree.
 
     model: of the gears, None where static; answers: by damping ratio, ascending.
     """
@@ -155,18 +155,18 @@ class ClaimStrip:
 
     @property
     def states(self) -> tuple[State, ...]:
-        """By damping ratio."""
+        """The state of every answer, by damping ratio."""
         return tuple(answer.state for answer in self.answers)
 
     @property
     def typical(self) -> list[Answer]:
-        """At TYPICAL_ZETAS; the one there is, where no damping enters."""
+        """The answers at TYPICAL_ZETAS; the only one where no damping enters."""
         return [a for a in self.answers if a.place.zeta in (None, *TYPICAL_ZETAS)]
 
 
 @dataclass(frozen=True)
 class Varied:
-    """A claim asked of one of VARIANTS, beside what the model next to it says there."""
+    """The verdict on a claim from one of VARIANTS, beside that from the model next to it."""
 
     model: GearModel
     kind: VerdictKind
@@ -174,5 +174,5 @@ class Varied:
 
     @property
     def differs(self) -> bool:
-        """Whether the variant says something else."""
+        """Whether the variant's verdict is of another kind than that model's."""
         return self.kind != self.own

@@ -24,7 +24,7 @@ from crosscheck.registry import RIGID_LEVELS
 
 
 class Number(NamedTuple):
-    """words: a noun phrase; window: the part of the run."""
+    """A number that experiments measure. words: a noun phrase; window: the part of the run."""
 
     words: str
     unit: str

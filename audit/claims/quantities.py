@@ -20,7 +20,7 @@ FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
 
 
 class NotSimulatedError(LookupError):
-    """A setting lacks the experiment that a quantity is about."""
+    """Raised where a setting lacks the experiment that a quantity is about."""
 
 
 class Known(dict[Source, Sample]):
@@ -53,7 +53,7 @@ class ReadExperiments(Known):
 
     @property
     def not_run(self) -> int:
-        """Starts that none of them was run from."""
+        """Starts from which none of these experiments was run."""
         return min(sample.not_run for sample in self.values())
 
 
@@ -62,7 +62,7 @@ Formula = Callable[[Known], np.ndarray]  # (starts,), nan where undefined
 
 @dataclass(frozen=True)
 class Quantity:
-    """words: what it is, for readers; window: the part of a run that it looks at."""
+    """What a claim is about. words: for readers; window: the part of a run that it looks at."""
 
     id: str
     words: str
@@ -72,13 +72,13 @@ class Quantity:
     static: bool = False
 
     def __call__(self, known: Known) -> np.ndarray:
-        """(starts,); one number where it follows from the arm's data alone."""
+        """The value for every start, (starts,); one number where the arm's data alone decide it."""
         with np.errstate(all="ignore"):
             return np.asarray(self.formula(known), dtype=float)
 
 
 def of(source: Source, name: str) -> Quantity:
-    """A number of an experiment. Raises KeyError for a name that is not in MEASURED."""
+    """The quantity of an experiment's number. Raises KeyError for a name not in MEASURED."""
     number, words = MEASURED[name], f"{MEASURED[name].words} {source.words}".strip()
     formula, static = lambda known: known[source][name], source in (STATIC, PLANTED)
     return Quantity(f"{source}: {name}", words, number.unit, formula, number.window, static)
@@ -91,49 +91,49 @@ pd, torque, static = (partial(of, source) for source in (PD, CONSTANT, STATIC))
 def _made(
     symbol: str, words: str, unit: str, parts: Sequence[Quantity], formula: Formula
 ) -> Quantity:
-    """One made of others."""
+    """A quantity that is made of others."""
     windows = "; ".join(dict.fromkeys(part.window for part in parts if part.window))
     name = f"{symbol}({', '.join(part.id for part in parts)})"
     return Quantity(name, words, unit, formula, windows, all(part.static for part in parts))
 
 
 def difference(one: Quantity, other: Quantity) -> Quantity:
-    """One less another."""
+    """One quantity less another."""
     words = f"{one.words} less {other.words}"
     return _made("less", words, one.unit, (one, other), lambda n: one(n) - other(n))
 
 
 def size(one: Quantity) -> Quantity:
-    """Its magnitude."""
+    """The magnitude of a quantity."""
     return _made("size", f"magnitude of {one.words}", one.unit, (one,), lambda n: np.abs(one(n)))
 
 
 def times(one: Quantity, factor: float, unit: str) -> Quantity:
-    """It in another unit."""
+    """A quantity times a constant factor, in another unit."""
     return _made(f"{factor:g} times", one.words, unit, (one,), lambda n: factor * one(n))
 
 
 def over(one: Quantity, other: Quantity) -> Quantity:
-    """One over another."""
+    """One quantity over another."""
     unit = "1" if one.unit == other.unit else f"{one.unit}/({other.unit})"
     words = f"{one.words} over {other.words}"
     return _made("over", words, unit, (one, other), lambda n: one(n) / other(n))
 
 
 def smallest(*parts: Quantity) -> Quantity:
-    """The smallest of several; undefined if one is."""
+    """The smallest of several quantities; undefined if one of them is."""
     words = f"smallest of: {'; '.join(part.words for part in parts)}"
     return _made("min", words, parts[0].unit, parts, lambda n: np.min([p(n) for p in parts], 0))
 
 
 def largest(*parts: Quantity) -> Quantity:
-    """The largest of several; undefined if one is."""
+    """The largest of several quantities; undefined if one of them is."""
     words = f"largest of: {'; '.join(part.words for part in parts)}"
     return _made("max", words, parts[0].unit, parts, lambda n: np.max([p(n) for p in parts], 0))
 
 
 def of_any_start(one: Quantity) -> Quantity:
-    """The largest that any start has, for every start."""
+    """The largest value of a quantity in any start, given for every start."""
 
     def formula(known: Known) -> np.ndarray:
         values = one(known)
@@ -143,18 +143,18 @@ def of_any_start(one: Quantity) -> Quantity:
 
 
 def diverged(source: Source) -> Quantity:
-    """1 where the experiment's run diverged, else 0."""
+    """A quantity that is 1 where the experiment's run diverged, else 0."""
     words = f"runs {source.words} that diverge".replace("  ", " ")
     return Quantity(f"{source}: diverged", words, "1", lambda n: n[source].diverged.astype(float))
 
 
 def where(condition: Quantity, above: float, quantity: Quantity) -> Quantity:
-    """The quantity where another is larger than so much; undefined elsewhere."""
+    """The quantity where the condition is above a limit; undefined elsewhere."""
     return _conditioned(quantity, condition, "above", "exceeds", above, np.greater)
 
 
 def where_below(condition: Quantity, below: float, quantity: Quantity) -> Quantity:
-    """The quantity where another is smaller than so much; undefined elsewhere."""
+    """The quantity where the condition is below a limit; undefined elsewhere."""
     return _conditioned(quantity, condition, "below", "is below", below, np.less)
 
 
@@ -171,7 +171,7 @@ def _conditioned(
 
 
 def along(family: Family, name: str, known: Known) -> tuple[np.ndarray, np.ndarray]:
-    """(size [um] (members,), number (members, starts)) of a family's experiments, ascending."""
+    """A family's sizes [um] (members,), ascending, and its numbers (members, starts)."""
     members = known.members(family)
     sizes = np.array([source.size_um for source in members], dtype=float)
     return sizes, np.array([known[source][name] for source in members])
@@ -180,7 +180,7 @@ def along(family: Family, name: str, known: Known) -> tuple[np.ndarray, np.ndarr
 def over_family(
     symbol: str, words: str, family: Family, name: str, fold: Callable[[np.ndarray], np.ndarray]
 ) -> Quantity:
-    """A fold (members, starts) -> (starts,) of a number over a family's experiments."""
+    """A number folded over a family's experiments: fold is (members, starts) -> (starts,)."""
     number = MEASURED[name]
     return Quantity(
         f"{symbol}({family.kind}: {name})",
@@ -192,22 +192,22 @@ def over_family(
 
 
 def least(family: Family, name: str) -> Quantity:
-    """Smallest in a family of experiments; undefined if one is."""
+    """The smallest value of a number in a family of experiments; undefined if one is."""
     return over_family("least", "smallest", family, name, lambda values: values.min(axis=0))
 
 
 def greatest(family: Family, name: str) -> Quantity:
-    """Largest in a family of experiments; undefined if one is."""
+    """The largest value of a number in a family of experiments; undefined if one is."""
     return over_family("greatest", "largest", family, name, lambda values: values.max(axis=0))
 
 
 def spread(family: Family, name: str) -> Quantity:
-    """Largest over smallest in a family of experiments."""
+    """The largest over the smallest value of a number in a family of experiments."""
     return over(greatest(family, name), least(family, name))
 
 
 def rank(family: Family, name: str) -> Quantity:
-    """Spearman's rank correlation of a number with the size of a family's experiments.
+    """Spearman's rank correlation of a number with size, over a family's experiments.
 
     Undefined where one of them has no such number, or all have the same.
     """
@@ -222,9 +222,9 @@ def rank(family: Family, name: str) -> Quantity:
 
 
 def rank_among(family: Family, name: str, condition: str, above: float) -> Quantity:
-    """The same among those members, at least FEWEST_MEMBERS, whose other number is large enough.
+    """Rank correlation of a number with size, among members whose ``condition`` is large enough.
 
-    Undefined with fewer. A member that lacks the number is none of them.
+    Undefined with fewer than FEWEST_MEMBERS of them; none of them lacks the number.
     """
     number, limit = MEASURED[name], MEASURED[condition]
 
@@ -248,7 +248,7 @@ def rank_among(family: Family, name: str, condition: str, above: float) -> Quant
 
 
 def rank_correlation(sizes: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Spearman's, of every start: sizes (members,), values (members, starts) -> (starts,)."""
+    """Spearman's rank correlation: sizes (members,), values (members, starts) -> (starts,)."""
     ranks = rankdata(values, axis=0)
     own = rankdata(sizes)
     one, other = ranks - ranks.mean(axis=0), (own - own.mean())[:, None]

@@ -40,18 +40,18 @@ FORETELLS = 0.5  # at least half of the wrong guesses are saved
 
 @dataclass(frozen=True)
 class Limits:
-    """Yes if low < value < high; because: why these."""
+    """Limits that a value supports if low < value < high; because: why these."""
 
     low: float = -math.inf
     high: float = math.inf
     because: str = ""
 
     def yes(self, values: np.ndarray) -> np.ndarray:
-        """Of every value; False where it is undefined."""
+        """Whether each value lies within the limits; False where it is undefined."""
         return (self.low < values) & (values < self.high)
 
     def yeses(self, ascending: Sequence[float]) -> int:
-        """How many of defined values are a yes: a twentieth of the time of ``yes``."""
+        """How many of the defined values lie within the limits; 20 times as fast as ``yes``."""
         return max(0, bisect_left(ascending, self.high) - bisect_right(ascending, self.low))
 
     def __str__(self) -> str:
@@ -61,22 +61,22 @@ class Limits:
 
 
 def above(low: float, because: str) -> Limits:
-    """Yes if the value is larger."""
+    """Limits that a value supports if it is larger."""
     return Limits(low=low, because=because)
 
 
 def below(high: float, because: str) -> Limits:
-    """Yes if the value is smaller."""
+    """Limits that a value supports if it is smaller."""
     return Limits(high=high, because=because)
 
 
 def about(value: float, share: float, because: str) -> Limits:
-    """Yes within this share of a printed value."""
+    """Limits within this share of a printed value."""
     return Limits(value * (1 - share), value * (1 + share), because)
 
 
 def read_off(value: float) -> Limits:
-    """Yes where a plot tells no difference from a value."""
+    """Limits within which a plot tells no difference from a value."""
     return about(value, READ_OFF, PLOT)
 
 
@@ -99,17 +99,17 @@ class Claim:
 
     @property
     def section(self) -> str:
-        """Of the paper."""
+        """The paper's section, which the id begins with."""
         return self.id.rpartition("-")[0]
 
     @property
     def choices(self) -> dict[str, Quantity]:
-        """Every choice of the free parameter, with its quantity."""
+        """The quantity under every choice of the free parameter."""
         return {"": self.quantity} if isinstance(self.quantity, Quantity) else dict(self.quantity)
 
     @property
     def static(self) -> bool:
-        """Whether it follows from the arm's data alone: then there are no starts, laws, damping."""
+        """Whether the claim follows from the arm's data alone: no starts, laws or damping then."""
         return all(quantity.static for quantity in self.choices.values())
 
 
@@ -126,7 +126,7 @@ class State(StrEnum):
 
 
 class Place(NamedTuple):
-    """Where an answer was found. Static ones have no law and no zeta, their planets say nothing."""
+    """The place where an answer was found; static: no law, no zeta, and planets say nothing."""
 
     law: Law | None
     arm: str
@@ -136,13 +136,13 @@ class Place(NamedTuple):
 
     @property
     def model(self) -> GearModel | None:
-        """Of the gears; None where static."""
+        """The setting's model of the gears; None where the claim is static."""
         return None if self.law is None else GearModel(self.law, self.planets)
 
 
 @dataclass(frozen=True)
 class Answer:
-    """A claim in one setting under one choice: its values of all starts, ascending, defined.
+    """The answer to a claim in one setting under one choice; values: the defined ones, ascending.
 
     not_run: of the starts, those that others stand for, because these agree.
     """
@@ -155,40 +155,40 @@ class Answer:
 
     @property
     def undefined(self) -> int:
-        """Starts whose run lacks what the claim is about."""
+        """How many starts have a run that lacks what the claim is about."""
         return self.starts - len(self.values)
 
     @property
     def share(self) -> Share | None:
-        """Of the defined starts that support the claim, None if so few are defined."""
+        """The share of the defined starts that support the claim; None if too few are defined."""
         return self.share_at(self.limits)
 
     def share_at(self, limits: Limits) -> Share | None:
-        """The same with other limits."""
+        """The share of defined starts that support the claim with other limits; None if too few."""
         if len(self.values) < max(1.0, DEFINED * self.starts):
             return None
         return Share(limits.yeses(self.values), len(self.values))
 
     @property
     def state(self) -> State:
-        """What the setting says."""
+        """What the setting says of the claim."""
         return state(self.share)
 
     @property
     def quantiles(self) -> tuple[float, ...] | None:
-        """PARTS, each the value of a start."""
+        """The quantiles PARTS of the values, each the value of a start; None without any."""
         return quantiles_of(self.values)
 
 
 def quantiles_of(values: Sequence[float] | np.ndarray) -> tuple[float, ...] | None:
-    """PARTS of defined values, each the value of a start; None without any."""
+    """The quantiles PARTS of defined values, each the value of a start; None without any."""
     if not len(values):
         return None
     return tuple(map(float, np.quantile(values, PARTS, method="inverted_cdf")))
 
 
 def state(share: Share | None) -> State:
-    """From a share of starts; of so few that they show nothing, unless they agree, bistable."""
+    """The state that a share means; bistable if starts differ and are too few to show anything."""
     if share is None:
         return State.UNDEFINED
     if share.yes in (0, share.of):
@@ -202,13 +202,13 @@ def state(share: Share | None) -> State:
 
 @cache
 def ends(starts: int) -> tuple[int, int]:
-    """Up to how many of so many starts a setting says no, and from how many on yes."""
+    """Up to how many of so many starts mean no, and from how many on they mean yes."""
     said = [state(Share(yes, starts)) for yes in range(starts + 1)]
     return starts - said[::-1].index(State.NO), said.index(State.YES)
 
 
 def answers(claim: Claim, settings: Iterable[tuple[Cell, Known]]) -> list[Answer]:
-    """The claim in every setting that has the experiments it needs; once where it is static."""
+    """Answers to a claim in every setting that has the experiments it needs; one if static."""
     found: dict[Place, Answer] = {}
     for cell, known in settings:
         for choice, quantity in claim.choices.items():
@@ -228,7 +228,7 @@ def answers(claim: Claim, settings: Iterable[tuple[Cell, Known]]) -> list[Answer
 
 
 class VerdictKind(StrEnum):
-    """A verdict's first word."""
+    """The kind of a verdict: its first word."""
 
     HOLDS = "holds"
     WHERE_DEFINED = "holds where defined"
@@ -240,7 +240,7 @@ class VerdictKind(StrEnum):
 
 
 class Counts(NamedTuple):
-    """How many settings say what. undefined: they lack what the claim is about."""
+    """How many settings have each state; undefined: they lack what the claim is about."""
 
     yes: int = 0
     no: int = 0
@@ -249,7 +249,7 @@ class Counts(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """depends_on: the parameters that decide, where some settings say yes and others no."""
+    """A verdict; depends_on: the parameters that decide, where some settings say yes, others no."""
 
     kind: VerdictKind
     counts: Counts
@@ -260,12 +260,12 @@ Stated = tuple[Place, State]
 
 
 def verdict(given: Sequence[Answer], free: str = "") -> Verdict:
-    """The rule over settings: of one model of the gears or of several, or of none, where static."""
+    """The verdict over settings: of one model of the gears, of several, or of none where static."""
     return verdict_of([(answer.place, answer.state) for answer in given], free)
 
 
 def verdict_of(given: Sequence[Stated], free: str = "") -> Verdict:
-    """Of settings that have said what they say."""
+    """The verdict over settings whose states are known."""
     said = [state for _, state in given]
     kind = kind_of(said)
     clear = [one for one in given if one[1] in (State.YES, State.NO)]
@@ -274,12 +274,12 @@ def verdict_of(given: Sequence[Stated], free: str = "") -> Verdict:
 
 
 def counts_of(said: Sequence[State]) -> Counts:
-    """Of each state."""
+    """How many settings have each state."""
     return Counts(*map(said.count, (State.YES, State.NO, State.BISTABLE, State.UNDEFINED)))
 
 
 def kind_of(said: Sequence[State]) -> VerdictKind:
-    """Bistable settings counted as yes, and as no: `bistable` if that is not the same verdict."""
+    """The verdict's kind; `bistable` if counting bistable settings as yes or no decides it."""
     yes, no, bistable, undefined = counts_of(said)
     if not said:
         return VerdictKind.NOT_SIMULATED
@@ -319,7 +319,7 @@ def _deciding(given: Sequence[Stated], free: str) -> tuple[str, ...]:
 
 
 def _wrong_guesses(given: Sequence[Stated], get: Callable[[Place], object]) -> int:
-    """Settings that say other than most with the same value of a parameter."""
+    """Wrong guesses if the most frequent state is guessed for each value of a parameter."""
     by_value: dict[object, list[State]] = {}
     for place, said in given:
         by_value.setdefault(get(place), []).append(said)

@@ -24,7 +24,7 @@ VARIED = (run.PD, run.NO_ERROR)  # the experiments that are made of VARIANTS
 
 @dataclass(frozen=True)
 class Plan:
-    """zetas: of all experiments but those of ``shaken``; sizes in um.
+    """What is simulated where. zetas: of all experiments but those of ``shaken``; sizes in um.
 
     shaken: of back and forth, the square wave, two planets, 3 s with b = 3000 um, links that turn
     back, preloaded constant torque, neighbouring motions, and neither backlash nor tooth error;
@@ -42,16 +42,16 @@ class Plan:
     variants: bool = True
 
     def settings(self) -> list[Cell]:
-        """Of the claims: planets free, all laws."""
+        """The settings of the claims: planets free, all laws."""
         every = product(cells.LAWS, self.readings, self.zetas)
         return [Cell(law, zeta, arm) for law, arm, zeta in every]
 
     def of(self, model: GearModel) -> list[Cell]:
-        """All settings of a model of the gears."""
+        """The settings of a model of the gears, at every reading and damping ratio."""
         return [Cell(model.law, z, arm, model.planets) for arm in self.readings for z in self.zetas]
 
     def sources(self, cell: Cell) -> Iterator[run.Source]:
-        """What is simulated in a setting of the claims."""
+        """The experiments that are simulated in a setting of the claims."""
         yield from (run.PD, run.CONSTANT, run.NO_BACKLASH, run.NO_ERROR, run.CONSTANT_STIFFNESS)
         yield from (run.CONSTANT_NO_ERROR, run.PRELOADED)
         if cell.arm == self.readings[0] or cell.zeta in self.zetas[::2]:
@@ -80,12 +80,12 @@ Settings = list[tuple[Cell, Known]]
 
 
 def plan_of(scale: Scale) -> Plan:
-    """The full or the quick one."""
+    """The full or the quick plan."""
     return QUICK if scale.quick else FULL
 
 
 def with_experiments(study: Study, scale: Scale, chosen: Sequence[Cell], what: str) -> Settings:
-    """Settings of the claims, each with its experiments and what follows from the arm's data."""
+    """The chosen settings, each with its experiments and what follows from the arm's data."""
     plan = plan_of(scale)
     wanted = [(cell, source) for cell in chosen for source in plan.sources(cell)]
     found = samples(study, scale, wanted, what)
@@ -104,7 +104,7 @@ def with_experiments(study: Study, scale: Scale, chosen: Sequence[Cell], what: s
 
 
 def variations(study: Study, scale: Scale) -> dict[GearModel, Settings]:
-    """The settings of VARIANTS with what is asked there; none if the plan asks for none."""
+    """The settings of each of VARIANTS with what is asked there; none if the plan has none."""
     plan = plan_of(scale)
     asked = {model: plan.of(model) for model in cells.VARIANTS} if plan.variants else {}
     wanted = [(cell, source) for own in asked.values() for cell in own for source in VARIED]
@@ -116,17 +116,17 @@ def variations(study: Study, scale: Scale) -> dict[GearModel, Settings]:
 
 
 def statics_of(study: Study, arms: Sequence[str]) -> list[Sample]:
-    """What follows from the data of each arm alone."""
+    """The numbers that follow from the data of each arm alone."""
     return [_of(n) for n in study.answers([Statics(arm) for arm in arms], "claims: statics")]
 
 
 def planted_of(study: Study, arms: Sequence[str]) -> list[Sample]:
-    """What an agreement of each arm shows of slips that were planted."""
+    """The share of planted errors that an agreement of two models would show, for each arm."""
     found = study.answers([Planted(arm) for arm in arms], "claims: planted slips")
     return [_of({"planted_shown": shown(plants)}) for plants in found]
 
 
 def _of(numbers: Numbers) -> Sample:
-    """One value each."""
+    """A sample of one start whose numbers are these."""
     values = {name: np.array([value], float) for name, value in numbers.items()}
     return Sample(values, diverged=np.zeros(1, dtype=bool))

@@ -40,7 +40,7 @@ def equation_errata(arm: Arm) -> Iterator[Erratum]:
 
 
 def displacements(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
-    """Eqs. 2 to 8: what presses the teeth, their clearance and their stiffness."""
+    """Errata of Eqs. 2 to 8: what presses the teeth, their clearance and their stiffness."""
     # Eqs. 2, 3 hold for one way to count theta_p, which the paper does not name.
     errors = [teeth.conversion_error(stage.joint, stage.geometry, how) for how in teeth.COUNTED]
     if max(errors) > min(errors):
@@ -72,9 +72,9 @@ def displacements(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
 
 
 def sense_of_the_gears(stage: PaperStage) -> Iterator[Erratum]:
-    """Eq. 10 for sun, planet and ring, each rate in the sense of Eqs. 2-3: three values, one mesh.
+    """Erratum of Eq. 10 if its three gears, in the sense of Eqs. 2-3, give one mesh three rates.
 
-    Over theta_c', rolling without slip.
+    Rates are over theta_c', rolling without slip.
     """
     joint, geometry = stage.joint, stage.geometry
     sun, planet = gear_angles(0.0, 0.0, 1.0, geometry.r_s, geometry.r_p, geometry.r_cp)
@@ -89,7 +89,7 @@ def sense_of_the_gears(stage: PaperStage) -> Iterator[Erratum]:
 
 
 def ring_mesh_frequency(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
-    """Eqs. 12, 13 against the rate at which teeth pass a mesh, seen from the carrier.
+    """Erratum of Eqs. 12, 13 against the rate of teeth through a mesh, seen from the carrier.
 
     Rolling without slip turns the planet against the carrier (Eq. 3 with x_pr = 0), so its rate
     relative to the carrier is theta_p' + theta_c', counted against the carrier.
@@ -118,7 +118,7 @@ def ring_mesh_frequency(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
 
 
 def phases(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
-    """Eqs. 8, 14: the sine's argument must advance at the meshing frequency, and every mesh's own.
+    """Errata of Eqs. 8, 14: the sine must advance at the mesh's frequency, and every mesh's own.
 
     Both have no phase, Fig. 5 a gamma: what the numbers of teeth say of it.
     """
@@ -155,7 +155,7 @@ def phases(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
 
 
 def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
-    """Eq. 15 against Eq. 4: inside the clearance there is no contact, hence no force."""
+    """Erratum of Eq. 15 against Eq. 4: inside the clearance no contact, hence no force."""
     stage = paper_stage(arm)
     force_at_edge = stage.mesh_stiffness_N_per_m * stage.backlash_m
     if force_at_edge > 0:
@@ -169,14 +169,14 @@ def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
 
 
 def force_of_time(stage: PaperStage) -> Iterator[Erratum]:
-    """Eq. 21's F(q, q') at one q and q': how far its mesh force swings with time, by e alone."""
+    """Erratum of Eq. 21's F(q, q'): how far its mesh force swings with time, by e alone."""
     swing = 2 * stage.mesh_stiffness_N_per_m * stage.tooth_error_m
     if swing > 0:
         yield Erratum("eq21-time", size=swing)
 
 
 def slope_of_the_root() -> Iterator[Erratum]:
-    """sin(20 pi sqrt(t)) at 0: what RK4's quadrature, Simpson's, misses of its first step."""
+    """Erratum of sin(20 pi sqrt(t)) at 0: what RK4's quadrature misses of its first step."""
     scenario = load_scenario("back-and-forth")
     drive = scenario.drive
     assert isinstance(drive, SinusoidDrive)

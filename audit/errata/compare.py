@@ -29,7 +29,7 @@ class EntryDifference:
 
     @property
     def where(self) -> str:
-        """In the paper's notation, counted from 1."""
+        """The place of the entries in the paper's notation, counted from 1."""
         if self.matrix == "mass_matrix":
             names = [f"M_{row + 1}{column + 1}" for row, column in self.entries]
             return f"Eq. 21, {' = '.join(names)}"

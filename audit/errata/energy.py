@@ -53,7 +53,7 @@ def as_printed(energy: sp.Expr) -> sp.Expr:
 
 
 def true_energies() -> dict[str, dict[str, sp.Expr]]:
-    """Per equation of the paper, the kinetic energy [J] of each body that it covers.
+    """The kinetic energy [J] of each body, by the paper's equation that covers it.
 
     Eq. 17 carries the elbow joint's masses along with link 1, Eq. 18 turns them.
     """
@@ -90,7 +90,7 @@ def differences() -> Iterator[EnergyDifference]:
 
 
 def _parameters(expression: sp.Expr) -> frozenset[sp.Symbol]:
-    """Masses and inertias of stages, links and payload in an expression."""
+    """The masses and inertias of stages, links and payload in an expression."""
     inertial = {symbols.m_payload}
     for of in map(symbols.stage_symbols, (1, 2)):
         inertial |= {of.M_s, of.M_p, of.M_c, of.m, of.I_l, of.m_s, of.m_p, of.m_c, of.m_r, of.J_r}
@@ -98,7 +98,7 @@ def _parameters(expression: sp.Expr) -> frozenset[sp.Symbol]:
 
 
 def _energies(bodies: list[Body]) -> dict[str, sp.Expr]:
-    """Kinetic energy [J] of each body that has any."""
+    """The kinetic energy [J] of each body that has any, by the body's name."""
     variables = symbols.geared_variables(JOINTS)
     rates = sp.Matrix(variables.v)
     shares: dict[str, sp.Expr] = {}

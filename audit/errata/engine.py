@@ -22,7 +22,7 @@ EXPERIMENTS = ("constant-torque", "pd")
 
 @dataclass(frozen=True)
 class RunsApart:
-    """Largest differences of two runs: joint angle [rad], sun-planet mesh force [N]."""
+    """The largest differences of two runs: joint angle [rad], sun-planet mesh force [N]."""
 
     duration_s: float
     theta_rad: float
@@ -31,7 +31,7 @@ class RunsApart:
 
 @dataclass(frozen=True)
 class BesideEngine:
-    """Largest relative differences of M and of the acceleration over random states.
+    """The largest relative differences of M and of the acceleration over random states.
 
     runs: of the same experiments, beside the derivation that agrees with the engines to rounding.
     """
@@ -43,19 +43,19 @@ class BesideEngine:
 
     @property
     def agrees(self) -> bool | None:
-        """Whether both are no more than rounding; None if one is undefined."""
+        """Whether both differences are no more than rounding; None if one is undefined."""
         if self.mass_matrix is None or self.acceleration is None:
             return None
         return max(self.mass_matrix, self.acceleration) <= LOOSEST
 
     def to_dict(self) -> JsonObject:
-        """For JSON."""
+        """The comparison as a JSON object."""
         return {"id": "finding/printed", **asdict(self)}
 
 
 @dataclass(frozen=True)
 class PrintedBeside(Question[BesideEngine]):
-    """Eqs. 21-22 as printed beside Pinocchio, and through both experiments.
+    """A question: Eqs. 21-22 as printed beside Pinocchio, and through both experiments.
 
     longest_s: no run is longer.
     """
@@ -82,7 +82,7 @@ class PrintedBeside(Question[BesideEngine]):
         return BesideEngine(mass, acceleration, COUNT, runs)
 
     def _apart(self, arm: Arm, quantity: str) -> float | None:
-        """As a cross-check measures it; None where a model gives no usable answer."""
+        """Largest relative difference as a cross-check measures it; None without a usable one."""
         (comparison,) = (
             one
             for one in geared(arm, COUNT, SEED, arm.model_dump())

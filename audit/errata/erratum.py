@@ -49,7 +49,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class Erratum:
-    """Where, and how far what is printed is from what should stand there.
+    """An erratum: where, and how far what is printed is from what should stand there.
 
     id: names it for good; printed, derived: formulas, or words; remark: what these do not say; size
     [unit]: for this arm, derived minus printed where both are numbers; relative: over the size of
@@ -74,14 +74,14 @@ class Erratum:
 
 
 def simulated(side: Side, scenario: Scenario) -> xr.Dataset:
-    """A side's run. Raises Diverged."""
+    """The run of a side's model. Raises Diverged."""
     return side(scenario).simulate()
 
 
 def effect_of(
     trial: ErratumPair, scenario: Scenario, run: Callable[[Side, Scenario], xr.Dataset] = simulated
 ) -> Effect:
-    """Run both models through a scenario and compare. Raises Diverged.
+    """The effect of an erratum on the runs of both models in a scenario. Raises Diverged.
 
     run: may give again what it has given.
     """
@@ -104,12 +104,12 @@ class SimulatedErratum:
 
     @property
     def largest_theta_rad(self) -> float:
-        """By which the sheet ranks errata of equations; 0 without a run."""
+        """Largest change of an angle [rad], by which the sheet ranks errata; 0 without a run."""
         return max((effect.theta_rad for effect in self.effects.values()), default=0.0)
 
 
 def tried(erratum: Erratum, effects: Mapping[str, Effect]) -> SimulatedErratum:
-    """The erratum with its effects; None for a size that is not finite."""
+    """The erratum without its trial, with its effects; a size that is not finite becomes None."""
     size, relative = defined(erratum.size), defined(erratum.relative)
     plain = replace(erratum, size=size, relative=relative, trial=None)
     return SimulatedErratum(plain, dict(effects))
@@ -117,7 +117,7 @@ def tried(erratum: Erratum, effects: Mapping[str, Effect]) -> SimulatedErratum:
 
 @dataclass(frozen=True)
 class PhysicalSide:
-    """The physical model, by default with the default switches."""
+    """A side that makes the physical model of an arm, by default with the default switches."""
 
     arm: Arm
     chosen: Switches = field(default_factory=switches)
@@ -128,7 +128,7 @@ class PhysicalSide:
 
 @dataclass(frozen=True)
 class FormSide:
-    """A form of the paper's equations, in symbols."""
+    """A side that makes the model of a form of the paper's equations, in symbols."""
 
     arm: Arm
     form: Form

@@ -44,7 +44,7 @@ RECORD_EVERY = 2  # 50 kHz: ten records in a cycle of the fastest mesh mode
 
 @dataclass(frozen=True)
 class Errata(Question[list[SimulatedErratum]]):
-    """The errata of a built-in arm, their effects simulated for so long."""
+    """A question: the errata of a built-in arm, their effects simulated for so long [s]."""
 
     cost = 15.0
 
@@ -74,7 +74,7 @@ def find_errata(
 
 
 def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
-    """Entries of M and F, and rows of C q', that do not follow from the energies.
+    """Errata of entries of M and F, and of rows of C q', that do not follow from the energies.
 
     Size: derived minus printed at theta = 0 and unit rates, forces and torques, and over the entry;
     its unit by whether rows and columns are displacements [m] or angles.
@@ -104,7 +104,7 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
 
 
 def _slug(where: str) -> str:
-    """A name of letters, digits and hyphens: Eq. 21, M_34 = M_43 as eq21-m-34-m-43."""
+    """An id of letters, digits and hyphens: Eq. 21, M_34 = M_43 becomes eq21-m-34-m-43."""
     return "-".join(re.findall(r"[a-z]+|[0-9]+", where.lower())).replace("eq-", "eq", 1)
 
 
@@ -114,7 +114,7 @@ def _number(expression: sp.Expr, values: Values) -> float:
 
 
 def energy_errata(arm: Arm) -> Iterator[Erratum]:
-    """Bodies whose kinetic energy Eqs. 16-19 do not state.
+    """Errata of bodies whose kinetic energy Eqs. 16-19 do not state.
 
     Size: what is missing of M_33 [kg m^2], and that over M_33 with the arm stretched.
     """
@@ -146,7 +146,7 @@ def energy_errata(arm: Arm) -> Iterator[Erratum]:
 
 
 def _thin_ring_if_unknown(values: Values, missing: sp.Expr) -> Values:
-    """Table I gives no ring inertia: where it matters, a thin ring at its base radius."""
+    """The values, with a ring's inertia where it matters: a thin ring at its base radius."""
     guessed = dict(values)
     for joint in range(1, JOINTS + 1):
         stage = stage_symbols(joint)
@@ -159,7 +159,7 @@ def _thin_ring_if_unknown(values: Values, missing: sp.Expr) -> Values:
 def errata_records(
     arm: Arm, told: Callable[[str], None], duration_s: float = EFFECT_S
 ) -> list[SimulatedErratum]:
-    """The same with the simulated effects of those of equations, the largest first.
+    """Every erratum with the simulated effects of those of equations, the largest effect first.
 
     ``told`` hears of each trial.
     """
@@ -176,7 +176,7 @@ def errata_records(
 
 
 def effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:
-    """Constant torque, which stays on one flank, and PD, which in half a second does not."""
+    """The constant torque, which stays on one flank, and PD, which in 0.5 s does not."""
     names = ("constant-torque", "pd")
     update = {"duration_s": duration_s, "record_every": RECORD_EVERY}
     return [load_scenario(name).model_copy(update=update) for name in names]

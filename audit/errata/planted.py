@@ -36,7 +36,7 @@ class LeftOutEntry:
 
 @dataclass(frozen=True)
 class Planted(Question[list[LeftOutEntry]]):
-    """Every entry of the form that Eqs. 16-19 give, left out by itself."""
+    """A question: every entry of the form that Eqs. 16-19 give, left out by itself."""
 
     cost = 2.0
 
@@ -60,13 +60,13 @@ class Planted(Question[list[LeftOutEntry]]):
 
 
 def shown(plants: Sequence[LeftOutEntry]) -> float:
-    """Share of the errors that change an angle by more than AGREEMENT_RAD, or leave no run."""
+    """The share of the errors that change an angle by more than AGREEMENT_RAD, or leave no run."""
     seen = [plant.theta_rad is None or plant.theta_rad > AGREEMENT_RAD for plant in plants]
     return sum(seen) / len(seen)
 
 
 def entries(form: Form) -> Iterator[tuple[Matrix, Place]]:
-    """What is not zero: the upper half of M, the rows of C q' and of F."""
+    """Matrix and place of all entries but zeros: the upper half of M, the rows of C q' and of F."""
     for matrix in get_args(Matrix):
         values = getattr(form, matrix)
         for row in range(values.rows):
@@ -76,7 +76,7 @@ def entries(form: Form) -> Iterator[tuple[Matrix, Place]]:
 
 
 def without(form: Form, matrix: Matrix, entry: Place) -> Form:
-    """The form without an entry, in M without its mirror either."""
+    """The form with an entry set to zero, in M with its mirror too."""
     changed = sp.Matrix(getattr(form, matrix))
     for place in {entry, entry[::-1]} if changed.is_square else {entry}:
         changed[place] = sp.S.Zero

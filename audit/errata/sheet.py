@@ -32,13 +32,13 @@ HEADINGS: dict[Class, str] = {
 
 @dataclass(frozen=True)
 class ErrataSheet(AuditChapter):
-    """The chapter, with the errata in it that are those of the first arm."""
+    """The chapter with the errata sheet; found: the errata of the first arm."""
 
     found: tuple[SimulatedErratum, ...] = ()
 
 
 def chapter(material: Material) -> ErrataSheet:
-    """The errata sheet for both readings of Table I (the quick one for the first alone)."""
+    """The chapter of errata for both readings of Table I (quick: for the first alone)."""
     quick = material.scale.quick
     arms = [LABELLED] if quick else list(READINGS)
     duration = material.scale.seconds(QUICK_S if quick else EFFECT_S)
@@ -64,7 +64,7 @@ def chapter(material: Material) -> ErrataSheet:
 
 @dataclass(frozen=True)
 class SheetCounts:
-    """How many of each class, and of these how many by computation; contradictions and gaps."""
+    """How many errata of each class, how many read alone, contradictions and gaps."""
 
     by_class: Mapping[Class, int]
     read: int
@@ -73,7 +73,7 @@ class SheetCounts:
 
 
 def counted(found: Sequence[SimulatedErratum]) -> SheetCounts:
-    """Of a sheet."""
+    """The counts of a sheet's errata, contradictions and gaps."""
     noted, kinds = notes(), Counter(one.erratum.kind for one in found)
     read = {misprint.id for misprint in noted.misprints}
     return SheetCounts(
@@ -89,7 +89,7 @@ def _rows(found: Sequence[SimulatedErratum], kind: Class) -> list[ArmErratum]:
 
 
 def _apart(by_arm: Mapping[str, Sequence[SimulatedErratum]]) -> dict[str, list[str]]:
-    """Where errata are that one reading of Table I has and no other."""
+    """The places of the errata that one reading of Table I has and no other, by reading."""
     places = {arm: {one.erratum.where for one in found} for arm, found in by_arm.items()}
     return {
         arm: sorted(own.difference(*(p for other, p in places.items() if other != arm)))
@@ -115,7 +115,7 @@ def markdown(found: Sequence[SimulatedErratum]) -> str:
 
 @dataclass(frozen=True)
 class ArmErratum:
-    """An erratum, its size and its effects those of an arm."""
+    """An erratum with its size and effects for one arm."""
 
     arm: str
     found: SimulatedErratum
@@ -123,14 +123,14 @@ class ArmErratum:
 
 @dataclass(frozen=True)
 class FormulaColumn(TableColumn[ArmErratum]):
-    """What is printed or derived: words, or a formula where there is one."""
+    """A column of what is printed or derived: a formula where there is one, else words."""
 
     def value(self, row: ArmErratum) -> str:
         words: str = getattr(row.found.erratum, self.name)
         return words
 
     def tex(self, row: ArmErratum) -> str:
-        """Empty where there is no formula."""
+        """The formula as TeX; empty where there is none."""
         formula: str = getattr(row.found.erratum, f"{self.name}_tex")
         return formula
 
@@ -143,7 +143,7 @@ class FormulaColumn(TableColumn[ArmErratum]):
 
 @lru_cache
 def _drawn(tex: str) -> Markup:
-    """A TeX formula as an <svg> element, by Matplotlib's own typesetter."""
+    """A TeX formula as an <svg> element, set by Matplotlib's own typesetter."""
     with mpl.rc_context({"mathtext.fontset": "cm"}):
         figure = Figure(figsize=(0.1, 0.1))
         # The typesetter does not know these two commands.
@@ -156,12 +156,12 @@ def _drawn(tex: str) -> Markup:
 
 
 def _of(name: str, title: str | None, attribute: str = "") -> TableColumn[ArmErratum]:
-    """What an erratum says of itself, by the name of its attribute."""
+    """A column of an erratum's attribute, which has the column's name unless another is given."""
     return TableColumn(name, title, f"found.erratum.{attribute or name}")
 
 
 def _effect(name: str, title: str | None, scenario: str, part: str) -> TableColumn[ArmErratum]:
-    """One of an erratum's effects in a scenario, by the name of its attribute."""
+    """A column of one part of an erratum's effect in a scenario; None without that effect."""
 
     def of(row: ArmErratum) -> float | None:
         effect = row.found.effects.get(scenario)

@@ -30,7 +30,7 @@ NEARLY_ALWAYS = 0.95
 
 
 def statement_errata(arm: Arm) -> Iterator[Erratum]:
-    """Errata outside the equations, for this arm."""
+    """Every erratum outside the equations, for this arm."""
     stage = paper_stage(arm)
     yield from initial_values()
     yield from masses_and_inertias(stage)
@@ -62,7 +62,7 @@ def statement_errata(arm: Arm) -> Iterator[Erratum]:
 
 
 def initial_values() -> Iterator[Erratum]:
-    """As many initial values as first-order states."""
+    """Erratum if the paper does not give as many initial values as there are first-order states."""
     printed = len(transcript.INITIAL_VALUES)
     derived = 2 * len(geared_variables(JOINTS).q)
     if printed != derived:
@@ -71,7 +71,7 @@ def initial_values() -> Iterator[Erratum]:
 
 
 def masses_and_inertias(stage: PaperStage) -> Iterator[Erratum]:
-    """Table I: no gear's mass can lie, on average, beyond its pitch circle."""
+    """Errata of Table I: no gear's mass can lie, on average, beyond its pitch circle."""
     joint, geometry = stage.joint, stage.geometry
     sun = stage.sun_equivalent_mass_kg, joint.sun_mass_kg, geometry.r_s, joint.sun_teeth
     planet_masses = stage.planet_equivalent_mass_kg, joint.planet_mass_kg
@@ -85,7 +85,7 @@ def masses_and_inertias(stage: PaperStage) -> Iterator[Erratum]:
 
 
 def overshoot(arm: Arm) -> Iterator[Erratum]:
-    """How far the gains of Section 3.2 carry the shoulder past its goal, gears rigid."""
+    """Erratum if the gains of Section 3.2 carry the shoulder far past its goal, gears rigid."""
     run = _rigid(arm, "pd")
     drive = load_scenario("pd").drive
     assert isinstance(drive, PdDrive)
@@ -95,7 +95,7 @@ def overshoot(arm: Arm) -> Iterator[Erratum]:
 
 
 def speeding_up(arm: Arm) -> Iterator[Erratum]:
-    """Share of the constant torque's run in which the shoulder gets faster, gears rigid."""
+    """Erratum if the shoulder gets faster in too small a share of the constant torque's run."""
     speed = np.abs(_rigid(arm, "constant-torque")["theta_dot"].values[:, 0])
     share = float((np.diff(speed) > 0).mean())
     if share < NEARLY_ALWAYS:
@@ -103,14 +103,14 @@ def speeding_up(arm: Arm) -> Iterator[Erratum]:
 
 
 def _rigid(arm: Arm, scenario: str) -> xr.Dataset:
-    """The rigid arm with all inertia of its gears, which shakes nowhere: theta is smooth."""
+    """Run of the rigid arm with all inertia of its gears, which shakes nowhere: theta is smooth."""
     update = {"step_s": RIGID_STEP_S, "record_every": 1}
     own = load_scenario(scenario).model_copy(update=update)
     return RigidCoupled(arm, own).simulate()
 
 
 def two_errors_at_the_tip(arm: Arm) -> Iterator[Erratum]:
-    """0.02 and 0.01 rad carried to the tip, the arm straight and bent to a right angle [m]."""
+    """Erratum if 0.02 and 0.01 rad, carried to the tip of the straight arm, are not 0.03 m."""
     inner, outer = (link.length_m for link in arm.links)
     first, second = transcript.DEVIATIONS_RAD
     straight, bent = (abs(first * inner + (first + second) * outer * turn) for turn in (1, 1j))
@@ -120,7 +120,7 @@ def two_errors_at_the_tip(arm: Arm) -> Iterator[Erratum]:
 
 
 def decay_s(stage: PaperStage, zeta: float) -> float:
-    """Time in which the slowest mode of a stage, its carrier held, falls to a tenth."""
+    """Time [s] in which the slowest mode of a stage, its carrier held, falls to a tenth."""
     count, k = stage.joint.planet_count, stage.mesh_stiffness_N_per_m
     sun, planets = stage.sun_equivalent_mass_kg, count * stage.planet_equivalent_mass_kg
     mass = np.array([[sun, sun], [sun, sun + planets]])
@@ -134,7 +134,7 @@ def decay_s(stage: PaperStage, zeta: float) -> float:
 
 
 def where_nothing_was_run() -> Iterator[Erratum]:
-    """Conclusions between and beyond the sizes that were simulated."""
+    """Errata of conclusions between and beyond the sizes that were simulated."""
     sizes = transcript.BACKLASHES_UM
     widest = max(larger / smaller for smaller, larger in pairwise(sizes))
     if widest > 2:
@@ -145,7 +145,7 @@ def where_nothing_was_run() -> Iterator[Erratum]:
 
 
 def unused_abbreviations() -> Iterator[Erratum]:
-    """What is abbreviated below Eq. 21 and named by no entry, directly or through another."""
+    """Errata of abbreviations below Eq. 21 that no entry names, directly or through another."""
     used, waiting = set[str](), list(transcript.ENTRIES)
     while waiting:
         name = waiting.pop()
@@ -158,7 +158,7 @@ def unused_abbreviations() -> Iterator[Erratum]:
 
 
 def used_twice() -> Iterator[Erratum]:
-    """One symbol, several quantities; one quantity, several symbols."""
+    """Errata of symbols with several quantities, and of quantities with several symbols."""
     for kind, other, between in (("symbol", "quantity", "; "), ("quantity", "symbol", ", ")):
         groups: dict[str, list[transcript.SymbolDefinition]] = defaultdict(list)
         for definition in transcript.DEFINITIONS:

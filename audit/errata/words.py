@@ -48,7 +48,7 @@ class Notes:
 
 @cache
 def notes() -> Notes:
-    """Of notes.toml."""
+    """The misprints, contradictions and gaps of notes.toml."""
     return TypeAdapter(Notes).validate_python(tomllib.loads(NOTES.read_text(encoding="utf-8")))
 
 
@@ -66,13 +66,13 @@ class Words:
 
 @cache
 def _words() -> dict[str, Words]:
-    """By the errata's ids, or by what these begin with."""
+    """The words of computed errata, by their ids or by what these begin with."""
     known = tomllib.loads(WORDS.read_text(encoding="utf-8"))
     return TypeAdapter(dict[str, Words]).validate_python(known)
 
 
 def in_words(computed: Sequence[SimulatedErratum]) -> tuple[SimulatedErratum, ...]:
-    """With what the sheet says of each, and what is found by reading alone; by class."""
+    """Computed errata in the sheet's words, and those found by reading alone, sorted by class."""
     found = [replace(one, erratum=told(one.erratum)) for one in computed]
     found += [SimulatedErratum(one, {}) for one in notes().misprints]
     return tuple(sorted(found, key=lambda one: CLASSES.index(one.erratum.kind)))

@@ -16,14 +16,14 @@ SHOULDER = ("theta_ddot", "torque", "x_sp", "F_sp")
 
 
 class Band(NamedTuple):
-    """Lowest and highest value of all starts in every bin, each (bins,)."""
+    """The lowest and highest value of all starts in every bin, each (bins,)."""
 
     low: list[float]
     high: list[float]
 
 
 class Between(NamedTuple):
-    """time (bins,) [s]; by the quantity's name in a Course, of the shoulder; starts: how many.
+    """Bands of the shoulder's runs. time (bins,) [s]; bands: by name in a Course; starts: how many.
 
     Starts that diverged are not among them.
     """
@@ -35,7 +35,7 @@ class Between(NamedTuple):
 
 @dataclass(frozen=True)
 class Bands(Perturbed[Between]):
-    """Of its starts' runs, so many bins over all of each."""
+    """A question: bands in which the runs from these starts lie, so many bins over each run."""
 
     bins: int
 

@@ -12,7 +12,7 @@ READINGS = {LABELLED: "labelled", SWAPPED: "swapped"}
 
 
 class Law(NamedTuple):
-    """How a mesh's phase follows the motion, at which rate the ring's; whether springs push theta.
+    """The law of a mesh's phase, the rate of the ring's phase, and whether springs push theta.
 
     See crosscheck.models.experiment.scenario.
     """
@@ -23,7 +23,7 @@ class Law(NamedTuple):
 
     @property
     def id(self) -> str:
-        """Names the law in claims.json."""
+        """The name of the law in claims.json."""
         work = "" if self.mesh_work == "paper" else f"/{self.mesh_work}"
         return f"{self.phase}/{self.ring_rate}{work}"
 
@@ -40,14 +40,14 @@ ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05
 
 
 class GearModel(NamedTuple):
-    """Which model of the gears moves the arm: the law of its meshes, and how planets count."""
+    """The model of the gears that moves the arm: the law of its meshes, and how planets count."""
 
     law: Law
     planets: Planets
 
     @property
     def id(self) -> str:
-        """Names the model in claims.json."""
+        """The name of the model in claims.json."""
         return f"{self.law.id}/{self.planets}"
 
 
@@ -65,7 +65,7 @@ VARIANTS = {
 
 @dataclass(frozen=True)
 class Cell:
-    """One setting. arm: a reading of Table I; zeta: damping ratio of all meshes."""
+    """One setting of the study. arm: reading of Table I; zeta: damping ratio of all meshes."""
 
     law: Law
     zeta: float
@@ -74,21 +74,21 @@ class Cell:
 
     @property
     def model(self) -> GearModel:
-        """Of the gears."""
+        """The setting's model of the gears."""
         return GearModel(self.law, self.planets)
 
     @property
     def reading(self) -> str:
-        """Of Table I, in a word."""
+        """The setting's reading of Table I, in a word."""
         return READINGS[self.arm]
 
     @property
     def id(self) -> str:
-        """Names the cell in claims.json."""
+        """The name of the setting in claims.json."""
         return f"{self.law.id}/{self.arm}/{self.planets}/{self.zeta:g}"
 
     def variant(self, scenario: str = "pd") -> Variant:
-        """The experiment of a scenario in this setting."""
+        """The variant that runs a scenario in this setting."""
         return Variant(
             scenario,
             arm=self.arm,

@@ -66,7 +66,7 @@ class Family(NamedTuple):
     plain: Source = Source("")
 
     def __call__(self, size_um: float) -> Source:
-        """Its member of this size."""
+        """The family's member of this size [um]."""
         size_um, words = float(size_um), f"at {self.symbol} = {size_um:g} µm"
         meshes = ((self.field, size_um * 1e-6), *self.plain.meshes)
         return replace(self.plain, kind=self.kind, size_um=size_um, words=words, meshes=meshes)
@@ -139,7 +139,7 @@ BACK_EVEN = Family("back and forth evenly, backlash", "b", _BACKLASH, _EVENLY)
 
 
 def question(source: Source, cell: Cell, seeds: tuple[int, ...]) -> Perturbed[Measured]:
-    """The experiment in a setting. Raises KeyError for one that no run is made for."""
+    """The experiment in a setting, as a question. Raises KeyError for one that has no run."""
     if source.asked is None:
         raise KeyError(source)
     plain = cell.variant(source.scenario)
@@ -155,7 +155,7 @@ def question(source: Source, cell: Cell, seeds: tuple[int, ...]) -> Perturbed[Me
 
 
 def preloaded(variant: Variant) -> Variant:
-    """The experiment from meshes that do not accelerate at t = 0: the teeth bear the drive.
+    """The experiment started from meshes that do not accelerate at t = 0: the teeth bear the drive.
 
     All planets alike: they share the load.
     """
@@ -167,10 +167,10 @@ def preloaded(variant: Variant) -> Variant:
 
 
 def resting_offsets(model: Model) -> np.ndarray:
-    """How far [m] every mesh is beyond its start when none accelerates, (meshes,).
+    """Offset [m] of every mesh beyond its start at which no mesh accelerates, (meshes,).
 
-    In the order of the layout. Forces are straight lines while teeth touch, so one step of Newton's
-    method is exact.
+    Meshes are in the order of the layout. Forces are straight lines while teeth touch, so one step
+    of Newton's method is exact.
     """
     meshes = np.flatnonzero(~model.layout.angular)
     pose, rates = model.start()

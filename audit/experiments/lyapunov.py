@@ -26,7 +26,7 @@ MESH_HZ = 1500.0  # turns rates into lengths: of the paper's vibration
 
 @dataclass(frozen=True)
 class Lyapunov(Perturbed[Measured]):
-    """Benettin's method over the third fluctuation: a neighbour of every motion, kept near.
+    """A question: growth rates in the third fluctuation by Benettin's method, neighbours kept near.
 
     lyapunov_per_s [1/s]: mean rate at which the separation grows, positive where motions that begin
     next to each other part exponentially.
@@ -47,7 +47,7 @@ class Lyapunov(Perturbed[Measured]):
 
 
 def _cut(case: Case, duration_s: float) -> Case:
-    """The experiment for so long, its first and last states alone recorded."""
+    """The experiment cut to this duration, with its first and last states alone recorded."""
     scenario = case.scenario.model_copy(update={"duration_s": duration_s})
     once = scenario.model_copy(update={"record_every": scenario.steps})
     return case._replace(scenario=once)

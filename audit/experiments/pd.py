@@ -44,12 +44,12 @@ class _Looked:
 
     @cached_property
     def left_s(self) -> float:
-        """When the teeth left the first flanks before their change of sides; nan without one."""
+        """Time [s] when teeth left the first flanks before changing sides; nan without a change."""
         return np.nan if self._side is None or self._side.left_s is None else self._side.left_s
 
     @cached_property
     def met_s(self) -> float:
-        """When they met on the others; nan without a change of sides."""
+        """Time [s] when the teeth met on the opposite flanks; nan without a change of sides."""
         return np.nan if self._side is None else self._side.met_s
 
     @cached_property
@@ -62,18 +62,18 @@ class _Looked:
 
     @cached_property
     def near(self) -> slice:
-        """PEAK_S around the third fluctuation's peak; nothing without one."""
+        """The samples of PEAK_S around the third fluctuation's peak; empty without one."""
         if self.third.stop <= self.third.start:
             return slice(0, 0)
         return events.third_peak(self.run.time, self.excess[:, 0], self.third)
 
     def within(self, begin_s: float, end_s: float) -> slice:
-        """Counted from the contact after the side change; nothing without one."""
+        """The samples between two times after the side change's contact; empty without a change."""
         return signals.window(self.run.time, self.met_s + begin_s, self.met_s + end_s)
 
 
 def transient(run: Course, rigid: Course) -> Numbers:
-    """Figs. 11-14, 16-20: the fluctuations of the first 1.2 s."""
+    """Numbers of Figs. 11-14 and 16-20: the fluctuations of the first 1.2 s."""
     looked = _Looked(run, run.theta_ddot - rigid.theta_ddot)
     gap = run.theta - rigid.theta
     return finite(
@@ -92,14 +92,14 @@ def transient(run: Course, rigid: Course) -> Numbers:
 
 
 def whole(run: Course, rigid: Course) -> Numbers:
-    """Figs. 10-14: all of the 3 s."""
+    """Numbers of Figs. 10-14: all of the 3 s."""
     more = {**_positioning(run), **_fourth(run, rigid)}
     more["gap_end_rad"] = signals.amplitude(run.theta[-1] - rigid.theta[-1])
     return {**transient(run, rigid), **finite(more)}
 
 
 def _impacts(looked: _Looked) -> Found:
-    """The fluctuations at the start and at a side change, the teeth's way to the other side."""
+    """Numbers of the fluctuations at the start and at a side change, and the teeth's way across."""
     run, left_s, met_s = looked.run, looked.left_s, looked.met_s
     time, force, excess = run.time, run.F_sp, looked.excess[:, 0]
     start = signals.window(time, 0.0, CONVERGED_S)
@@ -131,7 +131,7 @@ def _impacts(looked: _Looked) -> Found:
 
 
 def _third(looked: _Looked) -> Found:
-    """Sizes [rad/s^2] and course of the third fluctuation."""
+    """Numbers of the third fluctuation: sizes [rad/s^2] and course."""
     time, part, excess = looked.run.time, looked.third, looked.excess
     size, elbow = (signals.amplitude(excess[part, joint]) for joint in (0, 1))
     soon_s = time[part].min(initial=np.inf) + events.PEAK_S
@@ -147,9 +147,9 @@ def _third(looked: _Looked) -> Found:
 
 
 def _spectra(looked: _Looked) -> Found:
-    """Of both joints' accelerations in the 0.1 s around the third fluctuation's peak.
+    """Spectral numbers of both joints' excess in the 0.1 s around the third fluctuation's peak.
 
-    Where these are less than MINOR only how little that is.
+    Where the excess is below MINOR, only how little it is.
     """
     near, numbers = looked.near, Found()
     for joint, name in enumerate(("", "_elbow")):
@@ -175,12 +175,12 @@ def _spectra(looked: _Looked) -> Found:
 
 
 def _line(frequency: np.ndarray, lines: np.ndarray, at: float) -> float:
-    """Largest line within LINE_HZ of a frequency; nan for none."""
+    """The largest line within LINE_HZ of a frequency; nan if there is none."""
     return signals.amplitude(lines[np.abs(frequency - at) <= LINE_HZ])
 
 
 def _stands_out(frequency: np.ndarray, lines: np.ndarray, at: float, fundamental: float) -> bool:
-    """Whether a line does of what lies around it, up to half a fundamental away."""
+    """Whether a line is at least STANDS_OUT times the median within half a fundamental."""
     around = lines[np.abs(frequency - at) <= fundamental / 2]
     return _line(frequency, lines, at) >= STANDS_OUT * np.median(around)
 
@@ -193,7 +193,7 @@ def _share(frequency: np.ndarray, lines: np.ndarray, low: float, high: float) ->
 
 
 def _loads(looked: _Looked) -> Found:
-    """Mesh force, torque and speed in the third fluctuation."""
+    """Numbers of mesh force, torque and speed in the third fluctuation."""
     run, part, near = looked.run, looked.third, looked.near
     time, speed, force = run.time, run.theta_dot[:, 0], run.F_sp
     shaken = [fast(time, column, part=part) for column in run.torque.T]
@@ -220,7 +220,7 @@ def _loads(looked: _Looked) -> Found:
 
 
 def _envelopes_correlate(time: np.ndarray, one: np.ndarray, other: np.ndarray) -> float:
-    """Correlation of the largest magnitudes in every 10 ms."""
+    """Correlation of two signals' largest magnitudes in every 10 ms; nan for empty signals."""
     if not one.size:
         return np.nan
     bins = np.arange(0, one.size, round(PEAKS_S / (time[1] - time[0])))
@@ -228,7 +228,7 @@ def _envelopes_correlate(time: np.ndarray, one: np.ndarray, other: np.ndarray) -
 
 
 def _contacts(looked: _Looked, rigid: Course) -> Found:
-    """Zero acceleration and open teeth in the three fluctuations, if there are all.
+    """Numbers of zero acceleration and open teeth in the three fluctuations, if there are all.
 
     Accelerations that pass zero count where the excess, not the rigid arm's own course, brings
     them there. The second fluctuation's window begins with the flight before the impact.
@@ -256,7 +256,7 @@ def _contacts(looked: _Looked, rigid: Course) -> Found:
 
 
 def _mesh_rates(run: Course) -> Found:
-    """What Eq. 11 neglects, how small the teeth's motion is, how far omega t is off its integral.
+    """Numbers of what Eq. 11 neglects, how far teeth move, and how far omega t is off its integral.
 
     Rates by central differences of the recorded displacements, once the start is over: there the
     arm itself has no speed yet.
@@ -276,7 +276,7 @@ def _mesh_rates(run: Course) -> Found:
 
 
 def _positioning(run: Course) -> Found:
-    """Fig. 10: both joints' way to 30 degrees, and how near they are late."""
+    """Numbers of Fig. 10: both joints' way to 30 degrees, and how near they are late."""
     drive, numbers = run.case.scenario.drive, Found()
     assert isinstance(drive, PdDrive)
     target = float(np.mean(drive.target_rad))
@@ -292,7 +292,7 @@ def _positioning(run: Course) -> Found:
 
 
 def _fourth(run: Course, rigid: Course) -> Found:
-    """What happens when the teeth return to their first side."""
+    """Numbers of what happens when the teeth return to their first side."""
     back = events.teeth_return(run.time, run.F_sp)
     back = np.nan if back is None else back
     excess, speed = run.theta_ddot[:, 0] - rigid.theta_ddot[:, 0], np.abs(run.theta_dot[:, 0])

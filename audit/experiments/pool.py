@@ -29,13 +29,13 @@ class Sample:
 
     @classmethod
     def of(cls, measured: Measured) -> Sample:
-        """Undefined numbers as nan."""
+        """The sample of what was measured, with undefined numbers as nan."""
         numbers = {name: np.array(values, float) for name, values in measured.numbers.items()}
         diverged = np.isfinite(np.array(measured.diverged_s, float))
         return cls(numbers, diverged, diverged.size - measured.ran)
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """Raises KeyError for a number that the experiment does not measure."""
+        """A number of every start, (starts,). Raises KeyError for one that is not measured."""
         if self.diverged.all():
             return np.full(self.diverged.shape, math.nan)
         return self.numbers[name]
@@ -47,7 +47,7 @@ Wanted = tuple[Cell, Source]
 def samples(
     study: Study, scale: Scale, wanted: Iterable[Wanted], what: str
 ) -> dict[Wanted, Sample]:
-    """Every experiment in its setting from the scale's starts; those kept already are read."""
+    """The sample of every experiment in its setting from the scale's starts, run or read."""
     # Laws in turns, so that two processes seldom compile one kernel at a time.
     unlike = sorted(dict.fromkeys(wanted), key=lambda pair: (pair[0].zeta, str(pair[1])))
     asked = [question(source, cell, scale.seeds) for cell, source in unlike]

@@ -13,10 +13,10 @@ Records = Iterable[BaseModel]
 
 
 class Question(ABC, Generic[Answer]):
-    """A subclass is a frozen dataclass of a module; its answer is worked out once and kept.
+    """A question, answered once and kept; a subclass is a frozen dataclass of a module.
 
     The answer, of the type that ``answer`` is annotated with (records, numbers, lists of them), is
-    kept as JSON. Besides code it depends on the fields and on ``records``. cost: rough seconds.
+    kept as JSON. Besides code it depends on the fields and on ``records``. cost: estimated [s].
     """
 
     @property
@@ -25,22 +25,22 @@ class Question(ABC, Generic[Answer]):
 
     @property
     def run_by(self) -> tuple[str, ...]:
-        """Names of models that it runs and its module does not import."""
+        """Names of the models that the question runs and its module does not import."""
         return ()
 
     @property
     def inputs(self) -> str:
-        """All that the answer depends on besides code."""
+        """All that the answer depends on besides code, as text."""
         return spelled_out(self.records(), repr(self))
 
     @abstractmethod
     def records(self) -> Records:
-        """The arms, scenarios and switches that are read."""
+        """The arms, scenarios and switches that the answer depends on."""
 
     @abstractmethod
     def answer(self) -> Answer: ...
 
 
 def spelled_out(records: Records, *more: str) -> str:
-    """What a result depends on, a line each: records with all their fields, and more."""
+    """What a result depends on as text, a line each: records with all their fields, and more."""
     return "\n".join([*more, *(record.model_dump_json() for record in records)])

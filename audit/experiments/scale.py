@@ -12,7 +12,7 @@ STARTS, QUICK_STARTS = 32, 8
 
 @dataclass(frozen=True)
 class Scale:
-    """quick: fewer settings of everything; longest_s: no simulation of the meshes is longer.
+    """How much is run. quick: fewer settings of everything; longest_s: limit of mesh simulations.
 
     What a run is then too short for is undefined, in words and records. most_starts: of a sample;
     first_seed: of every sample's starts, whose seeds follow one another.
@@ -25,19 +25,19 @@ class Scale:
 
     @property
     def seeds(self) -> tuple[int, ...]:
-        """Of a sample's starts."""
+        """The seeds of a sample's starts."""
         return tuple(range(self.first_seed, self.first_seed + self.most_starts))
 
     def seconds(self, wanted_s: float) -> float:
-        """A duration, cut."""
+        """A duration [s], cut to longest_s."""
         return min(wanted_s, self.longest_s)
 
     def starts(self, wanted: int) -> int:
-        """A number of starts, cut."""
+        """A number of starts, cut to most_starts."""
         return min(wanted, self.most_starts)
 
     def cut(self, variant: Variant) -> Variant:
-        """The variant, its run no longer."""
+        """The variant with its run cut to longest_s."""
         if math.isinf(self.longest_s):
             return variant
         own_s = variant.case().scenario.duration_s

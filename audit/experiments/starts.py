@@ -38,7 +38,7 @@ RECORDED_S = 5e-5  # 13 samples of a period at 1.5 kHz, 4 at the highest mesh mo
 
 
 class Measured(NamedTuple):
-    """Numbers of every start by name, None for what is undefined; when a start's run diverged [s].
+    """Every start's numbers by name, None where undefined, and when its run diverged [s], or None.
 
     A start that diverged has no numbers: all are None. ran: how many starts were run; where the
     first FIRST agree they stand for all others, in turns.
@@ -51,14 +51,14 @@ class Measured(NamedTuple):
 
 @dataclass(frozen=True)
 class Perturbed(Question[Kept]):
-    """The variant from starts perturbed by these seeds."""
+    """A question about a variant that is run from starts perturbed by these seeds."""
 
     variant: Variant
     seeds: tuple[int, ...]
 
     @property
     def run_by(self) -> tuple[str, ...]:
-        """The variant's model."""
+        """The name of the variant's model."""
         return (self.variant.model,)
 
     def records(self) -> Records:
@@ -66,16 +66,16 @@ class Perturbed(Question[Kept]):
 
     @property
     def cost(self) -> float:
-        """Rough seconds, measures included."""
+        """Estimated cost [s], measures included."""
         steps, entry = self.variant.case().scenario.steps, entry_of(self.variant.model)
         return len(self.seeds) * steps * entry.call_s / entry.abreast
 
     def case(self) -> Case:
-        """What is run, before it is perturbed."""
+        """The arm, scenario and switches that are run, before the start is perturbed."""
         return self.variant.case()
 
     def models(self, seeds: Sequence[int]) -> Sequence[Model]:
-        """From these of its starts."""
+        """Models that run from the starts with these seeds."""
         case = self.case()
         cases = [perturbed(case, seed) for seed in seeds]
         model = build(self.variant.model, *case)
@@ -89,21 +89,21 @@ class Perturbed(Question[Kept]):
         return restarted
 
     def _runs(self, seeds: Sequence[int]) -> Iterator[Course | Diverged]:
-        """The models', a few at a time."""
+        """The runs from the starts with these seeds, AT_ONCE of them in memory at a time."""
         models = self.models(seeds)
         for first in range(0, len(models), AT_ONCE):
             yield from _side_by_side(models[first : first + AT_ONCE])
 
 
 class Starts(Perturbed[Measured]):
-    """Whole runs from every start, each measured by itself beside rigid arms at some levels."""
+    """A question: numbers of whole runs from every start, each beside rigid arms at some levels."""
 
     levels: ClassVar[Sequence[str]] = (COUPLED,)
     measure: ClassVar[Callable[..., Numbers]]
 
     @property
     def run_by(self) -> tuple[str, ...]:
-        """That of the runs, and the rigid arms beside them."""
+        """Names of the models of the runs and of the rigid arms beside them."""
         return (*super().run_by, *(rigid.model for rigid in self.beside()))
 
     def answer(self) -> Measured:
@@ -120,7 +120,7 @@ class Starts(Perturbed[Measured]):
         return Measured(numbers, [*found.diverged_s, *other.diverged_s], found.ran + other.ran)
 
     def _measured(self, seeds: Sequence[int]) -> Measured:
-        """All of these starts, each run."""
+        """Numbers of all starts with these seeds, each of which is run."""
         beside: tuple[Course, ...] | None = None
         found: list[Numbers] = []
         diverged: list[float | None] = []
@@ -137,11 +137,11 @@ class Starts(Perturbed[Measured]):
         return Measured({n: [one.get(n) for one in found] for n in names}, diverged, len(seeds))
 
     def beside(self) -> tuple[Variant, ...]:
-        """The rigid arms that its runs are compared with."""
+        """The variants of the rigid arms that the runs are compared with."""
         return tuple(rigid_arm(self.variant, level) for level in self.levels)
 
     def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
-        """What is measured."""
+        """Numbers that are measured of a run beside the rigid arms' runs."""
         return type(self).measure(run, *rigid)
 
 
@@ -163,26 +163,26 @@ def alike(found: Measured) -> bool:
 
 
 class TransientPd(Starts):
-    """The PD run as long as its variant has it."""
+    """A question: numbers of the PD run, as long as its variant has it."""
 
     measure = staticmethod(transient)
 
 
 class WholePd(Starts):
-    """All 3 s of the PD run."""
+    """A question: numbers of all 3 s of the PD run."""
 
     measure = staticmethod(whole)
 
 
 class ConstantTorque(Starts):
-    """The run under constant torque, beside every rigid level."""
+    """A question: numbers of the run under constant torque, beside every rigid level."""
 
     levels = RIGID_LEVELS
     measure = staticmethod(constant_torque)
 
 
 class BackAndForth(Starts):
-    """Both joints driven back and forth.
+    """A question: numbers of the run in which both joints are driven back and forth.
 
     The rigid arm runs at the geared one's step: its torque's infinite slope at t = 0 then costs
     both the same and drops out. A second one starts a little away.
@@ -198,7 +198,7 @@ class BackAndForth(Starts):
 
 @lru_cache(maxsize=16)
 def rigid_course(variant: Variant) -> Course:
-    """A rigid arm's run. Raises Diverged."""
+    """The course of a rigid arm's run. Raises Diverged."""
     (run,) = _side_by_side([build(variant.model, *variant.case())])
     if isinstance(run, Diverged):
         raise run
@@ -206,7 +206,7 @@ def rigid_course(variant: Variant) -> Course:
 
 
 def _side_by_side(models: Sequence[Model]) -> list[Course | Diverged]:
-    """Runs of one model."""
+    """Runs of models of one kind, in their order, or why there is none."""
     analytic = [model for model in models if isinstance(model, AnalyticModel)]
     if analytic:
         return courses(analytic)

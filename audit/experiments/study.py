@@ -36,7 +36,7 @@ MOST_AT_ONCE = 300_000  # records of runs in one task: about 200 MB
 
 @dataclass
 class Study:
-    """Runs variants and remembers them in a folder; tells how far it is.
+    """The simulations of variants, remembered in a folder; tells how far it is.
 
     told(what, done, total) counts results, before and after every task of a request. What cannot
     be kept, or does not fit any more, is made again. A simulation that comes to no end raises
@@ -55,7 +55,7 @@ class Study:
     def runs(
         self, variants: Iterable[Variant], what: str = "runs", keep: Reduction | None = None
     ) -> dict[Variant, xr.Dataset]:
-        """Trajectories, whole or what ``keep`` keeps of them. Raises Diverged if one diverges.
+        """The trajectories, whole or what ``keep`` keeps of them. Raises Diverged if one diverges.
 
         ``keep``: a function of a module.
         """
@@ -69,7 +69,7 @@ class Study:
         return {variant: whole(found[key]) for variant, key in keys.items()}
 
     def answers(self, questions: Sequence[Question[Value]], what: str) -> list[Value]:
-        """Of each question, worked out once and kept."""
+        """The answer to each question, worked out once and kept."""
         keys = [question_key(question) for question in questions]
         wanted = dict(zip(keys, questions, strict=True))
         decoders = {key: partial(_decoded, question) for key, question in wanted.items()}
@@ -90,7 +90,7 @@ class Study:
         return [whole(found[key]) for key in keys]
 
     def answered(self, questions: Mapping[Key, Question[Value]], what: str) -> dict[Key, Value]:
-        """The same, each answer by what its question stands under."""
+        """The answer to each question, by the question's key in the mapping."""
         return dict(zip(questions, self.answers(list(questions.values()), what), strict=True))
 
     def _results(
@@ -99,7 +99,7 @@ class Study:
         planned: Callable[[Sequence[str]], list[AuditTask]],
         what: str,
     ) -> dict[str, Value | Diverged]:
-        """By key, each with how it is read: kept already, or performed now as planned.
+        """Results by key, read by the key's function: kept already, or performed now as planned.
 
         Raises what went wrong, apart from a divergence.
         """
@@ -135,7 +135,7 @@ class Study:
 
 
 def run_key(variant: Variant, keep: Reduction | None = None) -> str:
-    """Of a variant's trajectory, or of what a function of a module keeps of it."""
+    """The key of a variant's trajectory, or of what ``keep`` (of a module) keeps of it."""
     modules = [Variant.__module__, MODELS[variant.model].module]
     inputs = [spelled_out(variant.case(), variant.model)]
     if keep is not None:
@@ -145,7 +145,7 @@ def run_key(variant: Variant, keep: Reduction | None = None) -> str:
 
 
 def question_key(question: Question[object]) -> str:
-    """Of its answer."""
+    """The key of a question's answer."""
     kind = type(question)
     modules = [kind.__module__, *(MODELS[name].module for name in question.run_by)]
     anything = [entry.versioned for entry in MODELS.values()]
@@ -153,7 +153,7 @@ def question_key(question: Question[object]) -> str:
 
 
 def _key(inputs: Sequence[str], modules: Sequence[str], packages: Sequence[tuple[str, ...]]) -> str:
-    """Of everything that a result depends on: inputs, versions and the code that runs."""
+    """A hash of everything that a result depends on: inputs, versions and the code that runs."""
     computing = sorted({name for some in packages for name in some})
     text = "\n".join([*inputs, code_hash(*modules), *_versions(*computing)])
     return hashlib.sha256(text.encode()).hexdigest()[:32]
@@ -161,20 +161,20 @@ def _key(inputs: Sequence[str], modules: Sequence[str], packages: Sequence[tuple
 
 @lru_cache
 def _versions(*packages: str) -> tuple[str, ...]:
-    """Of what computes; None for an engine that is missing."""
+    """Names and versions of Python and of the packages that compute; None for a missing engine."""
     python = f"python {platform.python_version()} {platform.machine()}"
     return (python, *(f"{name} {version(name)}" for name in packages))
 
 
 def whole(result: Value | Diverged) -> Value:
-    """The result. Raises Diverged."""
+    """The result itself. Raises it if it is Diverged."""
     if isinstance(result, Diverged):
         raise result
     return result
 
 
 class Made(NamedTuple):
-    """Of a result's key: its content, or why there is none or it is not kept.
+    """What became of a result's key: its content, or why there is none or why it is not kept.
 
     Errors that are the caller's come from another process as they are.
     """
@@ -186,7 +186,7 @@ class Made(NamedTuple):
 
 @dataclass(frozen=True)
 class AuditTask:
-    """Work for another process, which keeps all its results by their keys.
+    """A task for another process, which keeps all its results by their keys.
 
     made: gives a result for every key; encoded: a result as it is kept.
     """
@@ -253,12 +253,12 @@ def integrations(
 
 
 def _encoded_run(keep: Reduction | None, run: xr.Dataset | Diverged) -> bytes:
-    """A run as it is kept. Raises Diverged."""
+    """A run encoded as it is kept. Raises Diverged."""
     return packed(whole(run) if keep is None else keep(whole(run)))
 
 
 def packed(dataset: xr.Dataset) -> bytes:
-    """An NPZ file of all variables, with their names, dimensions and attributes as JSON.
+    """The content of an NPZ file: variables, and names, dimensions and attributes as JSON.
 
     A NetCDF file takes thirty times as long.
     """
@@ -271,7 +271,7 @@ def packed(dataset: xr.Dataset) -> bytes:
 
 
 def unpacked(content: bytes) -> xr.Dataset:
-    """The dataset. Raises ValueError or KeyError if the content is none."""
+    """The dataset from ``packed`` content. Raises ValueError or KeyError if the content is none."""
     with np.load(io.BytesIO(content), allow_pickle=False) as file:
         about = json.loads(str(file["about"]))
         for variables in (about["coords"], about["data_vars"]):
@@ -293,5 +293,5 @@ def _decoded(question: Question[Value], content: bytes) -> Value:
 
 
 def _adapter(question: Question[Value]) -> TypeAdapter[Value]:
-    """How the answers to a question are written and read."""
+    """The adapter by which the answers to a question are written and read."""
     return TypeAdapter(get_type_hints(type(question).answer)["return"])

@@ -38,7 +38,7 @@ RING_CYCLES = 99.0  # Eq. 12 over the carrier's rate
 
 
 def constant_torque(run: Course, *rigid: Course) -> Numbers:
-    """Figs. 6-9: deviations from the rigid levels, mesh displacement and force."""
+    """Numbers of Figs. 6-9: deviations from the rigid levels, mesh displacement and force."""
     time, x, force = run.time, run.x_sp, run.F_sp
     late = signals.window(time, SETTLED_S, np.inf)
     start = slice(0, late.start)
@@ -75,12 +75,12 @@ def _ringing_s(time: np.ndarray, force: np.ndarray) -> float:
 
 
 def _calming(force: np.ndarray, start: slice, late: slice) -> float:
-    """Swing of a mesh force at the start over that later."""
+    """The swing of a mesh force at the start over its swing later."""
     return quotient(ripple(force[start]), ripple(force[late]))
 
 
 def back_and_forth(run: Course, rigid: Course, shifted: Course) -> Numbers:
-    """Fig. 15: the shoulder's largest distance [rad] from the rigid arm, early and late.
+    """Numbers of Fig. 15: the shoulder's largest distance [rad] from the rigid arm in every window.
 
     ``own``: that of the rigid arm ``shifted``, which starts a little away: its own sensitivity.
     """
@@ -98,7 +98,7 @@ def back_and_forth(run: Course, rigid: Course, shifted: Course) -> Numbers:
 
 
 def _deviations(run: Course, levels: Mapping[str, Course]) -> dict[str, float]:
-    """Detailed less rigid, at every rigid level: joints [rad], tip [mm], late over early half."""
+    """Numbers of detailed less rigid, at every level: joints [rad], tip [mm], late over early."""
     arm, half = run.case.arm, run.time.size // 2
     own_tip = _tip(run.theta, arm)
     numbers: dict[str, float] = {}
@@ -140,7 +140,7 @@ def _turns_gained(time: np.ndarray, values: np.ndarray) -> float:
 
 
 def _stiffness_follows(run: Course, part: slice) -> float:
-    """Relative change of the mesh force over that of its stiffness, nan where it is not Eq. 8's.
+    """Relative change of the mesh force over the stiffness's; nan if that is not Eq. 8's.
 
     1 where the deflection decides, 0 where the load does: the slope of both, each over its mean
     and less its straight trend.
@@ -155,7 +155,7 @@ def _stiffness_follows(run: Course, part: slice) -> float:
 
 
 def _torque_gain(run: Course, part: slice) -> float:
-    """Torque of the meshes on the shoulder's carrier over the motor's, T / n."""
+    """The meshes' torque on the shoulder's carrier over the motor's torque T / n."""
     joint = geared_joint(run.case.arm)
     geometry = stage_geometry(joint)
     forces = run.F_sp[part] + run.F_pr[part]
@@ -194,7 +194,7 @@ def fast(
 
 
 def _moving_average(values: np.ndarray, samples: int) -> np.ndarray:
-    """Means of so many consecutive values each, (times - samples + 1,)."""
+    """Means of every ``samples`` consecutive values, (times - samples + 1,)."""
     sums = np.cumsum(values)
     sums[samples:] -= sums[:-samples]
     return sums[samples - 1 :] / samples
@@ -214,12 +214,12 @@ def decay(time: np.ndarray, values: np.ndarray) -> float:
 
 
 def ripple(values: np.ndarray) -> float:
-    """Peak to peak less the straight trend, so that a slow drift does not count."""
+    """Peak to peak of values less their straight trend, so that a slow drift does not count."""
     return signals.peak_to_peak(_flat(values))
 
 
 def _flat(values: np.ndarray) -> np.ndarray:
-    """Less their straight trend; nothing is left of too few to have one."""
+    """Values less their straight trend; empty if they are too few to have one."""
     if values.size < FEWEST:
         return np.empty(0)
     step = np.arange(values.size) - (values.size - 1) / 2
@@ -228,7 +228,7 @@ def _flat(values: np.ndarray) -> np.ndarray:
 
 
 def correlation(one: np.ndarray, other: np.ndarray) -> float:
-    """Pearson's; nan where one of them does not vary."""
+    """Pearson's correlation of two signals; nan where one does not vary or is too short."""
     if one.size < FEWEST or np.ptp(one) == 0 or np.ptp(other) == 0:
         return np.nan
     return float(np.corrcoef(one, other)[0, 1])

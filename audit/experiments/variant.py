@@ -51,12 +51,12 @@ class Variant:
     harmonics: int = 0
 
     def case(self) -> Case:
-        """Arm, scenario and switches, read again if a file has changed. Raises InputError."""
+        """The arm, scenario and switches, read again if a file has changed. Raises InputError."""
         return _case(self, _state("arms", self.arm), _state("scenarios", self.scenario))
 
 
 def _state(folder: str, name: str) -> tuple[int, ...] | None:
-    """Of what is built in or a file: another one once its content is; None if there is none."""
+    """The state of a built-in or other file, another once its content is; None if there is none."""
     for path in (HERE / folder / f"{name}.toml", name):
         with suppress(OSError, ValueError):
             state = os.stat(path)
@@ -66,7 +66,7 @@ def _state(folder: str, name: str) -> tuple[int, ...] | None:
 
 @lru_cache(maxsize=2048)  # about 17 kB each; everyone asks several times
 def _case(of: Variant, *files: tuple[int, ...] | None) -> Case:
-    """Of a variant while its files are in these states."""
+    """The arm, scenario and switches of a variant while its files are in these states."""
     switches = {"phase": of.phase}
     if of.ring_rate is not None:
         switches["ring_rate"] = of.ring_rate

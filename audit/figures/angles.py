@@ -31,9 +31,9 @@ BANDS = (0.02, 0.01)
 
 
 def deviations(shelf: Shelf, number: int, quantity: str, symbol: str, unit: str) -> Plate:
-    """What a joint quantity of the detailed arm is off that of every rigid one.
+    """The plate of how far a joint quantity of the detailed arm is off that of every rigid one.
 
-    On a plain scale, and on a logarithmic one.
+    Drawn on a plain scale, and on a logarithmic one.
     """
     own = drawn(CONSTANT, Cell(INTEGRAL, ZETA), shelf.seed, SMOOTH_RECORD)
     levels = {level: rigid_run("constant-torque", level) for level in RIGID_LEVELS}
@@ -57,14 +57,14 @@ def deviations(shelf: Shelf, number: int, quantity: str, symbol: str, unit: str)
 def _on_both_scales(
     height: float, plain: list[Curve], sizes: list[Curve], symbol: str, unit: str
 ) -> str:
-    """Differences over time, and their magnitudes on a logarithmic scale."""
+    """Differences over time, and their magnitudes on a logarithmic scale, as svg."""
     left = {"xlabel": "time [s]", "ylabel": f"{symbol} [{unit}]"}
     right = {"xlabel": "time [s]", "ylabel": f"|{symbol}| [{unit}]", "yscale": "log"}
     return panels(height, Panel(plain, left), Panel(sizes, right))
 
 
 def figure_15(shelf: Shelf) -> Plate:
-    """Error of the shoulder angle when both joints go back and forth."""
+    """The plate of Fig. 15: the shoulder angle's error when both joints go back and forth."""
     cell = Cell(INTEGRAL, ZETA)
     variants = {b: drawn(BACK(b), cell, shelf.seed, SMOOTH_RECORD) for b in shelf.plan.back}
     rigid_arm = {"rigid": rigid_run("back-and-forth", COUPLED)}
@@ -83,7 +83,7 @@ def figure_15(shelf: Shelf) -> Plate:
 
 
 class Gain(NamedTuple):
-    """A joint's step with gains: overshoot over the step, when within each of BANDS for good."""
+    """A joint's step with gains: overshoot over the step, when [s] within BANDS for good."""
 
     proportional: float
     derivative: float
@@ -106,7 +106,7 @@ GAIN_COLUMNS = Columns[Gain](
 
 
 def figure_10(shelf: Shelf) -> Plate:
-    """Joint angles under PD control with several gains."""
+    """The plate of Fig. 10: joint angles under PD control with several gains."""
     paper = drawn(PD, Cell(INTEGRAL, ZETA), shelf.seed, SMOOTH_RECORD)
     gains = [*((p, GAINS[1]) for p in PROPORTIONAL), *((GAINS[0], d) for d in DERIVATIVE)]
     variants = {}
@@ -141,7 +141,7 @@ def figure_10(shelf: Shelf) -> Plate:
 
 
 def _gains_svg(runs: Mapping[tuple[float, float], Course]) -> str:
-    """(a), (b): P varies, shoulder and elbow; (c), (d): D varies."""
+    """Joint angles as svg: (a), (b): P varies, shoulder and elbow; (c), (d): D varies."""
     figure, grid = new_figure(2, 2, 2.3)
     panel = iter("abcd")
     for varied, row in enumerate(grid):

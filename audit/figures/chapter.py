@@ -39,7 +39,7 @@ QUICK_NUMBERS = (4, 5, 6, 8, 14, 17)
 
 
 def chapter(material: Material) -> AuditChapter:
-    """All figures, or six of them."""
+    """The chapter with all figures, or with six of them if quick."""
     shelf = Shelf(material)
     numbers = QUICK_NUMBERS if material.scale.quick else NUMBERS
     made = [(_made(shelf, number), _rows(shelf, number)) for number in numbers]
@@ -60,7 +60,7 @@ def alone(material: Material, numbers: Iterable[int]) -> str:
 
 
 def _made(shelf: Shelf, number: int) -> Plate:
-    """The plate; one without a drawing if a run behind it diverges."""
+    """The plate of a figure; one without a drawing if a run behind it diverges."""
     told = shelf.material.study.told
     told(f"figure {number}", 0, 1)
     try:
@@ -79,7 +79,7 @@ ZETAS = dict.fromkeys((8, 9, 11, 12, 13, 14, 16, 17, 18, 19, 20), LOW_ZETA)
 
 
 def _introduction(material: Material) -> str:
-    """How to read the figures, and what other damping does to the third fluctuation."""
+    """The chapter's introduction, with what other damping does to the third fluctuation."""
     shares: dict[Law, dict[float, Share | None]] = {law: {} for law in LAWS}
     for cell, known in material.settings:
         if cell.arm == LABELLED:

@@ -27,7 +27,7 @@ AWAY = 0.02  # of a period: this far from its jumps a truncated series can be as
 
 
 def figure_4(shelf: Shelf) -> Plate:
-    """Eq. 6 for several sigma against Eq. 5."""
+    """The plate of Fig. 4: Eq. 6 for several sigma against Eq. 5."""
     b = paper_stage(load_arm(ARM)).backlash_m
     x = np.linspace(-3 * b, 3 * b, 3001)
     edge = MICRO * b
@@ -52,7 +52,7 @@ def figure_4(shelf: Shelf) -> Plate:
 
 
 class Sharpness(NamedTuple):
-    """Of Eq. 6 at a sigma [1/m]: largest deviation from Eq. 5, largest pull outside contact [m]."""
+    """Eq. 6 at a sigma [1/m]: largest deviation from Eq. 5, largest pull outside contact [m]."""
 
     sigma: float
     gap_m: float
@@ -60,14 +60,14 @@ class Sharpness(NamedTuple):
 
 
 def sharpness(x: np.ndarray, b: float, sigma: float) -> Sharpness:
-    """Over displacements x [m]."""
+    """How sharp Eq. 6 is at a sigma [1/m], over displacements x [m] with the backlash b [m]."""
     smooth = dead_zone_tanh(x, b, sigma)
     gap = np.abs(smooth - dead_zone(x, b)).max()
     return Sharpness(sigma, float(gap), float(-smooth[x > 0].min()))
 
 
 def figure_5(shelf: Shelf) -> Plate:
-    """Eq. 7 with n harmonics, its fundamental, and Eq. 8."""
+    """The plate of Fig. 5: Eq. 7 with n harmonics, its fundamental, and Eq. 8."""
     stage = paper_stage(load_arm(ARM))
     k_m, k_a = stage.mesh_stiffness_N_per_m, stage.mesh_stiffness_amplitude_N_per_m
     low, high = limits(k_m, k_a, CONTACT_RATIO)
@@ -105,7 +105,7 @@ def figure_5(shelf: Shelf) -> Plate:
 
 
 def limits(k_m: float, k_a: float, contact_ratio: float) -> tuple[float, float]:
-    """(k_min, k_max) [N/m] with mean k_m and a fundamental of amplitude k_a.
+    """The stiffnesses k_min and k_max [N/m] with mean k_m and a fundamental of amplitude k_a.
 
     Eq. 7, i = 1: sin(2 pi (e - 1) - u) + sin(u) has the amplitude 2 |sin(pi (e - 1))|.
     """
@@ -115,7 +115,7 @@ def limits(k_m: float, k_a: float, contact_ratio: float) -> tuple[float, float]:
 
 
 class Ratio(NamedTuple):
-    """Eq. 7 at a contact ratio: its fundamental's phase, k_max - k_min, mean."""
+    """A row on Eq. 7 at a contact ratio: its fundamental's phase, k_max - k_min, mean."""
 
     contact_ratio: float
     phase_deg: float
@@ -124,7 +124,7 @@ class Ratio(NamedTuple):
 
 
 def ratio_row(contact_ratio: float, k_m: float, k_a: float) -> Ratio:
-    """Eq. 7 with mean k_m and a fundamental of amplitude k_a [N/m]."""
+    """The row of a contact ratio, with mean k_m and a fundamental of amplitude k_a [N/m]."""
     low, high = limits(k_m, k_a, contact_ratio)
     cycle = np.arange(360) / 360
     wave = square_wave_series(cycle, low, high, contact_ratio, 1)

@@ -41,10 +41,11 @@ Numbers = Mapping[str, JsonValue]
 
 
 class LawFigure(NamedTuple):
-    """quantity: of a Course, in SI units over ``scale``; windows: of the rows [s], the first wide.
+    """A figure of one quantity of a Course times ``scale``; windows: of the rows [s], first wide.
 
-    more: said below the drawing; numbers: for the figure's words, of a run by INTEGRAL. With
-    ``bands`` all starts are drawn behind the first row; without ``elbow`` the shoulder alone.
+    scale: the factor from SI units to the drawn one; more: said below the drawing; numbers: for the
+    figure's words, of a run by INTEGRAL. With ``bands`` all starts are drawn behind the first row;
+    without ``elbow`` the shoulder alone.
     """
 
     source: Source
@@ -59,7 +60,7 @@ class LawFigure(NamedTuple):
 
 
 def statics(run: Course) -> dict[str, JsonValue]:
-    """Where statics have the displacement [um], and the teeth's largest frequency [Hz]."""
+    """The displacement [um] by statics, and the largest frequency [Hz] at which teeth pass."""
     stage, drive = paper_stage(run.case.arm), run.case.scenario.drive
     assert isinstance(drive, ConstantDrive)
     torque = per_joint(drive.torque_N_m, len(run.case.arm.joints))[0]
@@ -70,7 +71,7 @@ def statics(run: Course) -> dict[str, JsonValue]:
 
 
 def braking(run: Course) -> dict[str, JsonValue]:
-    """When the shoulder's torque turns negative [s]."""
+    """Time [s] when the shoulder's torque first turns negative, as ``brakes_s``; None for never."""
     return {"brakes_s": signals.first_below(run.time, run.torque[:, 0], 0.0)}
 
 
@@ -92,7 +93,7 @@ FIGURES = {
 
 
 def over_laws(shelf: Shelf, number: int, overlay: Overlay | None = None) -> Plate:
-    """One of FIGURES."""
+    """The plate of one of FIGURES, by its number; overlay: draws more into every panel."""
     shown = FIGURES[number]
     runs = shelf.laws(number, shown.source, LOW_ZETA)
     bands = shelf.bands(LOW_ZETA, number) if shown.bands else {}
@@ -108,7 +109,7 @@ def _svg(
     bands: Mapping[Law, Between],
     overlay: Overlay | None,
 ) -> str:
-    """Windows below each other, laws side by side, one scale per row; enlarged parts are shaded."""
+    """Windows below each other, laws side by side, a scale per row, enlarged parts shaded; svg."""
     figure, grid = new_figure(len(shown.windows), len(runs), 1.9)
     for column, (law, run) in enumerate(runs.items()):
         grid[0, column].set_title(LAW_NAMES[law])
@@ -142,7 +143,7 @@ def _svg(
 
 
 def figure_14(shelf: Shelf) -> Plate:
-    """Shoulder acceleration in the first 1.2 s, beside rigid arms; how many starts are severe."""
+    """The plate of Fig. 14: shoulder acceleration in 1.2 s, rigid arms, how many are severe."""
     own = drawn(PD, Cell(INTEGRAL, LOW_ZETA), shelf.seed)
     rigid = shelf.courses({level: rigid_arm(own, level) for level in RIGID_STYLES}, 14)
 

@@ -23,7 +23,7 @@ COLOURS = {State.YES: "agree", State.NO: "differ", State.BISTABLE: "bistable"}
 
 
 class Drawing(NamedTuple):
-    """An <svg> with what it shows, plain text."""
+    """A drawing as an <svg> element, with what it shows in plain text."""
 
     svg: str
     caption: str
@@ -31,9 +31,9 @@ class Drawing(NamedTuple):
 
 @dataclass(frozen=True)
 class Plate:
-    """zeta: None where no damping enters; start: the seed of what is drawn; numbers: for words.
+    """A plate. zeta: None where no damping enters; start: seed of what is drawn.
 
-    reason: why there is no drawing.
+    numbers: for the figure's words; reason: why there is no drawing.
     """
 
     number: int
@@ -45,7 +45,7 @@ class Plate:
     reason: str = ""
 
     def html(self, found: Sequence[Row]) -> str:
-        """From <h3> down, with the claims that it is about."""
+        """The figure's html from <h3> down, with the claims that it is about."""
         return text(
             f"figures/figure-{self.number}",
             plate=self,
@@ -62,7 +62,7 @@ class Plate:
         )
 
     def to_dict(self, found: Sequence[Row]) -> JsonObject:
-        """For JSON; what the claims say stands in their own records."""
+        """The figure as a JSON object; what the claims say stands in their own records."""
         return {
             "id": f"figure-{self.number}",
             "zeta": self.zeta,
@@ -75,7 +75,7 @@ class Plate:
 
 @dataclass(frozen=True)
 class Row:
-    """A claim at one setting: its answer by law, {None: ...} where it has none; None: not asked.
+    """A claim in a setting: its answer by law, {None: ...} if it has none; None: not asked.
 
     choice: of the claim's free parameter, its default; verdict: over all settings, if asked.
     """
@@ -87,14 +87,14 @@ class Row:
 
     @property
     def cells(self) -> list[Answer | None]:
-        """Under every law; of a static claim one answer, not three."""
+        """The claim's answer under every law; of a static claim one answer, not three."""
         if self.claim.static:
             return [self.found.get(None), *([None] * (len(LAWS) - 1))]
         return [self.found.get(law) for law in LAWS]
 
 
 def rows(shelf: Shelf, number: int, zeta: float) -> list[Row]:
-    """Every claim of a figure."""
+    """A row for every claim of a figure."""
     known = [(Cell(law, zeta), one) for law, one in shelf.known(zeta).items()]
     found = []
     for claim in CLAIMS:

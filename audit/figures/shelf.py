@@ -55,12 +55,12 @@ class Shelf:
 
     @property
     def seed(self) -> int:
-        """Of the start that is drawn."""
+        """The seed of the start that is drawn."""
         return self.material.scale.first_seed
 
     @property
     def plan(self) -> Plan:
-        """Which sizes are swept."""
+        """The plan, which says what sizes are swept."""
         return plan_of(self.material.scale)
 
     def runs(self, named: Mapping[Name, Variant], number: int) -> dict[Name, xr.Dataset]:
@@ -71,19 +71,19 @@ class Shelf:
         return {name: self.held[cut] for name, cut in wanted.items()}
 
     def courses(self, named: Mapping[Name, Variant], number: int) -> dict[Name, Course]:
-        """The same as measures read them."""
+        """The variants' runs as measures read them, for a figure. Raises Diverged."""
         for name, run in self.runs(named, number).items():
             if named[name] not in self.read:
                 self.read[named[name]] = course_of(run)
         return {name: self.read[variant] for name, variant in named.items()}
 
     def laws(self, number: int, source: Source, zeta: float) -> dict[Law, Course]:
-        """An experiment from the drawn start under every law."""
+        """The courses of an experiment from the drawn start, by law."""
         variants = {law: drawn(source, Cell(law, zeta), self.seed) for law in LAWS}
         return self.courses(variants, number)
 
     def sweep(self, number: int, family: Family, zeta: float) -> dict[Law, dict[float, Course]]:
-        """The members of a family from the drawn start under every law, by size [um]."""
+        """The courses of a family's members from the drawn start under every law, by size [um]."""
         found = self.courses(self.members(family, zeta), number)
         return {
             law: {size: one for (own, size), one in found.items() if own == law} for law in LAWS
@@ -99,7 +99,7 @@ class Shelf:
         }
 
     def known(self, zeta: float) -> dict[Law, Known]:
-        """Every experiment at a damping from all starts, labelled reading, by law."""
+        """The samples of every experiment at a damping ratio, labelled reading, by law."""
         if zeta not in self.asked:
             if self.whole:
                 own = [(c, known) for c, known in self.material.settings if c.arm == LABELLED]
@@ -109,7 +109,7 @@ class Shelf:
         return self.asked[zeta]
 
     def bands(self, zeta: float, number: int) -> dict[Law, Between]:
-        """Between which values the whole PD run's starts lie, under every law."""
+        """The bands in which the whole PD run's starts lie, by law."""
         scale = self.material.scale
         variants = [scale.cut(drawn(PD, Cell(law, zeta), None)) for law in LAWS]
         questions = [Bands(variant, scale.seeds, BAND_BINS) for variant in variants]
@@ -118,18 +118,18 @@ class Shelf:
 
 
 def drawn(source: Source, cell: Cell, seed: int | None, record_every: int = FULL_RECORD) -> Variant:
-    """An experiment in a setting as the claims' samples have it, from one of their starts."""
+    """The variant of an experiment as the claims' samples have it, from one of their starts."""
     variant = question(PD if source in DEFAULTS else source, cell, ()).variant
     return replace(variant, seed=seed, record_every=record_every)
 
 
 def rigid_run(scenario: str, level: str) -> Variant:
-    """The rigid arm at a level, recorded on the grid of the smooth runs."""
+    """The variant of a rigid arm at a level, recorded on the grid of the smooth runs."""
     return Variant(scenario, model=rigid_model(level), record_every=SMOOTH_RECORD)
 
 
 class OnDemand(Known):
-    """What is planned in a setting. Raises NotSimulatedError for what is not."""
+    """Samples of a setting that are run when asked for. Raises NotSimulatedError if unplanned."""
 
     def __init__(self, planned: tuple[Source, ...], fetch: Callable[[Source], None]) -> None:
         super().__init__()
@@ -147,7 +147,7 @@ class OnDemand(Known):
 
 
 def on_demand(material: Material, zeta: float) -> dict[Law, Known]:
-    """Labelled reading, by law; what one law is asked is run for all."""
+    """Samples of the labelled reading, by law; what one law is asked is run for all."""
     plan = plan_of(material.scale)
     known: dict[Law, Known] = {}
 

@@ -34,7 +34,7 @@ WINDOWS_S: dict[str, Windows] = {
 
 
 def stored_runs(scale: Scale) -> dict[str, Variant]:
-    """File name (without suffix) -> variant, from the scale's first start."""
+    """The variants of the runs that are stored, by file name without suffix, from one start."""
     named: dict[str, Variant] = {}
     plan, seed, own = plan_of(scale), scale.first_seed, Cell(INTEGRAL, ZETA)
     for law in LAWS:
@@ -57,7 +57,7 @@ def stored_runs(scale: Scale) -> dict[str, Variant]:
 
 
 def trajectories(study: Study, scale: Scale) -> dict[str, xr.Dataset]:
-    """File name -> reduced run, from the study, which remembers them; none where one diverges."""
+    """The reduced runs by file name, from the study, which remembers them; none that diverges."""
     kept = {}
     for name, wanted in stored_runs(scale).items():
         variant = scale.cut(wanted)
@@ -68,7 +68,7 @@ def trajectories(study: Study, scale: Scale) -> dict[str, xr.Dataset]:
 
 
 def reduced(run: xr.Dataset, windows: Windows, bin_s: float = BIN_S) -> xr.Dataset:
-    """The samples in the windows [s], and elsewhere those where a variable has an extremum.
+    """The run at the samples in the windows [s], and elsewhere at variables' extrema alone.
 
     Every sample of a window stays; outside, per bin and per column of every variable, the first
     sample with its smallest and with its largest value.

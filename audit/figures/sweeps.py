@@ -41,7 +41,7 @@ Spectrum = tuple[np.ndarray, np.ndarray]  # frequency [Hz], amplitude [rad/s^2]
 
 
 class Axis(NamedTuple):
-    """A number of the samples on an axis: its name in MEASURED, the label, factor to its unit."""
+    """A number on an axis: its name in MEASURED, the axis's label, the factor to its unit."""
 
     name: str
     label: str
@@ -50,9 +50,9 @@ class Axis(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """Experiments of a family, the paper's own of this size [um], with numbers of all starts.
+    """A figure's family of experiments, the paper's own size [um], and numbers of all starts.
 
-    Of F_sp1 in a window [s]; without one the spectra of both joints' accelerations are drawn.
+    F_sp1 is drawn in a window [s]; without one the spectra of both joints' accelerations are drawn.
     """
 
     family: Family
@@ -89,7 +89,7 @@ FIGURES = {
 
 
 def figure_17(shelf: Shelf) -> Plate:
-    """F_sp1 over b in the third fluctuation, with runs that have more energy than was put in."""
+    """The plate of Fig. 17: F_sp1 over b in the third fluctuation; runs with too much energy."""
     plate = over_sizes(shelf, 17)
     fed = []
     for (law, b_um), run in shelf.runs(shelf.members(BACKLASH, LOW_ZETA), 17).items():
@@ -102,7 +102,7 @@ def figure_17(shelf: Shelf) -> Plate:
 
 
 def over_sizes(shelf: Shelf, number: int) -> Plate:
-    """One of FIGURES: numbers of all starts, then what one start gives."""
+    """The plate of one of FIGURES: numbers of all starts, then what one start gives."""
     family, default_um, shown, window = FIGURES[number]
     sweep = shelf.sweep(number, family, LOW_ZETA)
     own = sweep[INTEGRAL][default_um]
@@ -125,7 +125,7 @@ def over_sizes(shelf: Shelf, number: int) -> Plate:
 
 
 def _numbers_of_all(shelf: Shelf, family: Family, shown: Sequence[Axis]) -> Drawing:
-    """Numbers of all starts, a dot each, laws beside each other; the size's axis by rank."""
+    """A drawing of all starts' numbers, a dot each, laws side by side, sizes by rank."""
     figure, grid = new_figure(1, len(shown), 2.9)
     known = shelf.known(LOW_ZETA)
     for axes, one in zip(grid[0], shown, strict=True):
@@ -154,7 +154,7 @@ def _numbers_of_all(shelf: Shelf, family: Family, shown: Sequence[Axis]) -> Draw
 def _force_svg(
     sweep: Mapping[Law, Mapping[float, Course]], symbol: str, window: tuple[float, float]
 ) -> str:
-    """F_sp1 [kN] in a window [s] from one start: a row per size, the laws side by side."""
+    """F_sp1 [kN] in a window [s] from one start, a row per size, the laws side by side; svg."""
     sizes = list(sweep[INTEGRAL])
     figure, grid = new_figure(len(sizes), len(sweep), 1.15)
     for column, (law, row) in enumerate(sweep.items()):
@@ -173,7 +173,7 @@ def _force_svg(
 
 
 def energy_peak(run: xr.Dataset) -> tuple[float, float]:
-    """Largest kinetic energy [J], and what the drive has worked by then [J].
+    """The largest kinetic energy [J], and the drive's work until then [J].
 
     The drive turns the sun: T theta_s' / n = T (theta' + (x_sp' + x_pr') / (2 r_cp)), summed over
     recorded intervals.
@@ -189,7 +189,7 @@ def energy_peak(run: xr.Dataset) -> tuple[float, float]:
 
 
 def spectra(run: Course, rigid: Course) -> list[Spectrum]:
-    """Of both joints, in the part of the run that the claims' numbers look at."""
+    """The spectra of both joints in the part of the run that the claims' numbers look at."""
     third = events.third_after(run.time, run.F_sp, run.F_outer[:, 0])
     if not run.time[third].size:
         return [(np.empty(0), np.empty(0))] * 2
@@ -217,7 +217,7 @@ def _spectra_svg(lines: Mapping[Law, Mapping[float, list[Spectrum]]], symbol: st
 
 
 def _highest(frequency: np.ndarray, amplitudes: np.ndarray) -> Spectrum:
-    """The largest amplitude of every bin of a drawing."""
+    """The largest amplitude of every bin of a drawing, with the bins' frequencies."""
     kept = frequency <= HIGHEST_HZ
     if not kept.any():
         return np.empty(0), np.empty(0)

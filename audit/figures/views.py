@@ -33,14 +33,14 @@ class Curve(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """Curves in one pair of axes, with what Matplotlib's ``Axes.set`` is to be told."""
+    """A panel: curves in one pair of axes, with what Matplotlib's ``Axes.set`` is to be told."""
 
     curves: Sequence[Curve]
     settings: Mapping[str, object]
 
 
 def panels(height: float, *shown: Panel) -> str:
-    """Panels side by side, of this height [in], above one legend."""
+    """Panels side by side, of this height [in], above one legend, as svg."""
     figure, grid = new_figure(1, len(shown), height)
     for axes, (curves, settings) in zip(grid[0], shown, strict=True):
         for x, y, colour, label, style, width in curves:
@@ -53,7 +53,7 @@ def panels(height: float, *shown: Panel) -> str:
 def line(
     axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: str, bins: int = BINS
 ) -> None:
-    """A line, or from two samples a bin on the band from minima to maxima."""
+    """Draw a line, or from two samples a bin on the band from minima to maxima."""
     if time.size <= 2 * bins:
         axes.plot(time, values, label=label, color=colour, linewidth=1.0)
         return
@@ -62,7 +62,7 @@ def line(
 
 
 def same_scale(grid: np.ndarray) -> None:
-    """One y range per row of axes, (rows, columns); a row of unlike scales is left as it is."""
+    """Give each row of axes, (rows, columns), one y range; a row of unlike scales is left."""
     for row in grid:
         if len({axes.get_yscale() for axes in row}) > 1:
             continue
@@ -72,7 +72,7 @@ def same_scale(grid: np.ndarray) -> None:
 
 
 def conditions(run: Course, seed: int, more: str = "") -> str:
-    """The parameter values of a geared run, for the line under a figure."""
+    """The parameter values of a geared run in words, for the line under a figure."""
     stage = paper_stage(run.case.arm)
     driven = [
         f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"
@@ -91,7 +91,7 @@ def conditions(run: Course, seed: int, more: str = "") -> str:
 
 
 def severe_over_zeta(found: Mapping[Law, Mapping[float, Share | None]]) -> str:
-    """Shares of starts against the damping ratio, with their 95 % intervals, the laws in turn."""
+    """Shares of severe starts over the damping ratio, with 95 % intervals, by law, as svg."""
     figure, grid = new_figure(1, 1, 2.9)
     axes = grid[0, 0]
     for place, (law, by_zeta) in enumerate(found.items()):

@@ -45,7 +45,7 @@ ID, TITLE = "findings", "What came out"
 
 
 def chapter(material: Material) -> AuditChapter:
-    """The findings."""
+    """The chapter of findings, which comes first on the page."""
     study, scale = material.study, material.scale
     (printed,) = study.answers([PrintedBeside(LABELLED, scale.longest_s)], "printed equations")
     clock, third = clocks(study, scale), third_finding(material)
@@ -95,13 +95,13 @@ def chapter(material: Material) -> AuditChapter:
 
 @dataclass(frozen=True)
 class StartsStrip:
-    """The third fluctuation of every start in one setting."""
+    """The third fluctuation of every start in one setting, as one strip of the drawing."""
 
     cell: Cell
     third: Third
 
     def to_dict(self) -> JsonObject:
-        """For JSON."""
+        """The strip as a JSON object."""
         return {
             "id": f"finding/third/{self.cell.id}",
             "starts": self.third.size.size,
@@ -114,24 +114,24 @@ class StartsStrip:
 
 @dataclass(frozen=True)
 class Thirds:
-    """By law and model, planets lumped and free, at one damping."""
+    """The third fluctuations at one damping ratio, by law and by planets lumped or free."""
 
     zeta: float
     strips: tuple[StartsStrip, ...]
 
     def share(self, law: Law, planets: Planets) -> Share | None:
-        """Of severe starts."""
+        """The share of severe starts under a law and with planets lumped or free."""
         places = {(one.cell.law, one.cell.planets): one.third for one in self.strips}
         return places[law, planets].share
 
     @property
     def as_modelled(self) -> Share | None:
-        """In the paper's own model: planets lumped, its law and its ring rate."""
+        """The share of severe starts as modelled in the paper: lumped, its law and ring rate."""
         return self.share(PRINTED, "lumped")
 
     @property
     def as_gears(self) -> Share | None:
-        """As the gears are: planets free, teeth counted."""
+        """The share of severe starts as the gears are: planets free, teeth counted."""
         return self.share(INTEGRAL, "free")
 
     @property
@@ -142,7 +142,7 @@ class Thirds:
 
 
 def third_finding(material: Material, zeta: float = LOW_ZETA) -> Thirds:
-    """From all starts."""
+    """The finding on the third fluctuation, from all starts of each law and kind of planets."""
     cells = [Cell(law, zeta, planets=planets) for planets, law in product(MODELS, LAWS)]
     found = material.samples([(cell, PD) for cell in cells], "the third fluctuation")
     return Thirds(zeta, tuple(StartsStrip(cell, Third.of(found[cell, PD])) for cell in cells))
@@ -162,7 +162,7 @@ class Baselines:
 
     @property
     def nearest(self) -> RigidResidual | None:
-        """The one that leaves the paper's theta_2, if one does."""
+        """The first baseline that leaves the paper's theta_2, if one does."""
         return next((one for one in self.left if one.fits["theta_2"]), None)
 
     @property
@@ -172,14 +172,14 @@ class Baselines:
 
 
 def baseline_finding(climbed: Climbed, material: Material) -> Baselines:
-    """From the ladder of H2."""
+    """The finding on the rigid baselines, from the ladder of H2."""
     left = tuple(one for one in climbed.left if one.arm == LABELLED)
     rigid = {one.level: one for one in reversals(material.study, material.scale)}
     return Baselines(left, climbed.verdict, rigid["coupled"].return_s)
 
 
 def clock_svg(found: Clocks) -> str:
-    """Runs from rest: one start's acceleration for every clock, and what every start reaches."""
+    """Acceleration from rest, one start for every clock, and what every start reaches; svg."""
     figure, grid = new_figure(2, len(found.laws), 2.2)
     for (above, below), one in zip(grid.T, found.laws, strict=True):
         for place, (delayed, colour) in enumerate(zip(one.delays, COLOURS, strict=False)):
@@ -202,7 +202,7 @@ def clock_svg(found: Clocks) -> str:
 
 
 def third_svg(found: Thirds) -> str:
-    """A dot for every start, a row for every law and way of the planets."""
+    """A dot for every start, a row for every law and way to count planets, as svg."""
     figure, grid = new_figure(1, 1, 3.2)
     axes = grid[0, 0]
     names = []

@@ -29,7 +29,7 @@ TURN = 2 * np.pi
 
 
 def chapter(material: Material) -> AuditChapter:
-    """Stage, terms and phase laws."""
+    """The chapter on the stage, terms and phase laws."""
     passed = teeth_passed(material)
     most = {"most_by_angle": float(passed.angle.max()), "most_by_clock": float(passed.clock.max())}
     page = text(
@@ -48,7 +48,7 @@ def chapter(material: Material) -> AuditChapter:
 
 
 class TeethPassed(NamedTuple):
-    """Of the shoulder in the controlled motion, (times,): how many, and how many a second.
+    """The teeth that pass the shoulder's mesh, (times,): how many, and how many a second.
 
     angle, rate: as they pass, z_r theta and its rate; clock, clock_rate: z_r theta' t and its rate.
     """
@@ -61,7 +61,7 @@ class TeethPassed(NamedTuple):
 
 
 def teeth_passed(material: Material) -> TeethPassed:
-    """Of the rigid arm, whose motion has no vibration. Raises Diverged."""
+    """The teeth passed in the rigid arm's PD run, which has no vibration. Raises Diverged."""
     variant = material.scale.cut(rigid.rigid_arm(Variant()))
     run = course.course_of(material.study.runs([variant], "teeth that pass")[variant])
     time, factor = run.time, torque.RING_CYCLES / TURN
@@ -78,7 +78,7 @@ def teeth_passed(material: Material) -> TeethPassed:
 
 
 def stage_svg(joint: Planetary) -> str:
-    """A stage seen along its axis: sun, three planets on their carrier, ring; its meshes marked."""
+    """A stage seen along its axis: sun, planets on their carrier, ring, meshes marked; svg."""
     inner, outer = mesh_geometry(joint, "sun"), mesh_geometry(joint, "ring")
     figure, grid = new_figure(1, 1, 4.2)
     axes = grid[0, 0]
@@ -98,7 +98,7 @@ def stage_svg(joint: Planetary) -> str:
 
 
 def _gear(axes: Axes, mesh: MeshGeometry, wheel: Wheel, colour: str, turn: complex) -> None:
-    """All teeth of a wheel and the circle that they stand on, turned about the sun's axis."""
+    """Draw all teeth of a wheel and the circle below them, turned about the sun's axis."""
     outline = teeth(mesh, wheel, 0)[0] - wheel.centre
     for angle in np.exp(2j * np.pi * np.arange(wheel.teeth) / wheel.teeth):
         points = MILLI * turn * (wheel.centre + angle * outline)
@@ -113,7 +113,7 @@ def _gear(axes: Axes, mesh: MeshGeometry, wheel: Wheel, colour: str, turn: compl
 
 
 def _words(axes: Axes, inner: MeshGeometry, outer: MeshGeometry) -> None:
-    """Names, and what each mesh's displacement and force are called."""
+    """Draw the names, and what each mesh's displacement and force are called."""
     planet = MILLI * inner.planet.centre
     reach = MILLI * outer.wheel.radii[1]
     for x, y, name, colour in (
@@ -133,7 +133,7 @@ def _words(axes: Axes, inner: MeshGeometry, outer: MeshGeometry) -> None:
 
 
 def teeth_passed_svg(found: TeethPassed) -> str:
-    """How many teeth have passed, and how fast they pass: counted, and by the paper's formula."""
+    """How many teeth have passed, and how fast: counted, and by the paper's formula; svg."""
     figure, grid = new_figure(1, 2, 2.6)
     counted, by_clock = LAW_COLOURS[cells.LAWS[2]], LAW_COLOURS[cells.LAWS[0]]
     for axes, integral, clock in (

@@ -30,7 +30,7 @@ _WORDS: dict[State | None, str] = {
 
 
 class DriveVerdict(NamedTuple):
-    """H3 for each drive, over all damping ratios: the state that all of them have, else None."""
+    """The verdict on H3 for a drive: the state that it has at all damping ratios, else None."""
 
     own: State | None
     linear: State | None
@@ -38,7 +38,7 @@ class DriveVerdict(NamedTuple):
 
 
 def chapter(material: Material) -> AuditChapter:
-    """Growth, prediction, linearity and order of the backlash error, for both drive laws."""
+    """The chapter on growth, prediction, linearity and order of the backlash error, both drives."""
     found = shaken(material)
     sizes = _sizes(found)
     verdicts = {drive: verdict([x for x in found if x.drive == drive]) for drive in shaking.DRIVES}
@@ -67,7 +67,7 @@ def chapter(material: Material) -> AuditChapter:
 
 
 def shaken(material: Material) -> list[shaking.Shaken]:
-    """Both drives at every damping ratio."""
+    """The results of both drives at every damping ratio."""
     scale = material.scale
     asked = [
         shaking.Shaking(drive, zeta, scale.seeds, scale.seconds(DURATION_S))
@@ -78,19 +78,19 @@ def shaken(material: Material) -> list[shaking.Shaken]:
 
 
 def verdict(found: Sequence[shaking.Shaken]) -> DriveVerdict:
-    """Of one drive at every damping ratio."""
+    """The verdict on one drive from its results at every damping ratio."""
     answers = ({state(getattr(one, name)) for one in found} for name in DriveVerdict._fields)
     return DriveVerdict(*(states.pop() if len(states) == 1 else None for states in answers))
 
 
 def largest(found: shaking.Shaken, backlash_m: float = shaking.REFERENCE_M) -> float:
-    """Largest error [rad] of a backlash in any start."""
+    """The largest error [rad] of a backlash in any start."""
     place = shaking.BACKLASHES_M.index(backlash_m)
     return max(start.largest_rad[place] for start in found.starts)
 
 
 def _percent(name: str) -> Callable[[shaking.Shaken], tuple[float | None, ...]]:
-    """Of a share, its least and largest over the starts."""
+    """A function from a result to the least and largest value of a share over the starts [%]."""
     return lambda found: tuple(None if x is None else 100 * x for x in found.span(name))
 
 
@@ -123,7 +123,7 @@ SUMMARY = Columns[shaking.Shaken](
 
 
 class BacklashErrors(NamedTuple):
-    """Errors [rad] of one backlash [um], least and largest of the starts."""
+    """The errors [rad] of one backlash [um], least and largest of the starts."""
 
     found: shaking.Shaken
     b_um: float
@@ -132,7 +132,7 @@ class BacklashErrors(NamedTuple):
 
 
 def _sizes(found: Sequence[shaking.Shaken]) -> list[BacklashErrors]:
-    """Of every drive, damping ratio and backlash."""
+    """The errors of every drive, damping ratio and backlash."""
     return [
         BacklashErrors(one, 1e6 * b, (min(most), max(most)), (min(last), max(last)))
         for one in found
@@ -158,7 +158,7 @@ SIZES = Columns[BacklashErrors](
 
 
 def drawing(found: Sequence[shaking.Shaken]) -> str:
-    """Errors of the first start over time, and over b, a row for each."""
+    """Errors of the first start over time, and over b, a row for each result, as svg."""
     picture, grid = new_figure(len(found), 2, 2.9)
     for row, case in zip(grid, found, strict=True):
         time, predicted = (np.array(x, float) for x in (case.curves.time, case.curves.predicted))

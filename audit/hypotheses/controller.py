@@ -37,7 +37,7 @@ PLAIN = {"varying": True, "played_back": False, "planets": "free"}
 
 
 def chapter(material: Material) -> AuditChapter:
-    """Thresholds and the growth check; full: also runs over zeta and what they live on."""
+    """The chapter on thresholds and growth; full: also runs over zeta and what they live on."""
     limits = linear_limits.survey(material.scale.quick)
     smooth = material.scale.cut(linear_limits.smooth_variant())
     try:
@@ -78,13 +78,13 @@ def chapter(material: Material) -> AuditChapter:
 
 @dataclass(frozen=True)
 class Vibrating:
-    """What is simulated; nothing in the quick report. handed: what becomes of each of HANDED."""
+    """The simulated settings, none in the quick report. handed: what becomes of each of HANDED."""
 
     cells: tuple[Flutter, ...] = ()
     handed: tuple[tuple[FlutterSetting, Handed], ...] = ()
 
     def of(self, **fields: object) -> dict[tuple[flutter.Damping, float], Flutter]:
-        """By damping and zeta, the cells whose settings have these fields."""
+        """The cells whose settings have these fields, by damping and zeta."""
         return {
             (one.setting.damping, one.setting.zeta): one
             for one in self.cells
@@ -93,8 +93,10 @@ class Vibrating:
 
 
 def vibrating(material: Material) -> Vibrating:
-    """All runs: with and without error and dampers in the play; then what contact-only damping
-    lives on; and what becomes of a vibration that is handed over.
+    """The vibration in all settings that are run, and what becomes of one that is handed over.
+
+    Settings are with and without tooth error, with dampers always and in contact alone; with the
+    latter also without feedback, with steady stiffness and with lumped planets.
     """
     scale = material.scale
     settings = [
@@ -116,7 +118,7 @@ def vibrating(material: Material) -> Vibrating:
 
 
 def independent_of_error(found: Vibrating) -> bool | None:
-    """The signature: the same settings vibrate with and without tooth error, and some do."""
+    """Whether the same settings vibrate with and without tooth error, and some do; or None."""
     without, with_error = (found.of(tooth_error_um=error, **PLAIN) for error in ERRORS_UM)
     states = [(without[place].state, with_error[place].state) for place in without]
     if not states or any(State.UNDEFINED in pair for pair in states):
@@ -125,7 +127,7 @@ def independent_of_error(found: Vibrating) -> bool | None:
 
 
 def lives_on_feedback(found: Vibrating) -> bool | None:
-    """No start vibrates without feedback, from the beginning or from a vibration handed over."""
+    """Whether no start vibrates without feedback, from the beginning or after a handover."""
     bare = [one for one in found.cells if one.setting.played_back]
     if not bare or any(one.share is None for one in bare):
         return None
@@ -137,20 +139,20 @@ def lives_on_feedback(found: Vibrating) -> bool | None:
 
 
 def highest_vibrating(found: Vibrating, **fields: object) -> float | None:
-    """The largest zeta at which starts vibrate without tooth error, more than few."""
+    """The largest zeta at which more than few starts vibrate without tooth error; None for none."""
     cells = found.of(tooth_error_um=0.0, **{**PLAIN, **fields}).values()
     some = (State.YES, State.BISTABLE)
     return max((one.setting.zeta for one in cells if one.state in some), default=None)
 
 
 def largest_with_any(found: Vibrating, damping: flutter.Damping) -> float | None:
-    """The largest zeta at which any start vibrates without tooth error."""
+    """The largest zeta at which any start vibrates without tooth error; None for none."""
     cells = found.of(tooth_error_um=0.0, damping=damping, **PLAIN).values()
     return max((one.setting.zeta for one in cells if one.share and one.share.yes), default=None)
 
 
 def continued(found: Vibrating) -> dict[str, Share]:
-    """Starts that vibrate on after ``AFTER_S``, by what drives the arm then; empty without any."""
+    """The share of starts that vibrate on after ``AFTER_S``, by what drives the arm, if any."""
     shares = {
         name: share_of(size > VIBRATES for _, one in found.handed for size in getattr(one, name))
         for name in Handed._fields
@@ -159,7 +161,7 @@ def continued(found: Vibrating) -> dict[str, Share]:
 
 
 def h6(limits: Sequence[Threshold], check: GrowthCheck, found: Vibrating) -> JsonObject:
-    """The verdict: what it rests on; thresholds with the paper's gains; how far anything vibrates.
+    """The record of H6: what its verdict rests on, thresholds with the paper's gains, vibrations.
 
     Thresholds are the lowest and the highest of all poses; vibrations are without tooth error.
     """
@@ -187,21 +189,21 @@ def h6(limits: Sequence[Threshold], check: GrowthCheck, found: Vibrating) -> Jso
 
 
 def _in_words(parts: Collection[bool | None]) -> str:
-    """Holds, in part, or not at all; undefined if that hangs on what is."""
+    """The verdict in words: holds, in part, or not at all; undefined if that hangs on what is."""
     if True in parts and False in parts:
         return "holds in part"
     return word(None if None in parts else all(parts), "holds", "does not hold")
 
 
 def _resolved(sizes: Sequence[float]) -> tuple[float | None, ...]:
-    """None for what cannot be told from nothing."""
+    """The sizes [rad/s^2], None for those that cannot be told from nothing."""
     return tuple(size if size > RESOLVED else None for size in sizes)
 
 
 def _ends_and_median(
     name: str,
 ) -> Callable[[tuple[FlutterSetting, Handed]], tuple[float | None, ...]]:
-    """Least, median and largest of the starts, by what drives the arm."""
+    """A function to the least, median and largest size of the starts, by what drives the arm."""
 
     def parts(pair: tuple[FlutterSetting, Handed]) -> tuple[float | None, ...]:
         ordered = sorted(getattr(pair[1], name))
@@ -211,7 +213,7 @@ def _ends_and_median(
 
 
 def _growing(limit: Threshold) -> float | None:
-    """Growth without damping; None for rounding."""
+    """The growth rate [1/s] without damping; None for rounding."""
     rate = limit.undamped_growth_per_s
     return rate if abs(rate) > ROUNDING_PER_S else None
 
@@ -264,7 +266,7 @@ HANDOVERS = Columns[tuple[FlutterSetting, Handed]](
 
 
 def drawing(limits: Sequence[Threshold], cells: Sequence[Flutter]) -> str:
-    """Threshold against pose and derivative gain; share of starts that vibrate against zeta."""
+    """Threshold over pose and derivative gain, share of starts that vibrate over zeta, as svg."""
     picture, grid = new_figure(1, 3, 2.9)
     link = [r for r in limits if r.point.sensed != linear_limits.SUN and r.point.stiffness == 1]
     proportional, _ = linear_limits.PAPER_GAINS
@@ -298,7 +300,7 @@ def drawing(limits: Sequence[Threshold], cells: Sequence[Flutter]) -> str:
 
 
 def _kind(setting: FlutterSetting) -> str:
-    """All but zeta."""
+    """The words for a setting, without its zeta."""
     words = [f"dampers act {'always' if setting.damping == 'always' else 'in contact'}"]
     if setting.played_back:
         words.append("no feedback")

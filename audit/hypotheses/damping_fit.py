@@ -44,7 +44,7 @@ ALPHA = 0.05  # that one setting or more is left out although it explains as muc
 
 
 def chapter(material: Material) -> AuditChapter:
-    """The set of settings that explain the printed numbers equally well."""
+    """The chapter on the set of settings that explain the printed numbers equally well."""
     claims = [catalogue.BY_ID[name] for name in NUMBERS]
     found = fits(material, claims)
     chosen = equally_good(found)
@@ -87,7 +87,7 @@ def chapter(material: Material) -> AuditChapter:
 
 
 def _columns(claims: Sequence[rule.Claim], chosen: Sequence[DampingFit]) -> Columns[DampingFit]:
-    """claims: whose shares of starts are shown."""
+    """The columns of a setting's fit; claims: whose shares of starts are shown."""
 
     def share(claim: rule.Claim) -> TableColumn[DampingFit]:
         def of(fit: DampingFit) -> float:
@@ -132,7 +132,7 @@ REVERSALS: Columns[Reversals] = Columns(
 
 
 def drawing(found: Sequence[DampingFit], chosen: Sequence[DampingFit]) -> str:
-    """Over zeta, a panel for each reading and way of the planets."""
+    """Numbers explained over zeta, a panel for each reading and planets' treatment, as svg."""
     picture, grid = new_figure(len(PLANETS), len(READINGS), 2.4)
     for (row, column), axes in np.ndenumerate(grid):
         arm, planets = tuple(READINGS)[column], PLANETS[row]
@@ -158,7 +158,7 @@ def drawing(found: Sequence[DampingFit], chosen: Sequence[DampingFit]) -> str:
 
 @dataclass(frozen=True)
 class DampingFit:
-    """A setting. explained: by claim, (starts,), whether each start explains its number."""
+    """What a setting explains: by claim, (starts,), whether each start explains its number."""
 
     cell: Cell
     explained: Mapping[str, np.ndarray]
@@ -166,22 +166,22 @@ class DampingFit:
 
     @cached_property
     def counts(self) -> np.ndarray:
-        """How many numbers each start explains (starts,)."""
+        """How many numbers each start explains, (starts,)."""
         return np.sum(list(self.explained.values()), axis=0)
 
     @property
     def mean(self) -> float:
-        """Numbers that a start explains."""
+        """The mean count of printed numbers that a start explains."""
         return float(self.counts.mean())
 
     def without(self, claim: str) -> DampingFit:
-        """With one number left out."""
+        """The fit with one number left out."""
         left = {name: yes for name, yes in self.explained.items() if name != claim}
         return DampingFit(self.cell, left, self.answers)
 
 
 def fits(material: Material, claims: Sequence[rule.Claim]) -> list[DampingFit]:
-    """Every setting; quick: of the claims' own quick ones."""
+    """The fits of every setting; quick: of the claims' own quick settings."""
     plan = plan_of(material.scale)
     cells = [
         Cell(law, zeta, arm, planets)
@@ -193,7 +193,7 @@ def fits(material: Material, claims: Sequence[rule.Claim]) -> list[DampingFit]:
 
 
 def fit_of(cell: Cell, known: quantities.Known, claims: Sequence[rule.Claim]) -> DampingFit:
-    """From the setting's experiments, each claim about one quantity."""
+    """The fit of a setting to claims about one quantity each, from the setting's experiments."""
     explained, given = {}, {}
     for claim in claims:
         (quantity,) = claim.choices.values()
@@ -203,7 +203,7 @@ def fit_of(cell: Cell, known: quantities.Known, claims: Sequence[rule.Claim]) ->
 
 
 def equally_good(found: Sequence[DampingFit]) -> list[DampingFit]:
-    """The best, and every setting that is not told apart from it (Holm's procedure)."""
+    """The best fit, and every one that is not told apart from it (Holm's procedure)."""
     best = max(found, key=lambda fit: fit.mean)
     others = [fit for fit in found if fit is not best]
     chances = {id(fit): chance(best.counts, fit.counts) for fit in others}
@@ -215,7 +215,7 @@ def equally_good(found: Sequence[DampingFit]) -> list[DampingFit]:
 
 
 def chance(best: np.ndarray, other: np.ndarray) -> float:
-    """That counts (starts,) of equal origin are shared out with as large a sum in the first.
+    """Probability that counts (starts,) of one origin are split with as large a sum in the first.
 
     Fisher and Pitman's exact test, one-sided: over all ways to choose as many of all starts.
     """
@@ -241,7 +241,7 @@ class Span:
 
 
 def span(chosen: Sequence[DampingFit], left_out: str | None = None) -> Span:
-    """Of a set."""
+    """The span of a set of settings."""
     cells = [fit.cell for fit in chosen]
     zetas = [cell.zeta for cell in cells]
     return Span(
@@ -256,7 +256,7 @@ def span(chosen: Sequence[DampingFit], left_out: str | None = None) -> Span:
 
 
 def each_left_out(found: Sequence[DampingFit]) -> list[Span]:
-    """The set that is found when one of the numbers is not asked for, by turns."""
+    """The spans of the sets that are found without one of the numbers, each left out in turn."""
     return [
         span(equally_good([fit.without(claim) for fit in found]), claim)
         for claim in found[0].explained
@@ -264,7 +264,7 @@ def each_left_out(found: Sequence[DampingFit]) -> list[Span]:
 
 
 def tells_nothing(found: Sequence[DampingFit]) -> dict[rule.State, list[str]]:
-    """Claims on which all settings agree, by what they say: these choose no damping."""
+    """The claims on which all settings agree, by what they say: these choose no damping."""
     silent: dict[rule.State, list[str]] = {rule.State.YES: [], rule.State.NO: []}
     for claim in found[0].explained:
         states = {fit.answers[claim].state for fit in found}
@@ -275,9 +275,10 @@ def tells_nothing(found: Sequence[DampingFit]) -> dict[rule.State, list[str]]:
 
 @dataclass(frozen=True)
 class Reversals:
-    """Of the shoulder [s]: the meshes change sides soon after the first, and back after the second.
+    """The first two times [s] at which a rigid arm's shoulder torque changes sign.
 
-    None where the run ends before.
+    The meshes change sides soon after the first, and back after the second. None where the run
+    ends before.
     """
 
     level: str
@@ -286,7 +287,7 @@ class Reversals:
 
 
 def reversals(study: Study, scale: Scale) -> list[Reversals]:
-    """Of every rigid level. Raises Diverged."""
+    """The torque's reversals at every rigid level. Raises Diverged."""
     variants = {
         level: scale.cut(Variant(model=rigid_model(level), record_every=100))
         for level in RIGID_LEVELS
@@ -296,7 +297,7 @@ def reversals(study: Study, scale: Scale) -> list[Reversals]:
 
 
 def torque_reversals(run: xr.Dataset) -> tuple[float | None, float | None]:
-    """First two sign changes [s] of the shoulder's torque."""
+    """The first two sign changes [s] of the shoulder's torque; None for what does not happen."""
     time, torque = run["time"].values, run["torque"].values[:, 0]
     changes = [float(t) for t in time[1:][np.diff(np.sign(torque)) != 0]]
     first, second = (*changes, None, None)[:2]

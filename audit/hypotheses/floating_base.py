@@ -22,7 +22,7 @@ ID, TITLE = "floating_base", "A base that is free to fly (H5)"
 
 
 def chapter(material: Material) -> AuditChapter:
-    """Tip error of the fixed base over the base's mass."""
+    """The chapter on the fixed base's tip error over the mass of the free base."""
     cubes = [(name, side) for name in SCENARIOS for side in SIDES_M]
     tasks = {
         (name, side): flights.Flights(
@@ -68,7 +68,7 @@ def chapter(material: Material) -> AuditChapter:
 
 
 def _needed(ratios: Sequence[float | None]) -> str:
-    """Smallest and largest mass ratio over the cubes, in words."""
+    """The smallest and largest needed mass ratio over the cubes, in words."""
     enough = [ratio for ratio in ratios if ratio is not None]
     if len(enough) < len(ratios):
         return f"more than {RATIOS[-1]:g}"
@@ -104,7 +104,7 @@ FLIGHTS = Columns[Flight](
 
 
 def drawing(flown: Mapping[tuple[str, float], Sequence[Flight]]) -> str:
-    """A panel for each experiment, a line for each cube; flown: by experiment and side [m]."""
+    """Tip errors, a panel per experiment, a line per cube, as svg; by experiment and side [m]."""
     picture, grid = new_figure(1, len(SCENARIOS), 2.9)
     for axes, scenario in zip(grid[0], SCENARIOS, strict=True):
         for side, colour in zip(SIDES_M, COLOURS, strict=False):

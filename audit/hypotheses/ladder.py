@@ -38,7 +38,7 @@ _SMALLEST = 1e-13  # a contribution of rounding size still gets a mark
 
 
 class Climbed(NamedTuple):
-    """levels: what every baseline leaves; whole: all of every ladder; verdict: of both."""
+    """All ladders. levels: what baselines leave; whole: all of every ladder; verdict: of both."""
 
     ladders: list[rungs.Ladder]
     levels: list[rungs.Deviation]
@@ -48,12 +48,12 @@ class Climbed(NamedTuple):
 
 
 def claims() -> dict[str, Claim]:
-    """The paper's three numbers, by quantity."""
+    """The claims of the paper's three numbers, by quantity."""
     return {quantity: BY_ID[name] for quantity, name in rungs.CLAIMS.items()}
 
 
 def climbed(material: Material) -> Climbed:
-    """All ladders; quick: constant torque in one order, labelled reading."""
+    """The ladders that are climbed; quick: constant torque in one order, labelled reading."""
     climbs = QUICK_CLIMBS if material.scale.quick else CLIMBS
     ladders = [rungs.climb(material.study, *which, material.scale) for which in climbs]
     levels = rungs.by_level(ladder for ladder in ladders if ladder.order == "A")
@@ -64,7 +64,7 @@ def climbed(material: Material) -> Climbed:
 
 
 def chapter(material: Material) -> AuditChapter:
-    """The ladder."""
+    """The chapter on the ladder from the rigid arm to the detailed one."""
     found, stated = climbed(material), claims()
     verdict = found.verdict
 
@@ -117,7 +117,7 @@ def chapter(material: Material) -> AuditChapter:
 
 
 def _scenario(ladders: Sequence[rungs.Ladder], name: str) -> dict[str, object] | None:
-    """Title, drawing and tables of a scenario; None where it was not climbed."""
+    """The title, drawing and tables of a scenario; None where it was not climbed."""
     mine = [x for x in ladders if (x.scenario, x.arm) == (name, FIRST_READING)]
     if not mine:
         return None
@@ -135,7 +135,7 @@ def _lines(ladder: rungs.Ladder, instant: str) -> list[Line]:
 
 
 def _rung_columns(ladder: rungs.Ladder, instant: str = "") -> Columns[Line]:
-    """A contribution is shown where it is above its uncertainty; both are recorded."""
+    """The columns of a rung's contributions, shown if above their uncertainty; both are kept."""
 
     def of_quantity(name: str, unit: str) -> tuple[TableColumn[Line], ...]:
         def resolved(line: Line) -> float | None:
@@ -186,7 +186,7 @@ SHARES = Columns[rungs.Deviation](
 
 
 def _left_of(name: str, unit: str) -> tuple[TableColumn[rungs.RigidResidual], ...]:
-    """A quantity's two columns."""
+    """The two columns of a quantity: what is left of it, and whether that is as in the paper."""
     title = f"left of {SYMBOLS[name]} [{unit}]"
     return (
         TableColumn(f"{name}_{unit}", title, lambda one: abs(one.found[name].total)),
@@ -213,7 +213,7 @@ LEFT = Columns[rungs.RigidResidual](
 
 
 def baselines(found: Sequence[rungs.RigidResidual]) -> str:
-    """The size of what every baseline leaves, beside what the paper says, as svg."""
+    """The sizes of what every baseline leaves, beside what the paper says, as svg."""
     limits = {name: claim.limits for name, claim in claims().items()}
     figure, grid = new_figure(1, len(rungs.QUANTITIES), 2.6)
     for axes, (name, factor) in zip(grid[0], rungs.IN_UNIT_OF_CLAIM.items(), strict=True):
@@ -231,7 +231,7 @@ def baselines(found: Sequence[rungs.RigidResidual]) -> str:
 
 
 def waterfall(ladders: list[rungs.Ladder]) -> str:
-    """Above, the first order's contributions stacked; below, the sizes of every order's.
+    """Contributions in the first order, stacked; below, their sizes in every order; as svg.
 
     Each column at the time of its own largest deviation. Bars begin where the one above ended, the
     total is a line; numerical uncertainties are grey crosses.

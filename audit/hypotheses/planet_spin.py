@@ -14,7 +14,7 @@ DURATIONS_S = {"constant-torque": 0.5, "pd": 3.0}
 
 
 def chapter(material: Material) -> AuditChapter:
-    """Both readings and scenarios."""
+    """The chapter on the spin's cost in both readings and scenarios."""
     wanted = [
         SpinCost(arm, scenario, material.scale.seconds(duration_s))
         for arm in READINGS

@@ -25,7 +25,7 @@ _NO_MESHES = [np.empty(0)] * (len(MESH_SIGNALS) + 1)
 
 @dataclass(frozen=True)
 class Course:
-    """Of one run, in SI units.
+    """The signals of one run, in SI units.
 
     time (times,); theta, theta_dot, theta_ddot, torque (times, joints); x_sp, x_pr, F_sp, F_pr
     (times,): of the shoulder's first planet, F_outer (times, 2 (joints - 1)): F_sp, F_pr of the
@@ -47,7 +47,7 @@ class Course:
     planets_apart_m: float = field(default=0.0, kw_only=True)
 
     def at(self, time: np.ndarray) -> Course:
-        """Its joints at other times, by straight lines between records; for smooth motion."""
+        """The course with its joints at other times, by straight lines; for smooth motion."""
 
         def taken(values: np.ndarray) -> np.ndarray:
             return np.array([np.interp(time, self.time, column) for column in values.T]).T
@@ -57,7 +57,7 @@ class Course:
 
 
 def course_of(run: xr.Dataset) -> Course:
-    """Of a trajectory, as any model gives it."""
+    """The course of a trajectory, as any model gives it."""
     case = case_of(run)
     joints = [run[name].values for name in JOINT_SIGNALS]
     if "x_sp" not in run:
@@ -70,7 +70,7 @@ def course_of(run: xr.Dataset) -> Course:
 
 
 def courses(models: Sequence[AnalyticModel]) -> list[Course | Diverged]:
-    """The runs of many models, side by side; of each only what a Course holds is ever in memory."""
+    """Courses of many models, run side by side; memory holds of each only what a Course holds."""
     found: dict[int, Course | Diverged] = {}
     for group in groups(models):
         found |= zip(group.members, _of_group(group), strict=True)
@@ -78,7 +78,7 @@ def courses(models: Sequence[AnalyticModel]) -> list[Course | Diverged]:
 
 
 def _of_group(group: Group) -> list[Course | Diverged]:
-    """Of models that are stepped side by side, in the group's order."""
+    """Courses of models that are stepped side by side, in the group's order."""
     time = recorded_times(group.models[0].scenario)
     geared = bool(group.models[0].layout.meshing)
     apart = np.zeros(len(group.models))
@@ -106,8 +106,10 @@ def _of_group(group: Group) -> list[Course | Diverged]:
 
 
 def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
-    """Of the joints (records, joints, members) but for torques, of the shoulder's first meshes
-    (records, members), of the outer ones (records, pairs, members).
+    """Signals of a chunk, those of the joints without torques.
+
+    The joints' (records, joints, members), the shoulder's first meshes' (records, members), and
+    the outer joints' mesh forces (records, pairs, members).
     """
     joints = [chunk.theta, chunk.theta_dot, chunk.theta_ddot]
     if not geared:

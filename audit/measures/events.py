@@ -24,14 +24,14 @@ STABLE_S = 2.6  # "stable after": Section 3.2
 
 
 class SideChange(NamedTuple):
-    """The teeth's way to the opposite flanks: when they left the first ones, when they met."""
+    """The teeth's way to the opposite flanks: when [s] they left the first, when [s] they met."""
 
     left_s: float | None
     met_s: float
 
 
 def third_window(time: np.ndarray, side_s: float | None = None) -> slice:
-    """The samples of the third fluctuation, without a late side change's impact [s]."""
+    """The samples of the third fluctuation, without a late side change's impact."""
     begin, end = THIRD_S
     if side_s is not None and side_s + IMPACT_S < end - PEAK_S:
         begin = max(begin, side_s + IMPACT_S)
@@ -39,7 +39,7 @@ def third_window(time: np.ndarray, side_s: float | None = None) -> slice:
 
 
 def third_onset(time: np.ndarray, excess: np.ndarray, window: slice) -> float | None:
-    """When the third fluctuation first reaches half of its largest size."""
+    """Time [s] at which the third fluctuation first reaches half of its largest size."""
     return signals.onset(time[window], excess[window])
 
 
@@ -53,13 +53,13 @@ def third_peak(time: np.ndarray, excess: np.ndarray, window: slice) -> slice:
 
 
 def opposite_contact(time: np.ndarray, force: np.ndarray, after_s: float) -> float | None:
-    """The first contact of the opposite flanks after a time."""
+    """Time [s] of the first contact of the opposite flanks after a time."""
     later = signals.window(time, after_s, np.inf)
     return signals.first_below(time[later], force[later], 0.0)
 
 
 def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
-    """The teeth change sides: the first contact of the opposite flanks once the start is over.
+    """The teeth's change of sides: the first contact of the opposite flanks once the start is over.
 
     None where teeth vibrate across their clearance before the load has changed its sign: they then
     touch both flanks all the time.
@@ -93,12 +93,12 @@ def bouncing(time: np.ndarray, force: np.ndarray, met_s: float) -> float:
 
 
 def passages(values: np.ndarray) -> np.ndarray:
-    """Which samples (samples - 1,) are the last before values pass zero."""
+    """Indices of the samples that are the last before values pass zero."""
     return np.flatnonzero(np.diff(np.signbit(values)))
 
 
 def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:
-    """The teeth return to the driving flanks: their first contact after the last on the other."""
+    """Time [s] of the first contact of the driving flanks after the last of the opposite ones."""
     part = signals.window(time, *RETURN_S)
     opposite = np.flatnonzero(force[part] < 0)
     if not opposite.size:
@@ -108,7 +108,10 @@ def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:
 
 
 def settling(time: np.ndarray, angle: np.ndarray, target: float, band: float) -> float | None:
-    """When an angle [rad] is within a share ``band`` of its step 0 to ``target`` for good."""
+    """Time [s] from which an angle [rad] is near its target for good.
+
+    Near is within a share ``band`` of the angle's step from 0 to ``target``.
+    """
     return signals.settling_time(time, angle, target, band * target)
 
 

@@ -28,5 +28,5 @@ def first_planets(run: xr.Dataset) -> xr.Dataset:
 
 
 def angles(run: xr.Dataset) -> xr.Dataset:
-    """The joints' angles alone."""
+    """The run with nothing but the joints' angles."""
     return run[["theta"]]

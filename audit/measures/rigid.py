@@ -11,14 +11,14 @@ RIGID_STEP_S = 1e-4  # the rigid arm is smooth
 
 
 def rigid_model(level: str) -> str:
-    """The model of a level of the ladder."""
+    """The name of the model of a rigid level."""
     return f"analytic:{level}"
 
 
 def rigid_arm(variant: Variant, level: str = COUPLED) -> Variant:
     """The rigid arm at a level through the same experiment, every step recorded.
 
-    Nothing that concerns the meshes alone is left, so geared runs share it.
+    Nothing is left that concerns the meshes alone, so geared runs share one rigid arm.
     """
     return replace(
         without_gears(variant, level),
@@ -28,7 +28,7 @@ def rigid_arm(variant: Variant, level: str = COUPLED) -> Variant:
 
 
 def without_gears(variant: Variant, level: str = COUPLED) -> Variant:
-    """The same at the step and the records of the geared run."""
+    """The rigid arm at a level in the same experiment, at the geared run's step and records."""
     fields = Variant()
     return replace(
         variant,

@@ -12,14 +12,14 @@ CONFIDENCE = 0.95
 
 
 class Share(NamedTuple):
-    """How many of several starts, at least one."""
+    """A share: how many of several starts, at least one, are a yes."""
 
     yes: int
     of: int
 
     @property
     def value(self) -> float:
-        """Between 0 and 1."""
+        """The share as a number from 0 to 1."""
         return self.yes / self.of
 
     @property
@@ -29,7 +29,7 @@ class Share(NamedTuple):
 
 
 def share_of(answers: Iterable[bool | None]) -> Share | None:
-    """How many of the answers that are known are yes; None without any."""
+    """The share of yes among the answers that are known; None if none is."""
     known = [answer for answer in answers if answer is not None]
     return Share(sum(known), len(known)) if known else None
 

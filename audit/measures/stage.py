@@ -16,7 +16,7 @@ from crosscheck.models.errors import InputError
 
 @dataclass(frozen=True)
 class PaperStage:
-    """Gears of one joint, and what Table I says of its meshes.
+    """The gears of one joint, and what Table I says of its meshes.
 
     geometry: radii [m] and ratio; sun_equivalent_mass_kg, planet_equivalent_mass_kg: M_s and M_p of
     one planet; mesh_stiffness_N_per_m, mesh_stiffness_amplitude_N_per_m: k_m and k_a of Eq. 8;
@@ -45,7 +45,7 @@ def geared_joint(arm: Arm, place: int = 0) -> Planetary:
 
 
 def paper_stage(arm: Arm, place: int = 0) -> PaperStage:
-    """The stage at a place from the base, counted from 0: the shoulder's.
+    """The stage of the joint at a place from the base, counted from 0: the shoulder's.
 
     Raises InputError for a joint that is not as the paper's.
     """
@@ -74,7 +74,7 @@ def paper_stage(arm: Arm, place: int = 0) -> PaperStage:
 
 
 def _teeth(mesh: Mesh) -> Mesh:
-    """What the paper has one value of for both meshes of a stage: all but phase and damping."""
+    """The mesh without phase and damping: for the rest the paper has one value in both meshes."""
     return mesh.model_copy(
         update={"phase_rad": 0.0, "damping_ratio": None, "damping_N_s_per_m": None}
     )

@@ -26,12 +26,12 @@ NONE: Quantiles = (None,) * len(PARTS)
 
 
 def quantiles(values: np.ndarray) -> Quantiles:
-    """PARTS of what is defined, each the value of a start; None without any."""
+    """The quantiles PARTS of what is defined, each the value of a start; NONE without any."""
     return quantiles_of(values[np.isfinite(values)]) or NONE
 
 
 class Branch(NamedTuple):
-    """Starts above SEVERE, or those below, and the medians of these alone; None without any."""
+    """The starts on one side of SEVERE, and the medians of these alone; None without any."""
 
     starts: int
     size: float | None
@@ -41,7 +41,7 @@ class Branch(NamedTuple):
 
 @dataclass(frozen=True)
 class Third:
-    """Of every start, (starts,), nan where undefined.
+    """The third fluctuation of every start, (starts,), nan where undefined.
 
     size [rad/s^2]; onset_s; frequency_Hz; apart_m: how far planets of a stage part; diverged: how
     many runs did, whose numbers are undefined; not_run: starts that others stand for.
@@ -56,7 +56,7 @@ class Third:
 
     @classmethod
     def of(cls, *samples: Sample) -> Third:
-        """All starts of several samples."""
+        """The third fluctuations of all starts of several samples."""
         return cls(
             size=_joined(samples, "third"),
             onset_s=_joined(samples, "third_onset_s"),
@@ -73,41 +73,41 @@ class Third:
 
     @cached_property
     def sizes(self) -> np.ndarray:
-        """Those that are defined."""
+        """The sizes [rad/s^2] that are defined."""
         return self.size[np.isfinite(self.size)]
 
     @cached_property
     def share(self) -> Share | None:
-        """Of the defined starts above SEVERE; None if too few are defined."""
+        """The share of the defined starts above SEVERE; None if too few are defined."""
         return self.answer(Place(None, "", None, "")).share
 
     def answer(self, place: Place) -> Answer:
-        """As a claim has it."""
+        """The answer at a place to the claim that the fluctuation is severe."""
         sizes = tuple(map(float, np.sort(self.sizes)))
         return Answer(place, sizes, self.size.size, LARGE, self.not_run)
 
     @property
     def state(self) -> State:
-        """Severe or not, or the start decides."""
+        """Whether the third fluctuation is severe, or the start decides."""
         return state(self.share)
 
     @property
     def quantiles(self) -> Quantiles:
-        """Of the size [rad/s^2]."""
+        """The quantiles of the size [rad/s^2]."""
         return quantiles(self.size)
 
     @property
     def apart_um(self) -> Quantiles:
-        """Of how far planets part."""
+        """The quantiles of how far planets part [um]."""
         return quantiles(1e6 * self.apart_m)
 
     def of_branch(self, severe: bool) -> np.ndarray:
-        """(starts,) which are on that branch."""
+        """Which starts are severe, or which defined ones are not, (starts,)."""
         chosen = LARGE.yes(self.size)
         return chosen if severe else np.isfinite(self.size) & ~chosen
 
     def branch(self, severe: bool) -> Branch:
-        """One branch alone."""
+        """The severe starts, or the others, and the medians of these alone."""
         chosen = self.of_branch(severe)
         numbers = (self.size, self.onset_s, self.frequency_Hz)
         medians = [quantiles(values[chosen])[1] for values in numbers]

@@ -18,7 +18,7 @@ SIGNIFICANT = 0.05
 
 
 class TwoTests(NamedTuple):
-    """p of Fisher's exact test of the shares and of Mann and Whitney's of the sizes.
+    """The p of Fisher's exact test of the shares and of Mann and Whitney's of the sizes.
 
     None where a sample has too few defined starts.
     """
@@ -28,27 +28,27 @@ class TwoTests(NamedTuple):
 
     @property
     def least(self) -> float | None:
-        """The smaller p."""
+        """The smaller p of the two tests; None where one is missing."""
         if self.by_share is None or self.by_size is None:
             return None
         return min(self.by_share, self.by_size)
 
 
 def two_tests(one: Third, other: Third) -> TwoTests:
-    """Of two samples' third fluctuations."""
+    """The tests of two samples' third fluctuations."""
     if one.share is None or other.share is None:
         return TwoTests(None, None)
     return TwoTests(shares_p(one.share, other.share), sizes_p(one.sizes, other.sizes))
 
 
 def shares_p(one: Share, other: Share) -> float:
-    """Probability of shares at least as unlike if both have one behind them (Fisher, exact)."""
+    """Chance of shares at least as unlike if one probability is behind both (Fisher, exact)."""
     table = [[one.yes, one.of - one.yes], [other.yes, other.of - other.yes]]
     return float(fisher_exact(table).pvalue)
 
 
 def sizes_p(one: Sequence[float] | np.ndarray, other: Sequence[float] | np.ndarray) -> float:
-    """The same of sizes by their ranks (Mann and Whitney)."""
+    """Chance of sizes at least as unlike if one distribution is behind both (Mann and Whitney)."""
     return float(mannwhitneyu(one, other).pvalue)
 
 
@@ -59,7 +59,7 @@ def least_p(one: int, other: int) -> float:
 
 
 def not_told_apart(one: Share, of: int) -> tuple[int, int]:
-    """The fewest and the most yes, of so many, that Fisher's exact test does not tell from one."""
+    """The fewest and the most yes, of so many, that Fisher's test does not tell from a share."""
     alike = [yes for yes in range(of + 1) if not told_apart(shares_p(one, Share(yes, of)))]
     return min(alike), max(alike)
 
@@ -83,13 +83,13 @@ class RaisedByError(NamedTuple):
 
     @property
     def state(self) -> State:
-        """Whether it does; if only in some starts, then only where the test tells them apart."""
+        """Whether the error makes it; bistable counts as no if the test tells no difference."""
         found = state(self.share)
         return State.NO if found == State.BISTABLE and not told_apart(self.p) else found
 
 
 def made_by_error(with_error: Third, without: Third, level: Limits = LARGE) -> RaisedByError:
-    """Start i is compared with start i."""
+    """What the tooth error makes, from start i with it compared with start i without it."""
     calm = np.isfinite(without.size) & np.isfinite(with_error.size)
     loud, there = (calm & level.yes(third.size) for third in (without, with_error))
     if calm.sum() < max(1.0, FEW * calm.size) or loud.sum() > FEW * calm.sum():
@@ -108,10 +108,10 @@ class WithAndWithout:
 
     @cached_property
     def made(self) -> RaisedByError:
-        """Starts that the tooth error makes severe."""
+        """The share of starts that the tooth error makes severe, with its test."""
         return made_by_error(self.third, self.without)
 
     @cached_property
     def made_visible(self) -> RaisedByError:
-        """The same of those that reach what counts as a fluctuation at all."""
+        """The share of starts that the tooth error raises above EVIDENT, with its test."""
         return made_by_error(self.third, self.without, VISIBLE)

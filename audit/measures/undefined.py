@@ -27,7 +27,7 @@ def known(*values: Quantity) -> bool:
 
 
 def where_known(decide: Callable[..., bool]) -> Callable[..., bool | None]:
-    """The decision; None, and not asked, if one of the numbers that it rests on is undefined."""
+    """The decision, made to give None without asking if a number that it rests on is undefined."""
 
     @wraps(decide)
     def decided(*numbers: Quantity) -> bool | None:
@@ -37,7 +37,7 @@ def where_known(decide: Callable[..., bool]) -> Callable[..., bool | None]:
 
 
 def all_of(answers: Iterable[bool | None]) -> bool | None:
-    """No if one is no, else undefined if one is."""
+    """False if one answer is False, else None if one is None, else True."""
     given = list(answers)
     if any(answer is False for answer in given):
         return False
@@ -55,12 +55,12 @@ def shown(value: float | None, form: str = ".3g", otherwise: str = UNDEFINED) ->
 
 
 def percent(share: float | None, form: str = ".1f") -> str:
-    """A share as so many per cent, or the word."""
+    """A share as so many per cent, or the word for an undefined one."""
     return f"{100 * share:{form}} %" if share is not None and math.isfinite(share) else UNDEFINED
 
 
 def extreme(values: Iterable[float | None], choose: Callable[[list[float]], float]) -> float:
-    """The largest or smallest (``max``, ``min``) of those that are defined; nan if none is."""
+    """The largest or smallest (``max``, ``min``) of the defined values; nan if none is."""
     found = [value for value in values if value is not None and math.isfinite(value)]
     return choose(found) if found else math.nan
 
@@ -74,7 +74,7 @@ def recorded(value: object) -> JsonValue: ...
 
 
 def recorded(value: object) -> JsonValue:
-    """For JSON: everything inside as it is, but None for every float that is not finite.
+    """A value for JSON: everything inside as it is, but None for every float that is not finite.
 
     Raises TypeError for what JSON has no word for.
     """
@@ -103,5 +103,5 @@ def defined(value: float | np.floating | None) -> float | None:
 
 
 def finite(numbers: Mapping[str, float | None]) -> Numbers:
-    """Plain floats, None for what is undefined."""
+    """The numbers as plain floats, None for what is undefined."""
     return {name: defined(value) for name, value in numbers.items()}

@@ -21,7 +21,7 @@ NONE = "-"
 
 @dataclass(frozen=True)
 class TableColumn(Generic[Row]):
-    """name: in JSON; title: above a table, with its unit; None: not shown there.
+    """A column. name: in JSON; title: above a table, with its unit; None: not shown there.
 
     of: a row's value, None or not finite for what is undefined; or its path in the row,
     ``setting.cell.zeta`` or ``gains.0``, undefined where a part of it is None; empty: the column's
@@ -35,29 +35,29 @@ class TableColumn(Generic[Row]):
     form: str = ".3g"
 
     def value(self, row: Row) -> Value:
-        """What the row has in this column."""
+        """The value of a row in this column."""
         return along(row, self.of or self.name) if isinstance(self.of, str) else self.of(row)
 
     def json(self, row: Row) -> JsonValue:
-        """The value; None for what is undefined."""
+        """The value for JSON; None for what is undefined."""
         value = self.value(row)
         return _counted(value) if isinstance(value, Share) else recorded(value)
 
     def text(self, row: Row) -> str:
-        """The value as it is read."""
+        """The value in words or digits, as it is read."""
         return _text(self.value(row), self.form)
 
     def html(self, row: Row) -> str:
-        """A cell of a table: text, or Markup that is html already."""
+        """The cell of a table: text, or Markup that is html already."""
         return self.text(row)
 
     def markdown(self, row: Row) -> str:
-        """A cell of a table in Markdown."""
+        """The cell of a table in Markdown."""
         return self.text(row).replace("|", r"\|")
 
 
 def along(row: object, path: str) -> Value:
-    """What a path of attributes and places leads to from a row; None where a part of it is None."""
+    """The value to which a path of attributes and places leads from a row; None if one is None."""
     value: Any = row
     for name in path.split("."):
         if value is not None:
@@ -67,13 +67,13 @@ def along(row: object, path: str) -> Value:
 
 @dataclass(frozen=True)
 class Columns(Generic[Row]):
-    """id: names a row in JSON, or is the format of its name, in which the row is ``{0}``."""
+    """The columns of a table. id: a row's name in JSON, or its format, the row being ``{0}``."""
 
     id: Callable[[Row], str] | str
     columns: Sequence[TableColumn[Row]]
 
     def json(self, rows: Iterable[Row]) -> list[JsonObject]:
-        """A record for every row."""
+        """The rows as JSON, a record for each."""
         named = self.id.format if isinstance(self.id, str) else self.id
         return [
             {"id": named(row), **{column.name: column.json(row) for column in self.columns}}
@@ -81,12 +81,12 @@ class Columns(Generic[Row]):
         ]
 
     def html(self, rows: Iterable[Row], caption: str = "") -> Markup:
-        """A table of the page."""
+        """The rows as a table of the page."""
         body = [[column.html(row) for column in self._shown()] for row in rows]
         return Markup(fragments.table(self._head(), body, caption))
 
     def markdown(self, rows: Iterable[Row]) -> str:
-        """The same as text."""
+        """The rows as a table in Markdown."""
         head = self._head()
         body = [[column.markdown(row) for column in self._shown()] for row in rows]
         lines = [head, ["---"] * len(head), *body]
@@ -100,7 +100,7 @@ class Columns(Generic[Row]):
 
 
 def _counted(share: Share) -> str:
-    """A share as a count: 3 of 8."""
+    """The words for a share as a count: 3 of 8."""
     return f"{share.yes} of {share.of}"
 
 

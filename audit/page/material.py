@@ -18,37 +18,37 @@ from crosscheck.audit.experiments.study import Study
 
 @dataclass(frozen=True)
 class Material:
-    """Made once for a page; nothing is run before it is asked for."""
+    """What a page is made from, once; nothing is run before it is asked for."""
 
     study: Study
     scale: Scale
 
     @cached_property
     def settings(self) -> Settings:
-        """Every setting of the claims with planets free, with its experiments."""
+        """The settings of the claims with planets free, each with its experiments."""
         chosen = plan_of(self.scale).settings()
         return with_experiments(self.study, self.scale, chosen, "claims")
 
     @cached_property
     def as_modelled(self) -> Settings:
-        """Every setting of the paper's own model, with its experiments."""
+        """The settings of the paper's own model, each with its experiments."""
         chosen = plan_of(self.scale).of(AS_MODELLED)
         return with_experiments(self.study, self.scale, chosen, "claims, as modelled")
 
     @cached_property
     def variations(self) -> Mapping[GearModel, Settings]:
-        """Further models of the gears, of the PD run alone."""
+        """The settings of further models of the gears, with the PD run's experiments alone."""
         return variations(self.study, self.scale)
 
     @cached_property
     def judged(self) -> Mapping[str, Judged]:
-        """Every claim by its id."""
+        """The claims with their answers in all settings, by id."""
         return {claim.id: self.asked(claim) for claim in CLAIMS}
 
     def asked(self, claim: Claim) -> Judged:
-        """One claim in every setting of every model of the gears."""
+        """A claim with its answers in every setting of every model of the gears."""
         return Judged(claim, tuple(answers(claim, [*self.as_modelled, *self.settings])))
 
     def samples(self, wanted: Iterable[Wanted], what: str) -> dict[Wanted, Sample]:
-        """Experiments in any settings, those of the claims among them, from the scale's starts."""
+        """Samples of experiments in any settings, also the claims', from the scale's starts."""
         return samples(self.study, self.scale, wanted, what)

@@ -47,14 +47,14 @@ CHAPTERS = (
 
 
 def paper_files(out: Path, scale: Scale = FULL) -> dict[Path, kinds.Kind]:
-    """All that ``write_paper`` writes, with what kind it is of."""
+    """The files that ``write_paper`` writes, each with its kind."""
     own = {PAGE: kinds.PAPER_PAGE, CLAIMS: kinds.CLAIMS, ERRATA: kinds.SHEET}
     runs = {f"{name}.nc": kinds.TRAJECTORY for name in stored_runs(scale)}
     return {out / name: kind for name, kind in {**own, **runs}.items()}
 
 
 def _chapter(material: Material, name: str) -> AuditChapter:
-    """One of CHAPTERS; if a run that it cannot do without diverges, a chapter that says so."""
+    """A chapter of CHAPTERS; one that says so if a run that it cannot do without diverges."""
     module = importlib.import_module(f"crosscheck.audit.{name}")
     try:
         made: AuditChapter = module.chapter(material)
@@ -92,12 +92,12 @@ def write_figures(
 
 
 def page(made: Sequence[AuditChapter], study: Study) -> str:
-    """The self-contained page."""
+    """The self-contained page as html."""
     return sound_links(rendering.page("paper", chapters=made, provenance=_provenance(study)))
 
 
 def records_json(made: Sequence[AuditChapter], study: Study) -> str:
-    """All chapters' records; but for the provenance identical for identical inputs."""
+    """All chapters' records as JSON; but for the provenance identical for identical inputs."""
     document = {
         "schema_version": SCHEMA_VERSION,
         "chapters": {chapter.id: chapter.records for chapter in made},

@@ -23,7 +23,7 @@ def _environment() -> Environment:
 
 
 def text(template: str, **given: object) -> str:
-    """A chapter's or section's html. given: records, and drawings and tables as ``html``.
+    """The html of a chapter or section. given: records, and drawings and tables as ``html``.
 
     Raises jinja2.UndefinedError for what a template asks and is not given.
     """
@@ -31,5 +31,5 @@ def text(template: str, **given: object) -> str:
 
 
 def html(fragment: str) -> Markup:
-    """A drawing, table or section that is html already."""
+    """Markup of a drawing, table or section that is html already."""
     return Markup(fragment)  # made by this package's own views and templates

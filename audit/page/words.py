@@ -20,7 +20,7 @@ ROUNDING = 1e-12  # below it a number that should be 0 says nothing but how its 
 
 
 def number(value: float | None) -> str:
-    """Three digits; said in words where it is undefined, or nothing but rounding."""
+    """A number in three digits; in words where it is undefined, or nothing but rounding."""
     known = defined(value)
     if known is None:
         return UNDEFINED

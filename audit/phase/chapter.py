@@ -32,7 +32,7 @@ QUICK = ("the clock test", "simulation", "stability")
 
 
 def chapter(material: Material) -> AuditChapter:
-    """Kinds of evidence and a referee's objections; quick: the clock, few settings, the modes."""
+    """The chapter on H1: kinds of evidence and a referee's objections; quick: three kinds alone."""
     simulated = maps(material)
     asked = [name for name in SECTIONS if name in QUICK or not material.scale.quick]
     found = {name: SECTIONS[name](simulated, material) for name in asked}
@@ -60,7 +60,7 @@ def chapter(material: Material) -> AuditChapter:
 
 
 def _shares(simulated: Maps) -> dict[str, Share | None]:
-    """Of severe starts under the three laws, and with planets held alike."""
+    """The shares of severe starts under the three laws, and by the first with planets lumped."""
     plain = [one for one in simulated.settings if one.setting.is_paper]
     found = {one.setting.cell: one.third.share for one in (*plain, *simulated.lumped)}
     cells = {
@@ -73,7 +73,7 @@ def _shares(simulated: Maps) -> dict[str, Share | None]:
 
 
 def h1_verdict(maps: Presence, supports: Mapping[str, bool | None]) -> str:
-    """`holds` if the simulations say so and no kind of evidence that was run speaks against it.
+    """The verdict: `holds` if simulations say so and no evidence that was run speaks against it.
 
     maps: where the tooth error makes a fluctuation; supports: the other kinds of evidence.
     """

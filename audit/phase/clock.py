@@ -39,13 +39,13 @@ class SignalEnvelope(NamedTuple):
 
     @classmethod
     def of(cls, time: np.ndarray, values: np.ndarray) -> SignalEnvelope:
-        """Of values (times,)."""
+        """The envelope of values (times,) at times [s]."""
         return cls(*(tuple(map(float, part)) for part in envelope(time, values, BINS)))
 
 
 @dataclass(frozen=True)
 class Delayed:
-    """One motion, and runs from one set of starts, with the clock started at another time.
+    """Results of the clock test at one delay: one motion, and runs from one set of starts.
 
     largest_change_N: of any mesh force along the motion, against the clock from 0; largest_force_N:
     along it with the clock from 0; vibration_rad_per_s2: of every start's run, None where it
@@ -64,7 +64,7 @@ class Delayed:
 
 @dataclass(frozen=True)
 class ClockTest(Question[list[Delayed]]):
-    """What a law makes of a delay. It needs no knowledge of D."""
+    """A question: what a law makes of every delay of CLOCKS_S. It needs no knowledge of D."""
 
     cost = 8.0
 
@@ -75,7 +75,7 @@ class ClockTest(Question[list[Delayed]]):
 
     @property
     def run(self) -> Variant:
-        """From rest, planets free."""
+        """The variant whose runs start from rest, planets free."""
         return pd_run(Cell(self.law, RUN_ZETA), self.run_s)
 
     def records(self) -> Records:
@@ -117,14 +117,14 @@ class ClockTest(Question[list[Delayed]]):
 
 @dataclass(frozen=True)
 class LawsClock:
-    """What one law makes of every delay."""
+    """The results of one law at every delay."""
 
     law: Law
     delays: Sequence[Delayed]
 
     @property
     def blind(self) -> bool:
-        """Whether no mesh force knows the time."""
+        """Whether no mesh force depends on the time."""
         return all(one.largest_change_N <= CLOCK_N for one in self.delays)
 
 
@@ -136,12 +136,12 @@ class Clocks:
 
     @property
     def supports(self) -> bool:
-        """Both of the paper's laws know the time, the integral does not."""
+        """Whether both of the paper's laws know the time and the integral does not."""
         return all(one.blind == (one.law.phase == "angle") for one in self.laws)
 
 
 def clocks(study: Study, scale: Scale) -> Clocks:
-    """Forces along one motion and runs from rest, the clock set to 0, 1, 5 and 20 s."""
+    """The clock test: forces along one motion and runs from rest, clock at 0, 1, 5 and 20 s."""
     lasting = scale.seconds(MOTION_S), scale.seconds(RUN_S)
     seeds = scale.seeds[: scale.starts(RUN_STARTS)]
     asked = {law: ClockTest(law, *lasting, seeds) for law in LAWS}

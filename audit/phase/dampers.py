@@ -64,7 +64,7 @@ STILL = 0.1  # rad/s^2: a hundredth of what counts as a fluctuation
 
 @dataclass(frozen=True)
 class Ablated:
-    """The third fluctuation without tooth error."""
+    """The third fluctuation without tooth error under a change of the arm, at a damping ratio."""
 
     ablation: runs.Change
     zeta: float
@@ -73,7 +73,7 @@ class Ablated:
 
 @dataclass(frozen=True)
 class LaidToRest(Perturbed[list[float | None]]):
-    """The vibration [rad/s^2] with dampers in contact alone, begun without any.
+    """A question: vibration [rad/s^2] with dampers in contact alone, begun without any.
 
     The variant's run is quiet until its end, QUIET_S, dampers always at work; its states go on for
     so long with dampers in contact alone. None for a start that diverges.
@@ -96,7 +96,9 @@ class LaidToRest(Perturbed[list[float | None]]):
 
 @dataclass(frozen=True)
 class Dampers:
-    """over_zeta: dampers in contact alone; ablated: at QUIET_ZETA; rest: begun without vibration
+    """Third fluctuations without tooth error, over damping and with other things left out.
+
+    over_zeta: dampers in contact alone; ablated: at QUIET_ZETA; rest: begun without vibration
     there [rad/s^2]; fluttering: dampers always at work, at FLUTTER_ZETA.
     """
 
@@ -106,7 +108,7 @@ class Dampers:
     fluttering: Sequence[Ablated]
 
     def median(self, name: str) -> float | None:
-        """Of the size [rad/s^2] with one thing left out."""
+        """The median size [rad/s^2] with one thing left out, by its name; None where undefined."""
         return next(one for one in self.ablated if one.ablation.name == name).third.quantiles[1]
 
     @property
@@ -123,13 +125,13 @@ class Dampers:
 
     @property
     def largest_zeta(self) -> float | None:
-        """The largest damping ratio at which half of the starts vibrate evidently, E = 0."""
+        """Largest damping ratio at which half of the starts vibrate evidently, E = 0; or None."""
         found = [one.zeta for one in self.over_zeta if (one.third.quantiles[1] or 0.0) > EVIDENT]
         return max(found, default=None)
 
 
 def dampers(study: Study, scale: Scale) -> Dampers:
-    """Without tooth error, the phase an integral, planets free."""
+    """The vibrations without tooth error, the phase an integral, planets free."""
     wanted = [(AS_IT_STANDS, zeta) for zeta in ZETAS]
     wanted += [(one, QUIET_ZETA) for one in ABLATIONS if one != AS_IT_STANDS]
     wanted += [(one, FLUTTER_ZETA) for one in FLUTTERING]
@@ -146,7 +148,7 @@ def dampers(study: Study, scale: Scale) -> Dampers:
 
 
 class TopSpeed(TransientPd):
-    """Of either joint [rad/s], over the whole run."""
+    """A question: top speeds [rad/s] of either joint over the whole run, and the rigid arm's."""
 
     def numbers(self, run: course.Course, rigid: tuple[course.Course, ...]) -> Numbers:
         return {
@@ -171,7 +173,7 @@ class Runaway:
 
 
 def runaways(study: Study, scale: Scale) -> list[Runaway]:
-    """Many starts of 3 s with free planets."""
+    """The runaways of each law among many starts of 3 s with free planets."""
     count = scale.starts(RUNAWAY_STARTS) if scale.most_starts < AT_ONCE else RUNAWAY_STARTS
     seeds = range(scale.first_seed, scale.first_seed + count)
     parts = [tuple(seeds[k : k + AT_ONCE]) for k in range(0, count, AT_ONCE)]

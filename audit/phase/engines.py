@@ -30,7 +30,7 @@ FEWEST = 3  # starts of a branch whose median means something
 
 
 class Apart(NamedTuple):
-    """Medians of both models in one branch, and how far apart they are (relative).
+    """The medians of both models in one branch, and how far apart they are (relative).
 
     scatter: from the quantile 0.1 to 0.9 of the analytic starts alone, over their median; within:
     the limit; met: None where a branch has too few starts in one of the models.
@@ -47,13 +47,13 @@ class Apart(NamedTuple):
 
     @property
     def branch(self) -> str:
-        """In words."""
+        """The branch in words."""
         return "severe" if self.severe else "small"
 
 
 @dataclass(frozen=True)
 class TwoModels:
-    """One setting, planets free: the analytic model and the engine."""
+    """The analytic model and the engine in one setting, planets free."""
 
     cell: Cell
     analytic: third.Third
@@ -61,7 +61,7 @@ class TwoModels:
 
     @cached_property
     def tests(self) -> twosamples.TwoTests:
-        """Whether the models differ."""
+        """The tests of whether the models differ."""
         return twosamples.two_tests(self.analytic, self.engine)
 
     @property
@@ -74,13 +74,13 @@ class TwoModels:
 
     @property
     def same(self) -> bool | None:
-        """Whether no test tells them apart; None where so few starts never could be."""
+        """Whether no test tells the models apart; None where so few starts never could be."""
         least = self.tests.least
         return None if least is None or not self.could_differ else least >= twosamples.SIGNIFICANT
 
     @property
     def parted(self) -> tuple[shares.Share, shares.Share]:
-        """Starts whose planets part, of both models: what the size of rounding decides."""
+        """Shares of starts whose planets part, in both models: the size of rounding decides."""
         analytic, engine = (
             shares.Share(int((model.apart_m > third.APART_M).sum()), model.apart_m.size)
             for model in (self.analytic, self.engine)
@@ -89,7 +89,7 @@ class TwoModels:
 
     @property
     def parted_size_p(self) -> float | None:
-        """Mann and Whitney's test of the sizes among starts whose planets part; None if few do."""
+        """The p of Mann and Whitney's test of sizes where planets part; None if few do."""
         one, other = (
             model.size[(model.apart_m > third.APART_M) & np.isfinite(model.size)]
             for model in (self.analytic, self.engine)
@@ -105,7 +105,7 @@ class TwoModels:
 
     @property
     def apart(self) -> list[Apart]:
-        """Branch by branch, number by number."""
+        """The comparison of both models branch by branch, number by number."""
         found = []
         for severe, (name, within) in product((False, True), WITHIN.items()):
             one, other = self.analytic.branch(severe), self.engine.branch(severe)
@@ -122,7 +122,7 @@ class TwoModels:
 
 @dataclass(frozen=True)
 class Engines:
-    """Both models at every setting; under_angle: those with the phase as an integral."""
+    """The comparisons at every setting; under_angle: those with the phase as an integral."""
 
     compared: Sequence[TwoModels]
     under_angle: Sequence[TwoModels]
@@ -134,7 +134,7 @@ class Engines:
 
     @property
     def supports(self) -> bool | None:
-        """The engine has severe starts under `omega_t`, as the analytic model, none under angle."""
+        """Whether the engine, as the analytic model, has severe starts under `omega_t` alone."""
         quiet = [
             None if not one.engine.sizes.size else bool(one.engine.sizes.max() <= thresholds.SEVERE)
             for one in self.under_angle
@@ -146,7 +146,7 @@ class Engines:
 
 
 def engines(material: Material) -> Engines:
-    """Many starts of both models, the analytic one's those of the claims.
+    """Samples of many starts of both models, the analytic one's those of the claims.
 
     Of the engine a question for every start, so that tasks stay short.
     """

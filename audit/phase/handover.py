@@ -42,7 +42,7 @@ class Heir(NamedTuple):
 
     @property
     def name(self) -> str:
-        """In words."""
+        """The law's name in words."""
         return self.phase if self.with_error else f"{self.phase}, E = 0"
 
 
@@ -51,7 +51,7 @@ HEIRS = (PRINTED_HEIR, INTEGRATED, ERROR_FREE)
 
 
 class Left(NamedTuple):
-    """Of one start under one heir: the vibration [rad/s^2] handed over, left soon, and late."""
+    """The vibration [rad/s^2] of one start under one heir: handed over, left soon, left late."""
 
     before: float
     soon: float
@@ -59,7 +59,7 @@ class Left(NamedTuple):
 
     @property
     def dies(self) -> bool:
-        """To a tenth of what was handed over."""
+        """Whether the vibration falls to a tenth of what was handed over."""
         return self.late <= DEAD * self.before
 
 
@@ -79,7 +79,7 @@ class HandedOver:
 
 @dataclass(frozen=True)
 class Handover(Perturbed[HandedOver]):
-    """What becomes of a setting's severe starts; variant: up to the third fluctuation's end."""
+    """A question: what becomes of a setting's severe starts; variant: up to the third's end."""
 
     cost = 16.0
 
@@ -115,7 +115,7 @@ class Handover(Perturbed[HandedOver]):
     def _continued(
         self, run: runs.RecordedMotion, start: int, record: int, heir: Heir
     ) -> runs.RecordedMotion:
-        """From a start's state at a record, the clock going on."""
+        """The run under an heir from a start's state at a record, the clock going on."""
         rate = self.cell.law.ring_rate if heir.phase == "omega_t" else "corrected"
         cell = Cell(Law(heir.phase, rate), self.cell.zeta, self.cell.arm)
         meshes = () if heir.with_error else (runs.NO_ERROR,)
@@ -129,13 +129,13 @@ class Handover(Perturbed[HandedOver]):
         return Left(*sizes)
 
     def _excess(self, run: runs.RecordedMotion) -> np.ndarray:
-        """(times, members), against the rigid arm in the whole experiment."""
+        """Shoulder acceleration [rad/s^2] less the whole rigid run's, (times, members)."""
         whole = replace(self.variant, duration_s=events.THIRD_S[1] + AFTER_S)
         return runs.shoulder_excess(whole, run.time, run.shoulder)
 
 
 class Fate(NamedTuple):
-    """One heir of a setting's severe starts, over them [rad/s^2]; dying: how many do."""
+    """The vibration [rad/s^2] of a setting's severe starts under an heir; dying: how many do."""
 
     cell: Cell
     heir: Heir
@@ -147,31 +147,31 @@ class Fate(NamedTuple):
 
     @property
     def all_die(self) -> bool:
-        """Whether there are any, and every one dies."""
+        """Whether there are severe starts, and the vibration of every one dies."""
         return self.dying is not None and self.dying.yes == self.dying.of
 
 
 @dataclass(frozen=True)
 class Handovers:
-    """Every setting under every heir."""
+    """The fates of every setting under every heir."""
 
     fates: Sequence[Fate]
     shown: HandedOver
 
     def under(self, heir: Heir) -> dict[Cell, Fate]:
-        """One heir's."""
+        """The fates under one heir, by setting."""
         return {fate.cell: fate for fate in self.fates if fate.heir == heir}
 
     @property
     def supports(self) -> bool | None:
-        """Dies under `angle` in every start wherever it dies without tooth error in every start."""
+        """Whether vibrations all die under `angle` wherever all do without tooth error, or None."""
         with_error, without = self.under(INTEGRATED), self.under(ERROR_FREE)
         dying = [with_error[cell].all_die for cell in without if without[cell].all_die]
         return all(dying) if dying else None
 
 
 def handover(study: Study, scale: Scale) -> Handovers:
-    """The states at the height of the vibration, continued under each law."""
+    """The fates of states at the height of the vibration, continued under each law."""
     third_s, after_s = scale.seconds(events.THIRD_S[1]), scale.seconds(AFTER_S)
     asked = {
         cell: Handover(runs.pd_run(cell, third_s), scale.seeds, cell, after_s) for cell in CELLS

@@ -54,13 +54,13 @@ def base_motion(case: Case, plant: Plant, every: int) -> Base:
 
 
 def phases(plant: Plant, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """phi [rad], (times, meshes)."""
+    """The mesh phase phi [rad], (times, meshes), along a motion q, v (times, n)."""
     moving = v * time[:, None] if plant.timed else q
     return plant.gears.offset + moving @ plant.weights.T
 
 
 def jacobian(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """d(q', q'') / d(q, q') at a state with every mesh in contact, (2 n, 2 n)."""
+    """The Jacobian d(q', q'') / d(q, q') with every mesh in contact, (2 n, 2 n)."""
     n, gears = q.size, plant.gears
     at = plant.states.at(t, q, v)
     position = -_inertia_by_q(plant.terms, q, v, at.acceleration)
@@ -87,7 +87,7 @@ def jacobian(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray
 
 
 def _inertia_by_q(terms: Terms, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """d(M a + C v) / dq at constant v and a, (n, n)."""
+    """The derivative d(M a + C v) / dq at constant v and a, (n, n)."""
     out, angle = np.zeros((q.size, q.size)), terms.waves @ q
     for (row, column, wave), coeff in zip(terms.mass, terms.mass_coeff, strict=True):
         out[row] -= coeff * np.sin(angle[wave]) * a[column] * terms.waves[wave]
@@ -97,7 +97,7 @@ def _inertia_by_q(terms: Terms, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> 
 
 
 def _bias_by_v(terms: Terms, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """d(C v) / dv, (n, n)."""
+    """The derivative d(C v) / dv, (n, n)."""
     out, angle = np.zeros((q.size, q.size)), terms.waves @ q
     for (row, wave, i, j), coeff in zip(terms.bias, terms.bias_coeff, strict=True):
         factor = coeff * np.sin(angle[wave])
@@ -124,7 +124,7 @@ def jacobian_error(plant: Plant, base: Base, samples: int) -> float:
 
 
 def _differences(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """d q'' / d(q, v) by fourth-order central differences, (n, 2 n)."""
+    """The derivative d q'' / d(q, v) by fourth-order central differences, (n, 2 n)."""
     n = q.size
     steps = np.full(2 * n, 1e-6)  # rad and rad/s; phi = 99 theta needs 1e-4 rad to change by 1 %
     steps[plant.gears.where] = 1e-9  # far less than the 1e-5 m by which a mesh is pressed in
@@ -175,7 +175,7 @@ def mesh_modes(plant: Plant, base: Base) -> Modes:
 def predicted_amplitude(
     time: np.ndarray, growth: np.ndarray, first: np.ndarray, floor: np.ndarray
 ) -> np.ndarray:
-    """Vibration that frozen growth rates let grow, (times,), in the unit of ``floor``.
+    """The vibration that frozen growth rates let grow, (times,), in the unit of ``floor``.
 
     Every mode, growth (times, modes) [1/s], starts at its ``first`` (modes,), follows the integral
     of its growth rate and never falls below its noise floor (modes,); the largest of them.
@@ -188,7 +188,7 @@ def predicted_amplitude(
 
 
 class Interval(NamedTuple):
-    """An unstable stretch of one mode: [s], [s], e-folds of growth, mean frequency [Hz]."""
+    """An unstable stretch of one mode: from, to [s], e-folds of growth, mean frequency [Hz]."""
 
     begin: float
     end: float
@@ -197,7 +197,7 @@ class Interval(NamedTuple):
 
 
 def unstable_intervals(time: np.ndarray, modes: Modes, least_folds: float) -> list[Interval]:
-    """Stretches with positive growth rate that amplify by at least e^least_folds, by beginning."""
+    """The stretches of positive growth rate that amplify by e^least_folds or more, by begin."""
     found = []
     for growth, frequency in zip(modes.growth.T, modes.frequency.T, strict=True):
         edges = np.flatnonzero(np.diff(np.concatenate(([False], growth > 0, [False])).astype(int)))
@@ -212,7 +212,7 @@ def unstable_intervals(time: np.ndarray, modes: Modes, least_folds: float) -> li
 def linear_step(
     rates: Sequence[np.ndarray] | np.ndarray, y: np.ndarray, h: np.ndarray | float
 ) -> np.ndarray:
-    """y after a step h [s] of y' = A y by Runge and Kutta; rates: A at the step's four stages."""
+    """The y after a step h [s] of y' = A y by Runge and Kutta; rates: A at its four stages."""
     begin, second, third, end = rates
     k_1 = begin @ y
     k_2 = second @ (y + h / 2 * k_1)

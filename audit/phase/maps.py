@@ -35,7 +35,7 @@ BACKLASHES_UM = (5.0, 25.0, DEFAULT_B_UM, 500.0)  # of Figs. 16-17
 
 @dataclass(frozen=True)
 class MapSetting:
-    """A cell at one tooth error and one backlash [um]."""
+    """A setting at one tooth error and one backlash [um]."""
 
     cell: Cell
     error_um: float = DEFAULT_E_UM
@@ -48,7 +48,7 @@ class MapSetting:
 
     @property
     def sources(self) -> tuple[Source, Source]:
-        """The experiment, and the same without tooth error."""
+        """The experiment of the setting, and the same without tooth error."""
         if self.backlash_um != DEFAULT_B_UM:
             return BACKLASH(self.backlash_um), BACKLASH_NO_ERROR(self.backlash_um)
         return (PD if self.error_um == DEFAULT_E_UM else ERROR(self.error_um)), NO_ERROR
@@ -56,13 +56,13 @@ class MapSetting:
 
 @dataclass(frozen=True)
 class Mapped(WithAndWithout):
-    """Of a setting of the maps."""
+    """The third fluctuation with and without tooth error in a setting of the maps."""
 
     setting: MapSetting
 
 
 class Presence(StrEnum):
-    """Under which phase law the tooth error makes a third fluctuation."""
+    """The phase laws under which the tooth error makes a third fluctuation."""
 
     PRINTED = "only with omega_t"
     INTEGRATED = "only with angle"
@@ -72,7 +72,7 @@ class Presence(StrEnum):
 
 
 def where_present(states: Mapping[str, Sequence[State]]) -> Presence:
-    """From what every setting says, by phase law.
+    """The laws under which the fluctuation is present, from all settings' states by phase law.
 
     Present where one setting says yes or that the start decides; unknown if a law has no setting
     that says anything.
@@ -87,7 +87,7 @@ def where_present(states: Mapping[str, Sequence[State]]) -> Presence:
 
 @dataclass(frozen=True)
 class Maps:
-    """All settings with free planets; with planets held alike; under the conservative law."""
+    """The settings with free planets, those with lumped ones, those of the conservative law."""
 
     settings: Sequence[Mapped]
     lumped: Sequence[Mapped]
@@ -99,22 +99,22 @@ class Maps:
 
     @property
     def visible(self) -> Presence:
-        """Where the tooth error makes what counts as a fluctuation at all: H1 itself."""
+        """The laws under which the tooth error makes any fluctuation that counts: H1 itself."""
         return _presence([(one, one.made_visible.state) for one in self.settings])
 
     @property
     def severe(self) -> Presence:
-        """Where it makes a severe one."""
+        """The laws under which the tooth error makes a severe fluctuation."""
         return _presence([(one, one.made.state) for one in self.settings])
 
     @property
     def severe_alike(self) -> Presence:
-        """The same with planets held alike."""
+        """The laws under which the tooth error makes a severe fluctuation with lumped planets."""
         return _presence([(one, one.made.state) for one in self.lumped])
 
     @property
     def repairs(self) -> list[RepairedSetting]:
-        """What the conservative law changes, setting by setting."""
+        """What the conservative law changes, by setting."""
         plain = {one.setting: one for one in self.settings}
         return [
             RepairedSetting(plain[integral], one)
@@ -124,7 +124,7 @@ class Maps:
 
 
 def _presence(said: Sequence[tuple[Mapped, State]]) -> Presence:
-    """From settings and what each says."""
+    """The laws under which the fluctuation is present, from settings with their states."""
     return where_present(
         {p: [state for one, state in said if one.setting.cell.law.phase == p] for p in PHASES}
     )
@@ -139,12 +139,12 @@ class RepairedSetting:
 
 
 def integral_of(setting: MapSetting) -> MapSetting:
-    """The same setting under `angle` alone."""
+    """The same setting under `angle` with the corrected ring rate."""
     return replace(setting, cell=replace(setting.cell, law=INTEGRAL))
 
 
 def maps(material: Material) -> Maps:
-    """Every start of every setting; few settings if quick."""
+    """The maps from every start of every setting; few settings if quick."""
     plan = plan_of(material.scale)
     over_zeta = [
         MapSetting(Cell(law, zeta, arm))
@@ -172,7 +172,7 @@ def maps(material: Material) -> Maps:
 
 
 def mapped(material: Material, settings: Sequence[MapSetting]) -> list[Mapped]:
-    """Simulated, those that the claims have asked already read."""
+    """The settings with their samples; experiments that claims have asked for are only read."""
     wanted: list[Wanted] = [(one.cell, source) for one in settings for source in one.sources]
     found = material.samples(wanted, "phase: maps")
     made = []

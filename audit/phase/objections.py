@@ -51,7 +51,7 @@ IN_FULL = runs.Change("phases from Eq. 11 in full, planets alike")
 
 @dataclass(frozen=True)
 class InFull(Perturbed[list[float | None]]):
-    """The third fluctuation [rad/s^2] with Eq. 11 in full.
+    """A question: size of the third fluctuation [rad/s^2] of every start with Eq. 11 in full.
 
     Planets alike, for which alone Eq. 11 is written out there. None for a start that diverges.
     """
@@ -77,7 +77,7 @@ class InFull(Perturbed[list[float | None]]):
 
 @dataclass(frozen=True)
 class Objected(WithAndWithout):
-    """With something changed that a referee would change."""
+    """The third fluctuation in a setting with something changed that a referee would change."""
 
     objection: str
     change: runs.Change
@@ -100,7 +100,7 @@ class Rates:
 
 @dataclass(frozen=True)
 class RateGrowth(Question[Rates]):
-    """The ``Rates`` of a setting, as far as the duration [s] lets them be seen."""
+    """A question: the ``Rates`` of a setting, as far as the duration [s] lets them be seen."""
 
     cost = 2.0
 
@@ -108,7 +108,7 @@ class RateGrowth(Question[Rates]):
     duration_s: float
 
     def variant(self, *meshes: str) -> Variant:
-        """Planets alike: differences between them are another equation's."""
+        """The PD run with planets alike: differences between them obey another equation."""
         return replace(runs.pd_run(self.cell, self.duration_s, *meshes), planets="lumped")
 
     def records(self) -> Records:
@@ -134,14 +134,14 @@ class RateGrowth(Question[Rates]):
 
 @dataclass(frozen=True)
 class Objections:
-    """Every change at both settings under both laws; growth rates by setting."""
+    """Every change in both settings under both laws, and the growth rates by setting."""
 
     objected: Sequence[Objected]
     rates: dict[Cell, Rates]
 
     @property
     def supports(self) -> bool | None:
-        """With no change does the tooth error make a fluctuation under `angle`.
+        """Whether with every change the tooth error makes no fluctuation under `angle`.
 
         Settings that vibrate without it say nothing of that.
         """
@@ -153,7 +153,7 @@ class Objections:
 
 
 def objections(study: Study, scale: Scale) -> Objections:
-    """Runs for every objection, with and without tooth error, under both laws."""
+    """Results of runs for every objection, with and without tooth error, under both laws."""
     cells = [cell for one in runs.DECISIVE for cell in (one, runs.integrated(one))]
     meshes = ((), (runs.NO_ERROR,))  # with tooth error and without
     changes = [(name, change) for name, some in BY_OBJECTION.items() for change in some]

@@ -45,7 +45,7 @@ class StageModes:
 
     @property
     def speeds(self) -> tuple[float, ...]:
-        """Carrier speed [rad/s] at which teeth pass at the frequency of each mode."""
+        """Carrier speeds [rad/s] at which teeth pass at the frequency of each mode."""
         return tuple(2 * np.pi * mode / self.teeth for mode in self.modes_Hz)
 
 
@@ -71,7 +71,7 @@ class Resonances:
 
 
 class _OfStage(Question[Answer]):
-    """What is asked of the shoulder's stage at a damping ratio."""
+    """A question that is asked of the shoulder's stage at a damping ratio."""
 
     def records(self) -> Records:
         cases = [load_case("paper-labelled", name) for name in ("constant-torque", "pd")]
@@ -80,7 +80,7 @@ class _OfStage(Question[Answer]):
 
 @dataclass(frozen=True)
 class RunUp(_OfStage[Resonances]):
-    """The stage run up through its modes, or as far as the duration lets it.
+    """A question: the stage run up through its modes, or as far as the duration lets it.
 
     Planets free.
     """
@@ -110,7 +110,7 @@ class RunUp(_OfStage[Resonances]):
 
 @dataclass(frozen=True)
 class FloquetRates:
-    """Growth [1/s] of a mesh vibration over SPEEDS, and at one slow speed."""
+    """Growth rates [1/s] of a mesh vibration over SPEEDS, and at one slow speed."""
 
     growth: tuple[float, ...]
     slow: float
@@ -123,14 +123,14 @@ class FloquetRates:
 
     @property
     def lowest_open(self) -> float | None:
-        """The lowest speed [rad/s] with growth that counts; None: nowhere."""
+        """The lowest speed [rad/s] with growth that counts; None if there is none."""
         open_at = SPEEDS[np.array(self.growth) > TONGUE_PER_S]
         return float(open_at[0]) if open_at.size else None
 
 
 @dataclass(frozen=True)
 class Tongue(_OfStage[FloquetRates]):
-    """The ``FloquetRates`` at a damping ratio and one slow speed [rad/s]."""
+    """A question: the ``FloquetRates`` at a damping ratio and one slow speed [rad/s]."""
 
     cost = 1.0
 
@@ -153,7 +153,7 @@ class Speeds:
 
 @dataclass(frozen=True)
 class Resonance:
-    """Run-ups and growth rates by damping ratio, the modes and the paper's own speeds."""
+    """Results of run-ups and growth rates by damping ratio, the modes, and the paper's speeds."""
 
     modes: StageModes
     speeds: Speeds
@@ -162,18 +162,18 @@ class Resonance:
 
     @property
     def supports(self) -> bool:
-        """The slowest resonance lies far above the fastest speed of the PD run."""
+        """Whether the slowest resonance lies far above the fastest speed of the PD run."""
         return bool(self.modes.speeds[0] > FAR * self.speeds.pd)
 
     @property
     def lowest_open(self) -> float | None:
-        """The lowest speed [rad/s] at which stiffness alone makes a vibration grow."""
+        """Lowest speed [rad/s] at which stiffness alone makes a vibration grow; None for none."""
         found = [one.lowest_open for one in self.tongues.values()]
         return min((speed for speed in found if speed is not None), default=None)
 
 
 def resonance(study: Study, scale: Scale) -> Resonance:
-    """A run-up of one stage, Floquet theory of the stiffness, and the paper's own speeds."""
+    """Results of run-ups of one stage, Floquet theory of the stiffness, and the paper's speeds."""
     speeds = Speeds(fastest("pd"), fastest("constant-torque"), fastest("back-and-forth"))
     seeds = scale.seeds[: scale.starts(STARTS)]
     ramps = {zeta: RunUp(zeta, scale.seconds(RAMP_S), seeds) for zeta in RAMP_ZETAS}
@@ -183,7 +183,7 @@ def resonance(study: Study, scale: Scale) -> Resonance:
 
 
 def stage_modes() -> StageModes:
-    """Of the labelled arm's shoulder; its damping has no say."""
+    """The mesh modes of the labelled arm's shoulder; its damping has no say."""
     plant = plant_of(_model(_one_stage(RAMP_ZETAS[0]), 0.0, 1.0))
     mass, stiffness = _meshes(plant)
     squares = np.linalg.eigvals(np.linalg.solve(mass, np.diag(stiffness)))
@@ -192,7 +192,7 @@ def stage_modes() -> StageModes:
 
 
 def _one_stage(zeta: float) -> Arm:
-    """Shoulder and first link, the payload at its end."""
+    """The labelled arm cut to its shoulder and first link, the payload at the link's end."""
     arm = load_case("paper-labelled", "pd", {}, [f"arm.joints.*.*_mesh.damping_ratio={zeta!r}"]).arm
     return arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]})
 
@@ -207,7 +207,7 @@ def _model(arm: Arm, torque: float, duration_s: float) -> PhysicalModel:
 
 
 def _meshes(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
-    """(M (2, 2) [kg], N k_m (2,) [N/m]) of the mesh displacements, carrier locked."""
+    """M (2, 2) [kg] and N k_m (2,) [N/m] of the mesh displacements, carrier locked."""
     where, n = plant.gears.where, plant.weights.shape[1]
     mass = plant.model.mass_matrix(np.zeros(n))
     planets = -plant.terms.mesh_map[where].diagonal()
@@ -264,7 +264,7 @@ def tongues(zeta: float, speeds: np.ndarray) -> np.ndarray:
 
 
 def _peak(speeds: np.ndarray, vibration: np.ndarray, speed: float) -> Peak:
-    """Within 10 % of a speed [rad/s]."""
+    """The largest vibration within 10 % of a speed [rad/s]."""
     part = slice(*np.searchsorted(speeds, (0.9 * speed, 1.1 * speed)))
     if part.stop <= part.start:
         return Peak(None, None)

@@ -58,17 +58,17 @@ class Plant:
 
     @property
     def terms(self) -> Terms:
-        """Of the equations."""
+        """The terms of the equations."""
         return self.equations.terms
 
     @property
     def gears(self) -> Gears:
-        """Of the equations."""
+        """The gears of the equations."""
         return self.equations.gears
 
     @property
     def drive(self) -> DriveData:
-        """Of the equations."""
+        """The drive of the equations."""
         return self.equations.drive
 
     @property
@@ -77,13 +77,13 @@ class Plant:
         return self.gears.phase == OMEGA_T
 
     def changed(self, **parts: DriveData | Gears) -> Plant:
-        """With other parts of its equations."""
+        """The plant with other parts of its equations."""
         equations = replace(self.equations, **parts)  # type: ignore[arg-type]
         return replace(self, equations=equations)
 
     @cached_property
     def states(self) -> StateEvaluator:
-        """What the equations say of states."""
+        """The evaluator of what the equations say of states."""
         return StateEvaluator(self.equations)
 
 
@@ -100,7 +100,10 @@ def plant_of(model: AnalyticModel, full_rate: bool = False) -> Plant:
 
 
 def neglected_weights(model: AnalyticModel) -> np.ndarray:
-    """Eq. 11 less Eq. 12 [rad/m], (meshes, n): z_s / r_s on x_sp and x_pr; z_p / r_p on x_pr."""
+    """Weights that Eq. 11 has and Eq. 12 neglects [rad/m], (meshes, n).
+
+    Those of a sun mesh are z_s / r_s on x_sp and x_pr, those of a ring mesh z_p / r_p on x_pr.
+    """
     weights = np.zeros((model.gears.where.size, len(model.coordinates)))
     layout = model.layout
     for number, joint in enumerate(layout.meshing):
@@ -112,7 +115,7 @@ def neglected_weights(model: AnalyticModel) -> np.ndarray:
 
 
 def rigid_motion(case: Case, step_s: float, every: int) -> xr.Dataset:
-    """With all that the gears bring along rigidly (level `coupled`); ``every``: of its steps."""
+    """The run of the rigid arm at level `coupled`, recorded ``every`` so many steps."""
     scenario = case.scenario.model_copy(update={"step_s": step_s, "record_every": every})
     return build("analytic:coupled", case.arm, scenario).simulate()
 
@@ -131,17 +134,17 @@ class RecordedMotion(NamedTuple):
 
     @property
     def elapsed(self) -> np.ndarray:
-        """Time since its start, (times,) [s]."""
+        """Time since the motion's start, (times,) [s]."""
         return self.time - self.time[0]
 
     @property
     def shoulder(self) -> np.ndarray:
-        """Its acceleration [rad/s^2], (times, members)."""
+        """The shoulder's acceleration [rad/s^2], (times, members)."""
         return self.a[:, self.theta[0]]
 
 
 class Continued(PhysicalModel):
-    """The model from any state q, v (n,); its runs are made by other equations, if given."""
+    """A model that starts from any state q, v (n,), and runs by other equations if given."""
 
     def __init__(
         self, case: Case, q: np.ndarray, v: np.ndarray, equations: TermEquations | None = None
@@ -170,25 +173,25 @@ def motion(models: Sequence[PhysicalModel], clock_s: float = 0.0) -> RecordedMot
 
 
 def integrated(cell: Cell) -> Cell:
-    """The same with the phase as an integral."""
+    """The setting with the phase as an integral, at its own ring rate."""
     return replace(cell, law=Law("angle", cell.law.ring_rate))
 
 
 def pd_run(cell: Cell, duration_s: float, *meshes: str) -> Variant:
-    """The PD run of a setting, its meshes changed, recorded at 20 kHz."""
+    """The PD run of a setting with these changes of its meshes, recorded at 20 kHz."""
     one = cell.variant()
     return replace(one, duration_s=duration_s, record_every=RECORD_EVERY, meshes=meshes)
 
 
 def models_of(variant: Variant, seeds: Sequence[int]) -> list[PhysicalModel]:
-    """The analytic model from every start."""
+    """The analytic models of a variant from the starts with these seeds."""
     case = variant.case()
     return [PhysicalModel(*perturbed(case, seed)) for seed in seeds]
 
 
 @dataclass(frozen=True)
 class Changed(TransientPd):
-    """The PD run with other dampers or another drive, all numbers of ``transient``.
+    """A question: numbers of ``transient`` of the PD run with other dampers or another drive.
 
     damping: factors on the dampers of sun and ring meshes; recorded: the rigid arm's torque played
     back, no feedback.
@@ -212,7 +215,7 @@ class Changed(TransientPd):
 
 @dataclass(frozen=True)
 class Change:
-    """One thing that is changed in the PD run; damping, recorded: of ``Changed``."""
+    """A change of one thing in the PD run; damping, recorded: as in ``Changed``."""
 
     name: str
     meshes: tuple[str, ...] = ()
@@ -221,7 +224,7 @@ class Change:
     recorded: bool = False
 
     def question(self, cell: Cell, scale: Scale, *meshes: str) -> Changed:
-        """The changed run until the third fluctuation ends, from every start; meshes: more."""
+        """The changed run until the third fluctuation ends, as a question; meshes: more changes."""
         variant = replace(pd_run(cell, THIRD_S[1], *self.meshes, *meshes), settings=self.settings)
         return Changed(scale.cut(variant), scale.seeds, self.damping, self.recorded)
 
@@ -245,7 +248,7 @@ def with_torque(case: Case, time: np.ndarray, torque: np.ndarray) -> Case:
 
 
 def shoulder_excess(variant: Variant, elapsed: np.ndarray, theta_ddot: np.ndarray) -> np.ndarray:
-    """Shoulder accelerations (times, members) less the rigid arm's at times since its start."""
+    """Shoulder accelerations (times, members) [rad/s^2] less the rigid arm's at these times."""
     rigid = _simulated(rigid_arm(variant))
     own = np.interp(elapsed, rigid["time"].values, rigid["theta_ddot"].values[:, 0])
     return theta_ddot - own[:, None]

@@ -40,7 +40,7 @@ DRAWN = 300  # instants of a drawing
 
 
 class LargestGrowth(NamedTuple):
-    """The least stable moment of 0.5 to 1.2 s."""
+    """The moment at which the least stable mode grows most, from 0.5 to 1.2 s."""
 
     growth_per_s: float
     at_s: float
@@ -48,28 +48,28 @@ class LargestGrowth(NamedTuple):
 
 
 class Begun(NamedTuple):
-    """One start: when its vibration begins, predicted and simulated [s], None: never."""
+    """Times [s] at which one start's vibration begins, predicted and simulated; None: never."""
 
     predicted_s: float | None
     simulated_s: float | None
 
     @property
     def as_predicted(self) -> bool:
-        """Both never, or both at nearly the same time."""
+        """Whether it never begins in both, or begins in both at nearly the same time."""
         if self.predicted_s is None or self.simulated_s is None:
             return self.predicted_s is self.simulated_s
         return abs(quotient(self.predicted_s, self.simulated_s) - 1) <= ONSET_WITHIN
 
 
 class TimeCurve(NamedTuple):
-    """Values (instants,) at times [s]."""
+    """A curve of values (instants,) at times [s]."""
 
     time_s: tuple[float, ...]
     values: tuple[float, ...]
 
     @classmethod
     def of(cls, time: np.ndarray, values: np.ndarray) -> TimeCurve:
-        """Of values (times,)."""
+        """The curve of values (times,) at times [s]."""
         return cls(tuple(map(float, time)), tuple(map(float, values)))
 
 
@@ -95,18 +95,18 @@ class Linearised:
 
     @property
     def as_predicted(self) -> Share | None:
-        """Starts whose onset is foretold."""
+        """The share of starts whose onset is foretold."""
         return share_of(one.as_predicted for one in self.begun)
 
     @property
     def begins(self) -> Share | None:
-        """Starts in which a vibration begins."""
+        """The share of starts in which a vibration begins."""
         return share_of(one.simulated_s is not None for one in self.begun)
 
 
 @dataclass(frozen=True)
 class Linearisation(Perturbed[Linearised]):
-    """The modes along the variant's motion, all planets alike, and its runs."""
+    """A question: the modes along the variant's motion, all planets alike, and its runs."""
 
     cost = 4.0
 
@@ -145,8 +145,8 @@ class Linearisation(Perturbed[Linearised]):
 
 def _follow(
     base: linear.Base, modes: linear.Modes, time: np.ndarray, shoulder: np.ndarray
-) -> tuple[Begun | None, TimeCurve, TimeCurve]:
-    """One start: whether begun, its vibration simulated, and predicted from BEGIN_S on.
+) -> tuple[Begun | None, Curve, Curve]:
+    """Onset of one start, its vibration simulated, and predicted from BEGIN_S on.
 
     Every mode starts from the simulated vibration at BEGIN_S and never falls below its smallest
     value after; those above 3 kHz, which decay faster, from that above 3 kHz. None and no
@@ -177,13 +177,13 @@ def vibration_envelope(
 
 
 def _onset(time: np.ndarray, values: np.ndarray) -> float | None:
-    """First time [s] from 0.5 s on at which a vibration counts as begun."""
+    """Time [s] from 0.5 s on at which a vibration first counts as begun; None for never."""
     part = signals.window(time, THIRD_S[0], DURATION_S - runs.FILTER_EDGE_S)
     return signals.first_above(time[part], values[part], ONSET_RAD_PER_S2)
 
 
 def _highest(time: np.ndarray, values: np.ndarray) -> TimeCurve:
-    """The largest of every bin; nothing where the signal is undefined."""
+    """The largest value of every bin as a curve; empty where the signal is undefined."""
     if not time.size or not np.isfinite(values).all():
         return TimeCurve((), ())
     band = SignalEnvelope.of(time, values)
@@ -192,18 +192,18 @@ def _highest(time: np.ndarray, values: np.ndarray) -> TimeCurve:
 
 @dataclass(frozen=True)
 class Stability:
-    """Every setting, linearised and simulated."""
+    """The results of every setting, linearised and simulated."""
 
     cells: dict[Cell, Linearised]
 
     def largest_growth(self, phase: str) -> float | None:
-        """Over all settings of a phase law [1/s]; None if undefined in all."""
+        """The largest growth [1/s] over all settings of a phase law; None if undefined in all."""
         found = [one.largest for cell, one in self.cells.items() if cell.law.phase == phase]
         return max((one.growth_per_s for one in found if one is not None), default=None)
 
     @property
     def supports(self) -> bool | None:
-        """Foretold start by start; begun in every start of `omega_t` and in none of `angle`."""
+        """Whether onsets are foretold, and are in all starts of `omega_t`, in none of `angle`."""
         answers: list[bool] = []
         for cell, one in self.cells.items():
             if one.as_predicted is None or one.begins is None:
@@ -214,7 +214,7 @@ class Stability:
 
 
 def stability(study: Study, scale: Scale) -> Stability:
-    """Growth rates against time under both laws; predicted and simulated onset."""
+    """Growth rates against time under both laws, with predicted and simulated onsets."""
     every, seeds = (QUICK_EVERY if scale.quick else EVERY), scale.seeds[: scale.starts(STARTS)]
     asked = {}
     for cell in CELLS:

@@ -39,7 +39,7 @@ LOWEST, HIGHEST = -20.5, -2.0  # log10 of metres: what is drawn
 
 
 def chapter(material: Material) -> AuditChapter:
-    """Samples, the growth of differences, another engine, the figures' statements."""
+    """The chapter on H7: samples, growth of differences, another engine, the figures' claims."""
     sampled, grown = verdict.freed(material), parting.growth(material.study, material.scale)
     compared, seen = engines(material), verdict.features(material)
     effects = [one.effect for one in sampled]
@@ -176,7 +176,7 @@ FEATURE = Columns[verdict.Feature](
 
 
 def sizes(found: Sequence[verdict.Freed]) -> str:
-    """A dot for every start: a row for every law, a column for every reading."""
+    """A dot for every start, a row for every law, a column for every reading, as svg."""
     arms = [arm for arm in READINGS if any(one.cell.arm == arm for one in found)]
     drawing, grid = new_figure(len(LAWS), len(arms), 2.1)
     for (row, column), axes in np.ndenumerate(grid):
@@ -203,7 +203,7 @@ def sizes(found: Sequence[verdict.Freed]) -> str:
 
 
 def partings(found: Sequence[parting.Parted]) -> str:
-    """The spread of a stage's planets, measured and as Hill's equation has it.
+    """The spread of a stage's planets, measured and as Hill's equation has it, as svg.
 
     Left one start; right median and range over the starts, measured and along the lumped run.
     """

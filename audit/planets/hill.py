@@ -36,7 +36,7 @@ CHUNK = 500  # steps that the models are ahead of their differences
 
 
 class Stages(NamedTuple):
-    """Of every geared stage, (stages,): where its planets are, and what their differences are like.
+    """The geared stages, (stages,): where their planets are, and properties of the differences.
 
     mesh: place of the first planet's sun mesh among the gears; ring: where the coordinates x_pr of
     its planets begin; planets: how many of them; mass: M_p [kg] of one planet; frequency [rad/s]:
@@ -53,7 +53,7 @@ class Stages(NamedTuple):
 
 
 class Differences(NamedTuple):
-    """Natural logarithms [1, of metres], (times, stages).
+    """Natural logarithms of planets' differences in metres, (times, stages).
 
     part: of |delta|; size: of the oscillation, the root of delta^2 + (delta' / w)^2 with w the
     stage's ``frequency``.
@@ -78,7 +78,7 @@ class FollowedPlanets(NamedTuple):
 
 
 def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[FollowedPlanets | None]:
-    """Along the models' own runs, at their records: how far planets get that start so far apart.
+    """How far planets that start so far apart get along the models' own runs, at their records.
 
     models: alike but for their starts, no table for a drive; start_m (models, stages). Planets
     lumped or free; free ones count as all at their mean, so that what the other stages' planets do
@@ -122,7 +122,7 @@ def stages_of(model: PhysicalModel) -> Stages:
 
 
 def rounding_floor(x_m: np.ndarray, decay_per_s: np.ndarray, step_s: float) -> np.ndarray:
-    """How far rounding keeps planets apart [m] that are at x and whose differences decay so fast.
+    """The distance [m] at which rounding keeps planets at x whose differences decay so fast.
 
     Every step adds a last place's rounding, of variance ulp^2 / 12, and a step later exp(-decay
     step) of it is left.
@@ -157,7 +157,7 @@ def coefficients(
 def _along(
     models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray
 ) -> tuple[np.ndarray, ...]:
-    """Step the models, and their differences behind them.
+    """Step the models and their differences; return q, ``part`` and ``size`` at the records.
 
     Of members, what is kept at records: q (records, members, n) [m, rad]; logarithms of the
     differences' ``part`` and ``size``, (records, members, LAWS, stages).
@@ -203,7 +203,7 @@ def _states(models: Sequence[PhysicalModel], passed: np.ndarray) -> tuple[np.nda
 def _transfers(
     model: PhysicalModel, of: Stages, begin: int, q: np.ndarray, v: np.ndarray
 ) -> np.ndarray:
-    """By which every step of Runge and Kutta multiplies (delta, delta').
+    """Matrices by which every step of Runge and Kutta multiplies (delta, delta').
 
     Shape (steps, members, LAWS, stages, 2, 2); planets of a stage at their mean.
     """

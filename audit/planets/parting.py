@@ -48,7 +48,7 @@ class PartingCourse:
 
 @dataclass(frozen=True)
 class Parted:
-    """One start: the free run's own course, and what Hill's equation says of it, stage by stage.
+    """The parting in one start: the free run's course, and what Hill's equation says, by stage.
 
     time_s: where the bins begin; by_lumped: along the run with all planets lumped, started as the
     mean of the planets; by_free: along the free run, every stage's planets at their mean; pressed:
@@ -66,7 +66,7 @@ class Parted:
 
 @dataclass(frozen=True)
 class FirstPartings(Perturbed[list[float | None]]):
-    """When planets of a stage are first 1 um apart [s], of every start.
+    """A question: when planets of a stage are first 1 um apart [s], for every start.
 
     None where they never are, or the run diverges before.
     """
@@ -84,13 +84,13 @@ class FirstPartings(Perturbed[list[float | None]]):
 
 
 def _when(time: np.ndarray, happens: np.ndarray) -> float | None:
-    """First, if ever."""
+    """The first time [s] at which it happens; None if it never does."""
     return float(time[np.argmax(happens)]) if happens.any() else None
 
 
 @dataclass(frozen=True)
 class Partings(Question[list[Parted | None]]):
-    """The parting of the planets in variants' experiments, alike but for their starts.
+    """A question: the parting of planets in variants' experiments, alike but for their starts.
 
     Their planets are free.
     """
@@ -105,7 +105,7 @@ class Partings(Question[list[Parted | None]]):
         return len(self.variants) * (self.variants[0].duration_s or 3.0)
 
     def answer(self) -> list[Parted | None]:
-        """None for a start from which a run diverges."""
+        """The parting in every start; None for a start from which a run diverges."""
         cases = [variant.case() for variant in self.variants]
         offsets = [np.array(case.scenario.start.planet_offset_m) for case in cases]
         starts = np.array([np.ptp(each, axis=1) for each in offsets])
@@ -118,7 +118,7 @@ class Partings(Question[list[Parted | None]]):
 
 
 def _parted(free: FollowedPlanets, shared: FollowedPlanets) -> Parted:
-    """Of one start: its free run and the lumped one."""
+    """The parting in one start, from its free run and its lumped one."""
     time = free.time
     spread = _log(np.column_stack([np.ptp(x, axis=1) for x in free.x_pr]))
     means = np.column_stack([x.mean(axis=1) for x in free.x_pr])
@@ -152,29 +152,29 @@ def alike(case: Case) -> Case:
 
 
 def _edges(time: np.ndarray) -> np.ndarray:
-    """Where bins begin."""
+    """Indices of the times at which bins begin."""
     return np.flatnonzero(np.diff(np.floor(time / BIN_S + 1e-9), prepend=-1))
 
 
 def _course(time: np.ndarray, found: Differences) -> PartingCourse:
-    """found: natural logarithms."""
+    """The course of planets' differences; found: natural logarithms of metres."""
     largest = np.maximum.reduceat(found.size, _edges(time), axis=0) / np.log(10)
     spread = tuple(tuple(defined(value) for value in column) for column in largest.T)
     return PartingCourse(spread, _passed(time, found.part))
 
 
 def _passed(time: np.ndarray, spread: np.ndarray) -> Times:
-    """When logarithms (times, stages) first pass that of 1 um."""
+    """Times [s] at which logarithms (times, stages) first pass that of 1 um, (stages,)."""
     return tuple(_when(time, column) for column in (spread >= np.log(APART_M)).T)
 
 
 @dataclass(frozen=True)
 class Predictions:
-    """Of a joint's planets, over the starts: when they part as measured and as predicted.
+    """Times at which a joint's planets part, over the starts, as measured and as predicted.
 
-    right, of: starts whose time is predicted within a tenth, of those that part or should, along
-    the lumped run and along the free one; largest_error: of those in which both part; first: in how
-    many starts these planets part before the other joint's.
+    lumped_right, free_right: starts whose time is predicted within a tenth along the lumped or the
+    free run, or that neither part nor should; largest_error: of those in which both part; first: in
+    how many starts these planets part before the other joint's.
     """
 
     joint: str
@@ -221,7 +221,7 @@ class Foretold:
 
 @dataclass(frozen=True)
 class Breaking:
-    """A setting: when the symmetry of the planets breaks [s], over its starts.
+    """Times [s] at which the symmetry of the planets breaks in a setting, over its starts.
 
     parted: starts in which planets get 1 um apart; early: in which they do before STARTING_S.
     """
@@ -234,7 +234,7 @@ class Breaking:
 
 @dataclass(frozen=True)
 class Growth:
-    """When planets part in many settings, and what foretells it in one."""
+    """Results on when planets part in many settings, and on what foretells it in one."""
 
     breaking: Sequence[Breaking]
     starts: Sequence[Parted]
@@ -244,7 +244,7 @@ class Growth:
 
 
 def growth(study: Study, scale: Scale) -> Growth:
-    """At the bistable setting, from many starts."""
+    """Results at the bistable setting, from many starts, with the breaking in many settings."""
     one = replace(scale.cut(pd_run(CELL, THIRD_S[1])), record_every=RECORD_EVERY)
     starts = [replace(one, seed=seed) for seed in scale.seeds[: scale.starts(STARTS)]]
     asked_of = [
@@ -264,7 +264,7 @@ def growth(study: Study, scale: Scale) -> Growth:
 
 
 def breaking(study: Study, scale: Scale) -> list[Breaking]:
-    """When planets part, over damping and laws."""
+    """The times at which planets part, over damping and laws, from the scale's starts."""
     asked = {
         cell: FirstPartings(scale.cut(pd_run(cell, THIRD_S[1])), scale.seeds)
         for cell in (Cell(law, zeta) for law in LAWS for zeta in BREAKING_ZETAS)
@@ -279,19 +279,19 @@ def breaking(study: Study, scale: Scale) -> list[Breaking]:
 
 
 def parting_is_predicted(predicted_s: float | None, measured_s: float | None) -> bool:
-    """Both never part, or both part at nearly the same time."""
+    """Whether both never part, or both part at nearly the same time [s]."""
     if predicted_s is None or measured_s is None:
         return predicted_s is measured_s
     return abs(predicted_s / measured_s - 1) <= PREDICTED
 
 
 def earliest(times: Sequence[float | None]) -> float | None:
-    """Of those that happen."""
+    """The earliest of the times [s] that are not None; None without any."""
     return min((time for time in times if time is not None), default=None)
 
 
 def _first_parting(along: str, asked: int, found: Sequence[Parted]) -> Foretold:
-    """along: the ``lumped`` or the ``free`` run."""
+    """How the first parting is foretold. along: the ``lumped`` or the ``free`` run."""
     told, strayed = [], []
     for one in found:
         courses = getattr(one, f"by_{along}"), one.measured
@@ -343,7 +343,7 @@ def _predictions(found: Sequence[Parted], joint: int) -> Predictions:
 
 
 def _errors(pairs: Sequence[tuple[float | None, float | None]]) -> list[float]:
-    """Relative, of (predicted, measured) times that are both there."""
+    """Relative errors of (predicted, measured) times, where both are there."""
     return [abs(p / m - 1) for p, m in pairs if p is not None and m is not None]
 
 
@@ -358,5 +358,5 @@ def _rate(one: Parted, joint: int) -> float:
 
 
 def levels(course: PartingCourse, joint: int) -> np.ndarray:
-    """log10 of the spread [m] in every bin, nan where undefined."""
+    """The log10 of the spread [m] in every bin, (bins,), nan where undefined."""
     return np.array(course.spread[joint], dtype=float)

@@ -41,7 +41,7 @@ ZETAS = (0.005, 0.02)
 
 
 class PlanetsEffect(StrEnum):
-    """What freeing the planets does to a third fluctuation."""
+    """The effect of freeing the planets on a third fluctuation."""
 
     WEAKER = "weaker"
     STRONGER = "stronger"
@@ -50,10 +50,11 @@ class PlanetsEffect(StrEnum):
 
 
 def effect(lumped: Third, free: Third, p: TwoTests, family: int) -> PlanetsEffect:
-    """From both samples and the p of both tests on them, two of so many.
+    """The effect of freeing the planets, from both samples and the p of both tests on them.
 
-    Told apart by the shares of severe starts; or by sizes, where a tenth of the larger ones count
-    as a fluctuation at all: the sample whose starts are mostly the smaller is the weaker one.
+    family: tests that share the 5 %. The samples are told apart by the shares of severe starts; or
+    by sizes, where a tenth of the larger ones count as a fluctuation at all: the sample whose
+    starts are mostly the smaller is the weaker one.
     """
     if p.by_share is None or p.by_size is None or lumped.share is None or free.share is None:
         return PlanetsEffect.UNKNOWN
@@ -79,7 +80,7 @@ class Survival(StrEnum):
 
 
 def survival(lumped: State, free: State) -> Survival:
-    """From what a setting says of the statement."""
+    """What becomes of a statement, from what a setting says of it with either kind of planets."""
     if State.UNDEFINED in (lumped, free):
         return Survival.UNKNOWN
     if State.BISTABLE in (lumped, free):
@@ -109,7 +110,7 @@ def h7_verdict(effects: Sequence[PlanetsEffect]) -> str:
 
 @dataclass(frozen=True)
 class Freed:
-    """A cell with lumped and with free ones; family: tests that share the 5 %."""
+    """Third fluctuations in a setting, planets lumped and free; family: tests sharing the 5 %."""
 
     cell: Cell
     lumped: Third
@@ -118,17 +119,17 @@ class Freed:
 
     @cached_property
     def tests(self) -> TwoTests:
-        """Whether the samples differ."""
+        """The tests of whether the samples differ."""
         return two_tests(self.lumped, self.free)
 
     @cached_property
     def effect(self) -> PlanetsEffect:
-        """What freeing the planets does."""
+        """The effect of freeing the planets."""
         return effect(self.lumped, self.free, self.tests, self.family)
 
 
 def freed(material: Material) -> list[Freed]:
-    """Every setting of the claims, all starts; the same starts either way."""
+    """Every setting of the claims with lumped and free planets, from the same starts."""
     plan = plan_of(material.scale)
     cells = plan.settings()
     alike = {cell: replace(cell, planets="lumped") for cell in cells}
@@ -141,7 +142,7 @@ def freed(material: Material) -> list[Freed]:
 
 
 def effects_by_law(records: Sequence[Freed]) -> dict[Law, Counter[PlanetsEffect]]:
-    """How often each effect is seen."""
+    """How often each effect is seen, by law."""
     return {law: Counter(r.effect for r in records if r.cell.law == law) for law in LAWS}
 
 
@@ -157,7 +158,7 @@ class Feature:
 
     @property
     def survives(self) -> Survival:
-        """What becomes of it."""
+        """What becomes of the claim once planets are free."""
         return survival(self.lumped.state, self.free.state)
 
     @property
@@ -167,7 +168,7 @@ class Feature:
 
 
 def features(material: Material) -> list[Feature]:
-    """Every statement about these figures, at a small and at a larger damping under all laws."""
+    """Every claim about these figures, at a small and at a larger damping under all laws."""
     plan = plan_of(material.scale)
     sources = [PD, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS]  # of the claims' under PD control
     sources += [BACKLASH(size) for size in plan.backlashes]

@@ -27,7 +27,7 @@ BENDS = ("0", "45", "90", "135")  # elbow angle [deg] at which joint errors are 
 
 @dataclass(frozen=True)
 class Statics(Question[Numbers]):
-    """The ``statics`` of a built-in arm, and the flights of its free base."""
+    """A question: the ``statics`` of a built-in arm, and the flights of its free base."""
 
     cost = 5.0
 
@@ -41,7 +41,7 @@ class Statics(Question[Numbers]):
 
 
 def statics(arm: Arm) -> Numbers:
-    """All numbers of an arm that follow from its data without a run."""
+    """The numbers of an arm that follow from its data without a run."""
     stage = paper_stage(arm)
     return {
         **gearing(stage),
@@ -54,7 +54,7 @@ def statics(arm: Arm) -> Numbers:
 
 
 def of_data(arm: Arm, stage: PaperStage) -> Numbers:
-    """Sizes that Table I and the text give, and what follows from them at once."""
+    """Numbers on sizes that Table I and the text give, and what follows from them at once."""
     joint, (inner, outer) = stage.joint, (link.length_m for link in arm.links)
     sun_pitch_m = joint.module_m * joint.sun_teeth / 2
     gyration_m = stage.geometry.r_s * math.sqrt(stage.sun_equivalent_mass_kg / joint.sun_mass_kg)
@@ -71,7 +71,7 @@ def of_data(arm: Arm, stage: PaperStage) -> Numbers:
 
 
 def equations(arm: Arm) -> Numbers:
-    """Eqs. 16-22 at random states: printed against energies against true velocities."""
+    """Numbers of Eqs. 16-22 at random states: printed against energies against true velocities."""
     scenario = load_scenario(SCENARIO)
     chosen = switches(phase="omega_t")
     printed, energies, physical = (
@@ -99,5 +99,5 @@ def equations(arm: Arm) -> Numbers:
 
 
 def _largest_gap(one: list[np.ndarray], other: list[np.ndarray]) -> float:
-    """Largest difference, over the largest entry of the second."""
+    """The largest difference of two lists of arrays, over the largest entry of the second."""
     return float(np.abs(np.subtract(one, other)).max() / np.abs(other).max())

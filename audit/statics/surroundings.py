@@ -35,7 +35,7 @@ def free_base(arm: str) -> Numbers:
 
 
 def _tip_errors_m(case: Case) -> list[float]:
-    """For every mass of the base."""
+    """The largest error of the tip [m] for every mass of the base."""
     fixed = on_fixed_base(case)
     carried = arm_mass(case)
     bases = [FloatingBase(carried * float(ratio)) for ratio in BASE_MASSES]
@@ -44,7 +44,7 @@ def _tip_errors_m(case: Case) -> list[float]:
 
 
 def neglected_torques(arm: Arm, stage: PaperStage) -> Numbers:
-    """Torques [N m] that Section 2.4's energies leave out, over the 100 N m of Section 3.1."""
+    """Torques that Section 2.4's energies leave out, over the 100 N m of Section 3.1 [1]."""
     drive = load_scenario(CONSTANT).drive
     assert isinstance(drive, ConstantDrive)
     torque = float(np.max(drive.torque_N_m))

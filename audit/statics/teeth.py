@@ -36,7 +36,7 @@ ADDENDUM = 1.0  # over the module: the standard tooth, uncorrected
 
 
 def gearing(stage: PaperStage) -> Numbers:
-    """Ratio, conversion and frequencies against rolling without slip; contact ratios."""
+    """Numbers of ratio, conversion and frequencies against rolling without slip; contact ratios."""
     joint, geometry = stage.joint, stage.geometry
     radii = geometry.r_s, geometry.r_p, geometry.r_cp
     sun, planet = gear_angles(0.0, 0.0, 1.0, *radii)
@@ -62,7 +62,7 @@ def gearing(stage: PaperStage) -> Numbers:
 
 
 def conversion_error(joint: Planetary, geometry: StageGeometry, counted: str) -> float:
-    """Eqs. 2-3 against the speeds at which flanks approach, over the sun's base radius.
+    """Largest error of Eqs. 2-3 against flanks' speeds of approach, over the sun's base radius.
 
     Over three motions that make up any other: sun, planet or carrier turning alone.
     """
@@ -101,13 +101,13 @@ def _along(velocity: complex, direction: complex) -> float:
 
 
 def sun_contact_ratio(joint: Planetary) -> float:
-    """Length of the path of contact over the base pitch, standard addendum, external mesh."""
+    """Contact ratio of the sun mesh, external, with a standard addendum: path over base pitch."""
     sun, planet = (_reach(joint, teeth, 1) for teeth in (joint.sun_teeth, joint.planet_teeth))
     return (sun + planet - _between_bases(joint)) / _base_pitch(joint)
 
 
 def ring_contact_ratio(joint: Planetary) -> float:
-    """The same of the internal mesh: the ring's tips lie inside its pitch circle."""
+    """Contact ratio of the ring mesh, internal: the ring's tips lie inside its pitch circle."""
     planet, ring = _reach(joint, joint.planet_teeth, 1), _reach(joint, joint.ring_teeth, -1)
     return (planet - ring + _between_bases(joint)) / _base_pitch(joint)
 
@@ -130,7 +130,7 @@ def _base_pitch(joint: Planetary) -> float:
 
 
 def clearance(stage: PaperStage) -> Numbers:
-    """Eqs. 4-6 and 15: free play, the smooth stand-in's error, the force that Eq. 15 invents."""
+    """Numbers of Eqs. 4-6, 15: free play, the smooth stand-in's error, the force Eq. 15 invents."""
     b = stage.backlash_m
     x = np.linspace(-3 * b, 3 * b, 60001)
     exact = dead_zone(x, b)
@@ -152,7 +152,7 @@ def clearance(stage: PaperStage) -> Numbers:
 
 
 def _eq6_operations() -> int:
-    """Of Eq. 6, what it says twice worked out once, a tanh counted as one operation."""
+    """The number of Eq. 6's operations, repeated parts counted once and a tanh as one."""
     x, b, sigma = sp.symbols("x b sigma", positive=True)
     right, left = sp.tanh(sigma * (x - b)), sp.tanh(sigma * (x + b))
     smooth = x + x / 2 * (right - left) - b / 2 * (right + left)
@@ -161,7 +161,7 @@ def _eq6_operations() -> int:
 
 
 def stiffness_wave(stage: PaperStage) -> Numbers:
-    """Eqs. 7-8 against the wave of Fig. 5, swing chosen so that the fundamental is k_a.
+    """Numbers of Eqs. 7-8 against the wave of Fig. 5, swing such that the fundamental is k_a.
 
     Errors of Eq. 7 over the swing, and of Eq. 8 over its own sine, at every contact ratio.
     """

@@ -26,12 +26,12 @@ TWICE = above(DOUBLED, "twice as much: no scatter of starts comes near it")
 
 
 def factor(one: q.Quantity, other: q.Quantity, words: str) -> q.Quantity:
-    """The larger over the smaller of two."""
+    """The larger over the smaller of two quantities."""
     return replace(q.largest(q.over(one, other), q.over(other, one)), words=words, unit="1")
 
 
 def changed_by(waves: q.Quantity, sine: q.Quantity) -> q.Quantity:
-    """Change of a number by the stiffness's harmonics, over the number's size."""
+    """The change of a number by the stiffness's harmonics, over the number's size."""
     return q.over(q.size(q.difference(waves, sine)), q.size(sine))
 
 

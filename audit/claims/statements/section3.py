@@ -48,7 +48,7 @@ OWED = q.difference(THIRD, ANY_WITHOUT_ERROR)  # to the tooth error: no start ha
 
 
 def in_third(quantity: q.Quantity) -> q.Quantity:
-    """Where the tooth error makes a third fluctuation: the controller's own vibration is none."""
+    """The quantity where the tooth error makes a third fluctuation beyond the controller's own."""
     return q.where(OWED, EVIDENT, quantity)
 
 
@@ -59,7 +59,7 @@ _THREE_OF_THREE = above(2.5, "all of three")
 
 
 def _way(joint: int) -> q.Quantity:
-    """What a joint's way up has too much, either way."""
+    """How far a joint overshoots or sets back on its way up, whichever is more."""
     return q.largest(q.pd(f"setback_{joint}"), q.pd(f"overshoot_{joint}"))
 
 

@@ -38,7 +38,7 @@ _DRIVES = {"sin(20π√t)": run.BACK, "sin(20πt)": run.BACK_EVEN}
 
 
 def swings(quantity: Callable[[run.Family, str], q.Quantity]) -> q.Choices:
-    """For both arguments of Fig. 15's drive and for runs of 1 and 2 s."""
+    """A quantity for both arguments of Fig. 15's drive, each for runs of 1 and 2 s."""
     return {
         f"{words}, {seconds} s": quantity(family, seconds)
         for words, family in _DRIVES.items()
@@ -69,12 +69,12 @@ def accumulation(family: run.Family, seconds: str, of_what: str, less: float | N
 
 
 def in_order(family: run.Family, seconds: str) -> q.Quantity:
-    """Least rank correlation of the error with b in any 0.2 s up to so many seconds."""
+    """The least rank correlation of the error with b in any 0.2 s up to so many seconds."""
     return q.smallest(*(q.rank(family, f"error_{end}_s") for end in ENDS[seconds]))
 
 
 def growth(family: run.Family, kind: str, seconds: str) -> q.Quantity:
-    """Of an error at the end over that from 0.1 to 0.3 s, with the default backlash."""
+    """An error at the end over that from 0.1 to 0.3 s, with the default backlash."""
     source = family(run.DEFAULT_B_UM)
     return q.over(q.of(source, f"{kind}_{seconds}_s"), q.of(source, f"{kind}_early"))
 
@@ -88,7 +88,7 @@ def itself(family: run.Family, seconds: str) -> q.Quantity:
 
 
 def larger_of(family: run.Family, one: str, other: str, known: q.Known) -> np.ndarray:
-    """Of two numbers along a family, (members, starts); of what is undefined the other."""
+    """The larger of two numbers along a family, (members, starts); the defined one, if one is."""
     return np.fmax(q.along(family, one, known)[1], q.along(family, other, known)[1])
 
 
@@ -102,7 +102,7 @@ def _at_large(name: str) -> q.Quantity:
 
 
 def _where_large(quantity: q.Quantity) -> q.Quantity:
-    """Where there is a fluctuation at b = 1000 um."""
+    """The quantity where there is a third fluctuation at b = 1000 um too."""
     return section3.in_third(
         q.where(q.of(run.BACKLASH(run.CHAOTIC_UM), "third"), EVIDENT, quantity)
     )
@@ -135,12 +135,12 @@ _DRAMATIC = above(DOUBLED, "a quarter more error, twice the fluctuation")
 
 
 def _at_largest(quantity: q.Quantity) -> q.Quantity:
-    """Where the largest error makes a third fluctuation."""
+    """The quantity where the largest tooth error makes a third fluctuation."""
     return q.where(q.difference(_AT_LARGEST, section3.ANY_WITHOUT_ERROR), EVIDENT, quantity)
 
 
 def _decays(known: q.Known) -> tuple[np.ndarray, np.ndarray]:
-    """(b [um] (members,), longer decay of the impacts [s] (members, starts))."""
+    """b [um] (members,), and the longer decay of both impacts [s] (members, starts)."""
     sizes, _ = q.along(run.BACKLASH, "first_decay_s", known)
     return sizes, larger_of(run.BACKLASH, "first_decay_s", "second_decay_s", known)
 

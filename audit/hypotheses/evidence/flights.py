@@ -47,7 +47,7 @@ class Flight:
 
 @dataclass(frozen=True)
 class Need:
-    """From which mass ratio on the tip stays within LIMIT_M; None: from none of those flown.
+    """The mass ratio from which on the tip stays within LIMIT_M; None if no base flown is enough.
 
     ratio: over the whole run; error_times_ratio_m: of the heaviest base.
     """
@@ -61,7 +61,7 @@ class Need:
 
 @dataclass(frozen=True)
 class Flights(Question[list[Flight]]):
-    """Runs of one scenario on one cube, over its mass."""
+    """A question: the flights in one scenario on one cube, over its mass."""
 
     cost = 3.0
 
@@ -103,7 +103,7 @@ class Flights(Question[list[Flight]]):
 
 
 def on_fixed_base(case: Case) -> xr.Dataset:
-    """The same arm's run on a base that does not move."""
+    """The run of the same arm on a base that does not move."""
     return build(FIXED_BASE, *case).reference(FIXED_TOLERANCE)
 
 
@@ -144,7 +144,7 @@ def larger_is_enough(needs: list[float | None]) -> bool:
 
 
 def need(flown: Sequence[Flight]) -> Need:
-    """Of one scenario on one cube, flown with ever heavier bases."""
+    """The mass ratio that one scenario on one cube needs, from flights with ever heavier bases."""
     ratios, largest, end = np.array([(f.ratio, f.largest_m, f.end_m) for f in flown]).T
     return Need(
         scenario=flown[0].scenario,

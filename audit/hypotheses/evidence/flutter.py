@@ -51,14 +51,14 @@ class FlutterSetting(NamedTuple):
 
     @property
     def id(self) -> str:
-        """Names it in claims.json."""
+        """The name of the setting in claims.json."""
         stiffness = "k varies" if self.varying else "k steady"
         drive = "played back" if self.played_back else "PD"
         numbers = f"zeta {self.zeta:g}/E {self.tooth_error_um:g} um"
         return f"{self.damping}/{numbers}/{stiffness}/{drive}/{self.planets}"
 
     def variant(self) -> Variant:
-        """The PD run, the phase an integral, as long as needed."""
+        """The PD run of the setting, the phase an integral, until SETTLED_S ends."""
         meshes = [
             f"switches.damping={self.damping}",
             f"arm.joints.*.*_mesh.tooth_error_m={self.tooth_error_um * 1e-6!r}",
@@ -72,7 +72,7 @@ class FlutterSetting(NamedTuple):
 
 @dataclass(frozen=True)
 class Vibrations(starts.TransientPd):
-    """Of the shoulder in SETTLED_S, less the rigid arm: size [rad/s^2] and frequency [Hz]."""
+    """A question: shoulder vibration in SETTLED_S, less the rigid arm: [rad/s^2] and [Hz]."""
 
     played_back: bool = False
 
@@ -94,7 +94,7 @@ class Vibrations(starts.TransientPd):
 
 @dataclass(frozen=True)
 class Flutter:
-    """What is left in a setting: sizes [rad/s^2] of all starts that last so long, ascending.
+    """Vibration left in a setting: sizes [rad/s^2] of the starts that last so long, ascending.
 
     inf: the run diverged; frequency_Hz: median of those that vibrate, None for none.
     """
@@ -105,22 +105,22 @@ class Flutter:
 
     @property
     def share(self) -> Share | None:
-        """Of the starts that vibrate."""
+        """The share of the starts that vibrate; None without any."""
         return share_of(size > VIBRATES for size in self.sizes)
 
     @property
     def state(self) -> State:
-        """Whether it vibrates here."""
+        """What the starts say of whether the setting vibrates."""
         return state(self.share)
 
     @property
     def quantiles(self) -> tuple[float, ...]:
-        """PARTS of the sizes; inf where these diverged."""
+        """The quantiles PARTS of the sizes; inf where these diverged."""
         return quantiles_of(self.sizes) or ()
 
 
 def flutters(study: Study, settings: Sequence[FlutterSetting], scale: Scale) -> list[Flutter]:
-    """Every setting from the scale's starts."""
+    """The vibration in every setting, from the scale's starts."""
     asked = {
         one: Vibrations(scale.cut(one.variant()), scale.seeds, played_back=one.played_back)
         for one in settings
@@ -130,7 +130,7 @@ def flutters(study: Study, settings: Sequence[FlutterSetting], scale: Scale) -> 
 
 
 def flutter_of(setting: FlutterSetting, sample: pool.Sample) -> Flutter:
-    """From what its starts measured; one that ends before says nothing."""
+    """The vibration in a setting from what its starts measured; starts that end before left out."""
     sizes = np.where(sample.diverged, np.inf, sample["vibration"])
     vibrating = sample["frequency_Hz"][np.isfinite(sizes) & (sizes > VIBRATES)]
     known = np.sort(sizes[~np.isnan(sizes)])
@@ -146,7 +146,7 @@ def played_back(case: Case, variant: Variant) -> Case:
 
 
 class Handed(NamedTuple):
-    """Shoulder vibration [rad/s^2] of every start, AFTER_S later, by what drives the arm."""
+    """The shoulder vibration [rad/s^2] of every start, AFTER_S later, by what drives the arm."""
 
     link: list[float]
     torque: list[float]
@@ -155,7 +155,7 @@ class Handed(NamedTuple):
 
 @dataclass(frozen=True)
 class DriveHandover(starts.Perturbed[Handed]):
-    """The variant's run under PD control, handed over at HANDED_S."""
+    """A question: the variant's run under PD control, handed over at HANDED_S."""
 
     cost = 16.0
 

@@ -39,7 +39,7 @@ LARGEST_ZETA = 1.0
 
 @dataclass(frozen=True)
 class Point:
-    """A pose and a setting of the controller.
+    """A pose of the arm and a setting of the controller.
 
     gains (P [N m/rad], D [N m s/rad]); elbow_rad the pose (theta_1 does not enter); stiffness: of
     every mesh as a multiple of k_m; sensed: LINK or SUN.
@@ -53,7 +53,7 @@ class Point:
 
 
 def growth(point: Point, zeta: float) -> tuple[float, float]:
-    """(growth rate [1/s], frequency [Hz]) of the least stable mesh mode."""
+    """Growth rate [1/s] and frequency [Hz] of the least stable mesh mode."""
     return _least_stable(*_system(point), zeta)
 
 
@@ -71,7 +71,7 @@ def threshold(point: Point) -> float:
 
 
 def _system(point: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(A, G, H), each (n, n): q'' = A q + (G + zeta H) q'."""
+    """The matrices (A, G, H), each (n, n), of q'' = A q + (G + zeta H) q'."""
     model = _model(point.arm)
     pose = np.zeros(len(model.coordinates))
     pose[model.layout.theta[-1]] = point.elbow_rad
@@ -111,7 +111,7 @@ def _model(arm: str) -> PhysicalModel:
 
 @dataclass(frozen=True)
 class Threshold:
-    """Where a mesh mode turns unstable in contact.
+    """The damping ratio at which a mesh mode turns unstable in contact.
 
     zeta: 0 if nowhere; frequency_Hz, growth_per_s: of the mode there; undamped_growth_per_s: of the
     least stable mode without damping.
@@ -125,22 +125,22 @@ class Threshold:
 
     @property
     def elbow_deg(self) -> float:
-        """The pose."""
+        """The elbow's angle in the pose [deg]."""
         return float(np.degrees(self.point.elbow_rad))
 
     @property
     def is_papers(self) -> bool:
-        """With the paper's gains and sensor."""
+        """Whether the gains and the sensor are the paper's."""
         return self.point.sensed != SUN and self.point.gains == PAPER_GAINS
 
     @property
     def by_pose(self) -> bool:
-        """One of those that differ in pose and sensor alone."""
+        """Whether gains and mesh stiffness are the paper's: pose and sensor alone may differ."""
         return self.point.gains == PAPER_GAINS and self.point.stiffness == 1
 
 
 def survey(quick: bool) -> list[Threshold]:
-    """Thresholds over poses, gains, stiffness and where the controller looks."""
+    """The thresholds over poses, gains, stiffness and what the controller senses."""
     arms = tuple(READINGS)[:1] if quick else tuple(READINGS)
     elbows = ELBOWS_DEG[:2] if quick else ELBOWS_DEG
     points = [Point(a, elbow_rad=np.radians(e), sensed=s) for a in arms for e in elbows
@@ -156,7 +156,7 @@ def survey(quick: bool) -> list[Threshold]:
 
 
 def cured_at_the_sun(found: Sequence[Threshold]) -> bool:
-    """No threshold at all once the controller looks at the sun, where there is one otherwise."""
+    """Whether sensing at the sun leaves no threshold, where there is one otherwise."""
     sun = [one.zeta for one in found if one.point.sensed == SUN]
     link = [one.zeta for one in found if one.point.sensed != SUN and one.point.gains[1] > 0]
     return max(sun) == 0.0 and min(link) > 0.0
@@ -164,7 +164,7 @@ def cured_at_the_sun(found: Sequence[Threshold]) -> bool:
 
 @dataclass(frozen=True)
 class GrowthCheck:
-    """A vibration's growth simulated and by the eigenvalues at its mean pose; None: not run."""
+    """A vibration's growth, simulated and by eigenvalues at its mean pose; None: not run."""
 
     zeta: float
     elbow_rad: float | None
@@ -174,12 +174,12 @@ class GrowthCheck:
 
     @property
     def agrees(self) -> bool | None:
-        """Whether it grows as predicted."""
+        """Whether the vibration grows as predicted."""
         return growth_agrees(self.measured_per_s, self.predicted_per_s)
 
 
 def smooth_variant() -> Variant:
-    """The same feedback without play, tooth error and stiffness variation."""
+    """The PD run with the same feedback, without play, tooth error and stiffness variation."""
     settings = tuple(f"arm.joints.*.*_mesh.{name}=0.0" for name in SMOOTH)
     return Variant(zeta=GROWTH_ZETA, duration_s=GROWTH_S[1] + 0.05, settings=settings)
 
@@ -205,7 +205,7 @@ def growth_rate(run: xr.Dataset) -> Numbers:
 
 
 def growth_check(measured: Numbers) -> GrowthCheck:
-    """Against the eigenvalues at the measured pose."""
+    """The measured growth beside that by the eigenvalues at the measured pose."""
     elbow, rate = (measured.get(name) for name in ("elbow_rad", "growth_per_s"))
     if elbow is None:
         return GrowthCheck(GROWTH_ZETA, None, rate, None, None)
@@ -215,5 +215,5 @@ def growth_check(measured: Numbers) -> GrowthCheck:
 
 @where_known
 def growth_agrees(measured: float, predicted: float) -> bool:
-    """Whether a simulated growth rate is the linear model's."""
+    """Whether a simulated growth rate [1/s] is that of the linear model."""
     return abs(measured - predicted) <= GROWTH_TOLERANCE * abs(predicted)

@@ -67,7 +67,7 @@ Instant = Literal["end", "largest"]
 def variant(
     features: frozenset[str], scenario: str, arm: str, grid: tuple[float, int] = FINE
 ) -> Variant:
-    """The simulation of a model with these features."""
+    """The simulation of a model that has these features."""
     absent = [name for feature, name in _SWITCHED_BY.items() if feature not in features]
     if MASSES not in features:
         absent += _DEAD_WEIGHT
@@ -91,14 +91,14 @@ def variant(
 
 
 def rungs(order: tuple[str, ...]) -> Iterator[frozenset[str]]:
-    """The lowest model's features, then one more at each rung."""
+    """The features of the lowest model, then of every rung, each with one more."""
     for count in range(len(order) + 1):
         yield frozenset(order[:count])
 
 
 @dataclass(frozen=True)
 class Ladder:
-    """What every rung adds to detailed minus rigid.
+    """A ladder: what every rung adds to the deviation of the detailed arm from the rigid one.
 
     order: its name in ORDERS; level: the rigid one that it begins at; names: of its rungs, upwards;
     time (times,) [s]; fine, coarse (rungs, times, quantities) [rad, rad, m] at two steps.
@@ -115,20 +115,20 @@ class Ladder:
 
     @property
     def uncertainty(self) -> np.ndarray:
-        """Numerical uncertainty of every contribution (rungs, times, quantities)."""
+        """Numerical uncertainty of every contribution, (rungs, times, quantities)."""
         return SAFETY * np.abs(self.fine - self.coarse)
 
     @property
     def total(self) -> np.ndarray:
-        """The whole deviation (times, quantities); the tip's is its magnitude [m]."""
+        """The whole deviation, (times, quantities); the tip's is its magnitude [m]."""
         return self.fine.sum(axis=0)
 
     def largest(self, quantity: int) -> int:
-        """Index of the time at which this deviation is largest."""
+        """Index of the time at which the deviation of a quantity is largest."""
         return int(np.argmax(np.abs(self.total[:, quantity])))
 
     def above(self, level: str) -> Ladder:
-        """What a baseline of this level leaves; in order A the levels are the lowest rungs."""
+        """What a baseline of a level leaves; in order A the levels are the lowest rungs."""
         first = RIGID_LEVELS.index(level)
         upper = {name: getattr(self, name)[first:] for name in ("names", "fine", "coarse")}
         return replace(self, level=level, **upper)
@@ -144,7 +144,7 @@ class Ladder:
 
 
 def climb(study: Study, scenario: str, arm: str, order: str, scale: Scale) -> Ladder:
-    """Run a ladder at both steps. Raises Diverged."""
+    """The ladder of a scenario, an arm and an order, run at both steps. Raises Diverged."""
     chain = list(rungs(ORDERS[order]))
     fine, coarse = (
         [scale.cut(variant(one, scenario, arm, grid)) for one in chain] for grid in (FINE, COARSE)
@@ -185,9 +185,9 @@ class LevelPart(NamedTuple):
 
 @dataclass(frozen=True)
 class Deviation:
-    """The detailed arm's from a rigid level at an instant, taken apart; shares by group of rungs.
+    """The detailed arm's deviation from a rigid level at an instant, taken apart by rungs.
 
-    total [rad or m]; shares: nan if it is 0.
+    total [rad or m]; shares: of every group of rungs, nan if the total is 0.
     """
 
     arm: str
@@ -203,25 +203,25 @@ class Deviation:
 
     @property
     def where(self) -> str:
-        """Names what it is a deviation of."""
+        """The part of the id that names what deviates, from which level and when."""
         return f"{self.arm}/{self.scenario}/{self.order}/{self.level}/{self.instant}"
 
     @property
     def dominant(self) -> str:
-        """The group that alone explains nearly all of it, if one does."""
+        """The group that alone explains nearly all of the deviation, if there is one."""
         if not known(*self.shares.values()):
             return UNDEFINED
         alone = [group for group, share in self.shares.items() if share >= NEARLY_ALL]
         return alone[0] if len(alone) == 1 else "none alone"
 
     def fits(self, limits: Limits) -> bool:
-        """Whether its size is what the paper says."""
+        """Whether the deviation's size is what the paper says."""
         size = abs(self.total) * IN_UNIT_OF_CLAIM[self.quantity]
         return bool(limits.yes(np.array([size]))[0])
 
 
 def deviations(ladder: Ladder) -> list[Deviation]:
-    """Of every quantity at the end and at its largest."""
+    """The deviations of every quantity at the end and at its largest."""
     found = []
     for (number, quantity), instant in product(enumerate(QUANTITIES), get_args(Instant)):
         index = -1 if instant == "end" else ladder.largest(number)
@@ -243,13 +243,13 @@ def deviations(ladder: Ladder) -> list[Deviation]:
 
 
 def by_level(ladders: Iterable[Ladder]) -> list[Deviation]:
-    """What every rigid baseline leaves, of ladders in order A."""
+    """What every rigid baseline leaves, from ladders in order A."""
     uppers = (ladder.above(level) for ladder in ladders for level in RIGID_LEVELS)
     return [one for upper in uppers for one in deviations(upper)]
 
 
 def largest(found: Iterable[Deviation], **place: str) -> list[Deviation]:
-    """Those at their largest, of these arms, scenarios, orders, levels or quantities."""
+    """The deviations at their largest, of these arms, scenarios, orders, levels or quantities."""
     return [
         one
         for one in found
@@ -262,10 +262,11 @@ Span = tuple[float, float]
 
 @dataclass(frozen=True)
 class LadderVerdict:
-    """H2. fitting: levels that leave the paper's theta_2 under constant torque, in all readings.
+    """The verdict on H2. fitting: levels that leave the paper's theta_2 in all readings.
 
-    rest: spans of each group's shares in what these leave; whole: in what the links' leave, in
-    every scenario, order and reading; causes: what explains nearly all of that.
+    fitting and rest are under constant torque. rest: spans of each group's shares in what these
+    levels leave; whole: in what the links' level leaves, in every scenario, order and reading;
+    causes: what explains nearly all of that.
     """
 
     fitting: tuple[str, ...]
@@ -275,28 +276,28 @@ class LadderVerdict:
 
     @property
     def holds(self) -> bool | None:
-        """Nearly all of what a fitting baseline leaves is reflected inertia."""
+        """Whether nearly all of what a fitting baseline leaves is reflected inertia."""
         return _nearly_all(self.rest[INERTIA][0])
 
     @property
     def holds_from_links(self) -> bool | None:
-        """The same of what the links and the payload alone leave."""
+        """Whether nearly all of what the links and the payload alone leave is reflected inertia."""
         return _nearly_all(self.whole[INERTIA][0])
 
     @property
     def papers(self) -> bool | None:
-        """The paper's own attribution, to the meshes, of either."""
+        """Whether nearly all of either is the meshes' doing, as the paper has it."""
         return _nearly_all(max(self.most_meshes))
 
     @property
     def most_meshes(self) -> Span:
-        """Largest share of all effects of the meshes, of the rest and of the whole."""
+        """Largest share of all the meshes' effects in the rest, and in the whole."""
         rest, whole = (max(map(abs, spans[MESHES])) for spans in (self.rest, self.whole))
         return rest, whole
 
     @property
     def slips(self) -> Span:
-        """Share of the printed matrices' slips in the rest."""
+        """Smallest and largest share of the printed matrices' slips in the rest."""
         return self.rest[SLIPPED]
 
 
@@ -308,7 +309,7 @@ def _nearly_all(share: float) -> bool:
 def ladder_verdict(
     levels: Sequence[Deviation], climbed: Sequence[Deviation], theta_2: Limits
 ) -> LadderVerdict:
-    """levels: what every baseline leaves; climbed: of whole ladders; theta_2: the paper's."""
+    """The verdict on H2. levels: what baselines leave; climbed: whole; theta_2: the paper's."""
     angles = {
         level: largest(levels, scenario=TORQUE, level=level, quantity="theta_2")
         for level in RIGID_LEVELS
@@ -323,14 +324,14 @@ def ladder_verdict(
 
 
 def _spans(found: Collection[Deviation]) -> dict[str, Span]:
-    """Smallest and largest share of every group of rungs."""
+    """The smallest and largest share of every group of rungs."""
     shares = {group: [one.shares[group] for one in found] for group in GROUPS}
     return {group: (extreme(some, min), extreme(some, max)) for group, some in shares.items()}
 
 
 @dataclass(frozen=True)
 class RigidResidual:
-    """What a rigid baseline leaves under constant torque, at its largest, by quantity.
+    """A rigid baseline's largest deviations under constant torque, by quantity.
 
     fits: whether that is what the paper says.
     """
@@ -342,16 +343,16 @@ class RigidResidual:
 
     @property
     def id(self) -> str:
-        """Names it in claims.json."""
+        """The id of the record in claims.json."""
         return f"ladder/baseline/{self.arm}/{self.level}"
 
     def span(self, group: str) -> Span:
-        """Of a group's shares in the three deviations."""
+        """Smallest and largest share of a group in the three deviations."""
         return _spans(self.found.values())[group]
 
 
 def left(levels: Iterable[Deviation], claims: Mapping[str, Claim]) -> list[RigidResidual]:
-    """By reading and level. claims: by quantity."""
+    """What every rigid baseline leaves, by reading and level. claims: by quantity."""
     by_place: dict[tuple[str, str], dict[str, Deviation]] = {}
     for one in largest(levels, scenario=TORQUE):
         by_place.setdefault((one.arm, one.level), {})[one.quantity] = one

@@ -41,7 +41,7 @@ Errors = Mapping[float, np.ndarray]  # by b: (times, joints) [rad]
 
 @dataclass(frozen=True)
 class StartShaking:
-    """Of one start; None where a run ends before.
+    """The numbers of one start, each None where its run ends before.
 
     Growth rates [1/s] of the error of REFERENCE_M; misfit: of the rigid prediction, over the
     largest error; nonlinearity: of error over b, relative; shares of the windows in which a larger
@@ -59,7 +59,7 @@ class StartShaking:
 
 @dataclass(frozen=True)
 class Curves:
-    """Of the first start: time [s]; shoulder's error [rad] by b; what the rigid arm foretells."""
+    """Curves of the first start: time [s], shoulder's error [rad] by b, its prediction [rad]."""
 
     time: list[float]
     errors: list[list[float]]
@@ -68,7 +68,7 @@ class Curves:
 
 @dataclass(frozen=True)
 class Shaken:
-    """One drive and damping ratio. starts: all that did not diverge.
+    """Results of one drive and damping ratio. starts: all that did not diverge.
 
     rigid_growth_per_s: of the rigid arm's error when its elbow is nudged; sensitivities
     d theta_1 / d theta_2(0): at the end of SMALL_S, and the largest; rest_rad: the arm without
@@ -86,27 +86,27 @@ class Shaken:
 
     @property
     def id(self) -> str:
-        """Names it in claims.json."""
+        """The id of the record in claims.json."""
         return f"accumulation/{self.drive}/{self.zeta:g}"
 
     @property
     def own(self) -> Share | None:
-        """Starts in which the error's growth is the rigid arm's own."""
+        """The share of starts in which the error's growth is the rigid arm's own."""
         rigid = self.rigid_growth_per_s
         return share_of(is_own(one.growth_per_s, rigid, one.misfit) for one in self.starts)
 
     @property
     def linear(self) -> Share | None:
-        """Starts in which the error is proportional to b while small."""
+        """The share of starts in which the error is proportional to b while small."""
         return share_of(is_linear(found.nonlinearity) for found in self.starts)
 
     @property
     def ordered(self) -> Share | None:
-        """Starts in which a larger b means a larger error later."""
+        """The share of starts in which a larger b means a larger error later."""
         return share_of(is_ordered(found.ordered_after) for found in self.starts)
 
     def span(self, name: str) -> tuple[float | None, float | None]:
-        """Least and largest of a number over the starts."""
+        """The least and largest value of a number over the starts; None without any."""
         values = [getattr(found, name) for found in self.starts]
         known = [value for value in values if value is not None]
         return min(known, default=None), max(known, default=None)
@@ -114,7 +114,7 @@ class Shaken:
 
 @dataclass(frozen=True)
 class Shaking(Question[Shaken]):
-    """Every backlash from many starts, beside the rigid arm."""
+    """A question: every backlash from many starts, beside the rigid arm."""
 
     drive: str
     zeta: float
@@ -123,7 +123,7 @@ class Shaking(Question[Shaken]):
 
     @property
     def variant(self) -> Variant:
-        """With the play that the arm has."""
+        """The variant with the arm's own backlash."""
         plain = Cell(INTEGRAL, self.zeta).variant("back-and-forth")
         drive = f"scenario.drive.argument={self.drive}"
         stride = round(EVERY_S / plain.case().scenario.step_s)
@@ -164,7 +164,7 @@ class Shaking(Question[Shaken]):
         )
 
     def _geared(self, backlash_m: float) -> dict[int, np.ndarray]:
-        """theta (times, joints) of every start that did not diverge."""
+        """The angles theta (times, joints) [rad] of every start that did not diverge, by place."""
         meshes = (f"arm.joints.*.*_mesh.backlash_m={backlash_m!r}",)
         variant = replace(self.variant, meshes=meshes)
         case = variant.case()
@@ -172,7 +172,10 @@ class Shaking(Question[Shaken]):
         return {i: run.theta for i, run in enumerate(made) if isinstance(run, Course)}
 
     def _rigid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """time (times,), theta (times, 2), its derivatives by the start's states (times, 2, 4)."""
+        """The rigid arm's time (times,), theta (times, 2) [rad] and sensitivity (times, 2, 4).
+
+        The sensitivity is the derivative of theta by the start's states.
+        """
         plain = without_gears(self.variant, COUPLED)
         nudges = [
             f"scenario.start.{name}={[NUDGE * (joint == moved) for joint in range(2)]}"
@@ -187,7 +190,7 @@ class Shaking(Question[Shaken]):
 
 
 def found(time: np.ndarray, errors: Errors, sensitivity: np.ndarray) -> StartShaking:
-    """The numbers of one start."""
+    """The numbers of one start, from its errors and the rigid arm's sensitivity."""
     error = errors[REFERENCE_M]
     predicted = rigid_prediction(time, error, sensitivity)
     ahead = (time >= LEARNT_S[1]) & (time <= SMALL_S[1])
@@ -213,7 +216,7 @@ def growth_rate(time: np.ndarray, values: np.ndarray) -> float:
 
 
 def running(values: np.ndarray) -> np.ndarray:
-    """The largest magnitude so far, never 0."""
+    """The largest magnitude so far at every time, never 0."""
     return np.maximum.accumulate(np.abs(values)) + 1e-300
 
 
@@ -262,7 +265,7 @@ def ordered_share(time: np.ndarray, errors: Errors, begin: float, end: float) ->
 def is_own(
     error_growth: float | None, rigid_growth: float | None, misfit: float | None
 ) -> bool | None:
-    """The rigid arm foretells the backlash error, and both grow at one rate [1/s]."""
+    """Whether the rigid arm foretells the backlash error and both grow at one rate [1/s]."""
     same_rate = where_known(lambda rates: abs(rates - 1) <= SAME_RATE)
     same_size = where_known(lambda size: size <= SAME_SIZE)
     return all_of((same_rate(quotient(error_growth, rigid_growth)), same_size(misfit)))
@@ -270,11 +273,11 @@ def is_own(
 
 @where_known
 def is_linear(nonlinearity: float) -> bool:
-    """The error is proportional to the backlash."""
+    """Whether the error is proportional to the backlash."""
     return nonlinearity <= LINEAR
 
 
 @where_known
 def is_ordered(share: float) -> bool:
-    """A larger backlash means a larger error in nearly all windows."""
+    """Whether a larger backlash means a larger error in nearly all windows."""
     return share >= ORDERED

@@ -18,7 +18,7 @@ STRIDE = 50  # records of angles and forces, 0.5 ms
 
 @dataclass(frozen=True)
 class Difference:
-    """What the spin changes: inertia missing in M_33 [kg m^2], its share, largest differences.
+    """Changes by the spin: inertia missing in M_33 [kg m^2], its share, the largest differences.
 
     theta_rad, mesh_force_N of any joint; tip_m: distance.
     """
@@ -35,7 +35,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class SpinCost(Question[Difference]):
-    """Eqs. 16-19 as printed, and with the elbow planets' true spin, through one scenario."""
+    """A question: one scenario by Eqs. 16-19 as printed and with the elbow planets' true spin."""
 
     cost = 3.0
 

@@ -38,7 +38,7 @@ CALM_ZETA = 0.015  # well above the damping at which the controller makes the ar
 
 
 class Section(NamedTuple):
-    """A kind of evidence: text, records, and whether it speaks for H1; None: undefined."""
+    """A section on some evidence: text, records, whether it speaks for H1; None: undefined."""
 
     html: str
     records: Sequence[JsonObject]
@@ -46,7 +46,7 @@ class Section(NamedTuple):
 
 
 def of_clock(_: Maps, material: Material) -> Section:
-    """The clock test."""
+    """The section on the clock test."""
     found = clock.clocks(material.study, material.scale)
     by_law = {one.law: one for one in found.laws}
     rows = [tables.OfClock(one.law, delay) for one in found.laws for delay in one.delays]
@@ -67,7 +67,7 @@ def of_clock(_: Maps, material: Material) -> Section:
 
 
 def of_maps(found: Maps, material: Material) -> Section:
-    """The third fluctuation over damping, tooth error, backlash, readings and laws."""
+    """The section on the maps over damping, tooth error, backlash, readings and laws."""
     plain = [one for one in found.settings if one.setting.is_paper]
     sizes = [float(size) for one in found.of("angle") for size in one.third.sizes]
     said = text(
@@ -95,7 +95,7 @@ def of_maps(found: Maps, material: Material) -> Section:
 
 
 def _counts(found: Maps) -> dict[str, object]:
-    """Settings in which the tooth error makes a fluctuation, by level and phase law."""
+    """How many settings let the tooth error make a fluctuation, by level and phase law."""
     own = {phase: found.of(phase) for phase in PHASES}
     return {
         "settings": {phase: len(some) for phase, some in own.items()},
@@ -111,7 +111,7 @@ def _counts(found: Maps) -> dict[str, object]:
 
 
 class OfLaw(NamedTuple):
-    """A law's settings at Table I's error and backlash: how many are severe; each branch's sizes.
+    """A law's settings at Table I's error and backlash: their states, and each branch's sizes.
 
     zetas: damping ratios at which a reading is severe in nine starts of ten or more; small, severe:
     smallest and largest median of that branch alone [rad/s^2].
@@ -125,7 +125,7 @@ class OfLaw(NamedTuple):
 
 
 def _by_law(plain: Sequence[Mapped]) -> list[OfLaw]:
-    """In the order of the laws."""
+    """The laws' settings, in the order of the laws."""
     found = []
     for law in dict.fromkeys(one.setting.cell.law for one in plain):
         own = [one for one in plain if one.setting.cell.law == law]
@@ -139,7 +139,7 @@ def _by_law(plain: Sequence[Mapped]) -> list[OfLaw]:
 
 
 def of_engines(_: Maps, material: Material) -> Section:
-    """The same in another engine."""
+    """The section on the third fluctuation in another engine."""
     found = engines.engines(material)
     samples = [
         tables.OfModel(one.cell, name, third, parted)
@@ -177,7 +177,7 @@ def of_engines(_: Maps, material: Material) -> Section:
 
 
 def of_stability(_: Maps, material: Material) -> Section:
-    """Stability of the mesh modes along the motion."""
+    """The section on the stability of the mesh modes along the motion."""
     found = stability.stability(material.study, material.scale)
     rows = [tables.Found(cell, one) for cell, one in found.cells.items()]
     intervals = [tables.Found(row.cell, each) for row in rows for each in row.value.intervals]
@@ -197,7 +197,7 @@ def of_stability(_: Maps, material: Material) -> Section:
 
 
 def of_handover(_: Maps, material: Material) -> Section:
-    """The vibration continued under another law."""
+    """The section on the vibration continued under another law."""
     found = handover.handover(material.study, material.scale)
     living = [
         f"ζ = {fate.cell.zeta:g}, {fate.cell.law.id}"
@@ -216,7 +216,7 @@ def of_handover(_: Maps, material: Material) -> Section:
 
 
 def of_resonance(_: Maps, material: Material) -> Section:
-    """Where tooth error would resonate under `angle`."""
+    """The section on where tooth error would resonate under `angle`."""
     found = resonance.resonance(material.study, material.scale)
     met = enumerate(zip(found.modes.modes_Hz, found.modes.speeds, strict=True))
     modes = [
@@ -242,7 +242,7 @@ def of_resonance(_: Maps, material: Material) -> Section:
 
 
 def _digits(found: resonance.Resonance) -> int:
-    """To which all starts of a run-up have the same peaks; 15 is all there are."""
+    """The number of digits to which all starts of a run-up have the same peaks; 15 at most."""
     sizes = [
         np.array([peak.size for peak in peaks])
         for ramp in found.run_ups.values()
@@ -254,7 +254,7 @@ def _digits(found: resonance.Resonance) -> int:
 
 
 def of_dampers(_: Maps, material: Material) -> Section:
-    """What vibrates without any tooth error: told, and no evidence."""
+    """The section on what vibrates without any tooth error: told, and no evidence."""
     found = dampers.dampers(material.study, material.scale)
     ran = dampers.runaways(material.study, material.scale)
     own = next(one for one in found.ablated if one.ablation == dampers.AS_IT_STANDS)
@@ -278,7 +278,7 @@ def of_dampers(_: Maps, material: Material) -> Section:
 
 
 def of_repair(simulated: Maps, _: Material) -> Section:
-    """Whether the repair is complete: the same with the springs' own work."""
+    """The section on whether the repair stands if the springs' own work is counted."""
     found = simulated.repairs
     calm = [one for one in found if one.plain.setting.cell.zeta >= CALM_ZETA]
     thirds = [one.plain.third for one in calm], [one.conservative.third for one in calm]
@@ -302,7 +302,7 @@ def of_repair(simulated: Maps, _: Material) -> Section:
 
 
 def of_objections(simulated: Maps, material: Material) -> Section:
-    """What a referee would object."""
+    """The section on what a referee would object."""
     found = objections.objections(material.study, material.scale)
     rates = [tables.Found(cell, one) for cell, one in found.rates.items()]
     over_own = [
@@ -312,7 +312,7 @@ def of_objections(simulated: Maps, material: Material) -> Section:
     teeth, planets = (joint.sun_teeth, joint.ring_teeth), joint.planet_count
 
     def made(objection: str, phase: str, level: str = "made") -> str:
-        """In words: so many of so many starts, setting by setting, of its changes."""
+        """The shares of starts raised by the error, with an objection's changes, in words."""
         chosen: Iterable[objections.Objected] = (
             one
             for one in found.objected

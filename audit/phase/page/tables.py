@@ -22,7 +22,7 @@ LAW: TableColumn[Any] = TableColumn("law", "law, ring rate", "law.id")
 
 
 def cell_columns(cell: str = "cell") -> list[TableColumn[Any]]:
-    """A setting; cell: its path in a row."""
+    """The columns that name a setting; cell: its path in a row."""
     return [
         TableColumn("law", "law, ring rate", f"{cell}.law.id"),
         TableColumn("reading", "reading", f"{cell}.reading"),
@@ -32,7 +32,7 @@ def cell_columns(cell: str = "cell") -> list[TableColumn[Any]]:
 
 
 def third_columns(third: str = "third", prefix: str = "", word: str = "") -> list[TableColumn[Any]]:
-    """Share, size and defined starts of a third fluctuation; third: its path in a row."""
+    """The columns of a third fluctuation: share, size, starts; third: its path in a row."""
     size_title = f"{word}size [rad/s²], 0.1, 0.5 and 0.9 of the starts"
     return [
         TableColumn(f"{prefix}severe", f"{word}severe in", f"{third}.share"),
@@ -53,21 +53,21 @@ RAISED: list[TableColumn[Any]] = [
 
 
 class Found(NamedTuple, Generic[Row]):
-    """Something found at a setting."""
+    """A row: something found in a setting."""
 
     cell: Cell
     value: Row
 
 
 class OfClock(NamedTuple):
-    """What a law makes of one delay."""
+    """A row: what a law makes of one delay."""
 
     law: Law
     delay: Delayed
 
 
 def vibrations(one: Delayed) -> Quantiles:
-    """Of the vibration [rad/s^2] over the starts."""
+    """The quantiles PARTS of the vibration [rad/s^2] over the starts."""
     return quantiles(np.array(one.vibration_rad_per_s2, dtype=float))
 
 
@@ -113,7 +113,7 @@ REPAIR = Columns[maps.RepairedSetting](
 
 
 class OfModel(NamedTuple):
-    """A sample of one model at a setting."""
+    """A row: a sample of one model in a setting."""
 
     cell: Cell
     model: str
@@ -155,7 +155,7 @@ APART = Columns[Found[engines.Apart]](
 
 
 def _onsets(one: Found[stability.Linearised], which: int) -> Quantiles | None:
-    """Of the predicted (0) or simulated (1) onsets [s]; None without any."""
+    """The quantiles of the predicted (0) or simulated (1) onsets [s]; None without any."""
     times = [begun[which] for begun in one.value.begun if begun[which] is not None]
     return quantiles(np.array(times, dtype=float)) if times else None
 
@@ -209,9 +209,9 @@ FATE = Columns[handover.Fate](
 
 
 class Mode(NamedTuple):
-    """A mesh mode [Hz], the speed [rad/s] that meets it, and how many times the PD run's that is.
+    """A row: a mesh mode [Hz] and the carrier speed [rad/s] that meets it.
 
-    peaks: of the first start, by damping ratio.
+    times: how many times the PD run's fastest speed; peaks: of the first start, by damping ratio.
     """
 
     mode_Hz: float
@@ -221,7 +221,7 @@ class Mode(NamedTuple):
 
 
 def modes(zetas: tuple[float, ...]) -> Columns[Mode]:
-    """With a run-up at every damping ratio."""
+    """The columns of a mesh mode, with a run-up at every damping ratio."""
 
     def peak(zeta: float) -> TableColumn[Mode]:
         title = f"run-up, ζ = {zeta:g}: peak at [rad/s], of [rad/s²]"
@@ -271,7 +271,7 @@ RATES = Columns[Found[objections.Rates]](
 
 
 def _frequency_Hz(row: dampers.Ablated) -> Quantiles | None:
-    """None where there is no vibration whose frequency means something."""
+    """The quantiles of the frequency [Hz]; None where no vibration gives it a meaning."""
     return quantiles(row.third.frequency_Hz) if (row.third.quantiles[-1] or 0.0) > 1.0 else None
 
 

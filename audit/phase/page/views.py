@@ -38,18 +38,18 @@ STRIP = "#b03050"
 def band(
     axes: Axes, one: SignalEnvelope, colour: str, label: str | None = None, unit: float = 1.0
 ) -> None:
-    """A fast signal: smallest to largest, times a unit."""
+    """Draw a fast signal as a band from smallest to largest value, times a unit."""
     low, high = ([unit * value for value in values] for values in (one.low, one.high))
     axes.fill_between(one.time_s, low, high, color=colour, linewidth=0.6, alpha=0.75, label=label)
 
 
 def law_name(law: Law) -> str:
-    """For readers."""
+    """The name of a law for readers."""
     return NAMES.get(law.id, law.id)
 
 
 def clock(found: Clocks) -> str:
-    """Forces along one motion above, runs from rest below; a column for every law."""
+    """Forces along one motion above, runs from rest below, a column for every law, as svg."""
     drawing, grid = new_figure(2, len(found.laws), 2.3)
     for (above, below), law in zip(grid.T, found.laws, strict=True):
         for one, colour in reversed(list(zip(law.delays, COLOURS, strict=False))):
@@ -66,7 +66,7 @@ def clock(found: Clocks) -> str:
 
 
 def within(one: SignalEnvelope, begin_s: float, end_s: float) -> SignalEnvelope:
-    """The part of a band between two times."""
+    """The part of an envelope between two times [s]."""
     kept = [values for values in zip(*one, strict=True) if begin_s <= values[0] <= end_s]
     return (
         SignalEnvelope(*map(tuple, zip(*kept, strict=True))) if kept else SignalEnvelope((), (), ())
@@ -74,7 +74,7 @@ def within(one: SignalEnvelope, begin_s: float, end_s: float) -> SignalEnvelope:
 
 
 def error_map(found: Maps) -> str:
-    """Share of severe starts over damping and tooth error; a panel for every law."""
+    """Share of severe starts over damping and tooth error, a panel for every law, as svg."""
     chosen = {
         (one.setting.cell.law, one.setting.error_um, one.setting.cell.zeta): one
         for one in found.settings
@@ -92,7 +92,7 @@ def error_map(found: Maps) -> str:
 
 
 def backlash_map(found: Maps) -> str:
-    """The same over damping and backlash."""
+    """Share of severe starts over damping and backlash, a panel for every law, as svg."""
     chosen = {
         (one.setting.cell.law, one.setting.backlash_um, one.setting.cell.zeta): one
         for one in found.settings
@@ -111,7 +111,7 @@ def backlash_map(found: Maps) -> str:
 def _heat(
     axes: Axes, thirds: Sequence[Sequence[Third]], columns: Sequence[float], rows: Sequence[float]
 ) -> None:
-    """Severe starts in per cent on colours."""
+    """Draw the shares of severe starts as colours and per cent."""
     shares = [[np.nan if x.share is None else 100 * x.share.value for x in row] for row in thirds]
     axes.imshow(shares, origin="lower", aspect="auto", cmap="YlOrRd", vmin=0, vmax=100)
     for (row, column), value in np.ndenumerate(shares):
@@ -124,7 +124,7 @@ def _heat(
 
 
 def handed_over(found: HandedOver) -> str:
-    """One state continued under every heir."""
+    """The first severe start continued under every heir, as svg."""
     drawing, grid = new_figure(1, len(HEIRS), 2.4)
     for axes, heir, drawn, colour in zip(grid[0], HEIRS, found.drawn, COLOURS, strict=False):
         band(axes, drawn, colour)
@@ -139,7 +139,7 @@ def handed_over(found: HandedOver) -> str:
 
 
 def stability(found: Stability) -> str:
-    """Growth, frequencies, vibration and acceleration; a column for every setting."""
+    """Growth, frequencies, vibration and acceleration, a column for every setting, as svg."""
     drawing, grid = new_figure(len(LABELS), len(DECISIVE), 2.2)
     for axes, cell in zip(grid.T, DECISIVE, strict=True):
         axes[0].set_title(f"ζ = {cell.zeta:g}, ring rate {cell.law.ring_rate}")
@@ -167,7 +167,7 @@ def stability(found: Stability) -> str:
 
 
 def resonance(found: Resonance) -> str:
-    """The run-up above, growth by stiffness alone below."""
+    """The vibration in a run-up above, growth by stiffness alone below, as svg."""
     drawing, grid = new_figure(2, 1, 2.3)
     above, below = grid[:, 0]
     colours = dict(zip(found.tongues, COLOURS, strict=False))
