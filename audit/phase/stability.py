@@ -145,7 +145,7 @@ class Linearisation(Perturbed[Linearised]):
 
 def _follow(
     base: linear.Base, modes: linear.Modes, time: np.ndarray, shoulder: np.ndarray
-) -> tuple[Begun | None, Curve, Curve]:
+) -> tuple[Begun | None, TimeCurve, TimeCurve]:
     """Onset of one start, its vibration simulated, and predicted from BEGIN_S on.
 
     Every mode starts from the simulated vibration at BEGIN_S and never falls below its smallest
