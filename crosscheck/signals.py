@@ -16,12 +16,12 @@ VIBRATION_HZ = 100.0  # faster than any motion of an arm
 
 
 def window(time: np.ndarray, begin: float, end: float) -> slice:
-    """Samples with begin <= t < end [s]."""
+    """Slice of the samples with begin <= t < end [s]."""
     return slice(int(np.searchsorted(time, begin)), int(np.searchsorted(time, end)))
 
 
 def amplitude(values: np.ndarray) -> float:
-    """Largest magnitude."""
+    """Largest magnitude of the values."""
     return float(np.abs(values).max()) if values.size else np.nan
 
 
@@ -36,7 +36,7 @@ def middle(values: np.ndarray) -> float:
 
 
 def mean(values: np.ndarray) -> float:
-    """Of all samples."""
+    """Mean of all samples."""
     return float(values.mean()) if values.size else np.nan
 
 
@@ -90,7 +90,7 @@ class SpectralLine(NamedTuple):
 def largest_line(
     time: np.ndarray, values: np.ndarray, above_hz: float, below_hz: float = np.inf
 ) -> SpectralLine:
-    """Of the values' spectrum, see ``largest_of``."""
+    """The largest line of the values' spectrum, see ``largest_of``."""
     return largest_of(*spectrum(time, values), above_hz, below_hz)
 
 

@@ -36,7 +36,7 @@ class AxisOf(Data):
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """The path, or all of them."""
+        """All paths of the axis, also where it has only one."""
         return self.path if isinstance(self.path, tuple) else (self.path,)
 
 
