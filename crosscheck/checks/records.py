@@ -56,7 +56,7 @@ def require_complete(run: object, model: str, case: Case, *, meshing: bool) -> N
 
 
 def _missing(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Iterator[str]:
-    """What is not as it must be, the gravest first."""
+    """What of a run is not as it must be, in words, the gravest first."""
     yield from (f"the run has no {name}" for name in ("time", "joint") if name not in run.coords)
     yield from (f"the run has no {name}" for name in variables if name not in run)
     expected, time = recorded_times(case.scenario), run["time"].values
@@ -88,7 +88,7 @@ def _other_labels(run: xr.Dataset, name: str, count: int) -> Iterator[str]:
 
 
 def _misshapen(run: xr.Dataset, name: str) -> str:
-    """Why a variable is not an array of float64 over its dimensions, or nothing."""
+    """Why a variable is not an array of float64 over its dimensions; empty if it is."""
     dims = ("time", "joint", "planet")[: 3 if name in BY_PLANET else 2 if name in BY_JOINT else 1]
     if run[name].dims != dims:
         return f"{name} is over {run[name].dims}, must be over {dims}"
@@ -142,7 +142,7 @@ def _recorded(run: xr.Dataset, at: np.ndarray, name: str, model: Model) -> np.nd
 
 
 def _planets_together(model: Model) -> np.ndarray:
-    """How many planets each displacement is of, shape (displacements,)."""
+    """Number of planets that each displacement is of, shape (displacements,)."""
     planets = [joint.planet_count for joint in model.arm.joints]
     moving = [c for c in model.layout.coordinates if not c.is_angle]
     return np.array([1 if model.layout.free else planets[c.joint - 1] for c in moving])
@@ -179,7 +179,7 @@ def _largest(values: xr.DataArray) -> float:
 
 
 def _planets_move_alike(run: xr.Dataset, at: np.ndarray, model: Model) -> np.ndarray:
-    """Whether they do at each of these records, shape (records,)."""
+    """Whether the planets of each stage move alike at each of these records, shape (records,)."""
     alike = np.ones(at.size, dtype=bool)
     arcs = gear_arc(model.arm) * (1 + _largest(run["theta"]))
     for mesh in MESHES if model.layout.meshing else ():
@@ -211,7 +211,7 @@ def _states(run: xr.Dataset, layout: Layout, suffix: str) -> np.ndarray:
 def _worked_out(
     model: Model, t: float, q: np.ndarray, v: np.ndarray
 ) -> dict[str, np.ndarray | float]:
-    """Variables, per joint, per geared joint or one of all, from the model's functions."""
+    """Variables of one state by name, worked out by the model's functions."""
     layout = model.layout
     drive = drive_data(model.scenario, len(model.arm.joints))
     torque = torques_at(drive, t, q[layout.theta], v[layout.theta])
@@ -228,7 +228,7 @@ def _worked_out(
 
 
 def _on_displacements(model: Model, force: np.ndarray, torque: np.ndarray) -> np.ndarray:
-    """What the teeth alone do to the displacements, per planet [N], shape (displacements,).
+    """Forces of the teeth alone on the displacements, per planet [N], shape (displacements,).
 
     The motor turns the sun, by x_sp + x_pr of any planet (Eq. 22).
     """

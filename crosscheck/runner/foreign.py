@@ -22,7 +22,7 @@ MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
 
 @dataclass(frozen=True)
 class _Reading:
-    """The task of the process."""
+    """The task of reading a file, for a process of its own; within_s [s]: 0 sets no time."""
 
     read: Callable[[], Any]
     within_s: float
@@ -96,7 +96,7 @@ def arrays_in(
 
 
 def _affordable(names: Iterable[str], shapes: Mapping[str, tuple[int, ...]]) -> list[str]:
-    """The names. Raises TooManyNumbers."""
+    """The names as a list. Raises TooManyNumbers where their arrays hold too many."""
     chosen = list(names)
     count = sum(float(np.prod(shapes[name], dtype=float)) for name in chosen)
     if count > MOST_NUMBERS:
