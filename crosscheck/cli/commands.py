@@ -64,7 +64,7 @@ def run_command(chosen: Wanted, out: Path, jobs: int) -> int:
 def checked_aloud(
     chosen: Wanted, jobs: int, shown: Shown = lambda key, outcome: None
 ) -> CrossCheck:
-    """The cross-check, with its progress and what a user should know before it."""
+    """Cross-check an arm, with its progress and what a user should know before it."""
     about = f"cross-checking {printable(chosen.arm.name)}"
     with shown_progress(about, QUIET_S if chosen.quick else 0.0) as told:
         return cross_check(chosen, jobs=jobs, told=told, warned=_say, shown=shown)

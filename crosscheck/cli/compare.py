@@ -45,7 +45,7 @@ def compare_command(
 
 
 def _tolerance(text: str) -> tuple[str, float]:
-    """A path and a relative standard uncertainty. Raises InputError."""
+    """Path and relative standard uncertainty of a text PATH=SHARE. Raises InputError."""
     path, _, number = text.partition("=")
     try:
         share = float(number)
