@@ -187,8 +187,8 @@ def _finite_or_none(value: float | None) -> float | None:
 class Agreement:
     """All Findings of a cross-check, with where they come from.
 
-    Where the run is held against an older one, ``record`` is where that came from, and ``known``
-    are the checks of which a difference was accepted.
+    Where the cross-check is compared with a recorded one, ``record`` is the provenance of that, and
+    ``known`` are the keys of the checks of which a difference was accepted.
     """
 
     findings: Sequence[Finding]

@@ -36,8 +36,8 @@ def require_writable(folder: Path) -> None:
 def require_file(path: Path, kind: Kind | None = None, option: str = "") -> Path:
     """Path where a file of this name goes, links followed; its folder is made if need be.
 
-    kind: of the content, which takes the place of its own kind alone, and may go into a pipe; of
-    anything else the caller sees to what it replaces, and there is no pipe. option: what to name
+    kind: the kind of the content, which may replace a file of that kind alone, or go into a pipe;
+    without a kind the caller sees to what is replaced, and there is no pipe. option: what to name
     in the message. Raises InputError unless the file can be written there.
     """
     with in_one_line(path):

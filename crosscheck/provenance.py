@@ -87,8 +87,8 @@ def provenance(
 def arm_digest(arm: Arm) -> str:
     """SHA-256 of an arm's values that are not defaults.
 
-    So what the format gains later leaves the digest of an arm that does not use it; a default does
-    not change within a version of the file.
+    Defaults are left out so that what the format gains later leaves the digest of an arm that does
+    not use it; a default does not change within a version of the file.
     """
     return hashlib.sha256(arm.model_dump_json(exclude_defaults=True).encode()).hexdigest()
 

@@ -37,14 +37,14 @@ class Entry:
 
     role: ``geared`` must agree with every other geared model; a ``form`` is the paper's and is
     measured against them; ``rigid`` has no gears, and a level that others of it share; ``handed``
-    is a user's, of whose teeth only the whole force is known. promises:
-    methods that a cross-check uses; it plans by these and never by what the class says of itself,
-    so that nothing goes unnoticed. packages: distributions, beside every model's, whose versions
-    its results depend on. order: of its fixed-step integrator, None for one that chooses
-    its steps. free_planets: whether every planet moves by itself inside. call_s: rough cost [s] of
-    a step or state. abreast: how many runs it makes at once. title: what to know of it. covers:
-    whether it is about such an arm, under such switches. made: the class itself, where it is in no
-    module that can be imported.
+    is a user's, of whose teeth only the whole force is known. promises: methods that a cross-check
+    uses; it plans by these and never by what the class says of itself, so that nothing goes
+    unnoticed. packages: distributions, beside every model's, whose versions its results depend on.
+    order: the order of its fixed-step integrator, None for one that chooses its steps.
+    free_planets: whether every planet moves by itself inside. call_s: estimated cost [s] of a step
+    or state. abreast: how many runs it makes at once. title: what to know of it. covers: whether
+    it is about an arm under switches. made: the class itself, where it is in no module that can be
+    imported.
     """
 
     module: str

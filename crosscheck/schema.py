@@ -69,7 +69,7 @@ def _field(name: str, info: FieldInfo, hint: Any) -> Described:
 
 
 def _parts(hint: Any) -> Iterator[Any]:
-    """A type and all types and metadata inside it."""
+    """The hint of a type, and all types and metadata inside it."""
     yield hint
     if get_origin(hint) is not Literal:
         for part in get_args(hint):
@@ -77,7 +77,7 @@ def _parts(hint: Any) -> Iterator[Any]:
 
 
 def _allowed(hint: Any) -> str:
-    """The range of a type in words, without its unit."""
+    """What a type allows, in words, without its unit."""
     origin, inner = get_origin(hint), get_args(hint)
     if hint is bool:
         return "true or false"

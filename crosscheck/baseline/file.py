@@ -49,8 +49,8 @@ def baseline_path(folder: Path, wanted: Wanted) -> Path:
 def _plain(name: str) -> str:
     """A name as part of a file's name.
 
-    Any other than plain lower case gets a digest behind a ``~``, which plain names have not: two
-    names never share a file, nor do Arm and arm where the file system takes them for one.
+    A name that is not plain lower case gets a digest behind a ``~``, which plain names have not:
+    two names never share a file, nor do Arm and arm where the file system takes them for one.
     """
     if re.fullmatch(r"[a-z0-9._-]+", name):
         return name

@@ -56,7 +56,7 @@ class Measurement(Bounded):
 class RecordedTable(Bounded):
     """Numbers of one quantity of a run (planet 1); a row's first entry says what it is about.
 
-    joints: the numbers of those that have the quantity, in their order.
+    joints: the numbers of the joints that have the quantity, in their order.
     """
 
     joints: Annotated[tuple[JointNumber, ...], UpToSeven]

@@ -53,7 +53,7 @@ Datasets = dict[RunKey, xr.Dataset]
 class Bound(NamedTuple):
     """Tolerance of a repetition (None: not comparable), its reason, measured uncertainty.
 
-    widest: above which a tolerance means nothing.
+    widest: the tolerance above which a comparison means nothing.
     """
 
     tolerance: float | None
@@ -117,7 +117,7 @@ def measurements_by_id(agreement: Agreement) -> dict[str, Finding]:
 def reduced_run(
     key: RunKey, result: CrossCheck
 ) -> tuple[record.RecordedRun, dict[str, Bound]] | Failure:
-    """What is recorded of a run, and how far each quantity may move; or why it has no record.
+    """The record of a run, and how far each quantity may move; or why it has no record.
 
     A run holds whatever its model put there: what cannot be reduced is a failed run, no crash.
     """
@@ -188,7 +188,7 @@ def _pair(experiment: str, runs: Datasets) -> Pair | None:
 
 
 def _refined(run: xr.Dataset, coarse: xr.Dataset | None, quantity: str) -> float | None:
-    """Uncertainty by refinement; None where the coarse run is missing, or one of them is spoilt."""
+    """Uncertainty by a coarser run; None where that is missing, or one of the two is spoilt."""
     try:
         return None if coarse is None else trajectories.uncertainty(run, coarse, quantity)
     except trajectories.Incomparable:

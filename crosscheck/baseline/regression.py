@@ -48,8 +48,8 @@ def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
     """The Agreement of a cross-check with its record: one check for every recorded result.
 
     ``differ``: it moved beyond its tolerance; ``failed``: one of the two sides does not exist, or
-    was made with other settings; ``unfinished``: it was not judged now. The provenance names the
-    checks that are red as accepted in ``known``.
+    was made with other settings; ``unfinished``: it was not judged now. ``known`` of the Agreement
+    names the checks that are red as accepted in the record's ``known``.
     """
     now = reduction.baseline_of(result)
     findings = [*_verdicts(baseline, now, result.agreement)]
@@ -66,7 +66,7 @@ def known_differences(agreement: Agreement) -> list[Finding]:
 
 
 def changed_since(agreement: Agreement) -> list[str]:
-    """What differs between the record's surroundings and those now, such as `exudyn 1.13.6 -> 2`.
+    """Differences between the record's surroundings and those now, such as `exudyn 1.13.6 -> 2`.
 
     agreement: as compare returns it.
     """

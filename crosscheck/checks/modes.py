@@ -49,7 +49,7 @@ def modes_among(about: About, few: np.ndarray, many: np.ndarray) -> Finding:
 
 
 def closed_form_modes(joint: Planetary) -> np.ndarray:
-    """Both modes [Hz] of a stage with its carrier locked, ascending.
+    """The two modes [Hz] of a stage with its carrier locked, ascending, (2,).
 
     With u = r_s theta_s and w = r_p theta_p: M_s u'' = -K_s (u - w) and
     N M_p w'' = K_s (u - w) - K_r w, K = N k of sun and ring mesh, so omega^2 solves a quadratic.
@@ -66,7 +66,8 @@ def closed_form_modes(joint: Planetary) -> np.ndarray:
 def free_modes(joint: Planetary) -> np.ndarray:
     """All modes [Hz] of a stage of free planets with its carrier locked, ascending, (N + 1,).
 
-    M_s u'' = -sum of k_sn (u - w_n), M_p w_n'' = k_sn (u - w_n) - k_rn w_n; unlike planets too.
+    They solve M_s u'' = -sum of k_sn (u - w_n) and M_p w_n'' = k_sn (u - w_n) - k_rn w_n, also for
+    unlike planets.
     """
     count = joint.planet_count
     roots = np.sqrt([equivalent_mass(joint, "sun"), *[equivalent_mass(joint, "planet")] * count])
@@ -121,8 +122,9 @@ def linear_teeth(arm: Arm, stiffness: Callable[[StiffnessLaw], float] = mean_sti
 def poles_follow(about: About, poles: np.ndarray, mass: np.ndarray, slopes: np.ndarray) -> Finding:
     """Check that poles [1/s], (2 n,), are those of M (n, n) and the force's slopes by q and v.
 
-    Each is held against the nearest of the others, both ways. slopes (2, n, 2 n): over differences
-    of one size and of twice that; what this moves the poles is what rounding and curvature do.
+    Each pole is held against the nearest of the others, both ways. slopes (2, n, 2 n): by
+    differences of one size and of twice that; how far this moves the poles is what rounding and
+    curvature do.
     """
     expected, again = (_poles(mass, each) for each in slopes)
     measured, moved = (_distance(found, expected) for found in (poles, again))

@@ -104,9 +104,9 @@ class Inconsistent(ValueError):
 def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> None:
     """Raise Inconsistent unless the model's own functions give what its run recorded.
 
-    At some twenty of its times, the first among them: theta_ddot, torque, kinetic_energy, F_sp and
-    F_pr from theta, theta_dot and the mesh displacements and their rates. constrained: whether the
-    model closes its joints by constraint equations.
+    Compared at some twenty of its times, the first among them, are theta_ddot, torque,
+    kinetic_energy, F_sp and F_pr, from theta, theta_dot and the mesh displacements and their rates.
+    constrained: whether the model closes its joints by constraint equations.
     """
     tolerance = TOLERANCE_OF_CONSTRAINTS if constrained else TOLERANCE
     at = np.unique(np.linspace(0, run.sizes["time"] - 1, TIMES).round().astype(int))
@@ -125,9 +125,9 @@ def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> N
 
 
 def _recorded(run: xr.Dataset, at: np.ndarray, name: str, model: Model) -> np.ndarray:
-    """A variable at these records; of the teeth what their forces do to the coordinates.
+    """Values of a variable at these records; of the teeth, their forces on the displacements.
 
-    Per planet: by the virtual work of F_sp and F_pr, shape (records, displacements).
+    These are per planet, by the virtual work of F_sp and F_pr, shape (records, displacements).
     """
     if name != TEETH:
         return np.asarray(run[name].values[at])
@@ -149,7 +149,7 @@ def _planets_together(model: Model) -> np.ndarray:
 
 
 def _sizes(run: xr.Dataset, model: Model, q: np.ndarray) -> dict[str, float]:
-    """What each variable's difference is measured against.
+    """Size that each variable's difference is measured against, by its name.
 
     A force in free play is the rest of what the motor and the bodies' inertia leave of each other,
     and near contact it is rounding of the arcs from which displacements are read; an acceleration
@@ -192,7 +192,7 @@ def _planets_move_alike(run: xr.Dataset, at: np.ndarray, model: Model) -> np.nda
 
 
 def _states(run: xr.Dataset, layout: Layout, suffix: str) -> np.ndarray:
-    """q, or with ``_dot`` v, shape (times, n), in a model's coordinates; lumped, of planet 1."""
+    """States q, or with ``_dot`` v, (times, n), in a model's coordinates; lumped, of planet 1."""
     states = np.empty((run.sizes["time"], len(layout)))
     states[:, layout.theta] = run[f"theta{suffix}"].values
     if not layout.meshing:

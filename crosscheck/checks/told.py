@@ -30,7 +30,7 @@ def inertia_as_told(
 ) -> Finding:
     """Check M (count, n, n) by the parallel axis theorem, every joint rolling and locked.
 
-    level: of a rigid model; of a geared one "", which has the joints locked too.
+    level: that of a rigid model; "" of a geared one, which has the joints locked too.
     """
     parts, ways = composite.parts_of(content, level or "coupled"), _ways(setting.layout, content)
     found = []
@@ -75,8 +75,8 @@ def force_as_told(
 ) -> Finding:
     """Check a force (count, n): drive, friction, weight of all that a joint carries, and the teeth.
 
-    mass (count, n, n): of the same model, for sizes. With the teeth at rest no mesh does work on a
-    joint, and a motor turns the link alone. level: of a rigid model, or "".
+    mass (count, n, n): the same model's M, for sizes. With the teeth at rest no mesh does work on a
+    joint, and a motor turns the link alone. level: that of a rigid model, or "".
     """
     layout, scenario = setting.layout, case.scenario
     parts = composite.parts_of(content, level or "coupled")
@@ -119,7 +119,7 @@ def drive_torques(
 def teeth_forces(arm: Arm, chosen: Switches, layout: Layout, states: States) -> np.ndarray:
     """Forces of springs and dampers of all meshes on the coordinates, shape (count, n).
 
-    With the exact dead zone, dampers that always act and phases by the angle.
+    They are those of the exact dead zone, dampers that always act and phases by the angle.
     """
     found, contacts = np.zeros_like(states.q), springs_at(arm, chosen, layout, states.q)
     for number, joint in geared(arm):

@@ -109,7 +109,7 @@ def repeatable(pair: Pair, quantity: str) -> ReasonedLimit:
 
 
 def accepted(widest: ReasonedLimit) -> str:
-    """What an uncertainty must stay below for a verdict, in words."""
+    """The limit that an uncertainty must stay below for a verdict, in words."""
     return f"acceptance limit of the uncertainty {widest.value:.2g}, {widest.basis}"
 
 
@@ -143,7 +143,7 @@ def refined(
 ) -> Finding:
     """Check each side's own best run against the other's.
 
-    A side is of pairs, fine and coarse, its own first; the pair furthest apart gives its
+    A side is a sequence of pairs, fine and coarse, its own first; the pair furthest apart gives its
     uncertainty. An integrator's error where contacts change hangs on where in a step they do, so
     that one pair may be close together by chance.
     """
@@ -169,7 +169,7 @@ def refined(
 
 
 def rounding_of(run: xr.Dataset, quantity: str) -> float:
-    """What rounding alone makes of a quantity: half an ulp a step, added up at random.
+    """Rounding alone of a quantity over a run: half an ulp a step, added up at random.
 
     Every step rounds the state that it adds to; over N steps that is sqrt(N) roundings of its
     size. No refinement can measure less.
@@ -185,7 +185,7 @@ def sensitivity(about: About, run: xr.Dataset, nudged: xr.Dataset) -> Finding:
 def deviation(about: About, left: xr.Dataset, right: xr.Dataset, basis: str = "") -> Finding:
     """Measure how far runs are apart that nobody expects to agree; of one joint, where named.
 
-    Relative to the size of the quantity in the right run.
+    The relative difference is over the size of the quantity in the right run.
     """
     quantity, joint = about.key.quantity, about.key.joint
     if joint is not None:

@@ -89,7 +89,7 @@ def validate_command(chosen: Wanted, jobs: int, json_file: Path | None, junit: P
 def recorded(
     arm: str, scenarios: list[str], settings: list[str], quick: bool, model: str
 ) -> tuple[Wanted, Made]:
-    """What a baseline is of, and how it is made; a model's code is run. Raises InputError."""
+    """What a baseline is to be of, and the function that makes it; runs code. Raises InputError."""
     if not model:
         return wanted(arm, scenarios, settings, quick, 0), checked_aloud
     from crosscheck.cli.trial import asked_of, tried_aloud  # sympy, which nothing else needs
@@ -109,9 +109,9 @@ def accept_command(
 ) -> int:
     """Cross-check an arm and record the result; returns the exit code.
 
-    made: how, where equations are tried instead. Checks that differ are recorded only
-    ``with_differences``, as known ones. Raises InputError, before anything is run, where another
-    arm's record would be replaced.
+    made: the function that makes the result, where equations are tried instead. Checks that differ
+    are recorded only ``with_differences``, as known ones. Raises InputError, before anything is
+    run, where another arm's record would be replaced.
     """
     path = baseline_path(folder, chosen)
     require_files((path, RECORD), (junit, JUNIT))

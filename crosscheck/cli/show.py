@@ -206,7 +206,7 @@ def derived_arm(arm: Arm) -> Iterator[DerivedQuantity]:
 def _mesh_poles(model: PhysicalModel) -> list[complex]:
     """Eigenvalues [1/s] of the teeth, slowest first: the fastest vibrations, of suns and planets.
 
-    Those damped beyond vibrating, and what the arm's weight lets swing, are not among them.
+    What is damped beyond vibrating, and what the arm's weight lets swing, is not among them.
     """
     poles = model.contact_poles()
     teeth = int((~model.layout.angular).sum())

@@ -195,8 +195,8 @@ def _told(trial: Trial, options: TrialOptions, page: Path | None) -> int:
 def ask(options: TrialOptions) -> None:
     """Write the folder of what a trial asks, of other arms after first answers. Raises InputError.
 
-    Of an FMU it is a draft of its mapping. No file is written over another one, which may be a
-    template with somebody's equations in it.
+    Where an FMU is to be tried, the folder holds a draft of its mapping. No file is written over
+    another one, which may be a template with somebody's equations in it.
     """
     assert options.out is not None  # as was required
     if options.fmu is not None:

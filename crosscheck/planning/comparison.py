@@ -19,9 +19,9 @@ class ModelTask(Task, Protocol):
 
 
 class Unavailable(Exception):
-    """A result that a comparison needs does not exist; says which model failed, and why.
+    """A result that a comparison needs does not exist; the text says which model failed, and why.
 
-    unfinished: whether that was stopped before it answered.
+    unfinished: whether the model was stopped before it answered.
     """
 
     def __init__(self, why: str, unfinished: bool = False) -> None:

@@ -31,8 +31,9 @@ def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[
     """Energy balances of all models that run, with teeth without play, and of the adaptive run.
 
     A step across the edge of play costs a fixed-step integrator more than the check allows; the
-    adaptive one sees the edge. What the paper's law makes out of nothing is measured beside.
-    first: whose torques are tried; limit_s: largest stable step [s] of the arm's models.
+    adaptive one sees the edge. The energy that the paper's law makes out of nothing is measured
+    beside. first: the experiment whose torques are tried; limit_s: largest stable step [s] of the
+    arm's models.
     """
     if not geared(arm):
         return

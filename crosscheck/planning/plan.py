@@ -214,7 +214,8 @@ def probe_experiment() -> Experiment:
 def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Experiment]:
     """Experiments of some thousand fine steps, for models with constraints: both tooth flanks.
 
-    first: whose torques are tried; limit_s: largest stable step [s] of the arm's models.
+    first: the experiment whose torques are tried; limit_s: largest stable step [s] of the arm's
+    models.
     """
     step = resolved_step(first, limit_s, SHORT_RESOLVED)
     duration = SHORT_STEPS * step
@@ -265,7 +266,7 @@ class OrderCase:
 def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
     """Runs for the order: teeth without clearance, whose force has no kink, and with free play.
 
-    None for an arm without teeth: its motion is so smooth that rounding hides the order.
+    An arm without teeth has none: its motion is so smooth that rounding hides the order.
     """
     if not geared(arm):
         return []

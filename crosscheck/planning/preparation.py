@@ -156,7 +156,7 @@ def _key(case: str, quantity: str, model: str = "") -> Key:
 def _answers(
     asked: Mapping[Key, Query[Any] | Evaluation], workers: Workers, lost: list[Lost]
 ) -> list[Any]:
-    """The answers in their order, None for one that is lost, which is noted.
+    """The answers in their order, None for one that is lost, which ``lost`` is told.
 
     Raises Unfinished where a model did not come back.
     """

@@ -187,10 +187,10 @@ def _against_reference(experiment: Experiment) -> Iterator[Comparison]:
 
 
 def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, ...]:
-    """A model's run, and the coarser one that tells how good it is; then the reference model's.
+    """A model's run and a coarser one to tell how good it is; then the reference model's pairs.
 
-    These are of the same integrator, whose error hangs on where in a step the teeth meet: two runs
-    may err alike by chance.
+    These pairs come with models of the same integrator, whose error hangs on where in a step the
+    teeth meet: two runs may err alike by chance.
     """
     own: tuple[Simulation, ...] = experiment.run(model), experiment.run(model, "coarse")
     if model not in registry.same_integrator():

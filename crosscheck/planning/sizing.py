@@ -50,7 +50,7 @@ TOLERATED = 0.1  # growth over a whole run, as the exponent of e: it changes no 
 
 @dataclass(frozen=True)
 class Sizes:
-    """What experiments of an arm are made of, per joint where there are several.
+    """The numbers that experiments of an arm are made of, per joint where there are several.
 
     rate [rad/s]: the arm's clock, and the controller's rate unless it had to give way; inertia
     [kg m^2]: of the rigid arm, stretched out; proportional [N m/rad] and derivative [N m s/rad]:
@@ -102,9 +102,10 @@ def _allowed(kind: Any, values: Iterable[float], digits: int = DIGITS) -> tuple[
 
 
 def unequal_gains(arm: Arm) -> Scenario:
-    """A controller with other gains and targets at every joint, from the arm's data alone.
+    """An experiment with unequal gains and targets at every joint, from the arm's data alone.
 
-    Its rate is below that of the lowest mode of a stage with its carrier locked, as that of Sizes.
+    The controller is slower than the lowest mode of a stage with its carrier locked, as that of
+    Sizes is.
     """
     content, numbers = arm.model_dump(), np.arange(len(arm.joints))
     turned = np.diag(inertia(parts_of(content), posed(content, 0.0 * numbers), locked=False))
@@ -199,7 +200,7 @@ class GrowingMode:
 def growth_of(arm: Arm, scenario: Scenario) -> GrowingMode | None:
     """The fastest-growing vibration of a scenario's loop, at its start and its target.
 
-    None if none grows to speak of within its duration. A fall is no vibration.
+    It is None if none grows to speak of within its duration. A fall is no vibration.
     """
     poses = [scenario]
     if isinstance(scenario.drive, PdDrive):

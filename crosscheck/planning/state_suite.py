@@ -40,7 +40,7 @@ def state_comparisons(
 ) -> list[Comparison]:
     """All comparisons of one arm that need no run.
 
-    content: what its file holds, its own fields where there is none.
+    content: what the arm's file holds; its own fields where there is none.
     """
     count, content = QUICK_COUNT if quick else COUNT, content or arm.model_dump()
     found = [*geared(arm, count, seed, content), *rigid(arm, count, seed, content)]
@@ -202,7 +202,7 @@ class Stated(OwnKey):
 
 
 def pairs(spots: Sequence[Spot], quantities: Sequence[str]) -> Iterator[Comparison]:
-    """A comparison per quantity and pair of models; their coordinates are the same."""
+    """A comparison for each quantity and pair of models, whose coordinates must be the same."""
     for quantity in quantities:
         for left, right in combinations(spots, 2):
             yield _pair("states", quantity, left, right, states.compare_values)
@@ -221,7 +221,7 @@ def _forms(spots: Sequence[Spot]) -> Iterator[Comparison]:
 def _of_form(spot: Spot, content: Content) -> Iterator[Comparison]:
     """Comparisons of a form of the paper with itself, with the arm's file and with its symbols.
 
-    Its inertia is none of real bodies; that it is what the paper has, its symbols say.
+    The form's inertia is none of real bodies; that it is what the paper has, its symbols say.
     """
     yield from _own(spot)
     yield from balances(spot)
@@ -253,7 +253,7 @@ def _pair(family: str, quantity: str, left: Spot, right: Spot, judge: states.Jud
 def _own(spot: Spot) -> Iterator[Comparison]:
     """Comparisons of one model with itself: inertia, bias and abilities.
 
-    It must say of itself all that the registry says of it, for users ask the model.
+    A model must say of itself all that the registry says of it, for users ask the model.
     """
     mass, bias, symbols = (spot.of(name) for name in ("mass_matrix", "bias", CHRISTOFFEL))
     metric = f"{spot.over('largest relative asymmetry')}; positive definite"

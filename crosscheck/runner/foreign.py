@@ -44,9 +44,9 @@ def read_apart(
     within_s: float = 0.0,
     fails: str = "cannot be read",
 ) -> Any:
-    """What read(*arguments) returns in another process.
+    """The value that read(*arguments) returns, in another process.
 
-    within_s [s]: until then; 0 sets no time. Raises the InputError that it raises, and one of
+    within_s [s]: time limit; 0 sets none. Raises the InputError that it raises, and one of
     ``where`` that begins with ``fails`` for whatever else ends it.
     """
     task = _Reading(partial(read, *arguments), within_s)

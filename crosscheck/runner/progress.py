@@ -78,7 +78,7 @@ def starting() -> Status:
 
 
 def shown_progress(about: str, quiet_s: float = QUIET_S) -> AbstractContextManager[Told]:
-    """What to hand to cross_check as ``told``: a bar on a terminal, elsewhere a line now and then.
+    """A function for cross_check's ``told``: a bar on a terminal, elsewhere a line now and then.
 
     about: what is under way. The first line comes after ``quiet_s`` seconds: whoever keeps the
     standard error of short work finds nothing in it but what is wrong.

@@ -40,7 +40,7 @@ _lines: list[tuple[int, int]] = []
 def overseen(whose: str, cost: float = 5.0) -> Iterator[None]:
     """Run code that is not ours in this context: it is to blame if the process ends or hangs.
 
-    whose: how an error line begins; cost: rough seconds, see Patience.
+    whose: how an error line begins; cost: estimated [s], see Patience.
     """
     _say(begins=whose, cost=cost)
     try:
@@ -57,7 +57,7 @@ def _say(**message: Any) -> None:
 
 
 def supervised(command: Callable[[], NoReturn]) -> int:
-    """Perform a command; returns the exit code of the program.
+    """Perform a command in a process of its own; returns the exit code of the program.
 
     The command leaves by SystemExit; it must listen to SIGINT and SIGTERM and unblock them.
     Whatever it has started is ended.

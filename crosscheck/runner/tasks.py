@@ -40,10 +40,10 @@ class RunKey:
 
 @dataclass(frozen=True)
 class Simulation:
-    """One run of one model.
+    """A task: one run of one model.
 
-    ``rtol`` asks for its adaptive reference instead of fixed steps, or, of a variant that is called
-    so, for its precise run.
+    ``rtol`` asks for the model's adaptive reference instead of fixed steps, or, of a variant that
+    is called so, for its precise run.
     """
 
     key: RunKey
@@ -84,7 +84,7 @@ class Simulation:
 
 @dataclass(frozen=True)
 class Evaluation(OwnKey):
-    """One function of one model at ``count`` random states of a seed; see checks.answers."""
+    """A task: one function of a model at ``count`` random states of a seed; see checks.answers."""
 
     model: str
     case: Case

@@ -232,9 +232,10 @@ def _serve(pipe: Connection, parent: int) -> None:
 
 
 def settle_down(parent: int) -> None:
-    """Die with the parent, leave signals to it, say nothing, leave no core file.
+    """Make this process a worker: end with the parent, leave signals to it, write nothing.
 
-    The parent's objects stay as they are, so that the memory that they are in stays shared.
+    The parent's objects stay as they are, so that the memory that they are in stays shared. It
+    leaves no core file.
     """
     gc.freeze()
     signal.signal(signal.SIGINT, signal.SIG_IGN)

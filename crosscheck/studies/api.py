@@ -40,10 +40,11 @@ def sweep(
 ) -> xr.Dataset:
     """Run every member of a study; returns what was measured over the axes, in SI units.
 
-    axes: values by path, or axes as a study's file has them, as records or mappings; measures
-    likewise, its quantities. samples, starts: how many, or a mapping that also has the seed. jobs:
-    processes of this machine; scheduler: address of a Dask scheduler in their place. out: file to
-    keep, which with ``resume`` goes on where it was stopped. Functions named in measures are run.
+    axes: values by path, or axes as a study's file has them, as records or mappings; measures: the
+    quantities as a study's file has them, as records or mappings. samples, starts: how many, or a
+    mapping that also has the seed. jobs: processes of this machine; scheduler: address of a Dask
+    scheduler in their place. out: file to keep, which with ``resume`` goes on where it was stopped.
+    Functions named in measures are run.
 
     Raises InputError, and Unfinished where workers keep dying.
     """

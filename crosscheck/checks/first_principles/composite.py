@@ -112,8 +112,8 @@ def posed(content: Content, theta: np.ndarray) -> Pose:
 def inertia(parts: Sequence[CompositePart], pose: Pose, *, locked: bool) -> np.ndarray:
     """Mass matrix [kg m^2] by the parallel axis theorem, shape (joints, joints).
 
-    locked: twice as large, after the joints with their gears rolling the same with their gears
-    locked, which turns everything beyond an axis as one body.
+    locked: the matrix is twice as large; after the joints with their gears rolling come the joints
+    with their gears locked, which turns everything beyond an axis as one body.
     """
     size = (2 if locked else 1) * len(pose.axes)
     found = np.zeros((size, size))

@@ -31,7 +31,7 @@ def weight_energy(arm: Arm, theta: np.ndarray) -> np.ndarray:
 def _masses(arm: Arm, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Masses [kg], their complex places [m], and the first joint that carries each.
 
-    Links, then joints, and the payload.
+    The order is links, joints, and the payload.
     """
     directions = np.exp(1j * np.cumsum(theta))
     lengths = np.array([link.length_m for link in arm.links])

@@ -94,11 +94,11 @@ def is_complete(out: Path, study: PreparedStudy, version: str, resume: bool) -> 
 def batches_of(
     out: Path, study: PreparedStudy, columns: Sequence[Column], resume: bool
 ) -> Iterator[KeptBatches]:
-    """The batches that are kept for a result; gone once all went well.
+    """The batches that are kept for a result, removed once all went well.
 
     Nothing is touched that the folder's own mark does not list, and no link is followed. Raises
-    InputError where those of another study are, or of this one without ``resume``, or where another
-    process is at it.
+    InputError where the folder has another study's batches, or this one's without ``resume``, or
+    where another process is at it.
     """
     folder = folder_of(out)
     with in_one_line(folder):

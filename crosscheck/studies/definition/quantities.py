@@ -46,7 +46,7 @@ UNITS = Rule("units by name, as { ripple = 'rad/s^2' }", lambda value: value != 
 
 
 class MeasuredQuantity(Data):
-    """What every quantity has: its name in the result."""
+    """A quantity of any kind: its name in the result."""
 
     name: Called | None = None
     """What the result calls it; made of signal and kind."""
