@@ -43,7 +43,7 @@ def rate_closes(about: About, given: invariants.Answered, setting: Setting, case
 
 
 def _spring_rate(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray, v: np.ndarray) -> float:
-    """Rate of the springs' energy [W] by central differences, teeth on the flank of the state."""
+    """dV/dt of the springs [W], fourth-order central differences, teeth on the state's flank."""
     rates = np.abs(v[layout.theta])
     fastest = max(  # wave of any mesh [rad/s]
         joint.ring_teeth * rates[number] * waves(mesh.stiffness)
@@ -87,7 +87,7 @@ def strays(about: About, run: xr.Dataset, case: Case) -> Finding:
 
 
 def _balance(run: xr.Dataset, case: Case) -> tuple[float, float]:
-    """How far the energy leaves its first value, and the work turned over between its parts [J]."""
+    """Largest change of the energy since its start, and the work turned over by its parts [J]."""
     arm, theta = case.arm, run["theta"].values
     x_sp, x_pr = (run[mesh].values for mesh in MESHES)
     held = [energy_of(spring) for spring in springs(arm, case.switches, theta, x_sp, x_pr)]

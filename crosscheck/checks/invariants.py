@@ -72,7 +72,7 @@ Balance = Callable[[About, Answered, Setting, Case], Finding]
 
 
 def power(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
-    """Check that d(kinetic)/dt = sum of T theta_s' / n and powers of teeth, weight, friction.
+    """Check d(kinetic)/dt = sum of T theta_s' / n + powers of meshes, dampers, weight, friction.
 
     A motor turns its sun n times as fast as the link, and by the mesh displacements; its torque
     reaches a mesh row of the force as T / (n r_s).

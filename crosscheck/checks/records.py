@@ -34,7 +34,7 @@ ALIKE_ROUNDINGS, ALIKE_RATES = 1000, 1e-9
 
 
 class Incomplete(ValueError):
-    """A run that lacks something, or has it in another form."""
+    """An error for a run that lacks something, or has it in another form."""
 
 
 def require_complete(run: object, model: str, case: Case, *, meshing: bool) -> None:
@@ -98,7 +98,7 @@ def _misshapen(run: xr.Dataset, name: str) -> str:
 
 
 class Inconsistent(ValueError):
-    """A run whose accelerations, torques, forces or energies are not those of its own states."""
+    """An error for a run whose accelerations, torques, forces or energies belie its states."""
 
 
 def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> None:

@@ -34,7 +34,7 @@ ORDER_TOLERANCE = 0.2
 
 
 class Incomparable(ValueError):
-    """Two runs that are not of the same times, joints and planets."""
+    """An error for two runs that are not of the same times, joints and planets."""
 
 
 def largest_difference(one: xr.Dataset, other: xr.Dataset, quantity: str) -> float:

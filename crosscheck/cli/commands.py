@@ -133,7 +133,7 @@ def accept_command(
 
 
 def _may_be_recorded(result: CrossCheck, with_differences: bool) -> bool:
-    """Whether all was judged, and nothing is wrong or it is wanted as it is; says why not."""
+    """Whether all was judged, and nothing is wrong or wanted as it is; prints why not."""
     wrong, lost = result.agreement.disagreeing, list(unrecorded(result))
     for line in lost:
         print(printable(line))
@@ -179,7 +179,7 @@ def renewal(
     quick: bool,
     model: str = "",
 ) -> str:
-    """The command that records anew."""
+    """The command line that records anew."""
     parts = ["crosscheck", "baseline", "accept", arm]
     parts += ["--model", model] if model else []
     parts += ["--dir", str(folder)] if folder != Path("baselines") else []

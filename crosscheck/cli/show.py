@@ -134,7 +134,7 @@ def named_meshes(joint: Planetary) -> Iterator[NamedMesh]:
 
 
 def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[DerivedQuantity]:
-    """Stiffness of one planet's contact, and damping in both forms."""
+    """Stiffness of one planet's contact with sun or ring, and damping in both forms."""
     law, pair = named.mesh.stiffness, named.pair
     mean = mean_stiffness(law)
     ratio = named.damping / (2 * math.sqrt(joint.planet_count * mean * named.mass))
@@ -191,7 +191,7 @@ def _stage(joint: Planetary) -> Iterator[DerivedQuantity]:
 
 
 def derived_arm(arm: Arm) -> Iterator[DerivedQuantity]:
-    """Masses and weight; modes with every tooth in contact, arm stretched out, not controlled."""
+    """Masses and weight; modes with all teeth in contact, arm stretched out, not controlled."""
     masses = *map(link_mass, arm.links), *map(joint_mass, arm.joints), arm.payload_mass_kg
     yield DerivedQuantity("total mass", sum(masses), "kg")
     for number, moment in enumerate(largest_weights(arm), start=1):

@@ -120,7 +120,7 @@ def template(name: str, joints: int) -> str:
 
 
 def example_arm(name: str, joints: int) -> Arm:
-    """An arm that shrinks towards its tip: the gears' masses with the module's square."""
+    """An arm that shrinks towards its tip; the gears' masses go with the module's square."""
     chosen = SIZES[:joints]
     return Arm(
         schema_version=2,

@@ -65,7 +65,7 @@ class Results:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A Finding to be: what it is about, the tasks it needs, and how to judge their results."""
+    """A planned comparison: what it is about, the tasks it needs, how to judge their results."""
 
     about: About
     needs: tuple[ModelTask, ...]

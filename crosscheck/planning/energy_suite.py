@@ -28,7 +28,7 @@ METRIC = "largest change of kinetic, spring and weight's energy less the motors'
 
 
 def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[Comparison]:
-    """Energy balances of all models that run, with teeth without play, and of the adaptive run.
+    """Energy balances of all models that run, teeth without play, and of the adaptive reference.
 
     A step across the edge of play costs a fixed-step integrator more than the check allows; the
     adaptive one sees the edge. The energy that the paper's law makes out of nothing is measured

@@ -98,7 +98,7 @@ def _locked_stages(where: str, arm: Arm, chosen: Switches) -> Iterator[Compariso
 
 
 def locked_stage(arm: Arm, number: int) -> Arm:
-    """An arm of one joint, its link too heavy to move, without weight and friction."""
+    """An arm of one geared joint, its link too heavy to move, without weight and friction."""
     free = arm.joints[number].model_copy(update={"friction_N_m_s_per_rad": 0.0})
     link = arm.links[number]
     heavier = {

@@ -109,7 +109,7 @@ def _run(task: Simulation) -> xr.Dataset:
 
 
 def prepared(wanted: Wanted, workers: Workers) -> Prepared:
-    """Everything that the plan needs to know.
+    """What the plan needs to know: experiments, their largest stable step, remarks, what is lost.
 
     Raises InputError, and Unfinished where a model was stopped or its process died: what is then
     unknown hangs on the machine, and so would the plan.

@@ -157,15 +157,15 @@ class Spot(NamedTuple):
         return states.Setting(arm, layout, drawn)
 
     def over(self, size: str) -> str:
-        """A metric of a size at these states."""
+        """The words of a metric: a size over these random states."""
         return f"{size} over {self.number} random states"
 
     def own(self, quantity: str, metric: str, against: str, unit: str = "1") -> About:
-        """What a check of this model alone is about."""
+        """The About of a check of this model alone."""
         return About(Key("invariants", self.where, quantity, self.model), unit, metric, against)
 
     def told(self, quantity: str) -> About:
-        """What a check of this model against the arm's data is about."""
+        """The About of a check of this model against the arm's data."""
         key = Key("as-told", self.where, quantity, self.model)
         return About(key, "1", self.over(DIFFERENCE), "the arm's data")
 

@@ -59,7 +59,7 @@ def read_apart(
 
 
 class TooManyNumbers(ValueError):
-    """A file holds more than MOST_NUMBERS."""
+    """An error for a file that holds more than MOST_NUMBERS."""
 
 
 def arrays_in(

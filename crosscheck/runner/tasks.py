@@ -63,7 +63,7 @@ class Simulation:
 
     @or_failure
     def perform(self) -> xr.Dataset:
-        """The whole trajectory, or what prevented it."""
+        """The whole trajectory, or the Failure that says why there is none."""
         entry, model = MODELS[self.model], built(self.model, self.case)
         if self.rtol is None:
             run = model.simulate()
@@ -99,7 +99,7 @@ class Evaluation(OwnKey):
 
     @or_failure
     def perform(self) -> np.ndarray:
-        """The answers, state by state along the first axis, or why there are none."""
+        """The answers, state by state along the first axis, or a Failure where there are none."""
         model = built(self.model, self.case)
         expected = MODELS[self.model].layout(self.case.arm, self.case.switches)
         return answers(model, expected, self.quantity, self.count, self.seed)

@@ -234,8 +234,8 @@ def _serve(pipe: Connection, parent: int) -> None:
 def settle_down(parent: int) -> None:
     """Make this process a worker: end with the parent, leave signals to it, write nothing.
 
-    The parent's objects stay as they are, so that the memory that they are in stays shared. It
-    leaves no core file.
+    The parent's objects stay as they are, so that the memory that they are in stays shared. The
+    process leaves no core file.
     """
     gc.freeze()
     signal.signal(signal.SIGINT, signal.SIG_IGN)

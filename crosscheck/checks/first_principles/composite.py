@@ -16,7 +16,7 @@ Content = Mapping[str, Any]  # of an arm's file, of either version
 
 
 class CompositePart(NamedTuple):
-    """A body, or what of a body turns by itself.
+    """A body, or the part of a body that turns by itself.
 
     mass [kg] at a distance [m] along a link, counted from 0; inertia [kg m^2] about its centre;
     geared, locked (joints,): how often it turns with every joint, the gears of that joint rolling
@@ -87,7 +87,7 @@ TEETH = ("sun_teeth", "planet_teeth", "ring_teeth")
 
 
 def gear_inertia(joint: Content, gear: str) -> float:
-    """J of a sun, a planet or a carrier about its axis [kg m^2], as given or M r^2."""
+    """Inertia J of a sun, a planet or a carrier about its axis [kg m^2], as given or M r^2."""
     inertia = joint.get(f"{gear}_inertia_kg_m2")
     if inertia is not None:
         return float(inertia)

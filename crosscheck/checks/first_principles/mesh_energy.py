@@ -50,7 +50,7 @@ def energy_of(spring: MeshSpring) -> np.ndarray:
 
 
 def _constants(joint: Planetary, planet: int) -> tuple[float, float]:
-    """What is added to a planet's phases at sun and ring [rad], given or by the teeth.
+    """Constants added to a planet's phases at sun and ring [rad], given or by the teeth.
 
     A planet further round meets a sun tooth later and, the carrier moving into the ring, a ring
     tooth sooner; at the ring the planet's other flank carries, half of its teeth further.

@@ -283,7 +283,7 @@ class _Sparse(io.RawIOBase):
         return len(view)
 
     def _parts(self, count: int) -> Iterator[tuple[int, int, slice]]:
-        """Pieces of the next ``count`` bytes: their first byte, their page, and the slice of it."""
+        """Pieces of the next ``count`` bytes: (first byte, number of its page, slice of it)."""
         done = 0
         while done < count:
             page, first = divmod(self.at + done, PAGE)
