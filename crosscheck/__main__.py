@@ -20,7 +20,7 @@ def main() -> NoReturn:
 
 
 def command() -> NoReturn:
-    """The command line in its own process; leaves by SystemExit."""
+    """Run the command line in its own process; leaves by SystemExit."""
     gc.set_threshold(FEW_OBJECTS)
     try:
         interruption.listen()

@@ -27,9 +27,9 @@ TIGHTEST_RTOL, LOOSEST_RTOL = 1e-13, 1e-2  # rounding; what still follows the me
 def simulate(model: Model, *, force: bool = False, rtol: float | None = None) -> xr.Dataset:
     """Run a model's scenario; see crosscheck.models.trajectory for the Dataset.
 
-    rtol: by steps of its own choice that end where contacts change, to this relative tolerance, in
-    place of the scenario's fixed step. Raises InputError if the model cannot do so or its step is
-    too large for the mesh modes (not with ``force``), and Diverged.
+    rtol: relative tolerance of adaptive steps that end where contacts change, in place of the
+    scenario's fixed step. Raises InputError if the model cannot do so or its step is too large for
+    the mesh modes (not with ``force``), and Diverged.
     """
     if rtol is not None:
         if not TIGHTEST_RTOL <= rtol <= LOOSEST_RTOL:

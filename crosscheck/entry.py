@@ -11,7 +11,7 @@ from crosscheck.runner.supervision import overseen
 
 
 def loaded(offer: EntryPoint) -> Any:
-    """What an entry point names. Raises InputError where it cannot be imported."""
+    """The object that an entry point names. Raises InputError where it cannot be imported."""
     try:
         with overseen(f"package {_owner(offer)}: entry point {offer.name}"):
             return offer.load()

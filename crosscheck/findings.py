@@ -18,7 +18,7 @@ UNFINISHED_CODE = 3  # exit code where nothing differs, and something was not ju
 
 @dataclass(frozen=True)
 class Key:
-    """What a comparison is of, before it is made.
+    """The name of a comparison: what is compared, in which case, between which models.
 
     ``family``: the kind of comparison (states, same-step, ...); ``case``: the arm or experiment;
     ``left`` and ``right``: models, ``right`` empty where one model is held against something else;
@@ -34,7 +34,7 @@ class Key:
 
     @property
     def id(self) -> str:
-        """One text for all of it, for people and files; nothing reads it back."""
+        """The key as one text, for people and files; nothing reads it back."""
         joint = "" if self.joint is None else f"joint{self.joint}"
         models = "~".join(filter(None, (self.left, self.right)))
         return "/".join(filter(None, (self.family, self.case, joint, self.quantity, models)))
@@ -42,7 +42,7 @@ class Key:
 
 @dataclass(frozen=True)
 class About:
-    """A comparison before its number: key, unit, metric; ``against``: what ``left`` is held to."""
+    """What a comparison is about: key, unit, metric; ``against``: what ``left`` is held to."""
 
     key: Key
     unit: str
@@ -52,7 +52,7 @@ class About:
 
 @dataclass(frozen=True)
 class Finding:
-    """One comparison, made.
+    """The result of one comparison.
 
     ``kind``: a ``check`` must agree, a ``measurement`` quantifies a difference. ``measured`` and
     ``tolerance`` are in the unit of ``about``; ``relative`` is the measured difference over the
@@ -71,31 +71,31 @@ class Finding:
 
     @property
     def id(self) -> str:
-        """See Key."""
+        """The key of the comparison as one text, see ``Key.id``."""
         return self.about.key.id
 
     @property
     def quantity(self) -> str:
-        """What was compared."""
+        """Name of the quantity that was compared."""
         return self.about.key.quantity
 
     @property
     def unit(self) -> str:
-        """Of ``measured`` and ``tolerance``."""
+        """Unit of ``measured`` and ``tolerance``."""
         return self.about.unit
 
     @property
     def left(self) -> str:
-        """A model."""
+        """Name of the first model."""
         return self.about.key.left
 
     @property
     def right(self) -> str:
-        """The other model, or what stands in its place."""
+        """Name of the other model, or what the first is compared with in its place."""
         return self.about.key.right or self.about.against
 
     def to_dict(self) -> dict[str, Any]:
-        """As in crosscheck/schema/agreement.schema.json."""
+        """The finding as a dictionary, as in crosscheck/schema/agreement.schema.json."""
         key = self.about.key
         return {
             "id": key.id,
@@ -127,7 +127,7 @@ def checked(
     relative: float | None = None,
     note: str = "",
 ) -> Finding:
-    """A check: `agree` within the tolerance, else `differ`.
+    """The Finding of a check: `agree` within the tolerance, else `differ`.
 
     `unresolved` where the tolerance itself, being a numerical uncertainty, is too large to mean
     anything; `failed` where there is no number.
@@ -147,7 +147,7 @@ def checked(
 def within_share(
     about: About, measured: float, share: float, size: float, of: str, reason: str = ""
 ) -> Finding:
-    """A check of what may be a share of a size, both in the unit of ``about``.
+    """The Finding of a check whose tolerance is a share of a size, in the unit of ``about``.
 
     of: what the size is of; reason: why so large a share.
     """
@@ -159,9 +159,9 @@ def within_share(
 def measured_only(
     about: About, *, measured: float, basis: str = "", relative: float | None = None, note: str = ""
 ) -> Finding:
-    """A measurement: the size of a difference that nobody expects to vanish.
+    """The Finding of a measurement: the size of a difference that nobody expects to vanish.
 
-    One that is no number is a failed check: a model somewhere gave none.
+    A difference that is no number gives a failed check: a model somewhere gave none.
     """
     if not math.isfinite(measured):
         return failed(about, "the difference is not a number")
@@ -170,12 +170,12 @@ def measured_only(
 
 
 def failed(about: About, note: str) -> Finding:
-    """A check that could not be made: a model missing, raising or diverged."""
+    """The Finding of a check that could not be made: a model missing, raising or diverged."""
     return Finding(about, "check", "failed", note=note)
 
 
 def unfinished(about: About, note: str) -> Finding:
-    """A check that was not made: a model was stopped before it answered, right or wrong."""
+    """The Finding of a check not made: a model was stopped before it answered, right or wrong."""
     return Finding(about, "check", "unfinished", note=note)
 
 
@@ -185,10 +185,10 @@ def _finite_or_none(value: float | None) -> float | None:
 
 @dataclass(frozen=True)
 class Agreement:
-    """All Findings of a run, with where they come from.
+    """All Findings of a cross-check, with where they come from.
 
-    Where the run is held against an older one, ``record`` is where that came from, and ``known``
-    are the checks of which a difference was accepted.
+    Where the cross-check is compared with a recorded one, ``record`` is the provenance of that, and
+    ``known`` are the keys of the checks of which a difference was accepted.
     """
 
     findings: Sequence[Finding]
@@ -208,7 +208,7 @@ class Agreement:
 
     @property
     def exit_code(self) -> int:
-        """0 if every check agrees and there is at least one; 3 if all others are unfinished; 1."""
+        """Exit code: 0 if all checks agree, 3 if all others are unfinished; 1 also without any."""
         if self.disagreeing and all(
             finding.verdict == "unfinished" for finding in self.disagreeing
         ):
@@ -216,7 +216,7 @@ class Agreement:
         return 0 if self.checks and not self.disagreeing else 1
 
     def to_dict(self) -> dict[str, Any]:
-        """As in crosscheck/schema/agreement.schema.json."""
+        """The agreement as a dictionary, as in crosscheck/schema/agreement.schema.json."""
         own = self.provenance
         return {
             "schema_version": SCHEMA_VERSION,

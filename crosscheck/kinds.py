@@ -13,7 +13,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 
 class Kind(NamedTuple):
-    """What messages call it, how its content begins, and what stands anywhere in it."""
+    """A kind of file: its name in messages, how its content begins, what stands anywhere in it."""
 
     said: str
     begins: bytes
@@ -60,7 +60,7 @@ KINDS = (
 
 
 def kind_of(content: bytes) -> Kind | None:
-    """Which kind a file's content is of."""
+    """The kind of a file's content; None where it is of none."""
     for kind in KINDS:
         if content.startswith(kind.begins) and all(mark in content for mark in kind.holds):
             return kind

@@ -34,10 +34,10 @@ def require_writable(folder: Path) -> None:
 
 
 def require_file(path: Path, kind: Kind | None = None, option: str = "") -> Path:
-    """Where a file of this name goes, links followed; its folder is made if need be.
+    """Path where a file of this name goes, links followed; its folder is made if need be.
 
-    kind: of the content, which takes the place of its own kind alone, and may go into a pipe; of
-    anything else the caller sees to what it replaces, and there is no pipe. option: what to name
+    kind: the kind of the content, which may replace a file of that kind alone, or go into a pipe;
+    without a kind the caller sees to what is replaced, and there is no pipe. option: what to name
     in the message. Raises InputError unless the file can be written there.
     """
     with in_one_line(path):
@@ -53,7 +53,7 @@ def require_file(path: Path, kind: Kind | None = None, option: str = "") -> Path
 
 
 def require_files(*wanted: tuple[Path | None, Kind], apart_from: Path | None = None) -> None:
-    """Raise InputError unless each can be written and is a file of its own: before the work."""
+    """Raise InputError unless each file can be written and no two are the same; before the work."""
     taken = set() if apart_from is None else {os.path.realpath(apart_from)}
     for path, kind in wanted:
         if path is None:
@@ -104,41 +104,41 @@ def write_files(contents: Mapping[Path, str | bytes]) -> None:
 
 @dataclass(frozen=True)
 class Draft:
-    """A file that has not got its name yet."""
+    """A new file, open for writing, that does not have its final name yet."""
 
     path: Path
     handle: int
 
     def write(self, content: bytes, lasting: bool = False) -> None:
-        """All of it; ``lasting``: it will survive a power failure. Raises OSError."""
+        """Write the whole content; ``lasting``: it will survive a power failure. Raises OSError."""
         with open(self.handle, "wb", closefd=False) as stream:
             stream.write(content)
         if lasting:
             os.fsync(self.handle)
 
     def reserve(self, size: int) -> None:
-        """Room for so many bytes, all of them 0. Raises OSError."""
+        """Reserve room for so many bytes, all of them 0. Raises OSError."""
         if hasattr(os, "posix_fallocate"):
             os.posix_fallocate(self.handle, 0, max(size, 1))
         os.ftruncate(self.handle, size)
 
     def write_at(self, place: int, content: bytes) -> None:
-        """All of it, from a place on. Raises OSError."""
+        """Write the whole content, from a place [bytes] on. Raises OSError."""
         left = memoryview(content)
         while left:
             done = os.pwrite(self.handle, left, place)
             left, place = left[done:], place + done
 
     def publish(self, target: Path) -> None:
-        """Put it in the place of the target, in the same folder. Raises OSError."""
+        """Put the file in the place of the target, in the same folder. Raises OSError."""
         os.replace(self.path, target)
 
 
 @contextmanager
 def draft(folder: Path, mode: int = 0o666) -> Iterator[Draft]:
-    """A new file, gone at the end unless published; mode as far as the umask leaves it.
+    """A new file in a folder, removed at the end unless published.
 
-    Raises OSError.
+    mode: its permissions, as far as the umask leaves them. Raises OSError.
     """
     new = _locked(folder, mode)
     drop = partial(new.path.unlink, missing_ok=True)
@@ -152,7 +152,7 @@ def draft(folder: Path, mode: int = 0o666) -> Iterator[Draft]:
 
 
 def _locked(folder: Path, mode: int) -> Draft:
-    """The lock lasts as long as its writer lives, so that others can tell what was left behind."""
+    """A new file, locked while its writer lives, so that others can tell what was left behind."""
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
     while True:
         path = folder / f"{DRAFT}{secrets.token_hex(8)}"
@@ -195,7 +195,7 @@ def in_one_line(path: Path) -> Iterator[None]:
 
 
 def _obstacle(target: Path) -> str:
-    """Why no file can be written there, if it can be told from what is there."""
+    """Why no file can be written at the target, as far as what is there tells; empty if not."""
     try:
         kind = target.lstat().st_mode
     except (FileNotFoundError, NotADirectoryError):  # which the folder's own check tells better
@@ -210,7 +210,7 @@ def _obstacle(target: Path) -> str:
 
 
 def _owner(target: Path, kind: Kind | None) -> str:
-    """Why what is there is not the program's to replace; empty if it is. Raises OSError."""
+    """Why the program may not replace what is at the target; empty if it may. Raises OSError."""
     if is_input(target):
         return "is read by this command; name another file"
     if kind is None or not target.exists() or is_of(target, kind):
@@ -219,7 +219,7 @@ def _owner(target: Path, kind: Kind | None) -> str:
 
 
 def _is_stream(path: Path) -> bool:
-    """Whether it is a pipe, or standard output by any name. Raises OSError."""
+    """Whether a path is a pipe, or standard output by any name. Raises OSError."""
     try:
         state = path.stat()
     except OSError:  # which the folder's own check tells better

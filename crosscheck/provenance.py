@@ -61,7 +61,7 @@ def provenance(
     packages: Sequence[str] = (),
     model: str = "",
 ) -> Provenance:
-    """Of a result that this process makes now; packages: what it depends on beside the usual."""
+    """The Provenance of a result made now; packages: what it depends on beside the usual."""
     # Bytes that are no text in this locale, which files cannot hold, as escapes.
     command = " ".join(["crosscheck", *sys.argv[1:]]).encode("utf-8", "backslashreplace")
     lock = ROOT / "run.lock"
@@ -87,14 +87,14 @@ def provenance(
 def arm_digest(arm: Arm) -> str:
     """SHA-256 of an arm's values that are not defaults.
 
-    So what the format gains later leaves the digest of an arm that does not use it; a default does
-    not change within a version of the file.
+    Defaults are left out so that what the format gains later leaves the digest of an arm that does
+    not use it; a default does not change within a version of the file.
     """
     return hashlib.sha256(arm.model_dump_json(exclude_defaults=True).encode()).hexdigest()
 
 
 def version(package: str) -> str | None:
-    """Of an installed package; None if there is none."""
+    """Version of an installed package; None if it is not installed."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:

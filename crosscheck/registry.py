@@ -37,14 +37,14 @@ class Entry:
 
     role: ``geared`` must agree with every other geared model; a ``form`` is the paper's and is
     measured against them; ``rigid`` has no gears, and a level that others of it share; ``handed``
-    is a user's, of whose teeth only the whole force is known. promises:
-    methods that a cross-check uses; it plans by these and never by what the class says of itself,
-    so that nothing goes unnoticed. packages: distributions, beside every model's, whose versions
-    its results depend on. order: of its fixed-step integrator, None for one that chooses
-    its steps. free_planets: whether every planet moves by itself inside. call_s: rough cost [s] of
-    a step or state. abreast: how many runs it makes at once. title: what to know of it. covers:
-    whether it is about such an arm, under such switches. made: the class itself, where it is in no
-    module that can be imported.
+    is a user's, of whose teeth only the whole force is known. promises: methods that a cross-check
+    uses; it plans by these and never by what the class says of itself, so that nothing goes
+    unnoticed. packages: distributions, beside every model's, whose versions its results depend on.
+    order: the order of its fixed-step integrator, None for one that chooses its steps.
+    free_planets: whether every planet moves by itself inside. call_s: estimated cost [s] of a step
+    or state. abreast: how many runs it makes at once. title: what to know of it. covers: whether
+    it is about an arm under switches. made: the class itself, where it is in no module that can be
+    imported.
     """
 
     module: str
@@ -62,14 +62,14 @@ class Entry:
     made: type[Model] | None = None
 
     def layout(self, arm: Arm, chosen: Switches) -> Layout:
-        """What its coordinates must be for an arm and switches."""
+        """The coordinates that the model must have for an arm and switches."""
         from crosscheck.models.arm.layout import geared_layout, rigid_layout
 
         return rigid_layout(arm) if self.role == "rigid" else geared_layout(arm, chosen)
 
     @property
     def versioned(self) -> tuple[str, ...]:
-        """Distributions whose versions its results depend on."""
+        """Distributions whose versions the model's results depend on."""
         return (*EVERY_MODELS_PACKAGES, *self.packages)
 
 
@@ -87,7 +87,7 @@ def _is_papers(arm: Arm, chosen: Switches) -> bool:
 
 
 def _of_levels(package: str, one: Entry) -> dict[str, Entry]:
-    """A rigid model of each level; one: what they share, its attribute how their names begin."""
+    """A rigid model of each level, by name; one: what they share, with their attributes' prefix."""
     return {
         f"{package}:{level}": replace(
             one, attribute=f"{one.attribute}{level.capitalize()}", level=level, title=title
@@ -191,7 +191,7 @@ MODELS = Registry()
 
 
 def with_installed(known: dict[str, Entry]) -> dict[str, Entry]:
-    """These models and those that installed packages offer, sorted by name.
+    """The known models, then those that installed packages offer, sorted by name.
 
     Raises InputError for an offer that cannot be imported, is no Entry or has a name that is taken.
     """
@@ -210,7 +210,7 @@ def with_installed(known: dict[str, Entry]) -> dict[str, Entry]:
 
 @contextmanager
 def register(name: str, entry: Entry) -> Iterator[None]:
-    """A model more for as long as this lasts; processes forked meanwhile know it too.
+    """Add a model for as long as the context lasts; processes forked meanwhile know it too.
 
     Raises InputError for a name that is taken.
     """
@@ -234,59 +234,59 @@ def packages() -> tuple[str, ...]:
 
 
 def names(role: Role) -> tuple[str, ...]:
-    """Every model of this role, in the order of the registry."""
+    """Names of all models of a role, in the order of the registry."""
     return tuple(name for name, entry in MODELS.items() if entry.role == role)
 
 
 def covering(role: Role, arm: Arm, chosen: Switches) -> tuple[str, ...]:
-    """Those of a role that are about such an arm, under such switches."""
+    """Names of the models of a role that are about an arm under switches."""
     return about(names(role), arm, chosen)
 
 
 def about(among: Sequence[str], arm: Arm, chosen: Switches) -> tuple[str, ...]:
-    """Those models that are about such an arm, under such switches."""
+    """Names among the given ones whose models are about an arm under switches."""
     return tuple(name for name in among if MODELS[name].covers(arm, chosen))
 
 
 def promising(ability: str, among: tuple[str, ...]) -> tuple[str, ...]:
-    """Those models that promise a method."""
+    """Names among the given ones whose models promise a method."""
     return tuple(name for name in among if ability in MODELS[name].promises)
 
 
 def of_level(level: str) -> tuple[str, ...]:
-    """The rigid models of a level."""
+    """Names of the rigid models of a level."""
     return tuple(name for name, entry in MODELS.items() if entry.level == level)
 
 
 def lead() -> str:
-    """The geared model that others are measured against: it integrates in both ways."""
+    """Name of the reference model of gears: it integrates with fixed and adaptive steps."""
     return promising("reference", names("geared"))[0]
 
 
 def same_integrator() -> tuple[str, ...]:
-    """The geared models with the lead's fixed-step integrator, the lead first."""
+    """Names of the geared models with the reference model's fixed-step integrator, it first."""
     order = MODELS[lead()].order
     return tuple(n for n in promising("simulate", names("geared")) if MODELS[n].order == order)
 
 
 def second() -> str:
-    """Whom the lead's runs are held against where one is enough: it has the same integrator."""
+    """Name of the model that stands for all with the reference model's integrator."""
     return same_integrator()[1]
 
 
 def refined_alone() -> tuple[str, ...]:
-    """The geared models that simulate by an integrator of their own, without constraints."""
+    """Names of geared models that simulate by an integrator of their own, without constraints."""
     able = promising("simulate", names("geared"))
     return tuple(n for n in able if n not in (*same_integrator(), *constrained()))
 
 
 def constrained() -> tuple[str, ...]:
-    """The geared models that close their joints by constraint equations, and simulate."""
+    """Names of the geared models that close joints by constraint equations, and simulate."""
     return promising("constraint_residual", promising("simulate", names("geared")))
 
 
 def entry_of(name: str) -> Entry:
-    """What stands here of a model. Raises InputError for an unknown name."""
+    """The Entry of a model. Raises InputError for an unknown name."""
     if name not in MODELS:
         raise InputError("model", "", name, f"unknown; allowed: {', '.join(MODELS)}")
     return MODELS[name]
@@ -309,7 +309,7 @@ def model_class(name: str) -> type[Model]:
 
 @contextmanager
 def usable_numbers(what: str, arm: Arm) -> Iterator[None]:
-    """Raise InputError naming what is made of which arm, where its numbers break the arithmetic."""
+    """Raise InputError, naming ``what`` and arm, where the arm's numbers break the arithmetic."""
     from numpy.linalg import LinAlgError
 
     try:

@@ -27,7 +27,7 @@ Shown = Callable[[Any, Any], None]  # (a task's key, its outcome)
 
 @dataclass(frozen=True)
 class CrossCheck:
-    """An Agreement and the runs that it was drawn from: a trajectory, or why there is none."""
+    """A cross-check: its Agreement, and its cases and runs (or why there is none) by key."""
 
     wanted: Wanted
     agreement: Agreement
@@ -36,7 +36,7 @@ class CrossCheck:
 
     @property
     def arm(self) -> Arm:
-        """Of which it is."""
+        """The arm that was cross-checked."""
         return self.wanted.arm
 
 
@@ -48,7 +48,7 @@ def cross_check(
     warned: Callable[[str], None] = lambda line: None,
     shown: Shown = lambda key, outcome: None,
 ) -> CrossCheck:
-    """Run every check on an arm; ``warned`` of unstable loops before they run.
+    """Run every check on an arm; ``warned`` is told of unstable loops before they run.
 
     shown: is handed each task's outcome while others still run. Raises InputError for an arm or
     scenarios that cannot be run, and Unfinished where they could not be prepared.
@@ -69,7 +69,7 @@ def cross_check(
 
 
 def planned(wanted: Wanted, chosen: Prepared) -> list[Comparison]:
-    """All that a cross-check of the arm compares, before anything of it has run.
+    """All comparisons of a cross-check of the arm, before any task of theirs has run.
 
     Raises InputError.
     """
@@ -95,7 +95,7 @@ def performed(
     told: Told,
     shown: Shown = lambda key, outcome: None,
 ) -> Results:
-    """Every task's outcome."""
+    """The Results of all tasks; told: of the progress; shown: each task's key and outcome."""
     expected, outcomes = Expectation(tasks, workers.jobs), dict[Any, Any]()
 
     def begun(key: Any) -> None:
@@ -109,20 +109,20 @@ def performed(
 
 
 def in_words(key: Any) -> str:
-    """What is done in a task of this key."""
+    """What the task of a key does, in words."""
     if isinstance(key, RunKey):
         return f"simulating {key.experiment}, {key.model}"
     return f"evaluating {key.quantity}, {key.model}"
 
 
 def cases_of(comparisons: Sequence[Comparison]) -> dict[RunKey, Case]:
-    """What each run that they need is of."""
+    """The case of each run that the comparisons need, by the run's key."""
     tasks = (task for task in tasks_of(comparisons) if isinstance(task, Simulation))
     return {task.key: task.case for task in tasks}
 
 
 def runs_of(results: Results) -> dict[RunKey, xr.Dataset | Failure]:
-    """The outcomes that are runs."""
+    """The runs among all outcomes, by key: a trajectory, or why there is none."""
     return {
         key: outcome
         for key, outcome in results.outcomes.items()

@@ -39,7 +39,7 @@ def described(record: type[Data]) -> tuple[Described, ...]:
 
 
 def records_below(record: type[Data]) -> list[type[Data]]:
-    """The record and all that it holds, each once, those above first."""
+    """The record and all records that it holds, each once, those above first."""
     found = [record]
     for one in found:
         below = dict.fromkeys(inner for field in described(one) for inner in field.records)
@@ -69,7 +69,7 @@ def _field(name: str, info: FieldInfo, hint: Any) -> Described:
 
 
 def _parts(hint: Any) -> Iterator[Any]:
-    """A type and all types and metadata inside it."""
+    """The hint of a type, and all types and metadata inside it."""
     yield hint
     if get_origin(hint) is not Literal:
         for part in get_args(hint):
@@ -77,7 +77,7 @@ def _parts(hint: Any) -> Iterator[Any]:
 
 
 def _allowed(hint: Any) -> str:
-    """The range of a type in words, without its unit."""
+    """What a type allows, in words, without its unit."""
     origin, inner = get_origin(hint), get_args(hint)
     if hint is bool:
         return "true or false"
@@ -106,7 +106,7 @@ def _is_list(hint: Any) -> bool:
 
 
 def _count(info: FieldInfo) -> str:
-    """How many entries a list may have."""
+    """How many entries a list may have, in words: ``least to most``."""
     least = next((e.min_length for e in info.metadata if hasattr(e, "min_length")), 0)
     most = next(e.max_length for e in info.metadata if hasattr(e, "max_length"))
     return f"{least} to {most}"

@@ -16,12 +16,12 @@ VIBRATION_HZ = 100.0  # faster than any motion of an arm
 
 
 def window(time: np.ndarray, begin: float, end: float) -> slice:
-    """Samples with begin <= t < end [s]."""
+    """Slice of the samples with begin <= t < end [s]."""
     return slice(int(np.searchsorted(time, begin)), int(np.searchsorted(time, end)))
 
 
 def amplitude(values: np.ndarray) -> float:
-    """Largest magnitude."""
+    """Largest magnitude of the values."""
     return float(np.abs(values).max()) if values.size else np.nan
 
 
@@ -36,7 +36,7 @@ def middle(values: np.ndarray) -> float:
 
 
 def mean(values: np.ndarray) -> float:
-    """Of all samples."""
+    """Mean of all samples."""
     return float(values.mean()) if values.size else np.nan
 
 
@@ -62,7 +62,7 @@ def first_above(time: np.ndarray, values: np.ndarray, level: float) -> float | N
 def spectrum(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(frequency [Hz], single-sided amplitude) of the values less their mean, Hann window.
 
-    Both empty if there are too few samples for one frequency.
+    Both arrays are empty if there are too few samples for one frequency.
     """
     if values.size < SPECTRUM_SAMPLES:
         return np.empty(0), np.empty(0)
@@ -90,7 +90,7 @@ class SpectralLine(NamedTuple):
 def largest_line(
     time: np.ndarray, values: np.ndarray, above_hz: float, below_hz: float = np.inf
 ) -> SpectralLine:
-    """Of the values' spectrum, see ``largest_of``."""
+    """The largest line of the values' spectrum, see ``largest_of``."""
     return largest_of(*spectrum(time, values), above_hz, below_hz)
 
 
@@ -99,7 +99,7 @@ def largest_of(
 ) -> SpectralLine:
     """The largest line from ``above_hz`` on, below ``below_hz``, refined by a parabola through it.
 
-    nan if there is none.
+    Frequency and amplitude are nan if there is none.
     """
     band = window(frequency, above_hz, below_hz)
     if amplitudes[band].max(initial=0.0) == 0:
@@ -123,8 +123,8 @@ def dominant_frequency(
 def band_rms(time: np.ndarray, values: np.ndarray, above_hz: float, below_hz: float) -> float:
     """Root mean square of what a signal has from one frequency to below another.
 
-    By the power of a Hann window, so that a steady sine of amplitude A inside gives A / sqrt(2);
-    nan where there are too few samples for one frequency.
+    It is taken from the power of a Hann window, so that a steady sine of amplitude A inside gives
+    A / sqrt(2); nan where there are too few samples for one frequency.
     """
     frequency, amplitudes = spectrum(time, values)
     if not frequency.size:
@@ -152,7 +152,7 @@ def envelope(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(bin centres, minima, maxima) of values (times,) in equal bins of consecutive samples.
 
-    So a fast signal is drawn honestly: the smallest and largest value in every bin.
+    A fast signal is so drawn honestly: by the smallest and largest value in every bin.
     """
     edges = np.linspace(0, time.size, min(bins, time.size) + 1).astype(int)[:-1]
     low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)

@@ -41,7 +41,7 @@ def assert_agrees(
     seed: int = 0,
     name: str = "yours",
 ) -> Trial:
-    """Put equations on trial; the Trial, if all that was judged agrees.
+    """Put equations on trial; returns the Trial, if all that was judged agrees.
 
     equations: Equations, a function of the arm that returns them, an object with functions called
     like theirs, or text as on the command line, ``file.py:name``. scenarios: to be run too. level:
@@ -73,7 +73,7 @@ def assert_agrees(
 
 
 def _of_level(own: Equations, level: Level) -> Equations:
-    """The same, meant to be of a level, however often they are made anew."""
+    """The equations, declared to be of a level, also whenever they are made anew."""
     again = own.rebuild
     if again is None:
         return replace(own, level=level)

@@ -28,7 +28,7 @@ LARGEST_BYTES = 20_000_000
 
 
 class Misfit(ValueError):
-    """What a record must not hold: dotted field, value, allowed."""
+    """An error for what a record must not hold: dotted field, value, allowed."""
 
     def __init__(self, field: str, value: object, allowed: str) -> None:
         self.field, self.value, self.allowed = field, value, allowed
@@ -36,7 +36,7 @@ class Misfit(ValueError):
 
 
 def baseline_path(folder: Path, wanted: Wanted) -> Path:
-    """Where the baseline of an arm lies, such as paper-labelled-quick.json.
+    """Path of an arm's baseline, such as paper-labelled-quick.json.
 
     Scenarios of the user's own are named behind a ``+`` each, equations on trial behind an ``@``.
     """
@@ -47,10 +47,10 @@ def baseline_path(folder: Path, wanted: Wanted) -> Path:
 
 
 def _plain(name: str) -> str:
-    """A name as part of a file's.
+    """A name as part of a file's name.
 
-    Any other than plain lower case gets a digest behind a ``~``, which plain names have not: two
-    names never share a file, nor do Arm and arm where the file system takes them for one.
+    A name that is not plain lower case gets a digest behind a ``~``, which plain names have not:
+    two names never share a file, nor do Arm and arm where the file system takes them for one.
     """
     if re.fullmatch(r"[a-z0-9._-]+", name):
         return name
@@ -98,7 +98,7 @@ def require_replaceable(path: Path, arm: Arm) -> None:
 
 
 def _bytes(path: Path, remembered: bool = True) -> bytes:
-    """What a file holds. Raises FileNotFoundError, or InputError where it can be no record."""
+    """Content of a file. Raises FileNotFoundError, or InputError where it can be no record."""
     try:
         return content_of(path, LARGEST_BYTES, remembered)
     except FileNotFoundError:
@@ -110,7 +110,7 @@ def _bytes(path: Path, remembered: bool = True) -> bytes:
 
 
 def _parsed(content: bytes) -> dict[str, Any]:
-    """A JSON object. Raises Misfit."""
+    """The JSON object that a record's content is. Raises Misfit."""
     try:
         data = json.loads(content.decode("utf-8"), object_pairs_hook=_without_twins)
     except Misfit:
@@ -179,7 +179,7 @@ def _require_same_plan(provenance: Provenance, wanted: Wanted) -> None:
 
 
 def _lines(value: Any, indent: int = 0, head: str = "", tail: str = "") -> Iterator[str]:
-    """JSON with sorted keys in which whatever holds only scalars takes one line, if it fits."""
+    """Lines of JSON, keys sorted; whatever holds only scalars takes one line, if it fits."""
     pad = " " * indent
     named: list[tuple[str | None, Any]] = []
     if isinstance(value, dict):

@@ -56,7 +56,7 @@ class Measurement(Bounded):
 class RecordedTable(Bounded):
     """Numbers of one quantity of a run (planet 1); a row's first entry says what it is about.
 
-    joints: the numbers of those that have the quantity, in their order.
+    joints: the numbers of the joints that have the quantity, in their order.
     """
 
     joints: Annotated[tuple[JointNumber, ...], UpToSeven]
@@ -68,15 +68,15 @@ class SampledQuantity(RecordedTable):
 
     @property
     def values(self) -> list[int]:
-        """The columns that are compared."""
+        """Indices of the columns that are compared, from 0."""
         return list(range(1, len(self.joints) + 1))
 
     def place(self, row: int, column: int) -> str:
-        """Where a value lies, for a reader."""
+        """Where a value is in the run, in words, such as ``joint 1 at 0.5 s``."""
         return f"joint {self.joints[column - 1]} at {self.rows[row][0]:g} s"
 
     def needed(self, duration_s: float) -> str:
-        """What its rows are not, and must be in a run of so many seconds; empty if nothing."""
+        """What the rows must be in a run of so many seconds, and are not; empty if nothing."""
         if any(len(row) != len(self.joints) + 1 for row in self.rows):
             return f"a time and {len(self.joints)} numbers in every row"
         times = [row[0] for row in self.rows]
@@ -93,15 +93,15 @@ class Extremes(RecordedTable):
 
     @property
     def values(self) -> list[int]:
-        """The columns that are compared."""
+        """Indices of the columns that are compared, from 0."""
         return [1, 3]
 
     def place(self, row: int, column: int) -> str:
-        """Where a value lies, for a reader."""
+        """Where a value is in the run, in words, such as ``minimum of joint 1``."""
         return f"{'minimum' if column == 1 else 'maximum'} of joint {self.joints[row]}"
 
     def needed(self, duration_s: float) -> str:
-        """What its rows are not, and must be in a run of so many seconds; empty if nothing."""
+        """What the rows must be in a run of so many seconds, and are not; empty if nothing."""
         if any(len(row) != 5 or row[1] > row[3] for row in self.rows):
             return "joint, minimum, its time, maximum, its time in every row"
         if tuple(row[0] for row in self.rows) != self.joints:
@@ -121,7 +121,7 @@ class RecordedRun(Data):
 
     @property
     def tables(self) -> dict[str, SampledQuantity | Extremes]:
-        """Quantity -> its table."""
+        """All tables of the run, by quantity."""
         sampled = {str(quantity): table for quantity, table in self.sampled.items()}
         return {**sampled, **{str(quantity): table for quantity, table in self.extremes.items()}}
 
@@ -172,7 +172,7 @@ class Baseline(Data):
 
 
 def differences(one: Any, other: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """(dotted path, left, right) wherever two trees of JSON values differ; None where missing."""
+    """Each (dotted path, left, right) where two trees of JSON values differ; None where missing."""
     if isinstance(one, dict) and isinstance(other, dict):
         for key in sorted({*one, *other}):
             yield from differences(one.get(key), other.get(key), f"{path}.{key}" if path else key)

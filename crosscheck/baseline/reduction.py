@@ -53,7 +53,7 @@ Datasets = dict[RunKey, xr.Dataset]
 class Bound(NamedTuple):
     """Tolerance of a repetition (None: not comparable), its reason, measured uncertainty.
 
-    widest: above which a tolerance means nothing.
+    widest: the tolerance above which a comparison means nothing.
     """
 
     tolerance: float | None
@@ -66,7 +66,7 @@ Bounds = dict[RunKey, dict[str, Bound]]
 
 
 def baseline_of(result: CrossCheck) -> record.Baseline:
-    """What to record of a cross-check. Runs that failed and checks not judged are left out."""
+    """The Baseline of a cross-check. Runs that failed and checks not judged are left out."""
     agreement = result.agreement
     assert agreement.provenance is not None  # as cross_check gives it
     runs: dict[str, record.RecordedRun] = {}
@@ -102,7 +102,7 @@ def baseline_of(result: CrossCheck) -> record.Baseline:
 
 
 def checks_by_id(agreement: Agreement) -> dict[str, Finding]:
-    """The checks by id; of several with one id the worst stands."""
+    """The checks by id; of several with one id, the worst."""
     worst_last = sorted(
         agreement.checks, key=lambda finding: record.BEST_FIRST.index(finding.verdict)
     )
@@ -117,7 +117,7 @@ def measurements_by_id(agreement: Agreement) -> dict[str, Finding]:
 def reduced_run(
     key: RunKey, result: CrossCheck
 ) -> tuple[record.RecordedRun, dict[str, Bound]] | Failure:
-    """What is recorded of a run, and how far each quantity may move; or why it has no record.
+    """The record of a run, and how far each quantity may move; or why it has no record.
 
     A run holds whatever its model put there: what cannot be reduced is a failed run, no crash.
     """
@@ -150,7 +150,7 @@ def is_recorded(key: RunKey) -> bool:
 
 
 def bounds_of(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
-    """Quantity -> how far a repetition of this run may move."""
+    """How far a repetition of this run may move, by quantity."""
     runs = {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
     case = result.cases[key]
     run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
@@ -176,9 +176,9 @@ def bounds_of(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
 
 
 def _pair(experiment: str, runs: Datasets) -> Pair | None:
-    """The lead's run of an experiment, and the one that started a rounding away.
+    """The reference model's run of an experiment, and the one that started a rounding away.
 
-    With its planets counted as the experiment does, or free.
+    Their planets are counted as the experiment does, or free. None where there are no such two.
     """
     for kinds in (("", "nudged"), ("free", "free-nudged")):
         one, other = (runs.get(RunKey(experiment, lead(), kind)) for kind in kinds)
@@ -188,7 +188,7 @@ def _pair(experiment: str, runs: Datasets) -> Pair | None:
 
 
 def _refined(run: xr.Dataset, coarse: xr.Dataset | None, quantity: str) -> float | None:
-    """Uncertainty by refinement; None where the coarse run is missing, or one of them is spoilt."""
+    """Uncertainty by a coarser run; None where that is missing, or one of the two is spoilt."""
     try:
         return None if coarse is None else trajectories.uncertainty(run, coarse, quantity)
     except trajectories.Incomparable:
@@ -196,7 +196,10 @@ def _refined(run: xr.Dataset, coarse: xr.Dataset | None, quantity: str) -> float
 
 
 def _adaptive(floor: ReasonedLimit, measured: float | None) -> ReasonedLimit:
-    """Rounding differs between processors (SciPy's sums are BLAS's) and may choose other steps."""
+    """The limit of a run whose integrator chooses its own steps.
+
+    Rounding differs between processors (SciPy's sums are BLAS's) and may choose other steps.
+    """
     if measured is None:
         basis = "the integrator chooses its own steps, and no second run was made"
         return ReasonedLimit(math.inf, basis)
@@ -207,7 +210,7 @@ def _adaptive(floor: ReasonedLimit, measured: float | None) -> ReasonedLimit:
 
 
 def _repeated(pair: Pair | None, run: xr.Dataset, quantity: str) -> ReasonedLimit:
-    """What rounding alone can make of the same steps again, in whichever engine."""
+    """The limit of what rounding alone makes of the same steps again, in whichever engine."""
     try:
         if pair is not None and quantity in pair.run:
             return ReasonedLimit(trajectories.repeatable(pair, quantity).value, BY_ROUNDING)
@@ -219,7 +222,7 @@ def _repeated(pair: Pair | None, run: xr.Dataset, quantity: str) -> ReasonedLimi
 
 
 def _short(value: float | None) -> float | None:
-    """Rounded up to three digits; None for what is no number."""
+    """A value rounded up to three digits; None for what is no number."""
     if value is None or not math.isfinite(value) or value == 0:
         return 0.0 if value == 0 else None
     digits = float(f"{value:.2e}")
@@ -227,7 +230,7 @@ def _short(value: float | None) -> float | None:
 
 
 def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> record.RecordedRun:
-    """Of planet 1, and of the joints that have a quantity: a direct one has no teeth."""
+    """The record of a run: planet 1, and the joints that have a quantity (direct: no teeth)."""
     times = run["time"].values.round(10)
     # About 20 equally spaced records, first and last among them.
     at = np.unique(np.linspace(0, times.size - 1, INTERVALS + 1).round().astype(int))

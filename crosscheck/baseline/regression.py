@@ -45,11 +45,11 @@ _GUEST = "of a model that came in after the record was made; accept again to hol
 
 
 def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
-    """Every recorded result against the same result now, one check each.
+    """The Agreement of a cross-check with its record: one check for every recorded result.
 
     ``differ``: it moved beyond its tolerance; ``failed``: one of the two sides does not exist, or
-    was made with other settings; ``unfinished``: it was not judged now. The provenance names the
-    checks that are red as accepted in ``known``.
+    was made with other settings; ``unfinished``: it was not judged now. ``known`` of the Agreement
+    names the checks that are red as accepted in the record's ``known``.
     """
     now = reduction.baseline_of(result)
     findings = [*_verdicts(baseline, now, result.agreement)]
@@ -66,7 +66,7 @@ def known_differences(agreement: Agreement) -> list[Finding]:
 
 
 def changed_since(agreement: Agreement) -> list[str]:
-    """What differs between the record's surroundings and those now, such as `exudyn 1.13.6 -> 2`.
+    """Differences between the record's surroundings and those now, such as `exudyn 1.13.6 -> 2`.
 
     agreement: as compare returns it.
     """
@@ -106,14 +106,14 @@ def _verdicts(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterat
 
 
 def _of_guest(finding: Finding) -> bool:
-    """Whether one of its models is a guest, which may not have been there when it was recorded."""
+    """Whether one of the finding's models is a guest, which may be newer than the record."""
     return any(map(is_guest, (finding.left, finding.right)))
 
 
 def _unturned(
     about: About, was: KnownFailure | None, now: KnownFailure | None, finding: Finding
 ) -> Finding:
-    """A check of the same verdict; one that is red must also be red by as much."""
+    """The Finding of a check of the same verdict; one that is red must be red by as much."""
     if was is None or now is None:
         return _verdict(about, 0, "")
     said = f"known difference, {finding.verdict}: {outcome(finding)}"
@@ -168,7 +168,7 @@ def _run_findings(
 
 
 def _tables(name: str, record: RecordedRun, now: RecordedRun) -> Iterator[Finding]:
-    """Of a run on record and now, quantity by quantity, if it has the same settings."""
+    """Findings of a run against its record, one a quantity, if it has the same settings."""
     settings = {"scenario", "switches"}
     then, today = (run.model_dump(mode="json", include=settings) for run in (record, now))
     moved = [f"{path} {was!r} -> {is_now!r}" for path, was, is_now in differences(then, today)]
@@ -203,7 +203,7 @@ def _table(
 def _number(
     about: About, record: Bounded, now: Bounded, values: tuple[float, float], where: str = ""
 ) -> Finding:
-    """A number on record held against that of now; where: what to say before it."""
+    """The Finding of a number on record against that of now; where: what to say before it."""
     was, is_now = values
     apart = abs(is_now - was)
     note = f"{where}: {was:.12g} -> {is_now:.12g}".removeprefix(": ")

@@ -25,11 +25,11 @@ LEAST_PLAY_M, SLIDING_M_PER_S, TURNING_RAD_PER_S = 2e-5, 0.1, 3.0
 
 
 class BadAnswer(ValueError):
-    """A model's answer that is not what its interface says."""
+    """An answer of a model that is not what its interface says."""
 
 
 class States(NamedTuple):
-    """t (count,) [s]; q, v (count, n) in a model's coordinates."""
+    """States of a model: t (count,) [s]; q, v (count, n) in its coordinates."""
 
     t: np.ndarray
     q: np.ndarray
@@ -37,7 +37,7 @@ class States(NamedTuple):
 
 
 def random_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
-    """States on both flanks, in free play, at any pose, moving briskly."""
+    """Random states on both flanks, in free play, at any pose, moving briskly."""
     generator = np.random.default_rng(seed)
     contacts = [mesh for _, joint in geared(arm) for mesh in meshes(joint)]
     play = 3 * max((mesh.backlash_m for mesh in contacts), default=0.0)
@@ -101,7 +101,7 @@ def _christoffel(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.nda
 def _widest_gap(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> float:
     """Largest gap, rate or acceleration of the model's joints over its size.
 
-    And how far they are from what they must be with the joints opened on purpose.
+    How far they are from what they must be with the joints opened on purpose counts too.
     """
     a = _acceleration(model, t, q, v)
     closed = _gaps(model.constraint_residual(q.copy(), v.copy(), a.copy()))
@@ -150,7 +150,7 @@ def _largest_stable_step(model: Model) -> float:
 
 
 def _start_pose(model: Model) -> np.ndarray:
-    """The scenario's angles, the teeth centred, shape (n,)."""
+    """Coordinates of the scenario's angles, the teeth centred, shape (n,)."""
     pose = np.zeros(len(model.layout))
     pose[model.layout.theta] = per_joint(model.scenario.start.theta_rad, len(model.arm.joints))
     return pose
@@ -162,9 +162,9 @@ def _start_mass(model: Model) -> np.ndarray:
 
 
 def _force_slopes(model: Model) -> np.ndarray:
-    """Of the generalized force by q and v, at rest in the start pose, shape (2, n, 2 n).
+    """Slopes of the generalized force by q and v, at rest in the start pose, shape (2, n, 2 n).
 
-    Over differences of one size, and of twice that.
+    The first are by differences of one size, the second by differences of twice that.
     """
     pose = _start_pose(model)
     start, found = np.append(pose, 0 * pose), []

@@ -32,7 +32,7 @@ CLOSES = 1e-9
 
 
 def rate_closes(about: About, given: invariants.Answered, setting: Setting, case: Case) -> Finding:
-    """Kinetic and spring energy gain what motors, weight and friction put in."""
+    """Check that kinetic and spring energy gain what motors, weight and friction put in."""
     arm, layout, drawn = setting
     found = invariants.motions(given, setting, case.scenario)
     pairs = []
@@ -43,7 +43,7 @@ def rate_closes(about: About, given: invariants.Answered, setting: Setting, case
 
 
 def _spring_rate(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray, v: np.ndarray) -> float:
-    """dV/dt [W] by central differences of the fourth order, teeth on the flank of the state."""
+    """dV/dt of the springs [W], fourth-order central differences, teeth on the state's flank."""
     rates = np.abs(v[layout.theta])
     fastest = max(  # wave of any mesh [rad/s]
         joint.ring_teeth * rates[number] * waves(mesh.stiffness)
@@ -62,7 +62,7 @@ def _spring_rate(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray, v: n
 
 
 def springs_at(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray) -> Iterator[MeshSpring]:
-    """Every mesh at states q (times, n)."""
+    """The springs of all meshes at states q (times, n)."""
     planets = max(joint.planet_count for joint in arm.joints)
     x = np.zeros((2, len(q), len(arm.joints), planets))
     for joint in layout.meshing:
@@ -73,13 +73,13 @@ def springs_at(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray) -> Ite
 
 
 def stays(about: About, run: xr.Dataset, case: Case) -> Finding:
-    """Over a run without losses, under constant torques, the whole energy stays what it was."""
+    """Check that the energy of a run without losses, under constant torques, stays what it was."""
     strayed, turned = _balance(run, case)
     return within_share(about, strayed, CLOSES, turned, "the work turned over")
 
 
 def strays(about: About, run: xr.Dataset, case: Case) -> Finding:
-    """The same where the springs' work on the angles is left out, as in the paper."""
+    """Measure the energy's change with the springs' work on angles left out, as in the paper."""
     strayed, turned = _balance(run, case)
     basis = f"of the work turned over, {turned:.3g} J"
     share = strayed / turned if turned else None
@@ -87,7 +87,7 @@ def strays(about: About, run: xr.Dataset, case: Case) -> Finding:
 
 
 def _balance(run: xr.Dataset, case: Case) -> tuple[float, float]:
-    """How far the energy leaves its first value, and the work turned over between its parts [J]."""
+    """Largest change of the energy since its start, and the work turned over by its parts [J]."""
     arm, theta = case.arm, run["theta"].values
     x_sp, x_pr = (run[mesh].values for mesh in MESHES)
     held = [energy_of(spring) for spring in springs(arm, case.switches, theta, x_sp, x_pr)]
@@ -100,7 +100,7 @@ def _balance(run: xr.Dataset, case: Case) -> tuple[float, float]:
 
 
 def _motors_work(arm: Arm, case: Case, theta: np.ndarray, advance: np.ndarray) -> np.ndarray:
-    """Of constant torques [J], (times,): T / n on a sun by its angle, T on a link by its own.
+    """Work of constant torques [J], (times,): T / n on a sun by its angle, T on a link by its own.
 
     advance (times, joints): x_sp + x_pr [m].
     """

@@ -60,7 +60,7 @@ class ForcedState(NamedTuple):
     passive: np.ndarray
 
     def unbalanced(self, powers: list[float]) -> tuple[float, float]:
-        """What kinetic energy gains beyond these powers [W], and the size of what is summed.
+        """What kinetic energy gains beyond these powers [W], and the size of what is summed [W].
 
         v . (M a + bias) is the rate of v . M v / 2.
         """
@@ -72,7 +72,7 @@ Balance = Callable[[About, Answered, Setting, Case], Finding]
 
 
 def power(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
-    """d(kinetic)/dt = sum of T theta_s' / n and of what meshes, dampers, weight, friction put in.
+    """Check d(kinetic)/dt = sum of T theta_s' / n + powers of meshes, dampers, weight, friction.
 
     A motor turns its sun n times as fast as the link, and by the mesh displacements; its torque
     reaches a mesh row of the force as T / (n r_s).
@@ -90,20 +90,20 @@ def power(about: About, given: Answered, setting: Setting, case: Case) -> Findin
 
 
 def angular_momentum(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
-    """The whole arm's angular momentum changes by what the ground exerts."""
+    """Check that the whole arm's angular momentum changes by what the ground exerts."""
     found = motions(given, setting, case.scenario)
     return balanced(about, [_angular_momentum_residual(setting.arm, m) for m in found])
 
 
 def balanced(about: About, pairs: list[tuple[float, float]]) -> Finding:
-    """Finding of residuals and the sizes of their terms, state by state."""
+    """The Finding of a balance, from its residual and its terms' size at every state."""
     gaps, sizes = np.array(pairs).T
     size, measured = float(np.sqrt((sizes**2).mean())), float(np.abs(gaps).max())
     return within_share(about, measured, TOLERANCE, size, "the terms' size", f": {BASIS}")
 
 
 def motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[ForcedState]:
-    """What moves each state and how it moves."""
+    """A ForcedState for each state: what moves it and how it moves."""
     drive = drive_data(scenario, len(setting.arm.joints))
     mass, a, bias = given.mass_matrix, given.acceleration, given.bias
     inertial = np.einsum("kij,kj->ki", mass, a) + bias
@@ -126,7 +126,7 @@ def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndar
 
 
 def outside_powers(arm: Arm, motion: ForcedState) -> list[float]:
-    """What motors, weight and friction put in [W], term by term."""
+    """Powers that motors, weight and friction put in [W], term by term."""
     dtheta = motion.v[motion.layout.theta]
     powers = [*(motion.passive * dtheta)]
     for number, (joint, torque) in enumerate(zip(arm.joints, motion.torques, strict=True)):
@@ -140,7 +140,7 @@ def outside_powers(arm: Arm, motion: ForcedState) -> list[float]:
 
 
 def _angular_momentum_residual(arm: Arm, motion: ForcedState) -> tuple[float, float]:
-    """dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r, friction and weight: what is outside acts.
+    """Residual of dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r + friction + weight, and its size.
 
     Turning the whole arm turns the first ring's teeth past its planets: x_pr1 changes by -r_r, of
     every planet, and so does the sun's advance.
@@ -162,13 +162,13 @@ def _angular_momentum_residual(arm: Arm, motion: ForcedState) -> tuple[float, fl
 
 
 def sun_advance(layout: Layout, joint: int) -> np.ndarray:
-    """Row (n,) of x_sp + x_pr of a joint, counted from 0, which is the same for each planet."""
+    """Row (n,) that gives x_sp + x_pr of a joint, counted from 0; the same for each planet."""
     x_sp, x_pr = (layout.displacement(mesh, joint, 0) for mesh in MESHES)
     return x_sp + x_pr
 
 
 def moves(coordinate: Coordinate, joint: int) -> bool:
-    """Whether it is a displacement of the teeth of a joint, counted from 0."""
+    """Whether a coordinate is a displacement of the teeth of a joint, counted from 0."""
     return not coordinate.is_angle and coordinate.joint == joint + 1
 
 
@@ -181,7 +181,7 @@ def sun_of(joint: Planetary) -> tuple[float, float]:
 def bias_follows(
     about: About, bias: np.ndarray, christoffel: np.ndarray, mass: np.ndarray, setting: Setting
 ) -> Finding:
-    """Bias against what Christoffel's symbols make of the model's own M, both (count, n)."""
+    """Check the bias against Christoffel's symbols of the model's own M, both (count, n)."""
     if not usable(mass[0]):
         return failed(about, "the mass matrix has a diagonal that is not positive")
     size = states.component_sizes(bias, states.natural_sizes("bias", bias, mass[0], setting))
@@ -191,7 +191,7 @@ def bias_follows(
 
 
 def is_inertia(about: About, mass: np.ndarray) -> Finding:
-    """M (count, n, n) must be symmetric and positive definite at every state."""
+    """Check that M (count, n, n) is symmetric and positive definite at every state."""
     for state, matrix in enumerate(mass):
         lowest = float(np.linalg.eigvalsh(scaled(matrix)).min()) if usable(matrix) else -1.0
         if lowest <= 0:
@@ -203,7 +203,7 @@ def is_inertia(about: About, mass: np.ndarray) -> Finding:
 
 
 def constraints(about: About, gaps: np.ndarray) -> Finding:
-    """Joints that a model closes by constraint equations stay closed, at the model's own motion.
+    """Check that joints closed by constraint equations stay closed, at the model's own motion.
 
     gaps (count,): the largest gap, rate or acceleration over its size at each state, or how far it
     is from what it must be once the joints are opened on purpose.
@@ -213,7 +213,7 @@ def constraints(about: About, gaps: np.ndarray) -> Finding:
 
 
 def energy_over_run(about: About, run: xr.Dataset) -> Finding:
-    """Kinetic energy gained against work done, over a run that integrated the work along."""
+    """Check kinetic energy gained against work done, over a run that integrated the work along."""
     absent = [name for name in ("work", "work_turned_over") if name not in run]
     if absent:
         return failed(about, f"the run has no {absent[0]}")

@@ -36,7 +36,7 @@ POLE_BASIS = (
 
 
 def modes_among(about: About, few: np.ndarray, many: np.ndarray) -> Finding:
-    """Each of some modes [Hz] must be one of the others; of as many, each its own."""
+    """Check that each of some modes [Hz] is one of the others; of as many, each its own."""
     if len(few) == len(many):
         distance = np.abs(np.sort(few) - np.sort(many)) / np.sort(few)
     else:
@@ -49,7 +49,7 @@ def modes_among(about: About, few: np.ndarray, many: np.ndarray) -> Finding:
 
 
 def closed_form_modes(joint: Planetary) -> np.ndarray:
-    """Both modes [Hz] of a stage with its carrier locked, ascending.
+    """The two modes [Hz] of a stage with its carrier locked, ascending, (2,).
 
     With u = r_s theta_s and w = r_p theta_p: M_s u'' = -K_s (u - w) and
     N M_p w'' = K_s (u - w) - K_r w, K = N k of sun and ring mesh, so omega^2 solves a quadratic.
@@ -66,7 +66,8 @@ def closed_form_modes(joint: Planetary) -> np.ndarray:
 def free_modes(joint: Planetary) -> np.ndarray:
     """All modes [Hz] of a stage of free planets with its carrier locked, ascending, (N + 1,).
 
-    M_s u'' = -sum of k_sn (u - w_n), M_p w_n'' = k_sn (u - w_n) - k_rn w_n; unlike planets too.
+    They solve M_s u'' = -sum of k_sn (u - w_n) and M_p w_n'' = k_sn (u - w_n) - k_rn w_n, also for
+    unlike planets.
     """
     count = joint.planet_count
     roots = np.sqrt([equivalent_mass(joint, "sun"), *[equivalent_mass(joint, "planet")] * count])
@@ -81,7 +82,7 @@ def free_modes(joint: Planetary) -> np.ndarray:
 
 
 def mean_stiffness(law: StiffnessLaw) -> float:
-    """Over a period of the mesh [N/m]."""
+    """Mean of a stiffness law over a period of the mesh [N/m]."""
     if isinstance(law, TableStiffness):
         from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
 
@@ -94,7 +95,7 @@ def mean_stiffness(law: StiffnessLaw) -> float:
 
 
 def equivalent_mass(joint: Planetary, gear: Literal["sun", "planet"]) -> float:
-    """J / r^2 [kg], r the base radius."""
+    """Equivalent mass of a gear, J / r^2 [kg], r its base radius."""
     sun = gear == "sun"
     mass = joint.sun_equivalent_mass_kg if sun else joint.planet_equivalent_mass_kg
     inertia = joint.sun_inertia_kg_m2 if sun else joint.planet_inertia_kg_m2
@@ -119,10 +120,11 @@ def linear_teeth(arm: Arm, stiffness: Callable[[StiffnessLaw], float] = mean_sti
 
 
 def poles_follow(about: About, poles: np.ndarray, mass: np.ndarray, slopes: np.ndarray) -> Finding:
-    """Poles [1/s], (2 n,), must be those of M (n, n) and the force's slopes by q and v.
+    """Check that poles [1/s], (2 n,), are those of M (n, n) and the force's slopes by q and v.
 
-    Each is held against the nearest of the others, both ways. slopes (2, n, 2 n): over differences
-    of one size and of twice that; what this moves the poles is what rounding and curvature do.
+    Each pole is held against the nearest of the others, both ways. slopes (2, n, 2 n): by
+    differences of one size and of twice that; how far this moves the poles is what rounding and
+    curvature do.
     """
     expected, again = (_poles(mass, each) for each in slopes)
     measured, moved = (_distance(found, expected) for found in (poles, again))
@@ -138,7 +140,7 @@ def poles_follow(about: About, poles: np.ndarray, mass: np.ndarray, slopes: np.n
 
 
 def step_follows(about: About, limit: np.ndarray, mass: np.ndarray, slopes: np.ndarray) -> Finding:
-    """A model's largest stable step [s], (), against that of Runge and Kutta's method at its poles.
+    """Check a model's largest stable step [s], (), against that of Runge and Kutta at its poles.
 
     mass, slopes: of one pose with the teeth at their largest stiffness, as in poles_follow.
     """
@@ -161,7 +163,7 @@ def _poles(mass: np.ndarray, slopes: np.ndarray) -> np.ndarray:
 
 
 def _distance(poles: np.ndarray, expected: np.ndarray) -> float:
-    """Of a pole to the nearest of the others, over its size, at most."""
+    """Largest distance of a pole to the nearest of the others, over its size, both ways."""
     apart = np.abs(poles[:, None] - expected[None, :])
     size = np.maximum(np.abs(expected), SLOW * np.abs(expected).max())
     with np.errstate(divide="ignore", invalid="ignore"):  # a system without a motion has no poles

@@ -34,7 +34,7 @@ ALIKE_ROUNDINGS, ALIKE_RATES = 1000, 1e-9
 
 
 class Incomplete(ValueError):
-    """A run that lacks something, or has it in another form."""
+    """An error for a run that lacks something, or has it in another form."""
 
 
 def require_complete(run: object, model: str, case: Case, *, meshing: bool) -> None:
@@ -56,7 +56,7 @@ def require_complete(run: object, model: str, case: Case, *, meshing: bool) -> N
 
 
 def _missing(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Iterator[str]:
-    """What is not as it must be, the gravest first."""
+    """What of a run is not as it must be, in words, the gravest first."""
     yield from (f"the run has no {name}" for name in ("time", "joint") if name not in run.coords)
     yield from (f"the run has no {name}" for name in variables if name not in run)
     expected, time = recorded_times(case.scenario), run["time"].values
@@ -88,7 +88,7 @@ def _other_labels(run: xr.Dataset, name: str, count: int) -> Iterator[str]:
 
 
 def _misshapen(run: xr.Dataset, name: str) -> str:
-    """Why a variable is not an array of float64 over its dimensions, or nothing."""
+    """Why a variable is not an array of float64 over its dimensions; empty if it is."""
     dims = ("time", "joint", "planet")[: 3 if name in BY_PLANET else 2 if name in BY_JOINT else 1]
     if run[name].dims != dims:
         return f"{name} is over {run[name].dims}, must be over {dims}"
@@ -98,15 +98,15 @@ def _misshapen(run: xr.Dataset, name: str) -> str:
 
 
 class Inconsistent(ValueError):
-    """A run whose accelerations, torques, forces or energies are not those of its own states."""
+    """An error for a run whose accelerations, torques, forces or energies belie its states."""
 
 
 def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> None:
     """Raise Inconsistent unless the model's own functions give what its run recorded.
 
-    At some twenty of its times, the first among them: theta_ddot, torque, kinetic_energy, F_sp and
-    F_pr from theta, theta_dot and the mesh displacements and their rates. constrained: whether the
-    model closes its joints by constraint equations.
+    Compared at some twenty of its times, the first among them, are theta_ddot, torque,
+    kinetic_energy, F_sp and F_pr, from theta, theta_dot and the mesh displacements and their rates.
+    constrained: whether the model closes its joints by constraint equations.
     """
     tolerance = TOLERANCE_OF_CONSTRAINTS if constrained else TOLERANCE
     at = np.unique(np.linspace(0, run.sizes["time"] - 1, TIMES).round().astype(int))
@@ -125,9 +125,9 @@ def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> N
 
 
 def _recorded(run: xr.Dataset, at: np.ndarray, name: str, model: Model) -> np.ndarray:
-    """A variable at these records; of the teeth what their forces do to the coordinates.
+    """Values of a variable at these records; of the teeth, their forces on the displacements.
 
-    Per planet: by the virtual work of F_sp and F_pr, shape (records, displacements).
+    These are per planet, by the virtual work of F_sp and F_pr, shape (records, displacements).
     """
     if name != TEETH:
         return np.asarray(run[name].values[at])
@@ -142,14 +142,14 @@ def _recorded(run: xr.Dataset, at: np.ndarray, name: str, model: Model) -> np.nd
 
 
 def _planets_together(model: Model) -> np.ndarray:
-    """How many planets each displacement is of, shape (displacements,)."""
+    """Number of planets that each displacement is of, shape (displacements,)."""
     planets = [joint.planet_count for joint in model.arm.joints]
     moving = [c for c in model.layout.coordinates if not c.is_angle]
     return np.array([1 if model.layout.free else planets[c.joint - 1] for c in moving])
 
 
 def _sizes(run: xr.Dataset, model: Model, q: np.ndarray) -> dict[str, float]:
-    """What each variable's difference is measured against.
+    """Size that each variable's difference is measured against, by its name.
 
     A force in free play is the rest of what the motor and the bodies' inertia leave of each other,
     and near contact it is rounding of the arcs from which displacements are read; an acceleration
@@ -179,7 +179,7 @@ def _largest(values: xr.DataArray) -> float:
 
 
 def _planets_move_alike(run: xr.Dataset, at: np.ndarray, model: Model) -> np.ndarray:
-    """Whether they do at each of these records, shape (records,)."""
+    """Whether the planets of each stage move alike at each of these records, shape (records,)."""
     alike = np.ones(at.size, dtype=bool)
     arcs = gear_arc(model.arm) * (1 + _largest(run["theta"]))
     for mesh in MESHES if model.layout.meshing else ():
@@ -192,7 +192,7 @@ def _planets_move_alike(run: xr.Dataset, at: np.ndarray, model: Model) -> np.nda
 
 
 def _states(run: xr.Dataset, layout: Layout, suffix: str) -> np.ndarray:
-    """q, or with ``_dot`` v, shape (times, n), in a model's coordinates; lumped, of planet 1."""
+    """States q, or with ``_dot`` v, (times, n), in a model's coordinates; lumped, of planet 1."""
     states = np.empty((run.sizes["time"], len(layout)))
     states[:, layout.theta] = run[f"theta{suffix}"].values
     if not layout.meshing:
@@ -211,7 +211,7 @@ def _states(run: xr.Dataset, layout: Layout, suffix: str) -> np.ndarray:
 def _worked_out(
     model: Model, t: float, q: np.ndarray, v: np.ndarray
 ) -> dict[str, np.ndarray | float]:
-    """Variables, per joint, per geared joint or one of all, from the model's functions."""
+    """Variables of one state by name, worked out by the model's functions."""
     layout = model.layout
     drive = drive_data(model.scenario, len(model.arm.joints))
     torque = torques_at(drive, t, q[layout.theta], v[layout.theta])
@@ -228,7 +228,7 @@ def _worked_out(
 
 
 def _on_displacements(model: Model, force: np.ndarray, torque: np.ndarray) -> np.ndarray:
-    """What the teeth alone do to the displacements, per planet [N], shape (displacements,).
+    """Forces of the teeth alone on the displacements, per planet [N], shape (displacements,).
 
     The motor turns the sun, by x_sp + x_pr of any planet (Eq. 22).
     """

@@ -44,28 +44,28 @@ def geared(arm: Arm) -> list[tuple[int, Planetary]]:
 
 
 def gear_arc(arm: Arm) -> float:
-    """Of the largest ring, per radian [m]: displacements are differences of such arcs."""
+    """Arc of the largest ring per radian [m]: displacements are differences of such arcs."""
     return max((j.module_m * j.ring_teeth / 2 for _, j in geared(arm)), default=0.0)
 
 
 def largest_stiffness(arm: Arm) -> float:
-    """Of any mesh at any phase, at most [N/m]."""
+    """Upper bound of the stiffness of any mesh at any phase [N/m]."""
     return max((_largest(joint) for _, joint in geared(arm)), default=0.0)
 
 
 def meshes(joint: Planetary) -> list[PlanetMesh]:
-    """Of every planet with the sun, and with the ring."""
+    """The meshes of every planet, with the sun and with the ring in turn."""
     planets, sides = range(joint.planet_count), (joint.sun_mesh, joint.ring_mesh)
     return [side.of_planet(planet) for planet in planets for side in sides]
 
 
 def _largest(joint: Planetary) -> float:
-    """A bound of the stiffness of its stiffest mesh [N/m]."""
+    """Upper bound of the stiffness of a joint's stiffest mesh [N/m]."""
     return max(largest_of(mesh.stiffness) for mesh in meshes(joint))
 
 
 def largest_of(law: StiffnessLaw) -> float:
-    """A bound of a law's stiffness [N/m]."""
+    """Upper bound of a law's stiffness [N/m]."""
     if isinstance(law, SineStiffness):
         return law.mean_N_per_m + law.amplitude_N_per_m
     if isinstance(law, FourierStiffness):
@@ -77,7 +77,7 @@ def largest_of(law: StiffnessLaw) -> float:
 
 
 def largest_torques(arm: Arm, scenario: Scenario) -> np.ndarray:
-    """What the drive asks of every joint and what weight does to it, at most [N m], (joints,)."""
+    """Largest torque of the drive plus moment of weight, of every joint [N m], (joints,)."""
     drive, joints = scenario.drive, len(arm.joints)
     if isinstance(drive, ConstantDrive):
         torques = np.abs(per_joint(drive.torque_N_m, joints))
@@ -94,14 +94,14 @@ def largest_torques(arm: Arm, scenario: Scenario) -> np.ndarray:
 
 
 def largest_weights(arm: Arm) -> np.ndarray:
-    """Bound of the moments of weight about the joints [N m], (joints,): stretched across it."""
+    """Bound of the moments of weight about the joints [N m], (joints,): the arm lies across it."""
     pull = math.hypot(*arm.gravity_m_per_s2)
     across = arm.model_copy(update={"gravity_m_per_s2": (0.0, pull)})
     return weight_moments(across, np.zeros(len(arm.joints)))
 
 
 def travels(arm: Arm, scenario: Scenario) -> Iterator[tuple[Planetary, float]]:
-    """Of every geared joint, how far a mesh of it moves [m]: half the play, or what bends it."""
+    """Each geared joint, and how far a mesh of it moves [m]: half the play, or what bends it."""
     torques = largest_torques(arm, scenario)
     for number, joint in geared(arm):
         ratio = joint.ring_teeth / joint.sun_teeth + 1
@@ -112,12 +112,12 @@ def travels(arm: Arm, scenario: Scenario) -> Iterator[tuple[Planetary, float]]:
 
 
 def base_radius(joint: Planetary, teeth: int) -> float:
-    """Of a wheel of the joint [m]."""
+    """Base radius of a wheel of the joint [m]."""
     return joint.module_m * teeth / 2 * math.cos(math.radians(joint.pressure_angle_deg))
 
 
 def meaningful(quantity: str, arm: Arm, scenario: Scenario, size: float) -> ReasonedLimit:
-    """What an uncertainty must stay below to mean something; size: the quantity's in its run."""
+    """The limit below which an uncertainty means something; size: the quantity's in its run."""
     if quantity in ("x_sp", "x_pr"):
         travel = min(travel for _, travel in travels(arm, scenario))
         return ReasonedLimit(OF_TRAVEL * travel, f"a hundredth of a mesh's travel, {travel:.2g} m")
@@ -135,5 +135,5 @@ def meaningful(quantity: str, arm: Arm, scenario: Scenario, size: float) -> Reas
 
 
 def rounding(arm: Arm) -> float:
-    """Of a mesh displacement [m], which engines read from their gears' arcs of a radian."""
+    """Rounding of a mesh displacement [m], which engines read from gears' arcs of a radian."""
     return EPS * gear_arc(arm)

@@ -21,7 +21,7 @@ LOOSEST = 1e-10
 
 
 class Setting(NamedTuple):
-    """Where values were taken: the arm, its coordinates, and the states."""
+    """Where values were taken: the arm, the model's coordinates, and the states."""
 
     arm: Arm
     layout: Layout
@@ -34,7 +34,7 @@ Judge = Callable[[About, np.ndarray, np.ndarray, np.ndarray | None, Setting], Fi
 def compare_values(
     about: About, one: np.ndarray, other: np.ndarray, inertia: np.ndarray | None, setting: Setting
 ) -> Finding:
-    """Two models' values of a quantity at the same states, shape (count, n) or (count, n, n).
+    """Check two models' values of a quantity at the same states, (count, n) or (count, n, n).
 
     Each component is measured against its own root mean square over the states, so that small
     components count as much as large ones. inertia (n, n): a usable mass matrix of either model.
@@ -51,7 +51,7 @@ def compare_values(
 def measure_values(
     about: About, one: np.ndarray, other: np.ndarray, inertia: np.ndarray | None, setting: Setting
 ) -> Finding:
-    """Like compare_values, for models that are known to differ."""
+    """Measure the difference that ``compare_values`` checks, for models known to differ."""
     found = compare_values(about, one, other, inertia, setting)
     if found.measured is None:
         return found
@@ -76,7 +76,7 @@ def component_sizes(values: np.ndarray, natural: np.ndarray) -> np.ndarray:
 def natural_sizes(
     quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Setting
 ) -> np.ndarray:
-    """What the arm's inertia and motion make of each component, (n,).
+    """Sizes that the arm's inertia and motion give to each component, (n,).
 
     With m the diagonal of M and w the joint rates: a centrifugal force is of size sqrt(m_i m) w^2,
     m the largest of the joints'; a force of size sqrt(m_i) and an acceleration of 1 / sqrt(m_i)
@@ -95,7 +95,7 @@ def natural_sizes(
 def _sizes(
     quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Setting, tolerance: float
 ) -> np.ndarray:
-    """What differences of values are measured against, (n,); of M_ij sqrt(M_ii M_jj)."""
+    """Sizes that differences of values are measured against, (n,); of M_ij sqrt(M_ii M_jj)."""
     if quantity == "mass_matrix":
         diagonal = np.sqrt(np.abs(np.einsum("kii->ki", values)))
         return diagonal[:, :, None] * diagonal[:, None, :]
@@ -111,7 +111,7 @@ def _sizes(
 
 
 def _tolerance(quantity: str, inertia: np.ndarray, setting: Setting) -> ReasonedLimit:
-    """Relative, of a quantity: rounding times how badly conditioned it is."""
+    """Relative tolerance of a quantity: rounding times how badly conditioned it is."""
     conditioning, reason, angular = 1.0, "1", setting.layout.angular
     if quantity in ("generalized_force", "acceleration"):
         if not angular.all():

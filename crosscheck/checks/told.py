@@ -1,4 +1,4 @@
-"""Whether one model's inertia and force are those that the data of arm and experiment tell."""
+"""Checks of one model's inertia and force against what the data of arm and experiment tell."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from crosscheck.models.loading import Case
 def inertia_as_told(
     about: About, mass: np.ndarray, setting: Setting, content: composite.Content, level: str
 ) -> Finding:
-    """M (count, n, n) against the parallel axis theorem, every joint rolling and locked.
+    """Check M (count, n, n) by the parallel axis theorem, every joint rolling and locked.
 
-    level: of a rigid model; of a geared one "", which has the joints locked too.
+    level: that of a rigid model; "" of a geared one, which has the joints locked too.
     """
     parts, ways = composite.parts_of(content, level or "coupled"), _ways(setting.layout, content)
     found = []
@@ -73,10 +73,10 @@ def force_as_told(
     content: composite.Content,
     level: str,
 ) -> Finding:
-    """Force (count, n): drive, friction, weight of all that each joint carries, and the teeth.
+    """Check a force (count, n): drive, friction, weight of all that a joint carries, and the teeth.
 
-    mass (count, n, n): of the same model, for sizes. With the teeth at rest no mesh does work on a
-    joint, and a motor turns the link alone. level: of a rigid model, or "".
+    mass (count, n, n): the same model's M, for sizes. With the teeth at rest no mesh does work on a
+    joint, and a motor turns the link alone. level: that of a rigid model, or "".
     """
     layout, scenario = setting.layout, case.scenario
     parts = composite.parts_of(content, level or "coupled")
@@ -117,9 +117,9 @@ def drive_torques(
 
 
 def teeth_forces(arm: Arm, chosen: Switches, layout: Layout, states: States) -> np.ndarray:
-    """What springs and dampers of all meshes do to the coordinates, shape (count, n).
+    """Forces of springs and dampers of all meshes on the coordinates, shape (count, n).
 
-    With the exact dead zone, dampers that always act and phases by the angle.
+    They are those of the exact dead zone, dampers that always act and phases by the angle.
     """
     found, contacts = np.zeros_like(states.q), springs_at(arm, chosen, layout, states.q)
     for number, joint in geared(arm):
@@ -135,7 +135,7 @@ def teeth_forces(arm: Arm, chosen: Switches, layout: Layout, states: States) -> 
 
 
 def damping_of(joint: Planetary, name: Meaning, planet: int) -> float:
-    """Of one planet's mesh [N s/m]: an N-th of that of N planets alike."""
+    """Damping of one planet's mesh [N s/m]: an N-th of that of N planets alike."""
     sun = name == MESHES[0]
     mesh, count = (joint.sun_mesh if sun else joint.ring_mesh).of_planet(planet), joint.planet_count
     if mesh.damping_N_s_per_m is not None:

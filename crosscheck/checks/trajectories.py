@@ -34,7 +34,7 @@ ORDER_TOLERANCE = 0.2
 
 
 class Incomparable(ValueError):
-    """Two runs that are not of the same times, joints and planets."""
+    """An error for two runs that are not of the same times, joints and planets."""
 
 
 def largest_difference(one: xr.Dataset, other: xr.Dataset, quantity: str) -> float:
@@ -58,12 +58,12 @@ def largest_difference(one: xr.Dataset, other: xr.Dataset, quantity: str) -> flo
 
 
 def size(run: xr.Dataset, quantity: str) -> float:
-    """Largest magnitude of a quantity in a run."""
+    """Largest magnitude of a quantity in a run, in its unit."""
     return float(np.abs(run[quantity]).max())
 
 
 def _labels(values: xr.DataArray, name: str) -> np.ndarray:
-    """Of a dimension; times rounded to 0.1 ns, so that k h and 2 k (h/2) are the same label."""
+    """Labels of a dimension; times to 0.1 ns, so that k h and 2 k (h/2) are the same label."""
     labels = values[name].values
     return labels.round(10) if name == "time" else labels
 
@@ -74,7 +74,7 @@ def uncertainty(fine: xr.Dataset, coarse: xr.Dataset, quantity: str) -> float:
 
 
 class Pair(NamedTuple):
-    """A run, and the same from a start that is one rounding away."""
+    """A run, and one from a start that is one rounding away."""
 
     run: xr.Dataset
     nudged: xr.Dataset
@@ -83,7 +83,7 @@ class Pair(NamedTuple):
 def same_step(
     about: About, left: xr.Dataset, right: xr.Dataset, pair: Pair, widest: ReasonedLimit
 ) -> Finding:
-    """Two models through the same integrator and step, over the whole run."""
+    """Check runs of two models through the same integrator and step, over the whole run."""
     quantity = about.key.quantity
     limit = repeatable(pair, quantity)
     measured = largest_difference(left, right, quantity)
@@ -98,7 +98,7 @@ def same_step(
 
 
 def repeatable(pair: Pair, quantity: str) -> ReasonedLimit:
-    """How far the same steps may lead apart by rounding alone."""
+    """The limit of how far the same steps may lead apart by rounding alone."""
     grown, own = largest_difference(*pair, quantity), EPS * size(pair.run, quantity)
     steps = steps_of(pair.run)
     basis = (
@@ -109,12 +109,12 @@ def repeatable(pair: Pair, quantity: str) -> ReasonedLimit:
 
 
 def accepted(widest: ReasonedLimit) -> str:
-    """What an uncertainty must stay below for a verdict, in words."""
+    """The limit that an uncertainty must stay below for a verdict, in words."""
     return f"acceptance limit of the uncertainty {widest.value:.2g}, {widest.basis}"
 
 
 def steps_of(run: xr.Dataset) -> float:
-    """That a run has taken, at least one."""
+    """Number of steps that a run has taken, at least 1."""
     return max(float(run["time"][-1]) / float(run.attrs["step_s"]), 1.0)
 
 
@@ -126,7 +126,7 @@ def at_time(
     widest: ReasonedLimit,
     time_s: float,
 ) -> Finding:
-    """The same comparison at one instant: of the record there and the one before."""
+    """Check like ``same_step``, at one instant: the record there and the one before."""
 
     def at(run: xr.Dataset) -> xr.Dataset:
         index = int(np.argmin(np.abs(run["time"].values - time_s)))
@@ -141,9 +141,9 @@ def refined(
     right: Sequence[xr.Dataset],
     widest: ReasonedLimit,
 ) -> Finding:
-    """Each side's own best run against the other's.
+    """Check each side's own best run against the other's.
 
-    A side is of pairs, fine and coarse, its own first; the pair furthest apart gives its
+    A side is a sequence of pairs, fine and coarse, its own first; the pair furthest apart gives its
     uncertainty. An integrator's error where contacts change hangs on where in a step they do, so
     that one pair may be close together by chance.
     """
@@ -169,7 +169,7 @@ def refined(
 
 
 def rounding_of(run: xr.Dataset, quantity: str) -> float:
-    """What rounding alone makes of a quantity: half an ulp a step, added up at random.
+    """Rounding alone of a quantity over a run: half an ulp a step, added up at random.
 
     Every step rounds the state that it adds to; over N steps that is sqrt(N) roundings of its
     size. No refinement can measure less.
@@ -178,14 +178,14 @@ def rounding_of(run: xr.Dataset, quantity: str) -> float:
 
 
 def sensitivity(about: About, run: xr.Dataset, nudged: xr.Dataset) -> Finding:
-    """How far a run moves when its start is changed by a rounding."""
+    """Measure how far a run moves when its start is changed by a rounding."""
     return deviation(about, nudged, run, "every angle and displacement started a rounding away")
 
 
 def deviation(about: About, left: xr.Dataset, right: xr.Dataset, basis: str = "") -> Finding:
-    """How far two runs are apart that nobody expects to agree; of one joint, where one is named.
+    """Measure how far runs are apart that nobody expects to agree; of one joint, where named.
 
-    Relative to the size of the quantity in the right run.
+    The relative difference is over the size of the quantity in the right run.
     """
     quantity, joint = about.key.quantity, about.key.joint
     if joint is not None:
@@ -196,13 +196,13 @@ def deviation(about: About, left: xr.Dataset, right: xr.Dataset, basis: str = ""
 
 
 def tip_deviation(about: About, left: xr.Dataset, right: xr.Dataset, arm: Arm) -> Finding:
-    """The same for the tip."""
+    """Measure how far the tips of two runs are apart."""
     one, other = (run.assign(tip=tip_position(run, arm)) for run in (left, right))
     return deviation(about, one, other)
 
 
 def tip_position(run: xr.Dataset, arm: Arm) -> xr.DataArray:
-    """Tip in the base frame, (time, axis) [m], from relative joint angles."""
+    """Position of the tip in the base frame, (time, axis) [m], from relative joint angles."""
     import xarray as xr
 
     absolute = run["theta"].cumsum("joint")
@@ -217,7 +217,7 @@ def _relative(measured: float, run: xr.Dataset, quantity: str) -> float | None:
 
 
 def observed_order(runs: Sequence[xr.Dataset], quantity: str) -> float:
-    """p from runs at h, h/2, h/4: differences shrink by 2^p (Richardson)."""
+    """Observed order p from runs at h, h/2, h/4: differences shrink by 2^p (Richardson)."""
     coarse, middle, fine = runs
     first = largest_difference(coarse, middle, quantity)
     second = largest_difference(middle, fine, quantity)
@@ -225,7 +225,7 @@ def observed_order(runs: Sequence[xr.Dataset], quantity: str) -> float:
 
 
 def formal_order(about: About, runs: Sequence[xr.Dataset], formal: int, quantity: str) -> Finding:
-    """In smooth motion the formal order must show."""
+    """Check that the formal order shows in smooth motion."""
     observed = observed_order(runs, quantity)
     apart, basis = abs(observed - formal), "three grids in the asymptotic range"
     note = f"observed order {observed:.3f} from steps h, h/2, h/4"
@@ -233,13 +233,13 @@ def formal_order(about: About, runs: Sequence[xr.Dataset], formal: int, quantity
 
 
 def order_through_impacts(about: About, runs: Sequence[xr.Dataset], quantity: str) -> Finding:
-    """Through impacts the order is measured."""
+    """Measure the order of convergence through impacts."""
     note = "the dead zone's kink leaves less than the formal order"
     return measured_only(about, measured=observed_order(runs, quantity), note=note)
 
 
 def stable_step(about: About, limit: np.ndarray, step_s: float) -> Finding:
-    """The largest step that a plan takes with a model against the model's own limit [s], ()."""
+    """Check the largest step that a plan takes against the model's own limit [s], ()."""
     limit_s = float(limit)
     known = math.isfinite(limit_s)
     said = f"at most {limit_s:.3g} s are stable" if known else "and steps of any length are stable"

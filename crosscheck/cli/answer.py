@@ -12,7 +12,7 @@ Asked = tuple[Path | None, Callable[[], str]]  # a file, None where none is; wha
 
 
 def write_asked(*asked: Asked) -> list[str]:
-    """Write the files that were asked for; lines that name them. Raises InputError."""
+    """Write the files that were asked for; returns lines that name them. Raises InputError."""
     files: dict[Path, str | bytes] = {path: text() for path, text in asked if path is not None}
     write_files(files)
     return [f"wrote {printable(str(path))}" for path in files]

@@ -458,8 +458,8 @@ PARSERS_INTERRUPTED = 130  # its own way to say that there was a KeyboardInterru
 def add_installed() -> None:
     """Add the commands of installed packages, once.
 
-    Each is a function as Typer takes it, which imports nothing heavy before it is called. Raises
-    InputError for one that cannot be used.
+    Each command is a function as Typer takes it, which imports nothing heavy before it is called.
+    Raises InputError for one that cannot be used.
     """
     own: Any = typer.main.get_command(app)
     for offer in sorted(entry_points(group=COMMANDS), key=lambda each: each.name):

@@ -64,7 +64,7 @@ def run_command(chosen: Wanted, out: Path, jobs: int) -> int:
 def checked_aloud(
     chosen: Wanted, jobs: int, shown: Shown = lambda key, outcome: None
 ) -> CrossCheck:
-    """The cross-check, with its progress and what a user should know before it."""
+    """Cross-check an arm, with its progress and what a user should know before it."""
     about = f"cross-checking {printable(chosen.arm.name)}"
     with shown_progress(about, QUIET_S if chosen.quick else 0.0) as told:
         return cross_check(chosen, jobs=jobs, told=told, warned=_say, shown=shown)
@@ -89,7 +89,7 @@ def validate_command(chosen: Wanted, jobs: int, json_file: Path | None, junit: P
 def recorded(
     arm: str, scenarios: list[str], settings: list[str], quick: bool, model: str
 ) -> tuple[Wanted, Made]:
-    """What a baseline is of, and how it is made; a model's code is run. Raises InputError."""
+    """What a baseline is to be of, and the function that makes it; runs code. Raises InputError."""
     if not model:
         return wanted(arm, scenarios, settings, quick, 0), checked_aloud
     from crosscheck.cli.trial import asked_of, tried_aloud  # sympy, which nothing else needs
@@ -109,9 +109,9 @@ def accept_command(
 ) -> int:
     """Cross-check an arm and record the result; returns the exit code.
 
-    made: how, where equations are tried instead. Checks that differ are recorded only
-    ``with_differences``, as known ones. Raises InputError, before anything is run, where another
-    arm's record would be replaced.
+    made: the function that makes the result, where equations are tried instead. Checks that differ
+    are recorded only ``with_differences``, as known ones. Raises InputError, before anything is
+    run, where another arm's record would be replaced.
     """
     path = baseline_path(folder, chosen)
     require_files((path, RECORD), (junit, JUNIT))
@@ -133,7 +133,7 @@ def accept_command(
 
 
 def _may_be_recorded(result: CrossCheck, with_differences: bool) -> bool:
-    """Whether all was judged, and nothing is wrong or it is wanted as it is; says why not."""
+    """Whether all was judged, and nothing is wrong or wanted as it is; prints why not."""
     wrong, lost = result.agreement.disagreeing, list(unrecorded(result))
     for line in lost:
         print(printable(line))
@@ -179,7 +179,7 @@ def renewal(
     quick: bool,
     model: str = "",
 ) -> str:
-    """The command that records anew."""
+    """The command line that records anew."""
     parts = ["crosscheck", "baseline", "accept", arm]
     parts += ["--model", model] if model else []
     parts += ["--dir", str(folder)] if folder != Path("baselines") else []

@@ -28,7 +28,10 @@ def compare_command(
     json_file: Path | None,
     out: Path | None,
 ) -> int:
-    """The exit code: 0 if the likeliest level leaves noise alone, else 1. Raises InputError."""
+    """Compare a recorded motion with an arm's rigid levels; returns the exit code.
+
+    It is 0 if the likeliest level leaves noise alone, else 1. Raises InputError.
+    """
     chosen = load_chosen(arm, scenarios, settings)
     tolerances = dict(_tolerance(text) for text in stated)
     page = None if out is None else out / PAGE
@@ -45,7 +48,7 @@ def compare_command(
 
 
 def _tolerance(text: str) -> tuple[str, float]:
-    """A path and a relative standard uncertainty. Raises InputError."""
+    """Path and relative standard uncertainty of a text PATH=SHARE. Raises InputError."""
     path, _, number = text.partition("=")
     try:
         share = float(number)

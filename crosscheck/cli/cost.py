@@ -25,7 +25,10 @@ def cost_command(
     json_file: Path | None,
     out: Path | None,
 ) -> int:
-    """The exit code: 0 if the engines agree, else 1. Raises InputError."""
+    """Work out what shortcuts in a robot's gears cost; returns the exit code.
+
+    It is 0 if the engines agree, else 1. Raises InputError.
+    """
     robot = load_robot(name)
     page = None if out is None else out / PAGE
     if out is not None:

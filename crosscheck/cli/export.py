@@ -43,7 +43,7 @@ def export_command(arm: str, model: str, settings: list[str], out: Path) -> None
 
 
 def fmu_file(model: AnalyticModel, text: str, prefix: str) -> bytes:
-    """A unit for this machine, compiled here, with its source. Raises InputError."""
+    """Content of a unit for this machine, compiled here, with its source. Raises InputError."""
     code, description = fmu_sources(text, prefix, model.layout, len(model.arm.joints))
     folder, suffix = FOLDERS[platform.system()]
     files = {
@@ -59,7 +59,7 @@ def fmu_file(model: AnalyticModel, text: str, prefix: str) -> bytes:
 
 
 def _compiled(code: str) -> bytes:
-    """The shared library. Raises InputError."""
+    """Content of the shared library of C code. Raises InputError."""
     compiler = next(filter(None, map(shutil.which, COMPILERS)), None)
     if compiler is None:
         reason = f"an FMU needs a C compiler, one of {', '.join(COMPILERS)}"
@@ -77,7 +77,7 @@ def _compiled(code: str) -> bytes:
 
 
 def model_of(arm: str, model: str, settings: list[str]) -> AnalyticModel:
-    """A model whose equations are text. Raises InputError for any other."""
+    """The named model, whose equations are text. Raises InputError for any other."""
     own = [name for name in BUILT_IN if issubclass(model_class(name), AnalyticModel)]
     if model not in own:
         raise InputError("--model", "", model, f"must be one of {', '.join(own)}")
@@ -89,12 +89,12 @@ def model_of(arm: str, model: str, settings: list[str]) -> AnalyticModel:
 
 
 def prefix_of(model: AnalyticModel) -> str:
-    """What the functions' names begin with: a name of C, from the arm's."""
+    """Prefix of the functions' names: a name of C, from the arm's."""
     return re.sub(r"\W|^(?=\d)", "_", model.arm.name, flags=re.ASCII)
 
 
 def about(model: AnalyticModel) -> str:
-    """What a reader of the file is told first."""
+    """The text that a reader of the file is told first."""
     units = (f"{c.name} [{'rad' if c.is_angle else 'm'}]" for c in model.layout.coordinates)
     laws = ", ".join(f"{key} {value}" for key, value in model.switches.model_dump().items())
     name = re.sub(r"\*/", "* /", model.arm.name)

@@ -46,7 +46,7 @@ def show_command(name: str) -> None:
 
 
 def _tables(arm: Arm) -> Iterator[Table]:
-    """Of each joint, its meshes and the link behind it; of the arm; of its experiments."""
+    """Tables of each joint, its meshes and the link behind it; the arm's; its experiments'."""
     for place, joint in enumerate(arm.joints):
         title = f"joint {place + 1}"
         yield _table(title, _given(joint))
@@ -87,7 +87,7 @@ def _table(title: str, rows: Iterator[DerivedQuantity] | list[DerivedQuantity]) 
 
 
 def _shown(value: float | str | tuple[float, ...]) -> str:
-    """Of a long list its first values and their number."""
+    """A value as text; of a long list its first values and their number."""
     if isinstance(value, str):
         return value
     if isinstance(value, tuple):
@@ -121,7 +121,7 @@ class NamedMesh(NamedTuple):
 
 
 def named_meshes(joint: Planetary) -> Iterator[NamedMesh]:
-    """With the sun, and with the ring: of all planets, or of each where they differ."""
+    """The meshes with sun and ring: of all planets, or of each where they differ."""
     sun, planet, _ = equivalent_masses(joint)
     masses = sun, joint.planet_count * planet
     alike = next(unlike_fields(joint), None) is None
@@ -134,7 +134,7 @@ def named_meshes(joint: Planetary) -> Iterator[NamedMesh]:
 
 
 def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[DerivedQuantity]:
-    """Stiffness of one planet's contact, and damping in both forms."""
+    """Stiffness of one planet's contact with sun or ring, and damping in both forms."""
     law, pair = named.mesh.stiffness, named.pair
     mean = mean_stiffness(law)
     ratio = named.damping / (2 * math.sqrt(joint.planet_count * mean * named.mass))
@@ -150,7 +150,7 @@ def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[DerivedQuantity
 
 
 def derived_joint(joint: Planetary | Direct) -> Iterator[DerivedQuantity]:
-    """Of its gears, if it has any, and what a rigid arm has of it."""
+    """Quantities of a joint's gears, if it has any, and what a rigid arm has of it."""
     if isinstance(joint, Planetary):
         yield from _stage(joint)
         sun, planet, _ = equivalent_masses(joint)
@@ -163,7 +163,7 @@ def derived_joint(joint: Planetary | Direct) -> Iterator[DerivedQuantity]:
 
 
 def _stage(joint: Planetary) -> Iterator[DerivedQuantity]:
-    """Its geometry and rates; inertias as equivalent masses M and as I = M r^2."""
+    """Geometry and rates of a stage; inertias as equivalent masses M and as I = M r^2."""
     geometry = stage_geometry(joint)
     yield DerivedQuantity("r_s, base radius of the sun", geometry.r_s, "m")
     yield DerivedQuantity("r_p, base radius of a planet", geometry.r_p, "m")
@@ -191,7 +191,7 @@ def _stage(joint: Planetary) -> Iterator[DerivedQuantity]:
 
 
 def derived_arm(arm: Arm) -> Iterator[DerivedQuantity]:
-    """Masses and weight; modes with every tooth in contact, arm stretched out, not controlled."""
+    """Masses and weight; modes with all teeth in contact, arm stretched out, not controlled."""
     masses = *map(link_mass, arm.links), *map(joint_mass, arm.joints), arm.payload_mass_kg
     yield DerivedQuantity("total mass", sum(masses), "kg")
     for number, moment in enumerate(largest_weights(arm), start=1):
@@ -206,7 +206,7 @@ def derived_arm(arm: Arm) -> Iterator[DerivedQuantity]:
 def _mesh_poles(model: PhysicalModel) -> list[complex]:
     """Eigenvalues [1/s] of the teeth, slowest first: the fastest vibrations, of suns and planets.
 
-    Those damped beyond vibrating, and what the arm's weight lets swing, are not among them.
+    What is damped beyond vibrating, and what the arm's weight lets swing, is not among them.
     """
     poles = model.contact_poles()
     teeth = int((~model.layout.angular).sum())
@@ -216,7 +216,7 @@ def _mesh_poles(model: PhysicalModel) -> list[complex]:
 
 
 def derived_experiments(sizes: Sizes) -> Iterator[DerivedQuantity]:
-    """What a cross-check does to an arm that is not the paper's."""
+    """Quantities of the experiments that a cross-check makes for an arm not the paper's."""
     yield DerivedQuantity("rate of the controller", sizes.rate, "rad/s")
     yield DerivedQuantity("duration of the step of torque", step_scenario(sizes).duration_s, "s")
     yield DerivedQuantity("duration of the controlled motion", pd_scenario(sizes).duration_s, "s")

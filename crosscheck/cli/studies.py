@@ -50,7 +50,7 @@ def plot_command(file: Path, quantities: Sequence[str], out: Path | None) -> Non
 
 
 def _print(study: PreparedStudy, out: Path) -> None:
-    """The range of every number, and how near a second engine came."""
+    """Print the range of every number, and how near a second engine came."""
     with xr.open_dataset(out, engine="h5netcdf", decode_times=False) as result:
         checked = CHECKED in result.dims
         heads = ["quantity", "unit", "undefined", "least", "median", "largest"]
@@ -72,7 +72,7 @@ def _print(study: PreparedStudy, out: Path) -> None:
 
 
 def _off(result: xr.Dataset, name: str) -> str:
-    """The worst distance, and that over the spread of all members."""
+    """The second engine's largest distance, and that over the spread of all members, as text."""
     worst = _known(result, f"{name}_difference")
     relative = _known(result, f"{name}_difference_over_spread")
     if not worst.size:

@@ -20,7 +20,7 @@ LEAST_BYTES = 600_000_000  # of address space, where a study's libraries take 45
 
 
 def prepare() -> None:
-    """Before anything is read, printed or drawn. Raises InputError without a working folder."""
+    """Prepare the process before it reads or prints. Raises InputError without a working folder."""
     forget()
     occupy_streams()
     for descriptor, name in enumerate(("stdin", "stdout", "stderr")):
@@ -94,7 +94,7 @@ _outlets: dict[int, _Outlet] = {}
 
 
 def occupy_streams() -> None:
-    """A closed stream's number would be given to the next file, and engines print into it."""
+    """Open closed streams, whose numbers the next files would get, and engines print into them."""
     for descriptor in range(3):
         try:
             os.fstat(descriptor)

@@ -63,7 +63,7 @@ DIRECT = (
 
 
 class JointSize(NamedTuple):
-    """What of one joint and its link does not scale with the others; planets: how many."""
+    """Numbers of one joint and its link that do not scale with the others; planets: how many."""
 
     module_m: float
     sun_teeth: int
@@ -103,7 +103,7 @@ def require_new(path: Path) -> None:
 
 
 def template(name: str, joints: int) -> str:
-    """The file's text, TOML; an unprintable name is left to the user."""
+    """The text of an arm's file, TOML; an unprintable name is left to the user."""
     arm = example_arm(name if Printable(80).allows(name) else "my-arm", joints)
     lines = [HEAD.format(joints=_counted(joints)), *_fields(arm, True)]
     for number, joint in enumerate(arm.joints):
@@ -120,7 +120,7 @@ def template(name: str, joints: int) -> str:
 
 
 def example_arm(name: str, joints: int) -> Arm:
-    """An arm that shrinks towards its tip: the gears' masses with the module's square."""
+    """An arm that shrinks towards its tip; the gears' masses go with the module's square."""
     chosen = SIZES[:joints]
     return Arm(
         schema_version=2,
@@ -166,7 +166,7 @@ def _joint(size: JointSize) -> Planetary:
 
 
 def _mesh(stiffness: float, backlash: float, error: float, phase: float, scale: float) -> Mesh:
-    """Of the shoulder's numbers: stiffness as the module times its root, lengths as the module."""
+    """A mesh from the shoulder's: stiffness as the module times its root, lengths as the module."""
     mean = _two_digits(stiffness * scale**1.5)
     law = SineStiffness(law="sine", mean_N_per_m=mean, amplitude_N_per_m=_two_digits(0.15 * mean))
     return Mesh(
@@ -179,7 +179,7 @@ def _mesh(stiffness: float, backlash: float, error: float, phase: float, scale: 
 
 
 def _joint_lines(joint: Planetary | Direct, explained: bool) -> list[str]:
-    """A joint with its meshes; the fields of both meshes are the same, explained once."""
+    """Lines of a joint with its meshes; the fields of both are the same, explained once."""
     lines = ["[[joints]]", *_fields(joint, explained)]
     if isinstance(joint, Planetary):
         lines += ["", "[joints.sun_mesh]", *_fields(joint.sun_mesh, explained)]
@@ -191,7 +191,7 @@ def _joint_lines(joint: Planetary | Direct, explained: bool) -> list[str]:
 
 
 def _fields(record: Data, explained: bool) -> list[str]:
-    """The record's own numbers and texts, with their meaning and unit if ``explained``."""
+    """Lines of a record's own numbers and texts, with meaning and unit if ``explained``."""
     lines = []
     for field in described(type(record)):
         value = getattr(record, field.name)
@@ -227,7 +227,7 @@ def _counted(joints: int) -> str:
 
 
 def _place(number: int, joints: int) -> str:
-    """What a joint is called, counted from 0."""
+    """Name of a joint in the file, such as shoulder; number: counted from 0."""
     if number and number == joints - 1 and joints > 2:
         return PLACES[-1]
     return PLACES[number] if number < 2 else f"joint {number + 1}"
@@ -252,7 +252,7 @@ def init_robot_command(path: Path, urdf: Path) -> None:
 
 
 def robot_template(robot: Robot, urdf: str) -> str:
-    """The file's text: TOML with every joint that mimics none."""
+    """The text of a robot's file: TOML with every joint that mimics none."""
     lines = [ROBOT_HEAD.format(urdf=urdf), "schema_version = 1", f"name = {_toml(robot.name)}"]
     gravity = ", ".join(map(repr, robot.gravity.tolist()))
     lines += [f"urdf = {_toml(urdf)}", f"gravity_m_per_s2 = [{gravity}]"]

@@ -49,14 +49,14 @@ def asked_of(
 
 
 def tried_aloud(asked: Asked, chosen: Wanted, jobs: int) -> CrossCheck:
-    """The trial as a cross-check, at the seed of what is wanted, with its progress."""
+    """Try equations at the seed of what is wanted, with progress; returns the cross-check."""
     with shown_progress(f"trying {printable(asked.name)}") as told:
         return tried(replace(asked, seed=chosen.seed), jobs=jobs, told=told).cross_check
 
 
 @dataclass(frozen=True)
 class TrialOptions:
-    """What the command line says; names: MODEL and ARM, or ARM alone where answers are a table.
+    """The options of `crosscheck trial`; names: MODEL and ARM, or ARM where answers are a table.
 
     jobs: None where the command line says none.
     """
@@ -78,23 +78,23 @@ class TrialOptions:
 
     @property
     def processes(self) -> int:
-        """How many work: all cores by default."""
+        """Number of processes that work: all cores by default."""
         return self.jobs or os.cpu_count() or 1
 
     @property
     def fmu(self) -> Path | None:
-        """The unit, where MODEL is one."""
+        """Path of the FMU, where MODEL is one."""
         own = bool(self.names) and self.names[0].endswith(".fmu")
         return Path(self.names[0]) if own else None
 
     @property
     def arm(self) -> str:
-        """Its name or file."""
+        """Name or file of the arm."""
         own = 0 if self.answers or (self.ask and not self.fmu) else 1
         return self.names[own] if len(self.names) > own else "paper-labelled"
 
     def table(self) -> TableTrial:
-        """The trial of a table. Raises InputError."""
+        """The trial of a table of answers. Raises InputError."""
         chosen = load_chosen(self.arm, [], self.settings)
         coordinates, level = coordinates_of(self.coordinates)
         return TableTrial(chosen.arm, coordinates, level, chosen.switches, self.quick, self.seed)
@@ -133,7 +133,7 @@ def trial_command(options: TrialOptions) -> int:
 
 
 def _asked(options: TrialOptions, unit: MappedUnit | None, chosen: Chosen) -> Asked:
-    """Whatever is to be tried. Raises InputError."""
+    """The equations to be tried: a table's, an FMU's or the model's. Raises InputError."""
     quick, seed = options.quick, options.seed
     if options.answers:
         table = options.table()
@@ -195,8 +195,8 @@ def _told(trial: Trial, options: TrialOptions, page: Path | None) -> int:
 def ask(options: TrialOptions) -> None:
     """Write the folder of what a trial asks, of other arms after first answers. Raises InputError.
 
-    Of an FMU it is a draft of its mapping. No file is written over another one, which may be a
-    template with somebody's equations in it.
+    Where an FMU is to be tried, the folder holds a draft of its mapping. No file is written over
+    another one, which may be a template with somebody's equations in it.
     """
     assert options.out is not None  # as was required
     if options.fmu is not None:

@@ -19,9 +19,9 @@ class ModelTask(Task, Protocol):
 
 
 class Unavailable(Exception):
-    """A result that a comparison needs does not exist; says which model failed, and why.
+    """A result that a comparison needs does not exist; the text says which model failed, and why.
 
-    unfinished: whether that was stopped before it answered.
+    unfinished: whether the model was stopped before it answered.
     """
 
     def __init__(self, why: str, unfinished: bool = False) -> None:
@@ -30,7 +30,7 @@ class Unavailable(Exception):
 
 
 class Results:
-    """What the tasks came to."""
+    """The outcomes of all tasks, by their keys."""
 
     def __init__(self, outcomes: Mapping[Any, Outcome]) -> None:
         self.outcomes = outcomes
@@ -43,7 +43,7 @@ class Results:
         return outcome
 
     def settled(self, task: ModelTask) -> Any | None:
-        """The same, or None where it failed.
+        """A task's array or trajectory, or None where it failed.
 
         Raises Unavailable where it is unfinished: what is done without it would hang on how long
         a model was waited for.
@@ -56,7 +56,7 @@ class Results:
             return None
 
     def found(self, task: ModelTask) -> Any | None:
-        """The same, or None for whatever reason."""
+        """A task's array or trajectory, or None for whatever reason there is none."""
         try:
             return self.need(task)
         except Unavailable:
@@ -65,7 +65,7 @@ class Results:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A Finding to be: what it is about, the tasks it needs, and how to judge their results."""
+    """A planned comparison: what it is about, the tasks it needs, how to judge their results."""
 
     about: About
     needs: tuple[ModelTask, ...]
@@ -74,7 +74,7 @@ class Comparison:
     def finding(self, results: Results) -> Finding:
         """The Finding; a failed check where a result is missing or cannot be compared.
 
-        One that is unfinished where a model was stopped before it answered.
+        It is an unfinished check where a model was stopped before it answered.
         """
         try:
             return self.judge(self.about, results)
@@ -95,12 +95,12 @@ def answered(about: About, tasks: Sequence[ModelTask], judge: Callable[..., Find
 
 
 def tasks_of(comparisons: Sequence[Comparison]) -> list[ModelTask]:
-    """Every task that any of them needs, once."""
+    """Every task that any of the comparisons needs, once."""
     return list(dict.fromkeys(task for each in comparisons for task in each.needs))
 
 
 def findings_of(comparisons: Sequence[Comparison], results: Results) -> Iterator[Finding]:
-    """One Finding each, in their order. Raises ValueError if two would have one id."""
+    """Each comparison's Finding, in their order. Raises ValueError if two would have one id."""
     ids = [comparison.about.key.id for comparison in comparisons]
     twice = {id for id in ids if ids.count(id) > 1} if len(set(ids)) < len(ids) else set()
     if twice:

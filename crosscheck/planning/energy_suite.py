@@ -28,11 +28,12 @@ METRIC = "largest change of kinetic, spring and weight's energy less the motors'
 
 
 def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[Comparison]:
-    """Of every model that runs, on an arm whose teeth have no play, and of the lead's reference.
+    """Energy balances of all models that run, teeth without play, and of the adaptive reference.
 
     A step across the edge of play costs a fixed-step integrator more than the check allows; the
-    adaptive one sees the edge. What the paper's law makes out of nothing is measured beside.
-    first: whose torques are tried; limit_s: largest stable step [s] of the arm's models.
+    adaptive one sees the edge. The energy that the paper's law makes out of nothing is measured
+    beside. first: the experiment whose torques are tried; limit_s: largest stable step [s] of the
+    arm's models.
     """
     if not geared(arm):
         return
@@ -66,7 +67,7 @@ def _reference(experiment: Experiment, variant: str = "", rtol: float = RTOL) ->
 
 
 def _balance(experiment: Experiment, judge: Judge, *runs: Simulation) -> Comparison:
-    """Of a run; or of the better of several, for what a law makes of nothing it makes in all."""
+    """The energy balance of a run, or the best of several: what a law makes it makes in all."""
     key = Key("invariants", experiment.name, "energy", runs[0].model)
     about = About(key, "J", METRIC, "first principles")
 

@@ -24,7 +24,7 @@ MODE_METRIC = "largest relative distance of a mode to the nearest of the other m
 
 
 def linearised(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
-    """Modes and poles with the teeth in contact."""
+    """Comparisons of modes and poles with the teeth in contact."""
     case = Case(arm, at_rest(), chosen)
     able = promising("mesh_modes", geared_models(case)) if scales.geared(arm) else ()
     for left, right in combinations(able, 2):
@@ -37,7 +37,7 @@ def linearised(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
 
 
 def _stable_steps(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
-    """The limit that a model gives its own steps, against its own poles with the stiffest teeth."""
+    """Comparisons of a model's largest stable step with its own poles, teeth at their stiffest."""
     case = Case(arm, unequal_gains(arm), chosen)
     stiff = case._replace(arm=modes.linear_teeth(arm, scales.largest_of))
     able = *about(same_integrator(), arm, chosen), *covering("form", arm, chosen)
@@ -50,12 +50,12 @@ def _stable_steps(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison
 
 
 def _system(name: str, case: Case) -> tuple[Evaluation, Evaluation]:
-    """A model's inertia and slopes of its force at the start, of which poles are made."""
+    """Tasks for a model's inertia and slopes of its force at the start, of which poles are made."""
     return Evaluation(name, case, START_MASS), Evaluation(name, case, FORCE_SLOPES)
 
 
 def pole_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
-    """Poles of the loop with the teeth in contact, by which experiments are called unstable."""
+    """Comparisons of the loop's poles with teeth in contact, by which it is called unstable."""
     start = bent_start(len(arm.joints))
     scenario = unequal_gains(arm).model_copy(update={"start": start})
     case = Case(arm, scenario, chosen)
@@ -70,7 +70,7 @@ def pole_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Compari
 def _same_modes(
     tasks: Sequence[Evaluation], closed: Sequence[np.ndarray], about: About, *found: np.ndarray
 ) -> Finding:
-    """Of two models, or of one and what first principles say of it.
+    """The check of two models' modes, or of one's and those of first principles.
 
     Raises Unavailable if a model has lost some.
     """
@@ -85,7 +85,7 @@ def _same_modes(
 
 
 def _locked_stages(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
-    """The modes of each geared stage, carrier locked, against first principles."""
+    """Comparisons of the modes of each geared stage, carrier locked, with first principles."""
     for number, joint in scales.geared(arm):
         case = Case(locked_stage(arm, number), at_rest(), chosen)
         lumped = chosen.planets == "lumped"
@@ -98,7 +98,7 @@ def _locked_stages(where: str, arm: Arm, chosen: Switches) -> Iterator[Compariso
 
 
 def locked_stage(arm: Arm, number: int) -> Arm:
-    """One geared joint alone, its link too heavy to move, without weight and friction."""
+    """An arm of one geared joint, its link too heavy to move, without weight and friction."""
     free = arm.joints[number].model_copy(update={"friction_N_m_s_per_rad": 0.0})
     link = arm.links[number]
     heavier = {
@@ -111,5 +111,5 @@ def locked_stage(arm: Arm, number: int) -> Arm:
 
 
 def geared_models(case: Case) -> tuple[str, ...]:
-    """The geared models that are about a case."""
+    """Names of the geared models that are about a case."""
     return covering("geared", case.arm, case.switches)

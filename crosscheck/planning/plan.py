@@ -96,7 +96,7 @@ class Experiment:
         return Simulation(key, nudged(case) if variant in ("nudged", "free-nudged") else case)
 
     def _step(self, model: str) -> float:
-        """The rigid arm has no mesh to resolve."""
+        """Step of a model's run [s]; the rigid arm has no mesh to resolve."""
         scenario = self.case.scenario
         if MODELS[model].role != "rigid":
             return scenario.step_s
@@ -163,8 +163,9 @@ def outlined(wanted: Wanted, sizes: sizing.Sizes | None) -> list[Experiment]:
 def resolved(experiment: Experiment, limit_s: float) -> Experiment:
     """The experiment with its step halved until it is well within the limit of stability.
 
-    And until twice the step meets every recorded time. limit_s: largest stable step [s] of the
-    arm's models. Raises InputError for an arm whose teeth need a forbidding number of steps.
+    It is also halved until twice the step meets every recorded time. limit_s: largest stable step
+    [s] of the arm's models. Raises InputError for an arm whose teeth need a forbidding number of
+    steps.
     """
     scenario = experiment.case.scenario
     step, duration, halvings = scenario.step_s, scenario.duration_s, 0
@@ -177,7 +178,7 @@ def resolved(experiment: Experiment, limit_s: float) -> Experiment:
 
 
 def shortened(wanted: Wanted, experiment: Experiment) -> Experiment:
-    """As many of the experiment's first steps as a cross-check has time for.
+    """The experiment, cut to as many of its first steps as a cross-check has time for.
 
     Its last state is on the recording grid.
     """
@@ -199,7 +200,7 @@ def finer(experiment: Experiment) -> Experiment:
 
 
 def probe_experiment() -> Experiment:
-    """A drive that depends on time, differently on each joint, on the arm of unequal numbers."""
+    """An experiment of the probe arm: a drive that depends on time, differently on each joint."""
     sizes, rates = (150.0, 90.0), (300.0, 170.0)
     drive = SinusoidDrive(
         kind="sinusoid", amplitude_N_m=sizes, rate_rad_per_s=rates, argument="time"
@@ -211,9 +212,10 @@ def probe_experiment() -> Experiment:
 
 
 def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Experiment]:
-    """Some thousand fine steps for the tier with constraints: both flanks of the teeth.
+    """Experiments of some thousand fine steps, for models with constraints: both tooth flanks.
 
-    first: whose torques are tried; limit_s: largest stable step [s] of the arm's models.
+    first: the experiment whose torques are tried; limit_s: largest stable step [s] of the arm's
+    models.
     """
     step = resolved_step(first, limit_s, SHORT_RESOLVED)
     duration = SHORT_STEPS * step
@@ -239,7 +241,7 @@ def _crossing_torques(arm: Arm, within_s: float) -> np.ndarray:
 
 
 def resolved_step(first: Experiment, limit_s: float, times: int) -> float:
-    """A step [s] that so many of are within the limit, to two digits, downwards enough."""
+    """A step [s] of at most 1 / times the limit, to two digits, downwards enough."""
     longest = min(limit_s, 8 * first.case.scenario.step_s) / times
     return float(f"{0.97 * longest:.1e}")
 
@@ -262,9 +264,9 @@ class OrderCase:
 
 
 def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
-    """Teeth without clearance, whose force has no kink, and teeth that meet after free play.
+    """Runs for the order: teeth without clearance, whose force has no kink, and with free play.
 
-    None for an arm without teeth: its motion is so smooth that rounding hides the order.
+    An arm without teeth has none: its motion is so smooth that rounding hides the order.
     """
     if not geared(arm):
         return []
@@ -308,7 +310,7 @@ def with_step(case: Case, step_s: float) -> Case:
 def nudged(case: Case) -> Case:
     """The case with every angle and mesh displacement started one rounding further.
 
-    Free planets every other one forth and back.
+    Planets that are free start forth and back in turn.
     """
     joints, start = len(case.arm.joints), case.scenario.start
     update: dict[str, object] = {
@@ -332,9 +334,9 @@ def nudged(case: Case) -> Case:
 
 
 def readings(wanted: Wanted) -> list[tuple[Arm, Content]]:
-    """State checks run for both readings of the paper's table, or for the user's arm alone.
+    """The arms of state checks: both readings of the paper's table, or the user's arm alone.
 
-    Each with what its file holds, or with its own fields where it is of none.
+    Each comes with what its file holds, or with its own fields where it is of none.
     """
     if is_the_papers(wanted.arm):
         return [(arm, raw_arm(arm.name)) for arm in papers_arms()]
@@ -342,7 +344,7 @@ def readings(wanted: Wanted) -> list[tuple[Arm, Content]]:
 
 
 def papers_arms() -> list[Arm]:
-    """Both readings of Table I."""
+    """The paper's arm in both readings of Table I."""
     return [load_arm(f"paper-{name}") for name in ("labelled", "swapped")]
 
 

@@ -31,14 +31,14 @@ Known = TypeVar("Known")
 
 
 class Lost(NamedTuple):
-    """What could not be found out, of which experiment or arm, by which model; and why."""
+    """A thing that could not be found out, of which experiment or arm, by which model; and why."""
 
     key: Key
     why: Failure
 
     @property
     def comparison(self) -> Comparison:
-        """A check that has failed: the plan stands on what it knew without."""
+        """The failed check for what is lost: the plan stands on what it knew without."""
         what = About(self.key, "1", "whether it could be found out", "the plan")
         return answered(what, (), partial(failed, note=f"{self.key.left}: {self.why}"))
 
@@ -58,7 +58,7 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Query(OwnKey, Generic[Known]):
-    """What a function finds out by asking models, in another process; ``cost``: rough seconds."""
+    """A task: a function that finds something out by asking models; ``cost``: estimated [s]."""
 
     function: Callable[..., Known]
     arguments: tuple[Any, ...]
@@ -66,14 +66,14 @@ class Query(OwnKey, Generic[Known]):
 
     @or_failure
     def perform(self) -> Known:
-        """The answer, or what is wrong with a model that was asked."""
+        """The function's answer, or what is wrong with a model that was asked."""
         return self.function(*self.arguments)
 
 
 def settled(wanted: Wanted, experiment: Experiment) -> Experiment:
     """The experiment at a step that its comparisons can mean something at, found by trying.
 
-    On the lead, which is a hundred times as fast as the engines that are to follow.
+    It is tried on the reference model, a hundred times as fast as the engines that are to follow.
     """
     experiment = plan.shortened(wanted, experiment)
     for _ in range(MOST_HALVINGS):
@@ -84,9 +84,9 @@ def settled(wanted: Wanted, experiment: Experiment) -> Experiment:
 
 
 def _is_fine(experiment: Experiment) -> bool:
-    """Whether twice the step leads apart by less than means something, twice over.
+    """Whether the uncertainty at the experiment's step is well below what means something.
 
-    Or whether no step would help: a run that diverges is what its checks are about.
+    Also true where no step would help: a run that diverges is what its checks are about.
     """
     try:
         fine = _run(experiment.run(lead()))
@@ -109,7 +109,7 @@ def _run(task: Simulation) -> xr.Dataset:
 
 
 def prepared(wanted: Wanted, workers: Workers) -> Prepared:
-    """Everything that the plan needs to know.
+    """What the plan needs to know: experiments, their largest stable step, remarks, what is lost.
 
     Raises InputError, and Unfinished where a model was stopped or its process died: what is then
     unknown hangs on the machine, and so would the plan.
@@ -149,14 +149,14 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
 
 
 def _key(case: str, quantity: str, model: str = "") -> Key:
-    """What a task finds out of an experiment or arm, by the lead unless a model is named."""
+    """Key of what a task finds out of an experiment or arm, by the reference model unless named."""
     return Key("preparation", case, quantity, model or lead())
 
 
 def _answers(
     asked: Mapping[Key, Query[Any] | Evaluation], workers: Workers, lost: list[Lost]
 ) -> list[Any]:
-    """The answers in their order, None for one that is lost, which is noted.
+    """The answers in their order, None for one that is lost, which ``lost`` is told.
 
     Raises Unfinished where a model did not come back.
     """
@@ -175,7 +175,7 @@ def _answers(
 
 
 def _of_sizes(sizes: Sizes | None, lost: Sequence[Lost]) -> list[str]:
-    """The numbers of experiments that were made for the arm, or why there are none."""
+    """Remarks on the experiments that were made for the arm, or why there are none."""
     if sizes is None:
         return [f"experiments could not be sized to the arm: {each.why}" for each in lost]
     mode = "no gears" if sizes.mode_Hz is None else f"lowest mesh mode {sizes.mode_Hz:.4g} Hz"

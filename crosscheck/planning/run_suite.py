@@ -42,7 +42,7 @@ def experiment_comparisons(experiment: Experiment) -> list[Comparison]:
 
 
 def short_comparisons(experiment: Experiment) -> list[Comparison]:
-    """The tier with constraints against the tree that the lead is held to at the same step."""
+    """Comparisons of models with constraints with ``registry.second()`` at the same step."""
     found = [*_sensitive(experiment)]
     for tier in _about_it(registry.constrained(), experiment.case):
         sides = [_refinement(experiment, name) for name in (registry.second(), tier)]
@@ -51,7 +51,7 @@ def short_comparisons(experiment: Experiment) -> list[Comparison]:
 
 
 def order_comparisons(case: OrderCase) -> list[Comparison]:
-    """Observed order of each fixed-step integrator, smooth and through impacts."""
+    """Comparisons of the order of each fixed-step integrator, smooth and through impacts."""
     able = _about_it(registry.same_integrator(), case.case)
     return _with_records([_order(case, model) for model in able])
 
@@ -79,13 +79,13 @@ def _has_meshes(experiment: Experiment) -> bool:
 
 
 def _of(experiment: Experiment, quantities: Sequence[str]) -> Iterator[str]:
-    """Those that runs of the experiment's arm have."""
+    """Those of some quantities that runs of the experiment's arm have."""
     has_meshes = _has_meshes(experiment)
     return (name for name in quantities if has_meshes or name not in BY_PLANET)
 
 
 def _sensitive(experiment: Experiment) -> Iterator[Comparison]:
-    """How far the lead's run moves when its start is changed by a rounding."""
+    """Measurements of how far the reference model's run moves if it starts a rounding away."""
     first = registry.lead()
     pair = experiment.run(first), experiment.run(first, "nudged")
     for quantity in _of(experiment, SENSITIVE):
@@ -94,7 +94,7 @@ def _sensitive(experiment: Experiment) -> Iterator[Comparison]:
 
 
 def _fixed_steps(experiment: Experiment) -> Iterator[Comparison]:
-    """The lead and each model with its integrator, step by step."""
+    """Comparisons of the reference model with each model of its integrator, step by step."""
     first, *others = _about_it(registry.same_integrator(), experiment.case)
     duration = experiment.case.scenario.duration_s
     for other in others:
@@ -109,7 +109,7 @@ def _fixed_steps(experiment: Experiment) -> Iterator[Comparison]:
 
 
 def _repeated(experiment: Experiment, model: str) -> tuple[Simulation, Simulation]:
-    """The lead's run and one from a start a rounding away, its planets as free as the model's."""
+    """The reference model's run and one nudged by a rounding, planets as free as the model's."""
     first, lumped = registry.lead(), experiment.case.switches.planets == "lumped"
     if lumped and registry.MODELS[model].free_planets and _has_meshes(experiment):
         return experiment.run(first, "free"), experiment.run(first, "free-nudged")
@@ -117,7 +117,7 @@ def _repeated(experiment: Experiment, model: str) -> tuple[Simulation, Simulatio
 
 
 def _planets(experiment: Experiment) -> Iterator[Comparison]:
-    """Planets that are alike, counted as one or each for itself: the same until they part."""
+    """Comparisons of alike planets, counted as one or each for itself: the same until they part."""
     first = registry.lead()
     if experiment.case.switches.planets == "free" or not _has_meshes(experiment):
         return
@@ -139,7 +139,7 @@ def _same_step(
     nudged: Any,
     time_s: float | None = None,
 ) -> Finding:
-    """Over the whole run, or at one instant."""
+    """The check of two runs at the same step, over the whole run or at one instant."""
     pair, widest = Pair(run, nudged), _widest(experiment, about, run)
     if time_s is None:
         return trajectories.same_step(about, left, right, pair, widest)
@@ -153,7 +153,7 @@ def _widest(experiment: Experiment, about: About, run: Any) -> ReasonedLimit:
 
 
 def _under_usual_switches(experiment: Experiment) -> Iterator[Comparison]:
-    """What is asked under the usual switches alone."""
+    """Comparisons that are made under the usual switches alone."""
     arm, _, laws = experiment.case
     if laws not in (usual_switches(arm), usual_switches(arm, planets="free")):
         return
@@ -166,7 +166,7 @@ def _under_usual_switches(experiment: Experiment) -> Iterator[Comparison]:
 
 
 def _against_reference(experiment: Experiment) -> Iterator[Comparison]:
-    """The lead's adaptive reference against others' refined steps; its precise run; its energy."""
+    """Comparisons with the reference model's adaptive run, and of its precise run and energy."""
     first = registry.lead()
     reference = experiment.run(first, "reference")
     for other in (registry.second(), *_about_it(registry.refined_alone(), experiment.case)):
@@ -187,10 +187,10 @@ def _against_reference(experiment: Experiment) -> Iterator[Comparison]:
 
 
 def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, ...]:
-    """A model's run, and the coarser one that tells how good it is; then pairs of the lead.
+    """A model's run and a coarser one to tell how good it is; then the reference model's pairs.
 
-    These are of the same integrator, whose error hangs on where in a step the teeth meet: two runs
-    may err alike by chance.
+    These pairs come with models of the same integrator, whose error hangs on where in a step the
+    teeth meet: two runs may err alike by chance.
     """
     own: tuple[Simulation, ...] = experiment.run(model), experiment.run(model, "coarse")
     if model not in registry.same_integrator():
@@ -202,7 +202,7 @@ def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, ...]:
 
 
 def _forms(experiment: Experiment) -> Iterator[Comparison]:
-    """How far the paper's own forms are from an engine."""
+    """Measurements of how far the paper's own forms are from an engine."""
     other = registry.second()
     for form in registry.promising("simulate", _about_it(registry.names("form"), experiment.case)):
         runs = (experiment.run(form), experiment.run(other))
@@ -212,12 +212,12 @@ def _forms(experiment: Experiment) -> Iterator[Comparison]:
 
 
 def _about_it(models: Sequence[str], case: Case) -> tuple[str, ...]:
-    """Those of some models that are about a case."""
+    """Names of those of some models that are about a case."""
     return registry.about(models, case.arm, case.switches)
 
 
 def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:
-    """A rigid level in its engines, and how far it is from the geared arm: joints, and tip."""
+    """Comparisons of a rigid level's engines, and with the geared arm: joints, and tip."""
     able = _about_it(engines_first(level), experiment.case)
     engines, *others = (_refinement(experiment, name) for name in able)
     for other in others:
@@ -233,7 +233,7 @@ def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:
 
 
 def engines_first(level: str) -> list[str]:
-    """The rigid models of a level that simulate, those that choose their own steps first."""
+    """Names of a level's rigid models that simulate, those that choose their own steps first."""
     able = registry.promising("simulate", registry.of_level(level))
     return sorted(able, key=lambda name: registry.MODELS[name].order is not None)
 
@@ -282,7 +282,7 @@ def _forgiving(experiment: Experiment, comparison: Comparison) -> Comparison:
 
 
 def _with_records(comparisons: Sequence[Comparison]) -> list[Comparison]:
-    """And that each run that they need is whole, and made with stable steps."""
+    """The comparisons, and that each run they need is whole and made with stable steps."""
     needs = dict.fromkeys(task for each in comparisons for task in each.needs)
     runs = [task for task in needs if isinstance(task, Simulation)]
     by_step = sorted(runs, key=lambda run: run.case.scenario.step_s)
@@ -301,7 +301,7 @@ def _record(run: Simulation) -> Comparison:
 
 
 def _stable_step(run: Simulation) -> Comparison:
-    """Of all runs of a model in an experiment, that with the largest step."""
+    """The check that a run's step is stable; run: that of its model with the largest step."""
     task = Evaluation(run.model, run.case, "largest_stable_step")
     key = Key("stable-step", run.key.experiment, "step", run.model)
     about = About(key, "1", "largest step over its limit", "stability limit")

@@ -50,7 +50,7 @@ TOLERATED = 0.1  # growth over a whole run, as the exponent of e: it changes no 
 
 @dataclass(frozen=True)
 class Sizes:
-    """What experiments of an arm are made of, per joint where there are several.
+    """The numbers that experiments of an arm are made of, per joint where there are several.
 
     rate [rad/s]: the arm's clock, and the controller's rate unless it had to give way; inertia
     [kg m^2]: of the rigid arm, stretched out; proportional [N m/rad] and derivative [N m s/rad]:
@@ -67,12 +67,12 @@ class Sizes:
 
     @property
     def target(self) -> tuple[float, ...]:
-        """Where the controller drives the joints [rad], from a stretched arm."""
+        """Angles that the controller drives the joints to [rad], from a stretched arm."""
         return tuple(SWING * (-1) ** joint for joint in range(len(self.inertia)))
 
 
 def sizes_of(arm: Arm) -> Sizes:
-    """The sizes of an arm; where no controller keeps its teeth stable, of the gentlest."""
+    """The Sizes of an arm; with the gentlest controller where none keeps its teeth stable."""
     still = ConstantDrive(kind="constant", torque_N_m=0.0)
     modes = build(lead(), arm, scenario_of("sizing", still, 1.0, 1.0)).mesh_modes()
     mode = float(modes[0]) if modes.size else None
@@ -92,7 +92,7 @@ def sizes_of(arm: Arm) -> Sizes:
 
 
 def _allowed(kind: Any, values: Iterable[float], digits: int = DIGITS) -> tuple[float, ...]:
-    """Values within the range of a kind of number, to so many digits.
+    """The values, kept within the range of a kind of number, to so many digits.
 
     Eigenvalues, of which these are made, end in other digits on other processors.
     """
@@ -102,9 +102,10 @@ def _allowed(kind: Any, values: Iterable[float], digits: int = DIGITS) -> tuple[
 
 
 def unequal_gains(arm: Arm) -> Scenario:
-    """A controller with other gains and targets at every joint, from the arm's data alone.
+    """An experiment with unequal gains and targets at every joint, from the arm's data alone.
 
-    Its rate is below that of the lowest mode of a stage with its carrier locked, as that of Sizes.
+    The controller is slower than the lowest mode of a stage with its carrier locked, as that of
+    Sizes is.
     """
     content, numbers = arm.model_dump(), np.arange(len(arm.joints))
     turned = np.diag(inertia(parts_of(content), posed(content, 0.0 * numbers), locked=False))
@@ -122,19 +123,19 @@ def unequal_gains(arm: Arm) -> Scenario:
 
 
 def at_rest() -> Scenario:
-    """Without any torque, for what no drive takes part in."""
+    """An experiment without any torque, for what no drive takes part in."""
     drive = ConstantDrive(kind="constant", torque_N_m=0.0)
     return load_scenario("constant-torque").model_copy(update={"drive": drive})
 
 
 def step_scenario(sizes: Sizes) -> Scenario:
-    """A step of torque on every joint, beside what holds the stretched arm."""
+    """An experiment: a step of torque on every joint, beside what holds the stretched arm."""
     drive = ConstantDrive(kind="constant", torque_N_m=sizes.step)
     return scenario_of("torque-step", drive, sizes.rate, STEP_S)
 
 
 def pd_scenario(sizes: Sizes) -> Scenario:
-    """A motion of every joint under its controller."""
+    """An experiment: a motion of every joint under its controller."""
     drive = PdDrive(
         kind="pd",
         target_rad=sizes.target,
@@ -145,7 +146,7 @@ def pd_scenario(sizes: Sizes) -> Scenario:
 
 
 def scenario_of(name: str, drive: Drive, rate: float, times: float) -> Scenario:
-    """Of so many times 1 / rate, with steps that a plan makes as short as the teeth need."""
+    """An experiment ``times`` / rate [s] long; a plan makes its steps as short as teeth need."""
     (duration,) = _allowed(Duration, [times / rate], digits=3)
     fields = {"duration_s": duration, "step_s": duration / COARSEST_STEPS, "drive": drive}
     every = COARSEST_STEPS // RECORDS
@@ -162,7 +163,7 @@ def made(name: str, **fields: Any) -> Scenario:
 
 
 def bent(name: str, steps: int, records: int, step_s: float, torques: np.ndarray) -> Scenario:
-    """An arm that starts bent, under held torques [N m], (joints,), less from joint to joint."""
+    """An experiment that starts bent; held torques [N m], (joints,), less from joint to joint."""
     numbers = np.arange(torques.size)
     return made(
         name,
@@ -175,12 +176,12 @@ def bent(name: str, steps: int, records: int, step_s: float, torques: np.ndarray
 
 
 def bent_start(joints: int) -> Start:
-    """At rest, every joint at another angle."""
+    """A start at rest, every joint at another angle."""
     return Start(theta_rad=tuple(0.4 - 0.7 * number for number in range(joints)))
 
 
 def held_torques(torques: Iterable[float]) -> ConstantDrive:
-    """These torques [N m], as large as a scenario's may be at most."""
+    """A drive of these torques [N m], as large as a scenario's may be at most."""
     return ConstantDrive(kind="constant", torque_N_m=_allowed(Torque, torques, digits=17))
 
 
@@ -199,7 +200,7 @@ class GrowingMode:
 def growth_of(arm: Arm, scenario: Scenario) -> GrowingMode | None:
     """The fastest-growing vibration of a scenario's loop, at its start and its target.
 
-    None if none grows to speak of within its duration. A fall is no vibration.
+    It is None if none grows to speak of within its duration. A fall is no vibration.
     """
     poses = [scenario]
     if isinstance(scenario.drive, PdDrive):

@@ -38,9 +38,9 @@ DIFFERENCE, FIRST_PRINCIPLES = "largest relative difference", "first principles"
 def state_comparisons(
     arm: Arm, quick: bool, seed: int, content: Content | None = None
 ) -> list[Comparison]:
-    """Everything about one arm that needs no run.
+    """All comparisons of one arm that need no run.
 
-    content: what its file holds, its own fields where there is none.
+    content: what the arm's file holds; its own fields where there is none.
     """
     count, content = QUICK_COUNT if quick else COUNT, content or arm.model_dump()
     found = [*geared(arm, count, seed, content), *rigid(arm, count, seed, content)]
@@ -52,7 +52,7 @@ def state_comparisons(
 
 
 def probe_comparisons(arm: Arm, quick: bool, seed: int) -> list[Comparison]:
-    """The same on the arm of unequal numbers, which tells parameters apart; and the switches."""
+    """Comparisons of the probe arm, of unequal numbers, that need no run; and of the switches."""
     probe = load_arm("probe")
     if arm == probe:
         return [] if quick else list(switched(probe, seed))
@@ -63,7 +63,7 @@ def probe_comparisons(arm: Arm, quick: bool, seed: int) -> list[Comparison]:
 
 
 def rigid(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Comparison]:
-    """States of the rigid levels, analytic against Pinocchio; each level's own invariants."""
+    """Comparisons of the rigid levels' states, analytic against Pinocchio; and their invariants."""
     for level in RIGID_LEVELS:
         where, case = f"{arm.name}/{level}", _case(arm, usual_switches(arm))
         able = about(of_level(level), arm, case.switches)
@@ -75,7 +75,7 @@ def rigid(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Compari
 
 
 def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
-    """Forces and accelerations of the geared models under every setting of the switches."""
+    """Comparisons of the geared models' forces and accelerations under all switch settings."""
     for chosen in all_switches():
         # The paper's own way with planets and springs goes without saying.
         laws: list[str] = [chosen.phase, chosen.ring_rate, chosen.dead_zone, chosen.damping]
@@ -87,7 +87,7 @@ def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
 
 
 def geared(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Comparison]:
-    """States, balances and modes of the geared models, and what the paper's forms differ by."""
+    """Comparisons of the geared models' states, balances and modes, and with the paper's forms."""
     where, chosen = f"{arm.name}/geared", usual_switches(arm)
     case = _case(arm, chosen)
     spots = [Spot(where, name, case, count, seed) for name in geared_models(case)]
@@ -104,7 +104,7 @@ def geared(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Compar
 
 
 def free(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Comparison]:
-    """The same with a coordinate for every planet, of an arm whose planets may be lumped."""
+    """Comparisons with a coordinate for every planet, of an arm whose planets may be lumped."""
     where, chosen = f"{arm.name}/free", usual_switches(arm, planets="free")
     case = _case(arm, chosen)
     spots = [Spot(where, name, case, count, seed) for name in geared_models(case)]
@@ -113,7 +113,7 @@ def free(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Comparis
 
 
 def conservative(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
-    """Free planets whose springs are a potential: forces, and energy that closes.
+    """Comparisons of free planets whose springs are a potential: forces, energy that closes.
 
     The meshes are undamped, so that all but drive, friction and weight is a function of state.
     """
@@ -150,29 +150,29 @@ class Spot(NamedTuple):
 
     @property
     def setting(self) -> states.Setting:
-        """The states themselves."""
+        """The arm, the model's coordinates and its random states."""
         arm = self.case.arm
         layout = MODELS[self.model].layout(arm, self.case.switches)
         drawn = random_states(layout, arm, self.number, self.seed)
         return states.Setting(arm, layout, drawn)
 
     def over(self, size: str) -> str:
-        """A metric of a size at these states."""
+        """The words of a metric: a size over these random states."""
         return f"{size} over {self.number} random states"
 
     def own(self, quantity: str, metric: str, against: str, unit: str = "1") -> About:
-        """What a check of this model alone is about."""
+        """The About of a check of this model alone."""
         return About(Key("invariants", self.where, quantity, self.model), unit, metric, against)
 
     def told(self, quantity: str) -> About:
-        """What a check of this model against the arm's data is about."""
+        """The About of a check of this model against the arm's data."""
         key = Key("as-told", self.where, quantity, self.model)
         return About(key, "1", self.over(DIFFERENCE), "the arm's data")
 
 
 @dataclass(frozen=True)
 class Stated(OwnKey):
-    """What a form of the paper says in symbols, worked out at the states that its model answers."""
+    """A task: work out a form of the paper in symbols, at the states that its model answers."""
 
     spot: Spot
     quantity: str
@@ -180,7 +180,7 @@ class Stated(OwnKey):
 
     @property
     def model(self) -> str:
-        """What answers: the symbols."""
+        """Name of what answers: the model's symbols."""
         return f"{self.spot.model} in symbols"
 
     @or_failure
@@ -202,14 +202,14 @@ class Stated(OwnKey):
 
 
 def pairs(spots: Sequence[Spot], quantities: Sequence[str]) -> Iterator[Comparison]:
-    """A comparison per quantity and pair of models; their coordinates are the same."""
+    """A comparison for each quantity and pair of models, whose coordinates must be the same."""
     for quantity in quantities:
         for left, right in combinations(spots, 2):
             yield _pair("states", quantity, left, right, states.compare_values)
 
 
 def _forms(spots: Sequence[Spot]) -> Iterator[Comparison]:
-    """How far each of the paper's own forms is from each engine."""
+    """Measurements of how far each of the paper's own forms is from each engine."""
     for other in spots:
         for form in covering("form", other.case.arm, other.case.switches):
             right = other._replace(case=_case(other.case.arm, switches()))
@@ -219,9 +219,9 @@ def _forms(spots: Sequence[Spot]) -> Iterator[Comparison]:
 
 
 def _of_form(spot: Spot, content: Content) -> Iterator[Comparison]:
-    """What a form of the paper owes to itself, to the arm's file and to its own symbols.
+    """Comparisons of a form of the paper with itself, with the arm's file and with its symbols.
 
-    Its inertia is none of real bodies; that it is what the paper has, its symbols say.
+    The form's inertia is none of real bodies; that it is what the paper has, its symbols say.
     """
     yield from _own(spot)
     yield from balances(spot)
@@ -251,9 +251,9 @@ def _pair(family: str, quantity: str, left: Spot, right: Spot, judge: states.Jud
 
 
 def _own(spot: Spot) -> Iterator[Comparison]:
-    """What one model owes to itself.
+    """Comparisons of one model with itself: inertia, bias and abilities.
 
-    It must say of itself all that the registry says of it, for users ask the model.
+    A model must say of itself all that the registry says of it, for users ask the model.
     """
     mass, bias, symbols = (spot.of(name) for name in ("mass_matrix", "bias", CHRISTOFFEL))
     metric = f"{spot.over('largest relative asymmetry')}; positive definite"
@@ -276,7 +276,7 @@ def _claims_all(about: About, claimed: Any, promised: frozenset[str]) -> Finding
 
 
 def _as_told(spot: Spot, content: Content, *, inertia: bool = True) -> Iterator[Comparison]:
-    """What a model says of forces, and of inertia too, against the data of arm and experiment."""
+    """Comparisons of a model's forces, and inertia too, with the data of arm and experiment."""
     level, setting = MODELS[spot.model].level, spot.setting
     given: dict[str, Any] = {"setting": setting, "content": content, "level": level}
     mass, force = spot.of("mass_matrix"), spot.of("generalized_force")
@@ -287,13 +287,13 @@ def _as_told(spot: Spot, content: Content, *, inertia: bool = True) -> Iterator[
 
 
 def balances(spot: Spot) -> Iterator[Comparison]:
-    """Power and angular momentum, from everything that the model says of a state."""
+    """Comparisons of power and angular momentum, from all that the model says of a state."""
     yield balance(spot, "power", "W", invariants.power)
     yield balance(spot, "angular-momentum-rate", "N m", invariants.angular_momentum)
 
 
 def balance(spot: Spot, name: str, unit: str, law: invariants.Balance) -> Comparison:
-    """One balance of a model."""
+    """The comparison of one balance of a model."""
 
     def judged(about: About, *answers: Any) -> Finding:
         return law(about, invariants.Answered(*answers), spot.setting, spot.case)

@@ -21,7 +21,7 @@ ROUNDS = 50  # at processes that start others while they are being ended
 
 
 class Member(NamedTuple):
-    """A process: its parent, processor time [s] of its own and of children it waited for."""
+    """A process: its parent, processor time [s] with children it waited for, if it has ended."""
 
     parent: int
     used_s: float
@@ -32,7 +32,7 @@ Table = Mapping[int, Member]
 
 
 def processes() -> Table:
-    """All processes by number; none where the system does not tell."""
+    """All processes of the machine by number; none where the system does not tell."""
     found: dict[int, Member] = {}
     with suppress(OSError):
         for name in filter(str.isdigit, os.listdir(PROC)):
@@ -50,7 +50,7 @@ _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
 
 def descendants(of: int, table: Table) -> list[int]:
-    """The processes that one has started, and those that they have, children before parents."""
+    """Numbers of all processes that one has started, directly or not, children before parents."""
     children: dict[int, list[int]] = {}
     for number, member in table.items():
         children.setdefault(member.parent, []).append(number)
@@ -82,12 +82,12 @@ def end_descendants(of: int) -> None:
 
 
 def adopt() -> None:
-    """From now on whatever this process' descendants leave behind is its own child."""
+    """Make this process the parent of whatever its descendants leave behind, from now on."""
     _prctl(CHILD_SUBREAPER, 1)
 
 
 def end_with_parent() -> None:
-    """From now on this process is ended when the thread that forked it ends."""
+    """Have this process ended, from now on, when the thread that forked it ends."""
     _prctl(PARENT_DEATH_SIGNAL, signal.SIGKILL)
 
 

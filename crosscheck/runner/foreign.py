@@ -22,7 +22,7 @@ MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
 
 @dataclass(frozen=True)
 class _Reading:
-    """The task of the process."""
+    """The task of reading a file, for a process of its own; within_s [s]: 0 sets no time."""
 
     read: Callable[[], Any]
     within_s: float
@@ -44,9 +44,9 @@ def read_apart(
     within_s: float = 0.0,
     fails: str = "cannot be read",
 ) -> Any:
-    """What read(*arguments) returns in another process.
+    """The value that read(*arguments) returns, in another process.
 
-    within_s [s]: until then; 0 sets no time. Raises the InputError that it raises, and one of
+    within_s [s]: time limit; 0 sets none. Raises the InputError that it raises, and one of
     ``where`` that begins with ``fails`` for whatever else ends it.
     """
     task = _Reading(partial(read, *arguments), within_s)
@@ -59,7 +59,7 @@ def read_apart(
 
 
 class TooManyNumbers(ValueError):
-    """A file holds more than MOST_NUMBERS."""
+    """An error for a file that holds more than MOST_NUMBERS."""
 
 
 def arrays_in(
@@ -96,7 +96,7 @@ def arrays_in(
 
 
 def _affordable(names: Iterable[str], shapes: Mapping[str, tuple[int, ...]]) -> list[str]:
-    """The names. Raises TooManyNumbers."""
+    """The names as a list. Raises TooManyNumbers where their arrays hold too many."""
     chosen = list(names)
     count = sum(float(np.prod(shapes[name], dtype=float)) for name in chosen)
     if count > MOST_NUMBERS:

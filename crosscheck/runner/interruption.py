@@ -26,24 +26,24 @@ _holding: list[bool] = []
 
 
 def listen() -> None:
-    """From now on SIGINT and SIGTERM raise KeyboardInterrupt, once."""
+    """Let SIGINT and SIGTERM raise KeyboardInterrupt, once, from now on."""
     signal.signal(signal.SIGINT, _stop)
     signal.signal(signal.SIGTERM, _stop)
 
 
 def deaf() -> None:
-    """From now on neither does anything."""
+    """Ignore SIGINT and SIGTERM from now on."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 
 def exit_code() -> int:
-    """What the shell expects of a program that a signal has ended: 130 or 143."""
+    """Exit code that the shell expects of a program that a signal has ended: 130 or 143."""
     return 128 + (_received[0] if _received else signal.SIGINT)
 
 
 def was_stopped() -> bool:
-    """Whether such a signal has come: then any exception may be what has become of it.
+    """Whether SIGINT or SIGTERM has come: then any exception may be what has become of it.
 
     Python makes another one of a KeyboardInterrupt in ``__set_name__``, which imports call.
     """
@@ -51,7 +51,7 @@ def was_stopped() -> bool:
 
 
 def leave_if_stopped() -> None:
-    """End at once with that code if such a signal has come.
+    """End at once, with ``exit_code()``, if SIGINT or SIGTERM has come.
 
     Python itself ends by SIGINT, whatever the exit code, where a KeyboardInterrupt has once passed
     through code that a C extension had run, as some do while they are imported.
@@ -63,14 +63,14 @@ def leave_if_stopped() -> None:
 
 
 def farewell() -> str:
-    """What the one line says."""
+    """The one line that a program says when it is stopped."""
     word = "terminated" if _received and _received[0] == signal.SIGTERM else "interrupted"
     return "; ".join([word, *advice])
 
 
 @contextmanager
 def finished_first() -> Iterator[None]:
-    """What is done here is finished before an interrupt counts; it must be short."""
+    """Finish what is done in this context before an interrupt counts; it must be short."""
     _holding.append(True)
     try:
         yield
@@ -94,11 +94,11 @@ def _stop(number: int, _: FrameType | None) -> None:
 
 
 def _unsaid(_: sys.UnraisableHookArgs) -> None:
-    """Nothing more is said of a program that is being stopped."""
+    """Say nothing more of a program that is being stopped."""
 
 
 def _end_anyway() -> None:
-    """The interrupt was swallowed, or its way out takes too long."""
+    """End the program where the interrupt was swallowed, or its way out takes too long."""
     threading.Event().wait(GRACE_S)
     for clear in leftovers:
         clear()

@@ -29,12 +29,12 @@ class Failure:
 
 
 def failure(error: BaseException) -> Failure:
-    """Of an exception, its text on one line."""
+    """The Failure of an exception, its text on one line."""
     return Failure(type(error).__name__, " ".join(str(error).split()))
 
 
 def or_failure(work: Callable[[Worker], Found]) -> Callable[[Worker], Found | Failure]:
-    """Work that returns what it raises as a Failure: a failed check, not a crash."""
+    """The work, made to return what it raises as a Failure: a failed check, not a crash."""
 
     @wraps(work)
     def performed(self: Worker) -> Found | Failure:
@@ -47,16 +47,16 @@ def or_failure(work: Callable[[Worker], Found]) -> Callable[[Worker], Found | Fa
 
 
 class OwnKey:
-    """A task that is unlike all others by its fields."""
+    """A task that is its own key: it is unlike all others by its fields."""
 
     @property
     def key(self) -> Self:
-        """Itself."""
+        """The task's key: the task itself."""
         return self
 
 
 class Task(Protocol):
-    """A piece of work for another process, rough seconds long; ``key`` is unlike all others'."""
+    """A piece of work for another process; ``key``: unlike all others'; ``cost``: estimated [s]."""
 
     @property
     def key(self) -> Any: ...

@@ -20,7 +20,7 @@ LOOK_S = 1.0  # between one look and the next
 
 
 class Patience:
-    """With one piece of work of a process. cost: rough seconds; table: all processes now."""
+    """The limit of one piece of work of a process. cost: estimated [s]; table: all processes."""
 
     def __init__(self, process: int, cost: float, table: Table) -> None:
         self.process, self.cost = process, cost

@@ -33,7 +33,7 @@ Bar = Callable[[str, int, int], None]  # (what is being done, how much is done, 
 
 
 def progress_bar() -> AbstractContextManager[Bar]:
-    """A function to tell what is being done, how much is done, of how much.
+    """A bar as a context, which gives the function to tell what is done, how much, of how much.
 
     The bar disappears at the end, and is not drawn where nobody would see it move.
     """
@@ -41,7 +41,7 @@ def progress_bar() -> AbstractContextManager[Bar]:
 
 
 def members_bar() -> AbstractContextManager[Bar]:
-    """The same, with how many are done in a second and the time that is left."""
+    """A progress bar that also shows how many are done in a second and the time that is left."""
     return _bar(_Rate(), TimeRemainingColumn(elapsed_when_finished=True))
 
 
@@ -66,19 +66,19 @@ def _bar(*more: ProgressColumn) -> Iterator[Bar]:
 
 
 class _Rate(ProgressColumn):
-    """How many are done in a second."""
+    """Column of a progress bar: how many are done in a second."""
 
     def render(self, task: Task) -> Text:
         return Text(f"{task.speed:,.0f}/s" if task.speed else "")
 
 
 def starting() -> Status:
-    """A first word while libraries load: what comes next shows its own progress."""
+    """A status line while libraries load: what comes next shows its own progress."""
     return Console(stderr=True).status("starting")
 
 
 def shown_progress(about: str, quiet_s: float = QUIET_S) -> AbstractContextManager[Told]:
-    """What to hand to cross_check as ``told``: a bar on a terminal, elsewhere a line now and then.
+    """A function for cross_check's ``told``: a bar on a terminal, elsewhere a line now and then.
 
     about: what is under way. The first line comes after ``quiet_s`` seconds: whoever keeps the
     standard error of short work finds nothing in it but what is wrong.
@@ -105,7 +105,7 @@ def _live(console: Console) -> Iterator[Told]:
 
 
 class _Left(ProgressColumn):
-    """The time that is left, counted down from when it was last worked out."""
+    """Column of a progress bar: the time that is left, counted down since it was worked out."""
 
     def render(self, task: Task) -> Text:
         until = task.fields["until"]
@@ -129,7 +129,7 @@ def _lines(about: str, quiet_s: float) -> Iterator[Told]:
 
 
 def _about(seconds: float) -> str:
-    """A time that nobody knows well."""
+    """A rough time in words, such as ``about 20 s`` or ``about 3 min``."""
     if seconds < IN_MINUTES_S:
         return f"about {max(1, round(seconds))} s"
     return f"about {round(seconds / 60)} min"

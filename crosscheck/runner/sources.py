@@ -22,7 +22,7 @@ NOT_FOLLOWED = ("crosscheck.cli", "crosscheck.entry", "crosscheck.runner")
 
 @cache
 def code_hash(*modules: str) -> str:
-    """Of all code of these modules and of what they import."""
+    """SHA-256 of all code of these modules and of what they import."""
     digest = hashlib.sha256()
     for path in files(*modules):
         digest.update(f"\n{path.name} ".encode())
@@ -31,7 +31,7 @@ def code_hash(*modules: str) -> str:
 
 
 def files(*modules: str) -> list[Path]:
-    """These modules' own files, then those of all that they import, sorted."""
+    """The files of these modules and of all that they import, sorted."""
     found = {path for path in map(_file, modules) if path is not None}
     waiting = [name for path in found for name in imported(path)]
     waiting += [module.rpartition(".")[0] for module in modules]  # their packages
@@ -46,7 +46,7 @@ def files(*modules: str) -> list[Path]:
 
 @cache
 def imported(path: Path) -> frozenset[str]:
-    """All that a file imports, anywhere in it, or could name as a module."""
+    """Names of all that a file imports, anywhere in it, or could name as a module."""
     return frozenset(_imported(ast.parse(path.read_text(encoding="utf-8")).body))
 
 
@@ -62,7 +62,7 @@ def _imported(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 
 def _file(module: str) -> Path | None:
-    """Of a module of the project, or of any other, where a walk begins: a guest's model, say.
+    """The file of any module where a walk begins, a guest's model, say; None where none is known.
 
     What a guest's file imports from elsewhere counts by the versions of its packages.
     """
@@ -79,7 +79,7 @@ def _file(module: str) -> Path | None:
 
 @cache
 def own_path(module: str) -> Path | None:
-    """The file of a module of the project."""
+    """The file of a module of the project; None for any other."""
     if module.partition(".")[0] != OWN:
         return None
     place = ROOT.joinpath(*module.split("."))

@@ -24,7 +24,7 @@ ENTRY = re.compile(r"[0-9a-f]{32}\.(kept|json|nc)")
 
 
 class Store:
-    """Contents by key, in a folder that is private to the user.
+    """Contents kept by key, in a folder that is private to the user.
 
     A folder that cannot be used costs the keeping, not the work, and one line on standard error.
     """
@@ -45,7 +45,7 @@ class Store:
         self.usable = False
 
     def get(self, key: str, decoded: Callable[[bytes], Value]) -> Value:
-        """What is kept under a key. Raises KeyError unless something is, and is sound.
+        """The decoded content kept under a key. Raises KeyError unless there is a sound one.
 
         What is not sound costs one line on standard error.
         """
@@ -60,7 +60,7 @@ class Store:
         raise KeyError(key)
 
     def put(self, key: str, content: bytes) -> None:
-        """Keep it, in place of what is there. Raises OSError."""
+        """Keep a content under a key, in place of what is there. Raises OSError."""
         if not self.usable:
             return
         head = b"\n".join([MAGIC, key.encode(), _digest(key, content), b""])
@@ -72,7 +72,7 @@ class Store:
             new.publish(path)
 
     def remove(self, keys: Iterable[str]) -> None:
-        """What is kept under these keys, if anything. Raises InputError."""
+        """Remove what is kept under these keys, if anything. Raises InputError."""
         with in_one_line(self.folder):
             for key in keys:
                 self._path(key).unlink(missing_ok=True)
@@ -81,7 +81,7 @@ class Store:
         return self.folder / f"{key}{SUFFIX}"
 
     def _content(self, key: str) -> bytes:
-        """Raises OSError, and ValueError for what is not this key's entry, whole."""
+        """A key's content. Raises OSError, and ValueError unless the entry is this key's, whole."""
         flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
         handle = os.open(self._path(key), flags)
         try:
@@ -118,7 +118,7 @@ def clear(folder: Path) -> int:
 
 
 def entries(folder: Path) -> list[Path]:
-    """All entries of a folder. Raises OSError."""
+    """Paths of all entries in a folder, sorted. Raises OSError."""
     found = [path for path in folder.glob("*") if ENTRY.fullmatch(path.name)]
     return sorted(path for path in found if path.is_symlink() or not path.is_dir())
 

@@ -38,9 +38,9 @@ _lines: list[tuple[int, int]] = []
 
 @contextmanager
 def overseen(whose: str, cost: float = 5.0) -> Iterator[None]:
-    """Code is run here that is not ours: it is to blame if the command's process ends or hangs.
+    """Run code that is not ours in this context: it is to blame if the process ends or hangs.
 
-    whose: how an error line begins; cost: rough seconds, see Patience.
+    whose: how an error line begins; cost: estimated [s], see Patience.
     """
     _say(begins=whose, cost=cost)
     try:
@@ -57,7 +57,7 @@ def _say(**message: Any) -> None:
 
 
 def supervised(command: Callable[[], NoReturn]) -> int:
-    """Perform a command; returns the exit code of the program.
+    """Perform a command in a process of its own; returns the exit code of the program.
 
     The command leaves by SystemExit; it must listen to SIGINT and SIGTERM and unblock them.
     Whatever it has started is ended.
@@ -86,7 +86,7 @@ def supervised(command: Callable[[], NoReturn]) -> int:
 
 @dataclass
 class _Supervision:
-    """Of a command's process.
+    """The watch over a command's process, until its end.
 
     begun: whose code it runs; said: its verdict; status: of its end; stopped: the signal that came.
     """
@@ -100,7 +100,7 @@ class _Supervision:
     stopped: int | None = None
 
     def exit_code(self) -> int:
-        """After its end, which is waited for."""
+        """The program's exit code, once the command's process has ended."""
         wakes, woken = os.pipe()
         for handle in (wakes, woken, self.handle):
             os.set_blocking(handle, False)
@@ -134,7 +134,7 @@ class _Supervision:
             os.kill(self.child, number)
 
     def _waited_for(self, wakes: int) -> str:
-        """Whom to blame if the process had to be stopped."""
+        """Wait for the process to end; returns whom to blame if it had to be stopped."""
         until, open_ = float("inf"), [self.handle, wakes]
         while self.status is None and time.monotonic() < until:
             ready = select.select(open_, [], [], patience.LOOK_S)[0]
@@ -153,7 +153,7 @@ class _Supervision:
         return ""
 
     def _listen(self) -> bool:
-        """Hear what has been said; whether anybody may say more."""
+        """Read what the command has said; returns whether anybody may say more."""
         with suppress(BlockingIOError):
             while content := os.read(self.handle, CHUNK):
                 *lines, self.heard = (self.heard + content).split(b"\n")
@@ -179,7 +179,7 @@ class _Supervision:
         return ""
 
     def _reap(self) -> None:
-        """Of all that have ended; others than the command were left behind by it."""
+        """Collect all processes that have ended; others than the command were left behind by it."""
         with suppress(ChildProcessError):
             while (ended := os.waitpid(-1, os.WNOHANG))[0]:
                 if ended[0] == self.child:

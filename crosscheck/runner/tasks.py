@@ -28,7 +28,7 @@ PRECISE = "precise"  # how the names of such runs begin
 
 @dataclass(frozen=True)
 class RunKey:
-    """The name of a run: experiment, model and, of its runs there, which."""
+    """The name of a run: experiment, model, and which of the model's runs there."""
 
     experiment: str
     model: str
@@ -40,10 +40,10 @@ class RunKey:
 
 @dataclass(frozen=True)
 class Simulation:
-    """One run of one model.
+    """A task: one run of one model.
 
-    ``rtol`` asks for its adaptive reference instead of fixed steps, or, of a variant that is called
-    so, for its precise run.
+    ``rtol`` asks for the model's adaptive reference instead of fixed steps, or, of a variant that
+    is called so, for its precise run.
     """
 
     key: RunKey
@@ -52,18 +52,18 @@ class Simulation:
 
     @property
     def model(self) -> str:
-        """Whose run."""
+        """Name of the model that runs."""
         return self.key.model
 
     @property
     def cost(self) -> float:
-        """Rough seconds, to start the longest first."""
+        """Estimated cost [s], to start the longest first."""
         steps = self.case.scenario.steps
         return steps * MODELS[self.model].call_s * (4 if self.rtol else 1)
 
     @or_failure
     def perform(self) -> xr.Dataset:
-        """The whole trajectory, or what prevented it."""
+        """The whole trajectory, or the Failure that says why there is none."""
         entry, model = MODELS[self.model], built(self.model, self.case)
         if self.rtol is None:
             run = model.simulate()
@@ -78,13 +78,13 @@ class Simulation:
 
     @property
     def is_precise(self) -> bool:
-        """Whether its steps end where contacts change."""
+        """Whether the run is a precise one, whose steps end where contacts change."""
         return self.key.variant.startswith(PRECISE)
 
 
 @dataclass(frozen=True)
 class Evaluation(OwnKey):
-    """One function of one model at ``count`` random states of a seed; see checks.answers."""
+    """A task: one function of a model at ``count`` random states of a seed; see checks.answers."""
 
     model: str
     case: Case
@@ -94,12 +94,12 @@ class Evaluation(OwnKey):
 
     @property
     def cost(self) -> float:
-        """Rough seconds: building the model, then a few calls for every state."""
+        """Estimated cost [s]: building the model, then a few calls for every state."""
         return 0.01 + 10 * self.count * MODELS[self.model].call_s
 
     @or_failure
     def perform(self) -> np.ndarray:
-        """The answers, state by state along the first axis, or why there are none."""
+        """The answers, state by state along the first axis, or a Failure where there are none."""
         model = built(self.model, self.case)
         expected = MODELS[self.model].layout(self.case.arm, self.case.switches)
         return answers(model, expected, self.quantity, self.count, self.seed)
@@ -109,11 +109,11 @@ Outcome: TypeAlias = "xr.Dataset | np.ndarray | Failure"
 
 
 def built(name: str, case: Case) -> Model:
-    """The model of a case; every process remembers the last few."""
+    """The named model of a case; every process remembers the last few."""
     return _built(name, MODELS[name], case)
 
 
 @lru_cache(maxsize=8)
 def _built(name: str, entry: Entry, case: Case) -> Model:
-    """By its entry too: one after another, models on trial may have the same name."""
+    """The model of a case, kept by its entry too: models on trial may follow under one name."""
     return build(name, *case)

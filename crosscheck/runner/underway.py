@@ -16,7 +16,7 @@ BELIEVED_S = 5.0
 
 @dataclass(frozen=True)
 class Underway:
-    """In words; pieces of work done, of how many; seconds left, None where nobody can know."""
+    """Progress: what is being done, pieces done, of how many, seconds left (None if unknown)."""
 
     what: str
     done: int = 0
@@ -28,13 +28,13 @@ Told = Callable[[Underway], None]
 
 
 def unsaid(now: Underway) -> None:
-    """For those whom nobody watches."""
+    """Tell nobody of the progress."""
 
 
 class Expectation:
-    """How long tasks on so many processes still take.
+    """An estimate of how long tasks on so many processes still take.
 
-    By their declared costs, and by the time that those of them took which are done.
+    It is made from their declared costs, and from the time that those of them took which are done.
     """
 
     def __init__(self, tasks: Sequence[Task], jobs: int) -> None:
@@ -45,11 +45,11 @@ class Expectation:
         self.began = time.monotonic()
 
     def finish(self, key: object) -> None:
-        """A task is done."""
+        """Count a task as done, by its key."""
         self.done += self.costs[key]
 
     @property
     def left_s(self) -> float:
-        """Seconds."""
+        """Estimated time that is left [s]."""
         spent = time.monotonic() - self.began + BELIEVED_S
         return max(0.0, self.whole - self.done) * spent / (self.done + self.jobs * BELIEVED_S)

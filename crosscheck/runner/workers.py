@@ -47,7 +47,7 @@ def perform_all(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -
 
 @dataclass
 class _Worker:
-    """A process, the pipe to it, and what it is at; over: why that must be stopped."""
+    """A worker: its process, the pipe to it, and its task; over: why that must be stopped."""
 
     process: ForkProcess
     pipe: Connection
@@ -57,12 +57,12 @@ class _Worker:
 
     @property
     def number(self) -> int:
-        """Of the process."""
+        """Number of the worker's process."""
         assert self.process.pid is not None  # it has been started
         return self.process.pid
 
     def is_over(self, table: Table) -> bool:
-        """Whether its task must be stopped; the first look at it begins to count."""
+        """Whether the worker's task must be stopped; the first look at it begins to count."""
         assert self.task is not None  # those at work alone are looked at
         if self.patience is None:
             self.patience = Patience(self.number, self.task.cost, table)
@@ -80,7 +80,7 @@ class _Worker:
 
 
 class Workers:
-    """Up to ``jobs`` forked processes; as a context, none is left behind."""
+    """Up to ``jobs`` forked worker processes; as a context, it leaves none behind."""
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
@@ -149,7 +149,7 @@ class Workers:
         return task.key, self._result(worker)
 
     def _employ(self, waiting: Iterator[Task]) -> list[Any]:
-        """Give idle workers the next tasks, hire while there are any. Their keys."""
+        """Give idle workers the next tasks, hire while there are any; returns the tasks' keys."""
         idle = [worker for worker in self.crew if worker.task is None]
         given = []
         while idle or len(self.crew) < self.jobs:
@@ -178,7 +178,7 @@ class Workers:
         return worker
 
     def _finished(self) -> list[_Worker]:
-        """Those at work that have a result, are dead, or must be stopped: at least one."""
+        """The workers that have a result, are dead, or must be stopped: at least one."""
         busy = [worker for worker in self.crew if worker.task is not None]
         events = [w.pipe for w in busy] + [w.process.sentinel for w in busy]
         while True:
@@ -191,7 +191,7 @@ class Workers:
                 return [w for w in busy if w.pipe in ready or w.process.sentinel in ready]
 
     def _result(self, worker: _Worker) -> Any:
-        """What it sent; or why it sent nothing, in which case it is dismissed."""
+        """What a worker sent; or a Failure where it sent nothing, in which case it is dismissed."""
         worker.task = None
         try:
             if worker.pipe.poll():
@@ -214,7 +214,7 @@ class Workers:
 
 
 def _serve(pipe: Connection, parent: int) -> None:
-    """A worker's life: tasks in, results out."""
+    """Live as a worker: receive tasks, send their results."""
     settle_down(parent)
     while True:
         try:
@@ -232,9 +232,10 @@ def _serve(pipe: Connection, parent: int) -> None:
 
 
 def settle_down(parent: int) -> None:
-    """Die with the parent, leave signals to it, say nothing, leave no core file.
+    """Make this process a worker: end with the parent, leave signals to it, write nothing.
 
-    The parent's objects stay as they are, so that the memory that they are in stays shared.
+    The parent's objects stay as they are, so that the memory that they are in stays shared. The
+    process leaves no core file.
     """
     gc.freeze()
     signal.signal(signal.SIGINT, signal.SIG_IGN)

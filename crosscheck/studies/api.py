@@ -40,10 +40,11 @@ def sweep(
 ) -> xr.Dataset:
     """Run every member of a study; returns what was measured over the axes, in SI units.
 
-    axes: values by path, or axes as a study's file has them, as records or mappings; measures
-    likewise, its quantities. samples, starts: how many, or a mapping that also has the seed. jobs:
-    processes of this machine; scheduler: address of a Dask scheduler in their place. out: file to
-    keep, which with ``resume`` goes on where it was stopped. Functions named in measures are run.
+    axes: values by path, or axes as a study's file has them, as records or mappings; measures: the
+    quantities as a study's file has them, as records or mappings. samples, starts: how many, or a
+    mapping that also has the seed. jobs: processes of this machine; scheduler: address of a Dask
+    scheduler in their place. out: file to keep, which with ``resume`` goes on where it was stopped.
+    Functions named in measures are run.
 
     Raises InputError, and Unfinished where workers keep dying.
     """
@@ -77,7 +78,7 @@ def sweep(
 
 
 def _plain(record: Data | Mapping[str, Any]) -> dict[str, Any]:
-    """Its fields, numbers of NumPy's as Python's."""
+    """The fields of a record by name, with numbers of NumPy's as Python's."""
     return {
         name: [_number(each) for each in value] if isinstance(value, list) else _number(value)
         for name, value in dict(record).items()
@@ -85,7 +86,7 @@ def _plain(record: Data | Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _number(value: Any) -> Any:
-    """A number of Python's where it is one of NumPy's."""
+    """The value, as a number of Python's where it is one of NumPy's."""
     return value.tolist() if hasattr(value, "tolist") else value
 
 
@@ -94,5 +95,5 @@ def _counted(given: int | Mapping[str, Any] | None) -> dict[str, Any] | None:
 
 
 def _content(record: Arm | Scenario) -> dict[str, Any]:
-    """As a file would have it."""
+    """The content of an arm or scenario, as its file would have it."""
     return record.model_dump(mode="json", exclude_none=True)

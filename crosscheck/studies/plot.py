@@ -37,7 +37,7 @@ DPI = 140
 
 
 def drawable(result: Opened) -> list[str]:
-    """The quantities of a result that drawings are made of."""
+    """Names of the quantities of a result that can be drawn."""
     return [
         name
         for name in result.variables()
@@ -46,7 +46,7 @@ def drawable(result: Opened) -> list[str]:
 
 
 def picture(quantities: list[str], result: Opened) -> bytes:
-    """PNG of these, or of all that can be drawn. Raises InputError."""
+    """PNG content: drawings of these quantities, or of all that there are. Raises InputError."""
     known = drawable(result)
     for name in quantities:
         if name not in known:
@@ -61,7 +61,7 @@ def picture(quantities: list[str], result: Opened) -> bytes:
 
 
 def drawn(result: xr.Dataset, names: Sequence[str]) -> bytes:
-    """PNG of a drawing for each quantity, and each joint of it."""
+    """PNG content: a drawing for each quantity, and for each joint of it."""
     panels = list[xr.DataArray]()
     for values in (result[name] for name in names):
         joints = values["joint"].values if "joint" in values.dims else ()
@@ -78,7 +78,7 @@ def drawn(result: xr.Dataset, names: Sequence[str]) -> bytes:
 
 
 def _draw(axes: Axes, values: xr.DataArray) -> None:
-    """As its dimensions ask for: one axis a curve, two a map, none a distribution."""
+    """Draw values as their dimensions ask for: one axis a curve, two a map, none a distribution."""
     own = [str(dim) for dim in values.dims if dim not in REPEATED and values.sizes[dim] > 1]
     single = [dim for dim in values.dims if dim not in (*own, *REPEATED)]
     values = values.isel(dict.fromkeys(single, 0))
@@ -108,13 +108,13 @@ def _cut(text: str) -> str:
 
 
 def _repeats(values: xr.DataArray, *own: str) -> np.ndarray:
-    """(*own, all repetitions)."""
+    """The values with all repetitions along the last axis, shape (*own, repetitions)."""
     ordered = values.transpose(*own, ...).values
     return ordered.reshape(*ordered.shape[: len(own)], -1)
 
 
 def _distribution(axes: Axes, values: xr.DataArray) -> None:
-    """Histogram, and the share of members that are below."""
+    """Draw a histogram, and the share of members that are below each value."""
     known = values.values[np.isfinite(values.values)]
     axes.hist(known, bins=min(max(10, math.isqrt(known.size)), 100), color="0.75")
     axes.set_xlabel(_labelled(values))
@@ -126,7 +126,7 @@ def _distribution(axes: Axes, values: xr.DataArray) -> None:
 
 
 def _curve(axes: Axes, values: xr.DataArray, own: str) -> None:
-    """Over the axis: the median and bands of what is repeated; the share of two states, if so."""
+    """Draw the median and bands of repetitions over an axis, and the share of two states, if so."""
     repeats, at = _repeats(values, own), values[own]
     x = _positions(at)
     with np.errstate(all="ignore"):
@@ -153,7 +153,7 @@ def _quantiles(repeats: np.ndarray) -> np.ndarray:
 
 
 def _states(axes: Axes, x: np.ndarray, repeats: np.ndarray) -> None:
-    """Where members fall into two states apart from each other, the share in the upper one."""
+    """Draw the share of members in the upper of two states, where they fall into two."""
     between = two_states(repeats)
     if between is None:
         return
@@ -183,7 +183,7 @@ def two_states(values: np.ndarray) -> float | None:
 
 
 def _map(axes: Axes, values: xr.DataArray, own: Sequence[str]) -> None:
-    """Medians over the last two axes, at the first point of any other."""
+    """Draw medians over the last two axes, at the first point of any other."""
     down, across = own[-2:]
     fixed = dict.fromkeys(own[:-2], 0)
     part = values.isel(fixed)
@@ -203,7 +203,7 @@ def _map(axes: Axes, values: xr.DataArray, own: Sequence[str]) -> None:
 
 
 def _mark(at: xr.DataArray, scale: Callable[[str], Any], ticks: Callable[..., Any]) -> None:
-    """Words in place of numbers, or a logarithmic scale, where an axis of a drawing needs them."""
+    """Put words in place of numbers, or a logarithmic scale, where a drawing's axis needs them."""
     if at.dtype.kind not in "if":
         shown = np.arange(0, at.size, math.ceil(at.size / MOST_WORDS))
         ticks(shown, [_cut(str(word)) for word in at.values[shown]])

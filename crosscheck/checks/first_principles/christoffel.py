@@ -24,7 +24,7 @@ def christoffel_force(
     v: np.ndarray,
     angular: np.ndarray,
 ) -> np.ndarray:
-    """C(q, v) v, shape (n,), of a mass matrix alone.
+    """The force C(q, v) v that follows from a mass matrix alone, shape (n,).
 
     angular (n,): which coordinates are angles [rad]; the others are displacements [m].
     """

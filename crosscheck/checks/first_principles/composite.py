@@ -16,7 +16,7 @@ Content = Mapping[str, Any]  # of an arm's file, of either version
 
 
 class CompositePart(NamedTuple):
-    """A body, or what of a body turns by itself.
+    """A body, or the part of a body that turns by itself.
 
     mass [kg] at a distance [m] along a link, counted from 0; inertia [kg m^2] about its centre;
     geared, locked (joints,): how often it turns with every joint, the gears of that joint rolling
@@ -32,7 +32,7 @@ class CompositePart(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """Where an arm's axes (joints,) and ends of links (joints,) are, and links' directions."""
+    """An arm's pose, complex: axes (joints,) and ends of links (joints,) [m], links' directions."""
 
     axes: np.ndarray
     ends: np.ndarray
@@ -61,7 +61,7 @@ def parts_of(content: Content, level: str = "coupled") -> list[CompositePart]:
 
 
 def _at_joint(joint: Content, k: int, after: np.ndarray, level: str) -> Iterator[CompositePart]:
-    """Motor or gears, their masses at the axis."""
+    """The parts of a joint: motor or gears, their masses at the axis."""
     before, own = after[k] - np.eye(len(after))[k], np.eye(len(after))[k]
     if joint["kind"] == "direct":
         motor, rotor = float(joint["motor_mass_kg"]), float(joint["rotor_inertia_kg_m2"])
@@ -87,7 +87,7 @@ TEETH = ("sun_teeth", "planet_teeth", "ring_teeth")
 
 
 def gear_inertia(joint: Content, gear: str) -> float:
-    """J of a sun, a planet or a carrier about its axis [kg m^2], as given or M r^2."""
+    """Inertia J of a sun, a planet or a carrier about its axis [kg m^2], as given or M r^2."""
     inertia = joint.get(f"{gear}_inertia_kg_m2")
     if inertia is not None:
         return float(inertia)
@@ -97,13 +97,13 @@ def gear_inertia(joint: Content, gear: str) -> float:
 
 
 def base_radius(joint: Content, teeth: int) -> float:
-    """Of a wheel of the joint [m]."""
+    """Base radius of a wheel of the joint [m]."""
     pitch = float(joint["module_m"]) * teeth / 2
     return pitch * math.cos(math.radians(joint["pressure_angle_deg"]))
 
 
 def posed(content: Content, theta: np.ndarray) -> Pose:
-    """The arm at relative angles theta (joints,) [rad]."""
+    """The pose of an arm at relative angles theta (joints,) [rad]."""
     directions = np.exp(1j * np.cumsum(theta))
     ends = np.cumsum(np.array([float(link["length_m"]) for link in content["links"]]) * directions)
     return Pose(np.array([0.0, *ends[:-1]]), ends, directions)
@@ -112,8 +112,8 @@ def posed(content: Content, theta: np.ndarray) -> Pose:
 def inertia(parts: Sequence[CompositePart], pose: Pose, *, locked: bool) -> np.ndarray:
     """Mass matrix [kg m^2] by the parallel axis theorem, shape (joints, joints).
 
-    locked: twice as large, after the joints with their gears rolling the same with their gears
-    locked, which turns everything beyond an axis as one body.
+    locked: the matrix is twice as large; after the joints with their gears rolling come the joints
+    with their gears locked, which turns everything beyond an axis as one body.
     """
     size = (2 if locked else 1) * len(pose.axes)
     found = np.zeros((size, size))
@@ -135,6 +135,6 @@ def weight(parts: Sequence[CompositePart], pose: Pose, content: Content) -> np.n
 
 
 def _levers(part: CompositePart, pose: Pose) -> np.ndarray:
-    """From every axis that carries the part to its centre [m], complex, (joints,); else 0."""
+    """Levers from each axis that carries the part to its centre [m], complex, (joints,); else 0."""
     place = pose.axes[part.link] + part.along * pose.directions[part.link]
     return np.where(np.arange(len(pose.axes)) <= part.link, place - pose.axes, 0.0)

@@ -15,7 +15,7 @@ from crosscheck.models.experiment.scenario import Switches
 
 
 class MeshSpring(NamedTuple):
-    """One mesh along a way: its clearance b [m], k [N/m] and x - e [m], both (times,)."""
+    """The spring of one mesh along a way: clearance b [m], k [N/m] and x - e [m], both (times,)."""
 
     backlash: float
     stiffness: np.ndarray
@@ -25,7 +25,7 @@ class MeshSpring(NamedTuple):
 def springs(
     arm: Arm, chosen: Switches, theta: np.ndarray, x_sp: np.ndarray, x_pr: np.ndarray
 ) -> Iterator[MeshSpring]:
-    """Every mesh of every planet, with the phase by the angle.
+    """The spring of every mesh of every planet, with the mesh phase by the angle.
 
     theta (times, joints) [rad]; x_sp, x_pr (times, joints, planets) [m].
     """
@@ -44,13 +44,13 @@ def springs(
 
 
 def energy_of(spring: MeshSpring) -> np.ndarray:
-    """1/2 k f^2 [J], (times,): what of x - e is beyond the clearance is pressed in."""
+    """Energy 1/2 k f^2 [J], (times,): what of x - e is beyond the clearance is pressed in."""
     pressed = np.maximum(np.abs(spring.gap) - spring.backlash, 0.0)
     return spring.stiffness * pressed**2 / 2
 
 
 def _constants(joint: Planetary, planet: int) -> tuple[float, float]:
-    """What is added to a planet's phases at sun and ring [rad], given or by the teeth.
+    """Constants added to a planet's phases at sun and ring [rad], given or by the teeth.
 
     A planet further round meets a sun tooth later and, the carrier moving into the ring, a ring
     tooth sooner; at the ring the planet's other flank carries, half of its teeth further.
@@ -65,7 +65,7 @@ def _constants(joint: Planetary, planet: int) -> tuple[float, float]:
 
 
 def stiffness_at(law: stiffness.StiffnessLaw, phase: np.ndarray) -> np.ndarray:
-    """k [N/m] of a law at phases [rad], any shape."""
+    """Stiffness k [N/m] of a law at phases [rad], of the phases' shape."""
     if isinstance(law, stiffness.SineStiffness):
         return law.mean_N_per_m + law.amplitude_N_per_m * np.sin(phase)
     if isinstance(law, stiffness.FourierStiffness):

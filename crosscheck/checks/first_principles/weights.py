@@ -22,7 +22,7 @@ def weight_moments(arm: Arm, theta: np.ndarray) -> np.ndarray:
 
 
 def weight_energy(arm: Arm, theta: np.ndarray) -> np.ndarray:
-    """Of all masses in the field of gravity [J], shape (times,), theta (times, joints)."""
+    """Potential energy of all masses in gravity [J], shape (times,), theta (times, joints)."""
     pull = complex(*arm.gravity_m_per_s2)
     found = (_masses(arm, angles) for angles in theta)
     return np.array([-float((m * (np.conj(places) * pull).real).sum()) for m, places, _ in found])
@@ -31,7 +31,7 @@ def weight_energy(arm: Arm, theta: np.ndarray) -> np.ndarray:
 def _masses(arm: Arm, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Masses [kg], their complex places [m], and the first joint that carries each.
 
-    Links, then joints, and the payload.
+    The order is links, joints, and the payload.
     """
     directions = np.exp(1j * np.cumsum(theta))
     lengths = np.array([link.length_m for link in arm.links])
@@ -45,7 +45,7 @@ def _masses(arm: Arm, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
 
 
 def joint_mass(joint: Planetary | Direct) -> float:
-    """All that is centred on a joint's axis [kg]."""
+    """Mass of all that is centred on a joint's axis [kg]."""
     if isinstance(joint, Direct):
         return joint.motor_mass_kg
     planets = joint.planet_count * joint.planet_mass_kg
@@ -53,7 +53,7 @@ def joint_mass(joint: Planetary | Direct) -> float:
 
 
 def link_mass(link: Link) -> float:
-    """Of a rod by its section and density, or as given [kg]."""
+    """Mass of a link [kg]: of a rod by its section and density, or as given."""
     if link.mass_kg is not None:
         return link.mass_kg
     section, density = link.cross_section_m2 or 0.0, link.density_kg_per_m3 or 0.0

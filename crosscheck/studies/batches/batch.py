@@ -26,10 +26,10 @@ Numbers = dict[str, np.ndarray]  # by column, (members, *the column's shape)
 
 
 def run_batch(text: str, begin: int, end: int) -> Numbers:
-    """The numbers of a study's members from one place to before another.
+    """The numbers of a study's members from one place to before another, by column.
 
-    text: of the study. All numbers of a member that diverged are nan, but when it did. Raises
-    InputError.
+    text: ``PreparedStudy.text``. All numbers of a member that diverged are nan, but the time at
+    which it did. Raises InputError.
     """
     from crosscheck.analytic.ensemble import groups
 
@@ -50,7 +50,7 @@ def run_batch(text: str, begin: int, end: int) -> Numbers:
 
 
 def run_check(text: str, place: int) -> Numbers:
-    """The numbers of one member by the engine that runs are held against; nan if it diverged.
+    """The numbers of one member's run by a second engine, by column; nan if it diverged.
 
     Raises InputError.
     """
@@ -66,15 +66,16 @@ def run_check(text: str, place: int) -> Numbers:
 
 
 def models_of(cases: Sequence[Case]) -> list[AnalyticModel]:
-    """The lead's, whose kernels run side by side. Raises InputError."""
+    """The reference model of each case; their kernels run side by side. Raises InputError."""
     return [cast("AnalyticModel", build(lead(), *case)) for case in cases]
 
 
 @lru_cache
 def made_ready() -> None:
-    """A worker's preparation for its batches, once: what they import, out of the collector's sight.
+    """Prepare a worker for its batches, once: import what they need, out of the collector's sight.
 
-    Which would go through a million objects of the libraries again and again (measured: 5 %).
+    The collector would go through a million objects of the libraries again and again (measured:
+    5 %).
     """
     import_module("crosscheck.analytic.ensemble")
     gc.freeze()

@@ -22,7 +22,7 @@ MOST_BYTES = 200e6  # of signals that are kept whole meanwhile
 
 
 class MemberBatch(NamedTuple):
-    """Members from one place to before another, in C order of the grid; key: by content."""
+    """A batch: members from one place to before another, in the grid's C order; key: its digest."""
 
     key: str
     begin: int
@@ -30,7 +30,7 @@ class MemberBatch(NamedTuple):
 
 
 def batches(study: PreparedStudy, version: str) -> Iterator[MemberBatch]:
-    """All of a study, in order."""
+    """All batches of a study, in order; version: a part of their keys."""
     size = batch_size(study)
     for begin in range(0, study.count, size):
         end = min(begin + size, study.count)
@@ -38,12 +38,12 @@ def batches(study: PreparedStudy, version: str) -> Iterator[MemberBatch]:
 
 
 def task_of(study: PreparedStudy, batch: MemberBatch) -> FunctionTask:
-    """Its work."""
+    """The task that runs a batch."""
     return FunctionTask(batch.key, run_batch, (study.text, batch.begin, batch.end))
 
 
 def checks(study: PreparedStudy, version: str) -> list[FunctionTask]:
-    """The members that a second engine runs again, evenly chosen; arguments: (text, place)."""
+    """Tasks by which a second engine runs evenly chosen members again; arguments: (text, place)."""
     wanted = min(study.definition.spot_checks, study.count)
     places = [(2 * number + 1) * study.count // (2 * wanted) for number in range(wanted)]
     return [
@@ -53,7 +53,7 @@ def checks(study: PreparedStudy, version: str) -> list[FunctionTask]:
 
 
 def batch_size(study: PreparedStudy) -> int:
-    """Members of a batch: some seconds of work, full lanes, bounded memory."""
+    """Number of members in a batch: some seconds of work, full lanes, bounded memory."""
     case = study.base
     free = case.switches.planets == "free"
     planets = [joint.planet_count for joint in case.arm.joints if joint.planet_count]
@@ -65,7 +65,7 @@ def batch_size(study: PreparedStudy) -> int:
 
 
 def _kept_bytes(study: PreparedStudy) -> float:
-    """Of one member, while its batch runs."""
+    """Bytes of the signals that one member keeps while its batch runs."""
     scenario, joints = study.base.scenario, len(study.base.arm.joints)
     record = 8.0 * (scenario.steps // scenario.stride + 1) * joints
     planets = max(1, *(joint.planet_count for joint in study.base.arm.joints))
@@ -82,13 +82,13 @@ def _kept_bytes(study: PreparedStudy) -> float:
 
 
 def packed(numbers: Numbers, columns: Sequence[Column]) -> bytes:
-    """As they are kept: those of one column behind those of another."""
+    """The numbers as the bytes that are kept: one column behind the other."""
     arrays = [np.ascontiguousarray(numbers[column.name], np.float64) for column in columns]
     return b"".join(array.tobytes() for array in arrays)
 
 
 def unpacked(content: bytes, columns: Sequence[Column], members: int) -> Numbers:
-    """What was kept of so many members. Raises ValueError."""
+    """The numbers of so many members, by column, from the bytes kept. Raises ValueError."""
     sizes = [members * math.prod(column.shape) for column in columns]
     numbers = np.frombuffer(content, np.float64)
     if numbers.size != sum(sizes):

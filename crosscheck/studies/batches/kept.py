@@ -40,7 +40,7 @@ class KeptBatches:
         self.columns, self.mark, self.keys = columns, mark, keys
 
     def get(self, key: str, members: int) -> Numbers | None:
-        """Of so many members; None where nothing sound is kept."""
+        """The numbers of a batch of so many members; None where nothing sound is kept."""
         if key not in self.keys:
             return None
         try:
@@ -49,20 +49,20 @@ class KeptBatches:
             return None
 
     def put(self, key: str, numbers: Numbers) -> None:
-        """Raises OSError."""
+        """Keep the numbers of a batch under its key. Raises OSError."""
         if key not in self.keys:
             os.write(self.mark, f"{key}\n".encode())
             self.keys.add(key)
         self.store.put(key, packed(numbers, self.columns))
 
     def clear(self) -> None:
-        """Remove all that is listed. Raises InputError."""
+        """Remove all batches that the mark lists. Raises InputError."""
         self.store.remove(self.keys)
         self.keys.clear()
 
 
 def folder_of(out: Path) -> Path:
-    """Of a result's batches."""
+    """The folder of a result's batches."""
     return out.with_name(f"{out.name}.batches")
 
 
@@ -76,7 +76,7 @@ def require_room(out: Path, needed: int, members: int) -> None:
 
 
 def is_complete(out: Path, study: PreparedStudy, version: str, resume: bool) -> bool:
-    """Whether the result is there already. Raises InputError where it may not be made."""
+    """Whether a study's result is there already. Raises InputError where it may not be made."""
     if not out.exists():
         return False
     if not resume:
@@ -94,11 +94,11 @@ def is_complete(out: Path, study: PreparedStudy, version: str, resume: bool) -> 
 def batches_of(
     out: Path, study: PreparedStudy, columns: Sequence[Column], resume: bool
 ) -> Iterator[KeptBatches]:
-    """The batches that are kept for a result; gone once all went well.
+    """The batches that are kept for a result, removed once all went well.
 
     Nothing is touched that the folder's own mark does not list, and no link is followed. Raises
-    InputError where those of another study are, or of this one without ``resume``, or where another
-    process is at it.
+    InputError where the folder has another study's batches, or this one's without ``resume``, or
+    where another process is at it.
     """
     folder = folder_of(out)
     with in_one_line(folder):
@@ -132,14 +132,14 @@ def batches_of(
 
 
 def clear_batches(out: Path, study: PreparedStudy, columns: Sequence[Column]) -> None:
-    """Remove what is kept of a result that is there: its writer was killed before it did."""
+    """Remove the batches of a result that is there: its writer was killed before it did."""
     if folder_of(out).is_dir():
         with suppress(InputError), batches_of(out, study, columns, resume=True):
             pass  # those of another study stay
 
 
 def _listed(mark: int, folder: Path, study: PreparedStudy) -> set[str] | None:
-    """The keys of what is kept; None where nothing was begun. Raises InputError."""
+    """Keys of the batches that are kept; None where nothing was begun. Raises InputError."""
     content = os.pread(mark, MARK_BYTES + 1, 0)
     if not content:
         return None

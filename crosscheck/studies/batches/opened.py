@@ -34,7 +34,7 @@ Use = Callable[[Any], Any]
 
 
 def used(path: Path, use: Use, form: type[SoundFile] | None = None) -> Any:
-    """What a function makes of a file of a form; it is called in another process.
+    """What a function returns for an opened file of a form; it is called in another process.
 
     form: a study's result unless another is given. Raises InputError.
     """
@@ -56,7 +56,7 @@ def used(path: Path, use: Use, form: type[SoundFile] | None = None) -> Any:
 
 @dataclass(frozen=True)
 class _Reading:
-    """The task of a worker; within_s: until all is read."""
+    """A worker's task: open a file and use it; within_s: until all is read."""
 
     path: Path
     use: Use
@@ -66,7 +66,7 @@ class _Reading:
     cost = 1.0  # rough seconds
 
     def perform(self) -> Any:
-        """What the use makes of it, or an InputError."""
+        """What ``use`` returns for the opened file, or an InputError."""
         signal.setitimer(signal.ITIMER_REAL, self.within_s)  # which ends the process
         try:
             with h5py.File(self.path, "r", locking=False) as file:
@@ -76,7 +76,7 @@ class _Reading:
 
 
 class SoundFile:
-    """A NetCDF file whose form has been found to be one that can be read; in a worker."""
+    """An open NetCDF file whose form was found to be one that can be read; in a worker."""
 
     said = "NetCDF file"
 
@@ -93,17 +93,17 @@ class SoundFile:
         self._require(version == known, f"schema_version {version}; {known} is read")
 
     def names(self) -> list[str]:
-        """The variables, those that only give a dimension its size left out."""
+        """Names of the variables, those that only give a dimension its size left out."""
         return [name for name, data in self.file.items() if not _is_size(data)]
 
     def variables(self) -> list[str]:
-        """Those that are no coordinates of others."""
+        """Names of the variables that are no coordinates of others."""
         named = (data for data in self.file.values() if "coordinates" in data.attrs)
         beside = {one for data in named for one in self._text(data, "coordinates").split()}
         return [n for n in self.names() if n not in beside and not self.file[n].is_scale]
 
     def dims(self, name: str) -> tuple[str, ...]:
-        """Of a variable."""
+        """Names of a variable's dimensions."""
         data = self.file[name]
         if data.is_scale and data.ndim == 1:
             return (name,)
@@ -117,12 +117,12 @@ class SoundFile:
         return tuple(found)
 
     def joints(self, name: str) -> int:
-        """Of how many a variable has numbers, each for itself."""
+        """Number of joints that a variable has numbers for; 1 where it is not over joints."""
         sizes = dict(zip(self.dims(name), self.file[name].shape, strict=True))
         return int(sizes.get("joint", 1))
 
     def dataset(self, names: Sequence[str]) -> xr.Dataset:
-        """These variables, of numbers, and all that gives places along their dimensions."""
+        """A Dataset of these variables, of numbers, with the coordinates of their dimensions."""
         dims = {name: self.dims(name) for name in names}
         along = {dim for each in dims.values() for dim in each}
         beside = [name for name in self.names() if name in along]
@@ -138,7 +138,7 @@ class SoundFile:
         return np.asarray(data[()], dtype=np.float64)
 
     def _values(self, name: str) -> np.ndarray:
-        """Numbers, all finite, or words."""
+        """The values of a coordinate: numbers, all finite, or words."""
         data = self.file[name]
         if data.dtype.kind == "O":
             return np.array([self._printable(name, word) for word in data.asstr()[()]])
@@ -159,7 +159,7 @@ class SoundFile:
         return str(text)
 
     def _require_sound(self, name: str) -> int:
-        """Of a variable, before it is read; how many bytes it takes, if it is compressed."""
+        """Check a variable before it is read; returns its size [bytes] if compressed, else 0."""
         self._printable("a variable's name", name)
         hard = isinstance(self.file.get(name, getlink=True), h5py.HardLink)
         self._require(hard, f"{name} leads elsewhere")
@@ -186,7 +186,7 @@ class SoundFile:
 
 
 class Opened(SoundFile):
-    """A result whose form has been found to be that of a study's; in a worker."""
+    """An open file whose form was found to be that of a study's result; in a worker."""
 
     said = "result of a study"
 
@@ -197,17 +197,17 @@ class Opened(SoundFile):
         self._require(re.fullmatch("[0-9a-f]{64}", self.study) is not None, STUDY)
 
     def identity(self) -> tuple[str, str]:
-        """Digest of the study, and version, that made it."""
+        """Digest of the study that the result is of, and fingerprint of what made it."""
         return self.study, self.version
 
 
 def _is_size(data: h5py.Dataset) -> bool:
-    """Whether it only gives a dimension its size."""
+    """Whether a data set only gives a dimension its size."""
     name = data.attrs.get("NAME", b"") if data.is_scale else b""
     return SCALE in str(name)
 
 
 def _only(node: h5py.HLObject, key: str) -> Any:
-    """An attribute of one value; None for any other."""
+    """The value of an attribute that has only one; None for any other."""
     value: Any = node.attrs.get(key)
     return value if np.ndim(value) == 0 else value.flat[0] if np.size(value) == 1 else None

@@ -34,17 +34,17 @@ PAGE = 1 << 16
 
 
 def expected_bytes(study: PreparedStudy, columns: Sequence[Column]) -> int:
-    """Size of a result's numbers."""
+    """Size of a result's numbers [bytes]."""
     return study.count * sum(map(_size, columns)) * NUMBER_BYTES
 
 
 def _size(column: Column) -> int:
-    """Numbers of a member."""
+    """How many numbers a member has in a column."""
     return math.prod(column.shape)
 
 
 def checked_columns(columns: Sequence[Column], engine: str) -> list[Column]:
-    """What a second engine makes of these, over the members that are checked."""
+    """Columns of a second engine's values and differences, over the members that are checked."""
     found = []
     for column in columns:
         name, unit, about = column.name, column.unit, f"{column.name} by {engine}"
@@ -100,16 +100,16 @@ class ResultFile:
             new.write_at(number * PAGE, bytes(page[: memory.size - number * PAGE]))
 
     def write(self, begin: int, numbers: Numbers) -> None:
-        """Members from a place on. Raises OSError."""
+        """Write the numbers of members from a place on. Raises OSError."""
         for name, column in self.columns.items():
             self._put(name, begin * _size(column), numbers[name])
 
     def add(self, name: str, values: np.ndarray) -> None:
-        """A variable over the members that are checked, (checked, *the column's shape)."""
+        """Write a variable over the members that are checked, (checked, *the column's shape)."""
         self._put(name, 0, values)
 
     def spread(self, name: str) -> np.ndarray:
-        """Largest less smallest of what all members have of a column, of the column's shape."""
+        """Largest less smallest value of a column over all members, of the column's shape."""
         values = self._numbers(name, 0, self.study.count)
         some = np.isfinite(values).any(axis=0)
         high = np.where(np.isfinite(values), values, -np.inf).max(axis=0)
@@ -117,16 +117,16 @@ class ResultFile:
         return np.where(some, high, np.nan) - np.where(some, low, np.nan)
 
     def values_at(self, name: str, place: int) -> np.ndarray:
-        """What a member has of a column."""
+        """A member's values in a column, of the column's shape."""
         return self._numbers(name, place, 1)[0]
 
     def _put(self, name: str, first: int, values: np.ndarray) -> None:
-        """Numbers of a variable, from one of them on; members stand in the grid's C order."""
+        """Write numbers of a variable, from one of them on; members stand in the grid's C order."""
         content = np.ascontiguousarray(values, dtype=np.float64).tobytes()
         self.new.write_at(self.places[name] + first * NUMBER_BYTES, content)
 
     def _numbers(self, name: str, place: int, members: int) -> np.ndarray:
-        """(members, *the column's shape), from a place on."""
+        """Values of members from a place on, (members, *the column's shape)."""
         column = self.columns[name]
         count = members * _size(column)
         offset = self.places[name] + place * _size(column) * NUMBER_BYTES
@@ -134,7 +134,7 @@ class ResultFile:
         return found.reshape(members, *column.shape)
 
     def _fill(self, file: h5netcdf.File, version: str) -> None:
-        """All but the numbers."""
+        """Lay out the file: everything but the numbers of its columns."""
         self.file = file
         base, definition = self.study.base, self.study.definition
         record = provenance(base.arm, 0, False, [base.scenario], base.switches)
@@ -158,7 +158,7 @@ class ResultFile:
             self._variable(column, (CHECKED,))
 
     def _check_places(self) -> None:
-        """Which members a second engine runs."""
+        """Write which members a second engine runs."""
         self.file.dimensions[CHECKED] = len(self.checks)
         meaning = f"member that {self.engine} ran too"
         self._coordinate(CHECKED, (CHECKED,), np.array(self.checks), "", meaning)
@@ -191,7 +191,7 @@ class ResultFile:
             self._coordinate("time", ("time",), time, "s", "time")
 
     def _axis(self, axis: VariedAxis) -> None:
-        """Its values, (points,) where all entries are given the same; words where no numbers."""
+        """Write an axis' values, (points,) where all entries get the same; words if no numbers."""
         dims: tuple[str, ...] = (axis.dimension,)
         if isinstance(axis.values, np.ndarray):
             values = axis.values
@@ -220,7 +220,7 @@ class ResultFile:
         made.attrs.update({"long_name": meaning, **({"units": unit} if unit else {})})
 
     def _variable(self, column: Column, over: tuple[str, ...]) -> None:
-        """Of numbers whose place is kept free."""
+        """Create a variable of numbers, whose place is kept free for them."""
         dims = (*over, *column.dims)
         kept_free = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         kept_free.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
@@ -283,7 +283,7 @@ class _Sparse(io.RawIOBase):
         return len(view)
 
     def _parts(self, count: int) -> Iterator[tuple[int, int, slice]]:
-        """Of the next bytes: from which on they are in which page, and where there."""
+        """Pieces of the next ``count`` bytes: (first byte, number of its page, slice of it)."""
         done = 0
         while done < count:
             page, first = divmod(self.at + done, PAGE)

@@ -41,7 +41,7 @@ class How:
     told: Told = lambda what, done, total: None
 
     def place(self) -> AbstractContextManager[Place]:
-        """Where its batches are run."""
+        """The place where the study's batches are run."""
         return cluster(self.scheduler) if self.scheduler is not None else here(self.jobs)
 
 
@@ -79,7 +79,7 @@ def run_study(study: PreparedStudy, out: Path, how: How) -> int:
 
 @contextmanager
 def _advised() -> Iterator[None]:
-    """Whoever interrupts is told how to go on."""
+    """Tell whoever interrupts the work how to go on."""
     advice.append(RESUME)
     try:
         yield
@@ -91,7 +91,7 @@ def _advised() -> Iterator[None]:
 
 @dataclass
 class _Making:
-    """A result under way."""
+    """A study's result while it is made."""
 
     study: PreparedStudy
     result: ResultFile
@@ -100,7 +100,7 @@ class _Making:
     place: Place
 
     def run(self, all_batches: Sequence[MemberBatch]) -> int:
-        """All members; how many of them were run."""
+        """Run all members, or take what is kept of them; returns how many were run."""
         begins = {batch.key: batch.begin for batch in all_batches}
         work = {task_of(self.study, each): each.end - each.begin for each in all_batches}
         return self._gather(
@@ -108,7 +108,7 @@ class _Making:
         )
 
     def check(self, tasks: Sequence[FunctionTask], wanted: Sequence[Column]) -> None:
-        """The members that a second engine runs too, and how far it is from them."""
+        """Run the members that a second engine checks, and write how far it is from them."""
         if not tasks:
             return
         found: dict[str, Numbers] = {}
@@ -119,7 +119,7 @@ class _Making:
     def _gather(
         self, what: str, work: Mapping[FunctionTask, int], take: Callable[[str, Numbers], None]
     ) -> int:
-        """Take what is kept of tasks, then run and keep the rest; how many members were run.
+        """Take what is kept of tasks, run and keep the rest; returns how many members were run.
 
         work: the members of each task; take: what is done with numbers, and the key of their task.
         """
@@ -142,7 +142,7 @@ class _Making:
         return ran
 
     def _compare(self, column: Column, theirs: Sequence[Numbers]) -> None:
-        """What the second engine has of a column, and the differences."""
+        """Write a second engine's values of a column, and the differences."""
         name = column.name
         said = np.stack([numbers[name][0] for numbers in theirs])
         ours = np.stack([self.result.values_at(name, place) for place in self.result.checks])

@@ -54,7 +54,7 @@ Place = Callable[[Iterable[FunctionTask]], Iterator[tuple[FunctionTask, Any]]]
 
 @contextmanager
 def here(jobs: int) -> Iterator[Place]:
-    """This machine, with so many processes."""
+    """A place on this machine, with so many processes."""
     with Workers(jobs) as workers:
         yield partial(_by_workers, workers)
 
@@ -68,11 +68,11 @@ class _Work:
 
     @property
     def key(self) -> str:
-        """The task's."""
+        """The task's key."""
         return self.task.key
 
     def perform(self) -> Any:
-        """Its result, or what it raised."""
+        """The function's result, or the error that it raised."""
         made_ready()
         try:
             return self.task.function(*self.task.arguments)
@@ -121,7 +121,7 @@ def _by_workers(
 
 
 class Future(Protocol):
-    """What a task becomes."""
+    """What a scheduler hands back for a task: its result to come."""
 
     def result(self) -> Any: ...
 
@@ -131,7 +131,7 @@ class Future(Protocol):
 def _by_futures(
     submit: Callable[[FunctionTask], Future], most: int, tasks: Iterable[FunctionTask]
 ) -> Iterator[tuple[FunctionTask, Any]]:
-    """By handing over at most so many tasks at once."""
+    """Each task with its result as it comes; at most so many are handed over at once."""
     waiting, left = iter(tasks), 0
     done: SimpleQueue[tuple[FunctionTask, Future]] = SimpleQueue()
 
@@ -160,7 +160,7 @@ def _by_futures(
 
 @contextmanager
 def cluster(address: str) -> Iterator[Place]:
-    """The workers of a Dask scheduler. Raises InputError if it cannot be used."""
+    """A place on the workers of a Dask scheduler. Raises InputError if it cannot be used."""
     # Host and port; other protocols need more than a name.
     host = r"(?:tcp://)?(?:[\w.-]+|\[[0-9A-Fa-f:.%\w]+\])"
     named = re.fullmatch(rf"{host}:(\d{{1,5}})", address, re.ASCII)
@@ -206,7 +206,7 @@ def _connected(distributed: Any, address: str) -> Iterator[Any]:
 
 
 def _ready(client: Any, address: str, ours: str) -> int:
-    """How many threads all workers have. Raises InputError if there are none, or other versions."""
+    """Prepare the workers; returns their threads. Raises InputError for none or other versions."""
     threads: dict[str, int] = client.nthreads()
     if not threads:
         allowed = f"has no workers; start one with: {JOIN.format(address=address)}"
@@ -223,7 +223,7 @@ def _ready(client: Any, address: str, ours: str) -> int:
 
 @cache
 def fingerprint() -> str:
-    """Of this process: equal where the same study gives the same numbers."""
+    """Versions that this process runs, as text: equal where a study gives the same numbers."""
     run_by = [MODELS[name] for name in (lead(), second())]
     packages = sorted({name for entry in run_by for name in entry.versioned})
     models = [entry.module for entry in run_by]
@@ -236,12 +236,12 @@ def fingerprint() -> str:
 
 
 def digest_of(*parts: object) -> str:
-    """A name for what depends on all of these."""
+    """Digest of all parts, as the key of what depends on them."""
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:32]
 
 
 def differs(ours: str, theirs: str) -> str:
-    """Of two fingerprints what is unlike, in words."""
+    """What two fingerprints have unlike, in words."""
     pairs = zip(ours.split(", "), theirs.split(", "), strict=False)
     return "; ".join(f"{a} here, {b} there" for a, b in pairs if a != b) or "another one"
 
@@ -254,6 +254,6 @@ def require_same(ours: str, theirs: str, worker: str) -> None:
 
 
 def performed_as(expected: str, function: Callable[..., Any], *arguments: Any) -> Any:
-    """What a function gives, where the versions are those that are expected. Raises InputError."""
+    """What a function returns, where the versions are the expected ones. Raises InputError."""
     require_same(expected, fingerprint(), f"a worker on {platform.node()}")
     return function(*arguments)

@@ -53,7 +53,7 @@ def varied(
     data: dict[str, Any],
     file: str,
 ) -> list[VariedAxis]:
-    """All axes of a study; data: what ``raw_case`` gave. file: the study's. Raises InputError."""
+    """All axes of a study; data: what ``raw_case`` gave; file: the study's. Raises InputError."""
     found: list[VariedAxis] = []
     for number, axis in enumerate(axes):
         where, entries = f"{file}: axes[{number}]", list[Place]()
@@ -89,7 +89,7 @@ def _varied(
 
 
 def _unit(place: Place) -> str:
-    """Of an entry, as the schema states it; empty where it has none, or nothing there is known."""
+    """Unit of an entry, as the schema states it; empty where none is known."""
     section, *keys = place
     records: list[type[Data]] = [RECORDS[section]]
     fields: list[Described] = []
@@ -106,7 +106,7 @@ def _sampled(
     data: dict[str, Any],
     where: str,
 ) -> np.ndarray:
-    """What is drawn, (samples, 1) where one draw serves all entries, else (samples, entries)."""
+    """Drawn values, (samples, 1) where one draw serves all entries, else (samples, entries)."""
     count, columns = samples.count, len(entries) if axis.each else 1
     # By the paths alone, so that other axes may come and go beside this one.
     stream = int.from_bytes(hashlib.sha256("\n".join(axis.paths).encode()).digest()[:8])
@@ -138,7 +138,7 @@ def _sampled(
 def _centres(
     centre: float | None, entries: tuple[Place, ...], data: dict[str, Any], where: str
 ) -> np.ndarray:
-    """About which the entries are drawn, (entries,): the file's own values unless given."""
+    """Values that the entries are drawn about, (entries,): the file's own unless given."""
     if centre is not None:
         return np.full(len(entries), centre)
     found = [value_at(data, entry) for entry in entries]

@@ -27,7 +27,7 @@ Tolerance = Annotated[float, Within(0, 1e15)]
 
 
 class AxisOf(Data):
-    """What every axis has: the entries that it varies."""
+    """An axis of any kind: the entries that it varies."""
 
     path: Paths
     """Entries as --set names them; all of a list of paths are given the same."""
@@ -36,7 +36,7 @@ class AxisOf(Data):
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """The path, or all of them."""
+        """All paths of the axis, also where it has only one."""
         return self.path if isinstance(self.path, tuple) else (self.path,)
 
 
@@ -75,7 +75,7 @@ class GridAxis(AxisOf):
 
 
 class Sampled(AxisOf):
-    """What axes along the study's samples have in common."""
+    """An axis of any kind along the study's samples."""
 
     each: bool = False
     """Whether every entry that the path names draws its own; else one draw serves all."""

@@ -36,7 +36,7 @@ def read_study(file: Path, run_code: bool = False) -> PreparedStudy:
 def study_from(
     definition: Definition, data: dict[str, Any], folder: Path, file: str
 ) -> PreparedStudy:
-    """Of a definition and what ``raw_case`` gave; folder: of its functions. Raises InputError."""
+    """The study of a definition; data: of ``raw_case``; folder: of functions. Raises InputError."""
     for path, value in definition.settings.items():
         if not is_path(path):
             allowed = "must be a path in quotes, beginning with arm, scenario or switches"
@@ -50,5 +50,5 @@ def study_from(
 
 
 def functions_of(definition: Definition) -> Sequence[str]:
-    """The user's, by the names that the definition has for them."""
+    """Names of the user's functions, as the definition has them."""
     return [one.function for one in definition.quantities if isinstance(one, Function)]

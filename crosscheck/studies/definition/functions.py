@@ -50,7 +50,7 @@ def source_of(function: str, folder: Path) -> str:
 
 @lru_cache(maxsize=64)
 def function_of(function: str, source: str) -> Measuring:
-    """The function itself; its file is run. Raises InputError."""
+    """The user's function; the file that it is in is run. Raises InputError."""
     where, _, name = function.rpartition(":")
     load = partial(_run, where, source)
     if not where.endswith(".py"):
@@ -87,7 +87,7 @@ def _run(file: str, source: str) -> ModuleType:
 
 
 def returned(quantity: Function, source: str, run: xr.Dataset) -> dict[str, float]:
-    """What the function says of a run, nan for None. Raises InputError for anything else."""
+    """What the function returns for a run, nan for None. Raises InputError for anything else."""
     function = function_of(quantity.function, source)
     answer, raised = _outcome(partial(function, run))
     if raised:

@@ -32,7 +32,7 @@ class Rule(Limit):
         return self.said
 
     def allows(self, value: object) -> bool:
-        """See Limit."""
+        """Whether a value may stand in the field, see Limit."""
         return self.holds(value)
 
 
@@ -46,7 +46,7 @@ UNITS = Rule("units by name, as { ripple = 'rad/s^2' }", lambda value: value != 
 
 
 class MeasuredQuantity(Data):
-    """What every quantity has: its name in the result."""
+    """A quantity of any kind: its name in the result."""
 
     name: Called | None = None
     """What the result calls it; made of signal and kind."""
@@ -61,19 +61,19 @@ class MeasuredQuantity(Data):
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Of which its name is made where the user gives none: signal and kind."""
+        """Words that the quantity's name is made of where the user gives none: signal and kind."""
         return getattr(self, "signal", "theta"), getattr(self, "kind", "")
 
     @property
     def called(self) -> str:
-        """Its name in the result."""
+        """The quantity's name in the result."""
         joint = getattr(self, "joint", None)
         own = f"joint{joint}" if joint else ""
         return self.name or "_".join(filter(None, (*self.words, own)))
 
 
 class InWindow(MeasuredQuantity):
-    """Of a joint, in a part of the run."""
+    """A quantity of a joint, in a part of the run."""
 
     joint: Annotated[int, Within(1, 7)] | None = None
     """Number of the joint; without it, of every joint."""
@@ -82,7 +82,7 @@ class InWindow(MeasuredQuantity):
 
 
 class OfSignal(InWindow):
-    """Of one of a run's signals."""
+    """A quantity of one of a run's signals."""
 
     signal: Signal
     """Which: angles and torques are the joint's, displacements and forces of its meshes."""

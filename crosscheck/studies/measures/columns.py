@@ -94,7 +94,7 @@ def _columns(quantity: quantities.Quantity, case: Case) -> Iterator[Column]:
 
 
 def _meaning(quantity: quantities.Quantity) -> tuple[str, str]:
-    """Unit, and meaning in words."""
+    """Unit of a quantity, and its meaning in words."""
     if isinstance(quantity, quantities.Size | quantities.BandRms):
         kind = quantity.kind.replace("_", " ")
         return unit_of(quantity.signal), f"{kind} of the {meaning_of(quantity.signal)}"

@@ -20,7 +20,7 @@ Numbers = tuple[np.ndarray, ...]
 
 
 class Fold(ABC):
-    """Of signals with columns of one shape.
+    """A number, or two, of every column of a signal, gathered piece by piece.
 
     parts: what its numbers are called after its name; ends: whether the last record alone counts.
     """
@@ -30,15 +30,15 @@ class Fold(ABC):
 
     @abstractmethod
     def take(self, time: np.ndarray, values: np.ndarray) -> None:
-        """The next piece of the signal, not empty."""
+        """Take in the next piece of the signal, not empty."""
 
     @abstractmethod
     def numbers(self) -> Numbers:
-        """Each of shape (*columns,)."""
+        """The numbers of all columns, each of shape (*columns,)."""
 
 
 class PeakFold(Fold):
-    """Largest magnitude."""
+    """Fold for the largest magnitude."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
         self.high = np.full(columns, -np.inf)
@@ -53,7 +53,7 @@ class PeakFold(Fold):
 
 
 class Range(Fold):
-    """Largest less smallest value."""
+    """Fold for the largest less the smallest value."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
         self.high, self.low = np.full(columns, -np.inf), np.full(columns, np.inf)
@@ -68,7 +68,7 @@ class Range(Fold):
 
 
 class Average(Fold):
-    """Mean, or root mean square."""
+    """Fold for the mean, or the root mean square."""
 
     def __init__(self, columns: tuple[int, ...], squared: bool) -> None:
         self.squared = squared
@@ -84,7 +84,7 @@ class Average(Fold):
 
 
 class Last(Fold):
-    """The last value."""
+    """Fold for the last value."""
 
     ends = True
 
@@ -99,7 +99,7 @@ class Last(Fold):
 
 
 class First(Fold):
-    """Time of the first record at which something is so."""
+    """Fold for the time of the first record at which something is so."""
 
     def __init__(self, columns: tuple[int, ...], so: Callable[[np.ndarray], np.ndarray]) -> None:
         self.so, self.time = so, np.full(columns, np.nan)
@@ -114,7 +114,7 @@ class First(Fold):
 
 
 class FirstLoss(First):
-    """Time of the first record without a force after one with it."""
+    """Fold for the time of the first record without a force after one with it."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
         super().__init__(columns, self._lost)
@@ -127,7 +127,7 @@ class FirstLoss(First):
 
 
 class ContactLossShare(Fold):
-    """Share of the records without a force; nan of a joint that has no such mesh."""
+    """Fold for the share of the records without a force; nan of a joint that has no such mesh."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
         self.apart, self.count = np.zeros(columns), 0
@@ -144,7 +144,7 @@ class ContactLossShare(Fold):
 
 
 class Settled(Fold):
-    """Time after which values stay within a band about their targets, (*columns,)."""
+    """Fold for the time after which values stay within a band about their targets, (*columns,)."""
 
     def __init__(self, target: np.ndarray, band: float) -> None:
         self.target, self.band = target, band
@@ -167,7 +167,7 @@ class Settled(Fold):
 
 
 class Spectrum(Fold):
-    """What needs the signal whole: it is kept, until the number is asked for."""
+    """Fold that needs the whole signal: it is kept, until the numbers are asked for."""
 
     def __init__(self, columns: tuple[int, ...], above_hz: float, below_hz: float) -> None:
         self.columns, self.band = columns, (above_hz, below_hz)
@@ -189,18 +189,18 @@ class Spectrum(Fold):
 
     @abstractmethod
     def of(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
-        """The numbers of one column."""
+        """The numbers of one column, from its whole signal (records,)."""
 
 
 class BandRmsFold(Spectrum):
-    """Root mean square of what lies in a band of frequencies."""
+    """Fold for the root mean square of what lies in a band of frequencies."""
 
     def of(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
         return (signals.band_rms(time, signal, *self.band),)
 
 
 class LargestLine(Spectrum):
-    """Frequency and amplitude of the largest line in a band."""
+    """Fold for the frequency and the amplitude of the largest line in a band."""
 
     parts = ("_frequency", "_amplitude")
 

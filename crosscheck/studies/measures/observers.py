@@ -1,4 +1,4 @@
-"""Who watches the members go by, chunk after chunk, and says in the end what was asked."""
+"""Observers that watch members chunk after chunk, and give a study's quantities in the end."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from crosscheck.studies.members.rigid import rigid_angles
 
 
 class ChunkRecords(Protocol):
-    """What is asked of a chunk; see crosscheck.analytic.ensemble.Chunk."""
+    """What an observer needs of a chunk; see crosscheck.analytic.ensemble.Chunk."""
 
     @property
     def time(self) -> np.ndarray: ...
 
 
 class Observer(Protocol):
-    """Watches members that run side by side."""
+    """An observer of members that run side by side."""
 
     def see(self, chunk: ChunkRecords) -> None:
-        """The next chunk in the order of time."""
+        """Take in the next chunk in the order of time."""
 
     def found(self) -> Mapping[str, np.ndarray]:
-        """By the names of columns, (members, *the column's shape)."""
+        """The numbers found by the names of columns, (members, *the column's shape)."""
 
 
 class Watched(NamedTuple):
-    """Members side by side, what the user's functions are called and where their text is."""
+    """Members that run side by side; sources: text of the user's functions; file: the study's."""
 
     cases: Sequence[Case]
     sources: Mapping[str, str]
@@ -46,7 +46,7 @@ class Watched(NamedTuple):
 
 
 def observer(quantity: quantities.Quantity, watched: Watched) -> Observer:
-    """Who sees to a quantity. Raises InputError where it means nothing for a member."""
+    """The observer of a quantity. Raises InputError where it means nothing for a member."""
     for case in watched.cases:
         require_measurable(quantity, case, watched.file)
     if isinstance(quantity, quantities.Function):
@@ -59,7 +59,7 @@ def observer(quantity: quantities.Quantity, watched: Watched) -> Observer:
 
 
 class _Folded:
-    """A signal of one joint, or of all, folded over a window."""
+    """Observer of a signal of one joint, or of all, folded over a window."""
 
     def __init__(self, quantity: quantities.Quantity, cases: Sequence[Case]) -> None:
         self.name, self.window = quantity.called, getattr(quantity, "window_s", None)
@@ -80,7 +80,7 @@ class _Folded:
         self.seen += chunk.time.size
 
     def values(self, chunk: ChunkRecords, part: slice) -> np.ndarray:
-        """What is folded, (records of the part, [joints,] members)."""
+        """The values that are folded, (records of the part, [joints,] members)."""
         return _signal(chunk, self.signal, self.planet)[part, self.joints]
 
     def found(self) -> Mapping[str, np.ndarray]:
@@ -90,7 +90,7 @@ class _Folded:
 
 
 class _Deviation(_Folded):
-    """How far an angle gets from the rigid arm's."""
+    """Observer of how far an angle gets from the rigid arm's."""
 
     def __init__(self, quantity: quantities.RigidDeviation, cases: Sequence[Case]) -> None:
         super().__init__(quantity, cases)
@@ -103,7 +103,7 @@ class _Deviation(_Folded):
 
 
 class _Whole:
-    """Keeps signals as they are, (records, joints, [planets,] members) each."""
+    """Observer that keeps signals as they are, (records, joints, [planets,] members) each."""
 
     def __init__(self, names: Sequence[str]) -> None:
         self.time: list[np.ndarray] = []
@@ -115,10 +115,10 @@ class _Whole:
             pieces.append(getattr(chunk, name).copy())
 
     def joined(self, name: str, planets: Sequence[int]) -> np.ndarray:
-        """A signal, (records, joints, [planets,] members).
+        """A whole signal, (records, joints, [planets,] members).
 
-        Of meshes as often as a joint has planets, where one stands for all; nan beyond these, and
-        where there are no meshes.
+        A signal of meshes is there for each of a joint's planets, also where one stands for all; it
+        is nan beyond these, and where there are no meshes.
         """
         whole = np.concatenate(self.values[name])
         if whole.ndim == 3:
@@ -131,7 +131,7 @@ class _Whole:
 
 
 class _Kept(_Whole):
-    """Trajectories for the result."""
+    """Observer that keeps trajectories for the result."""
 
     def __init__(self, quantity: quantities.Trajectories, cases: Sequence[Case]) -> None:
         super().__init__(quantity.signals)
@@ -148,7 +148,7 @@ class _Kept(_Whole):
 
 
 class _Called(_Whole):
-    """Runs for a function of the user's."""
+    """Observer that keeps runs for a function of the user's."""
 
     def __init__(self, quantity: quantities.Function, watched: Watched) -> None:
         super().__init__(quantities.SIGNALS)
@@ -175,7 +175,7 @@ class _Called(_Whole):
 def _fold(
     quantity: quantities.Quantity, cases: Sequence[Case], joints: slice | int
 ) -> tuple[folds.Fold, np.ndarray | float]:
-    """The fold of a quantity, and what its number is less."""
+    """The fold of a quantity, and what is taken off its number."""
     columns = _columns(joints, cases)
     if isinstance(quantity, quantities.FinalError):
         return folds.Last(columns), _targets(cases)[joints]
@@ -211,7 +211,7 @@ def _fold(
 
 
 def _joints(quantity: quantities.Quantity, cases: Sequence[Case]) -> slice | int:
-    """Of a quantity: all, or one."""
+    """Index of the joints that a quantity is of: all, or one."""
     joint = getattr(quantity, "joint", None)
     return slice(None) if joint is None else int(joint) - 1
 
@@ -223,12 +223,12 @@ def _columns(joints: slice | int, cases: Sequence[Case]) -> tuple[int, ...]:
 
 
 def _planets(case: Case) -> list[int]:
-    """How many each joint has."""
+    """Number of planets of each joint."""
     return [joint.planet_count for joint in case.arm.joints]
 
 
 def _targets(cases: Sequence[Case]) -> np.ndarray:
-    """Of PD drives [rad], (joints, members)."""
+    """Targets of the PD drives [rad], (joints, members)."""
     found = []
     for case in cases:
         assert isinstance(case.scenario.drive, PdDrive)  # as was required
@@ -241,7 +241,7 @@ def _inside(time: np.ndarray, window: tuple[float, float] | None) -> slice:
 
 
 def _signal(chunk: ChunkRecords, name: str, planet: int) -> np.ndarray:
-    """(records, joints, members) of a chunk."""
+    """A signal of a chunk, of one planet where it is a mesh's, (records, joints, members)."""
     values: np.ndarray = getattr(chunk, name)
     if name in quantities.OF_JOINTS:
         return values

@@ -42,13 +42,13 @@ class PreparedStudy:
 
     @cached_property
     def text(self) -> str:
-        """All of it, for another process."""
+        """The whole study as JSON, for another process."""
         fields = {"definition": self.definition.model_dump(mode="json"), "file": self.file}
         return json.dumps({**fields, "data": self.data, "sources": self.sources}, sort_keys=True)
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of what decides its numbers: not of the names of files."""
+        """SHA-256 of what decides the study's numbers: not of the names of files."""
         unsaid = {"arm", "scenario", "name", "title"}
         defined = self.definition.model_dump(mode="json", exclude=unsaid)
         text = json.dumps([defined, self.data, self.sources], sort_keys=True)
@@ -56,18 +56,18 @@ class PreparedStudy:
 
     @cached_property
     def base(self) -> Case:
-        """What the axes start from. Raises InputError."""
+        """The case that the axes start from. Raises InputError."""
         return case_of(self.data, self.definition.arm, self.definition.scenario)
 
     @cached_property
     def axes(self) -> list[VariedAxis]:
-        """With their values. Raises InputError."""
+        """The study's axes with their values. Raises InputError."""
         definition = self.definition
         return varied(definition.axes, definition.samples, self.data, self.file)
 
     @cached_property
     def dimensions(self) -> dict[str, int]:
-        """Of the members' grid with their sizes: the axes' own, then samples, then starts."""
+        """Sizes of the grid's dimensions by name: the axes' own, then samples, then starts."""
         own = {axis.name: len(axis) for axis in self.axes if axis.dimension != SAMPLE}
         samples, starts = self.definition.samples, self.definition.starts
         drawn = {SAMPLE: samples.count} if samples is not None else {}
@@ -75,7 +75,7 @@ class PreparedStudy:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of the members' grid."""
+        """Shape of the members' grid."""
         return tuple(self.dimensions.values())
 
     @property
@@ -84,27 +84,27 @@ class PreparedStudy:
         return math.prod(self.shape)
 
     def cases(self, begin: int, end: int, step: int = 1) -> Iterator[Case]:
-        """The members from one place to before another, in C order. Raises InputError."""
+        """The members' cases from one place to before another, in C order. Raises InputError."""
         maker = _Maker(self)
         for place in range(begin, end, step):
             yield maker.case(place)
 
     def points(self, place: int) -> dict[str, int]:
-        """Where a member is along every dimension."""
+        """A member's place along every dimension, by the dimension's name."""
         where = np.unravel_index(place, self.shape) if self.shape else ()
         return dict(zip(self.dimensions, map(int, where), strict=True))
 
 
 @lru_cache(maxsize=4)
 def study_of(text: str) -> PreparedStudy:
-    """The study that ``PreparedStudy.text`` is of."""
+    """The study whose ``PreparedStudy.text`` this is."""
     read = json.loads(text)
     definition = Definition.model_validate(read["definition"])
     return PreparedStudy(definition, read["data"], read["sources"], read["file"])
 
 
 class _Maker:
-    """Puts values into one copy of the files' content; a section that stayed is not read again."""
+    """Maker of members' cases in one copy of the files' content; what stayed is not read again."""
 
     def __init__(self, study: PreparedStudy) -> None:
         self.study, self.data = study, copy.deepcopy(study.data)
@@ -116,7 +116,7 @@ class _Maker:
         self.made: Case | None = None
 
     def case(self, place: int) -> Case:
-        """A member's. Raises InputError."""
+        """The case of the member at a place. Raises InputError."""
         points = self.study.points(place)
         try:
             case = self._case(points)
@@ -146,7 +146,7 @@ class _Maker:
         return case
 
     def _put(self, section: str, points: dict[str, int]) -> bool:
-        """A section's values at these points into the data; whether they are other ones."""
+        """Put a section's values at these points into the data; returns whether they changed."""
         axes = self.of_section[section]
         now = tuple(points[axis.dimension] for axis in axes)
         if self.points.get(section) == now:
@@ -161,8 +161,8 @@ class _Maker:
 def require_members(study: PreparedStudy) -> None:
     """Raise InputError for a member that is refused, as far as few of them can tell.
 
-    Those where an axis has its least and largest values, and some spread over all; what else is
-    wrong with two values only together shows when their batch is made.
+    Looked at are those where an axis has its least and largest values, and some spread over all;
+    what else is wrong with two values only together shows when their batch is made.
     """
     extremes = {place for axis in study.axes for place in _extremes(study, axis)}
     spread = np.linspace(0, study.count - 1, min(LOOKED_AT, study.count)).astype(int)
@@ -172,7 +172,7 @@ def require_members(study: PreparedStudy) -> None:
 
 
 def _extremes(study: PreparedStudy, axis: VariedAxis) -> Iterator[int]:
-    """The first members at which an axis has its least and its largest values, or each word."""
+    """Places of the first members where an axis has its least and largest values, or each word."""
     points: Iterable[int] = range(len(axis))
     if isinstance(axis.values, np.ndarray):
         points = {*axis.values.argmin(axis=0).tolist(), *axis.values.argmax(axis=0).tolist()}
@@ -181,7 +181,7 @@ def _extremes(study: PreparedStudy, axis: VariedAxis) -> Iterator[int]:
 
 
 def blamed(study: PreparedStudy, place: int, error: InputError) -> InputError:
-    """Of a member that is refused: which axis' value is to blame, alone or with the others."""
+    """The error of a refused member: names the axis to blame alone, else the member."""
     points = study.points(place)
     for axis in study.axes:
         data = copy.deepcopy(study.data)

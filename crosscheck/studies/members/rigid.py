@@ -27,10 +27,10 @@ ANY_MESH = Mesh(
 
 
 def rigid_angles(level: str, cases: Sequence[Case]) -> tuple[np.ndarray, np.ndarray]:
-    """Angles [rad] of unlike rigid arms, (arms, records, joints), and which is whose, (cases,).
+    """Angles [rad] of unlike rigid arms, (arms, records, joints), and each case's arm, (cases,).
 
-    On the geared runs' own recording grid; nan where a run diverged. Members that differ in their
-    meshes alone share one.
+    They are on the geared runs' own recording grid; nan where a run diverged. Members that differ
+    in their meshes alone share an arm.
     """
     model = next(name for name in of_level(level) if MODELS[name].order is not None)
     places: dict[tuple[Arm, Scenario], int] = {}

@@ -15,7 +15,8 @@ PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
 def perturbed(case: Case, seed: int, size_m: float = PERTURBATION_M) -> Case:
     """The case with every mesh displacement of its start moved by up to ``size_m``, by a seed.
 
-    If planets are free, every planet's own too. What the scenario says of the start is added to.
+    If planets are free, every planet's own displacement is moved too. All is added to what the
+    scenario says of the start.
     """
     generator = np.random.default_rng(seed)
     start, joints = case.scenario.start, len(case.arm.joints)
