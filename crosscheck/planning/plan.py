@@ -50,7 +50,11 @@ PROBE_S = 0.05
 # Longer runs than this nobody waits for: an arm that needs them is refused beforehand.
 MOST_STEPS = 20_000_000
 PAPER_PHASE = switches(phase="omega_t")
-OWN_NAMES = ("probe", "order-smooth", "order-impact", "short-contact", "short-crossing")
+# Of the experiments that stand beside a user's own, those of energy_suite among them.
+OWN_NAMES = (
+    *("probe", "order-smooth", "order-impact", "short-contact", "short-crossing"),
+    *("energy", "energy-fine", "energy-impacts", "energy-paper"),
+)
 
 Adaptive = Literal["reference", "reference-coarse", "precise", "precise-coarse"]
 Coarse = Literal["coarse", "coarse-2", "coarse-3"]
@@ -127,7 +131,7 @@ class Wanted:
         taken = [*OWN_NAMES]
         for scenario in self.scenarios:
             if scenario.name in taken:
-                allowed = "a name that no other experiment of the cross-check has"
+                allowed = "must be a name that no other experiment of the cross-check has"
                 raise InputError("scenario", "name", scenario.name, allowed)
             taken.append(scenario.name)
 

@@ -157,7 +157,7 @@ class Workers:
             if task is None:
                 break
             worker = idle.pop() if idle else self._hired()
-            worker.task, worker.patience = task, None
+            worker.task, worker.patience, worker.over = task, None, ""
             with suppress(OSError):  # it has died idle, and will be found dead
                 worker.pipe.send(task)
             given.append(task.key)

@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.files import HERE
-from crosscheck.planning.plan import OWN_NAMES
+from crosscheck.models.loading import Case, load_scenario
+from crosscheck.planning.energy_suite import energy_comparisons
+from crosscheck.planning.plan import OWN_NAMES, Experiment
 from tests.obstacles import OBSTACLES
 from tests.processes import Answer
 
@@ -117,6 +120,13 @@ def test_arguments_are_refused_in_one_line_and_nothing_is_written(
     assert_one_line(crosscheck(*arguments), *said)
     assert {path.name for path in tmp_path.rglob("*")} == {*files, "there"}
     assert {name: (tmp_path / name).read_text() for name in files} == files
+
+
+def test_a_scenario_cannot_take_the_name_of_an_experiment_on_energy(labelled):
+    first = Experiment("pd", Case(labelled, load_scenario("pd"), usual_switches(labelled)))
+    planned = {each.about.key.case for each in energy_comparisons(labelled, first, 1e-5)}
+    assert len(planned) == 4
+    assert planned <= set(OWN_NAMES)
 
 
 def big_file(path: Path) -> None:
