@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # the names of models are asked for without any schema
     from crosscheck.models.interface import Model
 
 ENTRY_POINTS = "geararm_crosscheck.models"  # the group by which installed packages offer models
-Role = Literal["geared", "form", "rigid", "handed"]
+Role = Literal["geared", "form", "rigid", "supplied"]
 STATES = frozenset(STATE_ABILITIES)
 RUNS = STATES | {"simulate"}
 BOTH_WAYS = RUNS | {"reference"}
@@ -36,7 +36,7 @@ class Entry:
     """A model: where its class is, and what a cross-check may count on.
 
     role: ``geared`` must agree with every other geared model; a ``form`` is the paper's and is
-    measured against them; ``rigid`` has no gears, and a level that others of it share; ``handed``
+    measured against them; ``rigid`` has no gears, and a level that others of it share; ``supplied``
     is a user's, of whose teeth only the whole force is known. promises: methods that a cross-check
     uses; it plans by these and never by what the class says of itself, so that nothing goes
     unnoticed. packages: distributions, beside every model's, whose versions its results depend on.
@@ -258,18 +258,18 @@ def of_level(level: str) -> tuple[str, ...]:
     return tuple(name for name, entry in MODELS.items() if entry.level == level)
 
 
-def lead() -> str:
+def reference_model() -> str:
     """Name of the reference model of gears: it integrates with fixed and adaptive steps."""
     return promising("reference", names("geared"))[0]
 
 
 def same_integrator() -> tuple[str, ...]:
     """Names of the geared models with the reference model's fixed-step integrator, it first."""
-    order = MODELS[lead()].order
+    order = MODELS[reference_model()].order
     return tuple(n for n in promising("simulate", names("geared")) if MODELS[n].order == order)
 
 
-def second() -> str:
+def second_engine() -> str:
     """Name of the model that stands for all with the reference model's integrator."""
     return same_integrator()[1]
 

@@ -13,14 +13,16 @@ from crosscheck.findings import About, Finding, Key
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
-from crosscheck.planning.state_suite import Spot, balances, pairs
+from crosscheck.planning.state_suite import SampledModel, balances, pairs
 from crosscheck.registry import MODELS
 from crosscheck.runner.outcomes import Failure, failure
 
 
-def spot_of(case: str, model: Model, count: int, seed: int) -> Spot:
+def sampled_model(case: str, model: Model, count: int, seed: int) -> SampledModel:
     """A model that a test has built, at random states."""
-    return Spot(case, model.name, Case(model.arm, model.scenario, model.switches), count, seed)
+    return SampledModel(
+        case, model.name, Case(model.arm, model.scenario, model.switches), count, seed
+    )
 
 
 def judged(comparisons: Sequence[Comparison], models: Sequence[Model]) -> list[Finding]:
@@ -43,14 +45,14 @@ def compare_states(
     case: str, models: Sequence[Model], quantities: Sequence[str], count: int, seed: int
 ) -> list[Finding]:
     """A Finding per pair of models and quantity."""
-    spots = [spot_of(case, model, count, seed) for model in models]
-    return judged(list(pairs(spots, quantities)), models)
+    sampled_models = [sampled_model(case, model, count, seed) for model in models]
+    return judged(list(pairs(sampled_models, quantities)), models)
 
 
 def invariants(case: str, models: Sequence[Model], count: int, seed: int) -> list[Finding]:
     """Both balances of every geared model."""
-    spots = [spot_of(case, model, count, seed) for model in models]
-    return judged([c for spot in spots for c in balances(spot)], models)
+    sampled_models = [sampled_model(case, model, count, seed) for model in models]
+    return judged([c for sampled in sampled_models for c in balances(sampled)], models)
 
 
 def about(

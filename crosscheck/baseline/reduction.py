@@ -29,7 +29,7 @@ from crosscheck.findings import Agreement, Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import Case
 from crosscheck.planning.run_suite import ONE_ROUNDING
-from crosscheck.registry import lead
+from crosscheck.registry import reference_model
 from crosscheck.report.words import outcome
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
@@ -181,7 +181,7 @@ def _pair(experiment: str, runs: Datasets) -> Pair | None:
     Their planets are counted as the experiment does, or free. None where there are no such two.
     """
     for kinds in (("", "nudged"), ("free", "free-nudged")):
-        one, other = (runs.get(RunKey(experiment, lead(), kind)) for kind in kinds)
+        one, other = (runs.get(RunKey(experiment, reference_model(), kind)) for kind in kinds)
         if one is not None and other is not None:
             return Pair(one, other)
     return None

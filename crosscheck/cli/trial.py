@@ -180,7 +180,7 @@ def _told(trial: Trial, options: TrialOptions, page: Path | None) -> int:
 
         return trial_page(trial)
 
-    title = f"trial {trial.bench.name} {trial.bench.case.arm.name}"
+    title = f"trial {trial.problem.name} {trial.problem.case.arm.name}"
     named = write_asked(
         (options.json_file, lambda: trial_json(trial)),
         (options.junit, lambda: junit_xml(trial.agreement, title)),

@@ -16,7 +16,7 @@ from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, answered
 from crosscheck.planning.plan import SHORT_RESOLVED, Experiment, resolved_step, without_play
 from crosscheck.planning.sizing import bent
-from crosscheck.registry import covering, lead, promising, same_integrator
+from crosscheck.registry import covering, promising, reference_model, same_integrator
 from crosscheck.runner.tasks import RunKey, Simulation
 
 Judge = Callable[[About, xr.Dataset, Case], Finding]
@@ -63,7 +63,9 @@ def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[
 
 
 def _reference(experiment: Experiment, variant: str = "", rtol: float = RTOL) -> Simulation:
-    return Simulation(RunKey(experiment.name, lead(), f"reference{variant}"), experiment.case, rtol)
+    return Simulation(
+        RunKey(experiment.name, reference_model(), f"reference{variant}"), experiment.case, rtol
+    )
 
 
 def _balance(experiment: Experiment, judge: Judge, *runs: Simulation) -> Comparison:

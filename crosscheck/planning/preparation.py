@@ -16,7 +16,7 @@ from crosscheck.planning import plan
 from crosscheck.planning.comparison import Comparison, answered
 from crosscheck.planning.plan import Experiment, Wanted
 from crosscheck.planning.sizing import Sizes, growth_of, sizes_of
-from crosscheck.registry import about, build, lead, same_integrator
+from crosscheck.registry import about, build, reference_model, same_integrator
 from crosscheck.runner.outcomes import DIED, Failure, OwnKey, or_failure
 from crosscheck.runner.tasks import Evaluation, Simulation
 from crosscheck.runner.workers import Workers
@@ -89,11 +89,11 @@ def _is_fine(experiment: Experiment) -> bool:
     Also true where no step would help: a run that diverges is what its checks are about.
     """
     try:
-        fine = _run(experiment.run(lead()))
+        fine = _run(experiment.run(reference_model()))
     except Diverged:
         return True
     try:
-        coarse = _run(experiment.run(lead(), "coarse"))
+        coarse = _run(experiment.run(reference_model(), "coarse"))
     except Diverged:
         return False
     arm, scenario, _ = experiment.case
@@ -150,7 +150,7 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
 
 def _key(case: str, quantity: str, model: str = "") -> Key:
     """Key of what a task finds out of an experiment or arm, by the reference model unless named."""
-    return Key("preparation", case, quantity, model or lead())
+    return Key("preparation", case, quantity, model or reference_model())
 
 
 def _answers(

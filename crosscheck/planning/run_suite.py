@@ -34,7 +34,7 @@ def experiment_comparisons(experiment: Experiment) -> list[Comparison]:
     if experiment.growth is not None:
         found = [_forgiving(experiment, comparison) for comparison in found]
         growth = experiment.growth
-        key = Key("stability", experiment.name, "growth-rate", registry.lead())
+        key = Key("stability", experiment.name, "growth-rate", registry.reference_model())
         metric = "fastest-growing vibration with every tooth in contact"
         judged = partial(measured_only, measured=growth.rate_per_s, note=str(growth))
         found.append(answered(About(key, "1/s", metric, "stability"), (), judged))
@@ -42,10 +42,10 @@ def experiment_comparisons(experiment: Experiment) -> list[Comparison]:
 
 
 def short_comparisons(experiment: Experiment) -> list[Comparison]:
-    """Comparisons of models with constraints with ``registry.second()`` at the same step."""
+    """Comparisons of models with constraints with ``registry.second_engine()`` at the same step."""
     found = [*_sensitive(experiment)]
     for tier in _about_it(registry.constrained(), experiment.case):
-        sides = [_refinement(experiment, name) for name in (registry.second(), tier)]
+        sides = [_refinement(experiment, name) for name in (registry.second_engine(), tier)]
         found += [_refined(experiment, sides, quantity) for quantity in _of(experiment, MESH)]
     return _with_records(found)
 
@@ -86,7 +86,7 @@ def _of(experiment: Experiment, quantities: Sequence[str]) -> Iterator[str]:
 
 def _sensitive(experiment: Experiment) -> Iterator[Comparison]:
     """Measurements of how far the reference model's run moves if it starts a rounding away."""
-    first = registry.lead()
+    first = registry.reference_model()
     pair = experiment.run(first), experiment.run(first, "nudged")
     for quantity in _of(experiment, SENSITIVE):
         about = _about(ONE_ROUNDING, experiment, quantity, (first, first))
@@ -110,7 +110,7 @@ def _fixed_steps(experiment: Experiment) -> Iterator[Comparison]:
 
 def _repeated(experiment: Experiment, model: str) -> tuple[Simulation, Simulation]:
     """The reference model's run and one nudged by a rounding, planets as free as the model's."""
-    first, lumped = registry.lead(), experiment.case.switches.planets == "lumped"
+    first, lumped = registry.reference_model(), experiment.case.switches.planets == "lumped"
     if lumped and registry.MODELS[model].free_planets and _has_meshes(experiment):
         return experiment.run(first, "free"), experiment.run(first, "free-nudged")
     return experiment.run(first), experiment.run(first, "nudged")
@@ -118,10 +118,10 @@ def _repeated(experiment: Experiment, model: str) -> tuple[Simulation, Simulatio
 
 def _planets(experiment: Experiment) -> Iterator[Comparison]:
     """Comparisons of alike planets, counted as one or each for itself: the same until they part."""
-    first = registry.lead()
+    first = registry.reference_model()
     if experiment.case.switches.planets == "free" or not _has_meshes(experiment):
         return
-    lumped, pair = experiment.run(first), _repeated(experiment, registry.second())
+    lumped, pair = experiment.run(first), _repeated(experiment, registry.second_engine())
     for quantity in MESH:
         about = _about("lumped-free", experiment, quantity, (first, first))
         runs = (lumped, pair[0], *pair)
@@ -167,9 +167,9 @@ def _under_usual_switches(experiment: Experiment) -> Iterator[Comparison]:
 
 def _against_reference(experiment: Experiment) -> Iterator[Comparison]:
     """Comparisons with the reference model's adaptive run, and of its precise run and energy."""
-    first = registry.lead()
+    first = registry.reference_model()
     reference = experiment.run(first, "reference")
-    for other in (registry.second(), *_about_it(registry.refined_alone(), experiment.case)):
+    for other in (registry.second_engine(), *_about_it(registry.refined_alone(), experiment.case)):
         sides = [
             (reference, experiment.run(first, "reference-coarse")),
             _refinement(experiment, other),
@@ -195,7 +195,7 @@ def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, ...]:
     own: tuple[Simulation, ...] = experiment.run(model), experiment.run(model, "coarse")
     if model not in registry.same_integrator():
         return own
-    first = registry.lead()
+    first = registry.reference_model()
     for variant in FEWER:
         own = *own, experiment.run(first), experiment.run(first, variant)
     return own
@@ -203,7 +203,7 @@ def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, ...]:
 
 def _forms(experiment: Experiment) -> Iterator[Comparison]:
     """Measurements of how far the paper's own forms are from an engine."""
-    other = registry.second()
+    other = registry.second_engine()
     for form in registry.promising("simulate", _about_it(registry.names("form"), experiment.case)):
         runs = (experiment.run(form), experiment.run(other))
         for quantity in FORM_QUANTITIES:
@@ -222,7 +222,7 @@ def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:
     engines, *others = (_refinement(experiment, name) for name in able)
     for other in others:
         yield _refined(experiment, (engines, other), "theta")
-    first, engine = registry.lead(), engines[0]
+    first, engine = registry.reference_model(), engines[0]
     pair, names = (engine, experiment.run(first)), (engine.model, first)
     tip = partial(trajectories.tip_deviation, arm=experiment.case.arm)
     yield answered(_about("deviation", experiment, "tip", names), pair, tip)

@@ -30,7 +30,7 @@ from crosscheck.models.experiment.scenario import (
     per_joint,
 )
 from crosscheck.models.loading import load_scenario, validated
-from crosscheck.registry import build, lead, of_level
+from crosscheck.registry import build, of_level, reference_model
 
 # The controller's rate over that of the lowest mesh mode, and its rate [rad/s] without gears.
 SLOWER, WITHOUT_GEARS = 2000.0, 4.0
@@ -74,7 +74,7 @@ class Sizes:
 def sizes_of(arm: Arm) -> Sizes:
     """The Sizes of an arm; with the gentlest controller where none keeps its teeth stable."""
     still = ConstantDrive(kind="constant", torque_N_m=0.0)
-    modes = build(lead(), arm, scenario_of("sizing", still, 1.0, 1.0)).mesh_modes()
+    modes = build(reference_model(), arm, scenario_of("sizing", still, 1.0, 1.0)).mesh_modes()
     mode = float(modes[0]) if modes.size else None
     rate = WITHOUT_GEARS if mode is None else 2 * np.pi * mode / SLOWER
     rigid = build(of_level("coupled")[0], arm, scenario_of("sizing", still, rate, 1.0))
@@ -209,7 +209,7 @@ def growth_of(arm: Arm, scenario: Scenario) -> GrowingMode | None:
         poses.append(scenario.model_copy(update={"start": start}))
     worst = GrowingMode(0.0, 0.0)
     for pose in poses:
-        poles = build(lead(), arm, pose, usual_switches(arm)).contact_poles()
+        poles = build(reference_model(), arm, pose, usual_switches(arm)).contact_poles()
         rounding = ROUNDING * np.abs(poles).max()
         vibrations = poles[poles.imag > rounding]
         if vibrations.size:

@@ -24,7 +24,7 @@ from crosscheck.models.loading import Case, load_arm
 from crosscheck.planning.comparison import Comparison, Results, answered
 from crosscheck.planning.mode_suite import geared_models, linearised
 from crosscheck.planning.sizing import unequal_gains
-from crosscheck.registry import MODELS, RIGID_LEVELS, about, covering, lead, of_level
+from crosscheck.registry import MODELS, RIGID_LEVELS, about, covering, of_level, reference_model
 from crosscheck.runner.outcomes import OwnKey, or_failure
 from crosscheck.runner.tasks import Evaluation
 
@@ -67,11 +67,11 @@ def rigid(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Compari
     for level in RIGID_LEVELS:
         where, case = f"{arm.name}/{level}", _case(arm, usual_switches(arm))
         able = about(of_level(level), arm, case.switches)
-        spots = [Spot(where, name, case, count, seed) for name in able]
-        for spot in spots:
-            yield from _own(spot)
-            yield from _as_told(spot, content)
-        yield from pairs(spots, STATE_ABILITIES)
+        sampled_models = [SampledModel(where, name, case, count, seed) for name in able]
+        for sampled in sampled_models:
+            yield from _own(sampled)
+            yield from _as_told(sampled, content)
+        yield from pairs(sampled_models, STATE_ABILITIES)
 
 
 def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
@@ -82,33 +82,37 @@ def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
         laws += ["free"] if chosen.planets == "free" else []
         laws += ["conservative"] if chosen.mesh_work == "conservative" else []
         where, case = f"{arm.name}/{'-'.join(laws)}", _case(arm, chosen)
-        spots = [Spot(where, name, case, SWITCH_COUNT, seed) for name in geared_models(case)]
-        yield from pairs(spots, SWITCHED)
+        sampled_models = [
+            SampledModel(where, name, case, SWITCH_COUNT, seed) for name in geared_models(case)
+        ]
+        yield from pairs(sampled_models, SWITCHED)
 
 
 def geared(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Comparison]:
     """Comparisons of the geared models' states, balances and modes, and with the paper's forms."""
     where, chosen = f"{arm.name}/geared", usual_switches(arm)
     case = _case(arm, chosen)
-    spots = [Spot(where, name, case, count, seed) for name in geared_models(case)]
-    yield from _of_states(spots, content)
-    for spot in spots:
-        if "constraint_residual" in MODELS[spot.model].promises:
-            metric = f"largest gap, rate, acceleration or error of one, {spot.number} random states"
-            about = spot.own("constraints", metric, "closure of its joints")
-            yield answered(about, (spot.of("constraint_residual"),), invariants.constraints)
+    sampled_models = [SampledModel(where, name, case, count, seed) for name in geared_models(case)]
+    yield from _of_states(sampled_models, content)
+    for sampled in sampled_models:
+        if "constraint_residual" in MODELS[sampled.model].promises:
+            metric = (
+                f"largest gap, rate, acceleration or error of one, {sampled.number} random states"
+            )
+            about = sampled.own("constraints", metric, "closure of its joints")
+            yield answered(about, (sampled.of("constraint_residual"),), invariants.constraints)
     yield from linearised(arm.name, arm, chosen)
-    yield from _forms([spot for spot in spots if spot.model != lead()])
+    yield from _forms([sampled for sampled in sampled_models if sampled.model != reference_model()])
     for form in covering("form", arm, switches()):
-        yield from _of_form(Spot(where, form, _case(arm, switches()), count, seed), content)
+        yield from _of_form(SampledModel(where, form, _case(arm, switches()), count, seed), content)
 
 
 def free(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Comparison]:
     """Comparisons with a coordinate for every planet, of an arm whose planets may be lumped."""
     where, chosen = f"{arm.name}/free", usual_switches(arm, planets="free")
     case = _case(arm, chosen)
-    spots = [Spot(where, name, case, count, seed) for name in geared_models(case)]
-    yield from _of_states(spots, content)
+    sampled_models = [SampledModel(where, name, case, count, seed) for name in geared_models(case)]
+    yield from _of_states(sampled_models, content)
     yield from linearised(where, arm, chosen)
 
 
@@ -121,21 +125,21 @@ def conservative(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
         return
     chosen = usual_switches(arm, planets="free", mesh_work="conservative")
     where, case = f"{arm.name}/conservative", _case(damped(arm, 0.0), chosen)
-    spots = [Spot(where, name, case, count, seed) for name in geared_models(case)]
-    yield from pairs(spots, SWITCHED)
-    for spot in spots:
-        yield balance(spot, "energy-rate", "W", energy.rate_closes)
+    sampled_models = [SampledModel(where, name, case, count, seed) for name in geared_models(case)]
+    yield from pairs(sampled_models, SWITCHED)
+    for sampled in sampled_models:
+        yield balance(sampled, "energy-rate", "W", energy.rate_closes)
 
 
-def _of_states(spots: Sequence[Spot], content: Content) -> Iterator[Comparison]:
-    yield from pairs(spots, STATE_ABILITIES)
-    for spot in spots:
-        yield from _own(spot)
-        yield from _as_told(spot, content)
-        yield from balances(spot)
+def _of_states(sampled_models: Sequence[SampledModel], content: Content) -> Iterator[Comparison]:
+    yield from pairs(sampled_models, STATE_ABILITIES)
+    for sampled in sampled_models:
+        yield from _own(sampled)
+        yield from _as_told(sampled, content)
+        yield from balances(sampled)
 
 
-class Spot(NamedTuple):
+class SampledModel(NamedTuple):
     """A model at random states: the evaluations that comparisons of it ask for."""
 
     where: str
@@ -174,14 +178,14 @@ class Spot(NamedTuple):
 class Stated(OwnKey):
     """A task: work out a form of the paper in symbols, at the states that its model answers."""
 
-    spot: Spot
+    sampled: SampledModel
     quantity: str
     cost = 1.0  # rough seconds
 
     @property
     def model(self) -> str:
         """Name of what answers: the model's symbols."""
-        return f"{self.spot.model} in symbols"
+        return f"{self.sampled.model} in symbols"
 
     @or_failure
     def perform(self) -> np.ndarray:
@@ -193,7 +197,7 @@ class Stated(OwnKey):
         from crosscheck.analytic.paper.printed import printed_form
 
         forms = dict(zip(FORMS, (energies_form, printed_form), strict=True))
-        form, (arm, _, drawn) = forms[self.spot.model](), self.spot.setting
+        form, (arm, _, drawn) = forms[self.sampled.model](), self.sampled.setting
         numbers = {s: sp.Float(float(x), 17) for s, x in parameter_values(arm).items()}
         entries = getattr(form, self.quantity).xreplace(numbers)
         evaluate = sp.lambdify((form.q, form.v), entries, "numpy")
@@ -201,16 +205,18 @@ class Stated(OwnKey):
         return np.array([v[:, 0] if v.shape[1] == 1 else v for v in values])
 
 
-def pairs(spots: Sequence[Spot], quantities: Sequence[str]) -> Iterator[Comparison]:
+def pairs(
+    sampled_models: Sequence[SampledModel], quantities: Sequence[str]
+) -> Iterator[Comparison]:
     """A comparison for each quantity and pair of models, whose coordinates must be the same."""
     for quantity in quantities:
-        for left, right in combinations(spots, 2):
+        for left, right in combinations(sampled_models, 2):
             yield _pair("states", quantity, left, right, states.compare_values)
 
 
-def _forms(spots: Sequence[Spot]) -> Iterator[Comparison]:
+def _forms(sampled_models: Sequence[SampledModel]) -> Iterator[Comparison]:
     """Measurements of how far each of the paper's own forms is from each engine."""
-    for other in spots:
+    for other in sampled_models:
         for form in covering("form", other.case.arm, other.case.switches):
             right = other._replace(case=_case(other.case.arm, switches()))
             for quantity in STATE_ABILITIES:
@@ -218,54 +224,56 @@ def _forms(spots: Sequence[Spot]) -> Iterator[Comparison]:
                 yield _pair("form-states", quantity, left, right, states.measure_values)
 
 
-def _of_form(spot: Spot, content: Content) -> Iterator[Comparison]:
+def _of_form(sampled: SampledModel, content: Content) -> Iterator[Comparison]:
     """Comparisons of a form of the paper with itself, with the arm's file and with its symbols.
 
     The form's inertia is none of real bodies; that it is what the paper has, its symbols say.
     """
-    yield from _own(spot)
-    yield from balances(spot)
-    yield from _as_told(spot, content, inertia=False)
+    yield from _own(sampled)
+    yield from balances(sampled)
+    yield from _as_told(sampled, content, inertia=False)
 
     def as_stated(about: About, own: Any, stated: Any, mass: Any) -> Finding:
-        return states.compare_values(about, stated, own, mass[0], spot.setting)
+        return states.compare_values(about, stated, own, mass[0], sampled.setting)
 
-    for quantity in ("mass_matrix", "bias") if spot.model in FORMS else ():
-        symbols = Stated(spot, quantity)
-        key = Key("form-symbols", spot.where, quantity, spot.model)
-        about = About(key, "1", spot.over(DIFFERENCE), "its equations in symbols")
-        yield answered(about, (spot.of(quantity), symbols, spot.of("mass_matrix")), as_stated)
+    for quantity in ("mass_matrix", "bias") if sampled.model in FORMS else ():
+        symbols = Stated(sampled, quantity)
+        key = Key("form-symbols", sampled.where, quantity, sampled.model)
+        about = About(key, "1", sampled.over(DIFFERENCE), "its equations in symbols")
+        yield answered(about, (sampled.of(quantity), symbols, sampled.of("mass_matrix")), as_stated)
 
 
-def _pair(family: str, quantity: str, left: Spot, right: Spot, judge: states.Judge) -> Comparison:
+def _pair(
+    family: str, quantity: str, left: SampledModel, right: SampledModel, judge: states.Judge
+) -> Comparison:
     key = Key(family, left.where, quantity, left.model, right.model)
-    needs = [spot.of(name) for name in ("mass_matrix", quantity) for spot in (left, right)]
+    needs = [sampled.of(name) for name in ("mass_matrix", quantity) for sampled in (left, right)]
 
     def judged(about: About, results: Results) -> Finding:
-        one, other = (results.need(spot.of(quantity)) for spot in (left, right))
-        masses = (results.settled(spot.of("mass_matrix")) for spot in (left, right))
+        one, other = (results.need(sampled.of(quantity)) for sampled in (left, right))
+        masses = (results.settled(sampled.of("mass_matrix")) for sampled in (left, right))
         sizes = (m[0] for m in masses if m is not None and states.usable(m[0]))
         return judge(about, one, other, next(sizes, None), left.setting)
 
     return Comparison(About(key, "1", left.over(DIFFERENCE)), tuple(needs), judged)
 
 
-def _own(spot: Spot) -> Iterator[Comparison]:
+def _own(sampled: SampledModel) -> Iterator[Comparison]:
     """Comparisons of one model with itself: inertia, bias and abilities.
 
     A model must say of itself all that the registry says of it, for users ask the model.
     """
-    mass, bias, symbols = (spot.of(name) for name in ("mass_matrix", "bias", CHRISTOFFEL))
-    metric = f"{spot.over('largest relative asymmetry')}; positive definite"
-    about = spot.own("inertia", metric, FIRST_PRINCIPLES)
+    mass, bias, symbols = (sampled.of(name) for name in ("mass_matrix", "bias", CHRISTOFFEL))
+    metric = f"{sampled.over('largest relative asymmetry')}; positive definite"
+    about = sampled.own("inertia", metric, FIRST_PRINCIPLES)
     yield answered(about, (mass,), invariants.is_inertia)
     against = "Christoffel symbols of its own mass matrix"
-    about = spot.own("bias-from-inertia", spot.over(DIFFERENCE), against)
-    follows = partial(invariants.bias_follows, setting=spot.setting)
+    about = sampled.own("bias-from-inertia", sampled.over(DIFFERENCE), against)
+    follows = partial(invariants.bias_follows, setting=sampled.setting)
     yield answered(about, (bias, symbols, mass), follows)
-    about = spot.own("abilities", "abilities missing", "declared capabilities")
-    task = Evaluation(spot.model, spot.case, ABILITIES)
-    yield answered(about, (task,), partial(_claims_all, promised=MODELS[spot.model].promises))
+    about = sampled.own("abilities", "abilities missing", "declared capabilities")
+    task = Evaluation(sampled.model, sampled.case, ABILITIES)
+    yield answered(about, (task,), partial(_claims_all, promised=MODELS[sampled.model].promises))
 
 
 def _claims_all(about: About, claimed: Any, promised: frozenset[str]) -> Finding:
@@ -275,31 +283,33 @@ def _claims_all(about: About, claimed: Any, promised: frozenset[str]) -> Finding
     return checked(about, measured=0.0, tolerance=0.0, basis="every promised ability is there")
 
 
-def _as_told(spot: Spot, content: Content, *, inertia: bool = True) -> Iterator[Comparison]:
+def _as_told(
+    sampled: SampledModel, content: Content, *, inertia: bool = True
+) -> Iterator[Comparison]:
     """Comparisons of a model's forces, and inertia too, with the data of arm and experiment."""
-    level, setting = MODELS[spot.model].level, spot.setting
+    level, setting = MODELS[sampled.model].level, sampled.setting
     given: dict[str, Any] = {"setting": setting, "content": content, "level": level}
-    mass, force = spot.of("mass_matrix"), spot.of("generalized_force")
+    mass, force = sampled.of("mass_matrix"), sampled.of("generalized_force")
     if inertia:
-        yield answered(spot.told("mass_matrix"), (mass,), partial(told.inertia_as_told, **given))
-    judged = partial(told.force_as_told, case=spot.case, **given)
-    yield answered(spot.told("generalized_force"), (force, mass), judged)
+        yield answered(sampled.told("mass_matrix"), (mass,), partial(told.inertia_as_told, **given))
+    judged = partial(told.force_as_told, case=sampled.case, **given)
+    yield answered(sampled.told("generalized_force"), (force, mass), judged)
 
 
-def balances(spot: Spot) -> Iterator[Comparison]:
+def balances(sampled: SampledModel) -> Iterator[Comparison]:
     """Comparisons of power and angular momentum, from all that the model says of a state."""
-    yield balance(spot, "power", "W", invariants.power)
-    yield balance(spot, "angular-momentum-rate", "N m", invariants.angular_momentum)
+    yield balance(sampled, "power", "W", invariants.power)
+    yield balance(sampled, "angular-momentum-rate", "N m", invariants.angular_momentum)
 
 
-def balance(spot: Spot, name: str, unit: str, law: invariants.Balance) -> Comparison:
+def balance(sampled: SampledModel, name: str, unit: str, law: invariants.Balance) -> Comparison:
     """The comparison of one balance of a model."""
 
     def judged(about: About, *answers: Any) -> Finding:
-        return law(about, invariants.Answered(*answers), spot.setting, spot.case)
+        return law(about, invariants.Answered(*answers), sampled.setting, sampled.case)
 
-    about = spot.own(name, spot.over("largest residual"), FIRST_PRINCIPLES, unit)
-    return answered(about, [spot.of(quantity) for quantity in STATE_ABILITIES], judged)
+    about = sampled.own(name, sampled.over("largest residual"), FIRST_PRINCIPLES, unit)
+    return answered(about, [sampled.of(quantity) for quantity in STATE_ABILITIES], judged)
 
 
 def all_switches() -> list[Switches]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from crosscheck.findings import Agreement, Finding, Verdict
 from crosscheck.models.arm.arm import Arm
-from crosscheck.registry import MODELS, lead, names
+from crosscheck.registry import MODELS, names, reference_model
 from crosscheck.report.matrix import WORST_FIRST, digits
 from crosscheck.report.words import tally
 
@@ -82,9 +82,11 @@ def compared(agreement: Agreement, arm: Arm) -> list[ModelAnswer]:
         or (f.about.key.family in STATES and f.about.key.case.partition("/")[0] == arm.name)
     ]
     found = []
-    home = lead().partition(":")[0]  # the package of the derivation, with rigid models of its own
+    home = reference_model().partition(":")[
+        0
+    ]  # the package of the derivation, with rigid models of its own
     derived = [name for name in names("rigid") if name.partition(":")[0] == home]
-    for model in (*names("form"), lead(), *derived):
+    for model in (*names("form"), reference_model(), *derived):
         others = [f for f in own if _with_engine(f, model)]
         checks = [f for f in pairs if f.kind == "check" and _with_engine(f, model)]
         if others:
@@ -129,7 +131,7 @@ def _beyond(finding: Finding, own: Sequence[Finding]) -> bool:
         if f.kind == "check"
         and f.about.key.family == "states"
         and f.quantity == finding.quantity
-        and lead() in (f.left, f.right)
+        and reference_model() in (f.left, f.right)
         and f.tolerance is not None
     ]
     return finding.about.key.family in STATES and bool(allowed) and _size(finding) > max(allowed)

@@ -6,7 +6,7 @@ from crosscheck.findings import Finding
 from crosscheck.planning import plan
 from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
-from crosscheck.registry import LEVELS, lead, second
+from crosscheck.registry import LEVELS, reference_model, second_engine
 from crosscheck.report.answers import QUANTITIES, QUESTIONS, answers
 from crosscheck.report.matrix import cells, groups
 from crosscheck.report.plots.charts import Pictures
@@ -54,8 +54,8 @@ def report_page(result: CrossCheck, pictures: Pictures) -> str:
         described=list(described(result.arm)),
         preliminary=preliminary(result.wanted),
         levels=LEVELS,
-        reference=lead(),
-        second=second(),
+        reference=reference_model(),
+        second=second_engine(),
         provenance=agreement.to_dict()["provenance"],
     )
     return sound_links(made)

@@ -48,10 +48,10 @@ def trial_text(trial: Trial) -> str:
 
 def summary(trial: Trial) -> Iterator[str]:
     """Whose equations, in which coordinates, of which kind; what could not be judged."""
-    bench = trial.bench
-    kind = f"rigid, level {trial.level}" if trial.level else f"geared, planets {bench.gearing}"
-    yield f"{bench.name} on {bench.case.arm.name}: {kind}"
-    yield f"coordinates: {', '.join(bench.frame.names)}"
+    problem = trial.problem
+    kind = f"rigid, level {trial.level}" if trial.level else f"geared, planets {problem.gearing}"
+    yield f"{problem.name} on {problem.case.arm.name}: {kind}"
+    yield f"coordinates: {', '.join(problem.frame.names)}"
     for rung in trial.rungs if len(trial.rungs) > 1 else ():
         differ = f"{counted(rung.entries, 'entry').replace('entrys', 'entries')} of M differ"
         largest = f", by up to {rung.largest:.3g}" if rung.entries else ""
@@ -61,13 +61,13 @@ def summary(trial: Trial) -> Iterator[str]:
         yield f"also checked on {other}, for errors that this one's equal numbers hide"
     else:
         yield "checked on this arm alone: errors that its equal numbers and zeros hide are not seen"
-    table = bench.equations.table
+    table = problem.equations.table
     if table is not None and table.precision:
         single = table.precision == SINGLE
         known = "single precision" if single else "fewer digits than a double has"
         yield f"answers have {known}, {table.precision:.2g} relative: the tolerances follow"
     for each in trial.misread:
-        yield misread_line(each, bench.frame.names)
+        yield misread_line(each, problem.frame.names)
     if trial.missing:
         yield f"not supplied, so not judged: {', '.join(trial.missing)}"
 
@@ -93,7 +93,7 @@ class VerdictLine(NamedTuple):
 
 def verdicts(trial: Trial) -> Iterator[VerdictLine]:
     """What is wrong, a line for each error, whatever number of entries it is in."""
-    names = trial.bench.frame.names
+    names = trial.problem.frame.names
     for note in dict.fromkeys(note for wrong in trial.wrong for note in wrong.notes):
         places = [wrong.place for wrong in trial.wrong if note in wrong.notes]
         yield VerdictLine(f"{', '.join(named(place, names) for place in places)}: {note}")
@@ -105,12 +105,12 @@ def verdicts(trial: Trial) -> Iterator[VerdictLine]:
 
 def wrong_line(trial: Trial, wrong: Wrong) -> str:
     """One wrong entry, and why, in one line."""
-    return f"{named(wrong.place, trial.bench.frame.names)}: {why(wrong)}"
+    return f"{named(wrong.place, trial.problem.frame.names)}: {why(wrong)}"
 
 
 def trial_json(trial: Trial) -> str:
     """Readable JSON as in crosscheck/schema/trial.schema.json, ending in a newline."""
-    bench, names = trial.bench, trial.bench.frame.names
+    problem, names = trial.problem, trial.problem.frame.names
     misread = [
         {
             "part": found.part,
@@ -138,9 +138,9 @@ def trial_json(trial: Trial) -> str:
     return document(
         {
             "schema_version": SCHEMA_VERSION,
-            "model": bench.name,
-            "arm": bench.case.arm.name,
-            "gearing": bench.gearing,
+            "model": problem.name,
+            "arm": problem.case.arm.name,
+            "gearing": problem.gearing,
             "coordinates": names,
             "level": trial.level,
             "ladder": [

@@ -33,7 +33,7 @@ class HeatMap:
 
 def trial_page(trial: Trial) -> str:
     """The page on a trial: HTML text, figures inlined."""
-    names = trial.bench.frame.names
+    names = trial.problem.frame.names
     return page(
         "trial",
         trial=trial,
@@ -41,7 +41,7 @@ def trial_page(trial: Trial) -> str:
         wrong=[(named(each.place, names), each, why(each)) for each in trial.wrong],
         verdicts=list(verdicts(trial)),
         maps=list(_maps(trial)),
-        described=list(described(trial.bench.case.arm)),
+        described=list(described(trial.problem.case.arm)),
         typeset=typeset,
         words=lambda errors: " and ".join(map(told, errors)),
         provenance=trial.agreement.to_dict()["provenance"],
@@ -50,7 +50,7 @@ def trial_page(trial: Trial) -> str:
 
 def _maps(trial: Trial) -> Iterator[HeatMap]:
     """A heat map of each part; of the bias one for each row that deviates."""
-    names = trial.bench.frame.names
+    names = trial.problem.frame.names
     for quantity, apart in trial.apart.items():
         title = PART_NAMES.get(quantity, quantity)
         if apart.ndim == 3:

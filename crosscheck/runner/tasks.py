@@ -69,7 +69,7 @@ class Simulation:
             run = model.simulate()
         else:
             run = (model.precise if self.is_precise else model.reference)(self.rtol)
-        own_teeth = entry.role != "handed"
+        own_teeth = entry.role != "supplied"
         meshing = bool(entry.layout(self.case.arm, self.case.switches).meshing)
         require_complete(run, self.model, self.case, meshing=meshing and own_teeth)
         if own_teeth:

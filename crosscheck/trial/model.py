@@ -17,9 +17,9 @@ from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
-from crosscheck.registry import Entry, build, lead, of_level
+from crosscheck.registry import Entry, build, of_level, reference_model
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import SuppliedEquations, handed
+from crosscheck.trial.input.calls import SuppliedEquations, supplied
 from crosscheck.trial.input.equations import Equations
 
 ABILITIES = {
@@ -31,7 +31,7 @@ ABILITIES = {
 CALL_S = 2e-4  # [s] that a tooth force or a bias takes a user's Python, at most
 
 
-class HandedModel(Model):
+class SuppliedModel(Model):
     """Supplied equations as a model in the project's coordinates; RK4 in Python."""
 
     equations: ClassVar[Equations]
@@ -43,34 +43,34 @@ class HandedModel(Model):
         own = self.equations.on(arm, scenario)
         self.frame = frame_of(own.coordinates, arm)
         self.layout: Layout = self.frame.layout
-        self.handed: SuppliedEquations = handed(own, arm, self.frame)
+        self.supplied: SuppliedEquations = supplied(own, arm, self.frame)
         again = own if own.table is None else own.table.again
-        self.asked_again: SuppliedEquations = handed(again, arm, self.frame)
+        self.asked_again: SuppliedEquations = supplied(again, arm, self.frame)
         self.drive = drive_data(scenario, len(arm.joints))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M = J^-T M_x J^-1, shape (n, n)."""
         x = self.frame.place(q)
         inverse = np.linalg.inv(self.frame.jacobian(x))
-        return inverse.T @ self.handed.mass_matrix(x) @ inverse
+        return inverse.T @ self.supplied.mass_matrix(x) @ inverse
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """h = J^-T h_x - M J' u, shape (n,)."""
         x, u, jacobian = self._moving(q, v)
         curved = self.frame.drift(x, u)
-        force = np.linalg.inv(jacobian).T @ self.handed.bias(x, u)
+        force = np.linalg.inv(jacobian).T @ self.supplied.bias(x, u)
         return force - self.mass_matrix(q) @ curved if curved.any() else force
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """f = J^-T f_x, shape (n,)."""
         x, u, jacobian = self._moving(q, v)
-        own = self.handed.force(t, x, u, self.torques(t, q, v))
+        own = self.supplied.force(t, x, u, self.torques(t, q, v))
         return np.linalg.inv(jacobian).T @ own
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """q'' = J x'' + J' u, shape (n,)."""
         x, u, jacobian = self._moving(q, v)
-        own = self.handed.acceleration(t, x, u, self.torques(t, q, v))
+        own = self.supplied.acceleration(t, x, u, self.torques(t, q, v))
         return jacobian @ own + self.frame.drift(x, u)
 
     def _moving(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -129,11 +129,11 @@ class HandedModel(Model):
         return trajectory(self, time, **variables)
 
 
-def _reference_of(handed: HandedModel) -> Model:
+def _reference_of(supplied: SuppliedModel) -> Model:
     """The model that equations are compared with: it says where to start, which step is stable."""
-    level = handed.equations.level or "links"
-    name = lead() if handed.layout.meshing else of_level(level)[0]
-    return build(name, handed.arm, handed.scenario, handed.switches)
+    level = supplied.equations.level or "links"
+    name = reference_model() if supplied.layout.meshing else of_level(level)[0]
+    return build(name, supplied.arm, supplied.scenario, supplied.switches)
 
 
 def switches_of(equations: Equations, arm: Arm, chosen: Switches | None) -> Switches:
@@ -155,10 +155,10 @@ def entry_for(name: str, equations: Equations, has: frozenset[str]) -> Entry:
     attributes = {"name": name, "equations": equations, "abilities": abilities}
     return Entry(
         module=__name__,
-        attribute="HandedModel",
-        role="rigid" if equations.coordinates.gearing == "rigid" else "handed",
+        attribute="SuppliedModel",
+        role="rigid" if equations.coordinates.gearing == "rigid" else "supplied",
         promises=abilities,
         order=4,
         call_s=CALL_S,
-        made=type("SuppliedEquations", (HandedModel,), attributes),
+        made=type("SuppliedEquations", (SuppliedModel,), attributes),
     )

@@ -29,12 +29,18 @@ from crosscheck.trial.diagnose.probe import probe_arms
 from crosscheck.trial.diagnose.reasons import compared, reasoned
 from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.waves import states_wanted
-from crosscheck.trial.input.calls import handed
+from crosscheck.trial.input.calls import supplied
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.misread import Misread, misread
 from crosscheck.trial.judge.places import Wrong, deviations
-from crosscheck.trial.judge.questions import QUESTIONS, Bench, StateQuestion, first_calls, spared
+from crosscheck.trial.judge.questions import (
+    QUESTIONS,
+    StateQuestion,
+    VerificationProblem,
+    first_calls,
+    spared,
+)
 from crosscheck.trial.model import entry_for, switches_of
 
 BRINGS = {
@@ -100,7 +106,7 @@ class Trial:
     traces: of parts that raised.
     """
 
-    bench: Bench
+    problem: VerificationProblem
     cross_check: CrossCheck
     level: str
     rungs: tuple[Rung, ...]
@@ -129,116 +135,126 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
     held against do not answer.
     """
     with overseen(asked.name):
-        bench = bench_of(asked)
-        probes = probes_of(bench)
-    entry = entry_for(bench.name, bench.equations, bench.has)
-    with register(bench.name, entry), Workers(jobs) as workers:
-        lost = first_calls(bench, workers, told)
-        tasks = tasks_in(bench, probes, asked)
-        without = spared(bench, tasks, lost)
+        problem = problem_of(asked)
+        probes = probes_of(problem)
+    entry = entry_for(problem.name, problem.equations, problem.has)
+    with register(problem.name, entry), Workers(jobs) as workers:
+        lost = first_calls(problem, workers, told)
+        tasks = tasks_in(problem, probes, asked)
+        without = spared(problem, tasks, lost)
         results = performed(workers, [task for task in tasks if task not in without], told)
         told_already = {task.key: failure for task, failure in without.items()}
         results = Results({**results.outcomes, **told_already})
         try:
             with overseen(asked.name, JUDGING_S):
-                return _judged(bench, probes, asked, results)
+                return _judged(problem, probes, asked, results)
         except comparison.Unavailable as error:
-            raise Unfinished(f"{bench.name} cannot be judged: {error}") from None
+            raise Unfinished(f"{problem.name} cannot be judged: {error}") from None
 
 
-def tasks_in(bench: Bench, probes: Sequence[Bench], asked: Asked) -> list[ModelTask]:
+def tasks_in(
+    problem: VerificationProblem, probes: Sequence[VerificationProblem], asked: Asked
+) -> list[ModelTask]:
     """All tasks of a trial: of the equations, and of the models that they are compared with."""
-    planned = list(_planned(bench, asked))
-    by_entry = (question for each in (bench, *probes) for question in localising(each))
+    planned = list(_planned(problem, asked))
+    by_entry = (question for each in (problem, *probes) for question in localising(each))
     return list(dict.fromkeys([*comparison.tasks_of(planned), *by_entry]))
 
 
-def bench_of(asked: Asked) -> Bench:
+def problem_of(asked: Asked) -> VerificationProblem:
     """What is on trial, its coordinates and states already made. Raises InputError."""
     wanted_of(asked)  # refuses scenarios that cannot stand side by side
     laws = switches_of(asked.equations, asked.arm, asked.chosen)
     case = Case(asked.arm, unequal_gains(asked.arm), laws)
     count = QUICK_STATES if asked.quick else STATES
     own = asked.equations.on(asked.arm, case.scenario)
-    has = handed(own, asked.arm, frame_of(own.coordinates, asked.arm)).has
+    has = supplied(own, asked.arm, frame_of(own.coordinates, asked.arm)).has
     missing = ", ".join(sorted(RUNNABLE - has))
     if asked.scenarios and missing:
         reason = f"needs {missing}, which the equations have not"
         raise InputError("--scenario", "", asked.scenarios[0].name, reason)
-    bench = Bench(asked.name, own, has, case, count, asked.seed)
-    if bench.frame.matrix is not None:
-        terms = reference_terms_of(bench.frame, asked.arm, laws, bench.levels[-1])
+    problem = VerificationProblem(asked.name, own, has, case, count, asked.seed)
+    if problem.frame.matrix is not None:
+        terms = reference_terms_of(problem.frame, asked.arm, laws, problem.levels[-1])
         count = max(count, states_wanted(terms))
-    affordable = MOST_BYTES // (8 * len(bench.frame.names) ** 3)
-    bench = replace(bench, count=min(count, max(affordable, LEAST_STATES)))
-    _ = bench.states  # made now, so that what is wrong with the coordinates is said first
-    return bench
+    affordable = MOST_BYTES // (8 * len(problem.frame.names) ** 3)
+    problem = replace(problem, count=min(count, max(affordable, LEAST_STATES)))
+    _ = problem.states  # made now, so that what is wrong with the coordinates is said first
+    return problem
 
 
-def localising(bench: Bench) -> Iterator[StateQuestion]:
+def localising(problem: VerificationProblem) -> Iterator[StateQuestion]:
     """Questions for a look entry by entry: to the equations, and to each level's reference."""
-    for level in bench.levels:
-        yield from suite.sizing(bench, level)
-        yield from (bench.ask(bench.reference(level), part) for part in by_entry(bench))
-    yield from map(bench.yours, by_entry(bench))
+    for level in problem.levels:
+        yield from suite.sizing(problem, level)
+        yield from (problem.ask(problem.reference(level), part) for part in by_entry(problem))
+    yield from map(problem.yours, by_entry(problem))
 
 
-def by_entry(bench: Bench) -> list[str]:
+def by_entry(problem: VerificationProblem) -> list[str]:
     """Parts that are compared entry by entry; the acceleration only where nothing else is there."""
-    found = [quantity for part, quantity in BY_ENTRY.items() if part in bench.has]
+    found = [quantity for part, quantity in BY_ENTRY.items() if part in problem.has]
     return found or ["acceleration"]
 
 
 def _planned(
-    bench: Bench, asked: Asked, level: str | None = None, results: Results | None = None
+    problem: VerificationProblem,
+    asked: Asked,
+    level: str | None = None,
+    results: Results | None = None,
 ) -> Iterator[Comparison]:
     """Every comparison; binding are those of a level, or of all levels where none is chosen.
 
     results: if they are given, an unclaimed level has only comparisons whose answers are there, for
     a part that failed fails once, at the claimed level.
     """
-    yield from suite.own_comparisons(bench)
-    for each in bench.levels:
+    yield from suite.own_comparisons(problem)
+    for each in problem.levels:
         binding = level is None or each == level
-        for planned in suite.engine_comparisons(bench, each, binding=binding):
-            own = (task for task in planned.needs if task.model == bench.name)
+        for planned in suite.engine_comparisons(problem, each, binding=binding):
+            own = (task for task in planned.needs if task.model == problem.name)
             if binding or results is None or all(results.found(t) is not None for t in own):
                 yield planned
         for scenario in asked.scenarios if binding else ():
-            yield from suite.run_comparisons(bench, scenario, each)
-    yield from suite.own_balances(bench)
+            yield from suite.run_comparisons(problem, scenario, each)
+    yield from suite.own_balances(problem)
 
 
-def probes_of(bench: Bench) -> list[Bench]:
+def probes_of(problem: VerificationProblem) -> list[VerificationProblem]:
     """Benches of the same equations on arms that show what equal numbers and zeros hide, if any."""
-    if not bench.equations.any_arm:
+    if not problem.equations.any_arm:
         return []
     try:
-        return [bench.on(arm) for arm in probe_arms(bench.case.arm, PROBES)]
+        return [problem.on(arm) for arm in probe_arms(problem.case.arm, PROBES)]
     except InputError:  # equations of some arms alone are right or wrong on this one
         return []
 
 
-def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Results) -> Trial:
-    level, rungs = _level(bench, results)
-    comparisons = list(_planned(bench, asked, level, results))
+def _judged(
+    problem: VerificationProblem,
+    probes: Sequence[VerificationProblem],
+    asked: Asked,
+    results: Results,
+) -> Trial:
+    level, rungs = _level(problem, results)
+    comparisons = list(_planned(problem, asked, level, results))
     wanted, cases = wanted_of(asked), cases_of(comparisons)
     settings = wanted.arm, wanted.seed, wanted.quick, wanted.scenarios, wanted.chosen
     record = provenance(*settings, packages=packages(), model=wanted.model)
     agreement = Agreement(list(comparison.findings_of(comparisons, results)), record)
     runs = {key: run for key, run in runs_of(results).items() if key in cases}
-    here, *there = (compared(each, level, by_entry(each), results) for each in (bench, *probes))
+    here, *there = (compared(each, level, by_entry(each), results) for each in (problem, *probes))
     return Trial(
-        bench=bench,
+        problem=problem,
         cross_check=CrossCheck(wanted, agreement, cases, runs),
         level=level,
         rungs=tuple(rungs),
         apart=here.apart,
         wrong=tuple(reasoned(here, there)),
         probes=tuple(probe.case.arm.name for probe in probes),
-        missing=tuple(part for part in suite.COMPARED if part not in bench.has),
-        misread=misread(here.yours, here.right, bench.equations.table),
-        traces=_traces(bench, results),
+        missing=tuple(part for part in suite.COMPARED if part not in problem.has),
+        misread=misread(here.yours, here.right, problem.equations.table),
+        traces=_traces(problem, results),
     )
 
 
@@ -248,43 +264,43 @@ def wanted_of(asked: Asked) -> Wanted:
     return Wanted(asked.arm, asked.quick, asked.seed, asked.scenarios, laws, asked.name)
 
 
-def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
+def _level(problem: VerificationProblem, results: Results) -> tuple[str, list[Rung]]:
     """The rigid level from whose M the fewest entries differ, and how far all levels differ.
 
     Of several the one that is least apart; without a usable mass matrix the one that the other
     parts are least apart from.
     """
-    if bench.gearing != "rigid":
+    if problem.gearing != "rigid":
         return "", []
-    yours = results.found(bench.yours("mass_matrix")) if "mass_matrix" in bench.has else None
-    asked = [bench.ask(bench.reference(level), "mass_matrix") for level in bench.levels]
+    yours = results.found(problem.yours("mass_matrix")) if "mass_matrix" in problem.has else None
+    asked = [problem.ask(problem.reference(level), "mass_matrix") for level in problem.levels]
     masses = [results.need(question) for question in asked]
     if yours is None:
-        return min(bench.levels, key=partial(_farthest, bench, results)), []
-    sizes, rungs = suite.sizes_in(bench, results, bench.levels[-1]), []
-    for level, mass in zip(bench.levels, masses, strict=True):
+        return min(problem.levels, key=partial(_farthest, problem, results)), []
+    sizes, rungs = suite.sizes_in(problem, results, problem.levels[-1]), []
+    for level, mass in zip(problem.levels, masses, strict=True):
         found = deviations(yours, mass, sizes.mass)
         count = int((~(found <= sizes.tolerance("mass_matrix"))).sum())
         rungs.append(Rung(level, count, float(found.max()), float(found.mean())))
     return min(rungs, key=lambda rung: (rung.entries, rung.mean)).level, rungs
 
 
-def _farthest(bench: Bench, results: Results, level: str) -> float:
+def _farthest(problem: VerificationProblem, results: Results, level: str) -> float:
     """Largest difference of the parts that answer from a level's, relative to their sizes."""
-    sizes, found = suite.sizes_in(bench, results, level), [0.0]
+    sizes, found = suite.sizes_in(problem, results, level), [0.0]
     for part in suite.COMPARED:
-        own = results.found(bench.yours(part)) if part in bench.has else None
+        own = results.found(problem.yours(part)) if part in problem.has else None
         if own is not None:
-            right = results.need(bench.ask(bench.reference(level), part))
+            right = results.need(problem.ask(problem.reference(level), part))
             found.append(float(deviations(own, right, sizes.of(part)).max()))
     return max(found)
 
 
-def _traces(bench: Bench, results: Results) -> dict[str, str]:
+def _traces(problem: VerificationProblem, results: Results) -> dict[str, str]:
     """Tracebacks of the parts that raised, each once."""
     found: dict[str, str] = {}
     for quantity in QUESTIONS:
-        outcome = results.outcomes.get(bench.yours(quantity))
+        outcome = results.outcomes.get(problem.yours(quantity))
         trace = outcome.trace if isinstance(outcome, Failure) else ""
         if trace and trace not in found.values():
             found[quantity] = trace

@@ -11,8 +11,8 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm
 from crosscheck.planning.comparison import Results, findings_of, tasks_of
-from crosscheck.planning.state_suite import Spot, balances, pairs, unequal_gains
-from crosscheck.registry import MODELS, lead
+from crosscheck.planning.state_suite import SampledModel, balances, pairs, unequal_gains
+from crosscheck.registry import MODELS, reference_model
 
 ARMS = ("paper-labelled", "probe", "planets-apart", "three-unlike", "direct-between")
 LAWS = [
@@ -32,10 +32,12 @@ def red(arm_name: str, **chosen: str) -> list[str]:
     """The checks of states that are not green, and of power and momentum, at five states."""
     arm = load_arm(arm_name)
     case = Case(arm, unequal_gains(arm), usual_switches(arm, **chosen))
-    spots = [Spot("example", name, case, 5, 0) for name in (lead(), "mujoco:gears")]
-    comparisons = list(pairs(spots, STATE_ABILITIES))
+    sampled_models = [
+        SampledModel("example", name, case, 5, 0) for name in (reference_model(), "mujoco:gears")
+    ]
+    comparisons = list(pairs(sampled_models, STATE_ABILITIES))
     if case.switches.mesh_work == "paper":
-        comparisons += balances(spots[1])
+        comparisons += balances(sampled_models[1])
     results = Results({task.key: task.perform() for task in tasks_of(comparisons)})
     return [str(f) for f in findings_of(comparisons, results) if f.verdict != "agree"]
 

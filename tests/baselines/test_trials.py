@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.baselines.conftest import Command
-from tests.tool.handed import model_file
+from tests.tool.supplied import model_file
 
 RUN = ("--scenario", "constant-torque", "--set", "scenario.duration_s=0.002")
 SLIPPED = """

@@ -8,7 +8,7 @@ from crosscheck.planning import plan
 from crosscheck.planning.plan import FEWER, Experiment, Wanted, outlined, resolved
 from crosscheck.planning.preparation import settled
 from crosscheck.planning.sizing import sizes_of
-from crosscheck.registry import build, lead
+from crosscheck.registry import build, reference_model
 from tests.arms import PAPER, random_arm
 
 RENAMED = PAPER.model_copy(update={"name": "probe"})  # its experiments are sized, not the paper's
@@ -18,7 +18,7 @@ def pd_motion(arm: Arm) -> Experiment:
     """The sized motion, cut short, at the step that a cross-check finds."""
     wanted = Wanted(arm, quick=True)
     outline = outlined(wanted, sizes_of(arm))
-    limit = build(lead(), *outline[0].case).largest_stable_step()
+    limit = build(reference_model(), *outline[0].case).largest_stable_step()
     return settled(wanted, resolved(outline[1], limit))
 
 
@@ -29,9 +29,10 @@ def pd_motion(arm: Arm) -> Experiment:
 def test_several_coarser_runs_cover_an_error_that_one_misses(arm, quantity, monkeypatch):
     monkeypatch.setattr(plan, "QUICK_STEPS", 1000)
     experiment = pd_motion(arm)
-    exact = build(lead(), *experiment.case).precise(1e-12)
+    exact = build(reference_model(), *experiment.case).precise(1e-12)
     fine, *coarser = (
-        build(lead(), *experiment.run(lead(), variant).case).simulate() for variant in ("", *FEWER)
+        build(reference_model(), *experiment.run(reference_model(), variant).case).simulate()
+        for variant in ("", *FEWER)
     )
     error = largest_difference(fine, exact, quantity)
     by_each = [uncertainty(fine, run, quantity) for run in coarser]

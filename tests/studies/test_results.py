@@ -10,7 +10,7 @@ import xarray as xr
 import crosscheck as package
 from crosscheck.models.loading import load_arm, load_case, load_scenario
 from crosscheck.models.trajectory import recorded_times
-from crosscheck.registry import build, lead, second
+from crosscheck.registry import build, reference_model, second_engine
 from crosscheck.studies.batches.opened import used
 from crosscheck.studies.plot import drawable, two_states
 from tests.studies.studies import content
@@ -67,7 +67,7 @@ def test_every_number_is_where_its_axes_say(result):
             f"arm.joints.*.*_mesh.damping_ratio={float(one.damping_ratio)!r}",
         ]
         case = load_case("paper-labelled", "pd", {"phase": "omega_t"}, settings)
-        run = build(lead(), *case).simulate()
+        run = build(reference_model(), *case).simulate()
         # its start is perturbed by 1e-12 m, which the teeth's stiffness makes 1e-4 N
         assert one.theta.values == pytest.approx(run.theta.values, abs=1e-12)
         assert one.F_sp.values == pytest.approx(run.F_sp.values, abs=1e-2)
@@ -92,7 +92,7 @@ def test_axes_carry_units_and_what_they_vary(result):
 def test_spot_checks_are_the_second_engines_numbers(result):
     with xr.open_dataset(result) as found:
         assert found.checked.values.tolist() == [6, 18]
-        assert second() in found.checked.attrs["long_name"]
+        assert second_engine() in found.checked.attrs["long_name"]
         assert found.checked_phase.values.tolist() == [1, 0]
         ours = found.theta_ddot_peak.values.reshape(24, 2)[[6, 18]]
         theirs = found.theta_ddot_peak_checked.values
@@ -115,7 +115,7 @@ def test_what_the_user_gives_as_records_is_taken_as_it_is():
     arm, scenario = load_arm("three-unlike"), load_scenario("constant-torque")
     found = package.sweep(arm, {}, scenario=scenario, settings=SHORT, measures=PEAKS)
     case = load_case("three-unlike", "constant-torque", settings=["scenario.duration_s=0.002"])
-    run = build(lead(), *case).simulate()
+    run = build(reference_model(), *case).simulate()
     # the ensemble's rounding against that of one run
     assert found.theta_ddot_peak.values == pytest.approx(
         np.abs(run.theta_ddot.values).max(axis=0), rel=1e-9

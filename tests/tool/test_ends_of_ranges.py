@@ -23,7 +23,7 @@ from crosscheck.models.loading import load_arm, validated
 from crosscheck.planning.plan import Wanted, outlined, resolved
 from crosscheck.planning.preparation import Prepared
 from crosscheck.planning.sizing import sizes_of
-from crosscheck.registry import build, lead
+from crosscheck.registry import build, reference_model
 from crosscheck.run import planned
 from tests.arms import arm_of
 from tests.draws import DRAWS, SAMPLE, fresh_seed, ranges_of
@@ -98,7 +98,7 @@ def plan(data: dict[str, Any]) -> bool:
     try:
         sizes = sizes_of(arm)
         outline = outlined(wanted, sizes)
-        model = build(lead(), arm, outline[0].case.scenario, usual_switches(arm))
+        model = build(reference_model(), arm, outline[0].case.scenario, usual_switches(arm))
         limit = model.largest_stable_step()
         chosen = Prepared([resolved(each, limit) for each in outline], limit, ())
         assert all(Scenario.model_validate(e.case.scenario.model_dump()) for e in outline)

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from tests.tool.handed import model_file
+from tests.tool.supplied import model_file
 
 ROOT = Path(__file__).parents[2]
 FILE = ROOT / "docs" / "ci" / "github-actions.yml"

@@ -11,7 +11,7 @@ from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.plan import Wanted
 from crosscheck.planning.preparation import prepared
 from crosscheck.planning.sizing import growth_of, pd_scenario, sizes_of, step_scenario
-from crosscheck.registry import build, lead
+from crosscheck.registry import build, reference_model
 from crosscheck.runner.workers import Workers
 
 
@@ -29,7 +29,7 @@ def test_sized_controllers_hold_the_teeth_stable(crosscheck, tmp_path, joints):
     arm = load_arm(str(file))
     sizes = sizes_of(arm)
     for scenario in (step_scenario(sizes), pd_scenario(sizes)):
-        poles = build(lead(), arm, scenario).contact_poles()
+        poles = build(reference_model(), arm, scenario).contact_poles()
         assert poles.real.max() <= 1e-9 * np.abs(poles).max()
 
 
@@ -65,7 +65,7 @@ def _stiffer(joint):
 def test_an_unstable_loop_is_named_before_it_runs():
     arm, scenario = load_arm("three-unlike"), load_scenario("pd")
     growth = growth_of(arm, scenario)
-    poles = build(lead(), arm, scenario).contact_poles()
+    poles = build(reference_model(), arm, scenario).contact_poles()
     worst = poles[np.argmax(poles.real)]
     assert growth is not None
     assert growth.rate_per_s >= worst.real > 100

@@ -143,7 +143,7 @@ def test_a_geared_guest_that_simulates_is_compared_by_its_integrator(order, fami
     before = {c.about.key.id for c in experiment_comparisons(experiment())}
     with registry.register("mine", replace(registry.MODELS["exudyn:tree"], order=order)):
         found = experiment_comparisons(experiment())
-        assert registry.second() == "exudyn:tree"
+        assert registry.second_engine() == "exudyn:tree"
         assert registry.same_integrator()[0] == "analytic:physical"
         assert compared(found, "mine") - {"at-2-s"} == {family}
     assert before < {c.about.key.id for c in found}

@@ -10,7 +10,7 @@ from crosscheck.models.loading import load_arm
 from crosscheck.testing import Equations, assert_agrees
 from crosscheck.trial.input.loading import handed_over
 from tests.processes import command_line
-from tests.tool.handed import model_file
+from tests.tool.supplied import model_file
 
 
 @pytest.fixture
@@ -26,8 +26,8 @@ def equations(file, labelled) -> Equations:
 
 def test_right_equations_are_returned_judged(file, equations, labelled):
     trial = assert_agrees(equations, labelled, level="links", name="right")
-    assert (trial.bench.name, trial.level, trial.exit_code) == ("right", "links", 0)
-    assert assert_agrees(f"{file}:two_link").bench.name == "yours"
+    assert (trial.problem.name, trial.level, trial.exit_code) == ("right", "links", 0)
+    assert assert_agrees(f"{file}:two_link").problem.name == "yours"
 
 
 def test_factories_and_objects_are_taken(equations):

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from crosscheck.runner import patience
-from tests.tool.handed import model_file
+from tests.tool.supplied import model_file
 from tests.tool.test_bad_input import assert_one_line
 
 BAD = tomllib.loads(Path(__file__).with_name("bad_equations.toml").read_text(encoding="utf-8"))

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import jsonschema
 import pytest
 
-from tests.tool.handed import model_file
+from tests.tool.supplied import model_file
 
 SCHEMAS = Path(__file__).parents[2] / "crosscheck" / "schema"
 SLIPPED = """

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.processes import command_line, warm_command_line
-from tests.tool.handed import model_file
+from tests.tool.supplied import model_file
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 LEAVES = "os._exit(0)"

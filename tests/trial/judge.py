@@ -17,17 +17,17 @@ def experiment(joints: int) -> tuple[Scenario, np.ndarray]:
     return load_scenario("constant-torque").model_copy(update={"drive": drive}), torque
 
 
-def worst(handed: SuppliedEquations, arm: Arm, count: int = 10) -> dict[str, float]:
+def worst(supplied: SuppliedEquations, arm: Arm, count: int = 10) -> dict[str, float]:
     """By part, the largest difference from the reference over its largest entry."""
     scenario, torque = experiment(len(arm.joints))
-    name = f"analytic:{handed.equations.level or 'physical'}"
-    chosen = switches(planets="free" if handed.frame.layout.free else "lumped")
-    model, found = build(name, arm, scenario, chosen), dict.fromkeys(handed.has, 0.0)
-    for t, *state in zip(*random_states(handed.frame.layout, arm, count, 7), strict=True):
-        x = handed.frame.place(state[0])
-        q, jacobian = handed.frame.position(x), handed.frame.jacobian(x)
+    name = f"analytic:{supplied.equations.level or 'physical'}"
+    chosen = switches(planets="free" if supplied.frame.layout.free else "lumped")
+    model, found = build(name, arm, scenario, chosen), dict.fromkeys(supplied.has, 0.0)
+    for t, *state in zip(*random_states(supplied.frame.layout, arm, count, 7), strict=True):
+        x = supplied.frame.place(state[0])
+        q, jacobian = supplied.frame.position(x), supplied.frame.jacobian(x)
         u = np.linalg.solve(jacobian, state[1])
-        v, drift = jacobian @ u, handed.frame.drift(x, u)
+        v, drift = jacobian @ u, supplied.frame.drift(x, u)
         mass, h, f = model.mass_matrix(q), model.bias(q, v), model.generalized_force(t, q, v)
         expected = {
             "mass_matrix": jacobian.T @ mass @ jacobian,
@@ -37,13 +37,13 @@ def worst(handed: SuppliedEquations, arm: Arm, count: int = 10) -> dict[str, flo
         }
         expected["inverse_dynamics"] = expected["mass_matrix"] @ u + expected["bias"]
         answers = {
-            "mass_matrix": lambda x=x: handed.mass_matrix(x),
-            "bias": lambda x=x, u=u: handed.bias(x, u),
-            "force": lambda t=t, x=x, u=u: handed.force(t, x, u, torque),
-            "acceleration": lambda t=t, x=x, u=u: handed.acceleration(t, x, u, torque),
-            "inverse_dynamics": lambda x=x, u=u: handed.inverse_dynamics(x, u, u),
+            "mass_matrix": lambda x=x: supplied.mass_matrix(x),
+            "bias": lambda x=x, u=u: supplied.bias(x, u),
+            "force": lambda t=t, x=x, u=u: supplied.force(t, x, u, torque),
+            "acceleration": lambda t=t, x=x, u=u: supplied.acceleration(t, x, u, torque),
+            "inverse_dynamics": lambda x=x, u=u: supplied.inverse_dynamics(x, u, u),
         }
-        for part in handed.has - {"coriolis"}:
+        for part in supplied.has - {"coriolis"}:
             apart = np.abs(answers[part]() - expected[part]) / np.abs(expected[part]).max()
             found[part] = max(found[part], float(apart.max()))
     return found

@@ -6,7 +6,7 @@ import pytest
 
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import SuppliedEquations, handed
+from crosscheck.trial.input.calls import SuppliedEquations, supplied
 from crosscheck.trial.input.loading import handed_over
 from tests.trial.judge import worst
 
@@ -39,7 +39,7 @@ CASES = {
 def loaded(example: str, name: str) -> SuppliedEquations:
     arm = load_arm(name)
     equations = handed_over(f"{EXAMPLES / example}.py:model", arm, None)
-    return handed(equations, arm, frame_of(equations.coordinates, arm))
+    return supplied(equations, arm, frame_of(equations.coordinates, arm))
 
 
 def test_every_example_is_here():
@@ -67,5 +67,5 @@ def test_a_correct_example_on_another_arm_is_found_wrong():
 def test_knows_other_arms(example):
     model, probe = loaded(example, "paper-labelled"), load_arm("probe")
     other = model.equations.on(probe)
-    bound = handed(other, probe, frame_of(other.coordinates, probe))
+    bound = supplied(other, probe, frame_of(other.coordinates, probe))
     assert worst(bound, probe)["bias"] < ROUNDING

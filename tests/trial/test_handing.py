@@ -10,7 +10,7 @@ import pytest
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import handed
+from crosscheck.trial.input.calls import supplied
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import handed_over, made
 
@@ -27,11 +27,13 @@ def over(folder: Path, code: str, name: str = "model") -> Equations:
 
 def payload(equations: Equations) -> float:
     assert equations.mass_matrix is not None
-    return float(handed(equations, ARM, frame_of(equations.coordinates, ARM)).mass_matrix(X)[0, 0])
+    return float(
+        supplied(equations, ARM, frame_of(equations.coordinates, ARM)).mass_matrix(X)[0, 0]
+    )
 
 
 X = np.zeros(2)
-ROWS = tomllib.loads(Path(__file__).with_name("handed.toml").read_text(encoding="utf-8"))
+ROWS = tomllib.loads(Path(__file__).with_name("supplied.toml").read_text(encoding="utf-8"))
 GIVEN, BAD, PLACES = ROWS["given"], ROWS["bad"], ROWS["places"]
 OF_ANY_ARM = set(GIVEN) - {"equations", "factory of nothing", "object", "object of a factory"}
 

@@ -14,7 +14,7 @@ from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.words import symbolic_difference
-from crosscheck.trial.input.calls import SuppliedEquations, handed
+from crosscheck.trial.input.calls import SuppliedEquations, supplied
 from crosscheck.trial.input.equations import Coordinates, Equations, Symbolic
 from crosscheck.trial.input.symbolic import from_sympy, of_arm
 from crosscheck.trial.judge.places import EntryPlace
@@ -31,7 +31,7 @@ X, V, TORQUE = np.array([[0.3, -0.4], [1.0, 2.0], [30.0, 40.0]])
 
 def on(equations: Equations, arm: Arm = ARM) -> SuppliedEquations:
     bound = equations.on(arm)
-    return handed(bound, arm, frame_of(bound.coordinates, arm))
+    return supplied(bound, arm, frame_of(bound.coordinates, arm))
 
 
 def assert_right(model: SuppliedEquations) -> None:

@@ -13,7 +13,7 @@ import xarray as xr
 
 from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import Case
-from crosscheck.registry import build, lead, second
+from crosscheck.registry import build, reference_model, second_engine
 from crosscheck.studies.definition.quantities import SIGNALS
 from crosscheck.studies.measures.columns import DIVERGED, columns
 from crosscheck.studies.measures.observers import ChunkRecords, Watched, observer
@@ -58,7 +58,7 @@ def run_check(text: str, place: int) -> Numbers:
     (case,) = study.cases(place, place + 1)
     numbers = _nothing(study, 1)
     try:
-        run = build(second(), *case).simulate()
+        run = build(second_engine(), *case).simulate()
     except Diverged as error:
         numbers[DIVERGED][0] = error.time_s
         return numbers
@@ -67,7 +67,7 @@ def run_check(text: str, place: int) -> Numbers:
 
 def models_of(cases: Sequence[Case]) -> list[AnalyticModel]:
     """The reference model of each case; their kernels run side by side. Raises InputError."""
-    return [cast("AnalyticModel", build(lead(), *case)) for case in cases]
+    return [cast("AnalyticModel", build(reference_model(), *case)) for case in cases]
 
 
 @lru_cache

@@ -20,7 +20,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.output import Draft
 from crosscheck.provenance import provenance
-from crosscheck.registry import second
+from crosscheck.registry import second_engine
 from crosscheck.studies.batches.batch import Numbers
 from crosscheck.studies.definition.axes import SAMPLE, START, TAKEN, VariedAxis
 from crosscheck.studies.measures.columns import DIVERGED, Column
@@ -64,7 +64,7 @@ def checked_columns(columns: Sequence[Column], engine: str) -> list[Column]:
 
 def require_apart(study: PreparedStudy, columns: Sequence[Column]) -> None:
     """Raise InputError unless every variable and dimension has a name of its own."""
-    found = [*columns, *checked_columns(columns, second())]
+    found = [*columns, *checked_columns(columns, second_engine())]
     of_axes = {name for axis in study.axes for name in (axis.name, f"{axis.name}_entry")}
     names = [*TAKEN, *of_axes, *(f"{CHECKED}_{one}" for one in study.dimensions)]
     names += [column.name for column in found]
@@ -86,7 +86,7 @@ class ResultFile:
     ) -> None:  # fmt: skip
         self.new, self.study, self.checks = new, study, checks
         self.columns = {column.name: column for column in columns}
-        self.engine = second()
+        self.engine = second_engine()
         extra = checked_columns(columns, self.engine) if checks else []
         self.over_checks = {column.name: column for column in extra}
         memory = _Sparse()

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from crosscheck.output import draft, in_one_line, remove_abandoned, require_file
-from crosscheck.registry import second
+from crosscheck.registry import second_engine
 from crosscheck.runner.interruption import advice, finished_first
 from crosscheck.studies.batches.batch import Numbers
 from crosscheck.studies.batches.batches import MemberBatch, batches, checks, task_of
@@ -112,7 +112,9 @@ class _Making:
         if not tasks:
             return
         found: dict[str, Numbers] = {}
-        self._gather(f"spot checks by {second()}", dict.fromkeys(tasks, 1), found.__setitem__)
+        self._gather(
+            f"spot checks by {second_engine()}", dict.fromkeys(tasks, 1), found.__setitem__
+        )
         for column in wanted:
             self._compare(column, [found[task.key] for task in tasks])
 

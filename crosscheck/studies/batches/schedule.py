@@ -23,7 +23,7 @@ from typing import Any, Protocol
 from crosscheck import __version__
 from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.provenance import version
-from crosscheck.registry import MODELS, lead, second
+from crosscheck.registry import MODELS, reference_model, second_engine
 from crosscheck.runner.outcomes import DIED, Failure
 from crosscheck.runner.sources import code_hash
 from crosscheck.runner.workers import Workers
@@ -224,7 +224,7 @@ def _ready(client: Any, address: str, ours: str) -> int:
 @cache
 def fingerprint() -> str:
     """Versions that this process runs, as text: equal where a study gives the same numbers."""
-    run_by = [MODELS[name] for name in (lead(), second())]
+    run_by = [MODELS[name] for name in (reference_model(), second_engine())]
     packages = sorted({name for entry in run_by for name in entry.versioned})
     models = [entry.module for entry in run_by]
     parts = [

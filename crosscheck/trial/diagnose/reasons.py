@@ -26,7 +26,7 @@ from crosscheck.trial.diagnose.words import difference_of, latex_of, symbolic_di
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import places as entries
 from crosscheck.trial.judge.places import EntryPlace, Explanation, NaturalSizes, Wrong
-from crosscheck.trial.judge.questions import Bench
+from crosscheck.trial.judge.questions import VerificationProblem
 from crosscheck.trial.judge.suite import sizes_in, trusted
 
 SAME = 1e-12  # of a row of a map: what two readings of it may differ by
@@ -43,7 +43,7 @@ class Compared:
     map in symbols of the arm.
     """
 
-    bench: Bench
+    problem: VerificationProblem
     level: str
     results: Results
     yours: Mapping[str, np.ndarray]
@@ -53,7 +53,7 @@ class Compared:
 
     def seen_in(self, coordinates: Coordinates) -> Compared:
         """The comparison carried into built-in coordinates. Only of a linear map."""
-        frame = frame_of(coordinates, self.bench.case.arm)
+        frame = frame_of(coordinates, self.problem.case.arm)
         S = self._columns_of(frame)
         yours, right = (
             {quantity: _carried(quantity, values, S) for quantity, values in each.items()}
@@ -63,7 +63,7 @@ class Compared:
 
     def _columns_of(self, frame: Frame) -> np.ndarray:
         """dx/dy (n, n) of the user's x by coordinates y of a frame."""
-        own, built_in = self.bench.frame.matrix, frame.matrix
+        own, built_in = self.problem.frame.matrix, frame.matrix
         assert own is not None  # or nobody asks
         assert built_in is not None
         return np.linalg.solve(own, built_in)
@@ -72,24 +72,24 @@ class Compared:
     def frame(self) -> Frame:
         """The frame of the coordinates in use, its map in symbols where it has any."""
         if self.seen is not None:
-            return frame_of(self.seen, self.bench.case.arm)
-        return replace(self.bench.frame, symbolic=self.symbolic)
+            return frame_of(self.seen, self.problem.case.arm)
+        return replace(self.problem.frame, symbolic=self.symbolic)
 
     @cached_property
     def states(self) -> Sequence[UserState]:
         """The states at which both were asked, in the coordinates in use."""
         if self.seen is None:
-            return self.bench.states
+            return self.problem.states
         S = np.linalg.inv(self._columns_of(self.frame))
-        return [state._replace(x=S @ state.x, u=S @ state.u) for state in self.bench.states]
+        return [state._replace(x=S @ state.x, u=S @ state.u) for state in self.problem.states]
 
     @cached_property
     def sizes(self) -> NaturalSizes:
         """Natural sizes of the entries in the coordinates in use."""
         if self.seen is None:
-            return sizes_in(self.bench, self.results, self.level)
+            return sizes_in(self.problem, self.results, self.level)
         S = self._columns_of(self.frame)
-        mass, force, acceleration = trusted(self.bench, self.results, self.level)
+        mass, force, acceleration = trusted(self.problem, self.results, self.level)
         return entries.sizes_of(
             self.frame,
             self.states,
@@ -120,14 +120,14 @@ class Compared:
         """
         if self.frame.matrix is None:
             return None
-        arm, chosen = self.bench.case.arm, self.bench.case.switches
+        arm, chosen = self.problem.case.arm, self.problem.case.switches
         found = reference_terms_of(self.frame, arm, chosen, self.level)
-        return found if self.bench.count >= states_wanted(found) else None
+        return found if self.problem.count >= states_wanted(found) else None
 
     @cached_property
     def forces(self) -> ForceDifferences:
         """The fit by which differences of forces are taken apart."""
-        case, states = self.bench.case, self.states
+        case, states = self.problem.case, self.states
         q, v, torque, rates = (np.array([s[k] for s in states]) for k in (3, 4, 5, 2))
         at = ForceStates(np.array([state.t for state in states]), q, v, torque)
         arm, chosen = case.arm, case.switches
@@ -143,7 +143,7 @@ class Compared:
     @cached_property
     def numbers(self) -> Mapping[str, float]:
         """The arm's quantities by the names of their symbols."""
-        return values_of(self.bench.case.arm)
+        return values_of(self.problem.case.arm)
 
     @cached_property
     def demanded(self) -> Mapping[EntryPlace, Mapping[TermKey, float]]:
@@ -188,17 +188,19 @@ def _carried(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:
     return values @ S
 
 
-def compared(bench: Bench, level: str, quantities: Sequence[str], results: Results) -> Compared:
+def compared(
+    problem: VerificationProblem, level: str, quantities: Sequence[str], results: Results
+) -> Compared:
     """Both answers to every part that both answer. Raises Unavailable without a reference's M."""
-    reference = bench.reference(level)
+    reference = problem.reference(level)
     yours: dict[str, np.ndarray] = {}
     right: dict[str, np.ndarray] = {}
     for quantity in quantities:
-        one = results.found(bench.yours(quantity))
-        other = results.settled(bench.ask(reference, quantity))
+        one = results.found(problem.yours(quantity))
+        other = results.settled(problem.ask(reference, quantity))
         if one is not None and other is not None:
             yours[quantity], right[quantity] = one, other
-    return Compared(bench, level, results, yours, right, bench.frame.symbolic)
+    return Compared(problem, level, results, yours, right, problem.frame.symbolic)
 
 
 def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
@@ -211,13 +213,13 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
     if probes and probes[0].symbolic is not None and _is(probes[0].symbolic, arm):
         arm = replace(arm, symbolic=probes[0].symbolic)  # equal numbers are no symbol's own
     found = list(_reasons(arm, probes))
-    if arm.bench.equations.coordinates.matrix is None:
+    if arm.problem.equations.coordinates.matrix is None:
         return found
     kinds = {(wrong.place.part, wrong.shown_on) for wrong in found if not wrong.notes}
     rank = 0 if arm.symbolic is not None else 2
     short = {kind: _length(_of(found, *kind), rank) for kind in kinds}
     spread = rank or any(length[:2] > (0, 1) for length in short.values())
-    gearing = arm.bench.gearing
+    gearing = arm.problem.gearing
     built_in = [Coordinates(gearing), Coordinates(gearing, "absolute")]
     if gearing != "rigid":
         built_in += [replace(each, gears="angles") for each in built_in]
@@ -237,7 +239,7 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
 
 def _is(symbolic: sp.ImmutableMatrix, arm: Compared) -> bool:
     """Whether a map in symbols has the same numbers as the user's map of an arm."""
-    values, matrix = values_of(arm.bench.case.arm), arm.bench.frame.matrix
+    values, matrix = values_of(arm.problem.case.arm), arm.problem.frame.matrix
     polynomials = [from_sympy(entry) for entry in symbolic]
     if matrix is None or None in polynomials:
         return False
@@ -300,7 +302,7 @@ def _reasons(arm: Compared, probes: Sequence[Compared]) -> Iterator[Wrong]:
             if wrong.place not in seen:
                 seen.add(wrong.place)
                 hidden = _explained(wrong, probe, probes[number + 1 :])
-                yield replace(hidden, shown_on=probe.bench.case.arm.name)
+                yield replace(hidden, shown_on=probe.problem.case.arm.name)
 
 
 def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong:
@@ -308,7 +310,7 @@ def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong
         return wrong
     if wrong.place.rates is not None and arm.follows(wrong.place):
         return replace(wrong, notes=(FOLLOWS,))
-    symbolic = arm.bench.equations.symbolic
+    symbolic = arm.problem.equations.symbolic
     if symbolic is not None and arm.seen is None:
         apart = symbolic_difference(wrong.place, symbolic, arm.terms, arm.numbers)
         wrong = replace(wrong, latex="" if apart is None else latex_of(apart))

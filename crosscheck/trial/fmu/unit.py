@@ -29,7 +29,7 @@ from crosscheck.planning.comparison import Comparison, answered, findings_of, ta
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.run_suite import engines_first
 from crosscheck.provenance import provenance
-from crosscheck.registry import build, lead, packages, same_integrator
+from crosscheck.registry import build, packages, reference_model, same_integrator
 from crosscheck.run import performed
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
@@ -276,7 +276,7 @@ def require_comparable(unit: MappedUnit, where: str) -> None:
 
 
 def _comparisons(unit: MappedUnit, name: str, case: Case) -> Iterator[Comparison]:
-    engines = engines_first(unit.level) if unit.level else [lead(), *same_integrator()]
+    engines = engines_first(unit.level) if unit.level else [reference_model(), *same_integrator()]
     first = next(engine for engine in engines if engine.startswith("analytic"))
     own = UnitRun(unit, name, case, first), UnitRun(unit, name, case, first, "coarse")
     experiment = Experiment(case.scenario.name, case)

@@ -136,7 +136,7 @@ def _state(arguments: Arguments) -> str:
     return f" at {', '.join(f'{name} = {text}' for name, text in vectors.items())}"
 
 
-def handed(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEquations:
+def supplied(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEquations:
     """The equations, bound to an arm and in a frame of it. Raises InputError."""
     functions = {part: getattr(equations, part) for part in TAKES}
     given = {part: own for part, own in functions.items() if own is not None}

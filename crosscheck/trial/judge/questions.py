@@ -21,7 +21,7 @@ from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import ModelTask
 from crosscheck.planning.sizing import unequal_gains
-from crosscheck.registry import MODELS, RIGID_LEVELS, lead, names, of_level, promising
+from crosscheck.registry import MODELS, RIGID_LEVELS, names, of_level, promising, reference_model
 from crosscheck.run import performed
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import Evaluation, Simulation, built
@@ -29,9 +29,9 @@ from crosscheck.runner.underway import Told
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.differences import christoffel_terms, difference_steps, rate_terms
 from crosscheck.trial.coordinates.frame import Frame, UserState, counted, frame_of, states_of
-from crosscheck.trial.input.calls import SuppliedEquations, handed, told_failure
+from crosscheck.trial.input.calls import SuppliedEquations, supplied, told_failure
 from crosscheck.trial.input.equations import Equations, Gearing
-from crosscheck.trial.model import CALL_S, HandedModel
+from crosscheck.trial.model import CALL_S, SuppliedModel
 
 SPEEDS = (-1.0, 2.0)
 AGAIN = "_again"
@@ -74,9 +74,9 @@ class Moved:
 
 @dataclass(frozen=True)
 class StateQuestion:
-    """A part of a model, asked at random states in the coordinates of a handed model.
+    """A part of a model, asked at random states in the coordinates of a supplied model.
 
-    asker: the handed model; model: whose answer, the asker's own or another's; seed: of the states.
+    asker: the supplied model; model: whose answer, its own or another's; seed: of the states.
     """
 
     asker: str
@@ -110,14 +110,14 @@ class StateQuestion:
         Of what is asked again the last state is asked first.
         """
         asker = built(self.asker, self.case)
-        assert isinstance(asker, HandedModel)  # as it was registered
+        assert isinstance(asker, SuppliedModel)  # as it was registered
         case, frame = self.case, asker.frame
         states = states_of(frame, case.arm, case.scenario, self.count, self.seed)
         model = built(self.model, self.case)
         source: Source = Moved(model, frame)
         again = self.quantity.endswith(AGAIN)
-        if isinstance(model, HandedModel):
-            source = model.asked_again if again else model.handed
+        if isinstance(model, SuppliedModel):
+            source = model.asked_again if again else model.supplied
         order, ask = -1 if again else 1, QUESTIONS[self.quantity]
         pairs = list(zip(states, [*states[1:], states[0]], strict=True))[::order]
         return np.array([ask(source, state, other.u) for state, other in pairs][::order])
@@ -177,7 +177,7 @@ QUESTIONS: dict[str, Answer] = {
 
 
 @dataclass(frozen=True)
-class Bench:
+class VerificationProblem:
     """Equations under a name, and the case and states at which they are asked.
 
     has: the parts that they have, or that follow from those.
@@ -216,14 +216,14 @@ class Bench:
         """The models to compare with, the lead first: geared ones, or those of a rigid level."""
         if level:
             return tuple(sorted(of_level(level), key=lambda name: MODELS[name].order is None))
-        return tuple(dict.fromkeys((lead(), *promising("mass_matrix", names("geared")))))
+        return tuple(dict.fromkeys((reference_model(), *promising("mass_matrix", names("geared")))))
 
     def reference(self, level: str) -> str:
         """The model that entries are compared with one by one."""
         return self.engines(level)[0]
 
-    def on(self, arm: Arm) -> Bench:
-        """The bench of the same equations with another arm's numbers. Raises InputError."""
+    def on(self, arm: Arm) -> VerificationProblem:
+        """The problem of the same equations with another arm's numbers. Raises InputError."""
         case = Case(arm, unequal_gains(arm), self.case.switches)
         return replace(self, equations=self.equations.on(arm, case.scenario), case=case)
 
@@ -238,7 +238,7 @@ class Bench:
 
 @dataclass(frozen=True)
 class FirstCall:
-    """A task that calls one of a handed model's own functions once, at one state."""
+    """A task that calls one of a supplied model's own functions once, at one state."""
 
     model: str
     quantity: str
@@ -254,10 +254,10 @@ class FirstCall:
     def perform(self) -> InputError | None:
         """The error if the answer is unusable; None also if the function raises: told later."""
         asker = built(self.model, self.case)
-        assert isinstance(asker, HandedModel)  # as it was registered
+        assert isinstance(asker, SuppliedModel)  # as it was registered
         try:
             (state,) = states_of(asker.frame, self.case.arm, self.case.scenario, 1, self.seed)
-            FIRST[self.quantity](asker.handed, state)
+            FIRST[self.quantity](asker.supplied, state)
         except BadAnswer as error:
             count = counted(asker.equations.coordinates, len(asker.frame.names), self.case.arm)
             return InputError(self.model, "", None, f"{error}; x are {count}")
@@ -276,11 +276,11 @@ FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
 }
 
 
-def first_calls(bench: Bench, workers: Workers, told: Told) -> dict[str, Failure]:
+def first_calls(problem: VerificationProblem, workers: Workers, told: Told) -> dict[str, Failure]:
     """The parts whose function did not come back, with why; none of a table. Raises InputError."""
-    if bench.equations.table is not None:
+    if problem.equations.table is not None:
         return {}
-    tasks = [FirstCall(bench.name, part, bench.case, bench.seed) for part in _given(bench)]
+    tasks = [FirstCall(problem.name, part, problem.case, problem.seed) for part in _given(problem)]
     outcomes = performed(workers, tasks, told).outcomes
     lost = {}
     for task in tasks:
@@ -294,10 +294,10 @@ def first_calls(bench: Bench, workers: Workers, told: Told) -> dict[str, Failure
 
 
 def spared(
-    bench: Bench, tasks: Iterable[ModelTask], lost: dict[str, Failure]
+    problem: VerificationProblem, tasks: Iterable[ModelTask], lost: dict[str, Failure]
 ) -> dict[ModelTask, Failure]:
     """The tasks that would call a function that does not come back, each with the reason."""
-    given = _given(bench)
+    given = _given(problem)
     mass = tuple(part for part in ("mass_matrix", "inverse_dynamics") if part in given)[:1]
     bias = tuple(part for part in ("bias", "coriolis", "inverse_dynamics") if part in given)[:1]
     whole = ("acceleration",) if "acceleration" in given else (*mass, *bias, "force")
@@ -312,7 +312,7 @@ def spared(
     }
     found: dict[ModelTask, Failure] = {}
     for task in tasks:
-        if task.model != bench.name:
+        if task.model != problem.name:
             continue
         parts = (*whole, *mass)
         if not isinstance(task, Simulation):
@@ -324,6 +324,6 @@ def spared(
     return found
 
 
-def _given(bench: Bench) -> list[str]:
+def _given(problem: VerificationProblem) -> list[str]:
     """The parts that are functions of the user's own."""
-    return sorted(handed(bench.equations, bench.case.arm, bench.frame).given)
+    return sorted(supplied(problem.equations, problem.case.arm, problem.frame).given)

@@ -17,12 +17,12 @@ from crosscheck.findings import About, Finding, Key, checked, failed, measured_o
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.planning.comparison import Comparison, Results, answered
 from crosscheck.planning.plan import nudged
-from crosscheck.planning.state_suite import Spot, balances
+from crosscheck.planning.state_suite import SampledModel, balances
 from crosscheck.registry import MODELS, same_integrator
 from crosscheck.runner.tasks import RunKey, Simulation
 from crosscheck.trial.judge import places as entries
 from crosscheck.trial.judge.places import EntryPlace, NaturalSizes
-from crosscheck.trial.judge.questions import AGAIN, Bench, StateQuestion
+from crosscheck.trial.judge.questions import AGAIN, StateQuestion, VerificationProblem
 
 MEANINGFUL = 1e-4  # engines further apart, at the end of what numbers can do, judge nobody
 COMPARED = ("mass_matrix", "bias", "force", "acceleration")
@@ -34,63 +34,65 @@ Judged = tuple[Finding, list[EntryPlace]]
 Check = Callable[..., Judged]  # of About, sizes, and the answers to what is asked
 
 
-def sizing(bench: Bench, level: str) -> tuple[StateQuestion, StateQuestion, StateQuestion]:
+def sizing(
+    problem: VerificationProblem, level: str
+) -> tuple[StateQuestion, StateQuestion, StateQuestion]:
     """The questions whose answers give the sizes: M, force and acceleration of the reference."""
-    ask = partial(bench.ask, bench.reference(level))
+    ask = partial(problem.ask, problem.reference(level))
     return ask("mass_matrix"), ask("force"), ask("acceleration")
 
 
 def trusted(
-    bench: Bench, results: Results, level: str
+    problem: VerificationProblem, results: Results, level: str
 ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None]:
     """The reference's M, force and acceleration, state by state. Raises Unavailable without M."""
-    mass, force, acceleration = sizing(bench, level)
+    mass, force, acceleration = sizing(problem, level)
     return results.need(mass), results.settled(force), results.settled(acceleration)
 
 
-def sizes_in(bench: Bench, results: Results, level: str) -> NaturalSizes:
+def sizes_in(problem: VerificationProblem, results: Results, level: str) -> NaturalSizes:
     """Natural sizes by the reference's answers. Raises Unavailable."""
-    precision = bench.equations.table.precision if bench.equations.table else 0.0
-    found = trusted(bench, results, level)
-    return entries.sizes_of(bench.frame, bench.states, *found, precision)
+    precision = problem.equations.table.precision if problem.equations.table else 0.0
+    found = trusted(problem, results, level)
+    return entries.sizes_of(problem.frame, problem.states, *found, precision)
 
 
-def own_comparisons(bench: Bench) -> Iterator[Comparison]:
+def own_comparisons(problem: VerificationProblem) -> Iterator[Comparison]:
     """Engine-free checks of the parts that are there; the reference lends its sizes alone."""
-    has, equations = bench.has, bench.equations
+    has, equations = problem.has, problem.equations
     for part in COMPARED:
         if part in has and (part != "acceleration" or equations.acceleration):
             again = _entries(part, partial(_apart, part))
-            yield _own(bench, f"repeatable-{part}", again, part, f"{part}{AGAIN}")
+            yield _own(problem, f"repeatable-{part}", again, part, f"{part}{AGAIN}")
     if "mass_matrix" in has:
-        yield _own(bench, "symmetric", _symmetric, "mass_matrix")
-        yield _own(bench, "positive-definite", _positive, "mass_matrix")
+        yield _own(problem, "symmetric", _symmetric, "mass_matrix")
+        yield _own(problem, "positive-definite", _positive, "mass_matrix")
     if "bias" in has:
-        yield _own(bench, "bias-quadratic", _entries("bias", _quadratic), "bias", "other_speeds")
+        yield _own(problem, "bias-quadratic", _entries("bias", _quadratic), "bias", "other_speeds")
     if {"mass_matrix", "bias"} <= has:
         demanded = _entries("rate_terms", partial(_apart, "rate_terms"))
-        yield _own(bench, "bias-from-inertia", demanded, "rate_terms", "christoffel")
+        yield _own(problem, "bias-from-inertia", demanded, "rate_terms", "christoffel")
     if equations.inverse_dynamics is not None:
         whole = _entries("bias", _inverse_dynamics)
-        yield _own(bench, "inverse-dynamics", whole, "inverse_dynamics")
+        yield _own(problem, "inverse-dynamics", whole, "inverse_dynamics")
     if "force" in has:
-        yield _own(bench, "linear-in-torques", _entries("force", _by_torques), "by_torques")
+        yield _own(problem, "linear-in-torques", _entries("force", _by_torques), "by_torques")
     if equations.acceleration is not None and has >= {*COMPARED}:
-        yield _own(bench, "second-law", _entries("force", _second_law), *COMPARED)
+        yield _own(problem, "second-law", _entries("force", _second_law), *COMPARED)
 
 
-def _own(bench: Bench, quantity: str, check: Check, *parts: str) -> Comparison:
-    questions, level = tuple(map(bench.yours, parts)), bench.levels[-1]
-    key = Key("trial-own", bench.case.arm.name, quantity, bench.name)
-    metric = f"largest relative deviation of an entry over {bench.count} random states"
+def _own(problem: VerificationProblem, quantity: str, check: Check, *parts: str) -> Comparison:
+    questions, level = tuple(map(problem.yours, parts)), problem.levels[-1]
+    key = Key("trial-own", problem.case.arm.name, quantity, problem.name)
+    metric = f"largest relative deviation of an entry over {problem.count} random states"
 
     def judged(about: About, results: Results) -> Finding:
         answers = [results.need(question) for question in questions]
-        finding, places = check(about, sizes_in(bench, results, level), *answers)
-        return replace(finding, note=finding.note or entries.listed(places, bench.frame.names))
+        finding, places = check(about, sizes_in(problem, results, level), *answers)
+        return replace(finding, note=finding.note or entries.listed(places, problem.frame.names))
 
     about = About(key, "1", metric, "first principles")
-    return Comparison(about, (*questions, *sizing(bench, level)), judged)
+    return Comparison(about, (*questions, *sizing(problem, level)), judged)
 
 
 def _entries(quantity: str, apart_of: Callable[..., np.ndarray]) -> Check:
@@ -182,23 +184,27 @@ def _inverse_dynamics(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
     return entries.deviations(one, other, size)
 
 
-def own_balances(bench: Bench) -> Iterator[Comparison]:
+def own_balances(problem: VerificationProblem) -> Iterator[Comparison]:
     """Checks of power and momentum, for geared equations that have everything.
 
     There are none if the map is a function: it need not reach every pose that these checks draw.
     """
-    rigid = bench.gearing == "rigid"
-    if rigid or bench.frame.matrix is None or not bench.has >= {*COMPARED}:
+    rigid = problem.gearing == "rigid"
+    if rigid or problem.frame.matrix is None or not problem.has >= {*COMPARED}:
         return
-    spot = Spot(bench.case.arm.name, bench.name, bench.case, bench.count, bench.seed)
-    for found in balances(spot):
-        judged = partial(_carried, bench, found)
-        yield Comparison(found.about, (*found.needs, *sizing(bench, "")), judged)
+    sampled = SampledModel(
+        problem.case.arm.name, problem.name, problem.case, problem.count, problem.seed
+    )
+    for found in balances(sampled):
+        judged = partial(_carried, problem, found)
+        yield Comparison(found.about, (*found.needs, *sizing(problem, "")), judged)
 
 
-def _carried(bench: Bench, balance: Comparison, about: About, results: Results) -> Finding:
+def _carried(
+    problem: VerificationProblem, balance: Comparison, about: About, results: Results
+) -> Finding:
     """The finding of a balance, its tolerance widened by the rounding of the coordinates' map."""
-    found, sizes = balance.judge(about, results), sizes_in(bench, results, "")
+    found, sizes = balance.judge(about, results), sizes_in(problem, results, "")
     if found.measured is None or found.tolerance is None:
         return found
     looser = sizes.tolerance("acceleration") / LOOSEST
@@ -211,25 +217,29 @@ def _carried(bench: Bench, balance: Comparison, about: About, results: Results) 
     )
 
 
-def engine_comparisons(bench: Bench, level: str, *, binding: bool) -> Iterator[Comparison]:
+def engine_comparisons(
+    problem: VerificationProblem, level: str, *, binding: bool
+) -> Iterator[Comparison]:
     """Compare every part with every engine.
 
     binding: whether they must agree; if not, as at a level that is not claimed, they are measured.
     """
     for part in COMPARED:
-        for engine in bench.engines(level) if part in bench.has else ():
-            yield _against(bench, engine, part, level, binding)
+        for engine in problem.engines(level) if part in problem.has else ():
+            yield _against(problem, engine, part, level, binding)
 
 
-def _against(bench: Bench, engine: str, part: str, level: str, binding: bool) -> Comparison:
-    yours, theirs = bench.yours(part), bench.ask(engine, part)
-    reference = bench.ask(bench.reference(level), part)
-    key = Key("trial-states", bench.case.arm.name, part, bench.name, engine)
-    metric = f"largest relative difference of an entry over {bench.count} random states"
+def _against(
+    problem: VerificationProblem, engine: str, part: str, level: str, binding: bool
+) -> Comparison:
+    yours, theirs = problem.yours(part), problem.ask(engine, part)
+    reference = problem.ask(problem.reference(level), part)
+    key = Key("trial-states", problem.case.arm.name, part, problem.name, engine)
+    metric = f"largest relative difference of an entry over {problem.count} random states"
 
     def judged(about: About, results: Results) -> Finding:
         one, other = results.need(yours), results.need(theirs)
-        sizes = sizes_in(bench, results, level)
+        sizes = sizes_in(problem, results, level)
         measured = float(entries.deviations(one, other, sizes.of(part)).max())
         if not binding:
             return measured_only(about, measured=measured)
@@ -242,27 +252,31 @@ def _against(bench: Bench, engine: str, part: str, level: str, binding: bool) ->
             basis=f"{sizes.basis(part)}; engines among themselves {among:.2g}",
             resolved=among <= MEANINGFUL,
             relative=measured,
-            note=entries.listed(wrong, bench.frame.names),
+            note=entries.listed(wrong, problem.frame.names),
         )
 
-    needs = dict.fromkeys((yours, theirs, reference, *sizing(bench, level)))
+    needs = dict.fromkeys((yours, theirs, reference, *sizing(problem, level)))
     return Comparison(About(key, "1", metric), tuple(needs), judged)
 
 
-def run_comparisons(bench: Bench, scenario: Scenario, level: str) -> Iterator[Comparison]:
+def run_comparisons(
+    problem: VerificationProblem, scenario: Scenario, level: str
+) -> Iterator[Comparison]:
     """Compare a scenario's run by the equations with each engine that takes the same steps."""
     engines = same_integrator()
     if level:
-        engines = tuple(name for name in bench.engines(level) if MODELS[name].order == 4)
-    meshes = () if level or not bench.frame.layout.meshing else MESH
+        engines = tuple(name for name in problem.engines(level) if MODELS[name].order == 4)
+    meshes = () if level or not problem.frame.layout.meshing else MESH
     for engine in engines:
         for quantity in (*RIGID, *meshes):
-            yield _same_steps(bench, scenario, engine, quantity)
+            yield _same_steps(problem, scenario, engine, quantity)
 
 
-def _same_steps(bench: Bench, scenario: Scenario, engine: str, quantity: str) -> Comparison:
-    case, name = bench.case._replace(scenario=scenario), scenario.name
-    yours = Simulation(RunKey(name, bench.name), case)
+def _same_steps(
+    problem: VerificationProblem, scenario: Scenario, engine: str, quantity: str
+) -> Comparison:
+    case, name = problem.case._replace(scenario=scenario), scenario.name
+    yours = Simulation(RunKey(name, problem.name), case)
     theirs = Simulation(RunKey(name, engine), case)
     repeated = Simulation(RunKey(name, engine, "nudged"), nudged(case))
 
@@ -270,6 +284,6 @@ def _same_steps(bench: Bench, scenario: Scenario, engine: str, quantity: str) ->
         widest = meaningful(quantity, case.arm, scenario, size(other, quantity))
         return same_step(about, one, other, Pair(other, moved), widest)
 
-    key = Key(RUN, name, quantity, bench.name, engine)
+    key = Key(RUN, name, quantity, problem.name, engine)
     about = About(key, UNITS[quantity], "largest absolute difference")
     return answered(about, (yours, theirs, repeated), judged)

@@ -21,9 +21,9 @@ from crosscheck.trial.coordinates.frame import Frame, frame_of
 from crosscheck.trial.diagnose.probe import probe_arms
 from crosscheck.trial.input.calls import MATRICES, TAKES
 from crosscheck.trial.input.equations import AnswerTable, Coordinates, Equations, Function, Level
-from crosscheck.trial.judge.questions import Bench
+from crosscheck.trial.judge.questions import VerificationProblem
 from crosscheck.trial.model import entry_for
-from crosscheck.trial.trial import PROBES, Asked, bench_of, localising, tasks_in
+from crosscheck.trial.trial import PROBES, Asked, localising, problem_of, tasks_in
 
 PARTS = ("mass_matrix", "bias", "force", "acceleration", "inverse_dynamics")
 APART = "inverse_dynamics"  # it is asked at states of its own, with accelerations
@@ -135,9 +135,9 @@ def asked_apart(trial: TableTrial, states: AskedStates) -> tuple[AskedStates, ..
 def _asked(trial: TableTrial, supplied: Iterable[Sequence[str]], first: int) -> AskedStates:
     notes: dict[Call, None] = {}
     for parts in supplied:
-        asked, bench = _noting(trial, parts, notes)
-        _perform(bench, tasks_in(bench, [], asked))
-    return _in_rows(bench, notes, first)
+        asked, problem = _noting(trial, parts, notes)
+        _perform(problem, tasks_in(problem, [], asked))
+    return _in_rows(problem, notes, first)
 
 
 def asked_on_probes(trial: TableTrial, parts: Sequence[str], first: int) -> list[AskedStates]:
@@ -157,7 +157,7 @@ def asked_on_probes(trial: TableTrial, parts: Sequence[str], first: int) -> list
 
 def _noting(
     trial: TableTrial, parts: Sequence[str], notes: dict[Call, None]
-) -> tuple[Asked, Bench]:
+) -> tuple[Asked, VerificationProblem]:
     """Equations on trial that note what they are asked, and answer with nothing but inertia."""
     size = len(frame_of(trial.coordinates, trial.arm).names)
 
@@ -168,24 +168,24 @@ def _noting(
         return np.eye(size) if call.part in MATRICES else np.zeros(size)
 
     asked = trial.asked("what is asked", trial.equations(parts, answer))
-    return asked, bench_of(asked)
+    return asked, problem_of(asked)
 
 
-def _perform(bench: Bench, tasks: Iterable[ModelTask]) -> None:
+def _perform(problem: VerificationProblem, tasks: Iterable[ModelTask]) -> None:
     """Perform the tasks on the equations; what they call is noted."""
-    with register(bench.name, entry_for(bench.name, bench.equations, bench.has)):
+    with register(problem.name, entry_for(problem.name, problem.equations, problem.has)):
         for task in tasks:
-            if task.model == bench.name:
+            if task.model == problem.name:
                 task.perform()
 
 
-def _in_rows(bench: Bench, notes: Iterable[Call], first: int) -> AskedStates:
+def _in_rows(problem: VerificationProblem, notes: Iterable[Call], first: int) -> AskedStates:
     """The states of all calls, numbered from `first` on.
 
     A call that takes fewer arguments stands in the row of one that takes the same and more.
     """
-    sizes = {"t": 1, "torque": len(bench.case.arm.joints)}
-    sizes = {name: sizes.get(name, len(bench.frame.names)) for name in ARGUMENTS}
+    sizes = {"t": 1, "torque": len(problem.case.arm.joints)}
+    sizes = {name: sizes.get(name, len(problem.frame.names)) for name in ARGUMENTS}
     rows: list[dict[str, tuple[float, ...]]] = []
     places: dict[tuple[str, bool, tuple[float, ...]], int] = {}
     row_of: dict[Call, int] = {}
@@ -210,12 +210,12 @@ def _in_rows(bench: Bench, notes: Iterable[Call], first: int) -> AskedStates:
     for call, place in row_of.items():
         needed[call.part][place] = True
     # Rows of the trial's own states, -1 where a part is not asked at them.
-    states = [{"t": s.t, "x": s.x, "v": s.u, "torque": s.torque} for s in bench.states]
+    states = [{"t": s.t, "x": s.x, "v": s.u, "torque": s.torque} for s in problem.states]
     at = {}
     for part in PARTS[:4]:
         calls = (call_of(part, False, *(state[name] for name in TAKES[part])) for state in states)
         at[part] = np.array([row_of.get(call, -1) for call in calls])
-    return AskedStates(bench.case.arm, bench.frame, first, arguments, needed, row_of, at)
+    return AskedStates(problem.case.arm, problem.frame, first, arguments, needed, row_of, at)
 
 
 def call_of(part: str, again: bool, *arguments: Any) -> Call:

@@ -23,7 +23,7 @@ from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import made
 from crosscheck.trial.judge.places import Wrong, named
 from crosscheck.trial.model import entry_for
-from crosscheck.trial.trial import Asked, bench_of, by_entry, localising, probes_of
+from crosscheck.trial.trial import Asked, by_entry, localising, probes_of, problem_of
 from tests.trial.mistakes.equations import RIGID, written
 
 GRAVITY, FRICTION = (0.0, -9.81), 1.7
@@ -72,13 +72,13 @@ def supplied(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> Asked:
 
 def diagnosed(asked: Asked) -> list[Wrong]:
     """The wrong entries with their reasons, in this process and without any check."""
-    bench = bench_of(asked)
-    probes = probes_of(bench)
-    with register(bench.name, entry_for(bench.name, bench.equations, bench.has)):
-        tasks = dict.fromkeys(q for each in (bench, *probes) for q in localising(each))
+    problem = problem_of(asked)
+    probes = probes_of(problem)
+    with register(problem.name, entry_for(problem.name, problem.equations, problem.has)):
+        tasks = dict.fromkeys(q for each in (problem, *probes) for q in localising(each))
         results = Results({task.key: task.perform() for task in tasks})
-        level = bench.levels[-1]
-        here, *there = (compared(b, level, by_entry(b), results) for b in (bench, *probes))
+        level = problem.levels[-1]
+        here, *there = (compared(b, level, by_entry(b), results) for b in (problem, *probes))
         return list(reasoned(here, there))
 
 
@@ -108,7 +108,7 @@ class Scored:
 def scored(mistake: Mistake) -> Scored:
     """Of one mistake."""
     asked = supplied(mistake.kind, mistake.replaced)
-    names = bench_of(asked).frame.names
+    names = problem_of(asked).frame.names
     wrong = [each for each in diagnosed(asked) if not each.notes]
     entries = tuple(named(each.place, names) for each in wrong)
     return Scored(mistake, entries, tuple(map(texts_of, wrong)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import TAKES, SuppliedEquations, handed
+from crosscheck.trial.input.calls import TAKES, SuppliedEquations, supplied
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.tables.answers import following
 from crosscheck.trial.tables.asked import (
@@ -27,7 +27,7 @@ STANDS_FOR = {"coriolis": "bias"}  # what is answered where C was supplied
 def bound(equations: Equations, arm: Arm) -> SuppliedEquations:
     """Equations with an arm's numbers."""
     own = equations.on(arm)
-    return handed(own, arm, frame_of(own.coordinates, arm))
+    return supplied(own, arm, frame_of(own.coordinates, arm))
 
 
 def parts_of(model: SuppliedEquations) -> list[str]:

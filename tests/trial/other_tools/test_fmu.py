@@ -87,7 +87,7 @@ def test_entry_of_a_wrong_model_is_named(tmp_path):
     content = exported("paper-labelled", "analytic:links", *coupling)
     trial = judged(content, RIGID, "paper-labelled", tmp_path)
     inertia = [wrong for wrong in trial.wrong if wrong.place.part == "mass_matrix"]
-    entries = {named(wrong.place, trial.bench.frame.names) for wrong in inertia}
+    entries = {named(wrong.place, trial.problem.frame.names) for wrong in inertia}
     assert entries == {"M[theta_1, theta_2]", "M[theta_2, theta_1]"}
     told = {
         error.right for wrong in inertia if wrong.explanation for error in wrong.explanation.errors

@@ -160,7 +160,7 @@ def by_python(planted: Planted, table: TableTrial, folder: Path) -> Trial:
 
 def said(trial: Trial) -> list[tuple[str, str]]:
     """Every wrong entry, and why."""
-    return [(named(wrong.place, trial.bench.frame.names), why(wrong)) for wrong in trial.wrong]
+    return [(named(wrong.place, trial.problem.frame.names), why(wrong)) for wrong in trial.wrong]
 
 
 def answered_by_octave(planted: Planted, table: TableTrial, folder: Path) -> Path:

@@ -23,7 +23,7 @@ from crosscheck.trial.tables import asked
 from crosscheck.trial.tables.answers import answered, equations_of
 from crosscheck.trial.trial import Trial, tried
 from tests.processes import Command
-from tests.tool.handed import TWO_LINK
+from tests.tool.supplied import TWO_LINK
 from tests.trial.other_tools.tables import answers, bound, sheets_of, write_csv
 
 ROOT = Path(__file__).parents[3]
@@ -79,7 +79,7 @@ def test_judged_as_the_functions_are(example, tmp_path):
         assert told(by_table) == told(tried(table.asked("yours", own)))
 
 
-# Errors of a newcomer, as replacements in tests.tool.handed's two_link.
+# Errors of a newcomer, as replacements in tests.tool.supplied's two_link.
 ERRORS = {
     "payload at the centre": (
         "(m2 * d2 + mp * L2) * L1 * np.cos",
