@@ -28,7 +28,10 @@ class Tree(NamedTuple):
 
 
 def tree_of(urdf: Urdf, where: str) -> Tree:
-    """Raises InputError for what is no tree, or a body that cannot move by its inertia."""
+    """The tree of bodies that a URDF's links and joints make.
+
+    Raises InputError for what is no tree, or a body that cannot move by its inertia.
+    """
     root, below = _rooted(urdf, where)
     frames, moving = _frames(root, below)
     if not 1 <= len(moving) <= MOST_JOINTS:
@@ -52,7 +55,7 @@ def tree_of(urdf: Urdf, where: str) -> Tree:
 
 
 def composed(outer: Placement, inner: Placement) -> Placement:
-    """Of the frame that is at inner in a frame that is at outer."""
+    """Placement of a frame that is at ``inner`` in a frame that is at ``outer``."""
     position = outer.position + outer.rotation @ inner.position
     return Placement(outer.rotation @ inner.rotation, position)
 
@@ -164,7 +167,10 @@ def _doubtful(urdf: Urdf, frames: dict[str, LinkFrame]) -> Iterator[str]:
 def _mimic(
     joint: UrdfJoint, moving: Sequence[UrdfJoint], numbers: dict[str, int], where: str
 ) -> Mimic | None:
-    """Raises InputError unless it follows a joint that moves and follows none."""
+    """What a joint mimics, or None.
+
+    Raises InputError unless it follows a joint that moves and follows none.
+    """
     if joint.mimic is None:
         return None
     name, multiplier, offset = joint.mimic
