@@ -39,7 +39,7 @@ class FloatingBase:
 
     @property
     def inertia_kg_m2(self) -> float:
-        """About an axis through the centre, parallel to an edge."""
+        """Inertia about an axis through the centre, parallel to an edge."""
         return self.mass_kg * self.side_m**2 / 6
 
 
@@ -68,7 +68,7 @@ class PinocchioFloating(PinocchioCoupled):
 
     @property
     def arm_mass_kg(self) -> float:
-        """Everything but the cube: links, payload and both joints' gears, rings included."""
+        """Mass of all but the cube: links, payload and the joints' gears, rings included."""
         return float(sum(body.mass for body in self._tree.inertias)) - self._base.mass_kg
 
     def driving_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -107,7 +107,7 @@ class PinocchioFloating(PinocchioCoupled):
         return np.array([push_x, push_y, turn + q[0] * push_y - q[1] * push_x])
 
     def _build(self) -> pin.Model:
-        """The arm's tree on a body that slides along x and y and turns about z."""
+        """Build the tree of the arm on a body that slides along x and y and turns about z."""
         tree = pin.Model()
         tree.gravity.linear = np.zeros(3)
         body = 0

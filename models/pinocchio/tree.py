@@ -113,7 +113,7 @@ def _add_gears(tree: pin.Model, joint: Planetary, link: int) -> TreeStage:
 
 
 def _inertias(joint: Planetary) -> tuple[float, float, float]:
-    """Of sun, planet and carrier [kg m^2], each given or M r^2 of its equivalent mass M."""
+    """Inertias of sun, planet and carrier [kg m^2], each given or M r^2 of equivalent mass M."""
     r_s, r_p, _ = base_radii(joint)
     return (
         given_or(joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg, r_s**2),
@@ -171,6 +171,6 @@ def attach_to_previous(tree: pin.Model, link: int, mass: float, inertia: float) 
 
 
 def attach_motor(tree: pin.Model, link: int, joint: Direct) -> None:
-    """The motor's mass at the end of the body before a link, its rotor on the link."""
+    """Add the motor's mass to the end of the body before a link, its rotor to the link."""
     attach(tree, link, 0.0, joint.rotor_inertia_kg_m2)
     attach_to_previous(tree, link, joint.motor_mass_kg, 0.0)
