@@ -58,7 +58,7 @@ class Model(ABC):
         raise CannotDo(f"{self.name} has no bias")
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Force f at time t [s], shape (n,): drive, meshes, dampers, friction and gravity."""
+        """Generalized force f at t [s], shape (n,): drive, meshes, dampers, friction, gravity."""
         raise CannotDo(f"{self.name} has no generalized_force")
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -104,7 +104,7 @@ class Model(ABC):
         return found
 
     def reference(self, rtol: float) -> xr.Dataset:
-        """Run the scenario adaptively, at this relative tolerance. Raises Diverged."""
+        """Run the scenario by adaptive steps at a relative tolerance. Raises Diverged."""
         raise CannotDo(f"{self.name} has no reference")
 
     def precise(self, rtol: float) -> xr.Dataset:

@@ -12,7 +12,8 @@ from crosscheck.models.arm.layout import MESHES
 def mesh_rows(chain: Chain) -> list[np.ndarray]:
     """Generalized force per force of one planet, sun-planet 1, planet-ring 1, sun-planet 2, ...
 
-    Only of joints whose mesh displacements are coordinates; free planets follow one another.
+    Rows exist only for joints whose mesh displacements are coordinates; free planets follow one
+    another.
     """
     return [
         row

@@ -108,7 +108,7 @@ def gears(arm: Arm, layout: Layout, switches: Switches) -> Gears:
 
 
 def _meshes_of(joint: object, number: int, layout: Layout, switches: Switches) -> list[StageMesh]:
-    """Sun and ring mesh of all planets, or planet after planet."""
+    """Meshes of a joint: sun and ring mesh of all planets together, or planet after planet."""
     assert isinstance(joint, Planetary)  # as joints with mesh displacements are
     geometry = stage_geometry(joint)
     sun_rate = sun_mesh_rate(joint, geometry)
@@ -131,7 +131,7 @@ def _meshes_of(joint: object, number: int, layout: Layout, switches: Switches) -
 
 
 def amplitude(mesh: PlanetMesh) -> float:
-    """k_a [N/m] of Eq. 8; 0 of other laws."""
+    """Amplitude k_a [N/m] of Eq. 8; 0 of other laws."""
     law = mesh.stiffness
     return law.amplitude_N_per_m if law.law == "sine" else 0.0
 

@@ -78,11 +78,11 @@ class AngleSums:
         self.numbers: dict[tuple[float, ...], int] = {}
 
     def number(self, wave: Iterable[float]) -> int:
-        """Of a wave, a new one if it is new."""
+        """The number of a wave, the next free one if it is new."""
         return self.numbers.setdefault(tuple(map(float, wave)), len(self.numbers))
 
     def table(self) -> np.ndarray:
-        """All waves, shape (K, n)."""
+        """All waves in the order of their numbers, shape (K, n)."""
         return np.array(list(self.numbers), dtype=float).reshape(-1, self.size)
 
 
@@ -113,7 +113,7 @@ def chain_terms(chain: Chain, bodies: Sequence[Body], arm: Arm) -> Terms:
 
 
 def indices(terms: Iterable[tuple[int, ...]], width: int) -> np.ndarray:
-    """Where the terms belong, shape (terms, width)."""
+    """Indices of where the terms belong, shape (terms, width)."""
     return np.array([*terms], dtype=np.int64).reshape(-1, width)
 
 

@@ -103,13 +103,13 @@ def machine(level: int) -> llvm.TargetMachine:
 
 @lru_cache
 def _processor() -> tuple[str, str]:
-    """Name and features of the machine's own."""
+    """Name and features of this machine's processor."""
     return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
 
 @lru_cache
 def _translator() -> tuple[str, ...]:
-    """The code that makes an object of a text."""
+    """Source texts of the code that makes an object of a text."""
     files = __file__, translate.__file__, fused.__file__
     return tuple(Path(file).read_text(encoding="utf-8") for file in files)
 
@@ -121,7 +121,7 @@ def _digest(text: str, lanes: int, level: int) -> str:
 
 
 def _read(path: Path) -> bytes | None:
-    """What is kept there, or None if nothing sound is."""
+    """Content of a kept file, or None if there is none that is sound."""
     reason = "damaged"
     try:
         whole = content_of(path, KEPT_BYTES, remembered=False)
@@ -138,7 +138,7 @@ def _read(path: Path) -> bytes | None:
 
 
 def _keep(path: Path, data: bytes) -> None:
-    """At once, for another process may be reading it; not at all where the folder is full."""
+    """Keep a file, in place at once as others may be reading it; not where the folder is full."""
     draft = path.with_suffix(f".{os.getpid()}.draft")
     try:
         draft.write_bytes(hashlib.sha256(data).digest() + data)

@@ -157,7 +157,7 @@ class ExudynBodies(Model):
         return self.poses.jacobian(q).T @ inertial
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Force of drive, meshes, dampers, friction and gravity at t [s], shape (n,)."""
+        """Generalized force at t [s], shape (n,): drive, meshes, dampers, friction and gravity."""
         return self.poses.jacobian(q).T @ self.body_forces(t, q, v)
 
     def body_forces(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:

@@ -96,7 +96,7 @@ class ExudynTree(Model):
         return -self.from_paper.T @ self._placed(self._free, 0.0, q, v).right_hand_side()
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Force beside the bias at t [s], (n,): drive, meshes, dampers, friction and gravity."""
+        """Generalized force at t [s], shape (n,): drive, meshes, dampers, friction and gravity."""
         force = self._placed(self._driven, t, q, v).right_hand_side()
         return self.from_paper.T @ force + self.bias(q, v)
 
