@@ -108,7 +108,7 @@ class Chunk:
         return self._by_planet(x_s - x_pr)
 
     def _planets(self) -> list[int]:
-        """Number of planets with coordinates of their own, for each joint with meshes."""
+        """Number of planets that have coordinates, for each joint with meshes; 1 if lumped."""
         layout, joints = self.models[0].layout, self.models[0].arm.joints
         return [joints[joint].planet_count if layout.free else 1 for joint in layout.meshing]
 
@@ -212,7 +212,7 @@ def _alike(model: AnalyticModel) -> object:
 
 
 def alone(model: AnalyticModel) -> xr.Dataset:
-    """The run of one model by itself. Raises Diverged."""
+    """The run of one model by itself, a trajectory. Raises Diverged."""
     (run,) = _runs(Group((0,), [model], lanes=1))
     if isinstance(run, Diverged):
         raise run

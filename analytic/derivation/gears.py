@@ -24,7 +24,7 @@ NOTHING = -1  # in place of a coordinate
 
 
 class Gears(NamedTuple):
-    """Per mesh, in the order sun-planet 1, planet-ring 1, sun-planet 2, ...; SI units.
+    """Numbers per mesh, in the order sun-planet 1, planet-ring 1, sun-planet 2, ...; SI units.
 
     Lumped, a stage has two meshes, each of ``planets`` planets; free, two for every planet.
     where: index of the mesh displacement in q, or of x_s, of which the coordinate at ``less`` (-1:
@@ -137,7 +137,7 @@ def amplitude(mesh: PlanetMesh) -> float:
 
 
 def damping(joint: PlanetaryStage, planet: int = 0) -> tuple[float, float]:
-    """(d_sp, d_pr) [N s/m], of N planets like this one: the diagonal of D that the paper leaves.
+    """Damping (d_sp, d_pr) [N s/m] of N planets like this one: D, which the paper leaves open.
 
     From the damping ratio of each mesh against its own equivalent mass, where not given directly.
     """

@@ -23,7 +23,7 @@ def rigid_bodies(chain: Chain, level: str) -> list[Body]:
 
 
 def _armature(chain: Chain, joint: int) -> list[Body]:
-    """Body of reflected inertia, on the diagonal alone: as if that before the joint stood still."""
+    """Reflected inertia as a body, on the diagonal alone: as if the body before stood still."""
     stage = chain.stages[joint - 1]
     if not isinstance(stage, Stage):
         return []

@@ -21,7 +21,9 @@ from crosscheck.models.arm.arm import Arm
 
 
 class Terms(NamedTuple):
-    """M[row, col] += coeff cos(waves[wave] . q); bias[row] += coeff sin(waves[wave] . q) v_a v_b.
+    """Terms of the mass matrix, the bias and the weight, as flat arrays.
+
+    M[row, col] += coeff cos(waves[wave] . q); bias[row] += coeff sin(waves[wave] . q) v_a v_b.
 
     waves (K, n); mass (terms, 3), bias (terms, 4) and weight (terms, 2) hold the integer indices
     row, col, wave; row, wave, a, b; and row, wave; the coefficients are in SI units, of a weight
@@ -44,7 +46,7 @@ class Terms(NamedTuple):
 
 
 def mass_matrices(terms: Terms, q: np.ndarray) -> np.ndarray:
-    """M(q) (..., n, n) at coordinates q (..., n)."""
+    """Mass matrices M(q) (..., n, n) at coordinates q (..., n)."""
     n = q.shape[-1]
     values = terms.mass_coeff * np.cos(q @ terms.waves.T)[..., terms.mass[:, 2]]
     matrices = np.zeros((*q.shape[:-1], n * n))
@@ -56,7 +58,7 @@ def mass_matrices(terms: Terms, q: np.ndarray) -> np.ndarray:
 
 
 def inverse_dynamics(terms: Terms, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """M(q) a + C(q, v) v - friction - weight (states, n) of a rigid arm; all (states, n)."""
+    """Torques M(q) a + C(q, v) v - friction - weight of a rigid arm; all (states, n)."""
     angles = q @ terms.waves.T
     cosines, sines = np.cos(angles), np.sin(angles)
     found = np.zeros_like(q)

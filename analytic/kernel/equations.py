@@ -62,7 +62,7 @@ class TermEquations:
         return x
 
     def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """v^T M v / 2 (records,) [J] at states q, v (records, n) of the layout."""
+        """Kinetic energy v^T M v / 2 (records,) [J] at states q, v (records, n) of the layout."""
         return np.einsum("ki,kij,kj->k", v, mass_matrices(self.terms, q), v) / 2
 
 

@@ -30,7 +30,7 @@ class Links(NamedTuple):
 
     @property
     def spread(self) -> bool:
-        """Whether G has more than a diagonal."""
+        """Whether G has entries off its diagonal."""
         return bool((self.constant != np.diag(np.diag(self.constant))).any())
 
 

@@ -34,7 +34,7 @@ KEPT_DAYS, KEPT_BYTES = 60, 256 * 2**20  # since its last use; all objects toget
 
 
 class Code:
-    """Functions of an object, called by their names.
+    """Functions of an object file, called by their names.
 
     A pointer is an address, an int; arguments are checked by nobody.
     """
@@ -56,9 +56,9 @@ class Code:
 
 
 def machine_code(text: str, lanes: int, level: int) -> bytes:
-    """The object of a text, from the folder or made and left there; without a folder made alone.
+    """Object file of a kernel's text, from the cache folder or made and left there.
 
-    level: of optimisation, 0 to 3.
+    Without a folder it is made alone. level: of optimisation, 0 to 3.
     """
     name = _digest(text, lanes, level)
     try:
@@ -76,7 +76,7 @@ def machine_code(text: str, lanes: int, level: int) -> bytes:
 
 
 def compiled(ir: str, machine: llvm.TargetMachine, level: int) -> bytes:
-    """The object of IR for a machine."""
+    """Object file of IR for a machine."""
     module = llvm.parse_assembly(ir)
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
     module.verify()
@@ -121,7 +121,7 @@ def _digest(text: str, lanes: int, level: int) -> str:
 
 
 def _read(path: Path) -> bytes | None:
-    """Content of a kept file, or None if there is none that is sound."""
+    """Content of a kept file; None if there is none or, told on stderr, none that is sound."""
     reason = "damaged"
     try:
         whole = content_of(path, KEPT_BYTES, remembered=False)

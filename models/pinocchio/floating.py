@@ -44,9 +44,10 @@ class FloatingBase:
 
 
 class PinocchioFloating(PinocchioCoupled):
-    """Coordinates: the base frame's x, y [m] and angle [rad], then the joints', of ``layout``.
+    """The rigid arm of level `coupled` on a free-flying base, in the plane.
 
-    Raises InputError for an arm with gravity.
+    Coordinates: the base frame's x, y [m] and angle [rad], then the joints', of ``layout``. Raises
+    InputError for an arm with gravity.
     """
 
     name = "pinocchio:floating"

@@ -123,7 +123,7 @@ def _inertias(joint: Planetary) -> tuple[float, float, float]:
 
 
 def equivalent_masses(joint: PlanetaryGears) -> tuple[float, float]:
-    """M = J / r^2 [kg] of the sun and of one planet."""
+    """Equivalent masses M = J / r^2 [kg] of the sun and of one planet."""
     r_s, r_p, _ = base_radii(joint)
     return (
         given_or(joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, 1 / r_s**2),
@@ -132,7 +132,7 @@ def equivalent_masses(joint: PlanetaryGears) -> tuple[float, float]:
 
 
 def given_or(given: float | None, other: float | None, factor: float) -> float:
-    """What is given, else the other of the two forms times the factor between them."""
+    """What is given, else the other of an inertia's two forms times the factor between them."""
     if given is not None:
         return given
     assert other is not None  # the arm has one of them

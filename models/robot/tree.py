@@ -19,7 +19,7 @@ HOME = Placement(np.eye(3), np.zeros(3))
 
 
 class Tree(NamedTuple):
-    """Moving joints, parents before children; their bodies; frames of links; what is doubtful."""
+    """A robot's moving joints, parents first; their bodies; frames of links; what is doubtful."""
 
     joints: tuple[Joint, ...]
     bodies: tuple[RobotBody, ...]
@@ -114,7 +114,7 @@ def _frames(
 def _merged(
     number: int, urdf: Urdf, frames: dict[str, LinkFrame], moving: Sequence[UrdfJoint], where: str
 ) -> RobotBody:
-    """All that a joint carries as one body, in its frame. Raises InputError."""
+    """All that a joint carries, merged into one body, in its frame. Raises InputError."""
     parts = []
     for link in urdf.links:
         frame = frames[link.name]

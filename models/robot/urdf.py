@@ -24,7 +24,7 @@ LARGEST_INERTIA, FARTHEST = 1e15, 1e3  # [kg m^2], and of a component of a place
 
 @dataclass(frozen=True)
 class UrdfLink:
-    """A link; body is None where it has no inertia."""
+    """A link of a URDF; body is None where it has no inertia."""
 
     name: str
     body: RobotBody | None
@@ -32,7 +32,7 @@ class UrdfLink:
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """A joint; mimic: the name of another, multiplier and offset."""
+    """A joint of a URDF; mimic: the name of another, multiplier and offset."""
 
     name: str
     kind: str
@@ -46,7 +46,7 @@ class UrdfJoint:
 
 @dataclass(frozen=True)
 class Urdf:
-    """links and joints in the file's order; told: what of it is not used."""
+    """Links and joints of a URDF in the file's order; told: what of it is not used."""
 
     links: tuple[UrdfLink, ...]
     joints: tuple[UrdfJoint, ...]
