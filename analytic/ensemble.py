@@ -74,17 +74,17 @@ class Chunk:
 
     @cached_property
     def x_pr(self) -> np.ndarray:
-        """The same of ring meshes."""
+        """Displacements of ring meshes [m], shaped as x_sp."""
         return self._displacement("x_pr", self.records.q)
 
     @cached_property
     def x_sp_dot(self) -> np.ndarray:
-        """Rates of x_sp [m/s]."""
+        """Rates of x_sp [m/s], shaped as it."""
         return self._displacement("x_sp", self.records.v)
 
     @cached_property
     def x_pr_dot(self) -> np.ndarray:
-        """Rates of x_pr [m/s]."""
+        """Rates of x_pr [m/s], shaped as it."""
         return self._displacement("x_pr", self.records.v)
 
     @cached_property
@@ -94,7 +94,7 @@ class Chunk:
 
     @cached_property
     def F_pr(self) -> np.ndarray:
-        """The same of ring meshes."""
+        """Elastic force of ring meshes per planet [N], shaped as x_sp."""
         return self._by_planet(self.records.forces[:, 1::2])
 
     def _displacement(self, mesh: Meaning, x: np.ndarray) -> np.ndarray:
@@ -108,12 +108,15 @@ class Chunk:
         return self._by_planet(x_s - x_pr)
 
     def _planets(self) -> list[int]:
-        """That each joint with meshes has coordinates of."""
+        """Number of planets that have coordinates, for each joint with meshes; 1 if lumped."""
         layout, joints = self.models[0].layout, self.models[0].arm.joints
         return [joints[joint].planet_count if layout.free else 1 for joint in layout.meshing]
 
     def _by_planet(self, values: np.ndarray) -> np.ndarray:
-        """Of values (records, meshes of one kind, members); a view where joints have as many."""
+        """Values (records, meshes of one kind, members) as (records, joints, planets, members).
+
+        A view where all joints have as many planets; else NaN where a joint has no such planet.
+        """
         layout, joints = self.models[0].layout, len(self.models[0].arm.joints)
         counts = self._planets()
         if len(counts) == joints and len(set(counts)) == 1:
@@ -143,7 +146,7 @@ class Group:
         self.diverged_s = np.full(len(self.members), np.nan)
 
     def chunks(self) -> Iterator[Chunk]:
-        """In the order of time, each once; every record of the run is in one of them."""
+        """Run the members: their chunks in the order of time, every record in one of them."""
         time = recorded_times(self.models[0].scenario)
         first = 0
         for records in self._records():
@@ -164,13 +167,13 @@ class Group:
                 return
 
     def _nothing(self, records: int) -> Records:
-        """Of members that have all diverged."""
+        """Records, all NaN, of members that have all diverged."""
         n, meshes = len(self.models[0].layout), self.models[0].gears.where.size
         shapes = [(records, rows, len(self.models)) for rows in (n, n, n, meshes)]
         return Records(*(np.full(shape, np.nan) for shape in shapes))
 
     def _mark(self, chunk: Chunk) -> None:
-        """Note who has diverged, and leave nothing of it from there on."""
+        """Note which members have diverged, and make their records NaN from there on."""
         q, v, a, forces = chunk.records
         # What is added to a coordinate that is not finite leaves it so: the last record tells.
         if np.isfinite(q[-1]).all() and np.isfinite(v[-1]).all():
@@ -188,7 +191,7 @@ class Group:
 
 
 def groups(models: Sequence[AnalyticModel]) -> list[Group]:
-    """Of any models, in as few groups as they fit in."""
+    """Groups of any models, as few as the models fit in."""
     alike: dict[object, list[int]] = {}
     for place, model in enumerate(models):
         alike.setdefault(_alike(model), []).append(place)
@@ -201,7 +204,7 @@ def groups(models: Sequence[AnalyticModel]) -> list[Group]:
 
 
 def _alike(model: AnalyticModel) -> object:
-    """Equal of models that can run side by side."""
+    """A key that is equal for models that can run side by side."""
     scenario = model.scenario
     grid = scenario.step_s, scenario.steps, scenario.stride
     table = model.drive.table_time.tobytes(), model.drive.table_torque.tobytes()
@@ -209,7 +212,7 @@ def _alike(model: AnalyticModel) -> object:
 
 
 def alone(model: AnalyticModel) -> xr.Dataset:
-    """The run of one model by itself. Raises Diverged."""
+    """The run of one model by itself, a trajectory. Raises Diverged."""
     (run,) = _runs(Group((0,), [model], lanes=1))
     if isinstance(run, Diverged):
         raise run
@@ -217,9 +220,9 @@ def alone(model: AnalyticModel) -> xr.Dataset:
 
 
 def trajectories(models: Sequence[AnalyticModel], threads: int = 1) -> list[xr.Dataset | Diverged]:
-    """Whole runs as ``simulate`` returns them, or when they diverged.
+    """Whole runs as ``simulate`` returns them, or Diverged where one did.
 
-    threads: how many groups run at a time; no number hangs on it.
+    threads: how many groups run at a time; no number depends on it.
     """
     asked = groups(models)
     found: dict[int, xr.Dataset | Diverged] = {}

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @lru_cache(maxsize=128)
 def _terms(arm: Arm, layout: Layout, level: str | None) -> Terms:
-    """Of all bodies of an arm, or those of a rigid level."""
+    """Terms of all bodies of an arm, or of those of a rigid level."""
     chain = exact_chain(arm, layout)
     bodies = all_bodies(chain) if level is None else rigid_bodies(chain, level)
     return chain_terms(chain, bodies, arm)
@@ -64,35 +64,35 @@ class AnalyticModel(Model):
 
     @cached_property
     def term_equations(self) -> TermEquations:
-        """In the layout's coordinates."""
+        """Equations in the layout's coordinates, from terms."""
         return TermEquations(self.arm, self.layout, self.gears, self.drive, self.terms)
 
     @cached_property
     def equations(self) -> KernelEquations:
-        """That runs are made by."""
+        """Equations that runs are made by: over the links where there are such, else from terms."""
         if self.links is None:
             return self.term_equations
         return LinkEquations(self.arm, self.layout, self.gears, self.drive, self.links)
 
     @cached_property
     def states(self) -> StateEvaluator:
-        """What the equations say of single states."""
+        """Evaluator of the equations at single states."""
         return StateEvaluator(self.term_equations)
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """M(q) of Eq. 21."""
+        """Mass matrix M(q) of Eq. 21, shape (n, n)."""
         return self.states.at(0.0, q, np.zeros_like(q)).mass_matrix
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """C(q, v) v of Eq. 21."""
+        """Coriolis and centrifugal force C(q, v) v of Eq. 21, shape (n,)."""
         return self.states.at(0.0, q, v).bias
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """F - D v of Eqs. 21-22."""
+        """Generalized force F - D v of Eqs. 21-22, shape (n,)."""
         return self.states.at(t, q, v).force
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """q'' of Eq. 21."""
+        """Accelerations q'' of Eq. 21, shape (n,)."""
         return self.states.at(t, q, v).acceleration
 
     def largest_stable_step(self) -> float:
@@ -115,7 +115,7 @@ class AnalyticModel(Model):
         return np.sort(poles.imag)[poles.size - count :] / (2 * np.pi)
 
     def contact_poles(self) -> np.ndarray:
-        """Linearised about the start pose, every tooth in contact."""
+        """Eigenvalues [1/s], (2 n,), linearised about the start pose, every tooth in contact."""
         pose, _ = self.start()
         return contact_eigenvalues(self.terms, self.gears, self.drive, pose, self.gears.k_m)
 
@@ -130,7 +130,7 @@ class AnalyticModel(Model):
         return q, v
 
     def _place_teeth(self, joint: int, q: np.ndarray) -> None:
-        """Displacements of a joint's meshes at the start, into q."""
+        """Set the displacements of a joint's meshes at the start in ``q``."""
         start, joints, layout = self.scenario.start, len(self.arm.joints), self.layout
         of_joint = self.gears.theta == layout.theta[joint]
         first = (self.gears.static + self.gears.b)[of_joint] * (start.mesh == "contact")
@@ -147,27 +147,27 @@ class AnalyticModel(Model):
             q[layout.at("x_pr", joint, planet)] = x_pr[planet] + ring + offset
 
     def simulate(self) -> xr.Dataset:
-        """Fixed-step RK4, as Section 2.4 says."""
+        """Run the scenario by fixed-step RK4, as Section 2.4 says."""
         return alone(self)
 
     @classmethod
     def simulate_together(cls, models: Sequence[Self]) -> list[xr.Dataset | Diverged]:
-        """Fixed-step RK4 of many in the lanes of one kernel."""
+        """Run many models by fixed-step RK4 in the lanes of one kernel."""
         return trajectories(models)
 
     def precise(self, rtol: float) -> xr.Dataset:
-        """By an eighth-order method at a relative tolerance, its steps ended at contact changes."""
+        """Run by an eighth-order method at a relative tolerance, steps ended at contact changes."""
         time = recorded_times(self.scenario)
         records = followed(self, rtol).records
         require_finite(self.name, time, *records)
         return self.recorded(time, records)
 
     def torques(self, time: np.ndarray, theta: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        """Of the drive, output side [N m], at angles and rates (times, joints)."""
+        """Torques of the drive, output side [N m], at angles and rates; all (times, joints)."""
         return torques_along(self.drive, time, theta, rate)
 
     def reference(self, rtol: float) -> xr.Dataset:
-        """SciPy's DOP853 on the recording grid, with the work done along the way."""
+        """Run by SciPy's DOP853 on the recording grid, with the work done along the way."""
         scenario = self.scenario
         grid = recorded_times(scenario)
         qs, vs, work = solve(self.states, self.gears, self.start(), grid, rtol)
@@ -212,23 +212,23 @@ class AnalyticModel(Model):
 
 
 class OwnBodies(AnalyticModel):
-    """The derivation from an arm's bodies, of all or of a rigid level."""
+    """A model derived from an arm's bodies, from all or those of a rigid level."""
 
     level: ClassVar[str | None] = None
 
     @cached_property
     def terms(self) -> Terms:  # type: ignore[override]
-        """Of these bodies."""
+        """Terms of these bodies."""
         return _terms(self.arm, self.layout, self.level)
 
     @cached_property
     def links(self) -> Links:  # type: ignore[override]
-        """Of these bodies."""
+        """Numbers of the links' equations of these bodies."""
         return links_of(self.arm, self.layout, self.level)
 
 
 class PhysicalModel(OwnBodies):
-    """Every body with its true absolute velocity, for any arm."""
+    """The model of any arm by every body with its true absolute velocity."""
 
     name = "analytic:physical"
     abilities = AnalyticModel.abilities | {"mesh_modes", "contact_poles"}
@@ -254,24 +254,24 @@ class RigidModel(OwnBodies):
 
 
 class RigidLinks(RigidModel):
-    """Links and payload only."""
+    """The rigid arm of links and payload only."""
 
     name, level = "analytic:links", "links"
 
 
 class RigidCarriers(RigidModel):
-    """With joint masses and carriers."""
+    """The rigid arm with joint masses and carriers."""
 
     name, level = "analytic:carriers", "carriers"
 
 
 class RigidArmature(RigidModel):
-    """With the gears' reflected inertia on the diagonal."""
+    """The rigid arm with the gears' reflected inertia on the diagonal of M."""
 
     name, level = "analytic:armature", "armature"
 
 
 class RigidCoupled(RigidModel):
-    """With the coupling of rotor spin and base rotation."""
+    """The rigid arm with the coupling of rotor spin and base rotation."""
 
     name, level = "analytic:coupled", "coupled"

@@ -21,7 +21,7 @@ VARIABLE = "NUMBA_CACHE_DIR"
 
 
 def settle(root: Path) -> None:
-    """Give numba a folder if it has none, and drop what is out of date; before any kernel."""
+    """Give numba a cache folder if it has none, and drop what is outdated; before any kernel."""
     folders = _source_folders(root, *PACKAGES)
     chosen = os.environ.get(VARIABLE)
     beside = [folder / "__pycache__" for folder in folders]
@@ -46,7 +46,7 @@ def drop_outdated(root: Path) -> None:
 
 
 def compiled_files(root: Path) -> list[Path]:
-    """All that numba keeps of the packages."""
+    """All files of compiled code that numba keeps of the packages under ``root``, sorted."""
     return sorted(_compiled(_source_folders(root, *PACKAGES)))
 
 
@@ -55,7 +55,7 @@ def _source_folders(root: Path, *packages: str) -> set[Path]:
 
 
 def _compiled(folders: Iterable[Path]) -> Iterator[Path]:
-    """All that is kept of these folders' functions: beside them, or where numba was told to."""
+    """Files of these folders' compiled functions, beside them or where numba was told to."""
     chosen = os.environ.get(VARIABLE)
     for folder in folders:
         yield from (folder / "__pycache__").glob("*.nb[ci]")

@@ -25,7 +25,7 @@ class InputError(ValueError):
         super().__init__("".join(_fitted(whole, LONGEST_LINE - len(PROGRAM))))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
-        """So that it can be sent from one process to another."""
+        """How pickle rebuilds the error, so that one process can send it to another."""
         return InputError, (self.where, self.field, self.value, self.allowed)
 
 
@@ -37,7 +37,7 @@ class Diverged(ArithmeticError):
         super().__init__(f"{model}: diverged at t = {time_s:.6g} s")
 
     def __reduce__(self) -> tuple[type[Diverged], tuple[str, float]]:
-        """So that it can be sent from one process to another."""
+        """How pickle rebuilds the error, so that one process can send it to another."""
         return Diverged, (self.model, self.time_s)
 
 

@@ -39,7 +39,7 @@ def builtin_robots() -> tuple[str, ...]:
 
 
 def builtin_title(folder: Literal["arms", "robots", "scenarios"], name: str) -> str:
-    """Title of what comes with the project, as it stands: a list waits for no validation."""
+    """Title of an arm, robot or scenario that comes with the project, read without validation."""
     return str(_read(name, folder).get("title", ""))
 
 

@@ -14,7 +14,7 @@ _inputs: set[str] = set()
 
 
 def content_of(path: Path, largest: int, remembered: bool = True) -> bytes:
-    """What a file holds; links are followed, and nothing is waited for.
+    """Content of a file; links are followed, and nothing is waited for.
 
     remembered: whether it is an input, which nothing may be written onto. Raises OSError, and
     ValueError for what is no file, or larger than so many bytes.
@@ -29,7 +29,7 @@ def content_of(path: Path, largest: int, remembered: bool = True) -> bytes:
 
 
 def input_content(path: Path, largest: int) -> bytes:
-    """What an input holds, of at most so many bytes. Raises InputError for what cannot be read."""
+    """Content of an input of at most so many bytes. Raises InputError for what cannot be read."""
     try:
         return content_of(path, largest)
     except (OSError, ValueError) as error:
@@ -38,7 +38,7 @@ def input_content(path: Path, largest: int) -> bytes:
 
 
 def size_of(path: Path) -> int:
-    """Bytes of a file that another process is going to read: an input.
+    """Size [bytes] of a file that another process is going to read, remembered as an input.
 
     Raises OSError, and ValueError for what is no file.
     """
@@ -57,12 +57,12 @@ def _opened(path: Path) -> BinaryIO:
 
 
 def remember(path: Path) -> None:
-    """From here on the file is an input."""
+    """Remember a file as an input, which nothing may be written onto."""
     _inputs.add(os.path.abspath(path))
 
 
 def forget() -> None:
-    """No file is an input any more: another command begins."""
+    """Forget all inputs: another command begins."""
     _inputs.clear()
 
 

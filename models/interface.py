@@ -50,7 +50,7 @@ class Model(ABC):
         return self.layout.names
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """M(q), shape (n, n)."""
+        """Mass matrix M(q), shape (n, n)."""
         raise CannotDo(f"{self.name} has no mass_matrix")
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -58,11 +58,11 @@ class Model(ABC):
         raise CannotDo(f"{self.name} has no bias")
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Drive, meshes, dampers, friction and gravity at time t [s], shape (n,), on the right."""
+        """Generalized force f at t [s], shape (n,): drive, meshes, dampers, friction, gravity."""
         raise CannotDo(f"{self.name} has no generalized_force")
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """q'' at time t [s], shape (n,)."""
+        """Accelerations q'' at time t [s], shape (n,)."""
         raise CannotDo(f"{self.name} has no acceleration")
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -104,11 +104,11 @@ class Model(ABC):
         return found
 
     def reference(self, rtol: float) -> xr.Dataset:
-        """Like simulate, by an adaptive integrator at this relative tolerance. Raises Diverged."""
+        """Run the scenario by adaptive steps at a relative tolerance. Raises Diverged."""
         raise CannotDo(f"{self.name} has no reference")
 
     def precise(self, rtol: float) -> xr.Dataset:
-        """Like simulate, by steps that end where contacts change. Raises Diverged and CannotDo."""
+        """Run the scenario, steps ending where contacts change. Raises Diverged and CannotDo."""
         raise CannotDo(f"{self.name} has no precise run")
 
     def mesh_modes(self) -> np.ndarray:

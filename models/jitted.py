@@ -23,14 +23,14 @@ CHECKSUM = 32  # bytes of SHA-256
 
 
 def njit(*function: Callable[..., Any], **options: Any) -> Any:
-    """As numba's."""
+    """numba's ``njit``, whose compiled functions are kept on disk under a checksum."""
     numbas: Any = numba.njit
     made = numbas(*function, **options)
     return _sealed(made) if function else lambda one: _sealed(made(one))
 
 
 def _sealed(made: Any) -> Any:
-    """The same function, whose files are checked."""
+    """The same compiled function, whose kept files are checked."""
     cache: Any = getattr(made, "_cache", None)
     own = getattr(cache, "_cache_file", None)
     if own is not None:
@@ -57,7 +57,7 @@ class _Sealed(IndexDataCacheFile):
         self._write(self._data_path(name), data)
 
     def _read(self, path: str) -> Any:
-        """What was kept; None where nothing sound is, which costs one line."""
+        """Content of a kept file; None if missing or, told in one line on stderr, not sound."""
         try:
             whole = Path(path).read_bytes()
         except FileNotFoundError:

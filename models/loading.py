@@ -195,7 +195,7 @@ def validated(record: type[Record], data: object, where: str) -> Record:
 
 
 def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> InputError:
-    """One line about the worst of what is wrong."""
+    """InputError that tells in one line what one of pydantic's errors is about."""
     tags = UNION_TAGS | getattr(record, "union_tags", set())
     location = [part for part in details["loc"] if part not in tags]
     value: object = details["input"]
@@ -224,7 +224,7 @@ def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> 
 
 
 def _entry(value: Any, dotted: str) -> Any:
-    """What stands at a path as ``joints[0].kind`` in nested tables and lists, None if nothing."""
+    """Value at a path as ``joints[0].kind`` in nested tables and lists, None if there is none."""
     for key in re.findall(r"[^.\[\]]+", dotted):
         if isinstance(value, list | tuple) and key.isdigit() and int(key) < len(value):
             value = value[int(key)]

@@ -15,7 +15,7 @@ Place = tuple[str | int, ...]  # of one entry: keys of tables, indices in lists
 
 
 def is_path(path: str) -> bool:
-    """Whether it names something below one of the sections."""
+    """Whether a text is a path to something below one of the sections."""
     keys = path.strip().split(".")
     return len(keys) > 1 and keys[0] in SECTIONS and all(keys)
 
@@ -42,7 +42,7 @@ def places(data: dict[str, Any], path: str, option: str) -> list[Place]:
 
 
 def value_at(data: dict[str, Any], place: Place) -> Any:
-    """What stands there; None if nothing does."""
+    """Value at a place of the raw content; None if there is none."""
     target: Any = data
     for step in place:
         if isinstance(target, dict) and step not in target:
@@ -52,7 +52,7 @@ def value_at(data: dict[str, Any], place: Place) -> Any:
 
 
 def assign(data: dict[str, Any], place: Place, value: Any) -> None:
-    """Put a value there, a copy that no other place refers to."""
+    """Put a value at a place of the raw content, as a copy that no other place refers to."""
     target: Any = data
     for step in place[:-1]:
         target = target[step]
@@ -60,7 +60,7 @@ def assign(data: dict[str, Any], place: Place, value: Any) -> None:
 
 
 def shown(place: Place) -> str:
-    """As messages show a place, ``arm.joints[0].sun_mesh.backlash_m``."""
+    """A place as messages show it, such as ``arm.joints[0].sun_mesh.backlash_m``."""
     return "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in place).lstrip(".")
 
 

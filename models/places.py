@@ -14,13 +14,13 @@ NAME = "geararm-crosscheck"
 
 
 def cache_folder() -> Path:
-    """In the user's cache folder; it need not exist."""
+    """The program's folder in the user's cache folder; it need not exist."""
     base = Path(os.environ.get("XDG_CACHE_HOME", ""))
     return (base if base.is_absolute() else home_folder() / ".cache") / NAME
 
 
 def home_folder() -> Path:
-    """The user's; it need not exist."""
+    """The user's home folder; it need not exist."""
     try:
         return Path.home()
     except RuntimeError:  # as systems call the home of those who have none
@@ -62,7 +62,7 @@ def own_folder() -> Path:
 
 @lru_cache
 def temporary_folder() -> Path:
-    """One for this process alone, gone with it. Raises OSError where none can be made."""
+    """A folder for this process alone, gone with it. Raises OSError where none can be made."""
     try:
         folder = Path(tempfile.mkdtemp(prefix=f"{NAME}-"))
     except OSError:  # a read-only system may still have shared memory

@@ -23,7 +23,7 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 
 
 class GearNumbers(NamedTuple):
-    """Of a joint: base radii of its gears [m], and inertias about their own axes [kg m^2].
+    """Numbers of a joint's gears: base radii [m], and inertias about their own axes [kg m^2].
 
     carrier_radius [m]: where the planets' centres are.
     """
@@ -38,9 +38,10 @@ class GearNumbers(NamedTuple):
 
 
 def gear_numbers(joint: Planetary) -> GearNumbers:
-    """Radii from the teeth; an inertia not given is the equivalent mass times radius squared.
+    """Radii of a joint's gears from the teeth, and their inertias.
 
-    The radius of a carrier's is both base radii together.
+    An inertia not given is the equivalent mass times radius squared; the radius of a carrier's is
+    both base radii together.
     """
     tooth = joint.module_m * cos(radians(joint.pressure_angle_deg)) / 2
     radii = tooth * joint.sun_teeth, tooth * joint.planet_teeth, tooth * joint.ring_teeth
@@ -78,9 +79,10 @@ class Motors:
         ]
 
     def torques(self, t: float, theta: np.ndarray, theta_rate: np.ndarray) -> np.ndarray:
-        """On the sun, or the link of a joint without gears, by the previous link [N m], (joints,).
+        """Torques [N m] by the previous link on what every motor turns, shape (joints,).
 
-        At time t [s], joint angles [rad] and their rates [rad/s].
+        That is the sun, or the link of a joint without gears; at time t [s], joint angles [rad] and
+        their rates [rad/s].
         """
         law, gains, times, torques = self._law
         joints = zip(gains, torques, theta, theta_rate, self._ratios, strict=True)
@@ -121,7 +123,7 @@ class Table:
 
 
 def stiffness_curve(law: stiffness_laws.StiffnessLaw) -> Waves | Table:
-    """k over the mesh phase, by any of the laws.
+    """Stiffness k over the mesh phase, by any of the laws.
 
     The square wave is ``largest`` for contact_ratio - 1 of a period (Eq. 7): its transform is cut.
     """
@@ -180,7 +182,7 @@ class ToothContact:
         return layout.displacement("x_sp" if self.with_sun else "x_pr", self.joint, self.planet)
 
     def motion(self, t: float, q: np.ndarray, v: np.ndarray, layout: Layout) -> Motion:
-        """What the force needs to know of a state."""
+        """Motion of the contact at time t [s] in a state q, v (n,) of a layout."""
         row, theta = self.displacement(layout), layout.at("theta", self.joint)
         return Motion(t, float(row @ q), float(row @ v), float(q[theta]), float(v[theta]))
 
@@ -192,7 +194,7 @@ class ToothContact:
         return stiffness * self._reach(gap) + damped * self.damping * motion.approach_rate
 
     def torque(self, motion: Motion) -> float:
-        """What the spring does to the joint's angle besides [N m]: -dV/dtheta at the same x.
+        """Torque [N m] of the spring on its joint besides the force: -dV/dtheta at the same x.
 
         V = k f^2 / 2; zero unless the switch mesh_work says that it does.
         """
@@ -222,7 +224,7 @@ class ToothContact:
 
 
 def tooth_contacts(arm: Arm, laws: Switches) -> Iterator[ToothContact]:
-    """All of an arm: joint by joint, planet by planet, with the sun and then with the ring."""
+    """All tooth contacts of an arm: joint by joint, planet by planet, the sun's and the ring's."""
     for number, joint in enumerate(arm.joints):
         if isinstance(joint, Planetary):
             for planet in range(joint.planet_count):
@@ -233,7 +235,10 @@ def tooth_contacts(arm: Arm, laws: Switches) -> Iterator[ToothContact]:
 def _contact(
     number: int, joint: Planetary, planet: int, with_sun: bool, laws: Switches
 ) -> ToothContact:
-    """Seen from the carrier, sun and ring pass z_r teeth per turn; Eq. 13 has z_s for the ring."""
+    """The tooth contact of a planet with the sun or the ring of a joint.
+
+    Seen from the carrier, sun and ring pass z_r teeth per turn; Eq. 13 has z_s for the ring.
+    """
     mesh = (joint.sun_mesh if with_sun else joint.ring_mesh).of_planet(planet)
     papers = not with_sun and laws.ring_rate == "eq13"
     cycles = joint.sun_teeth if papers else joint.ring_teeth
@@ -246,7 +251,7 @@ def _contact(
 
 
 def _phase_from_teeth(joint: Planetary, planet: int, with_sun: bool) -> float:
-    """phase [rad] at theta = 0: each planet sits z_s / N of the sun's pitches after the first.
+    """Mesh phase [rad] at theta = 0: each planet sits z_s / N of the sun's pitches after the first.
 
     So it does of the ring's, as N divides z_s + z_r. Across a planet the same push meets opposite
     flanks: half its pitches lie between, less half of one.
@@ -259,7 +264,7 @@ def _phase_from_teeth(joint: Planetary, planet: int, with_sun: bool) -> float:
 
 
 def _damping(joint: Planetary, mesh: PlanetMesh, stiffness: float, with_sun: bool) -> float:
-    """[N s/m] of one of N planets: an N-th of d, or of 2 zeta sqrt(N k M)."""
+    """Damping [N s/m] of one of N planets: an N-th of d, or of 2 zeta sqrt(N k M)."""
     count, gears = joint.planet_count, gear_numbers(joint)
     if mesh.damping_ratio is None:
         return (mesh.damping_N_s_per_m or 0.0) / count

@@ -89,12 +89,12 @@ def recorded_times(scenario: Scenario) -> np.ndarray:
 
 
 def unit_of(name: str) -> str:
-    """Of a variable of a trajectory."""
+    """Unit of a variable of a trajectory."""
     return _ABOUT[name][0]
 
 
 def meaning_of(name: str) -> str:
-    """Of a variable of a trajectory, in words."""
+    """Meaning of a variable of a trajectory, in words."""
     return _ABOUT[name][1]
 
 

@@ -48,7 +48,7 @@ def link_bodies(chain: Chain, joint: int) -> list[Body]:
 
 
 def carried_bodies(chain: Chain, joint: int) -> list[Body]:
-    """What turns with the links at a joint, and the masses that it carries.
+    """Bodies that turn with the links at a joint, and the masses that it carries.
 
     The planets' centres, equally spaced on the carrier, act as their mass on the joint axis and
     as N m_p r_c^2 about it. A motor without gears is its mass and its rotor on the link.
@@ -68,7 +68,7 @@ def carried_bodies(chain: Chain, joint: int) -> list[Body]:
 
 
 def spinning_bodies(chain: Chain, joint: int) -> list[Body]:
-    """Spin of sun and planets about their own axes (their masses are in `carried_bodies`)."""
+    """Bodies of sun and planets that spin about their axes (masses are in `carried_bodies`)."""
     stage = chain.stages[joint - 1]
     if not isinstance(stage, Stage):
         return []

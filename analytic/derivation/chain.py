@@ -22,7 +22,7 @@ from crosscheck.models.arm.layout import Coordinate, Layout, Meaning
 
 @dataclass(frozen=True)
 class Chain:
-    """Stages from the base on, the payload [kg] at the last link's end, and the coordinates.
+    """A planar chain: stages from the base on, payload [kg] at the last link's end, coordinates.
 
     Where the layout has no mesh displacements of a stage, its gears turn without slip or play.
     """
@@ -77,11 +77,11 @@ class Chain:
         return theta_s, theta_p
 
     def centre_of(self, joint: int) -> tuple[Any, ...]:
-        """Where a joint's axis is: the lengths of the links before it."""
+        """Lengths of the links before a joint, which say where its axis is."""
         return tuple(stage.L for stage in self.stages[: joint - 1])
 
 
 def exact_chain(arm: Arm, layout: Layout) -> Chain:
-    """An arm in fractions, equal to what its floating-point numbers are."""
+    """The chain of an arm in fractions, equal to what its floating-point numbers are."""
     stages = [stage_values(j, link) for j, link in zip(arm.joints, arm.links, strict=True)]
     return Chain(tuple(stages), exact(arm.payload_mass_kg), layout)

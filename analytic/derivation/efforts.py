@@ -10,9 +10,10 @@ from crosscheck.models.arm.layout import MESHES
 
 
 def mesh_rows(chain: Chain) -> list[np.ndarray]:
-    """Generalized force per force of one planet, sun-planet 1, planet-ring 1, sun-planet 2, ...
+    """Rows of generalized force per force of one planet: sun-planet 1, planet-ring 1, ...
 
-    Only of joints whose mesh displacements are coordinates; free planets follow one another.
+    Rows exist only for joints whose mesh displacements are coordinates; free planets follow one
+    another.
     """
     return [
         row
@@ -31,7 +32,7 @@ def _stage_rows(chain: Chain, joint: int, stage: Stage) -> list[np.ndarray]:
 
 
 def drive_rows(chain: Chain) -> list[np.ndarray]:
-    """Generalized force per output torque: T / n on the sun, reacting on the previous link.
+    """Rows of generalized force per output torque: T / n on the sun, back on the previous link.
 
     Without mesh displacements, and without gears, that is the torque on the joint itself.
     """

@@ -27,7 +27,7 @@ class Form:
 
 
 def mass_matrix(mass: MassTerms, q: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
-    """M(q) in symbols, shape (n, n)."""
+    """Mass matrix M(q) in symbols, shape (n, n)."""
     total = sp.zeros(len(q), len(q))
     for (row, column, wave), coefficient in mass.items():
         total[row, column] += coefficient * sp.cos(_argument(wave, q))

@@ -24,7 +24,7 @@ NOTHING = -1  # in place of a coordinate
 
 
 class Gears(NamedTuple):
-    """Per mesh, in the order sun-planet 1, planet-ring 1, sun-planet 2, ...; SI units.
+    """Numbers per mesh, in the order sun-planet 1, planet-ring 1, sun-planet 2, ...; SI units.
 
     Lumped, a stage has two meshes, each of ``planets`` planets; free, two for every planet.
     where: index of the mesh displacement in q, or of x_s, of which the coordinate at ``less`` (-1:
@@ -108,7 +108,7 @@ def gears(arm: Arm, layout: Layout, switches: Switches) -> Gears:
 
 
 def _meshes_of(joint: object, number: int, layout: Layout, switches: Switches) -> list[StageMesh]:
-    """Sun and ring mesh of all planets, or planet after planet."""
+    """Meshes of a joint: sun and ring mesh of all planets together, or planet after planet."""
     assert isinstance(joint, Planetary)  # as joints with mesh displacements are
     geometry = stage_geometry(joint)
     sun_rate = sun_mesh_rate(joint, geometry)
@@ -131,13 +131,13 @@ def _meshes_of(joint: object, number: int, layout: Layout, switches: Switches) -
 
 
 def amplitude(mesh: PlanetMesh) -> float:
-    """k_a [N/m] of Eq. 8; 0 of other laws."""
+    """Amplitude k_a [N/m] of Eq. 8; 0 of other laws."""
     law = mesh.stiffness
     return law.amplitude_N_per_m if law.law == "sine" else 0.0
 
 
 def damping(joint: PlanetaryStage, planet: int = 0) -> tuple[float, float]:
-    """(d_sp, d_pr) [N s/m], of N planets like this one: the diagonal of D that the paper leaves.
+    """Damping (d_sp, d_pr) [N s/m] of N planets like this one: D, which the paper leaves open.
 
     From the damping ratio of each mesh against its own equivalent mass, where not given directly.
     """

@@ -11,7 +11,7 @@ from crosscheck.analytic.derivation.stage import Stage
 
 
 def rigid_bodies(chain: Chain, level: str) -> list[Body]:
-    """The bodies that a level has."""
+    """Bodies that a rigid level counts."""
     bodies = [body for joint in chain.numbers for body in link_bodies(chain, joint)]
     for joint in chain.numbers if level != "links" else ():
         bodies += carried_bodies(chain, joint)
@@ -23,7 +23,7 @@ def rigid_bodies(chain: Chain, level: str) -> list[Body]:
 
 
 def _armature(chain: Chain, joint: int) -> list[Body]:
-    """Reflected inertia on the diagonal alone: as if the body before the joint stood still."""
+    """Reflected inertia as a body, on the diagonal alone: as if the body before stood still."""
     stage = chain.stages[joint - 1]
     if not isinstance(stage, Stage):
         return []

@@ -67,7 +67,7 @@ def stage_values(
 
 
 def _values(joint: Planetary | Direct, link: Link) -> tuple[float, ...]:
-    """In the order of a stage's fields."""
+    """Numbers of a joint and its link, in the order of the fields of its Stage or DirectStage."""
     mass, inertia = _link_inertia(link)
     on_link = (mass, inertia, link.com_m, link.length_m)
     if isinstance(joint, Direct):
@@ -83,7 +83,7 @@ def equivalent_masses(joint: Planetary) -> tuple[float, float, float]:
 
 
 def gear_masses(gears: PlanetaryGears) -> tuple[float, float]:
-    """M_s, M_p [kg], likewise."""
+    """M_s, M_p [kg] of sun and planet: M = J / r^2, as given or from the inertias."""
     geometry = stage_geometry(gears)
     return (
         _either(gears.sun_equivalent_mass_kg, gears.sun_inertia_kg_m2, geometry.r_s),

@@ -70,7 +70,7 @@ def arm_stages(arm: Arm) -> list[Stage | DirectStage]:
 
 
 def arm_chain(arm: Arm, layout: Layout) -> Chain:
-    """An arm in symbols, in any of its layouts; free planets are counted, not a symbol."""
+    """The chain of an arm in symbols, in any layout; free planets are counted, not a symbol."""
     stages = arm_stages(arm)
     if layout.free:
         stages = [
@@ -81,6 +81,6 @@ def arm_chain(arm: Arm, layout: Layout) -> Chain:
 
 
 def symbolic_chain(meshing: Sequence[bool]) -> Chain:
-    """Geared joints in symbols; ``meshing``: which of them have mesh displacements."""
+    """The chain of geared joints in symbols; ``meshing``: which have mesh displacements."""
     stages = tuple(stage_symbols(joint) for joint in range(1, len(meshing) + 1))
     return Chain(stages, m_payload, layout_of(meshing))

@@ -21,7 +21,9 @@ from crosscheck.models.arm.arm import Arm
 
 
 class Terms(NamedTuple):
-    """M[row, col] += coeff cos(waves[wave] . q); bias[row] += coeff sin(waves[wave] . q) v_a v_b.
+    """Terms of the mass matrix, the bias and the weight, as flat arrays.
+
+    M[row, col] += coeff cos(waves[wave] . q); bias[row] += coeff sin(waves[wave] . q) v_a v_b.
 
     waves (K, n); mass (terms, 3), bias (terms, 4) and weight (terms, 2) hold the integer indices
     row, col, wave; row, wave, a, b; and row, wave; the coefficients are in SI units, of a weight
@@ -44,7 +46,7 @@ class Terms(NamedTuple):
 
 
 def mass_matrices(terms: Terms, q: np.ndarray) -> np.ndarray:
-    """M(q) (..., n, n) at coordinates q (..., n)."""
+    """Mass matrices M(q) (..., n, n) at coordinates q (..., n)."""
     n = q.shape[-1]
     values = terms.mass_coeff * np.cos(q @ terms.waves.T)[..., terms.mass[:, 2]]
     matrices = np.zeros((*q.shape[:-1], n * n))
@@ -56,7 +58,7 @@ def mass_matrices(terms: Terms, q: np.ndarray) -> np.ndarray:
 
 
 def inverse_dynamics(terms: Terms, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """M(q) a + C(q, v) v - friction - weight (states, n) of a rigid arm; all (states, n)."""
+    """Torques M(q) a + C(q, v) v - friction - weight of a rigid arm; all (states, n)."""
     angles = q @ terms.waves.T
     cosines, sines = np.cos(angles), np.sin(angles)
     found = np.zeros_like(q)
@@ -78,11 +80,11 @@ class AngleSums:
         self.numbers: dict[tuple[float, ...], int] = {}
 
     def number(self, wave: Iterable[float]) -> int:
-        """Of a wave, a new one if it is new."""
+        """The number of a wave, the next free one if it is new."""
         return self.numbers.setdefault(tuple(map(float, wave)), len(self.numbers))
 
     def table(self) -> np.ndarray:
-        """All waves, shape (K, n)."""
+        """All waves in the order of their numbers, shape (K, n)."""
         return np.array(list(self.numbers), dtype=float).reshape(-1, self.size)
 
 
@@ -113,7 +115,7 @@ def chain_terms(chain: Chain, bodies: Sequence[Body], arm: Arm) -> Terms:
 
 
 def indices(terms: Iterable[tuple[int, ...]], width: int) -> np.ndarray:
-    """Where the terms belong, shape (terms, width)."""
+    """Indices of where the terms belong, shape (terms, width)."""
     return np.array([*terms], dtype=np.int64).reshape(-1, width)
 
 

@@ -32,7 +32,7 @@ class Records(NamedTuple):
 
 
 class Batch:
-    """At least one model, all of one structure, step and drive table; stepped from their starts.
+    """Models of one structure, step and drive table, at least one, stepped from their starts.
 
     What one member does is not changed by the others: they share no number. What it does is bit for
     bit the same at every number of lanes.
@@ -54,7 +54,7 @@ class Batch:
             lanes_of[place // lanes, :, place % lanes] = columns[member]
 
     def _column(self, model: AnalyticModel) -> np.ndarray:
-        """All rows of a member at its start."""
+        """All rows of a member at its start: state, forces and numbers."""
         q, v = (model.equations.to_kernel(x) for x in model.start())
         state = {"q": q, "v": v, "stage_q": q, "stage_v": v}
         rows = [state.get(name, 0 * q) for name in STATE]
@@ -62,7 +62,7 @@ class Batch:
         return np.concatenate([*rows, forces, *number_rows(self.program, model.equations.numbers)])
 
     def advance(self, records: int, stride: int) -> Records:
-        """So many records, each ``stride`` steps after the one before; the first is of now.
+        """Run so many records, each ``stride`` steps after the one before; the first is of now.
 
         With stride 0 the batch stays where it is.
         """
@@ -89,7 +89,7 @@ class Batch:
         return Records(*np.split(out[:, :, : len(self.models)], (n, 2 * n, 3 * n), axis=1))
 
     def run(self, records: int, stride: int, most: int) -> Iterator[Records]:
-        """So many records, at most ``most`` at a time, and by itself the one where they end."""
+        """Run so many records, at most ``most`` at a time, and by itself the one where they end."""
         while records:
             part = min(records, most)
             yield self.advance(part, stride)
@@ -97,7 +97,7 @@ class Batch:
         yield self.advance(1, 0)
 
     def staged(self, steps: int) -> np.ndarray:
-        """So many steps, and the states q, v that their four stages were evaluated at.
+        """Run so many steps: the states q, v that their four stages were evaluated at.
 
         Shape (steps, 4, blocks, 2 n, lanes), in the kernel's coordinates.
         """

@@ -22,7 +22,7 @@ from crosscheck.models.experiment.drive import DriveData
 
 @dataclass(frozen=True)
 class TermEquations:
-    """In the layout's own coordinates, from terms.
+    """Equations of a model in the layout's own coordinates, from terms.
 
     phase_weights (meshes, n) [rad per m or rad]: what the meshes' phases depend on besides their
     joints' angles, by Eq. 11 in full for example; planets lumped. sensor (n, joints): controllers
@@ -39,13 +39,13 @@ class TermEquations:
 
     @cached_property
     def structure(self) -> TermStructure:
-        """Of the terms."""
+        """Structure of the terms, which the kernel's text depends on."""
         parts = self.arm, self.layout, self.gears, self.drive, self.terms
         return term_structure(*parts, self.phase_weights, self.sensor)
 
     @cached_property
     def numbers(self) -> Numbers:
-        """Of the terms, the meshes, and what these arrays add."""
+        """Numbers of the terms, the meshes, and what phase weights and sensor add, by name."""
         found = term_numbers(self.arm, self.structure, self.terms, self.gears, self.drive)
         for mesh, place in self.structure.phased:
             found[f"phase{mesh}_{place}"] = self.phase_weights[mesh, place] / TURN
@@ -62,13 +62,13 @@ class TermEquations:
         return x
 
     def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """v^T M v / 2 (records,) [J] at states q, v (records, n) of the layout."""
+        """Kinetic energy v^T M v / 2 (records,) [J] at states q, v (records, n) of the layout."""
         return np.einsum("ki,kij,kj->k", v, mass_matrices(self.terms, q), v) / 2
 
 
 @dataclass(frozen=True)
 class LinkEquations:
-    """Over the links, each gear's own spin eliminated: of an arm's own bodies."""
+    """Equations of an arm's own bodies over its links, each gear's own spin eliminated."""
 
     arm: Arm
     layout: Layout
@@ -78,12 +78,12 @@ class LinkEquations:
 
     @cached_property
     def structure(self) -> LinkStructure:
-        """Of the links."""
+        """Structure of the links, which the kernel's text depends on."""
         return link_structure(self.arm, self.layout, self.gears, self.drive, self.links)
 
     @cached_property
     def numbers(self) -> Numbers:
-        """Of links, gears and meshes."""
+        """Numbers of links, gears and meshes, by name."""
         return link_numbers(self.arm, self.structure, self.links, self.gears, self.drive)
 
     def recorded(self) -> Recorded:
@@ -107,9 +107,9 @@ class LinkEquations:
         return np.concatenate([gears, x[..., self.layout.theta]], axis=-1)
 
     def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(records,) [J] at states q, v (records, n) of the layout.
+        """Kinetic energy (records,) [J] at states q, v (records, n) of the layout.
 
-        Of the links pair by pair, so that no more numbers are at hand than the records have.
+        The links' is summed pair by pair: no more numbers are at hand than the records have.
         """
         x, rates, links = self.to_kernel(q), self.to_kernel(v), self.links
         joints = len(self.structure.stages)

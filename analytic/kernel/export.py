@@ -35,7 +35,7 @@ static double power_of_two(double shifted) {
 
 @dataclass(frozen=True)
 class CLine:
-    """``target = value``, value in C; used: the names in it."""
+    """A line of C, ``target = value``; used: the names in the value."""
 
     target: str
     value: str
@@ -88,7 +88,7 @@ def _parts(s: TermStructure) -> Iterable[CFunction]:
 
 
 def _lines(text: Iterable[str]) -> list[CLine]:
-    """The kernel's lines, products fused as in it."""
+    """The kernel's lines of text as lines of C, products fused as in it."""
     (function,) = ast.parse("def f():\n" + "".join(f"    {line}\n" for line in text)).body
     assert isinstance(function, ast.FunctionDef)
     return [_line(statement) for statement in fused(function).body]
@@ -135,7 +135,7 @@ def _function(
     numbers: Mapping[str, object],
     prefix: str,
 ) -> str:
-    """A part as a function, with the lines that it needs and no others."""
+    """Text of a part as a function of C, with the lines that it needs and no others."""
     needed = {name for name in part.entries if name != "0.0"}
     kept: list[CLine] = []
     for line in reversed(lines):

@@ -173,7 +173,7 @@ def _function(name: str, arguments: str, returned: str) -> str:
 
 
 def _description(guid: str, identifier: str, layout: Layout, joints: int) -> str:
-    """Variables in the order of their value references."""
+    """The text of modelDescription.xml, variables in the order of their value references."""
     n = len(layout)
     units = ["rad" if each.is_angle else "m" for each in layout.coordinates]
     states = [(name, unit) for name, unit in zip(layout.names, units, strict=True)]

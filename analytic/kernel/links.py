@@ -22,7 +22,7 @@ from crosscheck.models.arm.layout import Layout
 
 
 class Links(NamedTuple):
-    """m, G (joints, joints) [kg m^2] and W (joints,) [kg m]."""
+    """Numbers of the links' equations: m, G (joints, joints) [kg m^2] and W (joints,) [kg m]."""
 
     coupling: np.ndarray
     constant: np.ndarray
@@ -30,12 +30,12 @@ class Links(NamedTuple):
 
     @property
     def spread(self) -> bool:
-        """Whether G has more than a diagonal."""
+        """Whether G has entries off its diagonal."""
         return bool((self.constant != np.diag(np.diag(self.constant))).any())
 
 
 def links_of(arm: Arm, layout: Layout, level: str | None) -> Links:
-    """Of an arm: with all its bodies, or those of a rigid level."""
+    """Numbers of an arm's links' equations, with all its bodies or those of a rigid level."""
     stages = tuple(
         stage_values(j, link, float) for j, link in zip(arm.joints, arm.links, strict=True)
     )

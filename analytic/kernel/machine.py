@@ -34,7 +34,7 @@ KEPT_DAYS, KEPT_BYTES = 60, 256 * 2**20  # since its last use; all objects toget
 
 
 class Code:
-    """Functions of an object, called by their names.
+    """Functions of an object file, called by their names.
 
     A pointer is an address, an int; arguments are checked by nobody.
     """
@@ -56,9 +56,9 @@ class Code:
 
 
 def machine_code(text: str, lanes: int, level: int) -> bytes:
-    """The object of a text, from the folder or made and left there; without a folder made alone.
+    """Object file of a kernel's text, from the cache folder or made and left there.
 
-    level: of optimisation, 0 to 3.
+    Without a folder it is made alone. level: of optimisation, 0 to 3.
     """
     name = _digest(text, lanes, level)
     try:
@@ -76,7 +76,7 @@ def machine_code(text: str, lanes: int, level: int) -> bytes:
 
 
 def compiled(ir: str, machine: llvm.TargetMachine, level: int) -> bytes:
-    """The object of IR for a machine."""
+    """Object file of IR for a machine."""
     module = llvm.parse_assembly(ir)
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
     module.verify()
@@ -103,13 +103,13 @@ def machine(level: int) -> llvm.TargetMachine:
 
 @lru_cache
 def _processor() -> tuple[str, str]:
-    """Name and features of the machine's own."""
+    """Name and features of this machine's processor."""
     return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
 
 @lru_cache
 def _translator() -> tuple[str, ...]:
-    """The code that makes an object of a text."""
+    """Source texts of the code that makes an object of a text."""
     files = __file__, translate.__file__, fused.__file__
     return tuple(Path(file).read_text(encoding="utf-8") for file in files)
 
@@ -121,7 +121,7 @@ def _digest(text: str, lanes: int, level: int) -> str:
 
 
 def _read(path: Path) -> bytes | None:
-    """What is kept there, or None if nothing sound is."""
+    """Content of a kept file; None if there is none or, told on stderr, none that is sound."""
     reason = "damaged"
     try:
         whole = content_of(path, KEPT_BYTES, remembered=False)
@@ -138,7 +138,7 @@ def _read(path: Path) -> bytes | None:
 
 
 def _keep(path: Path, data: bytes) -> None:
-    """At once, for another process may be reading it; not at all where the folder is full."""
+    """Keep a file, in place at once as others may be reading it; not where the folder is full."""
     draft = path.with_suffix(f".{os.getpid()}.draft")
     try:
         draft.write_bytes(hashlib.sha256(data).digest() + data)

@@ -25,7 +25,7 @@ Numbers = dict[str, float | np.ndarray]  # a row's, or a table's rows in their o
 def link_numbers(
     arm: Arm, structure: LinkStructure, links: Links, gears: Gears, drive: DriveData
 ) -> Numbers:
-    """Of a LinkStructure: everything that does not depend on the state, in SI units."""
+    """Numbers of a LinkStructure: all that does not depend on the state, in SI units."""
     found = _of_links(arm, structure, links) | mesh_numbers(arm, structure, gears, drive)
     for j, stage in structure.geared:
         joint = arm.joints[j - 1]
@@ -37,7 +37,7 @@ def link_numbers(
 def term_numbers(
     arm: Arm, structure: TermStructure, terms: Terms, gears: Gears, drive: DriveData
 ) -> Numbers:
-    """Of a TermStructure: everything that does not depend on the state, in SI units."""
+    """Numbers of a TermStructure: all that does not depend on the state, in SI units."""
     found = mesh_numbers(arm, structure, gears, drive)
     for name, values in (("mass", terms.mass_coeff), ("bias", terms.bias_coeff)):
         found |= {f"{name}_{k}": value for k, value in enumerate(values)}
@@ -51,7 +51,7 @@ def term_numbers(
 
 
 def mesh_numbers(arm: Arm, structure: Structure, gears: Gears, drive: DriveData) -> Numbers:
-    """Of drive, friction and meshes, in SI units; phases in turns."""
+    """Numbers of drive, friction and meshes, in SI units; phases in turns."""
     found: Numbers = {}
     for j in structure.joints:
         found |= {f"drive{j}_{place}": value for place, value in enumerate(drive.gains[j - 1])}
@@ -85,7 +85,7 @@ def _of_links(arm: Arm, structure: LinkStructure, links: Links) -> Numbers:
 
 
 def _of_gears(joint: Planetary, j: int, stage: StageShape) -> Numbers:
-    """Of sun and planets: what a force on a displacement does to it and to the links.
+    """Numbers of sun and planets: what a force on a displacement does to it and to the links.
 
     A gear's spin is a x + Theta before the joint + rho theta. So force f on x turns it by
     f / (J a^2), and takes u f = f / a from the link before and kappa f = rho f / a from the joint.
@@ -110,7 +110,7 @@ def _of_gears(joint: Planetary, j: int, stage: StageShape) -> Numbers:
 
 
 def _of_mesh(gears: Gears, mesh: int, name: str, stage: StageShape) -> Numbers:
-    """Stiffness, of all planets that the mesh stands for, and error as waves of the joint's phase.
+    """Numbers of a mesh: stiffness of all its planets, and error, as waves of the joint's phase.
 
     k = k0 + sum kn_s sin(n phi) + kn_c cos(n phi), e = e0 + e_s sin(phi) + e_c cos(phi), phi
     without the mesh's own constant; a table's stiffness is all in its pieces.
@@ -137,9 +137,9 @@ def _of_mesh(gears: Gears, mesh: int, name: str, stage: StageShape) -> Numbers:
 
 
 def _pieces(gears: Gears, mesh: int, name: str, count: int) -> Numbers:
-    """Where a table's pieces begin [cycles], and their cubics, constant part first; 0 without one.
+    """Where a table's pieces begin [cycles], and their cubics, constant part first.
 
-    Filled up to ``count`` by pieces that begin nowhere.
+    Filled up to ``count`` by pieces that begin nowhere; cubics are 0 for a mesh without a table.
     """
     if not count:
         return {}

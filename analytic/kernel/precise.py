@@ -318,7 +318,7 @@ def _loads_and_stores(structure: Structure) -> tuple[list[str], list[str]]:
 
 
 def _steps() -> list[str]:
-    """Every stage after the first, and the step's end, by SciPy's table of the method."""
+    """Lines of every stage after the first, and the step's end, by SciPy's table of the method."""
     from scipy.integrate import DOP853  # a third of a second, for this kernel alone
 
     found = []
@@ -343,7 +343,7 @@ def _errors() -> list[str]:
 
 
 def _weighed(weights: Sequence[float] | np.ndarray) -> str:
-    """The sum of the stages' rates with these weights."""
+    """Text of the sum of the stages' rates with these weights."""
     found = ""
     for stage, weight in enumerate(weights):
         if weight:

@@ -150,7 +150,7 @@ class Program:
 
     @property
     def rows(self) -> int:
-        """Of all."""
+        """Number of all rows."""
         return self.before + len(self.numbers) + sum(count for _, count in self.tables)
 
 
@@ -169,7 +169,7 @@ def code_of(program: Program) -> Code:
 
 @lru_cache(maxsize=64)
 def steps_program(structure: Structure, recorded: Recorded, lanes: int) -> Program:
-    """Runge-Kutta steps of a structure for so many lanes.
+    """The kernel of a structure's Runge-Kutta steps for so many lanes.
 
     Rows: those of STATE, the mesh forces, the numbers. Records (3 n + meshes, members): coordinates
     of the layout, their rates and accelerations, and the mesh forces.
@@ -219,7 +219,7 @@ def record_text(recorded: Recorded, begin: Sequence[int], forces: Iterable[int])
 
 @lru_cache(maxsize=64)
 def states_program(structure: TermStructure) -> Program:
-    """The quantities of single states.
+    """The kernel of the quantities of single states.
 
     Rows: q, v, M row by row, bias, force, accelerations, mesh forces, the numbers.
     """
@@ -262,7 +262,7 @@ class Rows:
 
     @property
     def count(self) -> int:
-        """Of all rows."""
+        """Number of all rows."""
         return self.before + len(self.numbers) + sum(count for _, count in self.tables)
 
     def function(self, loads: Sequence[str], stores: Sequence[str]) -> str:
@@ -280,7 +280,7 @@ class Rows:
         level: int,
         functions: tuple[tuple[str, tuple[Any, ...]], ...],
     ) -> Program:
-        """The whole of it, with these constants and those that say where tables begin."""
+        """The program of a text, with these constants and those that say where tables begin."""
         row = self.before + len(self.numbers)
         for name, count in self.tables:
             constants = constants | {name: row}

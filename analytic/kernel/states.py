@@ -14,9 +14,9 @@ from crosscheck.models.experiment.drive import TABLE
 
 
 class Quantities(NamedTuple):
-    """Of a state: M (n, n), bias C v, force F - D v and accelerations (n,), forces (meshes,) [N].
+    """Quantities of a state: M (n, n), bias C v, force F - D v, accelerations and mesh forces.
 
-    forces: elastic, per planet.
+    bias, force and acceleration have shape (n,); mesh_forces (meshes,) [N] are elastic, per planet.
     """
 
     mass_matrix: np.ndarray
@@ -27,7 +27,7 @@ class Quantities(NamedTuple):
 
 
 class StateEvaluator:
-    """What a model's equations say of states that it is asked for one after the other."""
+    """Evaluator of a model's equations at states that it is asked for one after the other."""
 
     def __init__(self, equations: TermEquations) -> None:
         program = states_program(equations.structure)
@@ -44,7 +44,7 @@ class StateEvaluator:
         self._last = program.before
 
     def at(self, t: float, q: np.ndarray, v: np.ndarray) -> Quantities:
-        """At time t [s] and a state q, v (n,); copies."""
+        """Quantities at time t [s] and a state q, v (n,), as copies."""
         n, work, ends = self._n, self._work, self._ends
         work[:n], work[n : 2 * n] = q, v
         if self._drive.code == TABLE:

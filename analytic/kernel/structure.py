@@ -39,7 +39,7 @@ class StageShape(NamedTuple):
     alike: bool
 
     def numbers_of(self, side: str, joint: int, planet: int) -> str:
-        """What the numbers of a mesh, ``sp`` or ``pr`` of a planet, are called by."""
+        """Name by which the numbers of a mesh, ``sp`` or ``pr`` of a planet, are called."""
         return f"{side}{joint}" if self.alike else f"{side}{joint}_{planet}"
 
 
@@ -65,20 +65,20 @@ class Structure(ABC):
 
     @abstractmethod
     def acceleration(self) -> Lines:
-        """Text from coordinates and rates to their accelerations and the mesh forces."""
+        """Lines from coordinates and rates to their accelerations and the mesh forces."""
 
     def turns(self, joint: int, side: str) -> str:
-        """Phase [turns] of the meshes on a side, ``sp`` or ``pr``, without their own constant."""
+        """Phase [turns] of a side's meshes, ``sp`` or ``pr``, as text, but for their constants."""
         driven = f"v_theta{joint} * t" if self.omega_t else f"q_theta{joint}"
         return f"rate_{side}{joint} * ({driven})"
 
     def sensed(self, joint: int) -> tuple[str, str]:
-        """Angle and rate that a joint's controller is told."""
+        """Angle and rate that a joint's controller is told, as text."""
         return f"q_theta{joint}", f"v_theta{joint}"
 
     @property
     def joints(self) -> range:
-        """Counted from 1."""
+        """The joints, counted from 1."""
         return range(1, len(self.stages) + 1)
 
     @cached_property
@@ -88,7 +88,10 @@ class Structure(ABC):
 
     @cached_property
     def meshes(self) -> tuple[str, ...]:
-        """In the order of analytic.derivation.gears: sun and ring mesh of planet after planet."""
+        """Names of the meshes: sun and ring mesh of planet after planet.
+
+        Their order is that of analytic.derivation.gears.
+        """
         return tuple(
             f"{side}{j}_{n}"
             for j, stage in self.geared
@@ -109,7 +112,7 @@ class Common(NamedTuple):
 
 
 def common_structure(arm: Arm, layout: Layout, gears: Gears, drive: DriveData) -> Common:
-    """Of a model."""
+    """The fields of a model that every Structure has."""
     return Common(
         stages=_stages(arm, layout, gears),
         drive=int(drive.code),

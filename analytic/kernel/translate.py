@@ -48,7 +48,7 @@ ATTRIBUTES = "attributes #0 = { nounwind alignstack=64 }"
 
 
 class Value(NamedTuple):
-    """What stands for it in IR, and its kind; number: of a constant."""
+    """A value: its text in IR and its kind; number: of a constant."""
 
     text: str
     kind: Kind
@@ -103,7 +103,7 @@ def _annotated(annotation: ast.expr | None, otherwise: Kind) -> Kind:
 
 
 class _Function:
-    """The IR of one function."""
+    """Translation of one function to IR."""
 
     def __init__(
         self,
@@ -121,7 +121,7 @@ class _Function:
         self.loops = list[tuple[str, str]]()  # labels to go on at, and to end at
 
     def lines(self) -> list[str]:
-        """The whole definition."""
+        """Lines of the function's whole definition in IR."""
         arguments = []
         names = [argument.arg for argument in self.function.args.args]
         for name, kind in zip(names, self.own.arguments, strict=True):
@@ -229,7 +229,7 @@ class _Function:
         self.body.append(f"  br i1 {condition.text}, label %{yes}, label %{no}")
 
     def _loop(self, test: ast.expr, body: Sequence[ast.stmt], after: Sequence[ast.stmt]) -> None:
-        """``after`` ends every turn, those that ``continue`` too."""
+        """Add a loop; ``after`` ends every turn, those that ``continue`` too."""
         head, inside, step, end = (self._new_label() for _ in range(4))
         self._goto(head)
         self._label(head)
@@ -247,7 +247,7 @@ class _Function:
         self._label(end)
 
     def _count(self, name: str, bounds: Sequence[ast.expr], body: Sequence[ast.stmt]) -> None:
-        """``for name in range(...)`` with a step above 0."""
+        """Add ``for name in range(...)`` with a step above 0."""
         first, last = (ast.Constant(0), bounds[0]) if len(bounds) == 1 else bounds[:2]
         step = bounds[2] if len(bounds) > 2 else ast.Constant(1)
         self._assign(name, self._expression(first))
@@ -334,7 +334,7 @@ class _Function:
         return self._put(f"shufflevector {row} {first}, {row} poison, {zeros}")
 
     def _common(self, *values: Value) -> list[Value]:
-        """All of the kind that can hold each."""
+        """The values as ones of the kind that can hold each."""
         kinds = {value.kind for value in values}
         wide = "lanes" in kinds and self.lanes > 1
         common = "lanes" if wide else "int" if kinds == {"int"} else "float"

@@ -11,7 +11,7 @@ PAPERS_KIND = "needs two joints with three planets each, no gravity and no frict
 
 
 def papers_kind(arm: Arm) -> bool:
-    """Whether Eqs. 16-22 cover it."""
+    """Whether Eqs. 16-22 cover an arm."""
     planets = [joint.planet_count for joint in arm.joints]
     rubbed = any(joint.friction_N_m_s_per_rad for joint in arm.joints)
     return planets == [3, 3] and not any(arm.gravity_m_per_s2) and not rubbed

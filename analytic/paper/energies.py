@@ -35,7 +35,7 @@ def kinetic_energies() -> dict[str, sp.Expr]:
 
 
 def shoulder_joint() -> sp.Expr:
-    """Eq. 16."""
+    """Kinetic energy T_j1 of the shoulder joint, Eq. 16."""
     s = ONE
     dtheta_1 = geared_variables(JOINTS).v[2]
     dtheta_s, dtheta_p = gear_rates(1)
@@ -54,14 +54,14 @@ def joint_mass() -> sp.Expr:
 
 
 def first_link() -> sp.Expr:
-    """Eq. 17."""
+    """Kinetic energy T_L1 of the first link, Eq. 17."""
     s = ONE
     dtheta_1 = geared_variables(JOINTS).v[2]
     return (s.I_l + s.m * s.d**2) * dtheta_1**2 / 2 + joint_mass() * s.L**2 * dtheta_1**2 / 2
 
 
 def elbow_joint() -> sp.Expr:
-    """Eq. 18."""
+    """Kinetic energy T_j2 of the elbow joint, Eq. 18."""
     s = TWO
     dtheta_1, dtheta_2 = geared_variables(JOINTS).v[2::3]
     dtheta_s, dtheta_p = gear_rates(2)
@@ -74,7 +74,7 @@ def elbow_joint() -> sp.Expr:
 
 
 def second_link_and_payload() -> sp.Expr:
-    """Eq. 19."""
+    """Kinetic energy T_L2 of the second link and the payload, Eq. 19."""
     s = TWO
     theta_2 = geared_variables(JOINTS).q[5]
     dtheta_1, dtheta_2 = geared_variables(JOINTS).v[2::3]
@@ -112,6 +112,6 @@ def generalized_force() -> sp.ImmutableMatrix:
 
 
 def without_sine_squares(entry: sp.Expr) -> sp.Expr:
-    """Expanded, with sin^2 theta_2 as 1 - cos^2 theta_2: the one identity that is needed."""
+    """An entry expanded, with sin^2 theta_2 as 1 - cos^2 theta_2: the one identity needed."""
     theta_2 = geared_variables(JOINTS).q[5]
     return sp.expand(sp.expand(entry).subs(sp.sin(theta_2) ** 2, 1 - sp.cos(theta_2) ** 2))

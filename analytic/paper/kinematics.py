@@ -23,7 +23,7 @@ class StageGeometry(NamedTuple):
 
 
 def stage_geometry(joint: PlanetaryGears) -> StageGeometry:
-    """Base radius = pitch radius x cos(alpha), pitch radius = m z / 2."""
+    """Geometry of a stage: base radius = pitch radius x cos(alpha), pitch radius = m z / 2."""
     cos_alpha = math.cos(math.radians(joint.pressure_angle_deg))
     r_c = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
     return StageGeometry(

@@ -14,17 +14,20 @@ TURN = 2 * math.pi
 
 
 def sun_lag(joint: PlanetaryGears, planet: int) -> float:
-    """gamma_sn = z_s psi_n / 2 pi [cycles]; planet counted from 0."""
+    """Lag gamma_sn = z_s psi_n / 2 pi [cycles] of a planet's sun mesh; planet counted from 0."""
     return joint.sun_teeth * planet / joint.planet_count
 
 
 def ring_lag(joint: PlanetaryGears, planet: int) -> float:
-    """gamma_rn = -z_r psi_n / 2 pi [cycles], the same modulo 1: the planets can be assembled."""
+    """Lag gamma_rn = -z_r psi_n / 2 pi [cycles] of a planet's ring mesh.
+
+    Modulo 1 it is that of the sun mesh: the planets can be assembled.
+    """
     return -joint.ring_teeth * planet / joint.planet_count
 
 
 def ring_behind_sun(joint: PlanetaryGears) -> float:
-    """gamma_rs [cycles] of a planet's two meshes, its teeth as thick as their gaps.
+    """Lag gamma_rs [cycles] between a planet's two meshes, its teeth as thick as their gaps.
 
     Its flanks that carry at sun and ring are half its teeth and half a tooth apart.
     """
@@ -45,5 +48,5 @@ def mesh_phases(joint: PlanetaryStage, planet: int) -> tuple[float, float]:
 
 
 def _phase(lag: float) -> float:
-    """In radians, between 0 and a turn."""
+    """Phase [rad], from 0 to a turn, of a mesh that lags so many cycles."""
     return TURN * (-lag % 1.0)

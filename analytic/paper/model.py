@@ -42,7 +42,7 @@ class FormModel(AnalyticModel):
 
 
 class PrintedModel(FormModel):
-    """Eqs. 21-22 entry for entry."""
+    """The model by Eqs. 21-22, entry for entry."""
 
     name = "analytic:printed"
 
@@ -53,7 +53,7 @@ class PrintedModel(FormModel):
 
 
 class EnergiesModel(FormModel):
-    """Eqs. 16-19 through Lagrange's equations."""
+    """The model by Eqs. 16-19 through Lagrange's equations."""
 
     name = "analytic:energies"
 

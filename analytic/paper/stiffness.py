@@ -72,7 +72,7 @@ def _waves(
 
 
 def _pieces(law: stiffness_laws.TableStiffness) -> np.ndarray:
-    """The periodic cubic spline through the table, by SciPy."""
+    """Pieces (pieces, 5) of the periodic cubic spline through the table, by SciPy."""
     from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
 
     spline = CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
@@ -80,7 +80,7 @@ def _pieces(law: stiffness_laws.TableStiffness) -> np.ndarray:
 
 
 def mean_stiffness(law: stiffness_laws.StiffnessLaw) -> float:
-    """Over a period [N/m]; of Eq. 7 its constant part."""
+    """Mean stiffness over a period [N/m]; of Eq. 7 its constant part."""
     if isinstance(law, stiffness_laws.TableStiffness):
         begin, a, b, c, d = _pieces(law).T
         width = np.diff(begin, append=1.0)

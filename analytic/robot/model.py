@@ -30,7 +30,7 @@ from crosscheck.models.robot.robot import BASE, WITH_ROTORS, JointStage, Level, 
 
 
 class FramePoses(NamedTuple):
-    """Of a frame in every state.
+    """Pose of a frame in every state, and its partial velocities.
 
     rotation (states, 3, 3); position (states, 3); turning, moving and carrying (states, 3, n):
     angular velocity, that of the origin and that of the centre of mass, which is at arm (states, 3)
@@ -46,7 +46,10 @@ class FramePoses(NamedTuple):
 
 
 class FrameRates(NamedTuple):
-    """Angular velocity; angular acceleration and that of the origin without v'; (states, 3)."""
+    """Rates of a frame in every state, each (states, 3).
+
+    Angular velocity; angular acceleration and that of the origin without v'.
+    """
 
     angular: np.ndarray
     angular_rate: np.ndarray
@@ -86,7 +89,7 @@ class Teeth(NamedTuple):
 
 
 class AnalyticRobot(RobotModel):
-    """The project's own derivation, in NumPy."""
+    """A robot by the project's own derivation, Kane's method, in NumPy."""
 
     name = "analytic"
 
@@ -124,7 +127,7 @@ class AnalyticRobot(RobotModel):
             place += 2
 
     def _add_stage(self, stage: JointStage, place: int | None) -> None:
-        """place: of its x_sp, which x_pr follows; None where gears are rigid."""
+        """Add sun and planets of a stage; place: of x_sp, before x_pr; None if gears are rigid."""
         gears, joint, share = stage.gears, self.robot.joints[stage.joint], self._share[stage.joint]
         geometry, (M_s, M_p) = stage_geometry(gears), gear_masses(gears)
         x_sp, x_pr = np.zeros((2, share.size))
@@ -151,15 +154,15 @@ class AnalyticRobot(RobotModel):
             self._teeth.append(Teeth(*own, law, *k, rate, offset, d))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """M (states, n, n), of rates and momenta."""
+        """Mass matrix M (states, n, n), by the bodies' rates and momenta."""
         return self._mass(self._poses(q))
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Generalized inertia forces without accelerations (states, n)."""
+        """Coriolis and centrifugal torques (states, n): inertia forces without accelerations."""
         return self._held(self._poses(q), v, np.zeros(3))
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
-        """Of the bodies' weights (states, n)."""
+        """Torques that hold the bodies' weights (states, n)."""
         return self._weight(self._poses(q))
 
     def terms(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -168,20 +171,20 @@ class AnalyticRobot(RobotModel):
         return self._mass(poses), self._held(poses, v, np.zeros(3)), self._weight(poses)
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """M a + bias + gravity, and what holds the meshes (states, n)."""
+        """Generalized forces M a + bias + gravity, and what holds the meshes (states, n)."""
         poses = self._poses(q)
         held = self._held(poses, v, self.robot.gravity) + self._pressed(q, v)
         return _times(self._mass(poses), a) + held
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
-        """By solving with M (states, n)."""
+        """Accelerations under torques of motors (states, n), by solving with M."""
         poses = self._poses(q)
         held = self._held(poses, v, self.robot.gravity) + self._pressed(q, v)
         left = torques @ self._driven - held
         return np.linalg.solve(self._mass(poses), left[:, :, None])[:, :, 0]
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """v' M v / 2, and masses at their heights (states,) [J]."""
+        """Energy (states,) [J]: v' M v / 2, and masses at their heights."""
         poses = self._poses(q)
         total: np.ndarray = (v * _times(self._mass(poses), v)).sum(axis=1) / 2
         for body, pose in zip(self.robot.bodies, poses, strict=True):
@@ -189,7 +192,7 @@ class AnalyticRobot(RobotModel):
         return total
 
     def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """By the partial velocities (states, 6)."""
+        """Linear, then angular momentum (states, 6), by the partial velocities."""
         poses, total = self._poses(q), np.zeros((len(q), 6))
         for body, pose in zip(self.robot.bodies, poses, strict=True):
             inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
@@ -203,7 +206,7 @@ class AnalyticRobot(RobotModel):
         return total
 
     def tip(self, q: np.ndarray) -> np.ndarray:
-        """By the chain of frames (states, 3) [m]."""
+        """Position of the tip (states, 3) [m], by the chain of frames."""
         frame = self.robot.frames[self.robot.tip]
         if frame.body == BASE:
             return np.tile(frame.placement.position, (len(q), 1))
@@ -281,7 +284,7 @@ class AnalyticRobot(RobotModel):
         return total
 
     def _poses(self, q: np.ndarray) -> list[FramePoses]:
-        """Of every body."""
+        """Poses of every body, and their partial velocities."""
         states, size = q.shape
         still, nothing = np.zeros((states, 3)), np.zeros((states, 3, size))
         base = FramePoses(
@@ -318,7 +321,7 @@ class AnalyticRobot(RobotModel):
     def _rates(
         self, poses: list[FramePoses], v: np.ndarray, rising: np.ndarray
     ) -> list[FrameRates]:
-        """Of every body; rising (3,): acceleration of the base."""
+        """Rates of every body; rising (3,): acceleration of the base."""
         still = np.zeros((len(v), 3))
         base = FrameRates(still, still, np.tile(rising, (len(v), 1)))
         speeds = v @ self._share.T
@@ -340,7 +343,7 @@ class AnalyticRobot(RobotModel):
         return rates
 
     def _spin(self, spun: Spun, poses: list[FramePoses]) -> tuple[np.ndarray, np.ndarray]:
-        """Its axis in space (states, 3), and its spin per rate (states, n)."""
+        """Axis of a spun body in space (states, 3), and its spin per rate (states, n)."""
         states = len(poses[0].position)
         if spun.body == BASE:
             return np.tile(spun.axis, (states, 1)), np.tile(spun.turns, (states, 1))
@@ -359,7 +362,7 @@ def _carried(rate: FrameRates, arm: np.ndarray) -> np.ndarray:
 
 
 def _crossing(vector: np.ndarray) -> np.ndarray:
-    """The matrix that makes vector x u of u."""
+    """The matrix (3, 3) that turns u into vector x u."""
     x, y, z = vector
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
@@ -378,5 +381,5 @@ def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def _power(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """columns' force (states, n)."""
+    """Columns (states, 3, n), transposed, times force (states, 3): (states, n)."""
     return (force[:, None] @ columns)[:, 0]

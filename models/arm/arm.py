@@ -102,7 +102,7 @@ class Direct(Data):
 
     @property
     def planet_count(self) -> int:
-        """It has none."""
+        """Number of planets: 0, as a joint without gears has none."""
         return 0
 
 
@@ -206,7 +206,7 @@ class Arm(Data):
 
 
 def _turned_inertia(arm: Arm, place: int) -> float:
-    """Bound of what a joint turns [kg m^2], arm stretched out, its own gears as it feels them."""
+    """Upper bound of the inertia [kg m^2] about a joint: arm stretched out, own gears reflected."""
     total, reach = _felt_inertia(arm.joints[place]), 0.0
     for number in range(place, len(arm.links)):
         if number > place:
@@ -218,7 +218,7 @@ def _turned_inertia(arm: Arm, place: int) -> float:
 
 
 def _felt_inertia(joint: Planetary | Direct) -> float:
-    """Of a joint's own motor and gears [kg m^2]."""
+    """Inertia [kg m^2] of a joint's own motor and gears, reflected to the joint."""
     if isinstance(joint, Direct):
         return joint.rotor_inertia_kg_m2
     planets = joint.planet_count * _equivalent_mass(joint, "planet")
@@ -241,7 +241,7 @@ def _joint_mass(joint: Planetary | Direct) -> float:
 
 
 def _equivalent_mass(joint: Planetary, part: str) -> float:
-    """M = J / r^2 [kg] of sun, planet or carrier."""
+    """Equivalent mass M = J / r^2 [kg] of sun, planet or carrier."""
     given: float | None = getattr(joint, f"{part}_equivalent_mass_kg")
     if given is not None:
         return given

@@ -99,7 +99,7 @@ class PlanetaryStage(PlanetaryGears):
 
     @model_validator(mode="after")
     def _phases_fit_the_teeth(self) -> Self:
-        """Equally spaced planets meet a tooth after each other by an N-th of the sun's teeth."""
+        """Check that given phases fit the teeth: planets mesh an N-th of the sun's teeth apart."""
         turns = [-self.sun_teeth * place / self.planet_count for place in range(self.planet_count)]
         for side, mesh in (("sun_mesh", self.sun_mesh), ("ring_mesh", self.ring_mesh)):
             phases = mesh.phase_rad

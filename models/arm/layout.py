@@ -31,14 +31,14 @@ class Coordinate:
 
     @property
     def name(self) -> str:
-        """For people and files; nothing reads it back."""
+        """Name for people and files, such as ``theta_1`` or ``x_pr2_3``; nothing reads it back."""
         if self.is_angle:
             return f"{self.meaning}_{self.joint}"
         return f"{self.meaning}{self.joint}" + (f"_{self.planet}" if self.planet else "")
 
     @property
     def is_angle(self) -> bool:
-        """Whether it is an angle [rad]; else it is a displacement [m]."""
+        """Whether the coordinate is an angle [rad]; else it is a displacement [m]."""
         return self.meaning == "theta"
 
 
@@ -53,17 +53,17 @@ class Layout:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Of every coordinate."""
+        """Names of all coordinates, in their order."""
         return tuple(coordinate.name for coordinate in self.coordinates)
 
     @cached_property
     def angular(self) -> np.ndarray:
-        """Which coordinates are angles, shape (n,)."""
+        """Whether each coordinate is an angle, shape (n,)."""
         return np.array([coordinate.is_angle for coordinate in self.coordinates])
 
     @cached_property
     def theta(self) -> np.ndarray:
-        """Places (joints,) of the joint angles."""
+        """Places of the joint angles among the coordinates, shape (joints,)."""
         return self.of("theta")
 
     @cached_property

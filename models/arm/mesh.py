@@ -60,7 +60,7 @@ class Mesh(Data):
     """Sharpness of the corners of Eq. 6, used with the switch dead_zone = tanh alone."""
 
     def of_planet(self, place: int) -> PlanetMesh:
-        """Of a planet, counted from 0; damping is that of N planets like it together."""
+        """Tooth contact of a planet, counted from 0; damping is of N planets alike together."""
         own = {name: value[place] if isinstance(value, tuple) else value for name, value in self}
         if own["phase_rad"] == FROM_TEETH:
             own["phase_rad"] = None

@@ -27,7 +27,7 @@ def with_meshes(arm: Arm, change: Callable[[Mesh], Mesh]) -> Arm:
 
 
 def damped(arm: Arm, zeta: float) -> Arm:
-    """This damping ratio in place of whatever damps the meshes. Raises ValidationError."""
+    """The arm with this damping ratio in place of its meshes' damping. Raises ValidationError."""
     update = {"damping_ratio": zeta, "damping_N_s_per_m": None}
     return with_meshes(arm, lambda mesh: Mesh.model_validate({**dict(mesh), **update}))
 
@@ -35,7 +35,7 @@ def damped(arm: Arm, zeta: float) -> Arm:
 def squared(arm: Arm, harmonics: int) -> Arm:
     """The arm with the square wave of Fig. 5 whose mean and fundamental are those of Eq. 8.
 
-    By so many harmonics of Eq. 7. Raises InputError for a mesh that has not Eq. 8's stiffness.
+    harmonics: how many of Eq. 7. Raises InputError for a mesh that has not Eq. 8's stiffness.
     """
     return with_meshes(arm, lambda mesh: _squared(arm, mesh, harmonics))
 

@@ -23,7 +23,7 @@ def unlike(arm: Arm) -> Iterator[tuple[str, object]]:
 
 
 def unlike_fields(joint: PlanetaryStage) -> Iterator[tuple[str, object]]:
-    """The same of one joint."""
+    """Fields of one joint, and their values, by which its planets differ."""
     for side, mesh in (("sun_mesh", joint.sun_mesh), ("ring_mesh", joint.ring_mesh)):
         for name, value in mesh:
             # Equally spaced planets are in phase if each is a whole number of sun teeth further.

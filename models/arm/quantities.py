@@ -29,7 +29,7 @@ class Limit:
     """
 
     def allows(self, value: Any) -> bool:
-        """Whether a value is inside; one of another type is the type's own business."""
+        """Whether the limit allows a value; one of another type is judged by the type, not here."""
         raise NotImplementedError
 
     def _checked(self, value: Any) -> Any:
@@ -62,7 +62,7 @@ class Within(Limit):
         return f"{'0, or ' * self.or_zero}{' to '.join(ends)} {self.unit}".rstrip()
 
     def allows(self, value: Any) -> bool:
-        """Whether a number is inside; none that is not finite is."""
+        """Whether a number is in the range; NaN and infinities are not."""
         if not isinstance(value, int | float) or isinstance(value, bool):
             return True
         return self.least <= value <= self.most or (self.or_zero and value == 0)
@@ -80,7 +80,7 @@ class Printable(Limit):
         return f"{least} to {self.longest} printable characters, not blanks alone"
 
     def allows(self, value: Any) -> bool:
-        """Whether a text is such."""
+        """Whether a text is printable, at most ``longest`` characters and not blanks alone."""
         if not isinstance(value, str) or (self.may_be_empty and value == ""):
             return True
         return bool(value.strip()) and len(value) <= self.longest and value.isprintable()
@@ -97,7 +97,7 @@ class OneFor:
 
 
 def short(value: float) -> str:
-    """A number as one writes it: 1e-5, 1e9."""
+    """A number as text in short form, such as 1e-5 or 1e9."""
     return f"{value:g}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
 
 

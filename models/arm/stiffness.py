@@ -152,13 +152,13 @@ StiffnessLaw = Annotated[
 
 
 def _places(waves: int) -> list[float]:
-    """Phases in cycles at which so many waves are looked at."""
+    """Phases [cycles] of the samples over a period, SAMPLES_PER_WAVE for each of so many waves."""
     count = SAMPLES_PER_WAVE * waves
     return [place / count for place in range(count)]
 
 
 def _least_of_spline(cycles: tuple[float, ...], stiffness: tuple[float, ...]) -> float:
-    """Smallest value of the periodic cubic spline through the rows, looked at 16 times a row."""
+    """Smallest value [N/m] of the periodic cubic spline through the rows, by 16 samples a row."""
     from numpy import linspace
     from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
 

@@ -28,7 +28,7 @@ class TreeBody(NamedTuple):
 
 
 def quiet_settings() -> Any:
-    """Of a simulation that writes no file and prints nothing."""
+    """Settings of a simulation that writes no file and prints nothing."""
     settings = exudyn.SimulationSettings()
     settings.solution.file.write = False
     settings.solution.sensors.active = False

@@ -136,7 +136,7 @@ class ExudynRobot(RobotModel):
         )
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """Exudyn's, of the free coordinates (states, n, n)."""
+        """Mass matrix over the free coordinates (states, n, n), from Exudyn's."""
         found = []
         for at in q @ self._rows.T + self._offsets:
             self._weightless.put(at, 0 * at)
@@ -144,25 +144,25 @@ class ExudynRobot(RobotModel):
         return np.array(found)
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """What Exudyn's right-hand side is without weight (states, n)."""
+        """Coriolis and centrifugal torques (states, n), by Exudyn's right-hand side weightless."""
         return self._held(self._weightless, q, v)
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
-        """What Exudyn's right-hand side is at rest (states, n)."""
+        """Torques that hold the weights (states, n), from Exudyn's right-hand side at rest."""
         return self._held(self._heavy, q, np.zeros_like(q))
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """M a less the right-hand side (states, n)."""
+        """Generalized forces of a motion (states, n): M a less Exudyn's right-hand side."""
         needed: np.ndarray = (self.mass_matrix(q) @ a[:, :, None])[:, :, 0]
         return needed + self._held(self._sprung, q, v)
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
-        """By solving with its M (states, n)."""
+        """Accelerations under torques of motors (states, n), solved with Exudyn's M."""
         left = torques @ self._motors @ self._rows - self._held(self._sprung, q, v)
         return np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Kinetic by its M, the weights' by sensors of its bodies' places (states,) [J]."""
+        """Energy (states,) [J]: kinetic by Exudyn's M, the weights' by sensors of its bodies."""
         total: np.ndarray = np.einsum("si,sij,sj->s", v, self.mass_matrix(q), v) / 2
         for state, sensed in enumerate(self._sensed(q, v)):
             for part, (at, *_) in zip(self._parts, sensed, strict=True):
@@ -170,7 +170,7 @@ class ExudynRobot(RobotModel):
         return total
 
     def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """By sensors of its bodies (states, 6)."""
+        """Linear, then angular momentum (states, 6), by Exudyn's sensors of its bodies."""
         total = np.zeros((len(q), 6))
         for own, sensed in zip(total, self._sensed(q, v), strict=True):
             for part, (at, velocity, rate, rotation) in zip(self._parts, sensed, strict=True):
@@ -180,7 +180,7 @@ class ExudynRobot(RobotModel):
         return total
 
     def tip(self, q: np.ndarray) -> np.ndarray:
-        """By Exudyn's sensor of a point of the tree (states, 3) [m]."""
+        """Position of the tip (states, 3) [m], by Exudyn's sensor of a point of the tree."""
         frame = self.robot.frames[self.robot.tip]
         if frame.body == BASE:
             return np.tile(frame.placement.position, (len(q), 1))
@@ -191,7 +191,7 @@ class ExudynRobot(RobotModel):
         return np.array(found)
 
     def _sensors(self) -> list[Any]:
-        """Those of every body, and one of the tip's place unless it stands on the ground."""
+        """Sensors of every body, and one of the tip's place unless it stands on the ground."""
         frame = self.robot.frames[self.robot.tip]
         wanted = [(n, part.com, kind) for n, part in enumerate(self._parts) for kind in SENSED]
         if frame.body != BASE:
@@ -208,7 +208,7 @@ class ExudynRobot(RobotModel):
         ]
 
     def _sensed(self, q: np.ndarray, v: np.ndarray) -> Iterator[list[list[np.ndarray]]]:
-        """Of each state and body: what SENSED tells of its centre of mass."""
+        """For each state, what the sensors SENSED tell of each body's centre of mass."""
         states = zip(q @ self._rows.T + self._offsets, v @ self._rows.T, strict=True)
         for at, rate in states:
             self._heavy.put(at, rate)
@@ -221,7 +221,7 @@ class ExudynRobot(RobotModel):
             ]
 
     def _held(self, system: System, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Torques against which nothing accelerates (states, n)."""
+        """Generalized forces against which nothing in a system accelerates (states, n)."""
         found = []
         for at, rate in zip(q @ self._rows.T + self._offsets, v @ self._rows.T, strict=True):
             system.put(at, rate)
@@ -248,7 +248,7 @@ class ExudynRobot(RobotModel):
     def _spinning(
         self, body: int, placed: np.ndarray, inertia: float, parts: list[RobotPart], sprung: bool
     ) -> list[RobotPart]:
-        """A link that spins on a body, after the shaft that springs ask for.
+        """Parts that let a link spin on a body: the link, before it the shaft that springs ask for.
 
         placed (3, 3): its frame in the body's turned one. That body gets lighter.
         """
@@ -283,7 +283,7 @@ def _with_z_along(axis: np.ndarray) -> np.ndarray:
 
 
 def _teeth(sprung: list[tuple[int, RotorMesh]], toothed: list[SprungStage]) -> UserFunction:
-    """Torques of the meshes on rotors, suns and planets, which turn against their shafts.
+    """User function with the meshes' torques on rotors, suns and planets against their shafts.
 
     And what the springs' potentials do to the joints whose angles they depend on. sprung: place of
     each rotor among the parts, and its mesh.

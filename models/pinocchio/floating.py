@@ -39,14 +39,15 @@ class FloatingBase:
 
     @property
     def inertia_kg_m2(self) -> float:
-        """About an axis through the centre, parallel to an edge."""
+        """Inertia about an axis through the centre, parallel to an edge."""
         return self.mass_kg * self.side_m**2 / 6
 
 
 class PinocchioFloating(PinocchioCoupled):
-    """Coordinates: the base frame's x, y [m] and angle [rad], then the joints', of ``layout``.
+    """The rigid arm of level `coupled` on a free-flying base, in the plane.
 
-    Raises InputError for an arm with gravity.
+    Coordinates: the base frame's x, y [m] and angle [rad], then the joints', of ``layout``. Raises
+    InputError for an arm with gravity.
     """
 
     name = "pinocchio:floating"
@@ -68,7 +69,7 @@ class PinocchioFloating(PinocchioCoupled):
 
     @property
     def arm_mass_kg(self) -> float:
-        """Everything but the cube: links, payload and both joints' gears, rings included."""
+        """Mass of all but the cube: links, payload and the joints' gears, rings included."""
         return float(sum(body.mass for body in self._tree.inertias)) - self._base.mass_kg
 
     def driving_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -107,7 +108,7 @@ class PinocchioFloating(PinocchioCoupled):
         return np.array([push_x, push_y, turn + q[0] * push_y - q[1] * push_x])
 
     def _build(self) -> pin.Model:
-        """The arm's tree on a body that slides along x and y and turns about z."""
+        """Build the tree of the arm on a body that slides along x and y and turns about z."""
         tree = pin.Model()
         tree.gravity.linear = np.zeros(3)
         body = 0

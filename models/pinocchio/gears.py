@@ -122,10 +122,10 @@ class PinocchioGears(Model):
     def _displacements(
         self, joint: Planetary, stage: tree.TreeStage, angles: np.ndarray
     ) -> list[float]:
-        """Of a joint, in the layout's order.
+        """Mesh displacements [m] of a geared joint by the tree's angles, in the layout's order.
 
-        Approach of the teeth, as the carrier sees it: sun on planet, ring on planet. Of both
-        together, the sun's advance, the planet's own turn drops out.
+        Each is the approach of the teeth, as the carrier sees it: sun on planet, ring on planet. Of
+        both together, the sun's advance, the planet's own turn drops out.
         """
         theta, planets = angles[stage.link - 1], angles[np.array(stage.planets) - 1]
         sun = angles[stage.driven - 1] - theta
@@ -174,7 +174,7 @@ class PinocchioGears(Model):
         return teeth.stiffness * teeth.reach + damping * _approach(mesh, rates)
 
     def _engagement(self, t: float, angles: np.ndarray, rates: np.ndarray) -> Engagement:
-        """The gap x - e, e = static error + E sin(phi + error phase), what reaches in, and k."""
+        """Engagement of the teeth, their error e = static error + E sin(phi + error phase)."""
         mesh, phase = self._meshes, self._mesh_phases(t, angles, rates)
         error = mesh.static_error + mesh.error * np.sin(phase + mesh.error_phase)
         gap = _approach(mesh, angles) - error
@@ -254,7 +254,7 @@ def _exact_dead_zone(mesh: Meshes, x: np.ndarray) -> np.ndarray:
 
 
 def _tanh_dead_zone(mesh: Meshes, x: np.ndarray) -> np.ndarray:
-    """Eq. 6, as printed."""
+    """Eq. 6, as printed: what of x [m] reaches beyond the play, with tanh corners."""
     b = mesh.backlash
     left, right = np.tanh(mesh.sharpness * (x - b)), np.tanh(mesh.sharpness * (x + b))
     return x + x / 2 * (left - right) - b / 2 * (left + right)

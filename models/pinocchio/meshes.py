@@ -19,7 +19,7 @@ BODIES = ("central", "planet", "link")  # those fields of Meshes that are no num
 
 
 class Contact(NamedTuple):
-    """Where a planet of a joint touches its sun (side +1) or its ring (side -1).
+    """The contact of a planet of a joint with its sun (side +1) or its ring (side -1).
 
     ``planet`` is its body, ``place`` [rad] where that sits on the carrier, from the first planet's.
     """
@@ -33,7 +33,7 @@ class Contact(NamedTuple):
 
     @property
     def external(self) -> bool:
-        """Whether it is the sun's."""
+        """Whether the contact is the sun's."""
         return self.side > 0
 
 
@@ -64,7 +64,7 @@ class Meshes(NamedTuple):
 
 
 def contacts_of(arm: Arm, stages: list[TreeStage], tree: pin.Model) -> list[Contact]:
-    """All meshes of the arm, joint by joint and planet by planet."""
+    """All tooth contacts of the arm, joint by joint and planet by planet."""
     return [
         Contact(joint, stage, planet, _place(tree, planet), side, mesh.of_planet(number))
         for joint, stage in zip(arm.joints, stages, strict=True)
@@ -81,7 +81,7 @@ def _place(tree: pin.Model, planet: int) -> float:
 
 
 def meshes_of(contacts: list[Contact], chosen: Switches) -> Meshes:
-    """Their numbers, in the contacts' order."""
+    """Numbers of the contacts' meshes, in the contacts' order."""
     rows = [_mesh(contact, chosen) for contact in contacts]
     return Meshes(
         **{
@@ -92,7 +92,7 @@ def meshes_of(contacts: list[Contact], chosen: Switches) -> Meshes:
 
 
 def _mesh(contact: Contact, chosen: Switches) -> dict[str, float]:
-    """The numbers of one mesh by the field's name."""
+    """Numbers of one contact's mesh, by the names of Meshes' fields."""
     joint, stage, planet, _, side, mesh = contact
     external = contact.external
     r_s, r_p, r_r = base_radii(joint)

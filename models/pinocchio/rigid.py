@@ -44,7 +44,7 @@ MOST_EVALUATIONS = 3_000_000
 
 
 class PinocchioLinks(Model):
-    """Links and payload only: rods or other bodies with a point mass at the tip.
+    """Rigid arm of links and payload only: rods or other bodies with a point mass at the tip.
 
     Coordinates: joint angles [rad], each relative to the previous link.
     """
@@ -130,7 +130,7 @@ class PinocchioLinks(Model):
         return parts.links_and_payload(self.arm)
 
     def _joint_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """What acts in the joints [N m], drive and friction, shape (n,)."""
+        """Torques in the joints [N m], drive and friction, shape (n,)."""
         return self.driving_torques(t, q, v) - self._friction * v
 
     def _integrate(self, time: np.ndarray, rtol: float) -> np.ndarray:
@@ -169,7 +169,7 @@ class PinocchioLinks(Model):
         return np.array([0.0, *kinks[(kinks > 0) & (kinks < end)], end])
 
     def _rate(self, t: float, state: np.ndarray) -> np.ndarray:
-        """d(theta, theta')/dt.
+        """Derivative d(theta, theta')/dt of a state, shape (2 n,).
 
         Raises Diverged where step control would never come to an end, InputError where it would
         not within MOST_EVALUATIONS.
@@ -186,7 +186,7 @@ class PinocchioLinks(Model):
 
 
 class PinocchioCarriers(PinocchioLinks):
-    """``links`` and the gears as dead weight: joint masses, carriers, planets' orbits.
+    """Rigid arm of ``links`` and the gears as dead weight: joint masses, carriers, planets' orbits.
 
     The joint mass m_s + N m_p + m_c + m_r sits at the end of the previous link (on the base for the
     first joint), I_c + N m_p r_c^2 turns with the carrier's link, the ring with the previous link.
@@ -208,7 +208,7 @@ class PinocchioCarriers(PinocchioLinks):
 
 
 class PinocchioArmature(PinocchioCarriers):
-    """``carriers`` and the reflected inertia of sun and planets, as if the previous body stood."""
+    """Rigid arm of ``carriers`` and the gears' reflected inertia, as if the previous body stood."""
 
     name = "pinocchio:armature"
 
@@ -219,7 +219,7 @@ class PinocchioArmature(PinocchioCarriers):
 
 
 class PinocchioCoupled(PinocchioLinks):
-    """Every sun and planet as a body on a mimic joint: spins couple with the base's rotation."""
+    """Rigid arm with suns and planets on mimic joints: spins couple with the base's rotation."""
 
     name = "pinocchio:coupled"
 
@@ -246,10 +246,11 @@ class PinocchioCoupled(PinocchioLinks):
 
 
 def _add_gears(tree: pin.Model, number: int, joint: Planetary) -> list[tuple[int, float]]:
-    """Planets and sun of a joint, as body number and turns, relative to what bears it, per turn.
+    """Add planets and sun of a joint; returns body number and turns of each per turn of the link.
 
-    Rolling inside the ring, the planet turns -z_r / z_p times in its carrier; the sun, driven by
-    planets whose far side stands on the ring, turns 1 + z_r / z_s times in the ring's body.
+    Turns are relative to what bears the gear. Rolling inside the ring, the planet turns -z_r / z_p
+    times in its carrier; the sun, driven by planets whose far side stands on the ring, turns
+    1 + z_r / z_s times in the ring's body.
     """
     gears = []
     radius = _carrier_radius(joint)
@@ -266,7 +267,7 @@ def _add_gears(tree: pin.Model, number: int, joint: Planetary) -> list[tuple[int
 
 
 def _joint_mass(joint: Planetary) -> float:
-    """The paper's m_j [kg]."""
+    """The paper's m_j [kg]: mass of sun, planets, carrier and ring."""
     planets = joint.planet_count * joint.planet_mass_kg
     return joint.sun_mass_kg + planets + joint.carrier_mass_kg + joint.ring_mass_kg
 
@@ -274,7 +275,7 @@ def _joint_mass(joint: Planetary) -> float:
 def _reflected_inertia(joint: Planetary | Direct) -> float:
     """Inertia [kg m^2] that spinning sun and planets add to their carrier on a standing ring.
 
-    None without gears: there the rotor has the link's rate.
+    It is 0 without gears: there the rotor has the link's rate.
     """
     if isinstance(joint, Direct):
         return 0.0

@@ -21,7 +21,7 @@ from crosscheck.models.robot.robot import WITH_ROTORS, JointStage, Level, Robot,
 
 
 class PushedJoints(NamedTuple):
-    """Where a mesh acts: column of its x; joints of the tree, that of the rotor and its own."""
+    """Where a mesh acts: column of its x; joints of the tree, the rotor's and the one it moves."""
 
     column: int
     turned: int
@@ -119,7 +119,7 @@ class PinocchioRobot(RobotModel):
         self._home = pin.neutral(self._tree)
 
     def _added(self, rotor: Rotor, number: int) -> int:
-        """The joint of a rotor."""
+        """Add a rotor's body to the tree; returns its joint."""
         frame = self._tree.frames[self._tree.getFrameId(rotor.stator, pin.BODY)]
         axis = frame.placement.rotation @ rotor.axis
         name = f"rotor of {rotor.joint} ({number})"
@@ -146,7 +146,7 @@ class PinocchioRobot(RobotModel):
     def _spinning(
         self, parent: int, placement: pin.SE3, axis: np.ndarray, inertia: float, name: str
     ) -> int:
-        """A joint whose body has inertia about its axis alone."""
+        """Add a joint whose body has inertia about its axis alone; returns the joint."""
         joint: int = self._tree.addJoint(
             parent, pin.JointModelRevoluteUnaligned(axis), placement, name
         )
@@ -155,7 +155,7 @@ class PinocchioRobot(RobotModel):
         return joint
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """Column by column by recursive Newton-Euler.
+        """Mass matrix (states, n, n), column by column by recursive Newton-Euler.
 
         The composite algorithm wants depth-first joints, which the rotors are not.
         """
@@ -168,11 +168,11 @@ class PinocchioRobot(RobotModel):
         return self._given.T @ found
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """By recursive Newton-Euler (states, n)."""
+        """Coriolis and centrifugal torques (states, n), by recursive Newton-Euler."""
         return self._torques(self._weightless, q, v, np.zeros_like(v))
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
-        """By Pinocchio's own function for it (states, n)."""
+        """Torques that hold the weights (states, n), by Pinocchio's own function for it."""
         torques = [
             pin.computeGeneralizedGravity(self._tree, self._data, at).copy()
             for at in self._placed(q)
@@ -180,11 +180,14 @@ class PinocchioRobot(RobotModel):
         return np.array(torques) @ self._given
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """By recursive Newton-Euler (states, n)."""
+        """Generalized forces of a motion (states, n), by recursive Newton-Euler."""
         return self._torques(self._tree, q, v, a, pushed=True)
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
-        """By the articulated body algorithm where every joint of the tree is free (states, n)."""
+        """Accelerations under torques of motors (states, n).
+
+        By the articulated body algorithm where every joint of the tree is free, else solved with M.
+        """
         efforts = torques @ self._motors
         if self._given.shape[0] > self._given.shape[1]:
             held = self._torques(self._tree, q, v, np.zeros_like(v), pushed=True)
@@ -198,7 +201,7 @@ class PinocchioRobot(RobotModel):
         return np.linalg.solve(self._given, np.transpose(solved)).T
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """By Pinocchio's own functions for both (states,) [J].
+        """Kinetic energy and that of the weights (states,) [J], by Pinocchio's own functions.
 
         But for armature: version 4.1 forgets that of joints whose axes are not x, y or z.
         """
@@ -212,7 +215,7 @@ class PinocchioRobot(RobotModel):
         return np.array(found) + rates**2 @ self._tree.armature / 2
 
     def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """By its centroidal momentum (states, 6)."""
+        """Linear, then angular momentum (states, 6), from Pinocchio's centroidal momentum."""
         found = []
         for at, rate in zip(self._placed(q), v @ self._given.T, strict=True):
             central = pin.computeCentroidalMomentum(self._tree, self._data, at, rate)
@@ -221,7 +224,7 @@ class PinocchioRobot(RobotModel):
         return np.array(found)
 
     def tip(self, q: np.ndarray) -> np.ndarray:
-        """Of the frame that its parser made (states, 3) [m]."""
+        """Position of the tip (states, 3) [m], of the frame that Pinocchio's parser made."""
         frame = self._tree.getFrameId(self.robot.tip, pin.BODY)
         places = []
         for at in self._placed(q):
@@ -261,7 +264,7 @@ class PinocchioRobot(RobotModel):
         return found
 
     def _turn(self, joint: int, effort: float, wrenches: pin.StdVec_Force) -> None:
-        """Turn a joint's body against the one before."""
+        """Add an effort about a joint to the wrenches on its body and the one before."""
         wrench = pin.Force(self._data.joints[joint].S * effort)
         wrenches[joint] += wrench
         wrenches[self._tree.parents[joint]] -= self._data.liMi[joint].act(wrench)
@@ -298,13 +301,13 @@ class PinocchioRobot(RobotModel):
 
 
 def _inertias(stage: JointStage) -> tuple[float, float]:
-    """Of the sun and of one planet about their axes [kg m^2]."""
+    """Inertias of the sun and of one planet about their axes [kg m^2]."""
     (sun, planet), (r_s, r_p, _) = equivalent_masses(stage.gears), base_radii(stage.gears)
     return sun * r_s**2, planet * r_p**2
 
 
 def _tooth_force(mesh: RotorMesh, x: float, rate: float) -> float:
-    """Of the pinion on the wheel [N], positive where the pinion is ahead."""
+    """Force of the pinion on the wheel [N], positive where the pinion is ahead."""
     if abs(x) <= mesh.backlash_m:
         return 0.0
     deflection = x - mesh.backlash_m if x > 0 else x + mesh.backlash_m

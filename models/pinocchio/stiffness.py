@@ -39,7 +39,7 @@ class Spline:
 
     @property
     def mean(self) -> float:
-        """Over a period [N/m]."""
+        """Mean stiffness over a period [N/m]."""
         return float(self.curve.integrate(0.0, 1.0))
 
     def at(self, phase: np.ndarray) -> np.ndarray:
@@ -82,7 +82,7 @@ def mesh_stiffness(laws: Sequence[stiffness_laws.StiffnessLaw]) -> MeshStiffness
 
 
 def curve_of(law: stiffness_laws.StiffnessLaw) -> StiffnessWaves | Spline:
-    """A law, ready to be evaluated."""
+    """A stiffness law as waves or a spline, which evaluate it."""
     if isinstance(law, stiffness_laws.TableStiffness):
         spline = make_interp_spline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
         return Spline(spline)

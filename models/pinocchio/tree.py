@@ -113,7 +113,7 @@ def _add_gears(tree: pin.Model, joint: Planetary, link: int) -> TreeStage:
 
 
 def _inertias(joint: Planetary) -> tuple[float, float, float]:
-    """Of sun, planet and carrier [kg m^2], each given or M r^2 of its equivalent mass M."""
+    """Inertias of sun, planet and carrier [kg m^2], each given or M r^2 of equivalent mass M."""
     r_s, r_p, _ = base_radii(joint)
     return (
         given_or(joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg, r_s**2),
@@ -123,7 +123,7 @@ def _inertias(joint: Planetary) -> tuple[float, float, float]:
 
 
 def equivalent_masses(joint: PlanetaryGears) -> tuple[float, float]:
-    """M = J / r^2 [kg] of the sun and of one planet."""
+    """Equivalent masses M = J / r^2 [kg] of the sun and of one planet."""
     r_s, r_p, _ = base_radii(joint)
     return (
         given_or(joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, 1 / r_s**2),
@@ -132,7 +132,7 @@ def equivalent_masses(joint: PlanetaryGears) -> tuple[float, float]:
 
 
 def given_or(given: float | None, other: float | None, factor: float) -> float:
-    """What is given, else the other of the two forms times the factor between them."""
+    """What is given, else the other of an inertia's two forms times the factor between them."""
     if given is not None:
         return given
     assert other is not None  # the arm has one of them
@@ -171,6 +171,6 @@ def attach_to_previous(tree: pin.Model, link: int, mass: float, inertia: float) 
 
 
 def attach_motor(tree: pin.Model, link: int, joint: Direct) -> None:
-    """The motor's mass at the end of the body before a link, its rotor on the link."""
+    """Add the motor's mass to the end of the body before a link, its rotor to the link."""
     attach(tree, link, 0.0, joint.rotor_inertia_kg_m2)
     attach_to_previous(tree, link, joint.motor_mass_kg, 0.0)

@@ -93,7 +93,7 @@ def load_robot(name: str) -> Robot:
 
 
 def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
-    """Of a file's content and its URDF's text; the names are for messages. Raises InputError."""
+    """The robot of its file and its URDF's text; the names are for messages. Raises InputError."""
     urdf = read_urdf(text, urdf_where)
     joints, bodies, frames, doubtful = tree_of(urdf, urdf_where)
     if file.tip is not None and file.tip not in frames:
@@ -133,7 +133,7 @@ def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
 def _rotor(
     number: int, name: str, given: Geared, urdf: Urdf, frames: Mapping[str, LinkFrame], where: str
 ) -> robot.Rotor:
-    """Raises InputError."""
+    """The rotor of a geared joint, as the robot's file gives it. Raises InputError."""
     (joint,) = (each for each in urdf.joints if each.name == name)
     stator, axis = given.stator or joint.parent, joint.placement.rotation @ joint.axis
     if stator not in frames:

@@ -25,7 +25,7 @@ class RobotModel(ABC):
 
     @abstractmethod
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """M (states, n, n)."""
+        """Mass matrix M (states, n, n)."""
 
     @abstractmethod
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -56,4 +56,4 @@ class RobotModel(ABC):
 
     @abstractmethod
     def tip(self, q: np.ndarray) -> np.ndarray:
-        """Where the origin of the robot's tip is, in the base's frame (states, 3) [m]."""
+        """Position of the origin of the robot's tip, in the base's frame (states, 3) [m]."""

@@ -25,7 +25,7 @@ RIGID: tuple[Level, ...] = ("links", "armature", "coupled")  # those of every ro
 
 @dataclass(frozen=True)
 class Placement:
-    """Of a frame in another: rotation (3, 3), whose columns are its axes, and position (3,) [m]."""
+    """Place of a frame in another: rotation (3, 3), its axes as columns, and position (3,) [m]."""
 
     rotation: np.ndarray
     position: np.ndarray
@@ -45,7 +45,7 @@ class RobotBody:
 
 @dataclass(frozen=True)
 class Mimic:
-    """A joint follows another: its coordinate is multiplier times that one's, plus offset."""
+    """How a joint follows another: its coordinate is multiplier times that one's, plus offset."""
 
     joint: int
     multiplier: float
@@ -54,7 +54,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Infinite where the URDF states none; in rad, m, N m or N."""
+    """Limits of a joint in rad, m, N m or N; infinite where the URDF states none."""
 
     lower: float
     upper: float
@@ -171,5 +171,5 @@ class Robot:
 
     @property
     def levels(self) -> tuple[Level, ...]:
-        """Those that differ: geared only if there are teeth that give way."""
+        """Levels that differ for this robot: geared only if there are teeth that give way."""
         return (*RIGID, "geared") if self.meshes or self.stages else RIGID

@@ -19,7 +19,7 @@ HOME = Placement(np.eye(3), np.zeros(3))
 
 
 class Tree(NamedTuple):
-    """Moving joints, parents before children; their bodies; frames of links; what is doubtful."""
+    """A robot's moving joints, parents first; their bodies; frames of links; what is doubtful."""
 
     joints: tuple[Joint, ...]
     bodies: tuple[RobotBody, ...]
@@ -28,7 +28,10 @@ class Tree(NamedTuple):
 
 
 def tree_of(urdf: Urdf, where: str) -> Tree:
-    """Raises InputError for what is no tree, or a body that cannot move by its inertia."""
+    """The tree of bodies that a URDF's links and joints make.
+
+    Raises InputError for what is no tree, or a body that cannot move by its inertia.
+    """
     root, below = _rooted(urdf, where)
     frames, moving = _frames(root, below)
     if not 1 <= len(moving) <= MOST_JOINTS:
@@ -52,7 +55,7 @@ def tree_of(urdf: Urdf, where: str) -> Tree:
 
 
 def composed(outer: Placement, inner: Placement) -> Placement:
-    """Of the frame that is at inner in a frame that is at outer."""
+    """Placement of a frame that is at ``inner`` in a frame that is at ``outer``."""
     position = outer.position + outer.rotation @ inner.position
     return Placement(outer.rotation @ inner.rotation, position)
 
@@ -111,7 +114,7 @@ def _frames(
 def _merged(
     number: int, urdf: Urdf, frames: dict[str, LinkFrame], moving: Sequence[UrdfJoint], where: str
 ) -> RobotBody:
-    """All that a joint carries as one body, in its frame. Raises InputError."""
+    """All that a joint carries, merged into one body, in its frame. Raises InputError."""
     parts = []
     for link in urdf.links:
         frame = frames[link.name]
@@ -164,7 +167,10 @@ def _doubtful(urdf: Urdf, frames: dict[str, LinkFrame]) -> Iterator[str]:
 def _mimic(
     joint: UrdfJoint, moving: Sequence[UrdfJoint], numbers: dict[str, int], where: str
 ) -> Mimic | None:
-    """Raises InputError unless it follows a joint that moves and follows none."""
+    """What a joint mimics, or None.
+
+    Raises InputError unless it follows a joint that moves and follows none.
+    """
     if joint.mimic is None:
         return None
     name, multiplier, offset = joint.mimic

@@ -24,7 +24,7 @@ LARGEST_INERTIA, FARTHEST = 1e15, 1e3  # [kg m^2], and of a component of a place
 
 @dataclass(frozen=True)
 class UrdfLink:
-    """A link; body is None where it has no inertia."""
+    """A link of a URDF; body is None where it has no inertia."""
 
     name: str
     body: RobotBody | None
@@ -32,7 +32,7 @@ class UrdfLink:
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """A joint; mimic: the name of another, multiplier and offset."""
+    """A joint of a URDF; mimic: the name of another, multiplier and offset."""
 
     name: str
     kind: str
@@ -46,7 +46,7 @@ class UrdfJoint:
 
 @dataclass(frozen=True)
 class Urdf:
-    """links and joints in the file's order; told: what of it is not used."""
+    """Links and joints of a URDF in the file's order; told: what of it is not used."""
 
     links: tuple[UrdfLink, ...]
     joints: tuple[UrdfJoint, ...]
@@ -70,7 +70,7 @@ def read_urdf(text: str, where: str) -> Urdf:
 
 
 class _Parser:
-    """Elements of an XML text; declarations of documents and entities are refused."""
+    """Parser of an XML text into elements; declarations of documents and entities are refused."""
 
     def __init__(self, where: str) -> None:
         self.where, self.depth, self.builder = where, 0, TreeBuilder()
@@ -106,7 +106,7 @@ class _Parser:
 
 
 class _Reader:
-    """Numbers of one link or joint; errors name it."""
+    """Reader of the numbers of one link or joint; errors name it."""
 
     def __init__(self, where: str, element: Element) -> None:
         self.where, self.element = where, element
@@ -151,7 +151,7 @@ class _Reader:
         )
 
     def _axis(self) -> np.ndarray:
-        """A unit vector; x where none is given."""
+        """Unit vector of the joint's axis; x where none is given."""
         axis = np.array(self._numbers(self.element.find("axis"), "axis.xyz", (1.0, 0.0, 0.0)))
         length = np.linalg.norm(axis)
         if not 1e-3 < length < 1e3:
@@ -239,7 +239,7 @@ def _about(axis: int, angle: float) -> np.ndarray:
 
 
 def _told(root: Element) -> Iterator[str]:
-    """What of the file is not used."""
+    """Lines about what of the file is not used."""
     for key in ("friction", "damping"):
         own = [
             each.get("name", "")

@@ -33,12 +33,12 @@ EXPONENTIAL = tuple(1 / math.factorial(n) for n in range(14))
 
 
 def reduced(name: str, turns: str) -> list[str]:
-    """Lines that set ``name``: the turns less their nearest whole number."""
+    """Lines that set ``name`` to the turns less their nearest whole number."""
     return [f"{name} = {turns}", f"{name} -= rint({name})"]
 
 
 def cosine(name: str, turns: str) -> list[str]:
-    """Lines that set ``name``: the sine of what the turns lack of a quarter.
+    """Lines that set ``name`` to the cosine of turns, the sine of what they lack of a quarter.
 
     The polynomial is summed by pairs of pairs, which a processor works on at a time.
     """
@@ -60,12 +60,12 @@ def cosine(name: str, turns: str) -> list[str]:
 
 
 def sine(name: str, turns: str) -> list[str]:
-    """Lines that set ``name``: the cosine, a quarter of a turn later."""
+    """Lines that set ``name`` to the sine of turns, the cosine of a quarter less."""
     return cosine(name, f"{turns} - 0.25")
 
 
 def hyperbolic_tangent(name: str, of: str) -> list[str]:
-    """Lines that set ``name``: 1 - 2 / (exp(2 y) + 1), within 4e-16 of tanh(y); NaN stays NaN."""
+    """Lines that set ``name`` to tanh(y) = 1 - 2 / (exp(2 y) + 1), within 4e-16; NaN stays NaN."""
     y, shifted, power = f"{name}_y", f"{name}_shifted", f"{name}_power"
     rest, series = f"{name}_rest", f"{name}_series"
     terms = [f"{series} = {series} * {rest} + {value!r}" for value in reversed(EXPONENTIAL[:-1])]

@@ -27,7 +27,7 @@ from crosscheck.models.experiment.drive import DriveData
 
 @dataclass(frozen=True)
 class LinkStructure(Structure):
-    """Of an arm's own bodies.
+    """The structure of a model whose equations are over the links of an arm's own bodies.
 
     spread: the constant inertia couples neighbouring links.
     """
@@ -47,14 +47,14 @@ class LinkStructure(Structure):
         return (*gears, *(f"theta{j}" for j in self.joints))
 
     def acceleration(self) -> Lines:
-        """From a member's coordinates and rates to their accelerations and the mesh forces."""
+        """Lines from a member's coordinates and rates to its accelerations and mesh forces."""
         return acceleration(self)
 
 
 def link_structure(
     arm: Arm, layout: Layout, gears: Gears, drive: DriveData, links: Links
 ) -> LinkStructure:
-    """That of a model."""
+    """The structure of a model over its links."""
     return LinkStructure(
         *common_structure(arm, layout, gears, drive),
         spread=links.spread,
@@ -64,7 +64,7 @@ def link_structure(
 
 
 def acceleration(s: LinkStructure) -> Lines:
-    """From a member's coordinates and rates to their accelerations and the mesh forces."""
+    """Lines from a member's coordinates and rates to its accelerations and mesh forces."""
     yield from _links(s)
     for j in s.joints:
         stage = s.stages[j - 1]
@@ -84,7 +84,7 @@ def acceleration(s: LinkStructure) -> Lines:
 
 
 def _links(s: LinkStructure) -> Lines:
-    """M and, on the right, weight and what turning does: r_k = -sum m_kl sin(.) Omega_l^2."""
+    """Lines of M, and r: weight and what turning does, r_k = -sum m_kl sin(.) Omega_l^2."""
     for k in s.joints:
         yield f"Theta{k} = " + (f"Theta{k - 1} + " if k > 1 else "") + f"q_theta{k}"
         yield f"Omega{k} = " + (f"Omega{k - 1} + " if k > 1 else "") + f"v_theta{k}"
@@ -99,7 +99,7 @@ def _links(s: LinkStructure) -> Lines:
 
 
 def _direction(s: LinkStructure, k: int) -> Lines:
-    """Cosine and sine of a link's angle: without weight, from the first link on."""
+    """Lines of cosine and sine of a link's angle: without weight, from the first link on."""
     if k == 1 and not s.gravity:
         return
     angle = f"Theta{k}" if s.gravity else f"(Theta{k} - Theta1)"
@@ -119,7 +119,7 @@ def _pair(s: LinkStructure, k: int, i: int) -> Lines:
 
 
 def _stage(s: LinkStructure, j: int, stage: StageShape) -> Lines:
-    """Forces f on the displacements, and what they take from the joint and the link before.
+    """Lines of forces f on displacements, and what they take from the joint and the link before.
 
     The torque turns the sun by T / n against the link before; on the joint its two parts cancel.
     """
@@ -143,9 +143,9 @@ def _stage(s: LinkStructure, j: int, stage: StageShape) -> Lines:
 
 
 def _solve(s: LinkStructure) -> Lines:
-    """M Theta'' = r by M = L D L^T from the tip on, whose own inertia is a number; then theta''.
+    """Lines that solve M Theta'' = r by M = L D L^T from the tip on, and then give theta''.
 
-    M is positive definite: no pivots.
+    The tip's own inertia is a number. M is positive definite: no pivots.
     """
     tip = len(s.stages)
     for p in reversed(s.joints):

@@ -10,7 +10,7 @@ PER_TURN = repr(0.15915494309189535)  # 1 / 2 pi
 
 
 def torque(s: Structure, j: int) -> Lines:
-    """T of models.experiment.drive at one joint; a table's is the same for all lanes, and given."""
+    """Lines of T of models.experiment.drive at one joint; a table's is given, alike for lanes."""
     if s.drive == CONSTANT:
         yield f"T{j} = drive{j}_0"
     elif s.drive == PD:
@@ -35,7 +35,7 @@ def meshes_of(stage: StageShape, j: int) -> list[tuple[str, str, str]]:
 
 
 def stiffness_and_error(s: Structure, j: int, stage: StageShape) -> Lines:
-    """k and e of every mesh of a stage that has numbers of its own."""
+    """Lines of k and e of every mesh of a stage that has numbers of its own."""
     for side in ("sp",) if stage.one_rate else ("sp", "pr"):
         yield from _waves(s, j, side, stage)
     for own, side in {own: side for _, own, side in meshes_of(stage, j)}.items():
@@ -45,7 +45,7 @@ def stiffness_and_error(s: Structure, j: int, stage: StageShape) -> Lines:
 
 
 def mesh_forces(s: Structure, j: int, stage: StageShape) -> Lines:
-    """Force F of every mesh of a stage and damper D, from its x and v.
+    """Lines of the force F and the damper's D of every mesh of a stage, from its x and v.
 
     Both are of all planets that the mesh stands for, ``each`` is the force of one. With
     conservative springs on_theta is what they do to the joint's angle.
@@ -59,7 +59,7 @@ def mesh_forces(s: Structure, j: int, stage: StageShape) -> Lines:
 
 
 def _waves(s: Structure, j: int, side: str, stage: StageShape) -> Lines:
-    """Sines and cosines of n phi of a stage's meshes on one side, n up to what they need."""
+    """Lines of sines and cosines of n phi of a stage's meshes on one side, as many as they need."""
     name, turns = f"{side}{j}", s.turns(j, side)
     yield from sine(f"s1_{name}", turns)
     if stage.turned or s.conservative:
@@ -71,7 +71,7 @@ def _waves(s: Structure, j: int, side: str, stage: StageShape) -> Lines:
 
 
 def _wave(own: str, phase: str, stage: StageShape) -> Lines:
-    """Stiffness k and error e of meshes with the same numbers."""
+    """Lines of stiffness k and error e of meshes with the same numbers."""
     stiffness, error = f"k0_{own}", f"e0_{own} + e_s_{own} * s1_{phase}"
     if stage.pieces:
         stiffness += f" + curve_{own}"
@@ -86,7 +86,7 @@ def _wave(own: str, phase: str, stage: StageShape) -> Lines:
 
 
 def _curve(s: Structure, j: int, own: str, side: str, stage: StageShape) -> Lines:
-    """A table's stiffness and its slope over the phase in radians: a piece is found by halving."""
+    """Lines of a table's stiffness and its slope over the phase [rad]; halving finds a piece."""
     cycle, place, into = f"cycle_{own}", f"place_{own}", f"into_{own}"
     yield from reduced(cycle, f"{s.turns(j, side)} + ahead_{own}")
     yield f"{cycle} = {cycle} + 1.0 if {cycle} < 0.0 else {cycle}"
@@ -118,7 +118,7 @@ def _mesh(s: Structure, j: int, mesh: str, own: str, stage: StageShape) -> Lines
 
 
 def _travel(s: Structure, gap: str, own: str) -> Lines:
-    """f_k of Eq. 5 or 6."""
+    """Lines of f_k by Eq. 5 or 6."""
     b = f"b_{own}"
     if s.tanh:
         yield from hyperbolic_tangent("right", f"sigma_{own} * ({gap} - {b})")
@@ -131,7 +131,7 @@ def _travel(s: Structure, gap: str, own: str) -> Lines:
 
 
 def _on_angle(j: int, mesh: str, own: str, phase: str, stage: StageShape) -> Lines:
-    """-dV/dtheta of V = k f^2 / 2 of all planets that the mesh stands for."""
+    """Lines of -dV/dtheta, V = k f^2 / 2 of all planets that the mesh stands for."""
     slopes = [f"curve_slope_{own}"] * bool(stage.pieces) + [
         f"{float(n)!r} * (k{n}_s_{own} * c{n}_{phase} - k{n}_c_{own} * s{n}_{phase})"
         for n in range(1, stage.harmonics + 1)

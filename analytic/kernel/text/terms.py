@@ -32,7 +32,7 @@ Entry = tuple[int, ...]
 
 @dataclass(frozen=True)
 class TermStructure(Structure):
-    """Where the terms of M, bias and force stand; see Terms.
+    """The structure of a model from terms: where those of M, bias and force stand; see Terms.
 
     angles: places of the joint angles; waves: angle sums w . q; mass, bias, weight: indices of each
     term; drives (row, joint) and pushes (row, mesh): entries that are not 0 of what torques and
@@ -57,14 +57,14 @@ class TermStructure(Structure):
 
     @cached_property
     def coordinates(self) -> tuple[str, ...]:
-        """Of the layout, in its order."""
+        """Names of the layout's coordinates, in its order."""
         names = [f"x{place}" for place in range(self.size)]
         for joint, place in enumerate(self.angles, 1):
             names[place] = f"theta{joint}"
         return tuple(names)
 
     def turns(self, joint: int, side: str) -> str:
-        """With the phase's other coordinates."""
+        """Phase [turns] as text, as in Structure but with the part of its other coordinates."""
         mesh = self.meshes.index(f"{side}{joint}_1") if self.phased else -1
         turns = super().turns(joint, side)
         for place in (place for of, place in self.phased if of == mesh):
@@ -73,7 +73,7 @@ class TermStructure(Structure):
         return turns
 
     def sensed(self, joint: int) -> tuple[str, str]:
-        """A sum over the coordinates where the controller is not told its joint's own."""
+        """Angle and rate that a controller is told, as text: sums if not its joint's own."""
         if not self.feedback:
             return super().sensed(joint)
         told = [place for place, of in self.feedback if of == joint - 1]
@@ -86,7 +86,7 @@ class TermStructure(Structure):
         return angle, rate
 
     def acceleration(self) -> Lines:
-        """From a member's coordinates and rates to their accelerations and the mesh forces."""
+        """Lines from a member's coordinates and rates to its accelerations and mesh forces."""
         yield from equations(self)
         yield from _solve(self)
 
@@ -100,7 +100,7 @@ def term_structure(
     phase_weights: np.ndarray,
     feedback: np.ndarray,
 ) -> TermStructure:
-    """That of a model; see TermEquations."""
+    """The structure of a model from its terms; see TermEquations."""
     common = common_structure(arm, layout, gears, drive)
     if phase_weights.any():  # sun and ring mesh each by its own
         stages = (stage and stage._replace(one_rate=False) for stage in common.stages)
@@ -127,7 +127,7 @@ def _entries(table: np.ndarray) -> tuple[Entry, ...]:
 
 
 def equations(s: TermStructure) -> Lines:
-    """M as ``M{i}_{j}``, the bias ``h{i}`` and the force ``f{i}``; entries that are 0 are not."""
+    """Lines of M as ``M{i}_{j}``, bias ``h{i}`` and force ``f{i}``; entries that are 0 are not."""
     yield from _waves(s)
     yield from _sums(
         "M", [(f"{i}_{j}", f"mass_{k}" + _by(s, "c", w)) for k, (i, j, w) in _each(s.mass)]
@@ -160,7 +160,7 @@ def _rate(s: TermStructure, place: int) -> str:
 
 
 def _waves(s: TermStructure) -> Lines:
-    """Cosines and sines of the waves that some term has."""
+    """Lines of cosines and sines of the waves that some term has."""
     cosines = {w for *_, w in s.mass} | {w for _, w in s.weight}
     sines = {w for _, w, *_ in s.bias} | {w for _, w in s.weight}
     for number, wave in enumerate(s.waves):
@@ -174,7 +174,7 @@ def _waves(s: TermStructure) -> Lines:
 
 
 def _sums(name: str, terms: Sequence[tuple[str, str]]) -> Lines:
-    """Every entry, the sum of its terms in their order."""
+    """Lines of every entry, the sum of its terms in their order."""
     found = defaultdict[str, list[str]](list)
     for place, term in terms:
         found[place].append(term)
@@ -183,7 +183,7 @@ def _sums(name: str, terms: Sequence[tuple[str, str]]) -> Lines:
 
 
 def _forces(s: TermStructure) -> Lines:
-    """F - D v of Eqs. 21-22, friction, weight and what conservative springs do to the angles."""
+    """Lines of F - D v of Eqs. 21-22, friction, weight and conservative springs' torques."""
     for j in s.joints:
         yield from torque(s, j)
     numbers = {mesh: number for number, mesh in enumerate(s.meshes)}
@@ -205,7 +205,7 @@ def _forces(s: TermStructure) -> Lines:
 
 
 def _taken(s: TermStructure, numbers: dict[str, int], begun: set[int]) -> Lines:
-    """What friction, dampers and conservative springs add to the forces."""
+    """Lines that add friction, dampers and conservative springs to the forces."""
     changes = [(s.angles[j], f"-(friction{j + 1} * v_theta{j + 1})") for j in s.rubbed]
     for mesh, number in numbers.items():
         where, less = s.differences[number]
@@ -226,10 +226,11 @@ def entry_of_mass(s: TermStructure, row: int, column: int) -> str:
 
 
 def _solve(s: TermStructure) -> Lines:
-    """M q'' = f - h by elimination, displacements first: of a gear's row few entries are not 0.
+    """Lines that solve M q'' = f - h by elimination, displacements first.
 
-    The pivot is the diagonal's wherever it has an entry: an arm's own M is positive definite. A
-    form with a slip may lack one, and takes the first row that has.
+    Of a gear's row few entries are not 0. The pivot is the diagonal's wherever it has an entry: an
+    arm's own M is positive definite. A form with a slip may lack one, and takes the first row that
+    has.
     """
     columns = sorted(range(s.size), key=lambda place: place in s.angles)
     filled, rows, pivots = {(i, j) for i, j, _ in s.mass}, list(columns), dict[int, int]()

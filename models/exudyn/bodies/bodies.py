@@ -59,7 +59,7 @@ def meshes_of(arm: Arm, chosen: Switches) -> list[list[list[Toothed]]]:
 
 
 def teeth(toothed: Toothed) -> Connector:
-    """The connector of one mesh; what it does to the ground the ground bears."""
+    """Connector of one mesh's forces on its moving bodies; the ground bears what acts on it."""
     moving = tuple(body for body in toothed.bodies if body != poses.GROUND)
     mesh, ground, size = toothed.mesh, STANDS * (poses.GROUND in toothed.bodies), 3 * len(moving)
 
@@ -71,9 +71,10 @@ def teeth(toothed: Toothed) -> Connector:
 
 
 def motor(stage: poses.StageBodies, joint: Joint, law: DriveData, place: int) -> Connector:
-    """T / n on what the motor turns, friction on the link, both back on the previous body.
+    """Connector of one joint's motor and friction, both acting back on the previous body.
 
-    T and friction are those of the link's angle and rate.
+    The motor turns the sun, or the link without gears, by T / n; friction acts on the link. T and
+    friction are those of the link's angle and rate.
     """
     ratio = joint.ring_teeth / joint.sun_teeth + 1 if isinstance(joint, Planetary) else 1.0
     grounded, friction = stage.previous == poses.GROUND, joint.friction_N_m_s_per_rad
@@ -120,12 +121,12 @@ class ExudynBodies(Model):
 
     @cached_property
     def free(self) -> BodyEngine:
-        """The bodies on their joints without any force."""
+        """Engine of the bodies on their joints without any force."""
         return self._engine([], gravity=(0.0, 0.0))
 
     @cached_property
     def driven(self) -> BodyEngine:
-        """The bodies on their joints with meshes, motors, friction and gravity."""
+        """Engine of the bodies on their joints with meshes, motors, friction and gravity."""
         law = drive_data(self.scenario, len(self.stages))
         motors = [
             motor(stage, joint, law, place)
@@ -156,7 +157,7 @@ class ExudynBodies(Model):
         return self.poses.jacobian(q).T @ inertial
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Drive, meshes, dampers, friction and gravity at t [s], shape (n,)."""
+        """Generalized force at t [s], shape (n,): drive, meshes, dampers, friction and gravity."""
         return self.poses.jacobian(q).T @ self.body_forces(t, q, v)
 
     def body_forces(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -179,7 +180,7 @@ class ExudynBodies(Model):
         return self.poses.back(turning)
 
     def _rounding(self, q: np.ndarray, v: np.ndarray) -> float:
-        """What roundings of the meshes' forces may do to a planet [rad/s^2]."""
+        """Largest change of a planet's acceleration [rad/s^2] by rounding of its meshes' forces."""
         pose, velocity = self.poses.pose(q)[None], self.poses.velocity(q, v)[None]
         felt = [
             contact.torque_rounding(
@@ -210,7 +211,7 @@ class ExudynBodies(Model):
         return self.driven.solve(t, self.poses.pose(q), self.poses.velocity(q, v))[0]
 
     def joint_forces(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """What its revolute joint does to every body at t [s], ground frame [N], (bodies, 2)."""
+        """Forces [N] of its revolute joint on every body at t [s], ground frame, (bodies, 2)."""
         engine, pose = self.driven, self.poses.pose(q)
         reactions = engine.solve(t, pose, self.poses.velocity(q, v))[1].reshape(-1, 2)
         sign = np.diag(engine.joint_jacobian()[::2, ::3])  # of its own body in the gap: +1 or -1
@@ -240,7 +241,7 @@ class ExudynBodies(Model):
         return gaps, rates, jacobian @ acceleration + swing
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """q and v at t = 0; no mesh slides."""
+        """q and v at t = 0, shape (n,) each; no mesh slides."""
         start, layout, joints = self.scenario.start, self.layout, len(self.stages)
         q, v = np.zeros(len(layout)), np.zeros(len(layout))
         for place in layout.meshing:
@@ -250,7 +251,10 @@ class ExudynBodies(Model):
         return q, v
 
     def _place_planets(self, q: np.ndarray, place: int) -> None:
-        """Every ring mesh touches, and the first of the sun's, or all are centred; then offsets."""
+        """Set a joint's displacements in ``q`` at the start.
+
+        Every ring mesh touches, and the first of the sun's, or all are centred; then offsets come.
+        """
         start, layout, joints = self.scenario.start, self.layout, len(self.stages)
         x_sp, x_pr = (
             (start.mesh == "contact")
@@ -268,7 +272,7 @@ class ExudynBodies(Model):
             q[layout.at("x_sp", place)] = x_sp[0] + apart
 
     def simulate(self) -> xr.Dataset:
-        """The trapezoidal rule at the scenario's step, all of it in the engine.
+        """Run the scenario by the trapezoidal rule at its step, all of it in the engine.
 
         Meant for some milliseconds: 4.5 kHz are resolved to 1e-4 at 1 us. Mesh variables, if any
         joint has gears, hold one value per planet, NaN where a joint has fewer planets than
@@ -326,7 +330,7 @@ class ExudynBodies(Model):
         }
 
     def largest_stable_step(self) -> float:
-        """inf: the trapezoidal rule lets no decaying mode grow, whatever the step.
+        """Largest stable step: inf, as the trapezoidal rule lets no decaying mode grow at any step.
 
         Accuracy sets the step instead: at h the rule slows a mode of omega by (omega h)^2 / 12.
         """
@@ -334,7 +338,7 @@ class ExudynBodies(Model):
 
 
 def _seen(values: np.ndarray, bodies: Sequence[int]) -> np.ndarray:
-    """Columns of a mesh's bodies, the ground's zero, out of (times, 3 bodies)."""
+    """Columns of a mesh's bodies out of values (times, 3 bodies); zeros for the ground."""
     by_body = values.reshape(len(values), -1, 3)
     columns: list[Any] = [
         np.zeros((len(values), 3)) if body == poses.GROUND else by_body[:, body] for body in bodies

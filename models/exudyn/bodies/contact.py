@@ -178,7 +178,7 @@ def touching(mesh: ContactMesh) -> float:
 
 @njit(cache=True)
 def gap_of(mesh: ContactMesh, contact: ContactState) -> float:
-    """x - e [m] (Eq. 14)."""
+    """Gap x - e [m] of a mesh (Eq. 14)."""
     return contact.x - mesh.runout - mesh.error * np.sin(contact.phase + mesh.error_phase)
 
 
@@ -207,7 +207,7 @@ def damping_force(mesh: ContactMesh, contact: ContactState) -> float:
 
 @njit(cache=True)
 def carrier_torque(mesh: ContactMesh, contact: ContactState) -> float:
-    """What the spring's energy k f^2 / 2 loses per angle of the carrier, x held [N m]."""
+    """Torque [N m] on the carrier: what the spring's k f^2 / 2 loses per its angle, x held."""
     travel = travel_of(mesh, contact)
     stiffening = slope_at(mesh.kind, mesh.numbers, contact.phase) * travel**2 / 2
     closing = mesh.error * np.cos(contact.phase + mesh.error_phase)  # what the error takes of f
@@ -245,7 +245,7 @@ def line_of_action(mesh: ContactMesh, along: complex, flank: float) -> complex:
 
 @njit(cache=True)
 def look(mesh: ContactMesh, t: float, q: np.ndarray, q_t: np.ndarray) -> ContactState:
-    """What the bodies' poses q and rates q_t, each (3 bodies,), say about the mesh at t [s]."""
+    """State of a mesh's contact at t [s] by its bodies' poses q and rates q_t, each (3 bodies,)."""
     planet, carrier = motion(q, q_t, PLANET), motion(q, q_t, CARRIER)
     body, previous = motion(q, q_t, WHEEL), motion(q, q_t, len(q) // 3 + PREVIOUS)
     wheel = carried(body, mesh.seat * np.exp(1j * body.angle))
@@ -319,7 +319,7 @@ def readings(mesh: ContactMesh, t: np.ndarray, q: np.ndarray, q_t: np.ndarray) -
 
 
 def torque_rounding(mesh: ContactMesh, largest: float, q: np.ndarray, q_t: np.ndarray) -> float:
-    """What roundings of a mesh's deflection and rate may change on its planet [N m].
+    """Largest change of the torque on a planet [N m] by rounding of a mesh's deflection and rate.
 
     largest: its stiffness [N/m]. q, q_t: of the mesh's bodies as in ``look``.
     """

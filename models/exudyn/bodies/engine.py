@@ -62,7 +62,7 @@ class BodyEngine:
         self.size = len(pose)
 
     def _add_bodies(self, bodies: Sequence[RigidBody], gravity: tuple[float, float]) -> None:
-        """Parts of one body share its node, which welds them."""
+        """Add the bodies to the system; parts of one body share its node, which welds them."""
         ground = self.system.AddObject(items.ObjectGround())
         first = {GROUND: ground}
         for number, body in enumerate(bodies):
@@ -98,7 +98,7 @@ class BodyEngine:
             data.SetAECoordinates(np.zeros(len(data.GetAECoordinates())), configuration)
 
     def mass_matrix(self) -> np.ndarray:
-        """M of the state, shape (3 bodies, 3 bodies)."""
+        """Mass matrix M of the state, shape (3 bodies, 3 bodies)."""
         self.solver.ComputeMassMatrix(self.system)
         return np.array(self.solver.GetSystemMassMatrix())
 

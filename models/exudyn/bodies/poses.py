@@ -54,7 +54,7 @@ def pitch_radius(joint: Planetary, teeth: int) -> float:
 
 
 def stages_of(arm: Arm) -> list[StageBodies]:
-    """Bodies are counted joint by joint: link, and of a geared joint sun and planets."""
+    """Numbers of every joint's bodies, counted joint by joint: link, then any sun and planets."""
     stages, previous, number = [], GROUND, 0
     for joint in arm.joints:
         link, driven = number, number
@@ -67,7 +67,7 @@ def stages_of(arm: Arm) -> list[StageBodies]:
 
 
 def body_count(arm: Arm) -> int:
-    """How many bodies move."""
+    """Number of bodies that move."""
     last = stages_of(arm)[-1]
     return last.driven + 1 + len(last.planets)
 
@@ -99,7 +99,10 @@ def planet_seats(joint: Planetary) -> list[complex]:
 
 
 def link_parts(arm: Arm, place: int) -> tuple[Part, ...]:
-    """Link, carrier or rotor, and at the far end the next joint's ring or motor, or the payload."""
+    """Parts of a link's body: the link, its carrier or rotor, and what its far end carries.
+
+    That is the next joint's ring or motor, or the payload.
+    """
     joint, end = arm.joints[place], arm.links[place].length_m
     if isinstance(joint, Planetary):
         hub = Part(joint.carrier_mass_kg, 0.0, gear_inertia(joint, "carrier"))
@@ -126,7 +129,7 @@ def _bare_link(link: Link) -> Part:
 
 
 def gear_inertia(joint: Planetary, gear: Gear) -> float:
-    """J [kg m^2], or the M [kg] given instead times the square of ``base_radius``."""
+    """Inertia J [kg m^2], or the M [kg] given instead times the square of ``base_radius``."""
     inertia, mass = _given(joint, gear)
     if mass is not None:
         return mass * base_radius(joint, gear) ** 2
@@ -135,7 +138,7 @@ def gear_inertia(joint: Planetary, gear: Gear) -> float:
 
 
 def equivalent_mass(joint: Planetary, gear: Gear) -> float:
-    """M [kg], or the J [kg m^2] given instead over the square of ``base_radius``."""
+    """Equivalent mass M [kg], or J [kg m^2] given instead over the square of ``base_radius``."""
     inertia, mass = _given(joint, gear)
     if inertia is not None:
         return inertia / base_radius(joint, gear) ** 2
@@ -144,19 +147,19 @@ def equivalent_mass(joint: Planetary, gear: Gear) -> float:
 
 
 def _given(joint: Planetary, gear: Gear) -> tuple[float | None, float | None]:
-    """J and M, one of them."""
+    """J [kg m^2] and M [kg] of a gear as the arm gives them: one of them, the other None."""
     return getattr(joint, f"{gear}_inertia_kg_m2"), getattr(joint, f"{gear}_equivalent_mass_kg")
 
 
 def base_radius(joint: Planetary, gear: Gear) -> float:
-    """Of a gear [m]; of the carrier r_c cos(alpha)."""
+    """Base radius of a gear [m]; of the carrier r_c cos(alpha)."""
     teeth = {"sun": joint.sun_teeth, "planet": joint.planet_teeth}
     pitch = pitch_radius(joint, teeth.get(gear, joint.sun_teeth + joint.planet_teeth))
     return pitch * float(np.cos(np.radians(joint.pressure_angle_deg)))
 
 
 def turns_of(arm: Arm, layout: Layout) -> np.ndarray:
-    """Absolute angles of the bodies over the layout's coordinates, shape (bodies, n).
+    """Matrix that gives the bodies' absolute angles by the coordinates, shape (bodies, n).
 
     Eqs. 2 and 3 give the wheels' angles relative to the previous link, planets against the carrier:
     r_p theta_p = x_pr + r_cp theta_c and r_s theta_s = x_sp + r_p theta_p + r_cp theta_c.
@@ -180,7 +183,7 @@ def turns_of(arm: Arm, layout: Layout) -> np.ndarray:
 
 
 def turned_back(arm: Arm, layout: Layout) -> np.ndarray:
-    """The layout's coordinates over absolute angles, shape (n, bodies); mean of lumped planets.
+    """Matrix that gives the coordinates by absolute angles, (n, bodies); mean of lumped planets.
 
     Solved for by hand: a pseudo-inverse leaves of a link's small acceleration what rounding of the
     gears' large ones does.
@@ -235,16 +238,16 @@ class PoseMap:
         self._back = turned_back(arm, layout)
 
     def pose(self, q: np.ndarray) -> np.ndarray:
-        """Where the bodies are."""
+        """Poses of all bodies at coordinates q (n,), shape (3 bodies,)."""
         return _flat(self.levers @ self._directions(q), self.turns @ q)
 
     def velocity(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """How they move at rates v."""
+        """Velocities of all bodies at q and rates v, shape (3 bodies,)."""
         spin = self.turns @ v
         return _flat(self.levers @ (1j * spin[self.links] * self._directions(q)), spin)
 
     def acceleration(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """How they accelerate at rates v and accelerations a."""
+        """Accelerations of all bodies at q, rates v and accelerations a, shape (3 bodies,)."""
         spin, turning = (self.turns @ v)[self.links], self.turns @ a
         swing = (1j * turning[self.links] - spin**2) * self._directions(q)
         return _flat(self.levers @ swing, turning)
@@ -255,7 +258,7 @@ class PoseMap:
         return _flat(self.levers @ swing, self.turns)
 
     def back(self, turning: np.ndarray) -> np.ndarray:
-        """q (n,) of the bodies' angles, or its rates or accelerations of theirs, (bodies,)."""
+        """q (n,) from the bodies' angles (bodies,), or its rates or accelerations from theirs."""
         return self._back @ turning
 
     def require_alike(self, turning: np.ndarray, close: float) -> None:

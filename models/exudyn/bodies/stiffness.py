@@ -48,7 +48,7 @@ class Spring(NamedTuple):
 
 
 def spring_of(law: stiffness_laws.StiffnessLaw) -> Spring:
-    """The numbers of a law."""
+    """A stiffness law as the numbers of a Spring."""
     if isinstance(law, stiffness_laws.SineStiffness):
         return Spring(SINE, law.mean_N_per_m, np.array([[law.amplitude_N_per_m]]))
     if isinstance(law, stiffness_laws.FourierStiffness):
@@ -66,10 +66,11 @@ def _square(law: stiffness_laws.SquareStiffness) -> Spring:
 
 
 def _table(law: stiffness_laws.TableStiffness) -> Spring:
-    """Second derivatives of neighbouring cubics are equal at every row, slopes found pass by pass.
+    """Spring of a table, its slopes found pass by pass.
 
-    On the interval's two slopes m_0, m_1 and mean slope d they are (6 d - 4 m_0 - 2 m_1) / h at its
-    beginning and (2 m_0 + 4 m_1 - 6 d) / h at its end.
+    Second derivatives of neighbouring cubics are equal at every row. On the interval's two slopes
+    m_0, m_1 and mean slope d they are (6 d - 4 m_0 - 2 m_1) / h at its beginning and (2 m_0 + 4 m_1
+    - 6 d) / h at its end.
     """
     cycles, stiffness = np.array(law.phase_cycles), np.array(law.stiffness_N_per_m)
     width = np.diff(cycles)
@@ -86,7 +87,7 @@ def _table(law: stiffness_laws.TableStiffness) -> Spring:
 
 @njit(cache=True)
 def stiffness_at(kind: float, mean: float, numbers: np.ndarray, phase: float) -> float:
-    """k [N/m] at a mesh phase [rad]; the others are a Spring's."""
+    """k [N/m] at a mesh phase [rad]; the other arguments are fields of a Spring."""
     if kind == SINE:
         return mean + numbers[0, 0] * np.sin(phase)
     if kind == FOURIER:
@@ -119,7 +120,7 @@ def square(numbers: np.ndarray, phase: float) -> float:
 
 @njit(cache=True)
 def interval(numbers: np.ndarray, phase: float) -> tuple[int, float]:
-    """The interval of a table that the phase falls into, by its last row, and how far [-]."""
+    """Last row of a table's interval that the phase falls into, and how far into it, 0 to 1."""
     cycle = (phase / (2 * np.pi)) % 1.0
     right = min(int(np.searchsorted(numbers[:, 0], cycle, side="right")), len(numbers) - 1)
     return right, (cycle - numbers[right - 1, 0]) / (numbers[right, 0] - numbers[right - 1, 0])
@@ -127,7 +128,7 @@ def interval(numbers: np.ndarray, phase: float) -> tuple[int, float]:
 
 @njit(cache=True)
 def cubic(numbers: np.ndarray, phase: float) -> float:
-    """The Hermite cubic [N/m] of the interval that the phase falls into."""
+    """Stiffness [N/m] by the Hermite cubic of the interval that the phase falls into."""
     right, s = interval(numbers, phase)
     begin, end = numbers[right - 1], numbers[right]
     width = end[0] - begin[0]
@@ -137,7 +138,7 @@ def cubic(numbers: np.ndarray, phase: float) -> float:
 
 @njit(cache=True)
 def slope_at(kind: float, numbers: np.ndarray, phase: float) -> float:
-    """dk/d phase [N/m per rad] at a mesh phase [rad]; the others are a Spring's."""
+    """dk/d phase [N/m per rad] at a mesh phase [rad]; the others are fields of a Spring."""
     if kind == SINE:
         return numbers[0, 0] * np.cos(phase)
     if kind == FOURIER:

@@ -53,7 +53,7 @@ def _gear(joint: PlanetaryGears, gear: Gear) -> tuple[float | None, float | None
 def gear_stage(
     place: int, bodies: StageCoordinates, joint: PlanetaryStage, chosen: Switches
 ) -> GearStage:
-    """What is known of a geared joint, the place-th from 0."""
+    """Bodies, planet inertia and mesh laws of a geared joint, the place-th from 0."""
     planets = range(joint.planet_count)
     return GearStage(
         place,
@@ -128,7 +128,7 @@ def _phase_rate(joint: PlanetaryGears, chosen: Switches, side: Side) -> float:
 
 
 def _phase_offset(joint: PlanetaryStage, side: Side, planet: int, given: float | None) -> float:
-    """Added to the mesh's phase [rad]: as given, or as the teeth say."""
+    """Constant part of a mesh's phase [rad]: as given, or as the teeth say."""
     if given is not None:
         return given
     turn = 2 * np.pi * passed(joint, side, planet)

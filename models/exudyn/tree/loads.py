@@ -65,7 +65,7 @@ def joints_of(arm: Arm, stages: Sequence[StageCoordinates]) -> Joints:
 
 
 def packed(gears: Gearing, drive: DriveData, joints: Joints) -> Packed:
-    """The numbers of all forces."""
+    """Gearing, drive and joints packed end to end into flat arrays."""
     sizes = [*gears.places.shape[:1], *gears.sun_laws.shape, *drive.table_torque.shape]
     laws = [gears.sun_laws, gears.ring_laws, drive.gains, drive.table_time, drive.table_torque]
     head = np.array([*sizes, drive.code, gears.conservative])
@@ -78,7 +78,7 @@ def packed(gears: Gearing, drive: DriveData, joints: Joints) -> Packed:
 
 @njit(cache=True, inline="always")
 def unpacked(numbers: np.ndarray, places: np.ndarray) -> tuple[Gearing, DriveData, Joints]:
-    """Views of the fields of Packed."""
+    """Gearing, drive and joints as views of the fields of Packed."""
     stages, planets, longest, count, rows, code, conservative = places[:SIZES]
     laws, stage, link = planets * longest, SIZES + 2 * planets, SIZES + 2 * planets + 4 * stages
     time = 2 * laws + 3 * count
@@ -104,7 +104,10 @@ def unpacked(numbers: np.ndarray, places: np.ndarray) -> tuple[Gearing, DriveDat
 def add_joints(
     drive: DriveData, joints: Joints, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
 ) -> None:
-    """Every motor at time t [s], T / n with T from the link's angle and rate; and the friction."""
+    """Add every motor's torque and the friction to ``forces`` at time t [s].
+
+    A motor gives T / n, with T from the link's angle and rate.
+    """
     for joint in range(len(joints.links)):
         link, driven = joints.links[joint], joints.driven[joint]
         gains, table = drive.gains[joint], drive.table_torque[joint]
@@ -115,7 +118,7 @@ def add_joints(
 
 @njit(cache=True)
 def loads_on_tree(numbers: np.ndarray, places: np.ndarray, state: np.ndarray) -> None:
-    """All generalized forces [N m] on the tree, of Packed's numbers, into the end of ``state``.
+    """Write all generalized forces [N m] on the tree, by Packed's numbers, to the end of ``state``.
 
     state (1 + 3 bodies,): time [s], coordinates, rates, forces.
     """

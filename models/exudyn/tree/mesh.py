@@ -198,7 +198,7 @@ class Gearing(NamedTuple):
 
 
 def gearing(gears: Sequence[GearStage], conservative: bool) -> Gearing:
-    """The stages with their laws."""
+    """All gear stages of an arm as flat arrays."""
     stages = [gear.bodies for gear in gears]
     places = [(s.link, s.driven, s.planets[0], s.planets[-1] + 1) for s in stages]
     new = [flags for gear in gears for flags in zip(_new(gear.sun), _new(gear.ring), strict=True)]
@@ -237,7 +237,7 @@ def add_sun_mesh(
     planet: int,
     forces: np.ndarray,
 ) -> None:
-    """Spring and damper of one sun-planet mesh, onto the forces [N m] of the three it couples.
+    """Add spring and damper of one sun-planet mesh to the forces [N m] of the three it couples.
 
     stiffness, error: of ``variation``.
     """
@@ -260,7 +260,7 @@ def add_ring_mesh(
     planet: int,
     forces: np.ndarray,
 ) -> None:
-    """One ring-planet mesh, as ``add_sun_mesh``: the ring rests on the previous link."""
+    """Add one ring-planet mesh, as ``add_sun_mesh`` does; the ring rests on the previous link."""
     x = stretch(law, 0.0, q[planet], q[link])
     x_dot = stretch(law, 0.0, q_t[planet], q_t[link])
     pull = elastic_force(law, x, stiffness, error) + damping_force(law, x, x_dot, error)
@@ -272,7 +272,7 @@ def add_ring_mesh(
 def add_meshes(
     gears: Gearing, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
 ) -> None:
-    """Every mesh spring of the arm at time t [s], onto the forces [N m] of the tree coordinates."""
+    """Add all mesh springs and dampers at time t [s] to the forces [N m] of the coordinates."""
     sun_k, sun_e, ring_k, ring_e, row = 0.0, 0.0, 0.0, 0.0, 0
     for stage in range(len(gears.places)):
         link, sun, first, after = gears.places[stage]
@@ -289,7 +289,7 @@ def add_meshes(
 
 @njit(cache=True, inline="always")
 def add_turning_torques(gears: Gearing, q: np.ndarray, forces: np.ndarray) -> None:
-    """What every spring's potential does to the links, onto the forces [N m].
+    """Add what every spring's potential does to the links to the forces [N m].
 
     A link's coordinate is its angle against the previous link: the torques are pairs between both.
     """
@@ -324,7 +324,7 @@ def deflection(
 
 
 def torque_rounding(law: MeshLaw, stage: StageCoordinates, q: np.ndarray, q_t: np.ndarray) -> float:
-    """What roundings of a linear law's deflection and rate may change on a planet [N m].
+    """Largest change of the torque on a planet [N m] by rounding of deflection and rate.
 
     q, q_t: tree coordinates and rates (bodies,), all planets alike.
     """

@@ -19,7 +19,7 @@ PartOfBody = tuple[float, float, float]  # mass [kg], place [m], inertia about i
 
 
 def stages_of(arm: Arm) -> list[StageCoordinates]:
-    """Bodies are counted joint by joint: link, and of a geared joint sun and planets."""
+    """Places of every joint's bodies, counted joint by joint: link, then any sun and planets."""
     stages, first = [], 0
     for joint in arm.joints:
         driven = first + isinstance(joint, Planetary)
@@ -52,7 +52,7 @@ def _composite(parts: Sequence[PartOfBody]) -> PartOfBody:
 
 
 def _link_parts(arm: Arm, place: int) -> list[PartOfBody]:
-    """The link, what its joint fixes to it, and at its far end the next one's part or payload."""
+    """Parts of a link's body: the link, what its joint fixes to it, what its far end carries."""
     joint = arm.joints[place]
     if isinstance(joint, Planetary):
         turned = (joint.carrier_mass_kg, 0.0, inertia(joint, "carrier"))
@@ -71,7 +71,7 @@ def _link(link: Link) -> PartOfBody:
 
 
 def _far_end(arm: Arm, place: int) -> PartOfBody:
-    """Ring or motor of the next joint, or the payload."""
+    """Part at a link's far end: ring or motor of the next joint, or the payload."""
     at = arm.links[place].length_m
     if place + 1 == len(arm.joints):
         return arm.payload_mass_kg, at, 0.0
@@ -92,7 +92,7 @@ def _planets(joint: Planetary, carrier: int) -> list[TreeBody]:
 
 
 def tree_from_paper(arm: Arm, layout: Layout) -> np.ndarray:
-    """A, shape (bodies, n): tree coordinates of the paper's.
+    """Matrix A that gives tree coordinates by the paper's, shape (bodies, n).
 
     From x_sp = r_s (sun - link) + r_p planet and x_pr = -r_r link - r_p planet. The paper's planet
     angle, counted against the carrier, is -(link + planet) here. Lumped planets are all alike.
@@ -114,7 +114,7 @@ def tree_from_paper(arm: Arm, layout: Layout) -> np.ndarray:
 
 
 def paper_from_tree(arm: Arm, layout: Layout) -> np.ndarray:
-    """The way back, shape (n, bodies), with the mean over the planets of a stage if lumped."""
+    """Matrix that gives the paper's coordinates by the tree's, (n, bodies); lumped: by the mean."""
     stages = stages_of(arm)
     matrix = np.zeros((len(layout), stages[-1].after))
     for place, (stage, joint) in enumerate(zip(stages, arm.joints, strict=True)):

@@ -57,12 +57,12 @@ class StiffnessCurve(NamedTuple):
 
 
 def constant(stiffness: float) -> StiffnessCurve:
-    """The same stiffness [N/m] at every phase."""
+    """The curve of a stiffness [N/m] that is the same at every phase."""
     return StiffnessCurve(SINE, stiffness)
 
 
 def curve_of(law: stiffness_laws.StiffnessLaw) -> StiffnessCurve:
-    """The numbers of a law."""
+    """A stiffness law as the numbers of a curve."""
     if isinstance(law, stiffness_laws.SineStiffness):
         return StiffnessCurve(SINE, law.mean_N_per_m, law.amplitude_N_per_m)
     if isinstance(law, stiffness_laws.TableStiffness):
@@ -76,7 +76,7 @@ def curve_of(law: stiffness_laws.StiffnessLaw) -> StiffnessCurve:
 
 
 def _square(law: stiffness_laws.SquareStiffness) -> StiffnessCurve:
-    """Eq. 7, its sin(i (u - phase)) taken apart, u = 2 pi (contact ratio - 1)."""
+    """The curve of Eq. 7, its sin(i (u - phase)) taken apart, u = 2 pi (contact ratio - 1)."""
     swing, overlap = law.largest_N_per_m - law.least_N_per_m, law.contact_ratio - 1
     order = np.arange(1, law.harmonics + 1)
     size, turned = swing / (np.pi * order), 2 * np.pi * overlap * order
@@ -85,7 +85,10 @@ def _square(law: stiffness_laws.SquareStiffness) -> StiffnessCurve:
 
 
 def _spline(cycles: np.ndarray, stiffness: np.ndarray) -> StiffnessCurve:
-    """Slopes of neighbouring cubics are equal at every row, the last one's those of the first."""
+    """The curve of a table, by the periodic cubic spline.
+
+    Slopes of neighbouring cubics are equal at every row, the last one's those of the first.
+    """
     from scipy.sparse import csc_array  # for tables alone
     from scipy.sparse.linalg import spsolve
 
@@ -116,7 +119,7 @@ def stiffness_at(law: np.ndarray, place: int, phase: Number, sine: Number) -> Nu
 
 @njit(cache=True)
 def waves_at(law: np.ndarray, place: int, phase: Number) -> Number:
-    """Mean and waves [N/m]: cosine and sine of every order, each turned on by the phase."""
+    """Stiffness [N/m] by mean and waves, each order turned on from the last by the phase."""
     rows, first = int(law[place + ROWS]), place + FIRST
     cosine, sine = np.cos(phase), np.sin(phase)
     along, across, total = cosine, sine, law[place + MEAN]
@@ -128,7 +131,7 @@ def waves_at(law: np.ndarray, place: int, phase: Number) -> Number:
 
 @njit(cache=True)
 def spline_at(law: np.ndarray, place: int, phase: Number) -> Number:
-    """The periodic cubic spline [N/m]."""
+    """Stiffness [N/m] by the periodic cubic spline at a mesh phase [rad]."""
     rows, first = int(law[place + ROWS]), place + FIRST
     at = phase / (2 * np.pi)
     at -= np.floor(at.real)

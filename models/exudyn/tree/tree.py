@@ -66,12 +66,12 @@ class ExudynTree(Model):
 
     @cached_property
     def _free(self) -> Engine:
-        """The bodies without any force."""
+        """Engine with the bodies without any force."""
         return Engine(parts.bodies_of(self.arm), None, [0.0], gravity=(0.0, 0.0))
 
     @cached_property
     def _driven(self) -> Engine:
-        """The bodies with meshes, motors, friction and gravity."""
+        """Engine with the bodies, their meshes, motors, friction and gravity."""
         return self._engine(self.gears)
 
     def _engine(self, gears: Sequence[GearStage]) -> Engine:
@@ -96,7 +96,7 @@ class ExudynTree(Model):
         return -self.from_paper.T @ self._placed(self._free, 0.0, q, v).right_hand_side()
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Drive, meshes, dampers, friction and gravity at t [s], shape (n,), beside the bias."""
+        """Generalized force at t [s], shape (n,): drive, meshes, dampers, friction and gravity."""
         force = self._placed(self._driven, t, q, v).right_hand_side()
         return self.from_paper.T @ force + self.bias(q, v)
 
@@ -117,7 +117,7 @@ class ExudynTree(Model):
         return paper
 
     def _rounding(self, q: np.ndarray, q_t: np.ndarray) -> float:
-        """What roundings of the meshes' forces may do to a lumped planet [rad/s^2]."""
+        """Largest change of a lumped planet's acceleration [rad/s^2] by rounding of mesh forces."""
         felt = [
             mesh.torque_rounding(law, gear.bodies, q, q_t) / gear.planet_inertia
             for gear in self.stiffest
@@ -136,7 +136,7 @@ class ExudynTree(Model):
         return self.from_paper @ q, self.from_paper @ v
 
     def _place_teeth(self, gear: GearStage, q: np.ndarray) -> None:
-        """Mesh displacements [m] of a stage at t = 0; the sun turns until it meets a planet."""
+        """Set a stage's mesh displacements [m] at t = 0; the sun turns until it meets a planet."""
         start, at, joint = self.scenario.start, self.layout.at, gear.joint
         contact = float(start.mesh == "contact")
         sun, ring = (
@@ -153,7 +153,7 @@ class ExudynTree(Model):
             q[at("x_pr", joint, planet)] = ring[planet] + by_ring + offset
 
     def simulate(self) -> xr.Dataset:
-        """RK44 at the scenario's step, all of it in the engine.
+        """Run the scenario by RK44 at its step, all of it in the engine.
 
         Mesh variables, if any joint has gears, hold one value per planet, NaN where a joint has
         fewer planets than another.
