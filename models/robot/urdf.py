@@ -251,7 +251,7 @@ def _told(root: Element) -> Iterator[str]:
             yield f"{key} of {', '.join(own)} is not used"
     meshes = sum(1 for _ in root.iter("mesh"))
     if meshes:
-        yield f"{meshes} mesh files are neither needed nor read"
+        yield f"mesh files ({meshes}) are neither needed nor read"
     others = sorted({each.tag for each in root} - {"link", "joint", "material"})
     if others:
         yield f"elements not used: {', '.join(others)}"

@@ -180,7 +180,7 @@ def test_what_is_not_used_is_told():
     assert robot(text).told == (
         "friction of turn is not used",
         "damping of turn is not used",
-        "1 mesh files are neither needed nor read",
+        "mesh files (1) are neither needed nor read",
         "elements not used: gazebo, transmission",
     )
 
