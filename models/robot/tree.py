@@ -155,7 +155,7 @@ def _doubtful(urdf: Urdf, frames: dict[str, LinkFrame]) -> Iterator[str]:
         if link.body is None or frames[link.name].body == BASE:
             continue
         values = np.linalg.eigvalsh(link.body.inertia)
-        if link.body.mass == 0:
+        if link.body.mass == 0 and values[-1] > 0:
             yield f"link {link.name}: an inertia without mass; used as it stands"
         if values[0] + values[1] < values[2] * (1 - ROUNDED):
             yield (

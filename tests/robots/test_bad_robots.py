@@ -185,6 +185,15 @@ def test_what_is_not_used_is_told():
     )
 
 
+@pytest.mark.parametrize(("size", "lines"), [(0.01, 1), (0.0, 0)])
+def test_an_inertia_without_mass_is_told_and_nothing_without_either(size, lines):
+    massless = Solid(0.0, inertia=(size, 0, 0, size, 0, size))
+    held = joint("flange", "arm", "hand", "fixed")
+    told = robot(urdf(GROUND, link("arm", massless), link("hand", Solid()), TURN, held)).told
+    assert len(told) == lines
+    assert all(line.startswith("link arm: an inertia without mass") for line in told)
+
+
 def test_an_inertia_that_breaks_the_triangle_inequality_is_used_and_told():
     flat = Solid(inertia=(0.01, 0, 0, 0.01, 0, 0.03))
     own = robot(urdf(GROUND, link("arm", flat), TURN))
