@@ -30,6 +30,8 @@ from crosscheck.audit.page.material import Material
 from crosscheck.models.loading import load_arm
 from crosscheck.studies.members.starts import perturbed
 
+pytestmark = pytest.mark.slow
+
 TIME = np.arange(30000) * 4e-5
 BRIEF = Scale(quick=True, longest_s=0.002, most_starts=2)
 

@@ -21,6 +21,8 @@ from crosscheck.audit.experiments.experiments import BACKLASH, ERROR, PLANTED, S
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.scale import Scale
 
+pytestmark = pytest.mark.slow
+
 ODD = (math.nan, math.nan, math.inf, -math.inf, 0.0, -0.0)
 STARTS = 6
 

@@ -45,6 +45,7 @@ def test_another_first_seed_names_the_same_files(tmp_path):
     assert set(Scale(first_seed=99).seeds).isdisjoint(Scale().seeds)
 
 
+@pytest.mark.slow
 def test_one_figure_alone_makes_a_self_contained_page(cache):
     """Its script and its style are in it; nothing is asked of any other place."""
     paper_command([4], cache / "out", 1, 5)

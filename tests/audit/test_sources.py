@@ -32,6 +32,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Files:
     return {name: {kind: set(f) for kind, f in kinds.items()} for name, kinds in found.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("result", traced_results.RESULTS)
 def test_whatever_ran_counts(files, result):
     looked = files[result]

@@ -133,6 +133,7 @@ def _by_choice() -> Iterator[object]:
             yield pytest.param(replace(claim, quantity=quantity), id=name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("claim", list(_by_choice()))
 def test_a_claim_that_runs_decide_holds_in_one_world_and_not_in_another(claim):
     diverging = "diverge" in claim.quantity.id

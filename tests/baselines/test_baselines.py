@@ -42,6 +42,8 @@ from tests.baselines.short import (
     with_run,
 )
 
+pytestmark = pytest.mark.slow
+
 COMMITTED = Path(__file__).parents[2] / "baselines"
 
 

@@ -9,6 +9,8 @@ import pytest
 from tests.baselines.conftest import Command
 from tests.tool.supplied import model_file
 
+pytestmark = pytest.mark.slow
+
 RUN = ("--scenario", "constant-torque", "--set", "scenario.duration_s=0.002")
 SLIPPED = """
 def slipped(arm):

@@ -34,6 +34,8 @@ from crosscheck.view.trajectory_file import run_of
 from tests.arms import PAPER
 from tests.measured.records import compared, level, record_of
 
+pytestmark = pytest.mark.slow
+
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 INSTALL = "no browser: apt-get install -y chromium"
 DRAWING = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")

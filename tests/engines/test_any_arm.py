@@ -49,6 +49,7 @@ def disagreeing(comparisons: Iterable[Comparison]) -> Iterator[str]:
             yield f"{finding.id}: {finding.measured} of {finding.tolerance} {finding.note}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joints", JOINTS)
 @settings(max_examples=3, **DRAWN)
 @given(data=st.data())

@@ -238,6 +238,7 @@ def test_every_switch_on_arms_of_every_size(place):
         assert state_misses(model) == []
 
 
+@pytest.mark.slow
 @settings(max_examples=6, database=None)
 @given(data=st.data())
 def test_arms_that_nobody_chose(data):

@@ -61,6 +61,7 @@ def all_finite(arm: Arm, generator: random.Random) -> bool:
     return True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joints", [1, 2])
 def test_any_arm_in_range_has_finite_numbers_in_every_model(joints, capfd):
     """And no engine says a word about it."""

@@ -33,6 +33,7 @@ def test_the_true_level_is_named(labelled, true):
     assert found.torque_noise == pytest.approx([TORQUE_NOISE] * 2, rel=0.05)
 
 
+@pytest.mark.slow
 def test_noise_is_that_of_each_level_where_a_joint_stands_still(labelled):
     """Noise of a joint's acceleration passes to both torques, by the level's own mass matrix."""
     model, time = level(labelled, "armature"), np.arange(4000) * 1e-3
@@ -96,6 +97,7 @@ def test_residual_of_a_true_model_is_noise_at_uneven_times(labelled):
     assert found.own_chi2 / found.own_freedom == pytest.approx(1.0, abs=0.25)
 
 
+@pytest.mark.slow
 def test_arms_with_weight_friction_and_more_joints():
     arm = load_arm("direct-between")
     found = compared(record_of(level(arm, "coupled"), rows=4000), arm)
@@ -156,6 +158,7 @@ def test_rates_in_another_unit_are_told(labelled):
             require_same_units(replace(record, rates=factor * rates), rates)
 
 
+@pytest.mark.slow
 def test_the_example_of_the_docs_is_explained_by_its_payload(tmp_path):
     script = ROOT / "examples" / "recordings" / "recorded_motion.py"
     with patch.object(sys, "argv", [str(script), str(tmp_path / "recording.csv")]):

@@ -64,6 +64,7 @@ def test_units_are_those_of_the_names(record, tmp_path):
     assert found.torques == pytest.approx(record.torques)
 
 
+@pytest.mark.slow
 def test_a_trajectory_of_this_program_is_a_record(crosscheck, tmp_path):
     run = tmp_path / "run.nc"
     given = "--scenario", "pd", "--t-end", "0.02", "--out", run

@@ -202,6 +202,7 @@ def test_mesh_modes_with_a_carrier_too_heavy_to_move():
     np.testing.assert_allclose(hertz[-4:], expected, rtol=0, atol=0.06)
 
 
+@pytest.mark.slow
 def test_trapezoidal_rule_has_order_two_while_the_teeth_stay_in_contact():
     settings = (
         "scenario.duration_s=0.001",

@@ -132,6 +132,7 @@ def test_what_a_rigid_gear_leaves_out_of_a_pendulum():
     assert mesh.windup == pytest.approx(moment / (3 * RADIUS) ** 2 / STIFFNESS)
 
 
+@pytest.mark.slow
 def test_the_end_effector_goes_astray_less_where_teeth_are_stiffer():
     """Under torques of coupled; its steps go with the swings, the root of the stiffness."""
     soft, stiff = (

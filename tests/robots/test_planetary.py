@@ -192,6 +192,7 @@ def test_stiff_teeth_are_a_locked_stage(engine):
     assert apart[2] < 0.35 * apart[1]
 
 
+@pytest.mark.slow
 def test_what_a_locked_stage_leaves_out_of_a_pendulum():
     """Play 2 (b_sun + b_ring) / (2 r_cp), wind-up by what the bob asks, swings of both meshes."""
     law = {"law": "sine", "mean_N_per_m": 1e4, "amplitude_N_per_m": 2e3}

@@ -81,6 +81,7 @@ def _raising(*given: object) -> None:
     raise ValueError("no such root")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", ["settled", "growth_of", "sizes_of"])
 @pytest.mark.parametrize(("work", "why"), [(_never, "TooSlow: stopped"), (_dying, "SIGKILL")])
 def test_a_preparation_that_did_not_come_back_ends_the_command(monkeypatch, lost, work, why):

@@ -163,6 +163,7 @@ def test_several_files_appear_together_or_not_at_all(tmp_path):
     assert (tmp_path / "old").read_text() == "old"
 
 
+@pytest.mark.slow
 def test_a_trajectory_survives_a_full_disk_as_one_line(crosscheck, tmp_path):
     out = tmp_path / "run.nc"
     arguments = (*SIMULATE, "--t-end", "0.002", "--out", out)

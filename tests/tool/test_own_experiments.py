@@ -14,6 +14,8 @@ from crosscheck.planning.sizing import growth_of, pd_scenario, sizes_of, step_sc
 from crosscheck.registry import build, reference_model
 from crosscheck.runner.workers import Workers
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def files(brief_plan) -> tuple[str, str]:

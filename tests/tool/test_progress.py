@@ -21,6 +21,8 @@ from crosscheck.runner.tasks import Evaluation, RunKey
 from crosscheck.runner.underway import Expectation, Underway
 from crosscheck.runner.workers import Workers
 
+pytestmark = pytest.mark.slow
+
 CASE = load_case("paper-labelled", "constant-torque")
 
 

@@ -71,6 +71,7 @@ def test_an_arm_is_shown_in_a_locale_without_its_letters(arm):
     assert "0.0368240" in answer.stdout
 
 
+@pytest.mark.slow
 def test_files_are_written_in_a_locale_without_their_letters(arm, tmp_path):
     out = tmp_path / "Ordner Ä" / "run\u2192.nc"
     answer = command_line(*SHORT, arm, "--out", out, env=PLAIN)

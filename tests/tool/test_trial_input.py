@@ -147,6 +147,7 @@ def test_traceback_has_the_users_lines_alone_in_every_view(judged, tmp_path):
     assert "ValueError: here" in (tmp_path / "t.xml").read_text()
 
 
+@pytest.mark.slow
 def test_a_part_that_hangs_is_waited_for_once(judged, monkeypatch):
     monkeypatch.setattr(patience, "IDLE_S", 3.0)
     monkeypatch.setattr(patience, "LEAST_S", 0.01)

@@ -41,6 +41,7 @@ def tried(folder: Path, more: str, run: Run = warm_command_line) -> tuple[int, s
     return answer.returncode, answer.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", LEAVING)
 def test_a_users_model_that_ends_its_process_is_bad_input(tmp_path, case):
     more, said = LEAVING[case]
@@ -50,6 +51,7 @@ def test_a_users_model_that_ends_its_process_is_bad_input(tmp_path, case):
     assert said in err
 
 
+@pytest.mark.slow
 def test_what_a_users_model_does_when_its_process_ends_changes_no_verdict(tmp_path):
     assert tried(tmp_path, f"{AT_THE_END}\n{WRONG}", command_line) == (1, "")
 

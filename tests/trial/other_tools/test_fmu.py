@@ -69,6 +69,7 @@ def judged(content: bytes, mapping: str, arm: str, folder: Path) -> Trial:
     return tried(Asked("unit.fmu", equations, own, quick=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arm", "model", "mapping", "level"),
     [
@@ -217,6 +218,7 @@ def description_3(coordinates: list[str], steps: bool) -> str:
     )
 
 
+@pytest.mark.slow
 def test_version_3_agrees_too(tmp_path):
     content = version_3("paper-labelled", "analytic:coupled", tmp_path)
     trial = judged(content, RIGID, "paper-labelled", tmp_path)

@@ -89,6 +89,7 @@ ERRORS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("asked_once")
 @pytest.mark.parametrize("error", ERRORS)
 def test_errors_are_told_in_the_words_that_functions_get(error, tmp_path):
@@ -187,6 +188,7 @@ CALLED = """\
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc here")
 @pytest.mark.usefixtures("few_states")
 def test_exported_c_in_the_template_of_c_agrees_in_both_rounds(crosscheck, tmp_path, monkeypatch):
