@@ -286,19 +286,10 @@ def precise_program(structure: Structure, recorded: Recorded) -> Program:
         errors=indent("\n".join(_errors()), "        "),
         record=programs.record_text(recorded, (0, n, 2 * n), range(3 * n, 3 * n + m)),
     )
-    table = (programs.POINTER, programs.POINTER, programs.WHOLE, programs.POINTER)
-    numbers = (
-        programs.POINTER,
-        programs.WHOLE,
-        programs.NUMBER,
-        programs.NUMBER,
-        programs.POINTER,
-        programs.NUMBER,
-    )
-    follow = (
-        "follow",
-        (*numbers, *table, programs.POINTER, programs.POINTER, programs.POINTER, programs.POINTER),
-    )
+    pointer, whole, number = programs.POINTER, programs.WHOLE, programs.NUMBER
+    table = (pointer, pointer, whole, pointer)
+    numbers = (pointer, whole, number, number, pointer, number)
+    follow = ("follow", (*numbers, *table, *[pointer] * 4))
     return own.program(text, constants, 1, programs.RUNS, (follow,))
 
 

@@ -154,7 +154,7 @@ def share_words(answer: Answer) -> str:
     if share is None:
         return f"undefined in {answer.undefined} of {answer.starts}"
     left = f", {answer.undefined} undefined" if answer.undefined else ""
-    return f"{share.yes} of {share.of}{left}"
+    return f"{share}{left}"
 
 
 def seen_words(answer: Answer) -> str:

@@ -213,7 +213,7 @@ def third_svg(found: Thirds) -> str:
         fill = colour if strip.cell.planets == "free" else "white"
         axes.plot(np.maximum(sizes, FAINTEST), apart, "o", ms=4.5, mec=colour, mfc=fill)
         if share is not None:
-            said = f" {share.yes} of {share.of} severe"
+            said = f" {share} severe"
             axes.text(1.0, row, said, va="center", transform=axes.get_yaxis_transform())
         names.append(f"{LAW_NAMES[strip.cell.law]}, {PLANET_NAMES[strip.cell.planets]}")
     axes.axvline(SEVERE, color="k", lw=0.7, ls="--", label=f"counted as severe ({SEVERE:g})")

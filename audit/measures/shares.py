@@ -17,6 +17,9 @@ class Share(NamedTuple):
     yes: int
     of: int
 
+    def __str__(self) -> str:
+        return f"{self.yes} of {self.of}"
+
     @property
     def value(self) -> float:
         """The share as a number from 0 to 1."""

@@ -41,7 +41,7 @@ class TableColumn(Generic[Row]):
     def json(self, row: Row) -> JsonValue:
         """The value for JSON; None for what is undefined."""
         value = self.value(row)
-        return _counted(value) if isinstance(value, Share) else recorded(value)
+        return str(value) if isinstance(value, Share) else recorded(value)
 
     def text(self, row: Row) -> str:
         """The value in words or digits, as it is read."""
@@ -99,16 +99,11 @@ class Columns(Generic[Row]):
         return [column.title or "" for column in self._shown()]
 
 
-def _counted(share: Share) -> str:
-    """The words for a share as a count: 3 of 8."""
-    return f"{share.yes} of {share.of}"
-
-
 def _text(value: Value, form: str) -> str:
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return NONE
     if isinstance(value, Share):
-        return _counted(value)
+        return str(value)
     if isinstance(value, tuple):
         return " … ".join(_text(part, form) for part in value)
     if isinstance(value, bool):

@@ -319,7 +319,7 @@ def of_objections(simulated: Maps, material: Material) -> Section:
             if (one.objection, one.cell.law.phase) == (objection, phase)
         )
         shares = [getattr(one, level).share for one in chosen]
-        told = ["undefined" if one is None else f"{one.yes} of {one.of}" for one in shares]
+        told = ["undefined" if one is None else str(one) for one in shares]
         return ", ".join(told) + " starts"
 
     said = text(
