@@ -3,11 +3,12 @@
 # make test-fast  the first case of every test, none that is slow: before every commit
 # make fuzz       the suite's campaigns at length, DRAWS=1000 of each, and other examples of its properties
 # make octave     answers from GNU Octave (needs octave-cli), which the suite skips without
+# make coverage   the suite, measured: docs/project/coverage.md
 # make lint       style, types and import contracts
 # make bench      measure speed side by side: benchmarks/results.json, results.png
 # make paper      the paper's figures and claims: paper-report/paper.html
 # make docs       the docs as a site, warnings are errors: build/docs/index.html
-# make lock       compile run.in and dev.in into the hashed lock files (needs uv)
+# make lock       compile the dependencies of pyproject.toml into the hashed lock files (needs uv)
 # make clean      remove everything the targets above made
 PYTHON ?= python3
 PY := .venv/bin/python
@@ -15,10 +16,10 @@ PIP := $(PY) -m pip --disable-pip-version-check
 INSTALL := $(PIP) install --quiet --require-hashes --no-deps --only-binary :all:
 EDITABLE := $(PIP) install --quiet --no-deps --no-build-isolation --no-index -e .
 
-TEST := $(PY) -m pytest -n auto --dist loadscope --no-loadscope-reorder
+TEST := $(PY) -m pytest -rs -n auto --dist loadscope --no-loadscope-reorder
 DRAWS ?= 1000
 
-.PHONY: run test test-fast fuzz octave lint bench paper docs lock clean
+.PHONY: run test test-fast fuzz octave coverage lint bench paper docs lock clean
 .DELETE_ON_ERROR:
 
 run: .venv/run.stamp
@@ -37,6 +38,14 @@ octave: .venv/dev.stamp
 	octave-cli --version
 	$(PY) -m pytest tests/trial/other_tools/test_octave.py
 
+coverage: .venv/dev.stamp
+	$(PY) -m coverage erase
+	$(PY) -m coverage run -m pytest -n auto --dist loadscope --no-loadscope-reorder
+	$(PY) -m coverage combine --quiet
+	mkdir -p build
+	$(PY) -m coverage json --quiet -o build/coverage.json
+	$(PY) -m tools.coverage build/coverage.json
+
 lint: .venv/dev.stamp
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
@@ -53,8 +62,8 @@ docs: .venv/dev.stamp
 	$(PY) -m sphinx -W --keep-going -q -b html docs build/docs
 
 lock:
-	uv pip compile run.in --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q -o run.lock
-	uv pip compile dev.in --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q -o dev.lock
+	uv pip compile pyproject.toml --extra build --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q -o run.lock
+	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q -o dev.lock
 
 .venv/venv.stamp: tools/preflight.py
 	$(PYTHON) tools/preflight.py
@@ -71,5 +80,5 @@ lock:
 	touch $@
 
 clean:
-	rm -rf .venv report paper-report docs/generated benchmarks/results.png build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks
+	rm -rf .venv .coverage* report paper-report docs/generated benchmarks/results.png build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks
 	find models analytic crosscheck tests benchmarks tools examples -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

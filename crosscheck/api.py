@@ -13,13 +13,22 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.files import raw_arm
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm, load_scenario, require_fit
+from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import build
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-__all__ = ["build", "check", "load_arm", "load_scenario", "require_stable_step", "simulate"]
+__all__ = [
+    "build",
+    "check",
+    "load_arm",
+    "load_robot",
+    "load_scenario",
+    "require_stable_step",
+    "simulate",
+]
 
 TIGHTEST_RTOL, LOOSEST_RTOL = 1e-13, 1e-2  # rounding; what still follows the mesh modes
 

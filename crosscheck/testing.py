@@ -1,11 +1,27 @@
-"""Equations of motion on trial in any test framework: a function that raises AssertionError."""
+"""Equations of motion on trial in any test framework: a function that raises AssertionError.
+
+>>> from math import cos
+>>> from crosscheck.testing import Equations, assert_agrees
+>>> def two_link(arm):
+...     a, b, p = *arm.links, arm.payload_mass_kg
+...     m, n = (c.cross_section_m2 * c.density_kg_per_m3 * c.length_m for c in arm.links)
+...     def mass_matrix(q):
+...         m22 = n * b.length_m**2 / 12 + n * b.com_m**2 + p * b.length_m**2
+...         m12 = m22 + (n * b.com_m + p * b.length_m) * a.length_m * cos(q[1])
+...         m11 = m * a.length_m**2 / 12 + m * a.com_m**2 + (n + p) * a.length_m**2
+...         return [[m11 + 2 * m12 - m22, m12], [m12, m22]]
+...     return Equations(mass_matrix=mass_matrix)
+>>> assert_agrees(two_link, "paper-labelled").level
+'links'
+"""
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
+
+from crosscheck.lazy import lazy_names
 
 if TYPE_CHECKING:
     from crosscheck.models.arm.arm import Arm
@@ -14,19 +30,19 @@ if TYPE_CHECKING:
     from crosscheck.trial.input.symbolic import from_sympy
     from crosscheck.trial.trial import Trial
 
-__all__ = ["Coordinates", "Equations", "assert_agrees", "from_sympy"]
-_HOME = {
-    "Coordinates": "crosscheck.trial.input.equations",
-    "Equations": "crosscheck.trial.input.equations",
-    "from_sympy": "crosscheck.trial.input.symbolic",
-}
+__all__ = ["Coordinates", "Equations", "Trial", "assert_agrees", "from_sympy"]
 
-
-def __getattr__(name: str) -> Any:
-    # Lazily, so that a test module starts without numpy, sympy or an engine.
-    if name not in _HOME:
-        raise AttributeError(f"module 'crosscheck.testing' has no attribute {name!r}")
-    return getattr(importlib.import_module(_HOME[name]), name)
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "Coordinates": "crosscheck.trial.input.equations",
+            "Equations": "crosscheck.trial.input.equations",
+            "Trial": "crosscheck.trial.trial",
+            "assert_agrees": __name__,
+            "from_sympy": "crosscheck.trial.input.symbolic",
+        },
+    )
 
 
 def assert_agrees(

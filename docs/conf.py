@@ -11,7 +11,7 @@ from tools.site import write_pages
 project = "geararm-crosscheck"
 author = "The geararm-crosscheck developers"
 release = version = crosscheck.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinxcontrib.bibtex"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinxcontrib.bibtex"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
 myst_fence_as_directive = ["math"]  # as GitHub sets formulas

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, Self
+from collections.abc import Callable, Sequence
+from functools import wraps
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from crosscheck.models.abilities import STATE_ABILITIES
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.planets import require_alike, usual_switches
-from crosscheck.models.errors import CannotDo, Diverged
+from crosscheck.models.errors import CannotDo, Diverged, InputError
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import require_fit
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["STATE_ABILITIES", "Model", "require_finite"]
+
+STATE_METHODS = ("mass_matrix", "bias", "generalized_force", "acceleration")
 
 
 class Model(ABC):
@@ -34,6 +37,12 @@ class Model(ABC):
     name: ClassVar[str]
     abilities: ClassVar[frozenset[str]]
     layout: Layout
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Have every model take lists as well as arrays, and refuse what is no state."""
+        super().__init_subclass__(**options)
+        for name in set(STATE_METHODS) & set(vars(cls)):
+            setattr(cls, name, _take_states(vars(cls)[name]))
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
@@ -139,6 +148,37 @@ class Model(ABC):
     def largest_stable_step(self) -> float:
         """Largest step [s] with which this model's integrator stays stable; inf if adaptive."""
         return float("inf")
+
+
+def _take_states(method: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
+    """Wrap a method of a model so that its states are arrays of one number per coordinate."""
+    names = method.__code__.co_varnames[1 : method.__code__.co_argcount]
+    places = [place for place, name in enumerate(names) if name in ("q", "v")]
+
+    @wraps(method)
+    def take_states(self: Model, *values: Any, **named: Any) -> np.ndarray:
+        values += tuple(named[name] for name in names[len(values) :] if name in named)
+        shape = (len(self.layout.names),)
+        for place in places[: len(values)]:
+            value = values[place]
+            if type(value) is not np.ndarray or value.shape != shape:
+                state = _state(value, names[place], self)
+                values = (*values[:place], state, *values[place + 1 :])
+        return method(self, *values)
+
+    return take_states
+
+
+def _state(value: Any, name: str, model: Model) -> np.ndarray:
+    """The value as an array (n,). Raises InputError."""
+    wanted = f"must be numbers of shape ({len(model.coordinates)},): {', '.join(model.coordinates)}"
+    try:
+        state = value if isinstance(value, np.ndarray) else np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(model.name, name, value, wanted) from None
+    if state.shape != (len(model.coordinates),):
+        raise InputError(model.name, name, None, f"{wanted}; has shape {state.shape}")
+    return state
 
 
 def require_finite(name: str, time: np.ndarray, *values: np.ndarray) -> None:

@@ -80,6 +80,47 @@ def reading(request: pytest.FixtureRequest) -> Arm:
     return load_arm(request.param)
 
 
+# Programs that a machine need not have, by the reason that their tests give when they are skipped.
+OPTIONAL_PROGRAMS = ("no octave-cli here",)
+
+
+class SkipGuard:
+    """Fails a run in CI in which a test was skipped for a reason that is not on the list."""
+
+    def __init__(self) -> None:
+        self.unexpected: list[str] = []
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Look at a test's result."""
+        self._note(report)
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """Look at a module's collection."""
+        self._note(report)
+
+    def _note(self, report: pytest.TestReport | pytest.CollectReport) -> None:
+        if report.skipped and not hasattr(report, "wasxfail"):
+            reason = str(report.longrepr[-1] if report.longrepr else "")
+            if not any(allowed in reason for allowed in OPTIONAL_PROGRAMS):
+                self.unexpected.append(f"{report.nodeid}: {reason}")
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Say which tests were skipped unexpectedly."""
+        for line in self.unexpected:
+            terminalreporter.write_line(f"skipped in CI, which fails the run: {line}", red=True)
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Fail the run."""
+        if self.unexpected and session.exitstatus == pytest.ExitCode.OK:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Guard against skipped tests in CI, in the process that gathers the results."""
+    if "CI" in os.environ and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(SkipGuard())
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
     """One more than cores: tests wait for processes and timers an eighth of their time."""
