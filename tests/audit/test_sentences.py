@@ -6,10 +6,10 @@ from itertools import groupby
 import pytest
 
 from crosscheck.audit.claims.catalogue import BY_ID
+from crosscheck.audit.claims.sentences.table import Sentence, load_sentences
 from crosscheck.audit.errata.finder import find_errata
 from crosscheck.audit.errata.words import notes
 from crosscheck.models.loading import load_arm
-from tests.audit.sentence_table import Sentence, sentences
 
 # Counted in the paper, captions and the table among them.
 OF_THE_PAPER = {
@@ -32,7 +32,7 @@ OF_THE_PAPER = {
 
 @pytest.fixture(scope="module")
 def table() -> list[Sentence]:
-    return sentences()
+    return load_sentences()
 
 
 def test_every_section_has_as_many_sentences_as_the_paper(table):
@@ -57,11 +57,12 @@ def test_every_item_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(tabl
     noted = notes()
     known = {erratum.id for erratum in find_errata(load_arm("paper-labelled"))}
     known |= {note.id for note in (*noted.misprints, *noted.contradictions, *noted.gaps)}
-    assert {name for one in table for name in one.slips} == known
+    assert {name for one in table for name in one.errata} == known
 
 
 @pytest.mark.parametrize(
-    "leads", [{}, {"claims": ("2-01",), "none": "caption"}, {"slips": ("step",), "none": "caption"}]
+    "leads",
+    [{}, {"claims": ("2-01",), "none": "caption"}, {"errata": ("step",), "none": "caption"}],
 )
 def test_a_sentence_leads_somewhere_or_says_why_not(leads):
     with pytest.raises(ValueError, match="or else a reason for none"):
