@@ -10,6 +10,7 @@ from crosscheck.audit.claims.sentences.table import Sentence, load_sentences
 from crosscheck.audit.errata.finder import find_errata
 from crosscheck.audit.errata.words import notes
 from crosscheck.models.loading import load_arm
+from tests.loops import require_items
 
 # Counted in the paper, captions and the table among them.
 OF_THE_PAPER = {
@@ -40,7 +41,7 @@ def test_every_section_has_as_many_sentences_as_the_paper(table):
 
 
 def test_sentences_are_numbered_in_order(table):
-    for _, members in groupby(table, lambda one: one.section):
+    for _, members in require_items(groupby(table, lambda one: one.section)):
         numbers = [one.number for one in members]
         assert numbers == list(range(1, len(numbers) + 1))
 
