@@ -5,11 +5,13 @@ from __future__ import annotations
 import importlib
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
 from crosscheck import kinds
+from crosscheck.audit.claims.sentences.table import load_sentences
 from crosscheck.audit.errata.sheet import ErrataSheet, markdown
 from crosscheck.audit.experiments.scale import FULL, Scale
 from crosscheck.audit.experiments.study import Study
@@ -97,10 +99,14 @@ def page(made: Sequence[AuditChapter], study: Study) -> str:
 
 
 def records_json(made: Sequence[AuditChapter], study: Study) -> str:
-    """All chapters' records as JSON; but for the provenance identical for identical inputs."""
+    """All chapters' records and the paper's sentences as JSON, the same for the same inputs.
+
+    Only the provenance differs.
+    """
     document = {
         "schema_version": SCHEMA_VERSION,
         "chapters": {chapter.id: chapter.records for chapter in made},
+        "sentences": [asdict(sentence) for sentence in load_sentences()],
         "provenance": _provenance(study),
     }
     return json.dumps(document, indent=1, allow_nan=False, default=_plain) + "\n"

@@ -28,6 +28,7 @@ from crosscheck.audit.experiments.pool import Sample, samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.statics.statics import Statics
+from tests.loops import require_items
 
 IDS = [claim.id for claim in CLAIMS]
 DRAWS = 50
@@ -92,9 +93,9 @@ def test_ids_are_sections_with_a_number_and_never_used_twice():
 
 
 def test_every_limit_has_a_reason_and_every_quantity_words():
-    for claim in CLAIMS:
+    for claim in require_items(CLAIMS):
         assert claim.limits.because, claim.id
-        for quantity in claim.choices.values():
+        for quantity in require_items(claim.choices.values()):
             assert quantity.words, claim.id
             assert quantity.unit, claim.id
 
@@ -103,8 +104,8 @@ def test_what_one_quantity_is_called_is_its_own():
     """Equal ids are equal quantities: the same numbers whatever they are made of."""
     known = _drawn(CLAIMS[0])
     first: dict[str, np.ndarray] = {}
-    for claim in CLAIMS:
-        for quantity in claim.choices.values():
+    for claim in require_items(CLAIMS):
+        for quantity in require_items(claim.choices.values()):
             try:
                 values = quantity(known)
             except NotSimulatedError:
@@ -153,7 +154,7 @@ class Asked(Known):
 
 @pytest.mark.parametrize("claim", CLAIMS, ids=IDS)
 def test_every_claim_has_its_experiments_in_the_full_plan(claim):
-    for quantity in claim.choices.values():
+    for quantity in require_items(claim.choices.values()):
         asked = Asked()
         quantity(asked)
         assert asked.sources

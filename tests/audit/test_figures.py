@@ -29,6 +29,7 @@ from crosscheck.audit.measures.reading import first_planets
 from crosscheck.audit.page.material import Material
 from crosscheck.models.loading import load_arm
 from crosscheck.studies.members.starts import perturbed
+from tests.loops import require_items
 
 pytestmark = pytest.mark.slow
 
@@ -97,7 +98,8 @@ def test_a_figure_alone_asks_for_no_more_than_its_claims(tmp_path):
 def test_what_a_figure_alone_is_told_is_what_the_page_is_told(kept):
     material = Material(Study(kept), BRIEF)
     page, alone = (Shelf(material, whole=whole) for whole in (True, False))
-    for own, same in zip(rows(page, 16, LOW_ZETA), rows(alone, 16, LOW_ZETA), strict=True):
+    both = zip(rows(page, 16, LOW_ZETA), rows(alone, 16, LOW_ZETA), strict=True)
+    for own, same in require_items(both):
         assert own.found == same.found
 
 
@@ -181,9 +183,10 @@ def test_reduction_keeps_windows_and_extrema():
 
 
 def test_stored_runs_have_free_planets_and_the_scales_first_start():
-    for name, variant in stored_runs(Scale(first_seed=17)).items():
-        if variant.model == PhysicalModel.name:
-            assert (variant.seed, variant.planets) == (17, "free"), name
+    runs = stored_runs(Scale(first_seed=17)).items()
+    geared = ((name, run) for name, run in runs if run.model == PhysicalModel.name)
+    for name, variant in require_items(geared):
+        assert (variant.seed, variant.planets) == (17, "free"), name
 
 
 def test_shelf_reads_a_run_once(tmp_path):

@@ -20,6 +20,7 @@ from crosscheck.audit.experiments.cells import LAWS, Cell
 from crosscheck.audit.experiments.experiments import BACKLASH, ERROR, PLANTED, STATIC, Source
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.scale import Scale
+from tests.loops import require_items
 
 pytestmark = pytest.mark.slow
 
@@ -73,7 +74,7 @@ def test_a_setting_without_any_number_supports_nothing(fate):
     nothing = {} if fate == "diverged" else {name: np.full(STARTS, math.nan) for name in MEASURED}
     sample = Sample(nothing, np.full(STARTS, fate == "diverged"))
     known = Known(dict.fromkeys(_sources(), sample))
-    for claim in CLAIMS:
+    for claim in require_items(CLAIMS):
         found = answers(claim, [(Cell(law, 0.05), known) for law in LAWS])
         assert found
         if not claim.static and "diverge" not in next(iter(claim.choices.values())).id:

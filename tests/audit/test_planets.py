@@ -17,6 +17,7 @@ from crosscheck.audit.planets import hill, parting, verdict
 from crosscheck.audit.planets.parting import FirstPartings, Parted, PartingCourse, Partings, alike
 from crosscheck.models.loading import Case
 from tests.audit.planted_runs import third
+from tests.loops import require_items
 
 ABOVE, BELOW = 1.01, 0.99
 CELL = Cell(PRINTED, 0.005)
@@ -94,9 +95,9 @@ def test_the_motion_that_is_followed_is_the_models_own_run(base):
     cases = [replace(SHORT, seed=seed).case() for seed in range(1, 11)]
     models = [PhysicalModel(*(alike(case) if base == "lumped" else case)) for case in cases]
     found = hill.followed(models, np.full((10, 2), 1e-12))
-    for one, run in zip(found, PhysicalModel.simulate_together(models), strict=True):
+    for one, run in require_items(zip(found, PhysicalModel.simulate_together(models), strict=True)):
         assert (one.time == run["time"].values).all()
-        for joint, x_pr in enumerate(one.x_pr):
+        for joint, x_pr in require_items(enumerate(one.x_pr)):
             assert (x_pr == run["x_pr"].values[:, joint, : x_pr.shape[1]]).all()
 
 

@@ -73,6 +73,8 @@ def test_the_records_are_strict_json_and_those_of_the_chapters(published):
     assert list(chapters) == list(published.chapters)
     assert [r["id"] for r in chapters["figures"]] == [f"figure-{number}" for number in NUMBERS]
     assert len(chapters["claims"]) == len(CLAIMS)
+    named = {name for sentence in published.json["sentences"] for name in sentence["claims"]}
+    assert named == {claim["id"] for claim in chapters["claims"]}
 
 
 def test_every_file_is_there_and_whole(published):

@@ -6,10 +6,11 @@ from itertools import groupby
 import pytest
 
 from crosscheck.audit.claims.catalogue import BY_ID
+from crosscheck.audit.claims.sentences.table import Sentence, load_sentences
 from crosscheck.audit.errata.finder import find_errata
 from crosscheck.audit.errata.words import notes
 from crosscheck.models.loading import load_arm
-from tests.audit.sentence_table import Sentence, sentences
+from tests.loops import require_items
 
 # Counted in the paper, captions and the table among them.
 OF_THE_PAPER = {
@@ -32,7 +33,7 @@ OF_THE_PAPER = {
 
 @pytest.fixture(scope="module")
 def table() -> list[Sentence]:
-    return sentences()
+    return load_sentences()
 
 
 def test_every_section_has_as_many_sentences_as_the_paper(table):
@@ -40,7 +41,7 @@ def test_every_section_has_as_many_sentences_as_the_paper(table):
 
 
 def test_sentences_are_numbered_in_order(table):
-    for _, members in groupby(table, lambda one: one.section):
+    for _, members in require_items(groupby(table, lambda one: one.section)):
         numbers = [one.number for one in members]
         assert numbers == list(range(1, len(numbers) + 1))
 
@@ -57,11 +58,12 @@ def test_every_item_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(tabl
     noted = notes()
     known = {erratum.id for erratum in find_errata(load_arm("paper-labelled"))}
     known |= {note.id for note in (*noted.misprints, *noted.contradictions, *noted.gaps)}
-    assert {name for one in table for name in one.slips} == known
+    assert {name for one in table for name in one.errata} == known
 
 
 @pytest.mark.parametrize(
-    "leads", [{}, {"claims": ("2-01",), "none": "caption"}, {"slips": ("step",), "none": "caption"}]
+    "leads",
+    [{}, {"claims": ("2-01",), "none": "caption"}, {"errata": ("step",), "none": "caption"}],
 )
 def test_a_sentence_leads_somewhere_or_says_why_not(leads):
     with pytest.raises(ValueError, match="or else a reason for none"):

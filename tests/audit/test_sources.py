@@ -12,6 +12,7 @@ from crosscheck.runner import sources
 from crosscheck.runner.sources import code_hash
 from tests.audit import traced_results
 from tests.audit.views import is_view
+from tests.loops import require_items
 from tests.processes import command_line
 
 SCRIPT = Path(traced_results.__file__)
@@ -41,7 +42,7 @@ def test_whatever_ran_counts(files, result):
 
 
 def test_views_and_the_handling_of_processes_remake_nothing(files):
-    for looked in files.values():
+    for looked in require_items(files.values()):
         assert not [file for file in looked["counts"] if is_view(PurePath(file))]
         assert not [file for file in looked["counts"] if file.startswith("crosscheck/runner/")]
 

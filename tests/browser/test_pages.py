@@ -32,6 +32,7 @@ from crosscheck.runner.underway import unsaid
 from crosscheck.runner.workers import Workers
 from crosscheck.view.trajectory_file import run_of
 from tests.arms import PAPER
+from tests.loops import require_items
 from tests.measured.records import compared, level, record_of
 
 pytestmark = pytest.mark.slow
@@ -242,8 +243,8 @@ def test_the_run_plays_and_the_mesh_opens(opened, made):
 @pytest.mark.parametrize("name", PAGES)
 def test_no_page_scrolls_sideways_or_shuts_anyone_out(opened, name):
     """In both themes and widths, all that is folded opened; what axe-core calls serious."""
-    for theme, widths in LOOKS.items():
-        for width in widths:
+    for theme, widths in require_items(LOOKS.items()):
+        for width in require_items(widths):
             page = opened(name, theme, width, reduced_motion="reduce")
             page.evaluate("document.querySelectorAll('details').forEach(d => { d.open = true; })")
             wide = page.evaluate("document.documentElement.scrollWidth")

@@ -21,6 +21,7 @@ from tests.arms import arm_of
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.checks import probe_scenario
 from tests.judged import compare_states, refined
+from tests.loops import require_items
 
 EVERY_SWITCH = [
     switches(phase=phase, ring_rate=rate, dead_zone=zone, damping=damping)
@@ -63,10 +64,10 @@ def test_states_of_a_one_joint_arm_agree_and_its_bias_vanishes():
     arm, scenario = arm_of(1), load_scenario("pd")
     models = [kind(arm, scenario) for kind in (ExudynBodies, PinocchioGears)]
     quantities = [quantity for quantity in STATE_ABILITIES if quantity != "bias"]
-    for finding in compare_states("bodies", models, quantities, 10, seed=11):
+    for finding in require_items(compare_states("bodies", models, quantities, 10, seed=11)):
         assert finding.verdict == "agree", finding
     states = random_states(models[0].layout, arm, 10, seed=11)
-    for q, v in zip(states.q, states.v, strict=True):
+    for q, v in require_items(zip(states.q, states.v, strict=True)):
         # Centripetal forces of 40 kg at 0.5 m and 3 rad/s, near 200 N, cancel to their roundings.
         np.testing.assert_allclose(models[0].bias(q, v), 0, atol=1e-12)
 
@@ -108,7 +109,7 @@ def run(
 def test_two_milliseconds_in_contact_agree_to_richardsons_estimate():
     coarse, fine = (run(ExudynBodies, 2e-3, step, IN_CONTACT) for step in (1e-6, 5e-7))
     tree = run(ExudynTree, 2e-3, 1e-6, IN_CONTACT)
-    for quantity in QUANTITIES:
+    for quantity in require_items(QUANTITIES):
         # Order 2 leaves a third of the last change; the tree's RK44 leaves 1e-3 of that. 1.25 is
         # the safety factor of the grid convergence index where the order is known.
         estimate = 1.25 * largest_difference(fine, coarse, quantity) / 3

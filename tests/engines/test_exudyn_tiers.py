@@ -8,6 +8,7 @@ import pytest
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
 from crosscheck.models.exudyn.tree.tree import ExudynTree
+from tests.loops import require_items
 from tests.mixed_arms import MIXED, NONE, R_S, arm_of, geared, random_states, scenario
 from tests.planet_meshes import stiffness_at
 
@@ -26,10 +27,10 @@ EVERY_LAW = [
 @pytest.mark.parametrize("name", MIXED)
 def test_the_tiers_agree_at_random_states(name):
     arm, run = MIXED[name], scenario([30.0, -20.0, 10.0][: len(MIXED[name].joints)])
-    for chosen in EVERY_LAW:
+    for chosen in require_items(EVERY_LAW):
         tree, bodies = ExudynTree(arm, run, chosen), ExudynBodies(arm, run, chosen)
         assert tree.coordinates == bodies.coordinates
-        for q, v in random_states(tree.layout, 3):
+        for q, v in require_items(random_states(tree.layout, 3)):
             for one, other in (
                 (tree.mass_matrix(q), bodies.mass_matrix(q)),
                 (tree.bias(q, v), bodies.bias(q, v)),

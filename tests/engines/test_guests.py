@@ -13,6 +13,7 @@ from crosscheck.models.pinocchio.tree import base_radii, equivalent_masses
 from crosscheck.models.plugin import Motors, gear_numbers, link_mass, tooth_contacts
 from crosscheck.planning.state_suite import all_switches
 from crosscheck.registry import build
+from tests.loops import require_items
 
 ARMS = ("probe", "three-unlike", "planets-apart")
 COUNT, ROUNDING = 20, 1e-11  # of the largest force
@@ -70,9 +71,9 @@ def test_contacts_of_any_mesh(name, arm_name, work):
 @pytest.mark.parametrize("arm_name", [*ARMS, "direct-between"])
 def test_numbers_of_bodies(arm_name):
     arm = load_arm(arm_name)
-    for link in arm.links:
+    for link in require_items(arm.links):
         assert link_mass(link)[0] == pytest.approx(weighed(link), rel=1e-15)
-    for joint in (j for j in arm.joints if isinstance(j, Planetary)):
+    for joint in require_items(j for j in arm.joints if isinstance(j, Planetary)):
         numbers = gear_numbers(joint)
         assert numbers[:3] == pytest.approx(base_radii(joint), rel=1e-15)
         sun, planet = equivalent_masses(joint)

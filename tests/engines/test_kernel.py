@@ -33,6 +33,7 @@ from tests.arms import random_arm
 from tests.equations import Quantities, quantities
 from tests.faults.kernels import keep_nothing
 from tests.interpreted import addresses, exact_fma, fma, interpreted
+from tests.loops import require_items
 from tests.rounded import DRAWS, EPS, ROUNDINGS, moved, parts_of, rounded, run
 
 STATES = 9  # one more than a block has lanes
@@ -367,7 +368,7 @@ def test_steps_are_their_texts_bit_for_bit(model, lanes, kind):
 def test_states_are_their_texts_bit_for_bit(model):
     equations = model.term_equations
     program = states_program(equations.structure)
-    for at in states(model)[:3]:
+    for at in require_items(states(model)[:3]):
         rest = np.zeros(program.before - 2 * len(at.q))
         w = np.concatenate([at.q, at.v, rest, *number_rows(program, equations.numbers)])
         table = np.linspace(3.0, 7.0, len(model.arm.joints))

@@ -6,6 +6,7 @@ import pytest
 from crosscheck.analytic.kernel.precise import followed
 from crosscheck.analytic.model import PhysicalModel, RigidLinks
 from crosscheck.models.loading import load_case
+from tests.loops import require_items
 
 SIGNALS = ("theta", "theta_dot", "x_sp", "x_pr", "F_sp")
 ARMS = [
@@ -26,7 +27,7 @@ def model_of(arm: str, switches: dict[str, str], duration_s: float = 0.02) -> Ph
 def test_agrees_with_scipy_as_well_as_scipy_with_itself(arm, switches):
     model = model_of(arm, switches)
     precise, fine, coarse = model.precise(1e-11), model.reference(1e-11), model.reference(1e-9)
-    for name in SIGNALS:
+    for name in require_items(SIGNALS):
         size = np.nanmax(np.abs(fine[name].values))
         doubt = np.nanmax(np.abs(coarse[name].values - fine[name].values))
         apart = np.nanmax(np.abs(precise[name].values - fine[name].values))

@@ -12,6 +12,7 @@ from crosscheck.planning.plan import nudged
 from crosscheck.registry import build
 from tests.arms import PAPER, arm_of
 from tests.judged import at_time, same_step
+from tests.loops import require_items
 
 PAIR = ("analytic:physical", "exudyn:tree")
 OFFSETS = {"sun_planet_offset_m": 2.2e-6, "planet_ring_offset_m": 2.2e-6}
@@ -126,7 +127,7 @@ def test_recorded_rates_accelerations_torques_and_energies_agree():
     # Over their largest values: angles agree to 1e-15 rad; mesh modes of 3e4 rad/s, twice
     # differentiated, lift that by 1e9 against accelerations of 1e2 rad/s^2.
     limits = {"theta_dot": 1e-10, "theta_ddot": 1e-8, "torque": 1e-12, "kinetic_energy": 1e-10}
-    for quantity, limit in limits.items():
+    for quantity, limit in require_items(limits.items()):
         size = float(abs(left[quantity]).max())
         assert largest_difference(left, right, quantity) < limit * size, quantity
 

@@ -14,6 +14,7 @@ from crosscheck.models.interface import STATE_ABILITIES, Model
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import MODELS, build, names
 from tests.draws import any_arm, fresh_seed
+from tests.loops import require_items
 
 WITHOUT = ("sun_mass_kg", "planet_mass_kg", "carrier_mass_kg", "ring_mass_kg")
 
@@ -85,7 +86,8 @@ def test_gears_without_mass_still_have_inertia(massless):
     models = [build(name, arm, load_scenario("pd")) for name in names("geared")]
     state = state_of(models[0], random.Random(fresh_seed()))
     expected, *others = ([*values(model, *state)] for model in models)
-    for other, (ability, one) in product(others, zip(STATE_ABILITIES, expected, strict=True)):
+    pairs = product(others, zip(STATE_ABILITIES, expected, strict=True))
+    for other, (ability, one) in require_items(pairs):
         measured = other[STATE_ABILITIES.index(ability)]
         assert measured == pytest.approx(one, rel=1e-10, abs=1e-10 * abs(one).max()), ability
 

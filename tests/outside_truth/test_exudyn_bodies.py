@@ -8,6 +8,7 @@ from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, Toothed
 from crosscheck.models.exudyn.bodies.contact import CARRIER, PLANET, WHEEL, look, mesh_forces
 from crosscheck.models.exudyn.bodies.poses import GROUND
 from crosscheck.models.loading import load_case
+from tests.loops import require_items
 from tests.mixed_arms import random_states
 from tests.one_stage import SPRINGS_ONLY, first_joint_only
 
@@ -57,8 +58,8 @@ def wheel_centre(model: ExudynBodies, toothed: Toothed, pose: np.ndarray) -> com
 
 def test_poses_and_rates_of_the_gears_show_the_papers_mesh_displacements():
     model = bodies()
-    for q, v in random_states(model.layout, 5, 7):
-        for _, coordinate, toothed in every_mesh(model):
+    for q, v in require_items(random_states(model.layout, 5, 7)):
+        for _, coordinate, toothed in require_items(every_mesh(model)):
             contact = look(toothed.mesh, 0.0, *placed(model, toothed, q, v))
             # Gears turned by some 10 rad, places of 1 m: a few roundings of 1e-16 m and 1e-15 m/s.
             assert contact.x == pytest.approx(q[coordinate], rel=0, abs=1e-15)
@@ -77,7 +78,7 @@ def test_gear_angles_are_those_of_rolling_circles_when_no_mesh_is_deflected():
 def test_joints_stay_closed_in_place_rate_and_acceleration(settings):
     model = bodies(*settings)
     draw = np.random.default_rng(3)
-    for q, v in random_states(model.layout, 5, 7):
+    for q, v in require_items(random_states(model.layout, 5, 7)):
         gaps = model.constraint_residual(q, v, draw.normal(size=6))
         # Places, rates and accelerations near 1 in SI units: required 1e-12, a few roundings.
         assert max(abs(gap).max() for gap in gaps) < 1e-14
@@ -95,7 +96,7 @@ def test_an_open_joint_shows_in_the_engines_constraints():
 
 def test_accelerations_of_bodies_that_solve_the_engines_equations_keep_the_joints_closed():
     model = bodies()
-    for q, v in random_states(model.layout, 5, 7):
+    for q, v in require_items(random_states(model.layout, 5, 7)):
         a = model.body_accelerations(0.1, q, v)
         engine = model.driven
         swing = engine.swing(0.1, model.poses.pose(q), model.poses.velocity(q, v))
@@ -108,7 +109,7 @@ def test_accelerations_of_bodies_that_solve_the_engines_equations_keep_the_joint
 
 def test_swing_is_the_rate_of_the_joints_velocities():
     model, eps = bodies(), 1e-5
-    for q, v in random_states(model.layout, 5, 7):
+    for q, v in require_items(random_states(model.layout, 5, 7)):
         pose, velocity = model.poses.pose(q), model.poses.velocity(q, v)
         engine, rates = model.free, []
         for step in (eps, -eps):
@@ -121,7 +122,7 @@ def test_swing_is_the_rate_of_the_joints_velocities():
 
 def test_action_and_reaction_of_a_mesh_cancel_wherever_the_bodies_are():
     draw = np.random.default_rng(5)
-    for _, _, toothed in every_mesh(bodies()):
+    for _, _, toothed in require_items(every_mesh(bodies())):
         count = len(toothed.bodies)
         pose, velocity = draw.normal(size=3 * count), draw.normal(size=3 * count)
         forces = mesh_forces(toothed.mesh, 0.2, pose, velocity).reshape(-1, 3)
@@ -135,8 +136,8 @@ def test_action_and_reaction_of_a_mesh_cancel_wherever_the_bodies_are():
 
 def test_the_force_of_a_mesh_touches_both_base_circles_at_the_pressure_angle():
     model = bodies()
-    for q, v in random_states(model.layout, 5, 7):
-        for name, coordinate, toothed in every_mesh(model):
+    for q, v in require_items(random_states(model.layout, 5, 7)):
+        for name, coordinate, toothed in require_items(every_mesh(model)):
             pose, velocity = placed(model, toothed, q, v)
             forces = mesh_forces(toothed.mesh, 0.0, pose, velocity).reshape(-1, 3)
             on_planet, about_planet = complex(*forces[PLANET, :2]), forces[PLANET, 2]
@@ -162,11 +163,11 @@ def test_the_force_of_a_mesh_touches_both_base_circles_at_the_pressure_angle():
 def test_bearings_and_teeth_accelerate_every_gear():
     model = bodies()
     mass = {"sun": 0.39, "planet": 0.61}
-    for q, v in random_states(model.layout, 5, 7):
+    for q, v in require_items(random_states(model.layout, 5, 7)):
         a = model.poses.acceleration(q, v, model.acceleration(0.0, q, v)).reshape(-1, 3)
         teeth = model.body_forces(0.0, q, v).reshape(-1, 3)
         bearings = model.joint_forces(0.0, q, v)
-        for stage in model.stages:
+        for stage in require_items(model.stages):
             for gear, numbers in (("sun", [stage.driven]), ("planet", list(stage.planets))):
                 total = teeth[numbers, :2] + bearings[numbers]
                 # Teeth push with up to 2e4 N, and three of them balance on the sun.
@@ -175,7 +176,7 @@ def test_bearings_and_teeth_accelerate_every_gear():
 
 def test_only_ring_and_motor_on_the_ground_turn_the_arm_about_the_shoulder():
     model = bodies("scenario.drive.torque_N_m=[130.0, -70.0]")
-    for q, v in random_states(model.layout, 5, 7):
+    for q, v in require_items(random_states(model.layout, 5, 7)):
         forces = model.body_forces(0.0, q, v).reshape(-1, 3)
         turning = moments(model.poses.pose(q).reshape(-1, 3), forces).sum()
         ring = 0.0

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from crosscheck.models.exudyn.tree.tree import ExudynTree
+from tests.loops import require_items
 from tests.mixed_arms import LAWS, NONE, PAYLOAD, ROD_MASS, Data, arm_of, direct, geared, scenario
 from tests.planet_meshes import mean_stiffness, stiffness_at
 
@@ -34,7 +35,7 @@ def test_without_gears_there_are_no_modes_and_the_step_follows_friction_and_gain
         (1e4, {"kind": "constant", "torque_N_m": 0.0}, 2.785293563 * inertia / 1e4),
         (0.0, pd(1e8), np.sqrt(8) / np.sqrt(1e8 / inertia)),
     )
-    for friction, drive, limit in drives:
+    for friction, drive, limit in require_items(drives):
         arm = arm_of(direct(friction_N_m_s_per_rad=friction), gravity=NONE)
         model = ExudynTree(arm, scenario(drive=drive))
         assert model.mesh_modes().shape == (0,)

@@ -10,6 +10,7 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm, load_case
 from crosscheck.registry import build, names, of_level
+from tests.loops import require_items
 from tests.mixed_arms import (
     GRAVITY,
     MIXED,
@@ -134,7 +135,7 @@ def _mass_and_inertia(link: Link) -> tuple[float, float]:
 def test_mass_matrix_is_the_kinetic_energy_of_the_bodies(name, arm):
     own = MIXED.get(arm) or load_arm(arm)
     model = build(name, own, scenario())
-    for q, v in random_states(model.layout, 5):
+    for q, v in require_items(random_states(model.layout, 5)):
         bodies = moving_bodies(own, model, q, v)
         energy = sum(m * abs(u) ** 2 + inertia * spin**2 for m, u, inertia, spin in bodies) / 2
         # Sums of some thirty positive terms on either side.
@@ -186,7 +187,8 @@ def test_weights_are_the_slope_of_their_potential(name, arm):
     light = heavy.model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
     falling, still = (build(name, own, scenario(3.0)) for own in (heavy, light))
     drives, joints = name not in LINKS_ALONE, falling.layout.theta
-    for (q, v), size in zip(random_states(falling.layout, 4), (0.0, 0.0, 1.0, 1.0), strict=True):
+    states = zip(random_states(falling.layout, 4), (0.0, 0.0, 1.0, 1.0), strict=True)
+    for (q, v), size in require_items(states):
         at = np.where(falling.layout.angular, 1.0, size) * q
         found = falling.generalized_force(0.1, at, v) - still.generalized_force(0.1, at, v)
         expected = np.zeros(len(q))
@@ -267,7 +269,7 @@ def test_without_mesh_motion_it_is_the_rigid_arm_on_rolling_gears(name):
 @every_geared_model
 def test_power_of_the_forces_is_the_rate_of_the_kinetic_energy(name):
     model, eps = build(name, *load_case(*PAPER)), 1e-6
-    for q, v in random_states(model.layout, 5):
+    for q, v in require_items(random_states(model.layout, 5)):
         a = model.acceleration(0.2, q, v)
         later, earlier = (model.mass_matrix(q + h * v) for h in (eps, -eps))
         change = v @ (later - earlier) @ v / (4 * eps)
@@ -286,7 +288,7 @@ def test_only_ring_and_motor_on_the_ground_change_the_angular_momentum(name):
     # All bodies turning about the shoulder as one: the shoulder's ring is left behind.
     turn = np.array([0, -r_r, 1, 0, 0, 0])
     rings = contacts(case.arm, model.switches, model.layout)[1:6:2]
-    for q, v in random_states(model.layout, 5):
+    for q, v in require_items(random_states(model.layout, 5)):
         a = model.acceleration(0.0, q, v)
         later, earlier = (turn @ model.mass_matrix(q + h * v) @ (v + h * a) for h in (eps, -eps))
         pushed = 0.0

@@ -27,6 +27,7 @@ from crosscheck.models.interface import Model
 from crosscheck.registry import names
 from tests.any_arms import GEAR_SETS, planetary_joints, rods
 from tests.involutes import TRAVEL, TURN, Stage, equal_places
+from tests.loops import require_items
 from tests.mixed_arms import NONE, arm_of
 from tests.one_stage import free_model, plain_mesh, sine
 
@@ -84,8 +85,8 @@ def test_drawn_flanks_touch_on_the_line_of_action(stage):
         (stage.sun_touch, stage.sun_passages(), stage.sun.pitch_radius, complex(sine, cosine)),
         (stage.ring_touch, stage.ring_passages(), stage.ring.pitch_radius, complex(sine, -cosine)),
     )
-    for touch, passages, pitch_point, way in sides:
-        for planet, passage in enumerate(passages):
+    for touch, passages, pitch_point, way in require_items(sides):
+        for planet, passage in require_items(enumerate(passages)):
             for part in (-0.9 * TRAVEL, 0.0, 0.9 * TRAVEL):
                 found = touch(planet, passage + part * stage.ring.pitch)
                 base_pitches = part * math.pi * cosine
@@ -103,7 +104,7 @@ def test_planets_that_do_not_assemble_are_seen_to_overlap():
 @given(stages)
 def test_phases_of_drawn_gears(stage):
     sun, ring = delays(stage)
-    for planet, place in enumerate(stage.places):
+    for planet, place in require_items(enumerate(stage.places)):
         assert off(sun[planet] - sun[0] - sun_delay(stage.sun.teeth, place)) < DRAWN
         assert off(ring[planet] - ring[0] - ring_delay(stage.ring.teeth, place)) < DRAWN
         assert off(ring[planet] - sun[planet] - ring_after_sun(stage.planet.teeth)) < DRAWN
@@ -130,9 +131,9 @@ PRINTED_RING = (0.2805, 0.9305, 0.5805)
 
 
 def test_sun_phases_in_print():
-    for place, printed in zip(FITS_42, PRINTED_SUN, strict=True):
+    for place, printed in require_items(zip(FITS_42, PRINTED_SUN, strict=True)):
         assert off(sun_delay(21, place) - printed) < 1e-12
-    for place in equal_places(3):  # the row "in-phase": 40 and 80 parts
+    for place in require_items(equal_places(3)):  # the row "in-phase": 40 and 80 parts
         assert off(sun_delay(21, place)) < 1e-12
         assert off(ring_delay(99, place)) < 1e-12
 
@@ -248,7 +249,7 @@ def test_models_meshes_are_in_phase_as_drawn(name, arm):
     given_phase = joint.sun_mesh.of_planet(0).phase_rad
     first = (given_phase or 0.0) / TURN
     later = sun - sun[0] if given_phase is None else np.zeros_like(sun)
-    for planet, seen in enumerate(seen_phases(model, "sun")):
+    for planet, seen in require_items(enumerate(seen_phases(model, "sun"))):
         assert off(seen - first + later[planet]) < DRAWN
-    for planet, seen in enumerate(seen_phases(model, "ring")):
+    for planet, seen in require_items(enumerate(seen_phases(model, "ring"))):
         assert off(seen - first + ring[planet] - sun[0]) < DRAWN

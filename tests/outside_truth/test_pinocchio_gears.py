@@ -12,6 +12,7 @@ from crosscheck.models.loading import Case, load_case
 from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.models.pinocchio.rigid import PinocchioCoupled
 from tests.arms import paper_arms
+from tests.loops import require_items
 from tests.one_stage import SPRINGS_ONLY
 
 EPS = np.finfo(float).eps
@@ -58,7 +59,7 @@ def test_gears_turn_as_in_the_paper():
     """Eqs. 2 and 3; the planet counts against the carrier, and all relative to link 1."""
     model, q = PinocchioGears(*paper_case()), np.array([1e-4, -2e-4, 0.3, 3e-4, 5e-5, -0.8])
     tree = dict(zip(model.bodies[1:], model.to_tree(q), strict=True))
-    for joint, (x_sp, x_pr, theta) in enumerate(q.reshape(2, 3), 1):
+    for joint, (x_sp, x_pr, theta) in require_items(enumerate(q.reshape(2, 3), 1)):
         theta_s = tree[f"sun_{joint}"]
         theta_p = -(tree[f"planet_{joint}_2"] + theta)
         # As in the test above.

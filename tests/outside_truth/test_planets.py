@@ -17,6 +17,7 @@ from crosscheck.models.loading import load_arm
 from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.registry import MODELS, build, names
 from tests import planet_laws
+from tests.loops import require_items
 from tests.mixed_arms import NONE, PLANET_M, SUN_J, arm_of, direct, geared, random_states, scenario
 from tests.planet_meshes import (
     ROD,
@@ -125,7 +126,7 @@ def test_sun_and_planets_have_the_inertia_that_they_have_alone(name):
     suns = [SUN_J / (teeth * per_tooth) ** 2 for teeth in (28, 31)]
     expected = np.diag([suns[0], *[PLANET_M] * 3, suns[1], *[PLANET_M] * 4])
     slides = ~model.layout.angular
-    for q, _ in random_states(model.layout, 3):
+    for q, _ in require_items(random_states(model.layout, 3)):
         # All else moves with the angles alone: roundings of what cancels.
         mass = model.mass_matrix(q)[np.ix_(slides, slides)]
         np.testing.assert_allclose(mass, expected, rtol=1e-12, atol=1e-12)
@@ -455,9 +456,9 @@ def bodies(**laws: str) -> ExudynBodies:
 def test_poses_and_rates_of_exudyns_bodies_show_every_displacement():
     model = bodies()
     meshes = contacts(model.arm, model.switches, model.layout)
-    for q, v in random_states(model.layout, 5):
+    for q, v in require_items(random_states(model.layout, 5)):
         values = model.poses.pose(q), model.poses.velocity(q, v)
-        for contact, toothed in zip(meshes, every_mesh(model), strict=True):
+        for contact, toothed in require_items(zip(meshes, every_mesh(model), strict=True)):
             seen = (
                 np.append(of_all, np.zeros(3)).reshape(-1, 3)[list(toothed.bodies)].ravel()
                 for of_all in values
@@ -470,8 +471,8 @@ def test_poses_and_rates_of_exudyns_bodies_show_every_displacement():
 
 def test_action_and_reaction_of_conservative_teeth_cancel_wherever_exudyns_bodies_are():
     draw = np.random.default_rng(5)
-    for toothed, plain in zip(
-        every_mesh(bodies(**CONSERVATIVE)), every_mesh(bodies()), strict=True
+    for toothed, plain in require_items(
+        zip(every_mesh(bodies(**CONSERVATIVE)), every_mesh(bodies()), strict=True)
     ):
         size = 3 * len(toothed.bodies)
         pose, velocity = draw.normal(size=size), draw.normal(size=size)

@@ -17,6 +17,7 @@ from crosscheck.studies.definition.definition import AXIS_KINDS, Axis
 from crosscheck.studies.definition.quantities import QUANTITY_KINDS, Quantity
 from crosscheck.studies.members.members import study_of
 from crosscheck.studies.members.starts import perturbed
+from tests.loops import require_items
 from tests.studies.studies import study
 
 BACKLASH = "arm.joints.*.*_mesh.backlash_m"
@@ -86,7 +87,7 @@ def test_one_draw_serves_all_entries_or_each_has_its_own(each):
         [{"path": BACKLASH, "kind": "normal", "relative_sd": 0.1, "each": each}],
         samples={"count": 5},
     )
-    for case in made.cases(0, 5):
+    for case in require_items(made.cases(0, 5)):
         geared = [joint for joint in case.arm.joints if isinstance(joint, Planetary)]
         meshes = [mesh for joint in geared for mesh in (joint.sun_mesh, joint.ring_mesh)]
         assert len({mesh.backlash_m for mesh in meshes}) == (len(meshes) if each else 1)

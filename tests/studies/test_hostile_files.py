@@ -13,6 +13,7 @@ import pytest
 
 import crosscheck
 from tests.draws import DRAWS, fresh_seed
+from tests.loops import require_items
 from tests.obstacles import OBSTACLES
 
 WITHIN_S = 5.0
@@ -136,7 +137,7 @@ HARMLESS = {
 }
 
 
-def _told(answer: tuple[int, str, str], began: float, about: str = "") -> None:
+def assert_refused(answer: tuple[int, str, str], began: float, about: str = "") -> None:
     code, out, err = answer
     assert (code, out, err.count("\n")) == (2, "", 1), (about, answer)
     assert err.startswith("crosscheck: "), about
@@ -151,7 +152,7 @@ def test_a_hostile_file_is_refused_in_one_line(result, tmp_path, crosscheck, har
     with h5py.File(file, "r+") as opened:
         HARM[harm](opened)
     began = time.process_time()
-    _told(crosscheck("plot", file), began)
+    assert_refused(crosscheck("plot", file), began)
     assert [path.name for path in tmp_path.iterdir()] == ["bad.nc"]
 
 
@@ -171,7 +172,7 @@ def test_what_is_no_file_is_one_line(tmp_path, crosscheck, what):
     if what != "nothing":
         OBSTACLES[what](file)
     began = time.process_time()
-    _told(crosscheck("plot", file), began)
+    assert_refused(crosscheck("plot", file), began)
 
 
 @pytest.mark.campaign
@@ -180,7 +181,7 @@ def test_any_damage_is_drawn_or_refused_in_one_line(result, tmp_path, crosscheck
     seed = fresh_seed()
     capsys.readouterr()
     generator = random.Random(seed)
-    for number in range(DRAWS):
+    for number in require_items(range(DRAWS)):
         file = tmp_path / f"{number}.nc"
         file.write_bytes(_damaged(sound, generator))
         began = time.process_time()
@@ -188,7 +189,7 @@ def test_any_damage_is_drawn_or_refused_in_one_line(result, tmp_path, crosscheck
         about = f"seed {seed}, draw {number}: {err}"
         if code:
             refused += 1
-            _told((code, out, err), began, about)
+            assert_refused((code, out, err), began, about)
         else:
             assert err == "", about
         file.unlink()

@@ -15,6 +15,7 @@ from crosscheck.studies.batches.batch import run_batch, run_check
 from crosscheck.studies.definition.files import study_from
 from crosscheck.studies.measures import folds
 from crosscheck.studies.members.members import PreparedStudy
+from tests.loops import require_items
 from tests.studies.studies import study
 
 STEP = 1e-3
@@ -123,7 +124,7 @@ def test_a_member_has_the_numbers_of_a_run_by_itself(arm, planets):
     settings = {"scenario.duration_s": 0.005}
     made = study(axes, EVERY, arm, switches={"planets": planets}, settings=settings)
     found = run_batch(made.text, 0, 3)
-    for place, case in enumerate(made.cases(0, 3)):
+    for place, case in require_items(enumerate(made.cases(0, 3))):
         run = build(reference_model(), *case).simulate()
         part = signals.window(run["time"].values, 0.001, 0.004)
         force, apart = run["F_sp"].values[:, 0, 0], run["F_pr"].values[:, 1, 0]
@@ -140,7 +141,7 @@ def test_a_member_has_the_numbers_of_a_run_by_itself(arm, planets):
             "theta": run["theta"].values,
             "x_sp": run["x_sp"].values,
         }
-        for name, value in expected.items():
+        for name, value in require_items(expected.items()):
             # the ensemble's rounding, of 500 steps, against the plain kernel's
             limit = 1e-9 * np.nanmax(np.abs(value)) if np.isfinite(value).any() else 0
             if name.startswith("theta_rigid"):

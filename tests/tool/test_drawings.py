@@ -10,6 +10,7 @@ from crosscheck.analytic.paper.kinematics import mesh_displacements, stage_geome
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.loading import load_arm
 from crosscheck.view.mesh_geometry import MeshGeometry, flank, mesh_geometry, teeth
+from tests.loops import require_items
 from tools import drawings
 from tools.drawings import DOCS, SIDES, drawing, write_drawings
 
@@ -61,7 +62,7 @@ def approach(mesh: MeshGeometry, sun: float, planet: float, carrier: float) -> f
 @pytest.mark.parametrize(("joint", "side"), CASES)
 def test_arrows_count_as_the_papers_displacements(joint, side):
     mesh, radii = mesh_geometry(joint, side), stage_geometry(joint)
-    for rates in np.eye(3):
+    for rates in require_items(np.eye(3)):
         expected = mesh_displacements(*rates, radii.r_s, radii.r_p, radii.r_cp)
         assert approach(mesh, *rates) == pytest.approx(expected[SIDES.index(side)], abs=1e-14)
 
@@ -70,7 +71,7 @@ def test_arrows_count_as_the_papers_displacements(joint, side):
 def test_flanks_meet_at_the_pitch_point_across_the_line_of_action(joint, side):
     mesh = mesh_geometry(joint, side)
     counter_clockwise = {mesh.wheel: True, mesh.planet: side == "sun"}
-    for wheel, which in counter_clockwise.items():
+    for wheel, which in require_items(counter_clockwise.items()):
         at = float(np.angle(mesh.pitch_point - wheel.centre))
         points = wheel.centre + flank(wheel, at, which)
         place = int(np.argmin(abs(points - mesh.pitch_point)))

@@ -16,6 +16,7 @@ from crosscheck.models.loading import load_arm, load_case, load_scenario
 from crosscheck.models.pinocchio import rigid as pinocchio_rigid
 from crosscheck.registry import build
 from tests.draws import range_of, ranges_of
+from tests.loops import require_items
 from tests.tool.test_bad_input import assert_one_line
 
 ARM, SCENARIO = "paper-labelled", "constant-torque"
@@ -107,13 +108,13 @@ def test_ends_of_a_range_are_inside(number):
 def test_numbers_of_drive_and_start_are_held_to_ranges(scenario):
     given = load_scenario(scenario)
     records = {"drive": given.drive, "start": given.start}
-    for section, record in records.items():
-        for field, value in record:
-            if isinstance(value, float):
-                for bad in ("1e308", "[1e308, 0.0]", "nan", "9" * 300):
-                    with pytest.raises(InputError, match="must be -") as refused:
-                        load_case(ARM, scenario, {}, [f"scenario.{section}.{field}={bad}"])
-                    assert refused.value.field.startswith(f"{section}.{field}")
+    for section, record in require_items(records.items()):
+        numbers = [field for field, value in record if isinstance(value, float)]
+        for field in require_items(numbers):
+            for bad in ("1e308", "[1e308, 0.0]", "nan", "9" * 300):
+                with pytest.raises(InputError, match="must be -") as refused:
+                    load_case(ARM, scenario, {}, [f"scenario.{section}.{field}={bad}"])
+                assert refused.value.field.startswith(f"{section}.{field}")
 
 
 BESIDE_EACH_OTHER = {

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import pytest
 
+from tests.loops import require_items
 from tests.processes import warm_command_line
 
 ROOT = Path(__file__).parents[2]
@@ -86,7 +87,8 @@ def patched(text: str, changes: list[str]) -> str:
 @pytest.mark.slow
 def test_the_guide_works_as_it_stands(tmp_path):
     names = {"np": None}
-    for block in blocks():
+    assert {block.language for block in blocks()} == {"console", "diff", "python"}
+    for block in require_items(blocks()):
         named = re.fullmatch(r"# (\w+\.py)", block.lines[0])
         file = tmp_path / named[1] if named else None
         if block.language == "diff":

@@ -1,0 +1,1 @@
+"""The paper's sentences as data, in the paper's order."""
