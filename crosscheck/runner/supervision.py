@@ -22,9 +22,14 @@ from typing import Any, NoReturn
 from crosscheck.cli.surroundings import occupy_streams
 from crosscheck.models.errors import PROGRAM, one_line
 from crosscheck.runner import patience
-from crosscheck.runner.families import adopt, end_descendants, end_with_parent, processes
 from crosscheck.runner.interruption import SHOW_CURSOR, deaf
 from crosscheck.runner.patience import Patience
+from crosscheck.runner.process_tree import (
+    adopt_orphans,
+    end_descendants,
+    end_with_parent,
+    processor_times,
+)
 
 BAD_INPUT, NO_VERDICT = 2, 3
 CHUNK = 65536
@@ -62,7 +67,7 @@ def supervised(command: Callable[[], NoReturn]) -> int:
     The command leaves by SystemExit; it must listen to SIGINT and SIGTERM and unblock them.
     Whatever it has started is ended.
     """
-    adopt()
+    adopt_orphans()
     occupy_streams()
     here, there = os.pipe()
     parent = os.getpid()
@@ -166,15 +171,15 @@ class _Supervision:
         if "code" in message:
             self.said = message["code"]
         elif "begins" in message:
-            waiting = Patience(self.child, message["cost"], processes())
+            waiting = Patience(self.child, message["cost"], processor_times())
             self.begun.append((message["begins"], waiting))
         elif self.begun:
             self.begun.pop()
 
     def _impatient(self) -> str:
-        table = processes() if self.begun else {}
+        times = processor_times() if self.begun else {}
         for whose, waiting in self.begun:
-            if why := waiting.at_its_end(table):
+            if why := waiting.at_its_end(times):
                 return f"{whose}: {why}"
         return ""
 
