@@ -45,13 +45,30 @@ _lines: list[tuple[int, int]] = []
 def overseen(whose: str, cost: float = 5.0) -> Iterator[None]:
     """Run code that is not ours in this context: it is to blame if the process ends or hangs.
 
-    whose: how an error line begins; cost: estimated [s], see Patience.
+    Whatever it does to the working folder, the umask and the standard streams is undone. whose: how
+    an error line begins; cost: estimated [s], see Patience.
     """
     _say(begins=whose, cost=cost)
     try:
-        yield
+        with _restored():
+            yield
     finally:
         _say(ends=whose)
+
+
+@contextmanager
+def _restored() -> Iterator[None]:
+    """Restore working folder, umask and standard streams, in which results are written."""
+    streams, mask = (sys.stdin, sys.stdout, sys.stderr), os.umask(0o077)
+    os.umask(mask)
+    folder = os.open(".", os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        yield
+    finally:
+        os.fchdir(folder)
+        os.close(folder)
+        os.umask(mask)
+        sys.stdin, sys.stdout, sys.stderr = streams
 
 
 def _say(**message: Any) -> None:

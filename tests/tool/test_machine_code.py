@@ -112,7 +112,9 @@ def test_an_object_that_is_not_the_users_own_is_not_run(folder, case, capsys):
     assert add() == -1.0  # a kept object is believed by its checksum
     spoil(path)
     assert add() == 5.0
-    assert capsys.readouterr().err == f"crosscheck: {path}: does not fit: {said}; it is made again\n"
+    assert (
+        capsys.readouterr().err == f"crosscheck: {path}: does not fit: {said}; it is made again\n"
+    )
     assert add() == 5.0
     assert capsys.readouterr().err == ""
 
