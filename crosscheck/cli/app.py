@@ -457,6 +457,7 @@ def clear() -> None:
 
 
 COMMANDS = "geararm_crosscheck.commands"  # entry points of other packages
+TOO_MANY_FILES = (errno.EMFILE, errno.ENFILE)
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 USAGE_ERRORS = (typer.Exit, typer.Abort, typer.BadParameter)
 PARSERS_INTERRUPTED = 130  # its own way to say that there was a KeyboardInterrupt
@@ -510,6 +511,8 @@ def _explain(error: Exception) -> NoReturn:
         _fail(f"{error.format_message()} (see crosscheck --help)", 2)
     if isinstance(error, OSError) and error.errno in DISK_FULL:
         _fail(f"a file cannot be written: {error.strerror}", 2)
+    if isinstance(error, OSError) and error.errno in TOO_MANY_FILES:
+        _fail(f"open files: {error.strerror}; raise the limit, or lower --jobs", 2)
     if isinstance(error, Unfinished):
         _fail(str(error), 3)
     traceback.print_exception(error)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import resource
 import signal
 import sys
 import time
@@ -54,6 +55,22 @@ def _is_ended(process: psutil.Process) -> bool:
     with suppress(psutil.Error):
         return process.status() in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
     return True
+
+
+def limit_resources(memory: int, processor_s: int | None = None) -> None:
+    """Let this process and those that it starts take so many bytes more, and so many seconds [s].
+
+    Each process by itself; what exceeds the time is ended by a signal.
+    """
+    used = psutil.Process().memory_info().vms
+    _, most = resource.getrlimit(resource.RLIMIT_AS)
+    wanted = used + memory if most == resource.RLIM_INFINITY else min(used + memory, most)
+    resource.setrlimit(resource.RLIMIT_AS, (wanted, most))
+    if processor_s is not None:
+        spent = int(sum(psutil.Process().cpu_times()[:2]))
+        _, most = resource.getrlimit(resource.RLIMIT_CPU)
+        wanted = spent + processor_s
+        resource.setrlimit(resource.RLIMIT_CPU, (wanted, wanted if most < 0 else most))
 
 
 def adopt_orphans() -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import select
 import signal
 import sys
@@ -32,6 +33,7 @@ from crosscheck.runner.process_tree import (
 )
 
 BAD_INPUT, NO_VERDICT = 2, 3
+LEAST_FILES = 64  # open at once: a cross-check on two processes has 30
 CHUNK = 65536
 CLOSING_S = 5.0  # from the verdict to the end of the process
 SIGNALS = {signal.SIGINT, signal.SIGTERM}
@@ -84,6 +86,11 @@ def supervised(command: Callable[[], NoReturn]) -> int:
     The command leaves by SystemExit; it must listen to SIGINT and SIGTERM and unblock them.
     Whatever it has started is ended.
     """
+    files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if files < LEAST_FILES:
+        need = f"a limit of {files} is set; at least {LEAST_FILES} are needed"
+        print(f"{PROGRAM}open files: {need}", file=sys.stderr)
+        return BAD_INPUT
     adopt_orphans()
     occupy_streams()
     here, there = os.pipe()

@@ -1,9 +1,11 @@
 """The program where there is no home, no room, no folder to work in, no such letter, no reader."""
 
 import os
+import resource
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -108,6 +110,14 @@ def test_a_reader_may_stop_reading():
     command = ["bash", "-c", script, sys.executable]
     answer = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert (answer.returncode, answer.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("files", [8, 63])
+def test_too_few_open_files_are_one_line(files):
+    limit = partial(resource.setrlimit, resource.RLIMIT_NOFILE, (files, files))
+    answer = command_line("--version", preexec_fn=limit)
+    assert (answer.returncode, answer.stdout, answer.stderr.count("\n")) == (2, "", 1)
+    assert f"open files: a limit of {files} is set; at least 64 are needed" in answer.stderr
 
 
 @pytest.mark.parametrize("arguments", [("list",), ("run", "--quick")])

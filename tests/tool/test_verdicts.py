@@ -1,6 +1,5 @@
 """No verdict, no exit code 0: whatever code that a command runs does to its process."""
 
-import os
 import subprocess
 import time
 from collections.abc import Callable
