@@ -11,7 +11,6 @@ import numpy as np
 import scipy.io
 import xarray as xr
 
-from crosscheck.models.files import HERE
 from tests.obstacles import OBSTACLES
 from tests.tool.fuzz import NUMBERS, OTHERS, mangled
 
@@ -169,5 +168,3 @@ def place_damaged(paths: list[Path], folder: Path, generator: random.Random) -> 
         else:
             target.write_bytes(damaged(path, generator))
     return [unlucky.name, what]
-
-

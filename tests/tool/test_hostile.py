@@ -7,6 +7,7 @@ import shutil
 import signal
 import sys
 import time
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple, NoReturn
@@ -114,10 +115,8 @@ def run_apart(arguments: list[str], folder: Path) -> Ending:
             code = os.waitstatus_to_exitcode(status)
             break
         time.sleep(0.005)
-    try:
+    with suppress(ProcessLookupError):
         os.killpg(child, signal.SIGKILL)
-    except ProcessLookupError:
-        pass
     if code is None:
         os.waitpid(child, 0)
     texts = (path.read_text(encoding="utf-8", errors="replace") for path in streams)
