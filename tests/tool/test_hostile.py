@@ -15,6 +15,7 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 import pytest
 import scipy.io
+import typer
 
 from crosscheck.audit.page import command as audit_command
 from crosscheck.cli import cost as cost_command
@@ -203,7 +204,7 @@ def short_work() -> object:
     """Robots are looked at in few states and runs, errata and baselines not at all."""
 
     def refuse(*_: object, **__: object) -> NoReturn:
-        raise SystemExit(0)
+        raise typer.Exit(0)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cost_command, "QUICK", Extent(1, 3, 1, 10, 100))
