@@ -65,10 +65,10 @@ class Wait:
 
 
 def timed(command: Sequence[str], repeats: int, folder: Path | None = None) -> tuple[Run, ...]:
-    """Every run of a command; folder: where numba keeps what it compiles, if not as usual."""
+    """Every run of a command; folder: where what is compiled is kept, if not as usual."""
     environment = dict(os.environ, PYTHONPATH=str(ROOT))
     if folder is not None:
-        environment["NUMBA_CACHE_DIR"] = str(folder)
+        environment["XDG_CACHE_HOME"] = str(folder)
     found = []
     for _ in range(repeats):
         began, used = time.perf_counter(), processor_s()

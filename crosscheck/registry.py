@@ -8,10 +8,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 from crosscheck.analytic.paper.covered import papers_kind
-from crosscheck.entry import loaded, unusable
+from crosscheck.entry import foreign_code, load_record, unusable
 from crosscheck.models.abilities import STATE_ABILITIES
 from crosscheck.models.errors import Diverged, InputError
 
@@ -160,6 +160,16 @@ BUILT_IN = {
 }
 
 
+# What a package may have written into an entry, before any of it is used.
+FIELDS: dict[str, type | tuple[type, ...]] = {
+    **dict.fromkeys(("module", "attribute", "role", "level", "title"), str),
+    "promises": frozenset,
+    "packages": tuple,
+    "call_s": (int, float),
+    "abreast": int,
+}
+
+
 class Registry(MutableMapping[str, Entry]):
     """Entries by the model's name: the program's own, then those of installed packages.
 
@@ -200,9 +210,9 @@ def with_installed(known: dict[str, Entry]) -> dict[str, Entry]:
     for offer in sorted(offers, key=lambda each: (each.name, each.value)):
         if offer.name in found:
             raise unusable(offer, "a model of this name exists already")
-        entry = loaded(offer)
-        if not isinstance(entry, Entry):
-            raise unusable(offer, f"must be a crosscheck.registry.Entry, is {type(entry).__name__}")
+        entry = load_record(offer, Entry, FIELDS)
+        if entry.role not in get_args(Role):
+            raise unusable(offer, f"role is {entry.role!r}; must be one of {get_args(Role)}")
         own = (offer.dist.name,) if offer.dist else ()  # whose version counts for its results
         found[offer.name] = replace(entry, packages=(*entry.packages, *own))
     return found
@@ -245,7 +255,14 @@ def covering(role: Role, arm: Arm, chosen: Switches) -> tuple[str, ...]:
 
 def about(among: Sequence[str], arm: Arm, chosen: Switches) -> tuple[str, ...]:
     """Names among the given ones whose models are about an arm under switches."""
-    return tuple(name for name in among if MODELS[name].covers(arm, chosen))
+    return tuple(name for name in among if _covers(name, arm, chosen))
+
+
+def _covers(name: str, arm: Arm, chosen: Switches) -> bool:
+    if not is_guest(name):
+        return MODELS[name].covers(arm, chosen)
+    with foreign_code(f"model {name}: covers"):
+        return bool(MODELS[name].covers(arm, chosen))
 
 
 def promising(ability: str, among: tuple[str, ...]) -> tuple[str, ...]:
@@ -301,6 +318,9 @@ def model_class(name: str) -> type[Model]:
     if entry.made is not None:
         return entry.made
     try:
+        if is_guest(name):
+            with foreign_code(f"model {name}: its engine cannot be imported"):
+                return getattr(importlib.import_module(entry.module), entry.attribute)
         return getattr(importlib.import_module(entry.module), entry.attribute)
     except (ImportError, AttributeError) as error:
         reason = " ".join(str(error).split())

@@ -49,6 +49,16 @@ class CannotDo(NotImplementedError):
     """A model was asked for something outside its abilities."""
 
 
+def describe_error(error: BaseException) -> str:
+    """Kind and text of an exception in one line; some have no text, or cannot be printed."""
+    kind = type(error).__name__
+    try:
+        text = " ".join(str(error).split())
+    except BaseException:  # whatever the class of a user or a package does
+        text = ""
+    return f"{kind}: {text}" if text else kind
+
+
 def one_line(text: str) -> str:
     """A text as one line of at most 400 characters, without anything that cannot be printed."""
     return _cut(_printable(re.sub(r"\s*[\r\n]\s*", " ", text.strip())), LONGEST_LINE)

@@ -25,8 +25,7 @@ from crosscheck.analytic.kernel import translate
 from crosscheck.analytic.kernel.text import fused
 from crosscheck.analytic.kernel.translate import ir_of
 from crosscheck.models.errors import PROGRAM, one_line
-from crosscheck.models.inputs import content_of
-from crosscheck.models.places import cache_folder, make_private
+from crosscheck.models.places import code_folder, private_content
 
 FOLDER = "machine-code"
 CHECKSUM = 32  # bytes of SHA-256
@@ -62,12 +61,9 @@ def machine_code(text: str, lanes: int, level: int) -> bytes:
     """
     name = _digest(text, lanes, level)
     try:
-        make_private(cache_folder())
-        folder = cache_folder() / FOLDER
-        make_private(folder)
+        path = code_folder(FOLDER) / f"{name}.o"
     except OSError:
         return compiled(ir_of(text, lanes), machine(level), level)
-    path = folder / f"{name}.o"
     found = _read(path)
     if found is None:
         found = compiled(ir_of(text, lanes), machine(level), level)
@@ -124,8 +120,8 @@ def _read(path: Path) -> bytes | None:
     """Content of a kept file; None if there is none or, told on stderr, none that is sound."""
     reason = "damaged"
     try:
-        whole = content_of(path, KEPT_BYTES, remembered=False)
-        if hashlib.sha256(whole[CHECKSUM:]).digest() == whole[:CHECKSUM]:
+        whole = private_content(path, KEPT_BYTES)
+        if _seal(path, whole[CHECKSUM:]) == whole[:CHECKSUM]:
             os.utime(path)  # it has been used
             return whole[CHECKSUM:]
     except FileNotFoundError:
@@ -137,11 +133,17 @@ def _read(path: Path) -> bytes | None:
     return None
 
 
+def _seal(path: Path, data: bytes) -> bytes:
+    """Checksum of an object that is kept under the name of the path."""
+    return hashlib.sha256(path.name.encode() + data).digest()
+
+
 def _keep(path: Path, data: bytes) -> None:
     """Keep a file, in place at once as others may be reading it; not where the folder is full."""
     draft = path.with_suffix(f".{os.getpid()}.draft")
     try:
-        draft.write_bytes(hashlib.sha256(data).digest() + data)
+        draft.touch(0o600, exist_ok=False)
+        draft.write_bytes(_seal(path, data) + data)
         draft.replace(path)
     except OSError:
         with suppress(OSError):

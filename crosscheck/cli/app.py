@@ -16,7 +16,15 @@ import typer
 
 from crosscheck import LARGEST_SEED, __version__
 from crosscheck.cli.surroundings import closing_code, enough_memory, prepare
-from crosscheck.entry import loaded, unusable
+from crosscheck.entry import load_command, unusable
+from crosscheck.models.errors import (
+    PROGRAM,
+    Diverged,
+    InputError,
+    Unfinished,
+    describe_error,
+    one_line,
+)
 from crosscheck.runner.interruption import exit_code, farewell, was_stopped
 
 app = typer.Typer(
@@ -423,7 +431,6 @@ def init(
 ) -> None:
     """Write a commented file of an arm, or of a robot, to begin with; never over another file."""
     from crosscheck.cli.template import init_command, init_robot_command
-    from crosscheck.models.errors import InputError
 
     if urdf is None:
         init_command(file, joints or 2)
@@ -450,7 +457,9 @@ def clear() -> None:
 
 
 COMMANDS = "geararm_crosscheck.commands"  # entry points of other packages
+TOO_MANY_FILES = (errno.EMFILE, errno.ENFILE)
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+USAGE_ERRORS = (typer.Exit, typer.Abort, typer.BadParameter)
 PARSERS_INTERRUPTED = 130  # its own way to say that there was a KeyboardInterrupt
 
 
@@ -465,7 +474,15 @@ def add_installed() -> None:
     for offer in sorted(entry_points(group=COMMANDS), key=lambda each: each.name):
         if offer.name in own.commands:
             raise unusable(offer, "a command of this name exists already")
-        app.command(offer.name)(loaded(offer))
+        command = load_command(offer, USAGE_ERRORS)
+        alone = typer.Typer(add_completion=False)
+        alone.command(offer.name)(command)
+        try:
+            typer.main.get_command(alone)
+        except Exception as error:  # whatever Typer makes of its arguments
+            reason = f"is no function that Typer takes: {describe_error(error)}"
+            raise unusable(offer, reason) from None
+        app.command(offer.name)(command)
 
 
 def main() -> NoReturn:
@@ -481,22 +498,21 @@ def main() -> NoReturn:
             _explain(error)
         code = PARSERS_INTERRUPTED
     except BaseException as error:  # of no command of ours: code that one of them ran has left
-        said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        _fail(f"came to no verdict: code that was run raised {said}", 3)
+        _fail(f"came to no verdict: code that was run raised {describe_error(error)}", 3)
     if code == PARSERS_INTERRUPTED:
         _fail(farewell(), exit_code())
     sys.exit(closing_code(code if isinstance(code, int) else 0))
 
 
 def _explain(error: Exception) -> NoReturn:
-    from crosscheck.models.errors import Diverged, InputError, Unfinished
-
     if isinstance(error, InputError | Diverged):
         _fail(str(error), 2)
     if hasattr(error, "format_message"):  # a usage error of typer's own command-line parser
         _fail(f"{error.format_message()} (see crosscheck --help)", 2)
     if isinstance(error, OSError) and error.errno in DISK_FULL:
         _fail(f"a file cannot be written: {error.strerror}", 2)
+    if isinstance(error, OSError) and error.errno in TOO_MANY_FILES:
+        _fail(f"open files: {error.strerror}; raise the limit, or lower --jobs", 2)
     if isinstance(error, Unfinished):
         _fail(str(error), 3)
     traceback.print_exception(error)
@@ -504,7 +520,5 @@ def _explain(error: Exception) -> NoReturn:
 
 
 def _fail(line: str, code: int) -> NoReturn:
-    from crosscheck.models.errors import PROGRAM, one_line
-
     print(one_line(f"{PROGRAM}{line}"), file=sys.stderr)
     sys.exit(code)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import io
 import platform
 import re
@@ -23,9 +24,12 @@ from crosscheck.output import require_file, write_files
 from crosscheck.planning.sizing import unequal_gains
 from crosscheck.registry import BUILT_IN, build, model_class
 from crosscheck.report.words import printable
+from crosscheck.runner.foreign import read_apart
+from crosscheck.runner.process_tree import limit_resources
 
 COMPILERS = ("cc", "gcc", "clang")
 FOLDERS = {"Linux": ("linux64", ".so"), "Darwin": ("darwin64", ".dylib")}
+COMPILER_S, COMPILER_BYTES = 120, 4_000_000_000  # a unit of seven joints takes 5 s
 FIRST_DAY = (1980, 1, 1, 0, 0, 0)  # of all files in a unit, so that it is the same every time
 
 
@@ -69,11 +73,25 @@ def _compiled(code: str) -> bytes:
         source.write_text(code, encoding="utf-8")
         made = ["-o", str(library), str(source), "-lm"]
         command = [compiler, "-std=c11", "-O2", "-fPIC", "-shared", *made]
-        ended = subprocess.run(command, capture_output=True, text=True, check=False)
-        if ended.returncode:
-            reason = f"{compiler} cannot compile the FMU: {one_line(ended.stderr)}"
-            raise InputError("--out", "", None, reason)
+        fails = f"{compiler} cannot compile the FMU"
+        if complaint := read_apart("--out", _compile, command, library, fails=fails):
+            raise InputError("--out", "", None, f"{fails}: {complaint}")
         return library.read_bytes()
+
+
+def _compile(command: list[str], library: Path) -> str:
+    """Run a compiler within limits, in a process of its own; returns what it complains about."""
+    limit_resources(COMPILER_BYTES, COMPILER_S)
+    ended = subprocess.run(
+        command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace"
+    )
+    if ended.returncode:
+        return one_line(ended.stderr) or f"exit code {ended.returncode}"
+    try:
+        ctypes.CDLL(str(library)).fmi2Instantiate  # noqa: B018
+    except (OSError, AttributeError):
+        return "what it wrote is no library of this machine"
+    return ""
 
 
 def model_of(arm: str, model: str, settings: list[str]) -> AnalyticModel:

@@ -12,9 +12,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from platformdirs import user_cache_path, user_config_path
+
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import forget
-from crosscheck.models.places import home_folder, own_folder, usable
+from crosscheck.models.places import is_usable, own_folder
 
 LEAST_BYTES = 600_000_000  # of address space, where a study's libraries take 450 MB
 
@@ -41,11 +43,17 @@ def prepare() -> None:
     # Processes share the work, of many small matrices: threads of the linear algebra only wait.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Where Matplotlib's own folders cannot be used it would say so at length.
-    chosen = os.environ.get("MPLCONFIGDIR")
-    homes = {"XDG_CONFIG_HOME": ".config", "XDG_CACHE_HOME": ".cache"}
-    own = [Path(os.environ.get(n) or home_folder() / place) for n, place in homes.items()]
-    if not all(map(usable, [Path(chosen)] if chosen else own)):
+    if not all(map(is_usable, _matplotlib_folders())):
         os.environ["MPLCONFIGDIR"] = str(own_folder() / "matplotlib")
+
+
+def _matplotlib_folders() -> list[Path]:
+    if chosen := os.environ.get("MPLCONFIGDIR"):
+        return [Path(chosen)]
+    try:
+        return [user_config_path("matplotlib"), user_cache_path("matplotlib")]
+    except RuntimeError:  # there is no home
+        return [Path("/nonexistent")]
 
 
 def closing_code(code: int) -> int:

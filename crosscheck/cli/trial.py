@@ -24,7 +24,7 @@ from crosscheck.report.words import counted, printable
 from crosscheck.run import CrossCheck
 from crosscheck.runner.progress import shown_progress
 from crosscheck.trial.fmu.archive import MappedUnit, described, drafted, mapped_unit, unpacked
-from crosscheck.trial.fmu.unit import beside, fmu_equations, require_comparable
+from crosscheck.trial.fmu.unit import beside, fmu_equations, require_comparable, require_running
 from crosscheck.trial.input.equations import Coordinates, Equations, coordinates_of
 from crosscheck.trial.input.loading import handed_over
 from crosscheck.trial.model import switches_of
@@ -123,6 +123,7 @@ def trial_command(options: TrialOptions) -> int:
         if options.fmu is not None:
             assert options.coordinates is not None  # as was required
             unit = mapped_unit(options.fmu, options.coordinates, chosen.arm, Path(folder))
+            require_running(unit, str(options.fmu))
         if unit is not None and unit.description.kind == "co-simulation":
             return _beside(options, unit, chosen)
         asked = _asked(options, unit, chosen)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
@@ -14,6 +15,8 @@ from crosscheck.cost.runs import mesh_rates, run, too_unlike
 from crosscheck.cost.springs import springs, with_rotors_alone
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.runner.outcomes import Failure, or_failure
+from crosscheck.runner.workers import perform_all
 
 # Of each quantity's size. Rounding explains 1e-15 times the reach over the smallest lever arm.
 TOLERANCE = 1e-10
@@ -32,6 +35,7 @@ QUANTITIES = {
 LARGEST_TOLERANCE = 1e-3  # beyond it agreement would say nothing
 SOLVED = ("forward dynamics", "run")  # which M's condition number may harm
 RUNS, RUN_S, STEPS = 3, 0.1, 5  # of the states the first, and a run's time and steps
+ANSWERS_S = 1.0  # rough cost of a model's answers
 FORCE, DEEPEST = 10.0, 0.01  # of a drawn mesh: N m or N at its joint, parts of its pinion's radius
 
 
@@ -96,21 +100,45 @@ def motion_range(robot: Robot, number: int) -> tuple[float, float]:
 
 
 def compared(robot: Robot, states: DrawnStates) -> list[EngineDifference]:
-    """Compare every pair of engines at each level that they promise; one that raises fails there.
+    """Compare every pair of engines at each level that they promise.
+
+    One that raises, crashes or hangs fails there.
 
     Raises InputError for a robot whose mass matrix has lost its digits.
     """
-    found: list[EngineDifference] = []
+    tasks: list[EngineAnswers] = []
     for level in robot.levels:
         own = with_meshes(robot, states) if level == "geared" else states
-        answers: dict[str, RobotAnswers | Exception] = {}
-        for engine in [name for name, entry in engines().items() if entry.promises(level)]:
-            try:
-                answers[engine] = _answers(model_of(engine, robot, level), own)
-            except Exception as error:  # whatever an engine raises is told, and fails
-                answers[engine] = error
-        found += _comparisons(level, answers, robot, own)
+        answering = [name for name, entry in engines().items() if entry.promises(level)]
+        tasks += [EngineAnswers(engine, robot, level, own) for engine in answering]
+    answers = perform_all(tasks, os.cpu_count() or 1, lambda key: None)
+    found: list[EngineDifference] = []
+    for level in robot.levels:
+        own = next(task.states for task in tasks if task.level == level)
+        by_engine = {engine: each for (engine, at), each in answers.items() if at == level}
+        found += _comparisons(level, by_engine, robot, own)
     return found
+
+
+@dataclass(frozen=True)
+class EngineAnswers:
+    """The task of asking an engine's model of a robot at states, in a process of its own."""
+
+    engine: str
+    robot: Robot
+    level: Level
+    states: DrawnStates
+    cost: float = ANSWERS_S
+
+    @property
+    def key(self) -> tuple[str, Level]:
+        """Name of the engine, and level."""
+        return self.engine, self.level
+
+    @or_failure
+    def perform(self) -> RobotAnswers:
+        """The model's answers, or the Failure that says why there are none."""
+        return _answers(model_of(self.engine, self.robot, self.level), self.states)
 
 
 def with_meshes(robot: Robot, states: DrawnStates) -> DrawnStates:
@@ -160,7 +188,7 @@ def _answers(model: RobotModel, states: DrawnStates) -> RobotAnswers:
 
 
 def _comparisons(
-    level: Level, answers: Mapping[str, RobotAnswers | Exception], robot: Robot, states: DrawnStates
+    level: Level, answers: Mapping[str, RobotAnswers | Failure], robot: Robot, states: DrawnStates
 ) -> list[EngineDifference]:
     given = [each for each in answers.values() if isinstance(each, dict)]
     found: list[EngineDifference] = []
@@ -176,9 +204,9 @@ def _comparisons(
                 found.append(EngineDifference(quantity, level, left, right, value, tolerance))
             continue
         failed = " and ".join(
-            f"{name} raised {type(each).__name__}: {each}"
+            f"{name} raised {each}"
             for name, each in ((left, one), (right, other))
-            if isinstance(each, Exception)
+            if isinstance(each, Failure)
         )
         found += [
             EngineDifference(quantity, level, left, right, float("inf"), TOLERANCE, failed)

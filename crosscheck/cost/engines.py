@@ -8,7 +8,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING
 
-from crosscheck.entry import loaded, unusable
+from crosscheck.entry import load_record, unusable
 
 if TYPE_CHECKING:  # the names of engines are asked for without any schema
     from crosscheck.models.robot.interface import RobotModel
@@ -54,6 +54,9 @@ OWN = {
 }
 
 
+FIELDS = {"module": str, "attribute": str, "levels": tuple, "title": str}
+
+
 @cache
 def engines() -> dict[str, RobotEngine]:
     """All engines by name, the program's own first.
@@ -64,11 +67,7 @@ def engines() -> dict[str, RobotEngine]:
     for offer in sorted(entry_points(group=ENTRY_POINTS), key=lambda each: each.name):
         if offer.name in found:
             raise unusable(offer, "an engine of this name exists already")
-        engine = loaded(offer)
-        if not isinstance(engine, RobotEngine):
-            kind = type(engine).__name__
-            raise unusable(offer, f"must be a crosscheck.cost.engines.RobotEngine, is {kind}")
-        found[offer.name] = engine
+        found[offer.name] = load_record(offer, RobotEngine, FIELDS)
     return found
 
 

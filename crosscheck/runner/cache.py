@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from crosscheck.models.compiled import compiled_files
+from crosscheck.models.errors import InputError
 from crosscheck.models.places import cache_folder
 from crosscheck.output import in_one_line
-from crosscheck.provenance import ROOT
 from crosscheck.report.words import printable
 from crosscheck.runner.store import clear, entries
-
-MACHINE_CODE = "machine-code"
 
 
 def clear_command() -> None:
@@ -18,12 +15,14 @@ def clear_command() -> None:
     Raises InputError.
     """
     own = cache_folder()
-    machine_code = own / MACHINE_CODE
-    compiled = {*compiled_files(ROOT / "crosscheck"), *(own / "compiled").glob("*/*.nb[ci]")}
+    machine_code, compiled = own / "machine-code", own / "compiled"
+    for folder in (own, machine_code, compiled):
+        if folder.is_symlink():  # it may lead to files of the user's own
+            raise InputError(str(folder), "", None, "is a link; remove it")
     for said, folder, paths in (
         ("simulations", own, entries(own)),
         ("kernels", machine_code, sorted(machine_code.glob("*.o"))),
-        ("compiled functions", ROOT, sorted(compiled)),
+        ("compiled functions", compiled, sorted(compiled.glob("*/*.nb[ci]"))),
     ):
         with in_one_line(folder):
             size = sum(path.lstat().st_size for path in paths) / 1e6

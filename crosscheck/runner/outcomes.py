@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import wraps
 from typing import Any, Protocol, Self, TypeVar
 
+from crosscheck.models.errors import describe_error
+
 Worker = TypeVar("Worker")
 Found = TypeVar("Found")
 DIED = "Died"  # of whatever has no result because its process ended
@@ -30,7 +32,8 @@ class Failure:
 
 def failure(error: BaseException) -> Failure:
     """The Failure of an exception, its text on one line."""
-    return Failure(type(error).__name__, " ".join(str(error).split()))
+    kind, _, message = describe_error(error).partition(": ")
+    return Failure(kind, message)
 
 
 def or_failure(work: Callable[[Worker], Found]) -> Callable[[Worker], Found | Failure]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 
-from crosscheck.runner.families import Table, used_s
+from crosscheck.runner.process_tree import ProcessorTimes
 
 # Work may take so much processor time [s], and so many times its rough cost on top.
 PATIENCE_S, PATIENCE = 60.0, 50.0
@@ -20,16 +20,16 @@ LOOK_S = 1.0  # between one look and the next
 
 
 class Patience:
-    """The limit of one piece of work of a process. cost: estimated [s]; table: all processes."""
+    """The limit of one piece of work of a child process; cost: estimated [s]."""
 
-    def __init__(self, process: int, cost: float, table: Table) -> None:
+    def __init__(self, process: int, cost: float, times: ProcessorTimes) -> None:
         self.process, self.cost = process, cost
-        self.begun = self.mark = used_s(process, table) or 0.0
+        self.begun = self.mark = times.get(process, 0.0)
         self.looked = time.monotonic()
         self.watched = self.idle = 0.0
 
-    def at_its_end(self, table: Table) -> str:
-        """Why the work must be stopped; '' while it need not be. table: all processes now.
+    def at_its_end(self, times: ProcessorTimes) -> str:
+        """Why the work must be stopped; '' while it need not be. times: of the children now.
 
         Time in which nobody looked does not count: then this process was stopped as well, or had
         no processor.
@@ -37,8 +37,7 @@ class Patience:
         now = time.monotonic()
         passed, self.looked = min(now - self.looked, 2 * LOOK_S), now
         self.watched += passed
-        known = used_s(self.process, table)
-        used = self.begun + self.watched if known is None else known
+        used = times.get(self.process, self.begun + self.watched)
         self.idle += passed
         if used - self.mark >= LEAST_S:
             self.mark, self.idle = used, 0.0

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import re
 import secrets
-import stat
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
 from crosscheck.models.errors import InputError
-from crosscheck.models.places import make_private
+from crosscheck.models.places import make_private, require_private
 from crosscheck.output import draft, in_one_line, remove_abandoned
 
 Value = TypeVar("Value")
@@ -82,15 +80,8 @@ class Store:
 
     def _content(self, key: str) -> bytes:
         """A key's content. Raises OSError, and ValueError unless the entry is this key's, whole."""
-        flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-        handle = os.open(self._path(key), flags)
-        try:
-            if not stat.S_ISREG(os.fstat(handle).st_mode):
-                raise ValueError("no ordinary file")
-            with open(handle, "rb", closefd=False) as stream:
-                magic, owner, digest, content = [*stream.read().split(b"\n", 3), b"", b"", b""][:4]
-        finally:
-            os.close(handle)
+        with require_private(self._path(key)) as handle, open(handle, "rb", closefd=False) as file:
+            magic, owner, digest, content = [*file.read().split(b"\n", 3), b"", b"", b""][:4]
         if magic != MAGIC:
             raise ValueError("not an entry of this store")
         if owner != key.encode():

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import select
 import signal
 import sys
@@ -22,11 +23,17 @@ from typing import Any, NoReturn
 from crosscheck.cli.surroundings import occupy_streams
 from crosscheck.models.errors import PROGRAM, one_line
 from crosscheck.runner import patience
-from crosscheck.runner.families import adopt, end_descendants, end_with_parent, processes
 from crosscheck.runner.interruption import SHOW_CURSOR, deaf
 from crosscheck.runner.patience import Patience
+from crosscheck.runner.process_tree import (
+    adopt_orphans,
+    end_descendants,
+    end_with_parent,
+    processor_times,
+)
 
 BAD_INPUT, NO_VERDICT = 2, 3
+LEAST_FILES = 64  # open at once: a cross-check on two processes has 30
 CHUNK = 65536
 CLOSING_S = 5.0  # from the verdict to the end of the process
 SIGNALS = {signal.SIGINT, signal.SIGTERM}
@@ -40,13 +47,30 @@ _lines: list[tuple[int, int]] = []
 def overseen(whose: str, cost: float = 5.0) -> Iterator[None]:
     """Run code that is not ours in this context: it is to blame if the process ends or hangs.
 
-    whose: how an error line begins; cost: estimated [s], see Patience.
+    Whatever it does to the working folder, the umask and the standard streams is undone. whose: how
+    an error line begins; cost: estimated [s], see Patience.
     """
     _say(begins=whose, cost=cost)
     try:
-        yield
+        with _restored():
+            yield
     finally:
         _say(ends=whose)
+
+
+@contextmanager
+def _restored() -> Iterator[None]:
+    """Restore working folder, umask and standard streams, in which results are written."""
+    streams, mask = (sys.stdin, sys.stdout, sys.stderr), os.umask(0o077)
+    os.umask(mask)
+    folder = os.open(".", os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        yield
+    finally:
+        os.fchdir(folder)
+        os.close(folder)
+        os.umask(mask)
+        sys.stdin, sys.stdout, sys.stderr = streams
 
 
 def _say(**message: Any) -> None:
@@ -62,7 +86,12 @@ def supervised(command: Callable[[], NoReturn]) -> int:
     The command leaves by SystemExit; it must listen to SIGINT and SIGTERM and unblock them.
     Whatever it has started is ended.
     """
-    adopt()
+    files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if files < LEAST_FILES:
+        need = f"a limit of {files} is set; at least {LEAST_FILES} are needed"
+        print(f"{PROGRAM}open files: {need}", file=sys.stderr)
+        return BAD_INPUT
+    adopt_orphans()
     occupy_streams()
     here, there = os.pipe()
     parent = os.getpid()
@@ -166,15 +195,15 @@ class _Supervision:
         if "code" in message:
             self.said = message["code"]
         elif "begins" in message:
-            waiting = Patience(self.child, message["cost"], processes())
+            waiting = Patience(self.child, message["cost"], processor_times())
             self.begun.append((message["begins"], waiting))
         elif self.begun:
             self.begun.pop()
 
     def _impatient(self) -> str:
-        table = processes() if self.begun else {}
+        times = processor_times() if self.begun else {}
         for whose, waiting in self.begun:
-            if why := waiting.at_its_end(table):
+            if why := waiting.at_its_end(times):
                 return f"{whose}: {why}"
         return ""
 

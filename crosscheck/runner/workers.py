@@ -27,10 +27,16 @@ from types import TracebackType
 from typing import Any, Self
 
 from crosscheck.runner import patience
-from crosscheck.runner.families import Table, adopt, end_descendants, end_with_parent, processes
 from crosscheck.runner.interruption import leftovers
 from crosscheck.runner.outcomes import DIED, Failure, Task, failure
 from crosscheck.runner.patience import Patience
+from crosscheck.runner.process_tree import (
+    ProcessorTimes,
+    adopt_orphans,
+    end_descendants,
+    end_with_parent,
+    processor_times,
+)
 
 FORK = multiprocessing.get_context("fork")
 CLOSING_S = 5.0  # from the end of a process's pipes to the end of the process
@@ -61,12 +67,12 @@ class _Worker:
         assert self.process.pid is not None  # it has been started
         return self.process.pid
 
-    def is_over(self, table: Table) -> bool:
+    def is_over(self, times: ProcessorTimes) -> bool:
         """Whether the worker's task must be stopped; the first look at it begins to count."""
         assert self.task is not None  # those at work alone are looked at
         if self.patience is None:
-            self.patience = Patience(self.number, self.task.cost, table)
-        self.over = self.patience.at_its_end(table)
+            self.patience = Patience(self.number, self.task.cost, times)
+        self.over = self.patience.at_its_end(times)
         return bool(self.over)
 
     def kill(self) -> None:
@@ -183,8 +189,8 @@ class Workers:
         events = [w.pipe for w in busy] + [w.process.sentinel for w in busy]
         while True:
             if time.monotonic() >= self.looks:
-                table, self.looks = processes(), time.monotonic() + patience.LOOK_S
-                if over := [worker for worker in busy if worker.is_over(table)]:
+                times, self.looks = processor_times(), time.monotonic() + patience.LOOK_S
+                if over := [worker for worker in busy if worker.is_over(times)]:
                     return over
             ready = wait(events, timeout=max(0.0, self.looks - time.monotonic()))
             if ready:
@@ -243,7 +249,7 @@ def settle_down(parent: int) -> None:
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     faulthandler.disable()
-    adopt()
+    adopt_orphans()
     end_with_parent()
     threading.Thread(target=_watch, args=(parent,), daemon=True).start()
     nowhere = os.open(os.devnull, os.O_RDWR)

@@ -1,14 +1,15 @@
 """What is kept between runs: made again where it is damaged, and cleared by one command."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from crosscheck.models import jitted
 from crosscheck.models.jitted import njit
-from crosscheck.models.places import own_folder
-from crosscheck.runner import cache
+from crosscheck.models.places import code_folder, own_folder, temporary_folder
+from tests.processes import NOBODY, in_child, reachable
 
 SOURCE = """
 from crosscheck.models.jitted import njit
@@ -29,18 +30,38 @@ def doubled(folder: Path) -> tuple[float, bool]:
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    """Of a file with a function that has been compiled."""
-    (tmp_path / "doubling.py").write_text(SOURCE)
-    assert doubled(tmp_path) == (6.0, False)
-    assert doubled(tmp_path) == (6.0, True)
-    return tmp_path / "__pycache__"
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The program's folder, in an empty cache folder of the user's."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    remembered = own_folder, code_folder, temporary_folder, jitted._stamp
+    for function in remembered:
+        function.cache_clear()
+    yield tmp_path / "cache" / "geararm-crosscheck"
+    for function in remembered:
+        function.cache_clear()
+
+
+@pytest.fixture
+def sources(tmp_path: Path) -> Path:
+    """The folder of a file with a function."""
+    (tmp_path / "doubling").mkdir()
+    (tmp_path / "doubling" / "doubling.py").write_text(SOURCE)
+    return tmp_path / "doubling"
+
+
+@pytest.fixture
+def kept(own: Path, sources: Path) -> Path:
+    """The folder of a compiled function's files."""
+    assert doubled(sources) == (6.0, False)
+    assert doubled(sources) == (6.0, True)
+    (folder,) = (own / "compiled").iterdir()
+    return folder
 
 
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
 @pytest.mark.parametrize("damage", ["empty", "half", "flipped", "pickle", "folder"])
-def test_a_damaged_function_is_compiled_again_with_one_line(folder, suffix, damage, capsys):
-    (path,) = folder.glob(f"*.{suffix}")
+def test_a_damaged_function_is_compiled_again_with_one_line(kept, sources, suffix, damage, capsys):
+    (path,) = kept.glob(f"*.{suffix}")
     sound = path.read_bytes()
     place = len(sound) // 2
     harmed = {
@@ -54,18 +75,20 @@ def test_a_damaged_function_is_compiled_again_with_one_line(folder, suffix, dama
         path.mkdir()
     else:
         path.write_bytes(harmed[damage])
-    assert doubled(folder.parent) == (6.0, False)
+    assert doubled(sources) == (6.0, False)
     said = capsys.readouterr().err.splitlines()
     assert said
     assert all(line.startswith("crosscheck: ") and "it is made again" in line for line in said)
     if damage != "folder":
         assert len(set(said)) == 1
-        assert doubled(folder.parent) == (6.0, True)
+        assert doubled(sources) == (6.0, True)
 
 
-def test_a_function_of_another_version_of_numba_is_compiled_again(folder, monkeypatch, capsys):
+def test_a_function_of_another_version_of_numba_is_compiled_again(
+    kept, sources, monkeypatch, capsys
+):
     monkeypatch.setattr(jitted.numba, "__version__", "999")
-    assert doubled(folder.parent) == (6.0, False)
+    assert doubled(sources) == (6.0, False)
     assert capsys.readouterr().err == ""
 
 
@@ -73,33 +96,115 @@ def test_a_function_alone_may_be_handed_over():
     assert njit(lambda x: x + 1.0)(2.0) == 3.0
 
 
-def test_all_that_is_kept_is_cleared_and_its_sizes_told(crosscheck, tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(cache, "ROOT", tmp_path / "program")
-    own_folder.cache_clear()
-    own, models = tmp_path / "geararm-crosscheck", tmp_path / "program" / "crosscheck" / "models"
+def test_a_change_of_any_source_beside_it_compiles_it_again(kept, sources):
+    (sources / "called.py").write_text("FACTOR = 2.0")
+    jitted._stamp.cache_clear()
+    assert doubled(sources) == (6.0, False)
+
+
+def test_a_folder_of_numbas_that_others_may_write_is_not_read(kept, sources, tmp_path, monkeypatch):
+    monkeypatch.setattr(jitted.numba.config, "CACHE_DIR", str(tmp_path / "open"))
+    assert doubled(sources) == (6.0, True)
+    assert not (tmp_path / "open").exists()
+
+
+def another_users(path: Path) -> None:
+    os.chown(path, NOBODY, NOBODY)
+
+
+def link(path: Path) -> None:
+    target = path.with_name("elsewhere")
+    path.rename(target)
+    path.symlink_to(target)
+
+
+NOT_PRIVATE = {
+    "another user's": (another_users, "belongs to another user"),
+    "writable": (lambda path: path.chmod(0o666), "may be written by others"),
+    "a link": (link, "is a link"),
+}
+
+
+@pytest.mark.parametrize("case", NOT_PRIVATE)
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+def test_a_kept_pickle_that_is_not_the_users_own_is_not_run(kept, sources, suffix, case, capsys):
+    spoil, said = NOT_PRIVATE[case]
+    if spoil is another_users and os.geteuid() != 0:
+        pytest.skip("only root can give files away")
+    (path,) = kept.glob(f"*.{suffix}")
+    spoil(path)
+    assert doubled(sources) == (6.0, False)
+    assert f"{path.name}: does not fit: {said}; it is made again" in capsys.readouterr().err
+    assert doubled(sources) == (6.0, True)
+    assert capsys.readouterr().err == ""
+
+
+def test_what_lies_in_a_folder_that_others_could_write_is_removed(kept, sources, own):
+    (own / "compiled").chmod(0o777)
+    code_folder.cache_clear()
+    assert doubled(sources) == (6.0, False)
+    assert (own / "compiled").stat().st_mode & 0o777 == 0o700
+
+
+@pytest.mark.parametrize("place", [".", "compiled"])
+def test_a_folder_is_not_changed_through_a_link(sources, own, place, tmp_path, capsys):
+    theirs = tmp_path / "theirs"
+    theirs.mkdir(mode=0o755)
+    (own / place).parent.mkdir(parents=True)
+    (own / place).symlink_to(theirs)
+    assert doubled(sources) == (6.0, False)
+    assert theirs.stat().st_mode & 0o777 == 0o755
+    assert list(theirs.iterdir()) == []
+    line = f"crosscheck: {own / place}: is a link; nothing is kept\n"
+    assert capsys.readouterr().err == line
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can be somebody else")
+def test_a_folder_of_another_user_is_not_used(sources, own, tmp_path):
+    own.mkdir(parents=True)
+    own.chmod(0o777)
+    reachable(sources)
+    reachable(own)
+
+    def compile_as_nobody() -> None:
+        assert doubled(sources) == (6.0, False)
+
+    assert in_child(compile_as_nobody, nobody=True)
+    assert list(own.iterdir()) == []
+
+
+def test_all_that_is_kept_is_cleared_and_its_sizes_told(crosscheck, own):
     sizes = {
         own / f"{'a' * 32}.kept": 2_000_000,
         own / "machine-code" / f"{'b' * 32}.o": 300_000,
         own / "compiled" / "models_x" / "law.nbc": 100_000,
-        models / "__pycache__" / "law.nbi": 900_000,
+        own / "compiled" / "models_y" / "law.nbi": 900_000,
     }
     letter = own / "letter"
-    models.mkdir(parents=True)
-    (models / "law.py").touch()
     for path, size in sizes.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
         os.truncate(path, size)
     letter.write_text("mine")
     answer = crosscheck("cache", "clear")
-    own_folder.cache_clear()
     assert (answer.code, answer.err) == (0, "")
     assert answer.out.splitlines() == [
         f"removed 1 simulations, 2.0 MB, {own}",
         f"removed 1 kernels, 0.3 MB, {own / 'machine-code'}",
-        f"removed 2 compiled functions, 1.0 MB, {tmp_path / 'program'}",
+        f"removed 2 compiled functions, 1.0 MB, {own / 'compiled'}",
     ]
     assert not any(path.exists() for path in sizes)
     assert letter.read_text() == "mine"
     assert crosscheck("cache", "clear").code == 0
+
+
+def test_nothing_is_cleared_through_a_link(crosscheck, own, tmp_path):
+    (tmp_path / "theirs.o").touch()
+    own.mkdir(parents=True)
+    (own / "machine-code").symlink_to(tmp_path)
+    answer = crosscheck("cache", "clear")
+    assert (answer.code, answer.err) == (
+        2,
+        f"crosscheck: {own / 'machine-code'}: is a link; remove it\n",
+    )
+    assert (tmp_path / "theirs.o").exists()

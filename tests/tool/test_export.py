@@ -1,6 +1,7 @@
 """A model as one file of C: compiled, it says what the model says."""
 
 import ctypes
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from crosscheck.checks.answers import random_states
 from crosscheck.checks.invariants import torques_at
 from crosscheck.cli.export import model_of, prefix_of
+from crosscheck.runner import patience
 from tests.tool.test_bad_input import assert_one_line
 
 COMPILER = shutil.which("gcc")
@@ -86,3 +88,25 @@ def test_what_cannot_be_exported_is_one_line(crosscheck, tmp_path):
     out.write_text("mine", encoding="utf-8")
     answer = crosscheck("export", "probe", "--model", "analytic:links", "--out", out)
     assert_one_line(answer, "exists and is not an exported C file")
+
+
+COMPILERS = {
+    "hangs": ("sleep 1000", "TooSlow: stopped after"),
+    "writes nothing": ("exit 0", "what it wrote is no library of this machine"),
+    "writes nonsense": ("echo x > $7", "what it wrote is no library of this machine"),
+    "refuses": ("echo no such option >&2; exit 1", ": no such option"),
+}
+
+
+@pytest.mark.parametrize("case", COMPILERS)
+def test_a_compiler_that_makes_no_library_is_one_line(crosscheck, case, tmp_path, monkeypatch):
+    work, said = COMPILERS[case]
+    (tmp_path / "cc").write_text(f"#!/bin/sh\n{work}\n")
+    (tmp_path / "cc").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setattr(patience, "IDLE_S", 0.5)
+    monkeypatch.setattr(patience, "LOOK_S", 0.1)
+    out = tmp_path / "unit.fmu"
+    answer = crosscheck("export", "probe", "--model", "analytic:links", "--out", out)
+    assert_one_line(answer, f"--out: {tmp_path / 'cc'} cannot compile the FMU", said)
+    assert not out.exists()

@@ -1,6 +1,7 @@
 """Machine code is kept in the user's cache folder, named after all that it depends on."""
 
 import errno
+import hashlib
 import os
 import subprocess
 import sys
@@ -19,10 +20,11 @@ from crosscheck.analytic.kernel.machine import Code, compiled, machine, machine_
 from crosscheck.analytic.kernel.translate import ir_of
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.models.loading import load_case
-from crosscheck.models.places import own_folder, temporary_folder
+from crosscheck.models.places import code_folder, own_folder, temporary_folder
 from tests.interpreted import addresses
 from tests.obstacles import OBSTACLES
 from tests.processes import command_line
+from tests.tool.test_cache import NOT_PRIVATE, another_users
 
 SHORT = ("simulate", "paper-labelled", "--model", "analytic:links", "--scenario", "pd")
 SUM = 'def add(out: array, a, b):\n    """a + b."""\n    out[0] = a + b\n'
@@ -41,10 +43,10 @@ def add(text: str = SUM) -> float:
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Where machine code is kept, in an empty cache folder of the user's."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    for function in (own_folder, temporary_folder):
+    for function in (own_folder, code_folder, temporary_folder):
         function.cache_clear()
     yield tmp_path / "geararm-crosscheck" / "machine-code"
-    for function in (own_folder, temporary_folder):
+    for function in (own_folder, code_folder, temporary_folder):
         function.cache_clear()
 
 
@@ -97,6 +99,49 @@ def test_a_damaged_object_is_made_again_and_not_run(folder, damage, capsys):
     assert path.read_bytes() == sound
     said = capsys.readouterr().err
     assert said == f"crosscheck: {path}: does not fit: damaged; it is made again\n"
+
+
+@pytest.mark.parametrize("case", NOT_PRIVATE)
+def test_an_object_that_is_not_the_users_own_is_not_run(folder, case, capsys):
+    spoil, said = NOT_PRIVATE[case]
+    if spoil is another_users and os.geteuid() != 0:
+        pytest.skip("only root can give files away")
+    add()
+    (path,) = folder.iterdir()
+    path.write_bytes(seal(path, compiled(ir_of(OTHER, 1), machine(1), 1)))
+    assert add() == -1.0  # a kept object is believed by its checksum
+    spoil(path)
+    assert add() == 5.0
+    assert (
+        capsys.readouterr().err == f"crosscheck: {path}: does not fit: {said}; it is made again\n"
+    )
+    assert add() == 5.0
+    assert capsys.readouterr().err == ""
+
+
+def seal(path: Path, data: bytes) -> bytes:
+    """An object as it is kept."""
+    return hashlib.sha256(path.name.encode() + data).digest() + data
+
+
+def test_an_object_of_another_name_is_not_run(folder):
+    add()
+    (path,) = folder.iterdir()
+    other = path.read_bytes()
+    add(OTHER)
+    for each in folder.iterdir():
+        each.write_bytes(other)
+    assert (add(), add(OTHER)) == (5.0, -1.0)
+
+
+def test_objects_in_a_folder_that_others_could_write_are_removed(folder):
+    add()
+    (path,) = folder.iterdir()
+    path.write_bytes(seal(path, compiled(ir_of(OTHER, 1), machine(1), 1)))
+    folder.chmod(0o777)
+    code_folder.cache_clear()
+    assert add() == 5.0
+    assert folder.stat().st_mode & 0o777 == 0o700
 
 
 @pytest.mark.parametrize("what", ["pipe", "folder", "loop"])

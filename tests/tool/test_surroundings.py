@@ -1,9 +1,11 @@
 """The program where there is no home, no room, no folder to work in, no such letter, no reader."""
 
 import os
+import resource
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -110,6 +112,14 @@ def test_a_reader_may_stop_reading():
     assert (answer.returncode, answer.stderr) == (0, "")
 
 
+@pytest.mark.parametrize("files", [8, 63])
+def test_too_few_open_files_are_one_line(files):
+    limit = partial(resource.setrlimit, resource.RLIMIT_NOFILE, (files, files))
+    answer = command_line("--version", preexec_fn=limit)
+    assert (answer.returncode, answer.stdout, answer.stderr.count("\n")) == (2, "", 1)
+    assert f"open files: a limit of {files} is set; at least 64 are needed" in answer.stderr
+
+
 @pytest.mark.parametrize("arguments", [("list",), ("run", "--quick")])
 def test_a_removed_working_folder_is_one_line(tmp_path, arguments):
     folder = tmp_path / "gone"
@@ -136,27 +146,20 @@ def test_drawing_needs_no_home(tmp_path, home):
     assert not list(tmp_path.glob("geararm-*"))  # a folder for one process goes with it
 
 
-def test_kernels_need_no_writable_package(unwritable, tmp_path):
+@pytest.mark.slow
+def test_kernels_need_no_writable_package_and_no_cache_folder(unwritable, tmp_path):
     script = (
-        "import os\nfrom crosscheck import models\n"
-        "assert models.__file__.startswith(os.environ['PYTHONPATH'])\n"
-        "print(os.environ['NUMBA_CACHE_DIR'])"
+        "from crosscheck.models import jitted\n"
+        "assert jitted.__file__.startswith(os.environ['PYTHONPATH'])\n"
+        "print(jitted.code_folder('compiled'))"
     )
-    base = {"NUMBA_CACHE_DIR": "", "PYTHONPATH": str(unwritable)}
     for home, kept_in in ((HOMELESS, tmp_path), ({"XDG_CACHE_HOME": str(unwritable)}, unwritable)):
-        env = base | home | {"TMPDIR": str(tmp_path)}
-        answer = command_line(python=("-c", script), env=env, cwd=tmp_path)
+        env = home | {"PYTHONPATH": str(unwritable), "TMPDIR": str(tmp_path)}
+        answer = command_line(python=("-c", f"import os\n{script}"), env=env, cwd=tmp_path)
         assert (answer.returncode, answer.stderr) == (0, "")
         assert answer.stdout.startswith(str(kept_in))
     assert not list(tmp_path.glob("geararm-*"))
     assert (unwritable / "geararm-crosscheck").stat().st_mode & 0o777 == 0o700
-
-
-def test_a_library_that_was_there_first_is_told_too(unwritable, tmp_path):
-    script = "import numba, crosscheck.models; print(numba.config.CACHE_DIR)"
-    env = {"NUMBA_CACHE_DIR": "", "PYTHONPATH": str(unwritable), "XDG_CACHE_HOME": str(tmp_path)}
-    answer = command_line(python=("-c", script), env=env, cwd=tmp_path)
-    assert answer.stdout.strip() == str(tmp_path / "geararm-crosscheck" / "compiled")
 
 
 @pytest.mark.parametrize("threads", ["", "3"])

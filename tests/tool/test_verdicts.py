@@ -1,6 +1,5 @@
 """No verdict, no exit code 0: whatever code that a command runs does to its process."""
 
-import os
 import subprocess
 import time
 from collections.abc import Callable
@@ -68,25 +67,16 @@ def test_a_process_that_a_users_model_forks_ends_with_the_command(tmp_path, fork
     assert not Path("/proc", note.read_text()).exists()
 
 
-@pytest.mark.parametrize(
-    ("work", "code", "said"),
-    [
-        (LEAVES, 2, "package guest: entry point guest:x: its process ended with exit code 0"),
-        ("raise SystemExit(0)", 2, "entry point guest:x = 'guest:entry': cannot be imported"),
-    ],
-)
-def test_an_installed_package_that_ends_its_process_is_bad_input(tmp_path, work, code, said):
-    (tmp_path / "guest.py").write_text(f"import os\n{work}\n")
-    about = tmp_path / "guest-1.dist-info"
-    about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: guest\nVersion: 1\n")
-    offer = "[geararm_crosscheck.models]\nguest:x = guest:entry\n"
-    (about / "entry_points.txt").write_text(offer)
-    paths = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    answer = command_line("list", env={"PYTHONPATH": paths})
-    assert (answer.returncode, answer.stderr.count("\n")) == (code, 1)
-    assert said in answer.stderr
-    assert answer.stdout == ""
+@pytest.mark.slow
+def test_results_go_where_the_command_was_started_and_can_be_read(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    moving = f"os.chdir({str(tmp_path / 'elsewhere')!r}); os.umask(0o777); sys.stdout = None"
+    file = model_file(tmp_path, f"{moving}\ndef f(arm):\n    {moving}\n   {WRONG[11:]}")
+    answer = warm_command_line("trial", f"{file}:f", "--quick", "--json", "t.json", folder=tmp_path)
+    assert answer.returncode == 1, answer.stderr
+    assert "wrote t.json" in answer.stdout
+    assert (tmp_path / "t.json").stat().st_mode & 0o444
+    assert not list((tmp_path / "elsewhere").iterdir())
 
 
 @pytest.mark.parametrize(

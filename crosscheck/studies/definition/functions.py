@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, describe_error
 from crosscheck.models.files import LARGEST_FILE
 from crosscheck.models.inputs import content_of
 from crosscheck.runner.interruption import was_stopped
@@ -74,7 +74,7 @@ def _outcome(call: Callable[[], Any]) -> tuple[Any, str]:
     except BaseException as error:
         if was_stopped():
             raise
-        return None, in_words(error)
+        return None, describe_error(error)
 
 
 def _run(file: str, source: str) -> ModuleType:
@@ -106,12 +106,3 @@ def returned(quantity: Function, source: str, run: xr.Dataset) -> dict[str, floa
         allowed = "must return plain numbers a double can hold, or None"
         raise InputError("function", "", quantity.function, allowed) from None
     return dict(zip(quantity.returns, numbers, strict=True))
-
-
-def in_words(error: BaseException) -> str:
-    """Kind and text of what a user's code raised, which may have no text."""
-    kind = type(error).__name__
-    try:
-        return f"{kind}: {error}" if str(error) else kind
-    except Exception:
-        return kind

@@ -18,7 +18,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, describe_error
 from crosscheck.models.files import read_toml
 from crosscheck.models.inputs import input_content
 from crosscheck.models.loading import validated
@@ -45,8 +45,8 @@ Variables = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST)]
 def unpacked(path: Path, folder: Path) -> None:
     """Unpack description, resources and this machine's binaries into an empty folder.
 
-    Raises InputError for what is no FMU, leads out of the folder or grows beyond all measure;
-    nothing is unpacked then.
+    Raises InputError for what is no FMU, leads out of the folder or grows beyond all measure, when
+    nothing is unpacked, and for what cannot be unpacked.
     """
     where = str(path)
     content = input_content(path, LARGEST_FILE)
@@ -61,9 +61,14 @@ def unpacked(path: Path, folder: Path) -> None:
                     continue
                 target = folder / name
                 target.parent.mkdir(parents=True, exist_ok=True)
+                target.touch(0o600, exist_ok=False)  # a binary is code: nobody else may write it
                 target.write_bytes(archive.read(entry))
-    except (zipfile.BadZipFile, NotImplementedError, EOFError, RuntimeError) as error:
-        raise InputError(where, "", None, f"is no FMU: {error}") from None
+    except (InputError, MemoryError):
+        raise
+    except OSError as error:  # names that no file can have, or a file where a folder is needed
+        raise InputError(where, "", None, f"cannot be unpacked: {error.strerror}") from None
+    except Exception as error:  # whatever a damaged archive makes of its reader
+        raise InputError(where, "", None, f"is no FMU: {describe_error(error)}") from None
     description = (folder / DESCRIPTION).read_bytes()
     if b"<!DOCTYPE" in description or b"<!ENTITY" in description or b"\0" in description:
         reason = "must be XML in UTF-8 without definitions of its own"
@@ -125,8 +130,9 @@ class FmuDescription:
 def described(where: str, folder: Path) -> FmuDescription:
     """What an unpacked FMU says of itself; a foreign file is parsed apart. Raises InputError."""
     found: FmuDescription = read_apart(where, _described, where, folder)
-    if "/" in found.identifier or found.identifier.startswith("."):
-        raise InputError(where, "modelIdentifier", found.identifier, "must be a name of a file")
+    if not re.fullmatch(r"[A-Za-z_]\w{,199}", found.identifier, re.ASCII):
+        allowed = "must be a name of C with at most 200 characters"
+        raise InputError(where, "modelIdentifier", found.identifier, allowed)
     return found
 
 
@@ -141,14 +147,21 @@ def _described(where: str, folder: Path) -> FmuDescription:
     if said[:2] not in ("2.", "3."):
         raise InputError(where, "fmiVersion", said, "must be 2.0 or 3.0")
     try:
-        found = read_model_description(str(folder))
+        # Vendors' annotations break the schema, and nothing of them is read.
+        found = read_model_description(str(folder), validate=False)
     except Exception as error:
-        reason = f"is no model description: {type(error).__name__}: {error}"
+        reason = f"is no model description: {describe_error(error)}"
         raise InputError(where, "", None, reason) from None
     interface = found.modelExchange or found.coSimulation
     if interface is None:
         reason = "is neither for Model Exchange nor for Co-Simulation"
         raise InputError(where, "", None, reason)
+    for name, value in (
+        ("modelIdentifier", interface.modelIdentifier),
+        ("guid, or instantiationToken", found.guid),
+    ):
+        if not value:
+            raise InputError(where, name, None, "is missing")
     variables = [
         variable
         for variable in found.modelVariables

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Literal
@@ -24,6 +25,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
+from crosscheck.models.places import require_private
 from crosscheck.models.trajectory import recorded, recorded_times
 from crosscheck.planning.comparison import Comparison, answered, findings_of, tasks_of
 from crosscheck.planning.plan import Experiment
@@ -31,13 +33,14 @@ from crosscheck.planning.run_suite import engines_first
 from crosscheck.provenance import provenance
 from crosscheck.registry import build, packages, reference_model, same_integrator
 from crosscheck.run import performed
-from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.foreign import read_apart
+from crosscheck.runner.outcomes import Failure, failure
+from crosscheck.runner.process_tree import limit_resources
 from crosscheck.runner.tasks import RunKey
 from crosscheck.runner.underway import Told
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.fmu.archive import MappedUnit
-from crosscheck.trial.input.calls import told_failure
 from crosscheck.trial.input.equations import Equations
 
 if TYPE_CHECKING:
@@ -46,6 +49,7 @@ if TYPE_CHECKING:
 MOST_EVENTS = 100
 PUSH_N_M = 1e3  # by which torques are told from weight
 FAMILY = "trial-run"
+UNIT_BYTES, START_S = 2_000_000_000, 20  # memory of a unit; processor time of its start [s]
 STEP_S = 1e-4  # rough cost of a communication
 
 
@@ -62,6 +66,9 @@ class LoadedUnit:
         from fmpy import fmi2, fmi3
 
         said = mapped.description
+        limit_resources(UNIT_BYTES)
+        with require_private(mapped.library):  # which was unpacked a while ago
+            pass
         self.mapped, self.old = mapped, said.version == 2
         kinds = {
             ("exchange", True): fmi2.FMU2Model,
@@ -139,6 +146,23 @@ def _pointer(values: np.ndarray) -> Any:
     return values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
 
+def require_running(unit: MappedUnit, where: str) -> None:
+    """Raise InputError for a unit that does not start and answer once, in a process of its own."""
+    read_apart(where, _start, unit, fails="does not run")
+
+
+def _start(unit: MappedUnit) -> None:
+    """Start a unit and ask it once; what it refuses at its own start is left to the checks."""
+    limit_resources(UNIT_BYTES, START_S)
+    if unit.description.kind == "co-simulation":
+        LoadedUnit(unit).initialise()
+        return
+    own = ExchangeUnit(unit)
+    q, v = (own.begin[unit.places(names)] for names in (unit.q, unit.v))
+    with suppress(Exception):
+        own.rates(0.0, q, v, np.zeros(len(unit.torque)))
+
+
 def fmu_equations(unit: MappedUnit, arm: Arm) -> Equations:
     """The equations of a unit for Model Exchange, which runs in workers alone.
 
@@ -210,7 +234,7 @@ class UnitRun:
         try:
             return self._run()
         except BaseException as error:  # also what a unit raises through FMPy
-            return told_failure(error)
+            return failure(error)
 
     def _run(self) -> xr.Dataset:
         """The unit's run, as a trajectory.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-import crosscheck
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import CannotDo, InputError, one_line
@@ -42,8 +42,9 @@ TAKES: dict[str, tuple[str, ...]] = {
 }
 MATRICES = ("mass_matrix", "coriolis")
 LAMBDIFIED = "<lambdifygenerated"  # what sympy calls the file of a function that it writes
-# Numpy's frames count where we call it; a user's own frame comes before those of a user's call.
-OURS = tuple(Path(str(own.__file__)).parent for own in (crosscheck, np))
+# These packages' frames count where we call them; a user's own frame comes before those of a
+# user's call. FMPy calls a unit, of which Python has no frame.
+OURS = ("crosscheck", "numpy", "fmpy")
 
 
 @dataclass(frozen=True)
@@ -236,6 +237,7 @@ def told_failure(error: BaseException) -> Failure:
     The message is one line of at most 400 characters. The traceback is without the frames by which
     the user's code was reached; of exceptions that led to each other all are told, without notes.
     """
+    ours = {Path(str(sys.modules[own].__file__)).parent for own in OURS if own in sys.modules}
     known, notes = failure(error), "; ".join(getattr(error, "__notes__", ()))
     message = one_line(f"{known.message} ({notes})" if notes else known.message)
     whole = TracebackException.from_exception(error, compact=True)
@@ -243,7 +245,7 @@ def told_failure(error: BaseException) -> Failure:
     users = False
     while told is not None:
         frames = list(told.stack)
-        while frames and any(own in Path(frames[0].filename).parents for own in OURS):
+        while frames and not ours.isdisjoint(Path(frames[0].filename).parents):
             frames.pop(0)
         told.stack, told.__notes__ = StackSummary.from_list(frames), []
         users = users or bool(frames)

@@ -16,10 +16,13 @@ from crosscheck.cli.export import fmu_file, model_of, prefix_of
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.runner import patience
 from crosscheck.runner.underway import unsaid
 from crosscheck.trial import trial as trial_module
+from crosscheck.trial.fmu import unit as unit_module
 from crosscheck.trial.fmu.archive import DESCRIPTION, MappedUnit, mapped_unit, unpacked
 from crosscheck.trial.fmu.unit import beside, fmu_equations
+from crosscheck.trial.input.calls import told_failure
 from crosscheck.trial.judge.places import named
 from crosscheck.trial.trial import Asked, Trial, tried
 from tests.tool.test_bad_input import assert_one_line
@@ -310,6 +313,36 @@ def test_hostile_archive_is_refused_before_it_is_unpacked(case, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"unit.fmu", "unpacked"}
 
 
+DAMAGED = {
+    "a file that is a folder too": (
+        zipped({**HARMLESS, "resources/a": b"x", "resources/a/b": b"y"}),
+        "cannot be unpacked: ",
+    ),
+    "a name that no file can have": (
+        zipped({**HARMLESS, f"resources/{'n' * 300}": b"x"}),
+        "cannot be unpacked: File name too long",
+    ),
+    "a path that no file can have": (
+        zipped({**HARMLESS, "resources/" + "d/" * 3000 + "x": b""}),
+        "cannot be unpacked: File name too long",
+    ),
+    "a damaged file": (
+        zipped({**HARMLESS, "resources/a": b"sound" * 9}).replace(b"sound", b"other"),
+        "is no FMU: BadZipFile: Bad CRC-32",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", DAMAGED)
+def test_archive_that_cannot_be_unpacked_is_refused(case, tmp_path):
+    content, fragment = DAMAGED[case]
+    file, folder = tmp_path / "unit.fmu", tmp_path / "unpacked"
+    file.write_bytes(content)
+    folder.mkdir()
+    with pytest.raises(InputError, match=f"unit.fmu: {fragment}"):
+        unpacked(file, folder)
+
+
 def described_as(**words: str) -> bytes:
     """The program's own unit, words of its description changed, without binaries."""
     model = model_of("paper-labelled", "analytic:links", [])
@@ -331,6 +364,11 @@ UNUSABLE = {
         described_as(**{'fmiVersion="2.0"': 'fmiVersion="1.0"'}),
         RIGID,
         "must be 2.0 or 3.0",
+    ),
+    "a long name of its binary": (
+        described_as(**{'modelIdentifier="paper': f'modelIdentifier="{"long" * 99}'}),
+        RIGID,
+        "modelIdentifier = ",
     ),
     "no binary": (described_as(), RIGID, "binaries: holds none of paper_labelled for"),
     "another state": (
@@ -354,6 +392,50 @@ def test_unusable_unit_is_one_line(crosscheck, case, tmp_path):
     answer = crosscheck("trial", tmp_path / "unit.fmu", *options, "--run-code")
     assert_one_line(answer, fragment)
     assert {path.name for path in tmp_path.iterdir()} == {"unit.fmu", "map.toml"}
+
+
+BROKEN = {
+    "hangs": ("sleep(1000);", "TooSlow: stopped after"),
+    "takes all memory": ("for (;;) memset(malloc(1 << 20), 1, 1 << 20);", "SIGSEGV"),
+    "crashes": ("abort();", "SIGABRT"),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_unit_that_does_not_come_back_is_one_line(crosscheck, case, tmp_path, monkeypatch):
+    monkeypatch.setattr(patience, "IDLE_S", 0.5)
+    monkeypatch.setattr(patience, "LOOK_S", 0.1)
+    monkeypatch.setattr(unit_module, "UNIT_BYTES", 100_000_000)
+    work, said = BROKEN[case]
+    needs = "#include <math.h>\n#include <stdlib.h>\n#include <string.h>\n#include <unistd.h>"
+    changes = ("#include <math.h>", needs), ("double a_theta1 =", f"{work}\n    double a_theta1 =")
+    (tmp_path / "unit.fmu").write_bytes(exported("paper-labelled", "analytic:links", *changes))
+    (tmp_path / "map.toml").write_text(RIGID, encoding="utf-8")
+    given = "trial", tmp_path / "unit.fmu", "--coordinates", tmp_path / "map.toml", "--run-code"
+    assert_one_line(crosscheck(*given), "unit.fmu: does not run: ", said)
+
+
+def test_an_error_of_a_unit_has_no_traceback(tmp_path):
+    unit = {"guid": "", "modelIdentifier": "unit", "unzipDirectory": str(tmp_path)}
+    with pytest.raises(Exception, match="Cannot find shared library") as raised:
+        fmi2.FMU2Model(**unit, libraryPath=str(tmp_path / "none.so"))
+    traceback = raised.value.__traceback__
+    assert traceback is not None
+    assert told_failure(raised.value.with_traceback(traceback.tb_next)).trace == ""
+
+
+def test_annotations_of_a_vendor_are_passed_over(crosscheck, tmp_path):
+    """As Dymola writes them into every variable, though the schema of FMI 3.0 has none such."""
+    note = '<Annotation type="com.3ds.dymola.declarationOrder" order="4"/>'
+    plain = 'initial="exact" start="0"/>'
+    described = description_3(["theta_1", "theta_2"], steps=False)
+    assert plain in described
+    noted = plain.replace("/>", f"><Annotations>{note}</Annotations></Float64>")
+    content = zipped({DESCRIPTION: described.replace(plain, noted).encode()})
+    (tmp_path / "unit.fmu").write_bytes(content)
+    answer = crosscheck("trial", "--ask", tmp_path / "unit.fmu", "--out", tmp_path / "new")
+    assert (answer.code, answer.err) == (0, "")
+    assert RIGID in (tmp_path / "new" / "map.toml").read_text(encoding="utf-8")
 
 
 def test_no_code_of_a_unit_runs_unasked(crosscheck, tmp_path):

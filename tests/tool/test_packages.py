@@ -1,0 +1,148 @@
+"""Whatever an installed package's command, model or robot engine does is one line, and no more."""
+
+import os
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from crosscheck import registry
+from crosscheck.cli.listing import _told
+from crosscheck.cost import agreement
+from crosscheck.cost import engines as module
+from crosscheck.cost.engines import RobotEngine, engines
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import switches
+from crosscheck.models.robot.file import load_robot
+from crosscheck.runner import patience
+from tests.processes import warm_command_line
+
+ENTRY = (
+    "from crosscheck.registry import STATES, Entry\nit = Entry('guest', 'C', 'geared', STATES{})"
+)
+UNPRINTABLE = "class Odd(Exception):\n    def __str__(self): raise ValueError\n"
+
+
+def offer(folder: Path, text: str, group: str = "commands") -> None:
+    """A distribution, as an installer leaves it, that offers ``it`` of a module."""
+    (folder / "guest.py").write_text(f"import os, sys\n{text}\n", encoding="utf-8")
+    about = folder / "guest-1.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: guest\nVersion: 1\n")
+    entry = f"[geararm_crosscheck.{group}]\nguest = guest:it\n"
+    (about / "entry_points.txt").write_text(entry)
+
+
+def command(work: str) -> str:
+    return f"def it():\n    {work}"
+
+
+COMMANDS = {
+    "no function": ("it = 3", "must be a function, is int"),
+    "a class": ("class it: pass", "must be a function, is type"),
+    "unusable arguments": ("def it(x: int | str): pass", "is no function that Typer takes: Asser"),
+    "raises at import": ("raise OSError('no')", "cannot be imported: OSError: no"),
+    "cannot be printed": (f"{UNPRINTABLE}raise Odd", "cannot be imported: Odd"),
+    "leaves at import": ("os._exit(0)", "entry point guest: its process ended with exit code 0"),
+    "raises": (command("1 / 0"), "package guest: command guest: raised ZeroDivisionError: div"),
+    "raises what cannot be printed": (f"{UNPRINTABLE}{command('raise Odd')}", "guest: raised Odd"),
+    "exits": (command("sys.exit(0)"), "package guest: command guest: raised SystemExit: 0"),
+    "leaves": (command("os._exit(0)"), "command guest: its process ended with exit code 0"),
+    "interrupts": (command("raise KeyboardInterrupt"), "command guest: raised KeyboardInterrupt"),
+    "escapes": (command("raise ValueError('\\x1b[31mred\\nx')"), r"ValueError: \x1b[31mred x"),
+}
+
+
+@pytest.mark.parametrize("case", COMMANDS)
+def test_whatever_a_packages_command_does_is_one_line(tmp_path, case):
+    text, said = COMMANDS[case]
+    offer(tmp_path, text)
+    answer = warm_command_line("guest", folder=tmp_path)
+    assert (answer.returncode, answer.stdout) == (2, "")
+    assert answer.stderr.startswith("crosscheck: package guest")
+    assert said in answer.stderr
+    assert (answer.stderr.count("\n"), answer.stderr[:-1].isprintable()) == (1, True)
+
+
+@pytest.mark.parametrize("code", [0, 1])
+def test_a_packages_command_ends_as_it_says(tmp_path, code):
+    offer(tmp_path, f"import typer\ndef it(count: int):\n    raise typer.Exit({code})")
+    assert warm_command_line("guest", 3, folder=tmp_path).returncode == code
+    wrong = warm_command_line("guest", "three", folder=tmp_path)
+    assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)
+
+
+ENTRIES = {
+    "a title that is no text": (ENTRY.format(", title=3"), "= 'guest:it': title is a int"),
+    "no promises": (ENTRY.format("").replace("STATES)", "None)"), "promises is a NoneType"),
+    "a role of its own": (ENTRY.format("").replace("'geared'", "'odd'"), "role is 'odd'"),
+}
+
+
+@pytest.mark.parametrize("case", ENTRIES)
+def test_an_entry_is_looked_at_before_it_is_used(tmp_path, case, monkeypatch):
+    text, said = ENTRIES[case]
+    offer(tmp_path, text, "models")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "guest", raising=False)
+    with pytest.raises(InputError, match=f"package guest: entry point guest .*{said}"):
+        registry.with_installed(registry.BUILT_IN)
+
+
+def test_a_title_has_no_escapes_on_the_terminal():
+    assert [text.plain for text in _told("guest", "", "\x1b[31mred")] == ["guest", "\\x1b[31mred"]
+
+
+def test_a_models_own_word_about_what_it_covers_may_raise(labelled):
+    def covers(arm: object, chosen: object) -> bool:
+        raise KeyboardInterrupt
+
+    guest = registry.Entry("guest", "C", "geared", registry.STATES, covers=covers)
+    with (
+        registry.register("guest", guest),
+        pytest.raises(InputError, match="model guest: covers: raised KeyboardInterrupt"),
+    ):
+        registry.covering("geared", labelled, switches())
+
+
+class RobotThatInterrupts:
+    """A model of a robot that interrupts the program, as far as an engine can."""
+
+    def __init__(self, robot: object, level: object) -> None:
+        raise KeyboardInterrupt
+
+
+class RobotThatLeaves:
+    """A model of a robot that ends its process."""
+
+    def __init__(self, robot: object, level: object) -> None:
+        os._exit(0)
+
+
+class RobotThatHangs:
+    """A model of a robot that never answers."""
+
+    def __init__(self, robot: object, level: object) -> None:
+        time.sleep(1000)
+
+
+FAILURES = {
+    "RobotThatInterrupts": "guest raised KeyboardInterrupt",
+    "RobotThatLeaves": "guest raised Died: the process of the model ended with exit code 0",
+    "RobotThatHangs": "guest raised TooSlow: stopped after",
+}
+
+
+@pytest.mark.parametrize("name", FAILURES)
+def test_whatever_an_engine_of_robots_does_fails_its_own_checks(monkeypatch, name):
+    monkeypatch.setattr(patience, "IDLE_S", 0.3)
+    monkeypatch.setattr(patience, "LOOK_S", 0.1)
+    own = {"analytic": engines()["analytic"], "guest": RobotEngine(__name__, name, ("links",))}
+    monkeypatch.setattr(agreement, "engines", lambda: own)
+    monkeypatch.setattr(module, "engines", lambda: own)
+    robot = load_robot("sliding")
+    differences = agreement.compared(robot, agreement.drawn(robot, 1, 0))
+    assert len(differences) == len(agreement.QUANTITIES)
+    assert all(each.failure.startswith(FAILURES[name]) for each in differences)
+    assert not any(each.agrees for each in differences)
