@@ -88,7 +88,7 @@ def _verdict(found: RecordComparison) -> Iterator[str]:
     for repair in found.repairs:
         if repair.arm is None:
             parameter = repair.estimate.parameter
-            value = written(repair.estimate.value, repair.estimate.half_width)
+            value = _value(repair.estimate)
             yield (
                 f"{LEVEL_WORDS[repair.level]} would need {parameter.phrase} to be {value}"
                 f" {parameter.unit}, which is impossible."
@@ -99,18 +99,17 @@ def _explained_by(change: Explanation, begin: str) -> str:
     """The sentence that a person would say of an explanation."""
     fits = f"{begin} {LEVEL_WORDS[change.level]}"
     if isinstance(change, Repair):
-        parameter, value = change.estimate.parameter, change.estimate.value
-        shown = written(value, change.estimate.half_width)
+        parameter = change.estimate.parameter
         return (
-            f"{fits} if {parameter.phrase} is {shown} {parameter.unit};"
+            f"{fits} if {parameter.phrase} is {_value(change.estimate)} {parameter.unit};"
             f" the file says {parameter.value:.6g}."
         )
     return f"{fits} with friction: {'; '.join(map(_friction, change.joints))}."
 
 
 def _friction(each: JointFriction) -> str:
-    coulomb = written(each.coulomb, each.coulomb_half_width)
-    viscous = written(each.viscous, each.viscous_half_width)
+    coulomb = written(each.coulomb, each.coulomb_half_width, 0.0)
+    viscous = written(each.viscous, each.viscous_half_width, each.in_file)
     return (
         f"joint {each.joint}: Coulomb {coulomb} N m (the file has none) and viscous {viscous}"
         f" N m s/rad (the file says {each.in_file:.6g})"
@@ -138,8 +137,11 @@ def change_words(change: Explanation | None) -> str:
     if isinstance(change, FrictionFit):
         return "with Coulomb and viscous friction as estimated"
     parameter = change.estimate.parameter
-    shown = written(change.estimate.value, change.estimate.half_width)
-    return f"with {parameter.name} {shown} {parameter.unit}"
+    return f"with {parameter.name} {_value(change.estimate)} {parameter.unit}"
+
+
+def _value(each: Estimate) -> str:
+    return written(each.value, each.half_width, each.parameter.value)
 
 
 def estimate(each: Estimate) -> str:
@@ -153,11 +155,12 @@ def estimate(each: Estimate) -> str:
     )
 
 
-def written(value: float, half_width: float) -> str:
-    """A value with as few digits, three at least, as keep it inside its interval."""
+def written(value: float, half_width: float, in_file: float) -> str:
+    """A value in three digits, or as many as state it within its interval or its change to 1 %."""
+    enough = max(half_width, abs(value - in_file) / 100)
     for digits in range(3, MOST_DIGITS):
         text = f"{value:.{digits}g}"
-        if abs(float(text) - value) <= half_width:
+        if abs(float(text) - value) <= enough:
             return text
     return repr(value)
 
