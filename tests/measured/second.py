@@ -9,7 +9,6 @@ matrix, estimates by singular values, runs by a closed form of the equations of 
 import math
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
-from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -336,6 +335,7 @@ class Numbers:
             name: (own.chi2 / scale + own.spread) / 2 for name, own in self.levels.items()
         }
         self.best = min(self.surprise, key=lambda name: self.surprise[name])
+        self._columns: dict[str, dict[str, np.ndarray]] = {}
 
     def ratio(self, level: str) -> float:
         """How many times more likely the best level is."""
@@ -345,10 +345,12 @@ class Numbers:
         """Of one sample, over the pieces."""
         return np.sqrt(np.mean([getattr(piece, name) ** 2 for piece in self.pieces], axis=0))
 
-    @cache  # noqa: B019
     def columns(self, level: str) -> dict[str, np.ndarray]:
         """Whitened columns of the parameters of a level."""
-        return columns_of(self.pieces, self.content, level, self.levels[level].factors)
+        if level not in self._columns:
+            factors = self.levels[level].factors
+            self._columns[level] = columns_of(self.pieces, self.content, level, factors)
+        return self._columns[level]
 
     def alone(self, level: str, path: str) -> dict[str, float]:
         """A parameter as if it alone were wrong."""
@@ -373,8 +375,8 @@ class Numbers:
         for place, path in enumerate(columns):
             uncertainty = math.sqrt(max(remains, 1.0) * variances[place]) / size[place]
             found[path] = {
-                "in_the_file": values[path] if path in values else 0.0,
-                "estimate": (values[path] if path in values else 0.0) + more[place] / size[place],
+                "in_the_file": values.get(path, 0.0),
+                "estimate": values.get(path, 0.0) + more[place] / size[place],
                 "half_of_95_percent_interval": 1.96 * uncertainty,
                 "standard_uncertainty": uncertainty,
                 "chi2_falls_by": more[place] ** 2 / variances[place],
@@ -397,7 +399,7 @@ class Numbers:
         return shares / size, float(left)
 
     def friction(self, level: str) -> tuple[dict[str, dict[str, float]], float]:
-        """Viscous and Coulomb friction of both joints at once, and by how much chi squared falls."""
+        """Friction of both joints at once, and by how much chi squared falls."""
         columns = {}
         for joint in range(2):
             path = f"arm.joints.{joint}.friction_N_m_s_per_rad"
@@ -413,6 +415,21 @@ class Numbers:
         own = self.levels[level]
         left = found["coulomb 0"]["chi2_per_degree_of_freedom_left"] * own.freedom
         return found, own.chi2 - left
+
+    def curve(self, content: Mapping[str, Any], level: str) -> tuple[np.ndarray, np.ndarray]:
+        """Smoothed residual and its standard deviation, each (rows, 2) [N m]."""
+        bodies, residuals, deviations = Bodies(content, level), [], []
+        for piece in self.pieces:
+            left = piece.ortho.T @ (piece.torques - bodies.torques(*piece.motion))
+            residuals.append(piece.ortho @ left)
+            of_basis = covariance(piece, bodies)
+            deviations.append(
+                [
+                    np.sqrt(((piece.ortho @ of_basis[joint, :, joint]) * piece.ortho).sum(axis=1))
+                    for joint in range(2)
+                ]
+            )
+        return np.concatenate(residuals), np.concatenate([np.transpose(d) for d in deviations])
 
     def windows(self, level: str) -> list[dict[str, Any]]:
         """Runs of a level in the terms of ASME V&V 20, one in each piece."""
@@ -533,4 +550,4 @@ def write_record(path: Path, content: Mapping[str, Any], level: str, coulomb: fl
     np.savetxt(path, table, delimiter=",", header=names, comments="", fmt="%.17g")
 
 
-ROWS = 1000
+ROWS = 800
