@@ -5,6 +5,7 @@ import json
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,6 +16,7 @@ from matplotlib.figure import Figure
 
 from crosscheck.measured import output
 from crosscheck.measured.compare import EngineDisagreement, RecordComparison, compare
+from crosscheck.measured.forward import Window
 from crosscheck.measured.record import read_record
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import validated
@@ -108,6 +110,19 @@ def wrong_levels(data: Mapping[str, Any], right: second.Numbers) -> Iterator[str
         yield "decided"
 
 
+def wrong_limits(found: RecordComparison) -> Iterator[str]:
+    """Of what counts as noise and as likely, just within the limits and just beyond."""
+    freedom = found.own_freedom
+    noise = freedom * (1 + 4 * np.sqrt(2 / freedom))
+    best, other = found.levels[0], found.levels[1]
+    for factor, within in ((0.999, True), (1.001, False)):
+        if replace(found, own_chi2=factor * noise).explained != within:
+            yield f"chi squared {factor} of the limit of noise"
+        levels = best, replace(other, ratio=factor * 100)
+        if (other.name in replace(found, levels=levels).candidates) != within:
+            yield f"likelihood {factor} of the limit"
+
+
 def wrong_estimates(data: Mapping[str, Any], right: second.Numbers) -> Iterator[str]:
     """Of the parameters alone, together and of what explains the record."""
     best = right.best
@@ -168,8 +183,8 @@ def wrong_windows(data: Mapping[str, Any], right: Sequence[Mapping[str, Any]]) -
         yield "number of runs"
         return
     for said, own in zip(data["windows"], right, strict=True):
-        for name, value in own.items():
-            yield from apart(name, said[name], value)
+        for name in said:
+            yield from apart(name, said[name], own[name])
 
 
 NUMBER = re.compile(r"(?<![\w.^])[-+]?(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -193,6 +208,7 @@ def misread(where: str, text: str, right: Sequence[float]) -> Iterator[str]:
 
 def wrong_lines(found: RecordComparison) -> Iterator[str]:
     """Of the terminal, by the JSON file."""
+    found = replace(found, windows=(*found.windows, _cut(found.windows[0])))
     data, told = data_of(found), list(output.lines(found))
     if told[: told.index("")] != data["answer"]:
         yield "the terminal begins with other words than the JSON file"
@@ -214,6 +230,13 @@ def wrong_lines(found: RecordComparison) -> Iterator[str]:
         yield from misread("terminal level", line, right)
     for each, line in zip(data["parameters_alone"], rest, strict=False):
         yield from misread("terminal estimate", line, _estimate_numbers(each))
+
+
+def _cut(window: Window) -> Window:
+    """The first two thirds of a run: of three unlike ones the median is no mean and no end."""
+    rows = slice(2 * len(window.time) // 3)
+    parts = (window.time, window.error, window.numerical, window.inputs, window.data)
+    return Window(*(part[rows] for part in parts))
 
 
 def _estimate_numbers(each: Mapping[str, Any]) -> list[float]:
@@ -371,19 +394,19 @@ def wrong_pictures(found: RecordComparison, right: second.Numbers) -> Iterator[s
             axes = Figure().subplots()
             output.draw_residual(curve, joint, axes)
             yield from _drawn(axes, right.time, residual[:, joint], 2 * deviation[:, joint])
+
+
+def wrong_run_pictures(
+    found: RecordComparison, right: Sequence[Mapping[str, Any]]
+) -> Iterator[str]:
+    """Of what the figure of the runs draws, by the second program."""
     for joint in range(2):
         axes = Figure().subplots()
         output.draw_runs(found, joint, axes)
-        for line, band, window in zip(axes.lines, axes.collections, found.windows, strict=True):
-            ends = right_ends(window)
-            said = [line.get_ydata()[-1], _bound(band, len(window.time))[-1]]
-            yield from apart("run in the picture", said, [ends[0][joint], 2 * ends[1][joint]])
-
-
-def right_ends(window: Any) -> tuple[np.ndarray, np.ndarray]:
-    """E and u_val at the end of a run, which the second program has judged."""
-    squares = window.numerical[-1] ** 2 + window.inputs[-1] ** 2 + window.data[-1] ** 2
-    return window.error[-1], np.sqrt(squares)
+        for line, band, own in zip(axes.lines, axes.collections, right, strict=True):
+            yield from apart("E in the picture", line.get_ydata()[1:], own["E"][1:, joint])
+            bound = _bound(band, len(own["E"]))
+            yield from apart("u_val in the picture", bound, 2 * own["u_val"][:, joint])
 
 
 def _drawn(axes: Any, time: np.ndarray, values: np.ndarray, bound: np.ndarray) -> Iterator[str]:

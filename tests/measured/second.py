@@ -479,6 +479,8 @@ class Numbers:
             "last_u_input_rad": inputs[-1],
             "last_u_D_rad": of_data[-1],
             "last_u_val_rad": validation[-1],
+            "E": error,
+            "u_val": validation,
         }
 
 

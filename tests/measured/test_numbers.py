@@ -21,6 +21,7 @@ def test_every_number_is_that_of_the_second_program(kind):
     for wrong in (
         guards.wrong_smoothing(data, right),
         guards.wrong_levels(data, right),
+        guards.wrong_limits(found),
         guards.wrong_estimates(data, right),
         guards.wrong_frictions(data, right),
     ):
@@ -34,6 +35,7 @@ def test_runs_are_those_of_the_second_program():
     found, _ = measured(HEAVY)
     right = guards.right_windows(HEAVY)
     assert list(guards.wrong_windows(guards.data_of(found), right)) == []
+    assert list(guards.wrong_run_pictures(found, right)) == []
 
 
 @pytest.mark.slow
