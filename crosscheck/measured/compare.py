@@ -162,10 +162,25 @@ def compare(
         tolerances: Relative standard uncertainties of the arm's parameters, by path.
 
     Raises:
-        InputError: For a path that is no parameter's, and for a record without torques or with too
-            few rows.
+        InputError: For a path that is no parameter's, and for a record without torques, with too
+            few rows or with rows that no spline can follow.
     """
     _require_parameters(arm, tolerances)
+    try:
+        return _compared(record, arm, scenario, tolerances, on_progress)
+    except np.linalg.LinAlgError:  # of a spline, or of its noise
+        reason = "rows stand too unevenly in time to be smoothed; cut the record where it has gaps"
+        raise InputError(record.where, "t", None, reason) from None
+
+
+def _compared(
+    record: Record,
+    arm: Arm,
+    scenario: Scenario | None,
+    tolerances: Mapping[str, float],
+    on_progress: ProgressCallback,
+) -> RecordComparison | EngineDisagreement:
+    """The comparison of a record that can be smoothed."""
     spacing = chosen_spacing(record)
     torques, source = _torques(record, scenario, spacing)
     rows = record.time.size

@@ -8,13 +8,21 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from scipy.interpolate import BSpline
 
 from crosscheck.measured.forward import windows
-from crosscheck.measured.parameters import alone, changed, increased, parameters
+from crosscheck.measured.parameters import (
+    Estimate,
+    Parameter,
+    alone,
+    changed,
+    increased,
+    parameters,
+    repaired,
+)
 from crosscheck.measured.record import Record, read_record, require_same_units
 from crosscheck.measured.residual import normal_equations
-from crosscheck.measured.smoothing import DEGREE, blocks, chosen_spacing
+from crosscheck.measured.smoothing import blocks, chosen_spacing
+from crosscheck.measured.words import estimate
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
@@ -27,7 +35,7 @@ SHIPPED = ROOT / "examples" / "recordings" / "payload.csv"
 
 @pytest.mark.parametrize("true", RIGID_LEVELS)
 def test_the_true_level_is_named(labelled, true):
-    found = compared(record_of(level(labelled, true), rows=6000), labelled)
+    found = compared(record_of(level(labelled, true), rows=3000), labelled)
     assert (found.best.name, found.decided, found.explained) == (true, True, True)
     assert found.repairs == ()
     assert found.angle_noise == pytest.approx([ANGLE_NOISE] * 2, rel=0.05)
@@ -65,7 +73,7 @@ def test_levels_that_a_record_cannot_tell_apart_are_undecided(labelled):
 
 def test_a_wrong_payload_is_found_with_its_level(labelled):
     heavier = changed(labelled, {PAYLOAD: 1.02 * labelled.payload_mass_kg})
-    found = compared(record_of(level(heavier, "coupled"), rows=6000), labelled)
+    found = compared(record_of(level(heavier, "coupled"), rows=3000), labelled)
     assert not found.explained
     assert [(each.level, each.estimate.parameter.path) for each in found.repairs] == [
         ("coupled", PAYLOAD)
@@ -73,6 +81,24 @@ def test_a_wrong_payload_is_found_with_its_level(labelled):
     (repair,) = found.repairs
     apart = repair.estimate.value - heavier.payload_mass_kg
     assert abs(apart) < 2 * repair.estimate.half_width
+
+
+@pytest.mark.parametrize(
+    ("value", "half_width", "possible"), [(-1.0, 0.9, False), (-1.0, 1.1, True)]
+)
+def test_a_negative_number_is_impossible_beyond_its_interval(labelled, value, half_width, possible):
+    found = Estimate(Parameter(PAYLOAD, 10.0), value, half_width, 1.0, 1.0)
+    assert found.is_possible == possible
+    assert (repaired(labelled, found) is not None) == possible
+    assert ("impossible" in estimate(found)) != possible
+
+
+def test_places_are_counted_from_one_in_words(labelled):
+    said = {each.path: each.name for each in parameters(labelled)}
+    assert said["arm.joints.1.planet_mass_kg"] == "joint 2: planet mass"
+    assert said["arm.links.0.density_kg_per_m3"] == "link 1: density"
+    assert said["arm.joints.0.friction_N_m_s_per_rad"] == "joint 1: viscous friction"
+    assert said[PAYLOAD] == "payload"
 
 
 def test_intervals_cover_as_often_as_they_say(labelled):
@@ -105,18 +131,6 @@ def test_arms_with_weight_friction_and_more_joints():
     assert found.explained
     assert "coupled" in found.candidates
     assert {engine.agrees for engine in found.engines} == {True}
-
-
-def test_bases_are_the_derivatives_of_b_splines(labelled):
-    record = record_of(level(labelled, "links"), rows=500)
-    (block,) = blocks(record, record.torques, 32)
-    count = block.gram.shape[0] - DEGREE
-    edges = np.interp(np.linspace(0, 499, count + 1), np.arange(500), record.time)
-    knots = np.concatenate([[edges[0]] * DEGREE, edges, [edges[-1]] * DEGREE])
-    unit = BSpline(knots, np.eye(len(block.gram)), DEGREE)
-    for derivative, basis in enumerate(block.bases):
-        expected = unit(record.time, derivative)
-        assert basis.toarray() == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
 def test_smoothing_keeps_motion_and_slopes(labelled):

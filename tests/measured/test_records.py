@@ -97,13 +97,13 @@ def scaled(text: str, columns: list[int], factor: float) -> str:
     return "\n".join([head, *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n"
 
 
-def shifted(text: str, row: int, seconds: float) -> str:
+def shifted(text: str, row: int, seconds: float, count: int = 1) -> str:
+    """So many steps from a row on are longer by so much."""
     head, *lines = text.splitlines()
     rows = [line.split(",", 1) for line in lines]
-    later = [
-        f"{float(t) + (seconds if n >= row else 0.0)!r},{rest}" for n, (t, rest) in enumerate(rows)
-    ]
-    return "\n".join([head, *later]) + "\n"
+    later = [seconds * min(max(n - row + 1, 0), count) for n in range(len(rows))]
+    moved = (f"{float(t) + more!r},{rest}" for (t, rest), more in zip(rows, later, strict=True))
+    return "\n".join([head, *moved]) + "\n"
 
 
 BAD = {
@@ -152,6 +152,10 @@ BAD = {
         "t, row 301 = 1000000000.3: is 1e+09 s after the",
     ),
     "a gap of a second": (lambda text: shifted(text, 300, 1.0), "cut the record where it has gaps"),
+    "a stretch of long steps": (
+        lambda text: shifted(text, 300, 1e8, 6),
+        "t: rows stand too unevenly in time",
+    ),
     "a decimal comma": (
         lambda text: cell(text, 5, 1, "0,5"),
         "line 6: has 6 columns, must have 5, as line 1",
