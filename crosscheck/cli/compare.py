@@ -6,7 +6,7 @@ from pathlib import Path
 
 from crosscheck.cli.answer import answer
 from crosscheck.kinds import MEASURED, MEASURED_PAGE
-from crosscheck.measured.compare import compare
+from crosscheck.measured.compare import RecordComparison, compare
 from crosscheck.measured.output import comparison_json, comparison_page, lines
 from crosscheck.measured.record import read_record
 from crosscheck.models.errors import InputError
@@ -30,7 +30,8 @@ def compare_command(
 ) -> int:
     """Compare a recorded motion with an arm's rigid levels; returns the exit code.
 
-    It is 0 if the likeliest level leaves noise alone, else 1. Raises InputError.
+    It is 0 if the engines agree and the likeliest level leaves noise alone, else 1. Raises
+    InputError.
     """
     chosen = load_chosen(arm, scenarios, settings)
     tolerances = dict(_tolerance(text) for text in stated)
@@ -40,11 +41,11 @@ def compare_command(
     require_files((json_file, MEASURED), (page, MEASURED_PAGE))
     own = read_record(record, len(chosen.arm.joints), topic, joints)
     scenario = chosen.scenarios[0] if chosen.scenarios else None
-    with progress_bar() as told:
-        found = compare(own, chosen.arm, scenario, tolerances, told)
+    with progress_bar() as on_progress:
+        found = compare(own, chosen.arm, scenario, tolerances, on_progress)
     made = (json_file, lambda: comparison_json(found)), (page, lambda: comparison_page(found))
     answer(lines(found), *made)
-    return 0 if found.explained else 1
+    return 0 if isinstance(found, RecordComparison) and found.explained else 1
 
 
 def _tolerance(text: str) -> tuple[str, float]:

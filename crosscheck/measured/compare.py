@@ -2,35 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import exp
 
 import numpy as np
 
+from crosscheck.measured.engines import EngineDifference, engine_differences, rigid_model
 from crosscheck.measured.forward import Window, windows
-from crosscheck.measured.parameters import Estimate, alone, increased, parameters
+from crosscheck.measured.friction import FrictionFit, friction_fit
+from crosscheck.measured.parameters import (
+    Estimate,
+    Parameter,
+    alone,
+    increased,
+    parameters,
+    repaired,
+)
 from crosscheck.measured.parameters import together as base_of
 from crosscheck.measured.record import Record, require_same_units, require_slow
 from crosscheck.measured.residual import Fit, Normal, fits, normal_equations, whitening
 from crosscheck.measured.smoothing import Block, blocks, chosen_spacing, evenly
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.interface import Model
-from crosscheck.planning.sizing import at_rest
-from crosscheck.registry import RIGID_LEVELS, build, covering, of_level
+from crosscheck.registry import RIGID_LEVELS
 
 # A level is named if every other one is less likely by such a factor.
 LIKELIHOOD_RATIO = 100.0
-DRAWN = 1000  # states at which all engines of a level are compared
 MOST_BLOCKS = 50  # by which parameters are estimated
 # Of chi squared over its degrees of freedom: more than noise, in standard deviations of it.
 BEYOND_NOISE = 4.0
 SAMPLES = 400  # of the residual that a picture shows, a block
-Told = Callable[[str, int, int], None]
+ProgressCallback = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -44,64 +49,78 @@ class LevelResult:
 
 @dataclass(frozen=True)
 class Repair:
-    """A level that leaves nothing but noise once a single parameter is changed."""
+    """A level that leaves nothing but noise once a single parameter is changed.
+
+    arm: with the parameter so changed; None where no arm can have it.
+    """
 
     level: str
     estimate: Estimate
+    arm: Arm | None
+
+
+Explanation = Repair | FrictionFit
 
 
 @dataclass(frozen=True)
-class EngineAgreement:
-    """Largest difference of an engine's torques from the analytic ones, over the largest of these.
+class ResidualCurve:
+    """The smoothed residual of a level and its standard deviation by the record's noise.
 
-    rows: how many rows of the record it was asked at.
+    change: what of the arm is changed; None for the file's numbers. time (rows,) [s]; both others
+    (rows, joints) [N m].
     """
 
-    name: str
-    apart: float
-    rows: int
-
-
-@dataclass(frozen=True)
-class Shown:
-    """The smoothed residual of the best level and its standard deviation by the record's noise.
-
-    time [s]; both (rows, joints) [N m].
-    """
-
+    level: str
+    change: Explanation | None
     time: np.ndarray
     residual: np.ndarray
     deviation: np.ndarray
 
 
 @dataclass(frozen=True)
-class RecordComparison:
-    """What a record says of an arm.
+class Comparison:
+    """What is known of a record and its arm before anything is judged.
 
-    spacing_s: time between knots of the smoothing, in the mean; angle_noise [rad] and torque_noise
-    [N m] (joints,): of one sample; levels: the likeliest first; own_chi2 over own_freedom: of the
-    best level under its own noise; single: its parameters as if each alone were wrong; base: those
-    that can be told apart, at once, with their condition number; repairs: where it leaves more than
-    noise, what would not.
+    spacing_s: time between knots of the smoothing, in the mean; engines: how far each is from the
+    analytic models on the record.
     """
 
     record: Record
     arm: Arm
     torques_from: str
     spacing_s: float
+    engines: tuple[EngineDifference, ...]
+
+
+@dataclass(frozen=True)
+class EngineDisagreement(Comparison):
+    """A comparison that says nothing of the record, for the engines disagree on the arm."""
+
+
+@dataclass(frozen=True)
+class RecordComparison(Comparison):
+    """What a record says of an arm on which the engines agree.
+
+    angle_noise [rad] and torque_noise [N m] (joints,): of one sample; levels: the likeliest first;
+    own_chi2 over own_freedom: of the best level under its own noise; single: its parameters as if
+    each alone were wrong; base: those that the record distinguishes, at once, with their condition
+    number; repairs and frictions: where it leaves more than noise, what would not; curves: of the
+    best explanation, without its change and with it.
+    """
+
     angle_noise: np.ndarray
     torque_noise: np.ndarray
     levels: tuple[LevelResult, ...]
     own_chi2: float
     own_freedom: int
-    engines: tuple[EngineAgreement, ...]
     single: tuple[Estimate, ...]
     base: tuple[Estimate, ...]
     condition: float
     repairs: tuple[Repair, ...]
+    frictions: tuple[FrictionFit, ...]
     tolerances: Mapping[str, float]
     windows: tuple[Window, ...]
-    shown: Shown
+    curves: tuple[ResidualCurve, ...]
 
     @property
     def best(self) -> LevelResult:
@@ -123,76 +142,161 @@ class RecordComparison:
         """Whether the best level leaves no more than the record's noise."""
         return _is_noise(self.own_chi2, self.own_freedom)
 
+    @property
+    def explanations(self) -> list[Explanation]:
+        """The changes that an arm can have, friction first, then those that leave least."""
+        return _possible(self.repairs, self.frictions)
+
 
 def compare(
-    record: Record, arm: Arm, scenario: Scenario | None, tolerances: Mapping[str, float], told: Told
-) -> RecordComparison:
-    """Compare a record with the rigid levels of its arm.
+    record: Record,
+    arm: Arm,
+    scenario: Scenario | None,
+    tolerances: Mapping[str, float],
+    on_progress: ProgressCallback,
+) -> RecordComparison | EngineDisagreement:
+    """Compare a record with the rigid levels of its arm, if the engines agree on these.
 
-    scenario: whose drive gives the torques of a record that has none. tolerances: relative
-    standard uncertainties of the arm's parameters, by path. Raises InputError for a path that is no
-    parameter's, and for a record without torques or with too few rows.
+    Args:
+        scenario: Whose drive gives the torques of a record that has none.
+        tolerances: Relative standard uncertainties of the arm's parameters, by path.
+
+    Raises:
+        InputError: For a path that is no parameter's, and for a record without torques, with too
+            few rows or with rows that no spline can follow.
     """
+    _require_parameters(arm, tolerances)
+    try:
+        return _compared(record, arm, scenario, tolerances, on_progress)
+    except np.linalg.LinAlgError:  # of a spline, or of its noise
+        reason = "rows stand too unevenly in time to be smoothed; cut the record where it has gaps"
+        raise InputError(record.where, "t", None, reason) from None
+
+
+def _compared(
+    record: Record,
+    arm: Arm,
+    scenario: Scenario | None,
+    tolerances: Mapping[str, float],
+    on_progress: ProgressCallback,
+) -> RecordComparison | EngineDisagreement:
+    """The comparison of a record that can be smoothed."""
+    spacing = chosen_spacing(record)
+    torques, source = _torques(record, scenario, spacing)
+    rows = record.time.size
+    pieces = list(blocks(record, torques, spacing))
+    angles, rates, accelerations = (
+        np.concatenate(parts) for parts in zip(*(block.motion for block in pieces), strict=True)
+    )
+    require_slow(record, rates)
+    require_same_units(record, rates)
+    known = Comparison(
+        record=record,
+        arm=arm,
+        torques_from=source,
+        spacing_s=spacing * float(record.time[-1] - record.time[0]) / (rows - 1),
+        engines=tuple(engine_differences((angles, rates, accelerations), arm, on_progress)),
+    )
+    if not all(engine.agrees for engine in known.engines):
+        return EngineDisagreement(**vars(known))
+    return _judged(known, pieces, tolerances, on_progress)
+
+
+def _judged(
+    known: Comparison,
+    every: Sequence[Block],
+    tolerances: Mapping[str, float],
+    on_progress: ProgressCallback,
+) -> RecordComparison:
+    """The comparison of the levels, and what the record asks of the arm's numbers."""
+    arm, rows = known.arm, known.record.time.size
+    models = [rigid_model(level, arm) for level in RIGID_LEVELS]
+    found = fits(every, models, lambda done: on_progress("comparing the levels", done, rows))
+    levels = _ranked(dict(zip(RIGID_LEVELS, found, strict=True)))
+    best, among = levels[0].name, parameters(arm)
+    pieces = evenly(every, MOST_BLOCKS)
+    normal = _normal(pieces, arm, best, among, on_progress)
+    own = normal.leading(len(among))
+    base, condition = base_of(own, among)
+    repairs: list[Repair] = []
+    frictions: list[FrictionFit] = []
+    if not _is_noise(own.chi2, own.freedom):
+        for level in RIGID_LEVELS:
+            each = normal if level == best else _normal(pieces, arm, level, among, on_progress)
+            repairs += _repairs(each, level, arm, among)
+            frictions += _frictions(each, level, arm, among)
+    on_progress("running the model forward", rows, rows)
+    return RecordComparison(
+        **vars(known),
+        angle_noise=_mean_noise(pieces, "angle_noise"),
+        torque_noise=_mean_noise(pieces, "torque_noise"),
+        levels=levels,
+        own_chi2=own.chi2,
+        own_freedom=own.freedom,
+        single=tuple(alone(own, among)),
+        base=tuple(base),
+        condition=condition,
+        repairs=tuple(repairs),
+        frictions=tuple(frictions),
+        tolerances=tolerances,
+        windows=tuple(windows(pieces, arm, best, tolerances)),
+        curves=tuple(_curves(pieces, arm, best, _possible(repairs, frictions))),
+    )
+
+
+def _require_parameters(arm: Arm, tolerances: Mapping[str, float]) -> None:
+    """Raise InputError for a path that is no parameter's."""
     known = {parameter.path for parameter in parameters(arm)}
     for path in tolerances:
         if path not in known:
             allowed = f"must be one of {', '.join(sorted(known))}"
             raise InputError("--tolerance", path, None, allowed)
-    spacing = chosen_spacing(record)
-    torques, source = _torques(record, scenario, spacing)
-    rows = record.time.size
-    every = list(blocks(record, torques, spacing))
-    parts = zip(*(block.motion for block in every), strict=True)
-    motion = tuple(map(np.concatenate, parts))  # angles, rates, accelerations (rows, joints)
-    require_slow(record, motion[1])
-    require_same_units(record, motion[1])
 
-    models = {level: _model(f"analytic:{level}", arm) for level in RIGID_LEVELS}
-    found = fits(every, [*models.values()], lambda done: told("comparing the levels", done, rows))
-    levels = _ranked(dict(zip(models, found, strict=True)))
-    best = levels[0].name
-    pieces = evenly(every, MOST_BLOCKS)
-    among, asked = parameters(arm), sum(len(block.time) for block in pieces)
 
-    def estimated(level: str) -> Normal:
-        more = [increased(arm, parameter) for parameter in among]
-        changed = [(_model(f"analytic:{level}", other), by) for other, by in more]
-        doing = f"estimating parameters of {level}"
-        return normal_equations(
-            pieces, models[level], changed, lambda done: told(doing, done, asked)
-        )
+def _normal(
+    pieces: Sequence[Block],
+    arm: Arm,
+    level: str,
+    among: Sequence[Parameter],
+    on_progress: ProgressCallback,
+) -> Normal:
+    """Normal equations of a level for the parameters, then for the Coulomb friction of joints."""
+    more = [increased(arm, parameter) for parameter in among]
+    changes = [(rigid_model(level, other), by) for other, by in more]
+    total = sum(len(block.time) for block in pieces)
+    doing = f"estimating parameters of {level}"
+    return normal_equations(
+        pieces,
+        rigid_model(level, arm),
+        changes,
+        lambda done: on_progress(doing, done, total),
+        coulomb=True,
+    )
 
-    normal = estimated(best)
-    base, condition = base_of(normal, among)
-    others = [] if _is_noise(normal.chi2, normal.freedom) else RIGID_LEVELS
-    repairs = [
-        Repair(level, each)
-        for level in others
-        for own in [normal if level == best else estimated(level)]
+
+def _repairs(normal: Normal, level: str, arm: Arm, among: Sequence[Parameter]) -> list[Repair]:
+    own = normal.leading(len(among))
+    return [
+        Repair(level, each, repaired(arm, each))
         for each in alone(own, among)
         if _is_noise(own.chi2 - each.better, own.freedom)
     ]
-    told("running the model forward", rows, rows)
-    runs = tuple(windows(pieces, arm, best, tolerances))
-    return RecordComparison(
-        record=record,
-        arm=arm,
-        torques_from=source,
-        spacing_s=spacing * float(record.time[-1] - record.time[0]) / (rows - 1),
-        angle_noise=_mean_noise(pieces, "angle_noise"),
-        torque_noise=_mean_noise(pieces, "torque_noise"),
-        levels=levels,
-        own_chi2=normal.chi2,
-        own_freedom=normal.freedom,
-        engines=tuple(_engines(motion, arm, best, told)),
-        single=tuple(alone(normal, among)),
-        base=tuple(base),
-        condition=condition,
-        repairs=tuple(repairs),
-        tolerances=tolerances,
-        windows=runs,
-        shown=_shown(pieces, models[best]),
-    )
+
+
+def _frictions(
+    normal: Normal, level: str, arm: Arm, among: Sequence[Parameter]
+) -> list[FrictionFit]:
+    found = friction_fit(normal, level, arm, among)
+    return [found] if _is_noise(normal.chi2 - found.better, normal.freedom) else []
+
+
+def _possible(repairs: Sequence[Repair], frictions: Sequence[FrictionFit]) -> list[Explanation]:
+    """Those that an arm can have: frictions first, each kind by what it leaves."""
+    able = [each for each in repairs if each.arm is not None]
+    return [
+        *sorted((each for each in frictions if each.arm is not None), key=lambda each: each.left),
+        *sorted(able, key=lambda each: each.estimate.left),
+    ]
 
 
 def _is_noise(chi2: float, freedom: int) -> bool:
@@ -210,11 +314,6 @@ def _torques(record: Record, scenario: Scenario | None, spacing: int) -> tuple[n
     pieces = blocks(record, np.zeros_like(record.angles), spacing)
     parts = [torques_along(drive, each.time, each.angles, each.rates) for each in pieces]
     return np.concatenate(parts), f"the drive of {scenario.name}"
-
-
-def _model(name: str, arm: Arm) -> Model:
-    """The model in an experiment without a drive: its inverse dynamics ask for motors' torques."""
-    return build(name, arm, at_rest())
 
 
 def _ranked(found: Mapping[str, Fit]) -> tuple[LevelResult, ...]:
@@ -235,38 +334,35 @@ def _mean_noise(pieces: Sequence[Block], name: str) -> np.ndarray:
     return np.sqrt(np.mean([getattr(block, name) ** 2 for block in pieces], axis=0))
 
 
-def _engines(
-    motion: tuple[np.ndarray, ...], arm: Arm, best: str, told: Told
-) -> Iterator[EngineAgreement]:
-    """How far each other rigid model agrees: Pinocchio's best level at all rows, others at some."""
-    able, rows = set(covering("rigid", arm, usual_switches(arm))), len(motion[0])
-    drawn = np.linspace(0, rows - 1, min(rows, DRAWN)).round().astype(int)
-    for level in RIGID_LEVELS:
-        own = _model(f"analytic:{level}", arm)
-        for name in of_level(level):
-            if name == own.name or name not in able:
-                continue
-            every = level == best and name.startswith("pinocchio:")
-            at = np.arange(rows) if every else drawn
-            told(f"asking {name}", 0, at.size)
-            states = [part[at] for part in motion]
-            expected = own.inverse_dynamics(*states)
-            apart = np.abs(_model(name, arm).inverse_dynamics(*states) - expected).max()
-            yield EngineAgreement(name, float(apart / np.abs(expected).max()), at.size)
+def _curves(
+    pieces: Sequence[Block], arm: Arm, best: str, explanations: Sequence[Explanation]
+) -> list[ResidualCurve]:
+    """Of the best explanation before and after its change; of the best level where none is."""
+    if not explanations:
+        return [_curve(pieces, arm, best, None)]
+    change = explanations[0]
+    return [_curve(pieces, arm, change.level, None), _curve(pieces, arm, change.level, change)]
 
 
-def _shown(pieces: Sequence[Block], model: Model) -> Shown:
+def _curve(
+    pieces: Sequence[Block], arm: Arm, level: str, change: Explanation | None
+) -> ResidualCurve:
     times, rows, deviations = [], [], []
+    model = rigid_model(level, arm if change is None or change.arm is None else change.arm)
     for block in pieces:
         shown = slice(None, None, max(len(block.time) // SAMPLES, 1))
         residual = block.torques - model.inverse_dynamics(*block.motion)
+        if isinstance(change, FrictionFit):
+            residual -= change.coulomb * np.sign(block.rates)
         smoothing = block.bases[0][shown] @ np.linalg.inv(block.gram)
         _, covariance = whitening(block, model)
-        own = np.split(covariance, residual.shape[1])
-        own = [np.split(part, len(own), axis=1)[joint] for joint, part in enumerate(own)]
+        size = len(block.gram)
+        own = [slice(joint * size, (joint + 1) * size) for joint in range(residual.shape[1])]
         times.append(block.time[shown])
         rows.append(smoothing @ block.summed(residual))
-        deviations.append(
-            np.sqrt([np.einsum("rk,kl,rl->r", smoothing, part, smoothing) for part in own]).T
-        )
-    return Shown(np.concatenate(times), np.concatenate(rows), np.concatenate(deviations))
+        variances = [
+            np.einsum("rk,kl,rl->r", smoothing, covariance[part, part], smoothing) for part in own
+        ]
+        deviations.append(np.sqrt(variances).T)
+    parts = np.concatenate(times), np.concatenate(rows), np.concatenate(deviations)
+    return ResidualCurve(level, change, *parts)

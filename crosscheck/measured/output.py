@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from crosscheck import __version__
-from crosscheck.measured.compare import RecordComparison
+from crosscheck.measured import words
+from crosscheck.measured.compare import EngineDisagreement, RecordComparison, ResidualCurve
+from crosscheck.measured.friction import FrictionFit
 from crosscheck.measured.parameters import NORMAL, Estimate
 from crosscheck.registry import LEVELS
 from crosscheck.report.records import document, plain
@@ -16,45 +18,28 @@ from crosscheck.report.records import document, plain
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 MOST_PARAMETERS = 6  # of those alone, in the terminal
 IN_SIGHT = 2.0  # medians of the noise band that a picture has room for
+Found = RecordComparison | EngineDisagreement
 
 
-def first_lines(found: RecordComparison) -> Iterator[str]:
-    """Lines that answer: which level, is it within noise, what the record asks for, how long."""
-    best, share = found.best, found.own_chi2 / found.own_freedom
-    left = f"chi squared is {_number(share)} per degree of freedom"
-    if found.decided:
-        next_best = min(level.ratio for level in found.levels[1:])
-        nearest = f"{next_best:.2g} times" if next_best < 1e12 else "over 1e12 times"
-        yield f"level: {best.name} leaves noise alone ({left}), {nearest} as likely as the next"
-    elif found.explained:
-        names = " and ".join(found.candidates)
-        yield f"level: undecided between {names}, which all leave noise alone ({left})"
-    else:
-        yield f"level: none leaves noise alone as the file is; {best.name} is the nearest ({left})"
-    if found.explained:
-        yield "parameters: the record asks for none to change"
-    for repair in found.repairs:
-        yield f"explained by {repair.level} with {_told(repair.estimate)}"
-    if not found.explained and not found.repairs:
-        yield f"parameters: no single one explains it; nearest is {_told(found.single[0])}"
-    if found.windows:
-        stays = np.median([window.stays_s for window in found.windows])
-        long = np.median([window.time[-1] - window.time[0] for window in found.windows])
-        inside = np.mean([window.within for window in found.windows])
-        yield (
-            f"runs: {len(found.windows)} from the record's states stay within 3 u_val for"
-            f" {stays:.3g} s of {long:.3g} s (median); |E| is at most 2 u_val at"
-            f" {100 * inside:.0f} % of the rows"
-        )
-
-
-def lines(found: RecordComparison) -> Iterator[str]:
-    """The first lines, then every level, joint and parameter."""
-    yield from first_lines(found)
+def lines(found: Found) -> Iterator[str]:
+    """The sentences that answer, then the engines, every level, joint and parameter."""
+    yield from words.answers(found)
     yield ""
+    yield from found.record.notes
+    for engine in found.engines:
+        verdict = "agrees with" if engine.agrees else "DIFFERS from"
+        measured = engine.failure or (
+            f"{engine.measured:.1e} of the torques' terms apart, at most {engine.tolerance:.1e}"
+        )
+        yield f"{engine.name} {verdict} analytic at {engine.rows:,} rows: {measured}"
+    if isinstance(found, RecordComparison):
+        yield from _details(found)
+
+
+def _details(found: RecordComparison) -> Iterator[str]:
     knots = f"angles smoothed with a knot every {found.spacing_s:.3g} s"
     yield f"torques from {found.torques_from}; {knots}"
     for joint, (angle, torque) in enumerate(
@@ -62,142 +47,197 @@ def lines(found: RecordComparison) -> Iterator[str]:
     ):
         yield f"noise of joint {joint}: {angle:.2g} rad and {torque:.2g} N m a sample"
     for level in found.levels:
-        left = ", ".join(f"{value:.3g}" for value in level.fit.left)
-        noise = ", ".join(f"{value:.3g}" for value in level.fit.noise)
         share = level.fit.chi2 / level.fit.freedom
         yield (
-            f"{level.name}: chi squared {_number(share)} per degree of freedom;"
-            f" residual {left} N m rms, {noise} by noise"
+            f"{level.name}: chi squared {words.number(share)} per degree of freedom; residual"
+            f" {words.values(level.fit.left)} N m rms, {words.values(level.fit.noise)} by noise"
         )
-    for engine in found.engines:
-        yield f"{engine.name}: torques as analytic to {engine.apart:.1e} at {engine.rows:,} rows"
     for each in found.single[:MOST_PARAMETERS]:
-        yield f"alone: {_told(each)}"
+        yield f"alone: {words.estimate(each)}"
 
 
-def _told(each: Estimate) -> str:
-    parameter = each.parameter
-    return (
-        f"{parameter.path} = {each.value:.6g} +- {each.half_width:.2g} (95 %), in the file"
-        f" {parameter.value:.6g}; leaves a chi squared of {_number(each.left)} per degree of"
-        " freedom"
-    )
-
-
-def _number(value: float) -> str:
-    return f"{value:,.0f}" if 1e3 <= value < 1e7 else f"{value:.3g}"
-
-
-def comparison_json(found: RecordComparison) -> str:
+def comparison_json(found: Found) -> str:
     """JSON text of the whole comparison, with units in the names."""
-    return document(
-        {
-            "schema_version": SCHEMA_VERSION,
-            "record": found.record.where,
-            "arm": found.arm.name,
-            "program": f"geararm-crosscheck {__version__}",
-            "torques_from": found.torques_from,
-            "rows": int(found.record.time.size),
-            "knot_spacing_s": found.spacing_s,
-            "angle_noise_rad": found.angle_noise,
-            "torque_noise_N_m": found.torque_noise,
-            "decided": found.decided,
-            "explained": found.explained,
-            "candidates": found.candidates,
-            "own_chi2": found.own_chi2,
-            "own_degrees_of_freedom": found.own_freedom,
-            "levels": [
-                {
-                    "level": level.name,
-                    "chi2": level.fit.chi2,
-                    "degrees_of_freedom": level.fit.freedom,
-                    "likelihood_ratio_of_the_best": level.ratio,
-                    "residual_rms_N_m": level.fit.left,
-                    "of_noise_rms_N_m": level.fit.noise,
-                }
-                for level in found.levels
-            ],
-            "engines": plain(found.engines, name="model", apart="relative_difference"),
-            "parameters_alone": [_estimate(each) for each in found.single],
-            "parameters_together": [_estimate(each) for each in found.base],
-            "condition_number": found.condition,
-            "explained_by": [
-                {"level": each.level, **_estimate(each.estimate)} for each in found.repairs
-            ],
-            "tolerances": found.tolerances,
-            "windows": [
-                {
-                    "from_s": window.time[0],
-                    "to_s": window.time[-1],
-                    "stays_s": window.stays_s,
-                    "within_2_u_val": window.within,
-                    "last_E_rad": window.error[-1],
-                    "last_u_num_rad": window.numerical[-1],
-                    "last_u_input_rad": window.inputs[-1],
-                    "last_u_D_rad": window.data[-1],
-                    "last_u_val_rad": window.validation[-1],
-                }
-                for window in found.windows
-            ],
-        }
-    )
+    content: dict[str, Any] = {
+        "schema_version": SCHEMA_VERSION,
+        "answer": words.answers(found),
+        "record": found.record.where,
+        "notes": found.record.notes,
+        "arm": found.arm.name,
+        "program": f"geararm-crosscheck {__version__}",
+        "torques_from": found.torques_from,
+        "rows": int(found.record.time.size),
+        "knot_spacing_s": found.spacing_s,
+        "engines_agree": isinstance(found, RecordComparison),
+        "engines": [
+            {
+                "model": engine.name,
+                "rows": engine.rows,
+                "relative_difference": engine.measured,
+                "tolerance": engine.tolerance,
+                "agrees": engine.agrees,
+                "failure": engine.failure,
+                "differs_from_first_principles": engine.alone,
+            }
+            for engine in found.engines
+        ],
+    }
+    if isinstance(found, RecordComparison):
+        content |= _findings(found)
+    return document(content)
+
+
+def _findings(found: RecordComparison) -> dict[str, object]:
+    return {
+        "angle_noise_rad": found.angle_noise,
+        "torque_noise_N_m": found.torque_noise,
+        "decided": found.decided,
+        "explained": found.explained,
+        "candidates": found.candidates,
+        "own_chi2": found.own_chi2,
+        "own_degrees_of_freedom": found.own_freedom,
+        "levels": [
+            {
+                "level": level.name,
+                "chi2": level.fit.chi2,
+                "degrees_of_freedom": level.fit.freedom,
+                "likelihood_ratio_of_the_best": level.ratio,
+                "residual_rms_N_m": level.fit.left,
+                "of_noise_rms_N_m": level.fit.noise,
+            }
+            for level in found.levels
+        ],
+        "parameters_alone": [_estimate(each) for each in found.single],
+        "parameters_together": [_estimate(each) for each in found.base],
+        "condition_number": found.condition,
+        "explained_by": [
+            {
+                "level": each.level,
+                **_estimate(each.estimate),
+                "possible": each.arm is not None,
+            }
+            for each in found.repairs
+        ],
+        "explained_by_friction": [_friction(each) for each in found.frictions],
+        "tolerances": found.tolerances,
+        "windows": [
+            {
+                "from_s": window.time[0],
+                "to_s": window.time[-1],
+                "stays_s": window.stays_s,
+                "within_2_u_val": window.within,
+                "last_E_rad": window.error[-1],
+                "last_u_num_rad": window.numerical[-1],
+                "last_u_input_rad": window.inputs[-1],
+                "last_u_D_rad": window.data[-1],
+                "last_u_val_rad": window.validation[-1],
+            }
+            for window in found.windows
+        ],
+    }
 
 
 def _estimate(each: Estimate) -> dict[str, object]:
     return {
         "path": each.parameter.path,
+        "name": each.parameter.name,
         "in_the_file": each.parameter.value,
         "estimate": each.value,
         "half_of_95_percent_interval": each.half_width,
         "standard_uncertainty": each.half_width / NORMAL,
         "chi2_falls_by": each.better,
         "chi2_per_degree_of_freedom_left": each.left,
-        "holds": dict(each.holds),
+        "holds": {parameter.path: share for parameter, share in each.holds},
     }
 
 
-def comparison_page(found: RecordComparison) -> str:
+def _friction(each: FrictionFit) -> dict[str, object]:
+    return {
+        "level": each.level,
+        "joints": plain(
+            each.joints,
+            coulomb="coulomb_N_m",
+            coulomb_half_width="coulomb_half_of_95_percent_interval",
+            viscous="viscous_N_m_s_per_rad",
+            viscous_half_width="viscous_half_of_95_percent_interval",
+            in_file="viscous_in_the_file",
+        ),
+        "chi2_falls_by": each.better,
+        "chi2_per_degree_of_freedom_left": each.left,
+        "possible": each.arm is not None,
+    }
+
+
+def comparison_page(found: Found) -> str:
     """The page on a comparison with a record: HTML text, figures inlined."""
     from crosscheck.report.rendering import page
 
-    def residual(joint: int, axes: Axes) -> None:
-        values, bound = found.shown.residual[:, joint], 2 * found.shown.deviation[:, joint]
-        label = "2 standard deviations of noise"
-        axes.fill_between(found.shown.time, -bound, bound, color="0.85", label=label)
-        axes.plot(found.shown.time, values, lw=0.7, label="residual")
-        top = IN_SIGHT * np.median(bound) + np.quantile(np.abs(values), 0.98)
-        axes.set_ylim(-top, top)
-
-    def runs(joint: int, axes: Axes) -> None:
-        for number, window in enumerate(found.windows):
-            bound = 2 * window.validation[:, joint]
-            label = ("2 u_val", "E") if number == 0 else (None, None)
-            axes.fill_between(window.time, -bound, bound, color="0.85", label=label[0])
-            axes.plot(window.time, window.error[:, joint], "C1", lw=0.9, label=label[1])
-
+    judged = isinstance(found, RecordComparison)
     return page(
         "measured",
         found=found,
-        answers=list(first_lines(found)),
+        judged=judged,
+        answers=words.answers(found),
+        words=words,
         levels=LEVELS,
-        residual=_drawing(found, residual, "N m"),
-        runs=_drawing(found, runs, "rad"),
+        residual=_residual_figure(found) if isinstance(found, RecordComparison) else "",
+        runs=_runs_figure(found) if isinstance(found, RecordComparison) else "",
     )
 
 
-def _drawing(found: RecordComparison, draw: Callable[[int, Axes], None], unit: str) -> str:
-    """SVG text of a row for each joint, over time."""
+def _residual_figure(found: RecordComparison) -> str:
+    """SVG text: joints below each other; without and with the change that explains the record."""
+    columns = [
+        (f"{curve.level} {words.change_words(curve.change)}", draw_residual, curve)
+        for curve in found.curves
+    ]
+    return _figure(columns, "N m")
+
+
+def _runs_figure(found: RecordComparison) -> str:
+    return _figure([("", draw_runs, found)], "rad")
+
+
+def draw_residual(curve: ResidualCurve, joint: int, axes: Axes) -> None:
+    """Draw a joint's residual over the band that noise explains."""
+    values, bound = curve.residual[:, joint], 2 * curve.deviation[:, joint]
+    label = "2 standard deviations of noise"
+    axes.fill_between(curve.time, -bound, bound, color="0.85", label=label)
+    axes.plot(curve.time, values, lw=0.7, label="residual")
+    top = IN_SIGHT * np.median(bound) + np.quantile(np.abs(values), 0.98)
+    axes.set_ylim(-top, top)
+
+
+def draw_runs(found: RecordComparison, joint: int, axes: Axes) -> None:
+    """Draw a joint's E of every run over 2 u_val."""
+    for number, window in enumerate(found.windows):
+        bound = 2 * window.validation[:, joint]
+        label = ("2 u_val", "E") if number == 0 else (None, None)
+        axes.fill_between(window.time, -bound, bound, color="0.85", label=label[0])
+        axes.plot(window.time, window.error[:, joint], "C1", lw=0.9, label=label[1])
+
+
+def _figure(columns: Sequence[tuple[str, Callable[[Any, int, Axes], None], Any]], unit: str) -> str:
+    """SVG text of a row for each joint, over time; a column for each title with what draws it."""
     from matplotlib.figure import Figure
 
     from crosscheck.report.plots.figures import to_svg
 
-    joints = found.shown.residual.shape[1]
+    joints = _joints(columns[0][2])
     figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")
-    rows = figure.subplots(joints, 1, sharex=True, squeeze=False)[:, 0]
-    for joint, axes in enumerate(rows):
-        draw(joint, axes)
+    table = figure.subplots(joints, len(columns), sharex=True, squeeze=False)
+    for place, (title, draw, data) in enumerate(columns):
+        for joint, axes in enumerate(table[:, place]):
+            draw(data, joint, axes)
+        table[0, place].set_title(title, fontsize="medium")
+        table[-1, place].set_xlabel("time [s]")
+    for joint, axes in enumerate(table[:, 0]):
         axes.set_ylabel(f"joint {joint + 1} [{unit}]")
-    if rows[0].get_legend_handles_labels()[0]:
-        rows[0].legend(loc="upper right", fontsize="small")
-    rows[-1].set_xlabel("time [s]")
+    if table[0, 0].get_legend_handles_labels()[0]:
+        table[0, 0].legend(loc="upper right", fontsize="small")
     return to_svg(figure)
+
+
+def _joints(data: RecordComparison | ResidualCurve) -> int:
+    arrays = data.record.angles if isinstance(data, RecordComparison) else data.residual
+    return int(arrays.shape[1])

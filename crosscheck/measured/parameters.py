@@ -1,4 +1,4 @@
-"""Numbers of an arm file that a record asks for: those on which the torques depend linearly."""
+"""Numbers that a record asks for: those of an arm file on which torques depend linearly."""
 
 from __future__ import annotations
 
@@ -10,10 +10,16 @@ import numpy as np
 
 from crosscheck.measured.residual import Normal
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
 from crosscheck.models.loading import validated
 from crosscheck.models.paths import assign, places
 
-ENDINGS = ("mass_kg", "inertia_kg_m2", "density_kg_per_m3", "friction_N_m_s_per_rad")
+UNITS = {
+    "mass_kg": "kg",
+    "inertia_kg_m2": "kg m^2",
+    "density_kg_per_m3": "kg/m^3",
+    "friction_N_m_s_per_rad": "N m s/rad",
+}
 STEP = 2.0**-10  # relative; of a number that is zero, its own unit
 NORMAL = 1.96  # of a 95 % interval
 # Of a column, what the others leave of its square: less is no information but rounding.
@@ -26,6 +32,30 @@ class Parameter:
 
     path: str
     value: float
+
+    @property
+    def unit(self) -> str:
+        """Its unit, as people write it."""
+        return next(unit for ending, unit in UNITS.items() if self.path.endswith(ending))
+
+    @property
+    def name(self) -> str:
+        """What people call it, joints and links counted from 1."""
+        return ": ".join(filter(None, self._place_and_noun()))
+
+    @property
+    def phrase(self) -> str:
+        """The same inside a sentence."""
+        place, noun = self._place_and_noun()
+        return f"the {noun} of {place}" if place else f"the {noun}"
+
+    def _place_and_noun(self) -> tuple[str, str]:
+        *place, field = self.path.split(".")[1:]
+        ending = next(ending for ending in UNITS if field.endswith(ending))
+        noun = field.removesuffix(ending) + ending.split("_")[0]
+        noun = {"payload_mass": "payload", "friction": "viscous_friction"}.get(noun, noun)
+        where = f"{place[0].removesuffix('s')} {int(place[1]) + 1}" if place else ""
+        return where, noun.replace("_", " ")
 
 
 @dataclass(frozen=True)
@@ -41,7 +71,12 @@ class Estimate:
     half_width: float
     better: float
     left: float
-    holds: tuple[tuple[str, float], ...] = ()
+    holds: tuple[tuple[Parameter, float], ...] = ()
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether its interval holds a number that is not negative, as all of these must be."""
+        return self.value + self.half_width >= 0
 
 
 def parameters(arm: Arm) -> list[Parameter]:
@@ -52,7 +87,7 @@ def parameters(arm: Arm) -> list[Parameter]:
 def _walked(data: Any, path: str) -> Iterator[Parameter]:
     if isinstance(data, Mapping):
         for name, value in data.items():
-            if isinstance(value, float) and name.endswith(ENDINGS):
+            if isinstance(value, float) and name.endswith(tuple(UNITS)):
                 yield Parameter(f"{path}.{name}", value)
             else:
                 yield from _walked(value, f"{path}.{name}")
@@ -65,6 +100,16 @@ def increased(arm: Arm, parameter: Parameter) -> tuple[Arm, float]:
     """The arm with a little more of a parameter, and how much that is."""
     step = STEP * parameter.value or STEP
     return changed(arm, {parameter.path: parameter.value + step}), step
+
+
+def repaired(arm: Arm, estimate: Estimate) -> Arm | None:
+    """The arm with the estimate in place of the file's number; None where no arm can have it."""
+    if not estimate.is_possible:
+        return None
+    try:
+        return changed(arm, {estimate.parameter.path: max(estimate.value, 0.0)})
+    except InputError:
+        return None
 
 
 def changed(arm: Arm, values: Mapping[str, float]) -> Arm:
@@ -118,7 +163,7 @@ def together(found: Normal, among: Sequence[Parameter]) -> tuple[list[Estimate],
     for place, index in enumerate(chosen):
         parameter, unit = among[used[index]], size[used[index]]
         holds = tuple(
-            (among[used[other]].path, float(mixed[place, other] * size[used[other]] / unit))
+            (among[used[other]], float(mixed[place, other] * size[used[other]] / unit))
             for other in range(used.size)
             if other not in chosen and abs(mixed[place, other]) > np.sqrt(LEAST_APART)
         )

@@ -46,18 +46,25 @@ ALIKE = 0.02
 # joint must move: levels differ in what it takes to accelerate one.
 LARGEST = {"theta": 1e4, "theta_dot": 1e4, "torque": 1e9}
 LATEST = 1e10
+# A step of time may be so many times as long as the longest of its neighbours on either side: the
+# knots of a spline stand at least four samples apart, and over a gap it would follow nothing.
+LONGEST_STEP, NEIGHBOURS = 100.0, 5
 LEAST_MOTION = 1e-6  # [rad]
 
 
 @dataclass(frozen=True)
 class Record:
-    """A motion: times (N,) [s], rising; angles, maybe rates and torques (N, joints), SI units."""
+    """A motion: times (N,) [s], rising; angles, maybe rates and torques (N, joints), SI units.
+
+    notes: sentences on what of the file was left out.
+    """
 
     where: str
     time: np.ndarray
     angles: np.ndarray
     rates: np.ndarray | None
     torques: np.ndarray | None
+    notes: tuple[str, ...] = ()
 
 
 def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] = ()) -> Record:
@@ -69,10 +76,13 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
     trajectory of this program. topic, named: of a ROS bag, and its names of the arm's joints.
     """
     where = str(path)
+    notes: list[str] = []
     if path.is_dir() or path.suffix in BAGS:
         if named and len(named) != joints:
             raise InputError("--joint", "", len(named), f"must be given {joints} times")
-        columns = _of_bag(path, topic, tuple(named))
+        columns, skipped = _of_bag(path, topic, tuple(named))
+        if skipped:
+            notes.append(f"{skipped:,} messages without any joint of the arm are left out")
     elif topic or named:
         option, value = ("--topic", topic) if topic else ("--joint", named[0])
         raise InputError(option, value, None, f"is for ROS bags, and {where} is none")
@@ -91,13 +101,25 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
     if angles is None:
         raise InputError(where, "", None, "has no angles; columns must be theta_1_rad, ...")
     _require_rising(where, time)
+    for kind, nothing in (("theta_dot", "0 or no number"), ("torque", "no number")):
+        table = tables[kind]
+        # Publishers that measure no rates or efforts fill them with zeros or with no numbers.
+        if table is not None and table.size and not _is_stated(kind, table):
+            noun = {"theta_dot": "rates", "torque": "torques"}[kind]
+            notes.append(f"the {noun} are {nothing} in every row and count as not stated")
+            tables[kind] = None
     for kind, table in tables.items():
         if table is not None:
             _require_usable(where, kind, time.size, table)
     if len(angles) and np.ptp(angles, axis=0).max() < LEAST_MOTION:
         allowed = f"is the same in every row; a joint must move by {LEAST_MOTION:g} rad at least"
         raise InputError(where, "theta", None, allowed)
-    return Record(where, time, angles, tables["theta_dot"], tables["torque"])
+    return Record(where, time, angles, tables["theta_dot"], tables["torque"], tuple(notes))
+
+
+def _is_stated(kind: str, table: np.ndarray) -> bool:
+    """Whether a table of rates or torques says anything; a torque of 0 does."""
+    return bool(np.isfinite(table).any()) and (kind != "theta_dot" or bool(np.any(table)))
 
 
 def _of_csv(where: str, content: bytes) -> dict[str, np.ndarray]:
@@ -144,7 +166,10 @@ def _misfit(where: str, names: Sequence[str], lines: Iterable[str]) -> InputErro
     return None
 
 
-def _of_bag(path: Path, topic: str, joints: tuple[str, ...]) -> dict[str, np.ndarray]:
+BagContent = tuple[dict[str, np.ndarray], int]  # columns by name; how many messages were skipped
+
+
+def _of_bag(path: Path, topic: str, joints: tuple[str, ...]) -> BagContent:
     where = str(path)
     try:
         files = [each for each in path.iterdir() if each.is_file()] if path.is_dir() else [path]
@@ -155,11 +180,12 @@ def _of_bag(path: Path, topic: str, joints: tuple[str, ...]) -> dict[str, np.nda
         raise InputError(where, "", None, f"cannot be read: {error}") from None
     if size > LARGEST_FILE:
         raise InputError(where, "", None, f"more than {LARGEST_FILE // 1_000_000} MB")
-    return read_apart(where, _from_bag, where, topic, joints, within_s=BAG_S)
+    content: BagContent = read_apart(where, _from_bag, where, topic, joints, within_s=BAG_S)
+    return content
 
 
-def _from_bag(where: str, topic: str, joints: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Columns of a ROS bag by name, as of the other formats; a file, or a ROS 2 bag's folder.
+def _from_bag(where: str, topic: str, joints: tuple[str, ...]) -> BagContent:
+    """Columns of a ROS bag, as of the other formats; a file, or a ROS 2 bag's folder.
 
     topic: whose messages; empty for the only one of JointState. joints: names of the arm's, from
     the base on; messages may have others beside them. Raises InputError.
@@ -180,7 +206,7 @@ def _from_bag(where: str, topic: str, joints: tuple[str, ...]) -> dict[str, np.n
         raise InputError(where, "", None, reason) from None
 
 
-def _messages(where: str, bag: Any, topic: str, joints: tuple[str, ...]) -> dict[str, np.ndarray]:
+def _messages(where: str, bag: Any, topic: str, joints: tuple[str, ...]) -> BagContent:
     able = sorted({each.topic for each in bag.connections if each.msgtype == MESSAGE})
     chosen = [topic] if topic else able
     if len(chosen) != 1 or chosen[0] not in able:
@@ -188,6 +214,7 @@ def _messages(where: str, bag: Any, topic: str, joints: tuple[str, ...]) -> dict
         reason = f"{asked}; topics of {MESSAGE}: {', '.join(able) or 'none'}"
         raise InputError(where, "", None, reason)
     connections = [each for each in bag.connections if each.topic == chosen[0]]
+    skipped: list[str] = []  # names of joints, a message each
     stamps: list[int] = []
     logged: list[int] = []
     rows: list[list[np.ndarray | None]] = []
@@ -195,18 +222,24 @@ def _messages(where: str, bag: Any, topic: str, joints: tuple[str, ...]) -> dict
         state = bag.deserialize(raw, connection.msgtype)
         names, signals = list(state.name), [state.position, state.velocity, state.effort]
         missing = [name for name in joints if name not in names]
+        number = len(rows) + len(skipped) + 1
+        there = ", ".join(names)[:200] or "none"
+        if missing == list(joints) and joints:  # another publisher's, a gripper's for example
+            skipped.append(there)
+            continue
         if missing or not joints:
             asked = f"has no joint {missing[0]}" if missing else "needs --joint for each joint"
-            there = ", ".join(names)[:200] or "none"
-            reason = f"{asked}; message {len(rows) + 1} has {there}"
-            raise InputError(where, "", None, reason)
+            raise InputError(where, "", None, f"{asked}; message {number} has {there}")
         order = [names.index(name) for name in joints]
         if any(len(each) not in (0, len(names)) for each in signals):
-            reason = f"message {len(rows) + 1} has another number of values than joints"
+            reason = f"message {number} has another number of values than joints"
             raise InputError(where, "", None, reason)
         rows.append([each[order] if len(each) else None for each in signals])
         stamps.append(state.header.stamp.sec * 10**9 + state.header.stamp.nanosec)
         logged.append(time)
+    if not rows and skipped:
+        reason = f"has no joint {joints[0]}; message 1 has {skipped[0]}"
+        raise InputError(where, "", None, reason)
     clock = stamps if any(stamps) else logged
     columns = {"t_s": np.array([1e-9 * (each - clock[0]) for each in clock])}
     kinds = ("theta_rad", "theta_dot_rad_per_s", "torque_N_m")  # as REP 103 has the units
@@ -216,7 +249,7 @@ def _messages(where: str, bag: Any, topic: str, joints: tuple[str, ...]) -> dict
             raise InputError(where, "", None, f"only some messages have values of {kind}")
         if given:
             columns[kind] = np.array(given, dtype=float)
-    return columns
+    return columns, len(skipped)
 
 
 def _numbers_in(where: str, content: bytes) -> dict[str, np.ndarray]:
@@ -246,6 +279,9 @@ def _taken(
         allowed = " or ".join(f"{begin}_{unit}" for unit in UNITS[kind])
         raise InputError(where, begin, None, f"has no unit in its name; must be {allowed}")
     for unit, values in there.items():
+        if values.size != max(values.shape, default=1):
+            reason = f"has shape {values.shape}; must be a column"
+            raise InputError(where, f"{begin}_{unit}", None, reason)
         return np.ravel(values) * UNITS[kind][unit]
     return None
 
@@ -260,9 +296,11 @@ def _table(
     whole = [name for name in columns if (m := TOGETHER.fullmatch(name)) and m[1] == kind]
     for name in whole:
         unit = name.removeprefix(f"{kind}_")
-        if unit in UNITS[kind] and columns[name].ndim == 2:
+        if unit in UNITS[kind]:
             values = columns[name]
-            if values.shape[1] != joints:
+            if joints == 1 and values.ndim == 1:
+                values = values[:, None]
+            if values.ndim != 2 or values.shape[1] != joints:
                 reason = f"has shape {values.shape}; must be (times, {joints}), the arm's joints"
                 raise InputError(where, name, None, reason)
             return values * UNITS[kind][unit]
@@ -278,6 +316,10 @@ def _table(
     if len(given) < joints:
         missing = next(number for number, each in enumerate(found, 1) if each is None)
         raise InputError(where, f"{kind}_{missing}", None, "is missing; other joints have it")
+    for number, values in enumerate(given, 1):
+        if len(values) != len(given[0]):
+            reason = f"has {len(values)} rows, {kind}_1 has {len(given[0])}"
+            raise InputError(where, f"{kind}_{number}", None, reason)
     return np.stack(given, axis=1)
 
 
@@ -293,6 +335,16 @@ def _require_rising(where: str, time: np.ndarray) -> None:
         row = int(wrong[0]) + 1
         value = float(time[row])
         raise InputError(where, f"t, row {row + 1}", value, f"must be after {float(time[row - 1])}")
+    steps = np.diff(time)
+    near = np.zeros_like(steps)  # the longest of the steps around each
+    for away in range(1, NEIGHBOURS + 1):
+        near[away:] = np.maximum(near[away:], steps[:-away])
+        near[:-away] = np.maximum(near[:-away], steps[away:])
+    wrong = np.flatnonzero(steps > LONGEST_STEP * near)
+    if steps.size > 1 and wrong.size:
+        row = int(wrong[0]) + 1
+        reason = f"is {steps[row - 1]:.3g} s after the row before; cut the record where it has gaps"
+        raise InputError(where, f"t, row {row + 1}", float(time[row]), reason)
 
 
 def _require_usable(where: str, kind: str, rows: int, table: np.ndarray) -> None:

@@ -9,7 +9,7 @@ by its Cholesky factor the sums are independent, of variance one if the model is
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -18,7 +18,7 @@ from scipy.sparse import csr_array
 from crosscheck.measured.smoothing import Block
 from crosscheck.models.interface import Model
 
-Told = Callable[[int], None]
+RowsCallback = Callable[[int], None]
 DIFFERENCE = 1e-6  # [rad, rad/s, rad/s^2]
 ROUNDED = 1e-12  # of a covariance's mean variance: what keeps it definite
 
@@ -39,7 +39,7 @@ class Fit:
     noise: np.ndarray
 
 
-def fits(blocks: Iterable[Block], models: Sequence[Model], told: Told) -> list[Fit]:
+def fits(blocks: Iterable[Block], models: Sequence[Model], on_rows: RowsCallback) -> list[Fit]:
     """The fit of each model, over all blocks."""
     shape = len(models), len(models[0].arm.joints)
     chi2, spread, freedom, rows = np.zeros(len(models)), np.zeros(len(models)), 0, 0
@@ -58,7 +58,7 @@ def fits(blocks: Iterable[Block], models: Sequence[Model], told: Told) -> list[F
                 noise[number, joint] += np.trace(inverse @ covariance[own, own])
         freedom += size * joints
         rows += len(block.time)
-        told(rows)
+        on_rows(rows)
     return [
         Fit(float(each), float(wide), freedom, np.sqrt(of / rows), np.sqrt(by / rows))
         for each, wide, of, by in zip(chi2, spread, left, noise, strict=True)
@@ -74,19 +74,32 @@ class Normal:
     chi2: float
     freedom: int
 
+    def leading(self, count: int) -> Normal:
+        """The equations of the first columns alone."""
+        return replace(self, matrix=self.matrix[:count, :count], right=self.right[:count])
+
     def left(self, better: float) -> float:
         """Chi squared per degree of freedom of a fit that lowers chi squared by so much."""
         return (self.chi2 - better) / self.freedom
 
 
 def normal_equations(
-    blocks: Iterable[Block], model: Model, changed: Sequence[tuple[Model, float]], told: Told
+    blocks: Iterable[Block],
+    model: Model,
+    changed: Sequence[tuple[Model, float]],
+    on_rows: RowsCallback,
+    *,
+    coulomb: bool = False,
 ) -> Normal:
     """Normal equations for what should be added to the parameters.
 
-    changed: models with one parameter larger by so much, on which the torques depend linearly.
+    Args:
+        changed: Models with one parameter larger by so much, on which the torques depend linearly.
+        on_rows: Called with the number of rows that are done.
+        coulomb: Whether columns for a Coulomb friction [N m] of every joint follow.
     """
-    count, freedom, chi2, rows = len(changed), 0, 0.0, 0
+    joints = len(model.arm.joints) if coulomb else 0
+    count, freedom, chi2, rows = len(changed) + joints, 0, 0.0, 0
     matrix, right = np.zeros((count, count)), np.zeros(count)
     for block in blocks:
         whiten, _ = whitening(block, model)
@@ -96,13 +109,17 @@ def normal_equations(
         for other, by in changed:
             slope = (other.inverse_dynamics(*block.motion) - base) / by
             columns.append(whiten(block.summed(slope)))
+        for joint in range(joints):
+            slope = np.zeros_like(base)
+            slope[:, joint] = np.sign(block.rates[:, joint])
+            columns.append(whiten(block.summed(slope)))
         table = np.stack(columns, axis=1)
         matrix += table.T @ table
         right += table.T @ residual
         chi2 += residual @ residual
         freedom += residual.size
         rows += len(block.time)
-        told(rows)
+        on_rows(rows)
     return Normal(matrix, right, float(chi2), freedom)
 
 

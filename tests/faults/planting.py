@@ -102,6 +102,10 @@ def plant(patch: pytest.MonkeyPatch, place: str, old: str, new: str) -> None:
     if isinstance(original, str):
         patch.setattr(holder, attribute, _replaced(original, place, old, new))
         return
+    if isinstance(original, property) and original.fget is not None:
+        changed = property(_changed(original.fget, module, owner, old, new))
+        patch.setattr(holder, attribute, changed)
+        return
     changed = _changed(inspect.unwrap(original), module, owner, old, new)
     patch.setattr(holder, attribute, changed)  # of a plug-in, too
     if not owner:
@@ -126,9 +130,9 @@ def _changed(
 
 
 def _rebind(patch: pytest.MonkeyPatch, changes: Sequence[tuple[object, object]]) -> None:
-    """Put what is changed wherever the models have imported the original."""
+    """Put what is changed wherever models or `compare` have imported the original."""
     changed = {id(original): new for original, new in changes}
-    for module in _modules(("crosscheck.analytic", "crosscheck.models")):
+    for module in _modules(("crosscheck.analytic", "crosscheck.models", "crosscheck.measured")):
         for name, value in list(vars(module).items()):
             if id(value) in changed:
                 patch.setattr(module, name, changed[id(value)])

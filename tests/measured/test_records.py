@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import h5py
 import jsonschema
@@ -96,6 +97,15 @@ def scaled(text: str, columns: list[int], factor: float) -> str:
     return "\n".join([head, *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n"
 
 
+def shifted(text: str, row: int, seconds: float, count: int = 1) -> str:
+    """So many steps from a row on are longer by so much."""
+    head, *lines = text.splitlines()
+    rows = [line.split(",", 1) for line in lines]
+    later = [seconds * min(max(n - row + 1, 0), count) for n in range(len(rows))]
+    moved = (f"{float(t) + more!r},{rest}" for (t, rest), more in zip(rows, later, strict=True))
+    return "\n".join([head, *moved]) + "\n"
+
+
 BAD = {
     "no times": (lambda text: text.replace("t_s", "clock"), "has no times; a column must be one"),
     "a time without a unit": (lambda text: text.replace("t_s", "t"), "t: has no unit in its name"),
@@ -137,6 +147,19 @@ BAD = {
     "a huge time": (lambda text: cell(text, 600, 0, "1e300"), "t, row 600 = 1e+300: must be"),
     "nanoseconds apart": (lambda text: scaled(text, [0], 1e-9), "slope of theta_"),
     "nothing moves": (lambda text: scaled(text, [1, 2], 0.0), "theta: is the same in every row"),
+    "a gap of 30 years": (
+        lambda text: shifted(text, 300, 1e9),
+        "t, row 301 = 1000000000.3: is 1e+09 s after the",
+    ),
+    "a gap of a second": (lambda text: shifted(text, 300, 1.0), "cut the record where it has gaps"),
+    "a stretch of long steps": (
+        lambda text: shifted(text, 300, 1e8, 6),
+        "t: rows stand too unevenly in time",
+    ),
+    "a decimal comma": (
+        lambda text: cell(text, 5, 1, "0,5"),
+        "line 6: has 6 columns, must have 5, as line 1",
+    ),
     "few rows": (lambda text: "\n".join(text.splitlines()[:21]) + "\n", "has 20 rows; must be at"),
     "no rows": (lambda text: HEADER + "\n", "has no rows below the names"),
     "nothing": (lambda text: "", "has no rows below the names"),
@@ -153,6 +176,36 @@ def test_bad_table_is_one_line(crosscheck, record, tmp_path, case):
     assert_one_line(answer, said)
     assert not (tmp_path / "c.json").exists()
     assert not (tmp_path / "page" / "compare.html").exists()
+
+
+BAD_ARRAYS = {
+    "a table of three dimensions": (
+        {"theta_rad": np.zeros((3, 4, 2))},
+        "theta_rad: has shape (3, 4, 2)",
+    ),
+    "a column of three dimensions": (
+        {"theta_1_rad": np.zeros((2, 3, 2))},
+        "theta_1_rad: has shape",
+    ),
+    "times of two dimensions": (
+        {"t_s": np.zeros((10, 2))},
+        "t_s: has shape (10, 2); must be a column",
+    ),
+    "columns of unlike length": (
+        {"theta_2_rad": np.zeros((9, 1))},
+        "theta_2: has 9 rows, theta_1 has 10",
+    ),
+    "complex numbers": ({"theta_1_rad": np.zeros((10, 1)) + 1j}, "theta_1: is missing"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_ARRAYS)
+def test_bad_arrays_are_one_line(crosscheck, tmp_path, case):
+    given, said = BAD_ARRAYS[case]
+    column = np.linspace(0.0, 1.0, 10)[:, None]
+    usual = {"t_s": column, "theta_1_rad": column, "theta_2_rad": column}
+    scipy.io.savemat(tmp_path / "r.mat", usual | given)
+    assert_one_line(crosscheck("compare", tmp_path / "r.mat"), said)
 
 
 @pytest.mark.parametrize("content", [b"", b"\x89HDF\r\n\x1a\nand then nothing", b"MATLAB 5.0 MAT"])
@@ -184,8 +237,20 @@ def test_external_data_are_not_followed(tmp_path):
         read_record(tmp_path / "r.h5", 2)
 
 
-def bag_of(record: Record, folder: Path, storage: StoragePlugin) -> Path:
-    """A ROS 2 bag of the record, its joints in the other order and a gripper beside them."""
+def bag_of(
+    record: Record,
+    folder: Path,
+    storage: StoragePlugin = StoragePlugin.MCAP,
+    *,
+    rate: float | None = None,
+    effort: float | None = None,
+    apart: bool = False,
+) -> Path:
+    """A ROS 2 bag of the record, its joints in the other order and a gripper beside them.
+
+    rate: of every joint in every message; effort: in place of the record's; apart: the gripper has
+    messages of its own.
+    """
     types = get_typestore(Stores.ROS2_JAZZY)
     message, stamp = (types.types[name] for name in (JOINT_STATE, TIME))
     header = types.types["std_msgs/msg/Header"]
@@ -194,16 +259,54 @@ def bag_of(record: Record, folder: Path, storage: StoragePlugin) -> Path:
         bag.add_connection("/chatter", "std_msgs/msg/String", typestore=types)
         for time, angles, torques in zip(record.time, record.angles, record.torques, strict=True):
             nanoseconds = 1_700_000_000 * 10**9 + round(1e9 * time)
-            state = message(
-                header(stamp(*divmod(nanoseconds, 10**9)), "base"),
-                ["elbow", "gripper", "shoulder"],
-                np.array([angles[1], 0.5, angles[0]]),
-                np.array([]),
-                np.array([torques[1], 0.0, torques[0]]),
-            )
-            raw = types.serialize_cdr(state, message.__msgtype__)
-            bag.write(topic, nanoseconds + 1000, raw)
+            own = header(stamp(*divmod(nanoseconds, 10**9)), "base")
+            names, places = ["elbow", "gripper", "shoulder"], [angles[1], 0.5, angles[0]]
+            efforts = [torques[1], 0.0, torques[0]]
+            if apart:
+                bag.write(
+                    *_packed(
+                        types,
+                        topic,
+                        message(own, ["gripper"], *map(np.array, ([0.5], [], []))),
+                        nanoseconds,
+                    )
+                )
+            if effort is not None:
+                efforts = [effort] * 3
+            rates = [] if rate is None else [rate] * 3
+            state = message(own, names, *map(np.array, (places, rates, efforts)))
+            bag.write(*_packed(types, topic, state, nanoseconds + 1000))
     return folder
+
+
+def _packed(types: Any, topic: Any, state: Any, nanoseconds: int) -> tuple[Any, int, Any]:
+    return topic, nanoseconds, types.serialize_cdr(state, state.__msgtype__)
+
+
+JOINTS = ("shoulder", "elbow")
+FILLED = {
+    "zero rates": ({"rate": 0.0}, "the rates are 0 or no number in every row"),
+    "no rates": ({"rate": np.nan}, "the rates are 0 or no number in every row"),
+    "no efforts": ({"effort": np.nan}, "the torques are no number in every row"),
+    "a gripper": ({"apart": True}, "600 messages without any joint of the arm are left out"),
+}
+
+
+@pytest.mark.parametrize("case", FILLED)
+def test_what_publishers_fill_in_counts_as_not_stated(record, tmp_path, case):
+    given, said = FILLED[case]
+    found = read_record(bag_of(record, tmp_path / "bag", **given), 2, named=JOINTS)
+    assert len(found.notes) == 1
+    assert found.notes[0].startswith(said)
+    assert np.array_equal(found.angles, record.angles)
+    assert found.rates is None
+    assert (found.torques is None) == (case == "no efforts")
+
+
+def test_a_bag_of_other_joints_is_one_line(record, tmp_path):
+    folder = bag_of(record, tmp_path / "bag")
+    with pytest.raises(InputError, match="has no joint arm_1; message 1 has elbow, gripper, shou"):
+        read_record(folder, 2, named=("arm_1", "arm_2"))
 
 
 @pytest.mark.parametrize("storage", StoragePlugin)

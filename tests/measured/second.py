@@ -1,0 +1,555 @@
+"""A second program for what `compare` says: NumPy and Pinocchio, nothing of crosscheck.
+
+It reads a record's CSV file and the content of an arm's TOML file, of two geared joints, and works
+out every number of the comparison anew: splines by de Boor's recursion, their noise in an
+orthonormal basis, torques and their slopes by Pinocchio's recursions, spinning gears as a constant
+matrix, estimates by singular values, runs by a closed form of the equations of motion.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from copy import deepcopy
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+LEVELS = ("links", "carriers", "armature", "coupled")
+DEGREE = 5
+FIELDS = ("mass_kg", "inertia_kg_m2", "density_kg_per_m3", "friction_N_m_s_per_rad")
+
+
+def read(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times (rows,), angles and torques (rows, joints) of a CSV file in SI units."""
+    head, *lines = path.read_text().splitlines()
+    table = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    columns = dict(zip(head.split(","), table.T, strict=True))
+    angles = np.column_stack([columns["theta_1_rad"], columns["theta_2_rad"]])
+    return (
+        columns["t_s"],
+        angles,
+        np.column_stack([columns["torque_1_N_m"], columns["torque_2_N_m"]]),
+    )
+
+
+class Bodies:
+    """A rigid level of an arm: a tree of two links in Pinocchio, and the matrix of its gears."""
+
+    def __init__(self, content: Mapping[str, Any], level: str) -> None:
+        links, joints = content["links"], content["joints"]
+        first = float(links[0]["length_m"])
+        self.friction = np.array([joint["friction_N_m_s_per_rad"] for joint in joints])
+        self.gears = np.zeros((2, 2))
+        tree = pin.Model()
+        tree.gravity.linear = np.array([*content["gravity_m_per_s2"], 0.0])
+        for number, place in enumerate((0.0, first)):
+            at = pin.SE3(np.eye(3), np.array([place, 0.0, 0.0]))
+            tree.addJoint(number, pin.JointModelRZ(), at, f"joint {number}")
+
+        def put(number: int, mass: float, x: float, inertia: float) -> None:
+            turning = np.diag([0.0, 0.0, inertia])
+            body = pin.Inertia(float(mass), np.array([float(x), 0.0, 0.0]), turning)
+            tree.appendBodyToJoint(number + 1, body, pin.SE3.Identity())
+
+        for number, link in enumerate(links):
+            put(number, *_of_link(link))
+        put(1, content["payload_mass_kg"], links[1]["length_m"], 0.0)
+        for number, joint in enumerate(joints) if level != "links" else ():
+            count, masses = joint["planet_count"], joint["sun_mass_kg"]
+            masses += joint["carrier_mass_kg"] + joint["ring_mass_kg"]
+            masses += count * joint["planet_mass_kg"]
+            radius = joint["module_m"] * (joint["sun_teeth"] + joint["planet_teeth"]) / 2
+            orbit = count * joint["planet_mass_kg"] * radius**2
+            put(number, 0.0, 0.0, _inertia(joint, "carrier") + orbit)
+            if number:  # what stands on the base does not move
+                put(0, masses, first, joint["ring_inertia_kg_m2"])
+            if level == "carriers":
+                continue
+            before = np.arange(2) < number if level == "coupled" else np.zeros(2)
+            own = np.arange(2) == number
+            for gear, turns, times in (
+                ("sun", 1 + joint["ring_teeth"] / joint["sun_teeth"], 1),
+                ("planet", 1 - joint["ring_teeth"] / joint["planet_teeth"], count),
+            ):
+                spin = before + turns * own
+                self.gears += times * _inertia(joint, gear) * np.outer(spin, spin)
+        self.tree, self.data = tree, tree.createData()
+
+    def torques(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """Torques of the motors (rows, 2) [N m]."""
+        held = [pin.rnea(self.tree, self.data, *row) for row in zip(q, v, a, strict=True)]
+        return np.array(held) + a @ self.gears + self.friction * v
+
+    def slopes(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Slopes of the torques by angles, rates and accelerations, each (rows, 2, 2)."""
+        by_angle, by_rate, by_acceleration = [], [], []
+        for row in zip(q, v, a, strict=True):
+            pin.computeRNEADerivatives(self.tree, self.data, *row)
+            by_angle.append(self.data.dtau_dq.copy())
+            by_rate.append(self.data.dtau_dv + np.diag(self.friction))
+            upper = np.triu(self.data.M)
+            by_acceleration.append(upper + np.triu(upper, 1).T + self.gears)
+        return np.array(by_angle), np.array(by_rate), np.array(by_acceleration)
+
+    def closed_form(self) -> np.ndarray:
+        """Coefficients of M's, the rates' and the weights' sines and cosines, as one array."""
+        still = np.zeros(2)
+        straight, bent = (
+            np.triu(pin.crba(self.tree, self.data, np.array([0.0, angle])))
+            for angle in (0.0, np.pi / 2)
+        )
+        lever = straight[0, 1] - bent[0, 1]
+        own = bent + np.triu(bent, 1).T + self.gears
+        held = [  # weights at angles 0, 0 and pi/2, 0
+            pin.rnea(self.tree, self.data, np.array([angle, 0.0]), still, still)
+            for angle in (0.0, np.pi / 2)
+        ]
+        outer = [each[1] for each in held]
+        inner = [each[0] - each[1] for each in held]
+        return np.array([*own.ravel(), lever, *inner, *outer, *self.friction])
+
+
+def _of_link(link: Mapping[str, Any]) -> tuple[float, float, float]:
+    """Mass [kg], centre [m], inertia about it [kg m^2]."""
+    if "mass_kg" in link:
+        return link["mass_kg"], link["com_m"], link["inertia_kg_m2"]
+    mass = link["cross_section_m2"] * link["density_kg_per_m3"] * link["length_m"]
+    return mass, link["com_m"], mass * link["length_m"] ** 2 / 12
+
+
+def _inertia(joint: Mapping[str, Any], part: str) -> float:
+    if f"{part}_inertia_kg_m2" in joint:
+        return float(joint[f"{part}_inertia_kg_m2"])
+    teeth = {"sun": joint["sun_teeth"], "planet": joint["planet_teeth"]}
+    teeth["carrier"] = teeth["sun"] + teeth["planet"]
+    radius = (
+        joint["module_m"] * teeth[part] / 2 * math.cos(math.radians(joint["pressure_angle_deg"]))
+    )
+    return float(joint[f"{part}_equivalent_mass_kg"] * radius**2)
+
+
+def paths(content: Any, path: str = "arm") -> Iterator[tuple[str, float]]:
+    """Every number of the content on which torques depend linearly, by its path."""
+    entries = content.items() if isinstance(content, dict) else enumerate(content)
+    for name, value in entries:
+        if isinstance(value, dict | list):
+            yield from paths(value, f"{path}.{name}")
+        elif str(name).endswith(FIELDS):
+            yield f"{path}.{name}", float(value)
+
+
+def with_value(content: Mapping[str, Any], path: str, value: float) -> Mapping[str, Any]:
+    """The content with another number at a path."""
+    changed = deepcopy(content)
+    inside: Any = changed
+    *way, last = path.split(".")[1:]
+    for step in way:
+        inside = inside[int(step) if step.isdigit() else step]
+    inside[last] = value
+    return changed
+
+
+def splines(time: np.ndarray, knots: np.ndarray, degree: int, derivative: int = 0) -> np.ndarray:
+    """B-splines or their derivatives at times (rows, size), by the recursion in their degree."""
+    if derivative:
+        below = splines(time, knots, degree - 1, derivative - 1)
+        spans = np.array([knots[i + degree] - knots[i] for i in range(len(knots) - degree)])
+        share = np.divide(degree, spans, out=np.zeros_like(spans), where=spans > 0)
+        return below[:, :-1] * share[:-1] - below[:, 1:] * share[1:]
+    if degree == 0:
+        last = np.flatnonzero(knots < knots[-1])[-1]
+        found = (knots[:-1] <= time[:, None]) & (time[:, None] < knots[1:])
+        found[time == knots[-1], last] = True
+        return found.astype(float)
+    below, found = splines(time, knots, degree - 1), []
+    for i in range(len(knots) - degree - 1):
+        rise, fall = knots[i + degree] - knots[i], knots[i + degree + 1] - knots[i + 1]
+        left = (time - knots[i]) / rise * below[:, i] if rise else 0 * time
+        right = (knots[i + degree + 1] - time) / fall * below[:, i + 1] if fall else 0 * time
+        found.append(left + right)
+    return np.column_stack(found)
+
+
+def knots_of(time: np.ndarray, spacing: int) -> np.ndarray:
+    """Knots with equally many samples between them."""
+    count = max(round((len(time) - 1) / spacing), 1)
+    inner = np.interp(np.linspace(0, len(time) - 1, count + 1), np.arange(len(time)), time)
+    return np.array([inner[0]] * DEGREE + [*inner] + [inner[-1]] * DEGREE)
+
+
+def spacing_of(time: np.ndarray, angles: np.ndarray) -> int:
+    """Half of the most samples between knots that leave no more than noise (8192 rows at most)."""
+    possible = [2**power for power in range(2, 11) if len(time) >= 8 * 2**power]
+    variances = []
+    for spacing in possible:
+        basis = splines(time, knots_of(time, spacing), DEGREE)
+        variances.append(_noise(np.linalg.qr(basis)[0], angles) ** 2)
+    limit = (1 + 3 * np.sqrt(2 / len(time))) * variances[0]
+    enough = 0
+    while enough + 1 < len(possible) and (variances[enough + 1] <= limit).all():
+        enough += 1
+    return possible[max(enough - 1, 0)]
+
+
+def _noise(ortho: np.ndarray, signal: np.ndarray) -> np.ndarray:
+    """Standard deviation about the splines, for as many degrees of freedom as they leave."""
+    apart = signal - ortho @ (ortho.T @ signal)
+    return np.sqrt((apart**2).sum(axis=0) / (len(ortho) - ortho.shape[1]))
+
+
+class Piece(NamedTuple):
+    """Rows with their spline; ortho, first and second: of the orthonormal basis, (rows, size)."""
+
+    time: np.ndarray
+    recorded: np.ndarray
+    torques: np.ndarray
+    ortho: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    angle_noise: np.ndarray
+    torque_noise: np.ndarray
+
+    @property
+    def motion(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Angles, rates and accelerations (rows, joints)."""
+        places = self.ortho.T @ self.recorded
+        return self.ortho @ places, self.first @ places, self.second @ places
+
+
+def pieces(time: np.ndarray, angles: np.ndarray, torques: np.ndarray, spacing: int) -> list[Piece]:
+    """The record in pieces of some 64 intervals between knots."""
+    count = max(round(len(time) / (64 * spacing)), 1)
+    edges = np.linspace(0, len(time), count + 1).round().astype(int)
+    found = []
+    for begin, end in pairwise(edges):
+        own = slice(begin, end)
+        knots = knots_of(time[own], spacing)
+        basis, *slopes = (splines(time[own], knots, DEGREE, order) for order in range(3))
+        ortho, upper = np.linalg.qr(basis)
+        first, second = (np.linalg.solve(upper.T, slope.T).T for slope in slopes)
+        noises = _noise(ortho, angles[own]), _noise(ortho, torques[own])
+        found.append(Piece(time[own], angles[own], torques[own], ortho, first, second, *noises))
+    return found
+
+
+def covariance(piece: Piece, bodies: Bodies) -> np.ndarray:
+    """Of the residual in the orthonormal basis, (joints, size, joints, size)."""
+    by_angle, by_rate, by_acceleration = bodies.slopes(*piece.motion)
+    size = piece.ortho.shape[1]
+    found = np.zeros((2, size, 2, size))
+    for source in range(2):
+        moved = [  # of each joint's residual, by the coefficients of one joint's angles
+            piece.ortho.T
+            @ (
+                by_angle[:, joint, source, None] * piece.ortho
+                + by_rate[:, joint, source, None] * piece.first
+                + by_acceleration[:, joint, source, None] * piece.second
+            )
+            for joint in range(2)
+        ]
+        for one, other in np.ndindex(2, 2):
+            found[one, :, other] += piece.angle_noise[source] ** 2 * moved[one] @ moved[other].T
+    for joint in range(2):
+        found[joint, :, joint] += piece.torque_noise[joint] ** 2 * np.eye(size)
+    return found
+
+
+class LevelNumbers(NamedTuple):
+    """Of one level: its fit, and what its whitened residual and covariance are, piece by piece."""
+
+    chi2: float
+    freedom: int
+    spread: float
+    residual: np.ndarray
+    noise: np.ndarray
+    whitened: np.ndarray
+    factors: list[np.ndarray]
+
+
+def level_numbers(own: list[Piece], bodies: Bodies) -> LevelNumbers:
+    """The fit of a level over all pieces."""
+    rows, spread = sum(len(piece.time) for piece in own), 0.0
+    residual, noise = np.zeros(2), np.zeros(2)
+    whitened, factors = [], []
+    for piece in own:
+        left = piece.ortho.T @ (piece.torques - bodies.torques(*piece.motion))
+        blocks = covariance(piece, bodies)
+        residual += (left**2).sum(axis=0)
+        noise += [np.trace(blocks[joint, :, joint]) for joint in range(2)]
+        flat = blocks.reshape(left.size, left.size)
+        factor = np.linalg.cholesky(flat)
+        spread += 2 * np.log(np.diag(factor)).sum()
+        factors.append(factor)
+        whitened.append(np.linalg.solve(factor, left.T.ravel()))
+    all_of_it = np.concatenate(whitened)
+    rms = np.sqrt(residual / rows), np.sqrt(noise / rows)
+    return LevelNumbers(
+        float(all_of_it @ all_of_it), all_of_it.size, spread, *rms, all_of_it, factors
+    )
+
+
+def column(own: list[Piece], factors: list[np.ndarray], slopes: list[np.ndarray]) -> np.ndarray:
+    """A whitened column of the torques' slopes (rows, joints) by a parameter, piece by piece."""
+    return np.concatenate(
+        [
+            np.linalg.solve(factor, (piece.ortho.T @ slope).T.ravel())
+            for piece, factor, slope in zip(own, factors, slopes, strict=True)
+        ]
+    )
+
+
+def columns_of(
+    own: list[Piece], content: Mapping[str, Any], level: str, factors: list[np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Whitened columns of every parameter, by path: torques are linear in each."""
+    base = [Bodies(content, level).torques(*piece.motion) for piece in own]
+    found = {}
+    for path, value in paths(content):
+        more = Bodies(with_value(content, path, value + 1.0), level)
+        slopes = [
+            more.torques(*piece.motion) - before for piece, before in zip(own, base, strict=True)
+        ]
+        found[path] = column(own, factors, slopes)
+    return found
+
+
+class Numbers:
+    """Every number that a comparison of a record file with an arm says."""
+
+    def __init__(
+        self, path: Path, content: Mapping[str, Any], tolerances: Mapping[str, float]
+    ) -> None:
+        self.content, self.tolerances = content, tolerances
+        self.time, self.angles, self.torques = read(path)
+        self.samples = spacing_of(self.time, self.angles)
+        self.pieces = pieces(self.time, self.angles, self.torques, self.samples)
+        self.spacing_s = self.samples * (self.time[-1] - self.time[0]) / (len(self.time) - 1)
+        self.levels = {
+            level: level_numbers(self.pieces, Bodies(content, level)) for level in LEVELS
+        }
+        least = min(self.levels.values(), key=lambda level: level.chi2)
+        scale = max(least.chi2 / least.freedom, 1.0)
+        self.surprise = {
+            name: (own.chi2 / scale + own.spread) / 2 for name, own in self.levels.items()
+        }
+        self.best = min(self.surprise, key=lambda name: self.surprise[name])
+        self._columns: dict[str, dict[str, np.ndarray]] = {}
+
+    def ratio(self, level: str) -> float:
+        """How many times more likely the best level is."""
+        return math.exp(min(self.surprise[level] - self.surprise[self.best], 690.0))
+
+    def mean_noise(self, name: str) -> np.ndarray:
+        """Of one sample, over the pieces."""
+        return np.sqrt(np.mean([getattr(piece, name) ** 2 for piece in self.pieces], axis=0))
+
+    def columns(self, level: str) -> dict[str, np.ndarray]:
+        """Whitened columns of the parameters of a level."""
+        if level not in self._columns:
+            factors = self.levels[level].factors
+            self._columns[level] = columns_of(self.pieces, self.content, level, factors)
+        return self._columns[level]
+
+    def alone(self, level: str, path: str) -> dict[str, float]:
+        """A parameter as if it alone were wrong."""
+        return self._estimates(level, {path: self.columns(level)[path]})[path]
+
+    def together(self, level: str, chosen: list[str]) -> dict[str, dict[str, float]]:
+        """The chosen parameters at once."""
+        return self._estimates(level, {path: self.columns(level)[path] for path in chosen})
+
+    def _estimates(
+        self, level: str, columns: Mapping[str, np.ndarray]
+    ) -> dict[str, dict[str, float]]:
+        own, table = self.levels[level], np.column_stack([*columns.values()])
+        size = np.linalg.norm(table, axis=0)
+        left, singular, right = np.linalg.svd(table / size, full_matrices=False)
+        more = right.T @ ((left.T @ own.whitened) / singular)
+        rest = own.whitened - (table / size) @ more
+        remains = float(rest @ rest) / own.freedom
+        variances = ((right.T / singular) ** 2).sum(axis=1)
+        values = dict(paths(self.content))
+        found = {}
+        for place, path in enumerate(columns):
+            uncertainty = math.sqrt(max(remains, 1.0) * variances[place]) / size[place]
+            found[path] = {
+                "in_the_file": values.get(path, 0.0),
+                "estimate": values.get(path, 0.0) + more[place] / size[place],
+                "half_of_95_percent_interval": 1.96 * uncertainty,
+                "standard_uncertainty": uncertainty,
+                "chi2_falls_by": more[place] ** 2 / variances[place],
+                "chi2_per_degree_of_freedom_left": remains,
+            }
+        return found
+
+    def condition(self, level: str, chosen: list[str]) -> float:
+        """Of the chosen columns, each of length 1."""
+        table = np.column_stack([self.columns(level)[path] for path in chosen])
+        values = np.linalg.svd(table / np.linalg.norm(table, axis=0), compute_uv=False)
+        return float(values[0] / values[-1])
+
+    def mixture(self, level: str, chosen: list[str], path: str) -> tuple[np.ndarray, float]:
+        """How much each chosen parameter holds of another, and what of its column is left."""
+        table = np.column_stack([self.columns(level)[each] for each in chosen])
+        size, own = np.linalg.norm(table, axis=0), self.columns(level)[path]
+        shares = np.linalg.lstsq(table / size, own, rcond=None)[0]
+        left = np.linalg.norm(own - (table / size) @ shares) / np.linalg.norm(own)
+        return shares / size, float(left)
+
+    def friction(self, level: str) -> tuple[dict[str, dict[str, float]], float]:
+        """Friction of both joints at once, and by how much chi squared falls."""
+        columns = {}
+        for joint in range(2):
+            path = f"arm.joints.{joint}.friction_N_m_s_per_rad"
+            columns[path] = self.columns(level)[path]
+        for joint in range(2):
+            slopes = []
+            for piece in self.pieces:
+                slope = np.zeros_like(piece.torques)
+                slope[:, joint] = np.sign(piece.motion[1][:, joint])
+                slopes.append(slope)
+            columns[f"coulomb {joint}"] = column(self.pieces, self.levels[level].factors, slopes)
+        found = self._estimates(level, columns)
+        own = self.levels[level]
+        left = found["coulomb 0"]["chi2_per_degree_of_freedom_left"] * own.freedom
+        return found, own.chi2 - left
+
+    def curve(self, content: Mapping[str, Any], level: str) -> tuple[np.ndarray, np.ndarray]:
+        """Smoothed residual and its standard deviation, each (rows, 2) [N m]."""
+        bodies, residuals, deviations = Bodies(content, level), [], []
+        for piece in self.pieces:
+            left = piece.ortho.T @ (piece.torques - bodies.torques(*piece.motion))
+            residuals.append(piece.ortho @ left)
+            of_basis = covariance(piece, bodies)
+            deviations.append(
+                [
+                    np.sqrt(((piece.ortho @ of_basis[joint, :, joint]) * piece.ortho).sum(axis=1))
+                    for joint in range(2)
+                ]
+            )
+        return np.concatenate(residuals), np.concatenate([np.transpose(d) for d in deviations])
+
+    def windows(self, level: str) -> list[dict[str, Any]]:
+        """Runs of a level in the terms of ASME V&V 20, one in each piece."""
+        return [self._window(piece, level) for piece in self.pieces]
+
+    def _window(self, piece: Piece, level: str) -> dict[str, Any]:
+        rows = len(piece.time)
+        edge = rows // 8
+        inner = slice(edge, rows - edge)
+        clock, torques = piece.time[inner] - piece.time[edge], piece.torques[inner]
+        smooth, rates, _ = piece.motion
+        of_data = np.linalg.norm(piece.ortho[inner], axis=1)[:, None] * piece.angle_noise
+        of_slope = np.linalg.norm(piece.first[edge]) * piece.angle_noise
+        nominal = Bodies(self.content, level).closed_form()
+        runs = [(nominal, smooth[edge], rates[edge], torques)]
+        for joint in range(2):
+            for moved in (0, 1):
+                start = [smooth[edge].copy(), rates[edge].copy()]
+                start[moved][joint] += (of_data[0], of_slope)[moved][joint]
+                runs.append((nominal, *start, torques))
+        draw = np.random.default_rng(0)
+        runs += [
+            (nominal, smooth[edge], rates[edge], torques + piece.torque_noise * noise)
+            for noise in (draw.normal(size=torques.shape) for _ in range(8))
+        ]
+        values = dict(paths(self.content))
+        for path, share in self.tolerances.items():
+            other = with_value(self.content, path, values[path] * (1 + share))
+            runs.append((Bodies(other, level).closed_form(), smooth[edge], rates[edge], torques))
+        steps = max(len(clock) - 1, 1000)
+        found = integrated(runs, clock, steps)
+        finer = integrated(runs[:1], clock, 2 * steps)[0]
+        apart = found - found[0]
+        variance = (apart[1:5] ** 2).sum(axis=0) + (apart[13:] ** 2).sum(axis=0)
+        inputs = np.sqrt(variance + (apart[5:13] ** 2).mean(axis=0))
+        numerical, error = np.abs(found[0] - finer), finer - smooth[inner]
+        validation = np.sqrt(numerical**2 + inputs**2 + of_data**2)
+        outside = (np.abs(error) > 3 * validation).any(axis=1)
+        last = int(np.argmax(outside)) if outside.any() else len(clock) - 1
+        return {
+            "from_s": piece.time[edge],
+            "to_s": piece.time[rows - edge - 1],
+            "stays_s": clock[last],
+            "within_2_u_val": float((np.abs(error) <= 2 * validation).mean()),
+            "last_E_rad": error[-1],
+            "last_u_num_rad": numerical[-1],
+            "last_u_input_rad": inputs[-1],
+            "last_u_D_rad": of_data[-1],
+            "last_u_val_rad": validation[-1],
+            "E": error,
+            "u_val": validation,
+        }
+
+
+def integrated(
+    runs: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]],
+    clock: np.ndarray,
+    steps: int,
+) -> np.ndarray:
+    """Angles (runs, rows, 2) of Runge and Kutta's fourth-order method, all runs side by side."""
+    forms = np.array([form for form, *_ in runs]).T
+    q, v = (np.array([run[place] for run in runs]) for place in (1, 2))
+    step = clock[-1] / steps
+    halves = np.arange(2 * steps + 1) * step / 2
+    driven = np.array(
+        [
+            [np.interp(halves, clock, torques[:, joint]) for joint in range(2)]
+            for *_, torques in runs
+        ]
+    )
+
+    def acceleration(half: int, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        m11, m12, _, m22, lever, across, along, tip_across, tip_along, one, two = forms
+        cosine, sine = np.cos(q[:, 1]), np.sin(q[:, 1])
+        torque = driven[:, :, half] - np.column_stack([one * v[:, 0], two * v[:, 1]])
+        turned = q[:, 0] + q[:, 1]
+        outer = tip_across * np.cos(turned) + tip_along * np.sin(turned)
+        torque[:, 0] -= across * np.cos(q[:, 0]) + along * np.sin(q[:, 0]) + outer
+        torque[:, 0] += lever * sine * (2 * v[:, 0] + v[:, 1]) * v[:, 1]
+        torque[:, 1] -= outer + lever * sine * v[:, 0] ** 2
+        a, b, d = m11 + 2 * lever * cosine, m12 + lever * cosine, m22
+        solved = d * torque[:, 0] - b * torque[:, 1], a * torque[:, 1] - b * torque[:, 0]
+        return np.column_stack(solved) / (a * d - b * b)[:, None]
+
+    places, slopes = [q], [v]
+    for number in range(steps):
+        at = 2 * number
+        k1 = acceleration(at, q, v)
+        k2 = acceleration(at + 1, q + step / 2 * v, v + step / 2 * k1)
+        k3 = acceleration(at + 1, q + step / 2 * (v + step / 2 * k1), v + step / 2 * k2)
+        k4 = acceleration(at + 2, q + step * (v + step / 2 * k2), v + step * k3)
+        q = q + step * v + step**2 / 6 * (k1 + k2 + k3)
+        v = v + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        places.append(q)
+        slopes.append(v)
+    whole, rates = np.array(places), np.array(slopes)
+    left = np.minimum((clock / step + 1e-9).astype(int), steps - 1)
+    part = (clock - left * step)[:, None, None] / step
+    one, other = whole[left], whole[left + 1]
+    first, last = step * rates[left], step * rates[left + 1]
+    found = one + part * first + part**2 * (3 * (other - one) - 2 * first - last)
+    return (found + part**3 * (2 * (one - other) + first + last)).transpose(1, 0, 2)
+
+
+def write_record(path: Path, content: Mapping[str, Any], level: str, coulomb: float = 0.0) -> None:
+    """A record of a level at uneven times, with noise unlike at its joints."""
+    draw = np.random.default_rng(4)
+    time = np.cumsum(draw.uniform(2.5e-3, 3.5e-3, ROWS))
+    waves = 2 * np.pi * np.array([[0.7, 1.9], [0.9, 2.6]])
+    sizes = np.array([[0.5, 0.12], [0.7, 0.1]])
+    turned = waves * time[:, None, None] + np.array([[0.3, 1.1], [2.0, 4.0]])
+    q = (sizes * np.sin(turned)).sum(axis=2)
+    v = (sizes * waves * np.cos(turned)).sum(axis=2)
+    a = -(sizes * waves**2 * np.sin(turned)).sum(axis=2)
+    torques = Bodies(content, level).torques(q, v, a) + coulomb * np.array([1.0, 0.4]) * np.sign(v)
+    q = q + np.array([2e-5, 6e-6]) * draw.normal(size=q.shape)
+    torques = torques + np.array([0.4, 0.07]) * draw.normal(size=q.shape)
+    names = "t_s,theta_1_rad,theta_2_rad,torque_1_N_m,torque_2_N_m"
+    table = np.column_stack([time, q, torques])
+    np.savetxt(path, table, delimiter=",", header=names, comments="", fmt="%.17g")
+
+
+ROWS = 800
