@@ -73,6 +73,13 @@ def is_robot(name: str) -> bool:
     return describe_xml_kind(text) is not None or "urdf" in _parse(text, name, "arms")
 
 
+def is_urdf(name: str) -> bool:
+    """Whether a robot's name is that of a URDF, whatever the file is called. Raises InputError."""
+    if name in builtin_robots() or Path(name).suffix == URDF:
+        return name not in builtin_robots()
+    return describe_xml_kind(_text(name, "robots")) in (XmlKind.URDF, XmlKind.XACRO)
+
+
 def read_toml(path: Path) -> dict[str, Any]:
     """The content of a TOML file that has no built-in name. Raises InputError."""
     return _read(str(path), "")
