@@ -228,9 +228,7 @@ def _measured(
         "forward dynamics": [
             _share((apart["forward dynamics"] * diagonal).max(axis=1) * values[:, 0], held + given)
         ],
-        "energy": [
-            _share(apart["energy"], motion**2 / 2 + weight * np.sqrt(mass) * farthest)
-        ],
+        "energy": [_share(apart["energy"], motion**2 / 2 + weight * np.sqrt(mass) * farthest)],
         "momentum": [
             _share(own.max(axis=1), motion * most) for own, most in zip(*momenta, strict=True)
         ],

@@ -162,7 +162,9 @@ def _require_regular(
     free = [number for number, joint in enumerate(joints) if joint.mimic is None]
     for number, size in zip(free, sizes, strict=True):
         if size == 0:
-            allowed = f"must have inertia about the axis of joint {joints[number].name}, or mass off it"
+            allowed = (
+                f"must have inertia about the axis of joint {joints[number].name}, or mass off it"
+            )
             raise InputError(where, links[number], None, allowed)
     values = np.linalg.svd(root / sizes, compute_uv=False)
     if values[-1] ** 2 < SINGULAR:
@@ -257,9 +259,7 @@ def _reach(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> float:
     return max(length + float(np.linalg.norm(body.com)) for length, body in ends)
 
 
-def _held_root(
-    urdf: Urdf, frames: dict[str, LinkFrame], joints: Sequence[Joint]
-) -> Iterator[str]:
+def _held_root(urdf: Urdf, frames: dict[str, LinkFrame], joints: Sequence[Joint]) -> Iterator[str]:
     """A line where a base with mass carries several limbs, as of what walks or flies."""
     mass = sum(
         link.body.mass for link in urdf.links if link.body and frames[link.name].body == BASE

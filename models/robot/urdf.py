@@ -229,9 +229,7 @@ class _Reader:
         text = None if element is None else element.get(field.split(".")[1])
         return default if text is None else self._parsed(text, field, 3, FARTHEST)
 
-    def _parsed(
-        self, text: str | None, field: str, count: int, most: float
-    ) -> tuple[float, ...]:
+    def _parsed(self, text: str | None, field: str, count: int, most: float) -> tuple[float, ...]:
         wanted = "a number" if count == 1 else f"{count} numbers"
         if text is None:
             raise self._error(field, None, f"is missing; must be {wanted}")

@@ -309,7 +309,9 @@ def test_a_mass_of_nothing_on_what_is_fixed_is_merged():
     """2 kg and an inertia of 0.01 kg m^2, 0.1 m off the axis: M = 0.03 kg m^2."""
     arm = Solid(2.0, (0, 0.1, 0), (0.01, 0, 0, 0.01, 0, 0.01))
     tool = Solid(1e-15, inertia=(1e-11, 0, 0, 1e-11, 0, 1e-11))
-    own = robot(urdf(GROUND, link("arm", arm), link("t", tool), TURN, joint("f", "arm", "t", "fixed")))
+    own = robot(
+        urdf(GROUND, link("arm", arm), link("t", tool), TURN, joint("f", "arm", "t", "fixed"))
+    )
     assert own.told == ()
     for engine in ENGINES:
         assert model_of(engine, own, "links").mass_matrix(np.zeros((1, 1))) == pytest.approx(0.03)
