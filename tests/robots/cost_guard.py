@@ -1,27 +1,22 @@
 """What is wrong with a cost: its record beside a second program, its views beside the record."""
 
-import html
-import json
-import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import pytest
 
-from crosscheck.cost import agreement, cost
-from crosscheck.cost.cost import QUICK, Cost, cost_of
-from crosscheck.cost.motion import GRID, excitation
-from crosscheck.cost.output import cost_json, cost_page, first_lines, lines, torque_figure
+from crosscheck.cost import cost, motion
+from crosscheck.cost.cost import QUICK, Cost
 from crosscheck.models.robot.robot import Robot
 from tests.robots import chains
 from tests.robots.chains import Solid, geared, joint, link, planetary, teeth, urdf
-from tests.robots.recomputed import RobotFiles, SecondCost
+from tests.robots.recomputed import Lagrangian, RobotFiles, SecondCost
 
-EXTENT = replace(QUICK, states=2, instants=100, runs=3, steps=20, most_steps=150)
-SAME = 1e-8  # of a size: rounding of slopes and runs of 20 steps
+EXTENT = replace(QUICK, states=2, instants=60, runs=3, steps=8, most_steps=60)
+SAME = 1e-8  # of a size: rounding of slopes and of runs
 PRINTED = 6e-3  # of a number of three digits; of two it is ten times as much
 UNLIKE = Solid(1.7, (0.11, -0.04, 0.07), (0.03, 0.004, -0.006, 0.05, 0.002, 0.06), (0.3, -0.2, 0.5))
 
@@ -42,7 +37,7 @@ OBLIQUE = RobotFiles(
         link("tool"),
         joint(
             *("one", "ground", "a", "revolute", (0.2, 0.3, 0.9), (0.1, 0.2, 0.3), (0.1, 0.2, 0.4)),
-            more=_limit(-0.6, 1.7, 1.1, 19),
+            more=_limit(-0.6, 1.7, 1.1, 9),
         ),
         joint("two", "a", "b", "continuous", (1, 0.1, 0), (0.3, 0.0, 0.1), (0.5, -0.4, 0.7)),
         joint("fixed", "b", "plate", "fixed", at=(0.1, 0.1, 0.0), rpy=(0.2, 0.6, -0.3)),
@@ -60,9 +55,9 @@ OBLIQUE = RobotFiles(
     {
         "one": geared(9.0),
         "two": geared(
-            -7.0, 0.02, stator="plate", rotor_axis=[0.5, 0.5, 0.2], mesh=teeth(0.1, 200.0, 3.0, 1e-3)
+            -7.0, 0.02, stator="plate", rotor_axis=[0.5, 0.5, 0.2], mesh=teeth(0.1, 20.0, 1.0, 1e-3)
         ),
-        "three": geared(30.0, 2e-3, mesh=teeth(0.06, 250.0, 2.0, 2e-3)),
+        "three": geared(30.0, 2e-3, mesh=teeth(0.06, 15.0, 0.5, 2e-3)),
         "four": geared(-12.0, 4e-4),
     },
     (1.0, 2.0, -9.0),
@@ -88,27 +83,31 @@ def robot(name: str) -> Robot:
     return chains.robot(files.urdf, files.joints, gravity_m_per_s2=list(files.gravity))
 
 
-def found_cost(name: str, engines: bool = False) -> Cost:
-    """The program's cost; engines: whether they are compared, too."""
+def found_cost(name: str, runs: int = EXTENT.runs, engines: bool = False) -> Cost:
+    """The program's cost with so many runs; engines: whether they are compared, too."""
     with pytest.MonkeyPatch.context() as patch:
         if not engines:
             patch.setattr(cost, "compared", lambda robot, states: [])
-        return cost_of(robot(name), 3, EXTENT, lambda *doing: None)
+        return cost.cost_of(robot(name), 3, replace(EXTENT, runs=runs), lambda *doing: None)
 
 
 @lru_cache
-def second_cost(name: str, angles: bytes, shape: tuple[int, int], period: float) -> SecondCost:
+def second_cost(
+    name: str, angles: bytes, shape: tuple[int, int], period: float, runs: int
+) -> SecondCost:
     """The second program's, of a motion by its angles."""
     time = period * np.arange(shape[0]) / shape[0]
     q = np.frombuffer(angles).reshape(shape)
-    return SecondCost(FILES[name], time, q, EXTENT.runs, EXTENT.steps)
+    return SecondCost(FILES[name], time, q, runs, EXTENT.steps)
 
 
 def second_of(name: str, found: Cost) -> SecondCost:
     """The second program's cost along the motion of the first."""
     q = found.motion.at(found.time)[0]
     step = float(found.time[1] - found.time[0])
-    return second_cost(name, np.ascontiguousarray(q).tobytes(), q.shape, step * len(found.time))
+    return second_cost(
+        name, np.ascontiguousarray(q).tobytes(), q.shape, step * len(found.time), found.extent.runs
+    )
 
 
 def _off(what: str, first: Any, second: Any, size: float | None = None) -> Iterator[str]:
@@ -214,7 +213,9 @@ def _wrong_meshes(found: Cost, second: SecondCost) -> Iterator[str]:
             *(swings[:, number].min(), swings[:, number].max()),
         )
         numbers = mesh.backlash, mesh.windup, mesh.slowest, mesh.fastest
-        for what, own, other in zip(("play", "wind-up", "slow", "fast"), numbers, right, strict=True):
+        for what, own, other in zip(
+            ("play", "wind-up", "slow", "fast"), numbers, right, strict=True
+        ):
             yield from _off(f"{tooth.name}, {what}", own, other)
         unit = "m" if kinds[tooth.joint] == "prismatic" else "rad"
         if (mesh.joint, mesh.unit) != (tooth.joint, unit):
@@ -226,7 +227,16 @@ def _wrong_meshes(found: Cost, second: SecondCost) -> Iterator[str]:
         if found.geared.distances is not None:
             yield "a run that asks for too many steps"
     else:
-        yield from _off("tip of geared", found.geared.distances, second.geared_distances(steps), 0.1)
+        yield from _off(
+            "tip of geared", found.geared.distances, second.geared_distances(steps), 0.1
+        )
+
+
+def wrong_tip(name: str) -> Iterator[str]:
+    """Whether a robot that is read anew has the end effector that its URDF gives."""
+    told, right = robot.__wrapped__(name).tip, Lagrangian(FILES[name]).tip
+    if told != right:
+        yield f"tip {told}, not {right}"
 
 
 def wrong_motion(own: Robot, seed: int) -> Iterator[str]:
@@ -235,8 +245,8 @@ def wrong_motion(own: Robot, seed: int) -> Iterator[str]:
     The joint that is named needs its whole effort, and no other that can bear its weight needs more.
     """
     exact = cost.model_of("analytic", own, "coupled")
-    motion = excitation(exact, seed)
-    q, v, a = motion.at(motion.instants(GRID))
+    drawn = motion.excitation(exact, seed)
+    q, v, a = drawn.at(drawn.instants(motion.GRID))
     torques, held = np.abs(exact.inverse_dynamics(q, v, a)), np.abs(exact.gravity(q))
     used = {}
     for column, number in enumerate(own.coordinates):
@@ -247,13 +257,15 @@ def wrong_motion(own: Robot, seed: int) -> Iterator[str]:
         half = min(half, (upper - lower) / 2)
         swept = np.ptp(q[:, column]) / (0.8 * 2 * half)
         limit = limits.velocity if np.isfinite(limits.velocity) else 1.0
-        rate = np.abs(v[:, column]).max() * motion.period / 4.0 / limit
+        rate = np.abs(v[:, column]).max() * drawn.period / 4.0 / limit
         yield from _off(f"{joint.name}: rate or range", max(swept, rate), 1.0)
-        yield from _off(f"{joint.name}: middle", (q[:, column].max() + q[:, column].min()) / 2, middle, 1)
+        yield from _off(
+            f"{joint.name}: middle", (q[:, column].max() + q[:, column].min()) / 2, middle, 1
+        )
         if held[:, column].max() < limits.effort < np.inf:
             used[joint.name] = torques[:, column].max() / limits.effort
-    named = motion.limited_by
+    named = drawn.limited_by
     if named:
         yield from _off(f"effort of {named}", used.pop(named), 1.0)
-    if (motion.period == 4.0) != (not named) or any(each > 1 + SAME for each in used.values()):
-        yield f"period {motion.period}, limited by {named!r}, efforts {used}"
+    if (drawn.period == 4.0) != (not named) or any(each > 1 + SAME for each in used.values()):
+        yield f"period {drawn.period}, limited by {named!r}, efforts {used}"

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from crosscheck.cost import output
 from crosscheck.cost.cost import Cost
-from crosscheck.cost.output import cost_json, cost_page, lines, torque_figure
 
 PREFIX = {"k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
 AMOUNT = r"(?:below )?[\d.]+ [kmµn]?(?:N m|N|rad|Hz|m)|diverged"
@@ -66,7 +66,7 @@ def _is(shown: str, value: object, unit: object = None) -> bool:
 
 def wrong_terminal(found: Cost) -> Iterator[str]:
     """Lines of the terminal that there should be and are not."""
-    told = list(lines(found))
+    told = list(output.lines(found))
     for pattern, *wanted in _lines(found):
         right = [line for line in told if _right(pattern, line, *wanted)]
         if not right:
@@ -170,8 +170,8 @@ def _lines(found: Cost) -> Iterator[tuple]:
 
 def wrong_json(found: Cost) -> Iterator[str]:
     """Parts of the JSON that are not those of the record."""
-    data = json.loads(cost_json(found))
-    told = list(lines(found))
+    data = json.loads(output.cost_json(found))
+    told = list(output.lines(found))
     limits = [found.robot.joints[number].limits for number in found.robot.coordinates]
     names = found.names, found.units, found.largest, found.by_rates, limits
     geared = found.geared
@@ -271,7 +271,9 @@ def tables(page: str) -> list[list[list[str]]]:
     ]
 
 
-def _wrong_rows(what: str, rows: Sequence[Sequence[str]], wanted: Sequence[Sequence[tuple]]) -> Iterator[str]:
+def _wrong_rows(
+    what: str, rows: Sequence[Sequence[str]], wanted: Sequence[Sequence[tuple]]
+) -> Iterator[str]:
     if [len(row) for row in rows] != [len(row) for row in wanted]:
         yield f"page, {what}: {rows} for {wanted}"
         return
@@ -282,11 +284,11 @@ def _wrong_rows(what: str, rows: Sequence[Sequence[str]], wanted: Sequence[Seque
 
 def wrong_page(found: Cost) -> Iterator[str]:
     """Cells of the page's tables, and sentences, that are not those of the record."""
-    page, geared = cost_page(found), found.geared
+    page, geared = output.cost_page(found), found.geared
     assert geared
     engines, torques, tips, pairs, ratios, meshes = tables(page)
     said = html.unescape(page)
-    told = list(lines(found))
+    told = list(output.lines(found))
     missing = [line for line in (*told[: told.index("")], *found.beyond) if line not in said]
     if missing:
         yield f"page says nothing of {missing}"
@@ -313,7 +315,11 @@ def wrong_page(found: Cost) -> Iterator[str]:
                 *(
                     cell
                     for own in (by[level, name] for level in SHORTCUTS)
-                    for cell in ((own.largest, units[name]), (own.rms, units[name]), (own.share, "%"))
+                    for cell in (
+                        (own.largest, units[name]),
+                        (own.rms, units[name]),
+                        (own.share, "%"),
+                    )
                 ),
             ]
             for name, most in zip(found.names, found.largest, strict=True)
@@ -349,13 +355,16 @@ def wrong_page(found: Cost) -> Iterator[str]:
         shown = re.findall(AMOUNT, last[last.index("from the plan:") :])[: len(geared.distances)]
         if not all(is_amount(*each, "m") for each in zip(shown, geared.distances, strict=True)):
             yield f"page, geared: {shown} for {geared.distances}"
-    if f"{found.extent.runs} instants" not in said or f"{found.extent.states} random states" not in said:
+    if (
+        f"{found.extent.runs} instants" not in said
+        or f"{found.extent.states} random states" not in said
+    ):
         yield "page: another number of runs or states"
 
 
 def wrong_picture(found: Cost) -> Iterator[str]:
     """Curves that are not those of the record, or of a colour that means something else."""
-    figure = torque_figure(found)
+    figure = output.torque_figure(found)
     colours: dict[str, set] = {}
     for left, right in zip(figure.axes[::2], figure.axes[1::2], strict=True):
         name, unit = left.get_ylabel().split("\n")
@@ -375,7 +384,9 @@ def wrong_picture(found: Cost) -> Iterator[str]:
             curve = np.column_stack([found.time, wanted[label]])
             if not np.array_equal(line.get_xydata(), curve):
                 yield f"picture: {label} of {name}"
-    if len(figure.axes) != 2 * min(8, len(found.names)) or any(len(own) > 1 for own in colours.values()):
+    if len(figure.axes) != 2 * min(8, len(found.names)) or any(
+        len(own) > 1 for own in colours.values()
+    ):
         yield f"picture: {len(figure.axes)} axes, {colours}"
 
 

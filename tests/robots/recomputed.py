@@ -132,7 +132,9 @@ class Lagrangian:
         axis = _numbers(joint.find("axis"), "xyz", "1 0 0")
         ends = [str(joint.find(end).get("link")) for end in ("parent", "child")]  # type: ignore[union-attr]
         leader = name if mimic is None else str(mimic.get("joint"))
-        factor, offset = (1.0, 0.0) if mimic is None else (mimic.get("multiplier"), mimic.get("offset"))
+        factor, offset = (
+            (1.0, 0.0) if mimic is None else (mimic.get("multiplier"), mimic.get("offset"))
+        )
         limit = joint.find("limit")
         limits = {} if limit is None else {key: float(text) for key, text in limit.items()}
         return UrdfLine(
@@ -171,7 +173,9 @@ class Lagrangian:
             radius, k = mesh["pinion_base_radius_m"], mesh["stiffness_N_per_m"]
             teeth = ((len(self.teeth), 1 / radius),)
             own = k, k, mesh["damping_N_s_per_m"], mesh["backlash_m"]
-            self.teeth.append(Tooth(f"mesh of {line.name}", line.name, given["ratio"] * radius, *own))
+            self.teeth.append(
+                Tooth(f"mesh of {line.name}", line.name, given["ratio"] * radius, *own)
+            )
         inertia = given["rotor_inertia_kg_m2"]
         self.spins.append(Spin(line.name, inertia, link, axis, line, given["ratio"], teeth))
 
@@ -212,6 +216,18 @@ class Lagrangian:
             depth[line.child] = (steps + moves, line.child if moves else body)
         furthest = max(depth.values(), key=lambda own: own[0])
         return [name for name, own in depth.items() if own == furthest][-1]
+
+    def stretched(self) -> float:
+        """Length of the chain from joint to joint, and on to the tip [m], slides at zero."""
+        places = {
+            name: frame.position[0]
+            for name, frame in self.frames(np.zeros((1, len(self.free)))).items()
+        }
+        ends = [self.root, *(line.child for line in self.moving), self.tip]
+        return sum(
+            float(np.linalg.norm(places[b] - places[a]))
+            for a, b in zip(ends, ends[1:], strict=False)
+        )
 
     def frames(self, q: np.ndarray) -> dict[str, Frame]:
         """Every link's Frame at states (states, free)."""
@@ -298,7 +314,9 @@ class Lagrangian:
         matrix, rates, weights = self.terms(q, v, level)
         return (matrix @ a[:, :, None])[:, :, 0] + rates + weights
 
-    def accelerations(self, q: np.ndarray, v: np.ndarray, pushes: np.ndarray, level: str) -> np.ndarray:
+    def accelerations(
+        self, q: np.ndarray, v: np.ndarray, pushes: np.ndarray, level: str
+    ) -> np.ndarray:
         """Accelerations (states, n) under generalized forces."""
         matrix, rates, weights = self.terms(q[:, : len(self.free)], v, level)
         return np.linalg.solve(matrix, (pushes - rates - weights)[:, :, None])[:, :, 0]
@@ -382,7 +400,7 @@ class SecondCost:
         """Torques at each half step after each start (2 steps + 1, runs, n)."""
         times = self.starts + np.linspace(0, 1, 2 * steps + 1)[:, None]
         fed = self.robot.torques(self.motion.at(times.ravel()), level)
-        return fed.reshape(*times.shape, -1)
+        return fed.reshape(*times.shape, fed.shape[1])
 
     @cached_property
     def distances(self) -> dict[str, np.ndarray]:
@@ -396,7 +414,7 @@ class SecondCost:
         )
         planned = self.robot.places(self.motion.at(np.tile(self.starts, len(levels)) + 1)[0])
         away = np.linalg.norm(self.robot.places(ends) - planned, axis=1)
-        return dict(zip(levels, away.reshape(len(levels), -1), strict=True))
+        return dict(zip(levels, away.reshape(len(levels), self.runs), strict=True))
 
     def gear_coupling(self, gears: list[str], factor: float) -> np.ndarray:
         """What gears' coupling asks, of the largest torque, their ratios times a factor.
@@ -466,7 +484,11 @@ class SecondCost:
         stiff = np.array([tooth.stiffest for tooth in self.robot.teeth])
         damped = np.array([tooth.damping for tooth in self.robot.teeth])
         swing = np.sqrt(np.linalg.eigvals(self._inverse * stiff).real.max())
-        return int(np.ceil(max(swing, np.linalg.eigvals(self._inverse * damped).real.max()) / LIMIT_RADIANS))
+        return int(
+            np.ceil(
+                max(swing, np.linalg.eigvals(self._inverse * damped).real.max()) / LIMIT_RADIANS
+            )
+        )
 
     def geared_distances(self, steps: int) -> np.ndarray:
         """Of the tip from the plan where teeth of rotors give way, wound up at the start."""

@@ -1,0 +1,49 @@
+"""Whether what `cost` tells of a robot is right, by guards that share nothing with it."""
+
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+
+import pytest
+
+from crosscheck.cost.cost import Cost
+from crosscheck.report.plots import figures
+from tests.faults.planting import Seen
+from tests.robots import cost_views
+from tests.robots.cost_guard import found_cost, robot, wrong_motion, wrong_numbers, wrong_tip
+from tests.robots.cost_judge import wrong_verdicts
+
+
+@lru_cache
+def right_cost(name: str) -> Cost:
+    """Worked out before any fault is planted; views show it."""
+    return found_cost(name, engines=True)
+
+
+def _motion(name: str) -> Iterator[str]:
+    for seed in range(2):
+        yield from wrong_motion(robot(name), seed)
+
+
+def _page(name: str) -> Iterator[str]:
+    """Without the picture, which takes longest."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "to_svg", lambda figure: "<svg/>")
+        yield from cost_views.wrong_page(right_cost(name))
+
+
+GUARDS: dict[str, Callable[[str], Iterator[str]]] = {
+    "numbers": lambda name: wrong_numbers(name, found_cost(name, runs=0)),
+    "runs": lambda name: wrong_numbers(name, found_cost(name)),
+    "tip": wrong_tip,
+    "motion": _motion,
+    "verdicts": lambda name: wrong_verdicts(),
+    "terminal": lambda name: cost_views.wrong_terminal(right_cost(name)),
+    "JSON": lambda name: cost_views.wrong_json(right_cost(name)),
+    "page": _page,
+    "picture": lambda name: cost_views.wrong_picture(right_cost(name)),
+}
+
+
+def cost_is_right(seen: Seen) -> str:
+    """The verdict of a guard on the robot: differ for the first thing that is wrong."""
+    return "agree" if next(GUARDS[seen.quantity](seen.arm), None) is None else "differ"
