@@ -3,10 +3,7 @@
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 
-import pytest
-
 from crosscheck.cost.cost import Cost
-from crosscheck.report.plots import figures
 from tests.faults.planting import Seen
 from tests.robots import cost_views
 from tests.robots.cost_guard import found_cost, robot, wrong_motion, wrong_numbers, wrong_tip
@@ -24,13 +21,6 @@ def _motion(name: str) -> Iterator[str]:
         yield from wrong_motion(robot(name), seed)
 
 
-def _page(name: str) -> Iterator[str]:
-    """Without the picture, which takes longest."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figures, "to_svg", lambda figure: "<svg/>")
-        yield from cost_views.wrong_page(right_cost(name))
-
-
 GUARDS: dict[str, Callable[[str], Iterator[str]]] = {
     "numbers": lambda name: wrong_numbers(name, found_cost(name, runs=0)),
     "runs": lambda name: wrong_numbers(name, found_cost(name)),
@@ -39,7 +29,7 @@ GUARDS: dict[str, Callable[[str], Iterator[str]]] = {
     "verdicts": lambda name: wrong_verdicts(),
     "terminal": lambda name: cost_views.wrong_terminal(right_cost(name)),
     "JSON": lambda name: cost_views.wrong_json(right_cost(name)),
-    "page": _page,
+    "page": lambda name: cost_views.wrong_page(right_cost(name)),
     "picture": lambda name: cost_views.wrong_picture(right_cost(name)),
 }
 

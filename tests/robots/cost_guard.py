@@ -1,4 +1,4 @@
-"""What is wrong with a cost: its record beside a second program, its views beside the record."""
+"""What is wrong with the numbers of a cost: they are held against those of a second program."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -121,9 +121,9 @@ def _off(what: str, first: Any, second: Any, size: float | None = None) -> Itera
             yield f"{what}: {one} is {other}"
 
 
-def wrong_numbers(name: str, found: Cost) -> Iterator[str]:
+def wrong_numbers(robot_name: str, found: Cost) -> Iterator[str]:
     """What of the record is not as the second program has it."""
-    second = second_of(name, found)
+    second = second_of(robot_name, found)
     own, size = second.robot, second.largest.max()
     if found.names != tuple(own.free) or found.robot.tip != own.tip:
         yield f"names {found.names}, {found.robot.tip}"
@@ -136,11 +136,11 @@ def wrong_numbers(name: str, found: Cost) -> Iterator[str]:
     for level in ("links", "armature"):
         error = second.error(level)
         yield from _off(f"errors of {level}", found.errors[level], error, size)
-        for column, joint in enumerate(own.free):
-            each, most = told.pop((level, joint)), np.abs(error[:, column]).max()
+        for column, name in enumerate(own.free):
+            each, most = told.pop((level, name)), np.abs(error[:, column]).max()
             rms = np.sqrt((error[:, column] ** 2).mean())
             right = most, rms, most / second.largest[column]
-            yield from _off(f"{level}, {joint}", (each.largest, each.rms, each.share), right)
+            yield from _off(f"{level}, {name}", (each.largest, each.rms, each.share), right)
     tips = {each.level: each.distances for each in found.tips}
     for level, distances in second.distances.items():
         yield from _off(f"tip of {level}", tips.pop(level), distances, 0.1)
@@ -193,7 +193,7 @@ def _not_enough(second: SecondCost, gears: list[str], factor: float) -> Iterator
     def most(factor: float) -> float:
         return float(second.gear_coupling(gears, factor).max())
 
-    if factor and not most(factor) == pytest.approx(0.01, rel=1e-6):
+    if factor and most(factor) != pytest.approx(0.01, rel=1e-6):
         yield f"factor {factor} of {gears}: {most(factor)}"
     beyond = [(factor or 1e-4) * by for by in (1.001, 1.5, 4.0, 20.0)]
     if any(most(each) >= 0.01 for each in beyond):
@@ -242,7 +242,7 @@ def wrong_tip(name: str) -> Iterator[str]:
 def wrong_motion(own: Robot, seed: int) -> Iterator[str]:
     """What of a drawn motion is not as promised: ranges, rates, and the efforts that slow it.
 
-    The joint that is named needs its whole effort, and no other that can bear its weight needs more.
+    The joint that is named needs its whole effort; no other that can bear its weight needs more.
     """
     exact = cost.model_of("analytic", own, "coupled")
     drawn = motion.excitation(exact, seed)

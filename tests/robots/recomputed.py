@@ -7,6 +7,7 @@ and accelerations of a motion follow from its angles, which are sums of five sin
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -93,6 +94,12 @@ def _numbers(element: ElementTree.Element | None, key: str, default: str) -> np.
     return np.array([float(word) for word in text.split()])
 
 
+def _part(element: ElementTree.Element, tag: str) -> ElementTree.Element:
+    found = element.find(tag)
+    assert found is not None
+    return found
+
+
 def _about(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Rotations (states, 3, 3) about a unit vector, by Rodrigues' formula."""
     x, y, z = axis
@@ -130,11 +137,11 @@ class Lagrangian:
     def _line(self, joint: ElementTree.Element) -> UrdfLine:
         name, origin, mimic = str(joint.get("name")), joint.find("origin"), joint.find("mimic")
         axis = _numbers(joint.find("axis"), "xyz", "1 0 0")
-        ends = [str(joint.find(end).get("link")) for end in ("parent", "child")]  # type: ignore[union-attr]
+        ends = [_part(joint, end).get("link", "") for end in ("parent", "child")]
         leader = name if mimic is None else str(mimic.get("joint"))
-        factor, offset = (
-            (1.0, 0.0) if mimic is None else (mimic.get("multiplier"), mimic.get("offset"))
-        )
+        factor, offset = "1", "0"
+        if mimic is not None:
+            factor, offset = mimic.get("multiplier", factor), mimic.get("offset", offset)
         limit = joint.find("limit")
         limits = {} if limit is None else {key: float(text) for key, text in limit.items()}
         return UrdfLine(
@@ -145,8 +152,8 @@ class Lagrangian:
             _numbers(origin, "xyz", "0 0 0"),
             axis / max(np.linalg.norm(axis), 1e-300),
             self.free.index(leader) if leader in self.free else -1,
-            float(factor or 1),
-            float(offset or 0),
+            float(factor),
+            float(offset),
             limits,
         )
 
@@ -156,7 +163,7 @@ class Lagrangian:
             if inertial is not None:
                 (mass,) = _numbers(inertial.find("mass"), "value", "")
                 xx, xy, xz, yy, yz, zz = (
-                    float(inertial.find("inertia").get(key))  # type: ignore[union-attr, arg-type]
+                    float(_part(inertial, "inertia").get(key, ""))
                     for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
                 )
                 own = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -219,15 +226,10 @@ class Lagrangian:
 
     def stretched(self) -> float:
         """Length of the chain from joint to joint, and on to the tip [m], slides at zero."""
-        places = {
-            name: frame.position[0]
-            for name, frame in self.frames(np.zeros((1, len(self.free)))).items()
-        }
+        frames = self.frames(np.zeros((1, len(self.free))))
         ends = [self.root, *(line.child for line in self.moving), self.tip]
-        return sum(
-            float(np.linalg.norm(places[b] - places[a]))
-            for a, b in zip(ends, ends[1:], strict=False)
-        )
+        places = [frames[end].position[0] for end in ends]
+        return sum(float(np.linalg.norm(b - a)) for a, b in pairwise(places))
 
     def frames(self, q: np.ndarray) -> dict[str, Frame]:
         """Every link's Frame at states (states, free)."""
@@ -449,7 +451,7 @@ class SecondCost:
         return [((c.real * a) + (c.imag / SLOPE * v)).sum(axis=1) for c in ahead]
 
     def forces(self) -> np.ndarray:
-        """Force on each mesh (instants, meshes) while its teeth are rigid: d'Alembert on x alone."""
+        """Force on each rigid mesh (instants, meshes), by d'Alembert on its x alone."""
         return self._forces(self.torques["coupled"], self.spin_accelerations)
 
     def _forces(self, torques: np.ndarray, accelerations: list[np.ndarray]) -> np.ndarray:
