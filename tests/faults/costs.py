@@ -6,8 +6,15 @@ from functools import lru_cache
 from crosscheck.cost.cost import Cost
 from tests.faults.planting import Seen
 from tests.robots import cost_views
-from tests.robots.cost_guard import found_cost, robot, wrong_motion, wrong_numbers, wrong_tip
-from tests.robots.cost_judge import wrong_verdicts
+from tests.robots.cost_guard import (
+    found_cost,
+    robot,
+    wrong_limits,
+    wrong_motion,
+    wrong_numbers,
+    wrong_tip,
+)
+from tests.robots.cost_judge import wrong_condition, wrong_verdicts
 
 
 @lru_cache
@@ -26,7 +33,9 @@ GUARDS: dict[str, Callable[[str], Iterator[str]]] = {
     "runs": lambda name: wrong_numbers(name, found_cost(name)),
     "tip": wrong_tip,
     "motion": _motion,
+    "limits": lambda name: wrong_limits(),
     "verdicts": lambda name: wrong_verdicts(),
+    "condition": lambda name: wrong_condition(),
     "terminal": lambda name: cost_views.wrong_terminal(right_cost(name)),
     "JSON": lambda name: cost_views.wrong_json(right_cost(name)),
     "page": lambda name: cost_views.wrong_page(right_cost(name)),

@@ -43,7 +43,7 @@ OBLIQUE = RobotFiles(
         joint("fixed", "b", "plate", "fixed", at=(0.1, 0.1, 0.0), rpy=(0.2, 0.6, -0.3)),
         joint(
             *("three", "plate", "c", "prismatic", (0.6, 0, 0.8), (0.2, 0.1, 0.2), (1, 0.3, 0.2)),
-            more=_limit(-0.1, 0.5, 0, 26),
+            more=_limit(-0.1, 0.5, 0, 26) + '<dynamics friction="2"/>',
         ),
         joint(
             *("four", "c", "d", "revolute", (0, 1, 0), (0.1, 0.2, 0.1), (0.4, 0.2, 0.9)),
@@ -237,6 +237,31 @@ def wrong_tip(name: str) -> Iterator[str]:
     told, right = robot.__wrapped__(name).tip, Lagrangian(FILES[name]).tip
     if told != right:
         yield f"tip {told}, not {right}"
+
+
+def wrong_limits() -> Iterator[str]:
+    """Whether a motion that reaches, or exceeds, each limit on each side is told so."""
+    own = robot("oblique")
+    still, names = np.zeros((2, 3)), [own.joints[number].name for number in own.coordinates]
+    for column, number in enumerate(own.coordinates):
+        limits = own.joints[number].limits
+        middle = np.array([max(-9.0, limits.lower) + 0.1, min(9.0, limits.upper) - 0.1])
+        for kind, size in (("velocity", limits.velocity), ("effort", limits.effort)):
+            for part, sign in ((1.005, 1), (1.02, 1), (1.02, -1)):
+                asked = still.copy()
+                asked[1, column] = sign * part * min(size, 9e9)
+                q = still + np.where(np.arange(3) == column, middle[:, None], 0.1)
+                v, torques = (asked, still) if kind == "velocity" else (still, asked)
+                told = motion.beyond_limits(own, (q, v, still), torques)
+                line = f"{names[column]}: {kind} of {part * size:.4g} is beyond its limit, {size:g}"
+                if told != ([line] if part > 1.01 and np.isfinite(size) else []):
+                    yield f"{names[column]}, {kind}, {part}: {told}"
+        for row, limit, sign in ((0, limits.lower, -1), (1, limits.upper, 1)):
+            q = still + 0.1
+            q[row, column] = np.clip(limit, -9, 9) + 0.01 * sign
+            told = motion.beyond_limits(own, (q, still, still), still)
+            if told != ([f"{names[column]}: leaves its range"] if np.isfinite(limit) else []):
+                yield f"{names[column]} at {limit}: {told}"
 
 
 def wrong_motion(own: Robot, seed: int) -> Iterator[str]:

@@ -14,12 +14,14 @@ from crosscheck.cost import agreement
 from crosscheck.cost.engines import LEAD, OWN
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
+from tests.robots import chains
 from tests.robots.cost_guard import FILES, robot
 from tests.robots.recomputed import Lagrangian, stepped
 
 STATES, RUNS, SECONDS, STEPS = 5, 3, 0.1, 5
 NAME, OTHER = "oblique", "other"
 ROUNDING = 1e-10
+SOLVED = "forward dynamics", "run"
 EPSILONS = 1000 * 2.0**-52
 AT = 1  # the state whose answers are wrong
 
@@ -155,7 +157,7 @@ def wrong_verdicts() -> Iterator[str]:
             solved = max(ROUNDING, EPSILONS * size.condition)
             entries = dict(size.entry) | ({"momentum": size.turning} if turning else {})
             for quantity, (place, whole) in entries.items():
-                tolerance = solved if quantity in ("forward dynamics", "run") else ROUNDING
+                tolerance = solved if quantity in SOLVED else ROUNDING
                 wrong[quantity, level] = place, part * tolerance * whole
                 wanted[quantity, level] = part * tolerance, tolerance
         for each in _compared(own, states, wrong):
@@ -170,6 +172,35 @@ def wrong_verdicts() -> Iterator[str]:
                 yield f"{each}: tolerance {tolerance}"
         if wanted:
             yield f"not compared: {wanted}"
+
+
+def wrong_condition() -> Iterator[str]:
+    """Whether solving with an ill-conditioned M is given what rounding takes: 1000 epsilons of it.
+
+    A ball of J and m turns at the end of an arm of length L, whose inertia about its own, parallel
+    axis is I: M is [[I + m L^2 + J, J], [J, J]] at any pose.
+    """
+    arm, ball, inertia, mass, length = 0.5, 1e-4, 1e-5, 0.3, 0.7
+    none = (0.0, 0.0, 0.0)
+    text = chains.urdf(
+        chains.link("ground"),
+        chains.link("arm", chains.Solid(1.0, none, (arm, 0, 0, arm, 0, arm))),
+        chains.link("ball", chains.Solid(mass, none, (ball, 0, 0, ball, 0, inertia))),
+        chains.joint("turn", "ground", "arm"),
+        chains.joint("roll", "arm", "ball", at=(length, 0, 0)),
+    )
+    whole = arm + mass * length**2 + inertia
+    part = np.sqrt(inertia / whole)  # of the scaled M, beside 1 on its diagonal
+    own = chains.robot(text)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(agreement, "TOLERANCE", 1e-13)
+        two = {name: OWN[name] for name in (LEAD, "pinocchio")}
+        patch.setattr(agreement, "engines", lambda: two)
+        found = agreement.compared(own, agreement.drawn(own, 2, 0))
+    for each in found:
+        right = EPSILONS * (1 + part) / (1 - part) if each.quantity in SOLVED else 1e-13
+        if each.tolerance != pytest.approx(right, rel=1e-6, abs=0):
+            yield f"{each}: tolerance {right}"
 
 
 def _compared(

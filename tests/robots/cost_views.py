@@ -76,9 +76,20 @@ def wrong_terminal(found: Cost) -> Iterator[str]:
         else:
             told.remove(right[0])
     notes = ("", f"motion: {found.motion}; end effector: {found.robot.tip}", *found.beyond)
-    left = [line for line in told if line not in notes and not line.startswith("note: ")]
-    if left or not set(notes) <= set(told):
+    left = [line for line in told if line not in notes]
+    if left != [f"note: {line}" for line in _notes(found)] or not set(notes) <= set(told):
         yield f"lines that say something else: {left}"
+
+
+def _notes(found: Cost) -> list[str]:
+    """Which joints have no gears, which follow others, and what of the files is not used."""
+    robot = found.robot
+    driven = {part.joint for part in (*robot.rotors, *robot.stages)}
+    direct = [joint.name for number, joint in enumerate(robot.joints) if number not in driven]
+    follow = [joint.name for joint in robot.joints if joint.mimic]
+    told = [f"without gears: {', '.join(direct)}"] if direct else []
+    told += [f"follow other joints: {', '.join(follow)}"] if follow else []
+    return [*told, *robot.told]
 
 
 def _lines(found: Cost) -> Iterator[tuple]:
@@ -255,10 +266,11 @@ def wrong_json(found: Cost) -> Iterator[str]:
         },
         "negligible_share": 0.01,
         "negligible_with_ratios_times": found.factor,
+        "notes": _notes(found),
     }
     for each in data["engines"]:
         each.pop("size")
-    for key in ("schema_version", "program", "notes"):
+    for key in ("schema_version", "program"):
         data.pop(key)
     for key in wanted.keys() | data.keys():
         if data.get(key) != wanted.get(key):

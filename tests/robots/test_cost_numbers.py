@@ -9,16 +9,19 @@ import pytest
 
 from crosscheck.cost import output
 from crosscheck.cost.cost import Cost
+from crosscheck.cost.engines import model_of
+from crosscheck.cost.runs import away
 from crosscheck.models.robot.file import load_robot
 from tests.robots.cost_guard import (
     FILES,
     found_cost,
     robot,
+    wrong_limits,
     wrong_motion,
     wrong_numbers,
     wrong_tip,
 )
-from tests.robots.cost_judge import wrong_verdicts
+from tests.robots.cost_judge import wrong_condition, wrong_verdicts
 from tests.robots.cost_views import wrong_json, wrong_page, wrong_picture, wrong_terminal
 
 
@@ -44,6 +47,7 @@ def test_every_view_shows_the_numbers_of_the_record(name, view):
 
 def test_engines_agree_just_within_their_tolerance_and_not_just_beyond():
     assert list(wrong_verdicts()) == []
+    assert list(wrong_condition()) == []
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -117,7 +121,14 @@ def test_digits_that_programs_share(difference, digits):
     assert output.digits_of(difference) == digits
 
 
+def test_limits_that_a_motion_exceeds_are_told():
+    assert list(wrong_limits()) == []
+
+
 def test_runs_that_diverge_are_told():
+    model = model_of("analytic", robot("oblique"), "links")
+    ends = np.array([[np.inf, 0.0, 0.0], [0.1, 0.2, 0.3]])
+    assert away(model, ends, model.tip(ends[1:]) - [0.0, 0.0, 2.0]).tolist() == [np.inf, 2.0]
     lost = np.array([0.1, np.inf, 0.3])
     assert output.off_words(lost) == "300 mm off (median of 3 runs, 1 of them diverge)"
     assert output.off_words(np.array([0.1, np.inf, np.inf])) == "lost: 2 of 3 runs diverge"
