@@ -27,7 +27,7 @@ QUANTITIES = {
     "gravity": "torque over the root of M's diagonal, of the weight over the root of the mass",
     "inverse dynamics": "torque as of bias, gravity and meshes, with (a' M a)^1/2",
     "forward dynamics": "acceleration times the root of M's diagonal, of what M can make of it",
-    "energy": "of the kinetic energy, and of the weight at the reach",
+    "energy": "of the kinetic energy, and of the weight at the farthest centre of mass",
     "momentum": "linear and angular, of the most that the kinetic energy allows",
     "tip": "distance over the reach",
     "run": "coordinate after a short free motion in equal steps, of how far any has moved",
@@ -240,10 +240,12 @@ def _measured(
         held = held + (_pushes(robot, states) / diagonal[:, free:]).sum(axis=1)
     reach = sum(float(np.linalg.norm(joint.placement.position)) for joint in robot.joints)
     reach += float(np.linalg.norm(robot.frames[robot.tip].placement.position))
-    reach += float(np.abs(states.q).max()) * (len(turning) - sum(turning))
+    sliding = np.flatnonzero(~np.array(turning))
+    reach += float(np.abs(states.q[:, sliding]).max(axis=0).sum())
     apart = {name: np.abs(one[name] - other[name]) for name in QUANTITIES}
     moved = np.abs(scale["run"] - states.q[:RUNS])
-    joined = np.sqrt(mass * reach**2 + inertia)
+    farthest = reach + max(float(np.linalg.norm(body.com)) for body in robot.bodies)
+    joined = np.sqrt(mass * farthest**2 + inertia)
     momenta = np.split(apart["momentum"], 2, axis=1), (np.sqrt(mass), joined)
     parts = {
         "mass matrix": [(apart["mass matrix"] / roots).max(axis=(1, 2))],
@@ -255,7 +257,7 @@ def _measured(
         "forward dynamics": [
             _share((apart["forward dynamics"] * diagonal).max(axis=1) * values[:, 0], held + given)
         ],
-        "energy": [_share(apart["energy"], motion**2 / 2 + weight * np.sqrt(mass) * reach)],
+        "energy": [_share(apart["energy"], motion**2 / 2 + weight * np.sqrt(mass) * farthest)],
         "momentum": [
             _share(own.max(axis=1), motion * most) for own, most in zip(*momenta, strict=True)
         ],

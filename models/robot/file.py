@@ -14,7 +14,7 @@ from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.planets import unlike_fields
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
-from crosscheck.models.files import HERE, LARGEST_FILE, URDF, builtin_robots, raw_robot
+from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, is_urdf, raw_robot
 from crosscheck.models.inputs import input_content
 from crosscheck.models.loading import validated
 from crosscheck.models.robot import robot
@@ -82,11 +82,13 @@ class RobotFile(Data):
 def load_robot(name: str) -> Robot:
     """The robot of a built-in name, a TOML file, or a URDF alone, without rotors.
 
+    A URDF is known by what it holds, whatever the file is called.
+
     Raises InputError.
     """
     path = Path(name)
     alone = {"schema_version": 1, "name": path.stem, "urdf": path.name}
-    file = validated(RobotFile, alone if path.suffix == URDF else raw_robot(name), name)
+    file = validated(RobotFile, alone if is_urdf(name) else raw_robot(name), name)
     own = name in builtin_robots()
     urdf = (HERE / "robots" if own else path.parent) / file.urdf
     return robot_of(file, read_text(urdf), name, str(urdf))
@@ -114,7 +116,7 @@ def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
     return Robot(
         name=file.name,
         title=file.title,
-        urdf=text,
+        urdf=urdf.text,
         gravity=np.array(file.gravity_m_per_s2),
         joints=joints,
         bodies=bodies,

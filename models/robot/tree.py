@@ -14,7 +14,11 @@ from crosscheck.models.robot.urdf import Urdf, UrdfJoint
 MOST_JOINTS = 64
 # Of a principal inertia over the largest one: what rounding of printed digits explains.
 ROUNDED = 1e-6
-SINGULAR = 1e-12  # less of it is none
+SINGULAR = 1e-12  # of an eigenvalue of M, its diagonal scaled to 1: less of it is none
+LIGHTEST = 1e-12  # of what a joint moves [kg]
+# A body whose radius of gyration is so many times the robot's size, and which is lighter than air
+# would be that filled a cube of it [kg/m^3], is none: mass or inertia is in another unit.
+FARTHEST_OUT, THINNEST = 10.0, 1.0
 HOME = Placement(np.eye(3), np.zeros(3))
 
 
@@ -30,7 +34,7 @@ class Tree(NamedTuple):
 def tree_of(urdf: Urdf, where: str) -> Tree:
     """The tree of bodies that a URDF's links and joints make.
 
-    Raises InputError for what is no tree, or a body that cannot move by its inertia.
+    Raises InputError for what is no tree, or joints whose mass matrix is singular.
     """
     root, below = _rooted(urdf, where)
     frames, moving = _frames(root, below)
@@ -39,7 +43,7 @@ def tree_of(urdf: Urdf, where: str) -> Tree:
         raise InputError(where, "joint", None, allowed)
     bodies = [_merged(number, urdf, frames, moving, where) for number in range(len(moving))]
     numbers = {joint.name: number for number, joint in enumerate(moving)}
-    joints = [
+    joints = tuple(
         Joint(
             joint.name,
             "prismatic" if joint.kind == "prismatic" else "revolute",
@@ -50,8 +54,10 @@ def tree_of(urdf: Urdf, where: str) -> Tree:
             _mimic(joint, moving, numbers, where),
         )
         for joint in moving
-    ]
-    return Tree(tuple(joints), tuple(bodies), frames, tuple(_doubtful(urdf, frames)))
+    )
+    _require_regular(joints, bodies, [f"link {joint.child}" for joint in moving], where)
+    doubtful = (*_doubtful(urdf, frames, joints, bodies), *_held_root(urdf, frames, joints))
+    return Tree(joints, tuple(bodies), frames, doubtful)
 
 
 def composed(outer: Placement, inner: Placement) -> Placement:
@@ -120,37 +126,103 @@ def _merged(
         frame = frames[link.name]
         if frame.body == number and link.body is not None:
             turn, own = frame.placement.rotation, link.body
-            _require_definite(own.inertia, -ROUNDED, where, f"link {link.name}: inertia")
+            _require_no_negative(own.inertia, where, f"link {link.name}: inertia")
             com = frame.placement.position + turn @ own.com
             parts.append(RobotBody(own.mass, com, turn @ own.inertia @ turn.T))
     mass = sum(part.mass for part in parts)
     field = f"link {moving[number].child}"
-    if not mass > 0:
-        allowed = f"must have a mass, with all that is fixed to it: joint {moving[number].name}"
-        raise InputError(where, field, None, f"{allowed} moves it")
+    if not mass >= LIGHTEST:
+        allowed = f"must have a mass, with all that is fixed to it, of {LIGHTEST:g} kg at least"
+        raise InputError(where, field, None, f"{allowed}: joint {moving[number].name} moves it")
     com = sum((part.mass * part.com for part in parts), np.zeros(3)) / mass
     inertia = np.zeros((3, 3))
     for part in parts:
         away = part.com - com
         inertia += part.inertia + part.mass * (away @ away * np.eye(3) - np.outer(away, away))
-    _require_definite(inertia, SINGULAR, where, f"{field}: inertia")
     return RobotBody(mass, com, inertia)
 
 
-def _require_definite(inertia: np.ndarray, least: float, where: str, field: str) -> None:
-    """Raise InputError unless each principal value is more than so much of the largest."""
+def _require_no_negative(inertia: np.ndarray, where: str, field: str) -> None:
+    """Raise InputError for a principal value below zero, by more than rounding; zero may be."""
     values = np.linalg.eigvalsh(inertia)
-    if values[0] < least * abs(values[-1]) or values[0] <= 0 < least:
-        allowed = f"must be positive definite; its principal values are {_listed(values)} kg m^2"
+    if values[0] < -ROUNDED * abs(values[-1]):
+        allowed = f"must not be negative; its principal values are {_listed(values)} kg m^2"
         raise InputError(where, field, None, allowed)
 
 
-def _listed(values: np.ndarray) -> str:
-    return ", ".join(f"{each:.3g}" for each in values)
+def _require_regular(
+    joints: Sequence[Joint], bodies: Sequence[RobotBody], links: Sequence[str], where: str
+) -> None:
+    """Raise InputError where M is singular, at a pose that is nothing special.
+
+    So a point mass and a thin rod may be bodies, but not on the axis that turns them alone.
+    """
+    root = _root_of_mass_matrix(joints, bodies)
+    sizes = np.linalg.norm(root, axis=0)
+    free = [number for number, joint in enumerate(joints) if joint.mimic is None]
+    for number, size in zip(free, sizes, strict=True):
+        if size == 0:
+            allowed = (
+                f"must have inertia about the axis of joint {joints[number].name}, or mass off it"
+            )
+            raise InputError(where, links[number], None, allowed)
+    values = np.linalg.svd(root / sizes, compute_uv=False)
+    if values[-1] ** 2 < SINGULAR:
+        allowed = "too few masses and inertias for so many joints: the mass matrix is singular"
+        raise InputError(where, "joint", None, allowed)
 
 
-def _doubtful(urdf: Urdf, frames: dict[str, LinkFrame]) -> Iterator[str]:
+def _root_of_mass_matrix(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> np.ndarray:
+    """B (6 bodies, free joints) with M = B' B: of each body its velocity and its rate, weighted."""
+    free = [number for number, joint in enumerate(joints) if joint.mimic is None]
+    angles = np.random.default_rng(0).uniform(0.3, 1.2, len(joints))
+    poses, motions, rows = list[Placement](), list[np.ndarray](), list[np.ndarray]()
+    for number, (joint, body, angle) in enumerate(zip(joints, bodies, angles, strict=True)):
+        under, motion = HOME, np.zeros((6, len(free)))  # velocity and rate by each free joint
+        if joint.parent != BASE:
+            under, motion = poses[joint.parent], motions[joint.parent]
+        home = composed(under, joint.placement)
+        motion, axis = _carried(motion, home.position - under.position), home.rotation @ joint.axis
+        leader, factor = (joint.mimic.joint, joint.mimic.multiplier) if joint.mimic else (number, 1)
+        if joint.kind == "revolute":
+            motion[3:, free.index(leader)] += factor * axis
+            pose = Placement(_turned(axis, angle) @ home.rotation, home.position)
+        else:
+            motion[:3, free.index(leader)] += factor * axis
+            pose = Placement(home.rotation, home.position + angle * axis)
+        values, axes = np.linalg.eigh(body.inertia)
+        turning = np.sqrt(np.maximum(values, 0.0))[:, None] * (pose.rotation @ axes).T
+        rows.append(np.sqrt(body.mass) * _carried(motion, pose.rotation @ body.com)[:3])
+        rows.append(turning @ motion[3:])
+        poses.append(pose)
+        motions.append(motion)
+    return np.vstack(rows)
+
+
+def _carried(motion: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Velocity and rate (6, n) of a point that is an arm (3,) further on the same body."""
+    return np.vstack([motion[:3] + np.cross(motion[3:].T, arm).T, motion[3:]])
+
+
+def _turned(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Rotation (3, 3) about a unit vector."""
+    cross = np.cross(np.eye(3), -axis)
+    found: np.ndarray = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return found
+
+
+def _listed(values: np.ndarray, digits: int = 3) -> str:
+    return ", ".join(f"{each:.{digits}g}" for each in values)
+
+
+def _doubtful(
+    urdf: Urdf,
+    frames: dict[str, LinkFrame],
+    joints: Sequence[Joint],
+    bodies: Sequence[RobotBody],
+) -> Iterator[str]:
     """A line for every moving link whose mass or inertia no body has."""
+    size = _reach(joints, bodies)
     for link in urdf.links:
         if link.body is None or frames[link.name].body == BASE:
             continue
@@ -162,6 +234,39 @@ def _doubtful(urdf: Urdf, frames: dict[str, LinkFrame]) -> Iterator[str]:
                 f"link {link.name}: no body has principal inertias {_listed(values)} kg m^2, of"
                 " which the last exceeds the others' sum; used as they stand"
             )
+        if link.body.mass > 0 and _is_thin(link.body, bodies[frames[link.name].body], size):
+            radii = np.sqrt(np.maximum(values, 0.0) / link.body.mass)
+            yield (
+                f"link {link.name}: radii of gyration of {_listed(radii, 2)} m on a robot of"
+                f" {size:.2g} m: mass and inertia do not belong together; used as they stand"
+            )
+
+
+def _is_thin(own: RobotBody, whole: RobotBody, size: float) -> bool:
+    """Whether a link's inertia is most of its body's and far too large for its mass."""
+    radius = np.sqrt(np.linalg.eigvalsh(own.inertia)[-1] / own.mass)
+    matters = np.trace(own.inertia) > np.trace(whole.inertia) / 2
+    return bool(matters and radius > FARTHEST_OUT * size and own.mass < THINNEST * radius**3)
+
+
+def _reach(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> float:
+    """How far a centre of mass is from the base at most [m], chains stretched, slides at zero."""
+    lengths: list[float] = []
+    for joint in joints:
+        under = 0.0 if joint.parent == BASE else lengths[joint.parent]
+        lengths.append(under + float(np.linalg.norm(joint.placement.position)))
+    ends = zip(lengths, bodies, strict=True)
+    return max(length + float(np.linalg.norm(body.com)) for length, body in ends)
+
+
+def _held_root(urdf: Urdf, frames: dict[str, LinkFrame], joints: Sequence[Joint]) -> Iterator[str]:
+    """A line where a base with mass carries several limbs, as of what walks or flies."""
+    mass = sum(
+        link.body.mass for link in urdf.links if link.body and frames[link.name].body == BASE
+    )
+    if mass and sum(joint.parent == BASE for joint in joints) > 1:
+        root = next(iter(frames))
+        yield f"link {root} is held, with its {mass:.3g} kg: the base of a robot does not move"
 
 
 def _mimic(

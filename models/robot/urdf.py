@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from xml.etree.ElementTree import Element, TreeBuilder
+from xml.etree.ElementTree import Element, TreeBuilder, tostring
 from xml.parsers import expat
 
 import numpy as np
 
 from crosscheck.models.errors import InputError
+from crosscheck.models.file_kind import describe_xml_kind
+from crosscheck.models.files import EXPAND
 from crosscheck.models.robot.robot import JointLimits, Placement, RobotBody
 
 DEEPEST = 50  # elements in each other; those of a URDF are four deep
 KINDS = ("revolute", "continuous", "prismatic", "fixed")
-XACRO = "xacro is left in it; expand it first: xacro robot.urdf.xacro > robot.urdf"
+XACRO = f"xacro is left in it; {EXPAND}"
 LARGEST = 1e18  # of a limit, which some files have where there is none
-LIGHTEST, HEAVIEST = 1e-12, 1e9  # of a mass [kg], as of an arm's
+HEAVIEST = 1e9  # of a mass [kg], as of an arm's
 LARGEST_INERTIA, FARTHEST = 1e15, 1e3  # [kg m^2], and of a component of a place, an angle, an axis
+LARGEST_MULTIPLIER = 1e6  # of a joint that follows another, as of a ratio
+# What urdfdom, which many programs read URDFs with, takes for a number: blanks before it alone.
+NUMBER = re.compile(r"[ \t\n\v\f\r]*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 
 
 @dataclass(frozen=True)
@@ -46,10 +52,15 @@ class UrdfJoint:
 
 @dataclass(frozen=True)
 class Urdf:
-    """Links and joints of a URDF in the file's order; told: what of it is not used."""
+    """Links and joints of a URDF in the file's order.
+
+    text: of these alone, without shapes and without elements of other programs; told: what of the
+    file is not used.
+    """
 
     links: tuple[UrdfLink, ...]
     joints: tuple[UrdfJoint, ...]
+    text: str
     told: tuple[str, ...]
 
 
@@ -57,7 +68,8 @@ def read_urdf(text: str, where: str) -> Urdf:
     """The links and joints of a URDF. Raises InputError."""
     root = _Parser(where).root(text)
     if root.tag != "robot":
-        raise InputError(where, root.tag, None, "must be a URDF, whose outermost element is robot")
+        allowed = f"is {describe_xml_kind(text)}; must be a URDF, whose outermost element is robot"
+        raise InputError(where, root.tag, None, allowed)
     for tag in ("link", "joint"):
         names = Counter(each.get("name", "") for each in root.findall(tag))
         for name, count in names.items():
@@ -66,7 +78,7 @@ def read_urdf(text: str, where: str) -> Urdf:
                 raise InputError(where, tag, name, allowed)
     links = tuple(_Reader(where, each).link() for each in root.findall("link"))
     joints = tuple(_Reader(where, each).joint() for each in root.findall("joint"))
-    return Urdf(links, joints, tuple(_told(root)))
+    return Urdf(links, joints, _mechanism(root), tuple(_told(root)))
 
 
 class _Parser:
@@ -119,9 +131,8 @@ class _Reader:
         placement = self._placement(inertial)
         mass_at, inertia_at = inertial.find("mass"), inertial.find("inertia")
         mass = self._number(mass_at, "mass.value", required=True)
-        if mass and not LIGHTEST <= mass <= HEAVIEST:
-            allowed = f"must be 0, or {LIGHTEST:g} to {HEAVIEST:g} kg"
-            raise self._error("mass.value", mass, allowed)
+        if not 0 <= mass <= HEAVIEST:
+            raise self._error("mass.value", mass, f"must be 0 to {HEAVIEST:g} kg")
         ixx, ixy, ixz, iyy, iyz, izz = (
             self._number(inertia_at, f"inertia.{key}", required=True)
             for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -171,6 +182,9 @@ class _Reader:
             if lower > upper:
                 raise self._error("limit.lower", lower, f"must be at most upper = {upper:g}")
         most = [self._number(limit, f"limit.{key}") for key in ("velocity", "effort")]
+        for key, value in zip(("velocity", "effort"), most, strict=True):
+            if value < 0:
+                raise self._error(f"limit.{key}", value, "must not be negative")
         # Many files hold 0 where nothing is known.
         return JointLimits(lower, upper, *(each if each > 0 else math.inf for each in most))
 
@@ -178,8 +192,9 @@ class _Reader:
         mimic = self.element.find("mimic")
         if mimic is None:
             return None
-        multiplier = self._number(mimic, "mimic.multiplier", 1.0)
-        return self._named("mimic", "joint"), multiplier, self._number(mimic, "mimic.offset")
+        multiplier = self._number(mimic, "mimic.multiplier", 1.0, most=LARGEST_MULTIPLIER)
+        offset = self._number(mimic, "mimic.offset", most=FARTHEST)
+        return self._named("mimic", "joint"), multiplier, offset
 
     def _placement(self, element: Element) -> Placement:
         origin = element.find("origin")
@@ -195,12 +210,17 @@ class _Reader:
         return name
 
     def _number(
-        self, element: Element | None, field: str, default: float = 0.0, required: bool = False
+        self,
+        element: Element | None,
+        field: str,
+        default: float = 0.0,
+        required: bool = False,
+        most: float = LARGEST,
     ) -> float:
         text = None if element is None else element.get(field.split(".")[1])
         if text is None and not required:
             return default
-        (number,) = self._parsed(text, field, 1)
+        (number,) = self._parsed(text, field, 1, most)
         return number
 
     def _numbers(
@@ -209,17 +229,15 @@ class _Reader:
         text = None if element is None else element.get(field.split(".")[1])
         return default if text is None else self._parsed(text, field, 3, FARTHEST)
 
-    def _parsed(
-        self, text: str | None, field: str, count: int, most: float = LARGEST
-    ) -> tuple[float, ...]:
+    def _parsed(self, text: str | None, field: str, count: int, most: float) -> tuple[float, ...]:
         wanted = "a number" if count == 1 else f"{count} numbers"
         if text is None:
             raise self._error(field, None, f"is missing; must be {wanted}")
-        try:
-            found = tuple(float(word) for word in text.split())
-        except ValueError:
-            allowed = XACRO if "${" in text else f"must be {wanted}"
-            raise self._error(field, text, allowed) from None
+        words = [text] if count == 1 else [word for word in text.split(" ") if word]
+        if not all(NUMBER.fullmatch(word) for word in words):
+            allowed = XACRO if "${" in text else f"must be {wanted}, such as 0.5 or 1e-3"
+            raise self._error(field, text, allowed)
+        found = tuple(map(float, words))
         if len(found) != count or not all(abs(each) <= most for each in found):
             raise self._error(field, text, f"must be {wanted} of at most {most:g}")
         return found
@@ -238,6 +256,28 @@ def _about(axis: int, angle: float) -> np.ndarray:
     return turned
 
 
+def _mechanism(root: Element) -> str:
+    """Text of a URDF's links and joints alone, each link with its inertial at most.
+
+    So a program that reads it meets no number that is not checked here, and no line break inside
+    of an attribute, which XML takes for a blank.
+    """
+    kept = Element("robot", name=root.get("name", "robot"))
+    for element in root:
+        if element.tag == "joint":
+            kept.append(element)
+        elif element.tag == "link":
+            link = Element("link", name=element.get("name", ""))
+            link.extend(element.findall("inertial")[:1])
+            kept.append(link)
+    return tostring(kept, encoding="unicode")
+
+
+def _is_zero(text: str) -> bool:
+    """Whether a number, or nothing, is written and is zero."""
+    return not text.strip() or (bool(NUMBER.fullmatch(text)) and float(text) == 0)
+
+
 def _told(root: Element) -> Iterator[str]:
     """Lines about what of the file is not used."""
     for key in ("friction", "damping"):
@@ -245,7 +285,7 @@ def _told(root: Element) -> Iterator[str]:
             each.get("name", "")
             for each in root.findall("joint")
             for dynamics in each.findall("dynamics")
-            if dynamics.get(key, "0").strip() not in ("", "0", "0.0")
+            if not _is_zero(dynamics.get(key, "0"))
         ]
         if own:
             yield f"{key} of {', '.join(own)} is not used"

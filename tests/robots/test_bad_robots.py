@@ -3,10 +3,15 @@
 import tomllib
 from pathlib import Path
 
+import numpy as np
+import pinocchio as pin
 import pytest
 
+from crosscheck.cost.agreement import compared, drawn, model_of
 from crosscheck.models.errors import InputError
-from tests.robots.chains import LIMIT, Solid, joint, link, robot, urdf
+from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import Robot
+from tests.robots.chains import ENGINES, LIMIT, Solid, joint, link, robot, urdf
 from tests.tool.test_bad_input import assert_one_line
 
 GROUND, ARM = link("ground"), link("arm", Solid())
@@ -27,7 +32,7 @@ BAD_URDFS = {
     "no XML": ("schema_version = 1", "is not XML"),
     "cut off": (GOOD[:-20], "is not XML"),
     "another document": ("<html></html>", "robot"),
-    "MJCF": ("<mujoco/>", "mujoco", "must be a URDF"),
+    "MJCF": ("<mujoco/>", "mujoco", "is MJCF; must be a URDF"),
     "empty": (" ", "is empty"),
     "no link": (urdf(), "link", "there is none"),
     "nothing moves": (urdf(GROUND), "joint", "0 do"),
@@ -53,8 +58,19 @@ BAD_URDFS = {
     ),
     "inertia of a point": (
         urdf(GROUND, link("arm", Solid(inertia=(0,) * 6)), TURN),
-        "link arm: inertia",
-        "must be positive definite",
+        "link arm: must have inertia about the axis of joint turn, or mass off it",
+    ),
+    "a point on three axes": (
+        urdf(
+            GROUND,
+            *(link(name, Solid(1.0, inertia=(0,) * 6)) for name in ("arm", "elbow")),
+            link("hand", Solid(1.0, (0, 0, 0.3), (0,) * 6)),
+            joint("turn", "ground", "arm", axis=(1, 0, 0)),
+            joint("bend", "arm", "elbow", axis=(0, 1, 0)),
+            joint("roll", "elbow", "hand", axis=(1, 1, 0)),
+        ),
+        "joint",
+        "the mass matrix is singular",
     ),
     "loop": (
         urdf(GROUND, ARM, link("leg", Solid()), TURN, joint("a", "arm", "leg")).replace(
@@ -211,4 +227,132 @@ def test_zero_axis_of_a_fixed_joint_and_huge_limits_are_no_error():
 def test_errors_of_a_file_come_without_a_trace_of_the_reader():
     with pytest.raises(InputError) as caught:
         robot(GOOD.replace('value="1.0"', 'value="heavy"'))
-    assert caught.value.__suppress_context__
+    assert caught.value.__context__ is None
+
+
+NUMBERS = (
+    *("1", " 1", "1 ", "1_0", "+1", ".5", "1.", "1.e3", "00012", "1E+003", "1e", "1d2", "0x10"),
+    *("inf", "nan", "1e400", "1,5", "", "1f", "--1", "1 2", "&#9;1", "&#10;1", "1&#10;"),
+    *("\u0661", "\u00a01", "1\u2009"),
+)
+
+
+def read_or_refused(text: str) -> Robot | str:
+    """A robot, or what the error says."""
+    try:
+        return robot(text)
+    except InputError as error:
+        return str(error)
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_a_number_is_one_for_both_readers_or_for_none(number, capfd):
+    """Pinocchio reads by urdfdom, which leaves out an inertia whose numbers it cannot read."""
+    text = changed(GOOD, 'mass value="1.0"', f'mass value="{number}"')
+    text = changed(text, 'upper="3"', f'upper="{number}"')
+    own = read_or_refused(text)
+    if isinstance(own, str):
+        assert "must be a number" in own
+        with pytest.raises(ValueError, match="does not contain a valid URDF"):
+            pin.buildModelFromXML(text)
+        return
+    model = pin.buildModelFromXML(own.urdf)
+    assert model.inertias[1].mass == own.bodies[0].mass
+    assert model.upperPositionLimit[0] == own.joints[0].limits.upper
+    assert capfd.readouterr().err == ""
+
+
+VECTORS = (
+    *("1 2 3", "  1 2  3 ", "\n1\t2\r\n3\n", "1&#9;2 3", "1,2,3", "1 2", "1 2 3 4", "1_0 2 3"),
+)
+
+
+@pytest.mark.parametrize("vector", VECTORS)
+def test_three_numbers_are_a_place_for_both_readers_or_for_none(vector, capfd):
+    """A line break in an attribute is a blank, as XML says; urdfdom would not read on."""
+    text = changed(GOOD, 'origin xyz="0.0 0.0 0.0"', f'origin xyz="{vector}"')
+    own = read_or_refused(text)
+    if isinstance(own, str):
+        assert "must be 3 numbers" in own
+        assert pin.buildModelFromXML(text).inertias[1].mass == 0
+        return
+    lever = pin.buildModelFromXML(own.urdf).inertias[1].lever
+    assert lever.tolist() == own.bodies[0].com.tolist() == [1.0, 2.0, 3.0]
+    assert capfd.readouterr().err == ""
+
+
+def test_shapes_that_are_none_disturb_no_reader(capfd):
+    shape = '<visual><origin xyz="1 2"/><geometry><box size="1_0"/></geometry></visual>'
+    own = robot(GOOD.replace("</inertial>", "</inertial>" + shape))
+    assert pin.buildModelFromXML(own.urdf).inertias[1].mass == 1.0
+    assert capfd.readouterr().err == ""
+
+
+def test_a_urdf_is_one_by_what_it_holds(crosscheck, tmp_path):
+    for name in ("arm.xml", "arm"):
+        (tmp_path / name).write_text(GOOD)
+        assert load_robot(str(tmp_path / name)).joints[0].name == "turn"
+    (tmp_path / "arm.urdf.xacro").write_text(XACRO.format('<xacro:property name="L"/>'))
+    assert_one_line(crosscheck("cost", tmp_path / "arm.urdf.xacro"), "xacro is left in it; expand")
+    (tmp_path / "arm.xml").write_text("<mujoco/>")
+    assert_one_line(crosscheck("cost", tmp_path / "arm.xml"), "is MJCF; must be a URDF")
+
+
+def test_a_number_of_400_digits_is_refused(crosscheck, tmp_path):
+    (tmp_path / "mine.urdf").write_text(GOOD)
+    for digits, said in ((400, "too many digits"), (200, "must be -1e6 to 1e6")):
+        text = changed(MINIMAL + GEARED, "5.0", "1" + digits * "0")
+        (tmp_path / "mine.toml").write_text(text)
+        assert_one_line(crosscheck("cost", tmp_path / "mine.toml"), said)
+
+
+def test_friction_of_zero_however_written_is_nothing():
+    for zero in ("0.00", " 0e5", "-0", ""):
+        text = GOOD.replace(LIMIT, f'<dynamics friction="{zero}"/>{LIMIT}')
+        assert robot(text).told == ()
+
+
+def test_a_mass_of_nothing_on_what_is_fixed_is_merged():
+    """2 kg and an inertia of 0.01 kg m^2, 0.1 m off the axis: M = 0.03 kg m^2."""
+    arm = Solid(2.0, (0, 0.1, 0), (0.01, 0, 0, 0.01, 0, 0.01))
+    tool = Solid(1e-15, inertia=(1e-11, 0, 0, 1e-11, 0, 1e-11))
+    own = robot(
+        urdf(GROUND, link("arm", arm), link("t", tool), TURN, joint("f", "arm", "t", "fixed"))
+    )
+    assert own.told == ()
+    for engine in ENGINES:
+        assert model_of(engine, own, "links").mass_matrix(np.zeros((1, 1))) == pytest.approx(0.03)
+
+
+ROD = Solid(1.0, (0.1, 0, 0), (0.1, 0.1, 0, 0.1, 0, 0.2))  # along the diagonal of x and y
+
+
+@pytest.mark.parametrize(
+    ("solid", "axis", "mass"),
+    [(Solid(1.0, (0, 0, -1), (0,) * 6), (0, 1, 0), 1.0), (ROD, (0, 0, 1), 0.21)],
+)
+def test_point_masses_and_thin_rods_are_bodies(solid, axis, mass):
+    own = robot(urdf(GROUND, link("arm", solid), joint("turn", "ground", "arm", axis=axis)))
+    found = compared(own, drawn(own, 3, 0))
+    assert max(each.measured for each in found) < 1e-14
+    for engine in ENGINES:
+        assert model_of(engine, own, "links").mass_matrix(np.zeros((1, 1))) == pytest.approx(mass)
+
+
+def test_an_inertia_of_another_unit_is_told():
+    """The radii of gyration are the roots of inertia over mass; the robot is 0.1 m long."""
+    arm = Solid(1.5, (0.1, 0, 0), (0.001, 0, 0, 0.005, 0, 0.005))
+    servo = Solid(0.00186, (-0.0176, 0, 0), (2.32e-3, 0, 0, 7.83e-3, 0, 8.06e-3))
+    parts = joint("servo", "arm", "servo", at=(0.07, 0, 0)), link("servo", servo)
+    (told,) = robot(urdf(GROUND, link("arm", arm), TURN, *parts)).told
+    assert told.startswith("link servo: radii of gyration of 1.1, 2.1, 2.1 m on a robot of 0.1 m")
+    right = servo._replace(inertia=np.array(servo.inertia) / 1e6)
+    assert robot(urdf(GROUND, link("arm", arm), TURN, parts[0], link("servo", right))).told == ()
+
+
+def test_a_heavy_base_of_several_limbs_is_told_to_be_held():
+    body = link("body", Solid(5.0))
+    legs = [joint(name, "body", name) + link(name, Solid()) for name in ("left", "right")]
+    (told,) = robot(urdf(body, *legs)).told
+    assert told == "link body is held, with its 5 kg: the base of a robot does not move"
+    assert robot(urdf(body, legs[0])).told == robot(urdf(link("body"), *legs)).told == ()
