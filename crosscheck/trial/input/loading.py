@@ -29,6 +29,7 @@ from crosscheck.trial.input.equations import Coordinates, Equations, Level
 EXPECTED = "file.py:name or package.module:name"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
+OF_ARMS = tuple(part for part in TAKES if part not in OF_ROBOTS)  # parts of an arm's equations
 SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "unused"}  # fields that no object is asked for
 Maker = Callable[..., Any]
 
@@ -100,8 +101,8 @@ def robot_equations(text: str, robot: Robot) -> Equations:
         if _is_factory(found):
             taken = _arguments(found, text, ("robot",))
             found = _call_factory(found, dict.fromkeys(taken, robot))
-            return require_of_robot(_from_object(found, text, "returned"), text)
-        return require_of_robot(_from_object(found, text), text)
+            return require_of_robot(_from_object(found, text, "returned", tuple(TAKES)), text)
+        return require_of_robot(_from_object(found, text, "is", tuple(TAKES)), text)
 
 
 def _is_factory(found: Any) -> bool:
@@ -205,10 +206,13 @@ def _has_parts(found: Any) -> bool:
     return any(callable(getattr(found, part, None)) for part in TAKES)
 
 
-def _from_object(found: Any, where: str, verb: str = "is") -> Equations:
+def _from_object(
+    found: Any, where: str, verb: str = "is", parts: Sequence[str] = OF_ARMS
+) -> Equations:
     """Equations out of an object whose functions are called like those of Equations.
 
-    Raises InputError, also for a function that is called almost like a part that is missing.
+    parts: that equations of this kind may have. Raises InputError, also for a function that is
+    called almost like a part that is missing.
     """
     if isinstance(found, Equations):
         return found
@@ -218,23 +222,25 @@ def _from_object(found: Any, where: str, verb: str = "is") -> Equations:
         raise InputError(where, "", None, f"{verb} {kind}; {must} {ACCEPTED}")
     names = {entry.name for entry in fields(Equations)} - SET_HERE
     own = {name: getattr(found, name) for name in names if getattr(found, name, None) is not None}
-    return Equations(**own, unused=_unused(found, names, set(own), where))
+    return Equations(**own, unused=_unused(found, names, set(own), parts, where))
 
 
-def _unused(found: Any, names: set[str], given: set[str], where: str) -> tuple[str, ...]:
+def _unused(
+    found: Any, names: set[str], given: set[str], parts: Sequence[str], where: str
+) -> tuple[str, ...]:
     """Names of an object's functions that are no part of equations; of a namespace, of anything.
 
     names: of what is read; given: of those that are there. Raises InputError for a name like that
     of a part that is missing, and for any other name in a namespace.
     """
-    missing, other = [part for part in TAKES if part not in given], _own_names(found) - names
+    missing, other = [part for part in parts if part not in given], _own_names(found) - names
     for name in sorted(other):
         near = next((part for part in missing if part in name.lower()), "")
         near = near or next(iter(difflib.get_close_matches(name.lower(), missing, 1, 0.75)), "")
         if near or isinstance(found, SimpleNamespace):
-            meant = f"; did you mean {near}?" if near else ""
-            allowed = ", ".join((*TAKES, *sorted(names - set(TAKES))))
-            raise InputError(where, name, None, f"is no part of equations{meant} Allowed: {allowed}")
+            meant = f" (did you mean {near}?)" if near else ""
+            reason = f"is no part of equations{meant}; parts are {', '.join(parts)}"
+            raise InputError(where, name, None, reason)
     return tuple(sorted(other))
 
 
@@ -291,8 +297,7 @@ def _whole(equations: Equations, where: str) -> Equations:
         if getattr(equations, part) is not None:
             reason = "is a part of a robot's equations; those of an arm count the weights in force"
             raise InputError(where, part, None, reason)
-    parts = [part for part in TAKES if part not in OF_ROBOTS]
-    _require_parts(equations, where, parts, in_order=False)
+    _require_parts(equations, where, OF_ARMS, in_order=False)
     if not isinstance(equations.coordinates, Coordinates):
         kind = type(equations.coordinates).__name__
         raise InputError(where, "coordinates", None, f"is a {kind}; must be Coordinates")
@@ -313,7 +318,7 @@ def require_of_robot(equations: Equations, where: str) -> Equations:
     """The equations of a robot themselves. Raises InputError unless all of them can be judged."""
     for name in ("coordinates", "switches", "symbolic", "table"):
         if repr(getattr(equations, name)) != repr(getattr(Equations(), name)):
-            reason = "is of arms alone; a robot's equations are functions of its joints' coordinates"
+            reason = "is of arms alone; a robot's equations are of its joints' coordinates"
             raise InputError(where, name, None, reason)
     _require_parts(equations, where, list(TAKES), in_order=True)
     if equations.level and equations.level not in RIGID:
@@ -325,8 +330,7 @@ def require_of_robot(equations: Equations, where: str) -> Equations:
 def _require_parts(
     equations: Equations, where: str, parts: Sequence[str], *, in_order: bool
 ) -> None:
-    """Raise InputError unless there is one of these parts at least, each a function; see by_name.
-    """
+    """Raise InputError unless there is at least one of these parts, each a function."""
     given = [part for part in parts if getattr(equations, part) is not None]
     if not given:
         raise InputError(where, "", None, f"hands nothing over; needs one of {', '.join(parts)}")
