@@ -12,7 +12,7 @@ from crosscheck.cost.agreement import model_of
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
-from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.candidates import Confusion, confusions, numbers, with_part
 from crosscheck.trial.robots.explain import Diagnosis
 from crosscheck.trial.robots.trial import RobotTrial, try_equations

@@ -77,14 +77,14 @@ def made(
     """Equations out of what a user gave, see handed_over; folder: the one that the code is in."""
     beside = (folder or Path.cwd()).resolve()
     if not _is_factory(found):
-        return _whole(_from_object(found, where).on(arm, scenario), where)
+        return _whole(of_object(found, where).on(arm, scenario), where)
     by_arm = _arguments(found, where, ("arm", "scenario"))
 
     def rebuilt(other: Arm, drive: Scenario | None) -> Equations:
         values = {"arm": other, "scenario": drive or scenario}
         with _told(where, beside):
             answer = _call_factory(found, {name: values[of] for name, of in by_arm.items()})
-        whole = _whole(_from_object(answer, where, "returned").on(other, drive), where)
+        whole = _whole(of_object(answer, where, "returned").on(other, drive), where)
         any_arm = whole.any_arm or "arm" in by_arm.values()
         return replace(whole, rebuild=rebuilt, any_arm=any_arm)
 
@@ -101,8 +101,8 @@ def robot_equations(text: str, robot: Robot) -> Equations:
         if _is_factory(found):
             taken = _arguments(found, text, ("robot",))
             found = _call_factory(found, dict.fromkeys(taken, robot))
-            return require_of_robot(_from_object(found, text, "returned", tuple(TAKES)), text)
-        return require_of_robot(_from_object(found, text, "is", tuple(TAKES)), text)
+            return require_of_robot(of_object(found, text, "returned", tuple(TAKES)), text)
+        return require_of_robot(of_object(found, text, "is", tuple(TAKES)), text)
 
 
 def _is_factory(found: Any) -> bool:
@@ -206,7 +206,7 @@ def _has_parts(found: Any) -> bool:
     return any(callable(getattr(found, part, None)) for part in TAKES)
 
 
-def _from_object(
+def of_object(
     found: Any, where: str, verb: str = "is", parts: Sequence[str] = OF_ARMS
 ) -> Equations:
     """Equations out of an object whose functions are called like those of Equations.

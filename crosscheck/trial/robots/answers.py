@@ -58,7 +58,7 @@ class PartCalls(OwnKey):
         return 0.5 + self.rows * CALL_S
 
     def perform(self) -> np.ndarray | Failure | InputError:
-        """The answers, row by row, or why there are none: an InputError if the first is unusable."""
+        """The answers, row by row, or why there are none; an InputError if the first is unfit."""
         call, answers = _supplied[self.model][self.quantity], list[np.ndarray]()
         try:
             for row in range(self.rows):

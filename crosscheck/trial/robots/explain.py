@@ -53,13 +53,18 @@ def diagnose(problem: RobotProblem, distances: Sequence[LevelDistance], rates: R
     nearest = distances[0]
     if not nearest.entries:
         return Diagnosis(nearest.level)
-    allowed = distances[:1] if problem.stated else distances
+    allowed = _worth_searching(problem, distances)
     searches = {each.level: CauseSearch(problem, each.level) for each in allowed}
-    level, explanations = nearest.level, list[Cause]()
+    level, explanations, links = nearest.level, list[Cause](), tuple[str, ...]()
     for each in allowed:
-        if found := searches[each.level].causes():
-            level, explanations = each.level, found
+        if explanations := searches[each.level].causes():
+            level = each.level
             break
+    else:
+        for each in allowed if _are_several_wrong(problem, nearest.level) else ():
+            if links := tuple(searches[each.level].links()):
+                level = each.level
+                break
     entries = [_with_words(problem, level, entry) for entry in problem.entries(level)]
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
@@ -69,16 +74,42 @@ def diagnose(problem: RobotProblem, distances: Sequence[LevelDistance], rates: R
     notes += _alone(entries, wrong, right)
     if "bias" in wrong:
         terms = rates()
-        notes += [] if terms is None else _bias_notes(problem, level, terms, right, explanations)
-    links: tuple[str, ...] = ()
-    if not explanations:
+        found = (*explanations, *links)
+        notes += [] if terms is None else _bias_notes(problem, level, terms, right, bool(found))
+    if not explanations and not links:
         for part in wrong:
             notes += _causes_within(searches[level], part, entries)
-        if not (len(wrong) == 1 and right):
-            links = tuple(searches[level].links())
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(cause.words for cause in explanations)
     return Diagnosis(level, tuple(entries), tuple(notes), words, links)
+
+
+def _worth_searching(
+    problem: RobotProblem, distances: Sequence[LevelDistance]
+) -> list[LevelDistance]:
+    """The levels at which one change may explain all.
+
+    At one where gravity, the bias or one entry alone is wrong nothing else of the level is, so that
+    an explanation at a level of more wrong entries would be chance.
+    """
+    nearest = distances[0]
+    if problem.stated:
+        return [nearest]
+    wrong = {entry.part for entry in problem.entries(nearest.level)}
+    alone = len(wrong) == 1 and len(problem.parts) > 1
+    if not alone or ("mass_matrix" in wrong and nearest.entries > 1):
+        return list(distances)
+    return [each for each in distances if each.entries == nearest.entries]
+
+
+def _are_several_wrong(problem: RobotProblem, level: Level) -> bool:
+    """Whether a link may be wrong: in several parts, or in one that nothing stands beside.
+
+    Where one part alone is wrong the others follow from the file's links.
+    """
+    entries = problem.entries(level)
+    wrong = _wrong_parts(entries)
+    return len(wrong) > 1 or not (set(problem.parts) & set(SINGLE)) - set(wrong)
 
 
 def _of_another_level(problem: RobotProblem, distances: Sequence[LevelDistance]) -> list[str]:
@@ -161,11 +192,11 @@ def _bias_notes(
     level: Level,
     terms: BiasTerms,
     right: Sequence[str],
-    explanations: Sequence[Cause],
+    explained: bool,
 ) -> Iterator[str]:
     """Sentences on a bias that is wrong: what is no product of two rates, then wrong terms.
 
-    right: parts that are right; explanations: of all parts, which say more than single terms.
+    right: parts that are right; explained: whether something explains all, which says more.
     """
     states, sizes = problem.states, problem.sizes[level]
     source = problem.answers.sources["bias"]
@@ -184,7 +215,7 @@ def _bias_notes(
     wrong = list(_wrong_products(problem, level, terms, terms_by(model.bias, states)))
     if wrong and "mass_matrix" in right:
         yield "bias does not follow from mass_matrix, which is right"
-    if not explanations:
+    if not explained:
         yield from wrong
 
 

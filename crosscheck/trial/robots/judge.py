@@ -134,8 +134,8 @@ class RobotProblem:
     def distances(self) -> list[LevelDistance]:
         """Each level beside the equations, the stated one first, then that of the fewest entries.
 
-        Of as many the one with the least mean. One large error must not choose a level from which
-        right entries differ.
+        Of as many the one with the least mean; of several that agree the first. One large error
+        must not choose a level from which right entries differ.
         """
         found = []
         for level in self.sizes:
@@ -143,7 +143,11 @@ class RobotProblem:
             shares = np.concatenate([np.abs(own).max(axis=0).ravel() for own in apart.values()])
             mean = float(shares.mean())
             found.append(LevelDistance(level, len(self.entries(level)), float(shares.max()), mean))
-        return sorted(found, key=lambda each: (each.level != self.stated, each.entries, each.mean))
+
+        def order(each: LevelDistance) -> tuple[bool, int, float]:
+            return each.level != self.stated, each.entries, each.mean if each.entries else 0.0
+
+        return sorted(found, key=order)
 
 
 def at_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:

@@ -24,8 +24,7 @@ def lines(trial: RobotTrial) -> Iterator[str]:
         yield f"no part answered{left_out}"
     elif not found.entries:
         parts = ", ".join(trial.parts)
-        said = f"{LEVELS[level]}): {parts}, to {trial.largest:.1e}"
-        yield f"agrees with {level} ({said}{left_out}"
+        yield f"agrees with {_levels(trial)}: {parts}, to {trial.largest:.1e}{left_out}"
     else:
         wrong = {entry.part for entry in found.entries}
         parts = ", ".join(part for part in trial.parts if part in wrong)
@@ -41,6 +40,15 @@ def lines(trial: RobotTrial) -> Iterator[str]:
         if why.trace:
             yield f"{part} raised:"
             yield from why.trace.splitlines()
+
+
+def _levels(trial: RobotTrial) -> str:
+    """The level that equations agree with, or all that are alike in their parts."""
+    level = trial.diagnosis.level
+    alike = [each.level for each in trial.distances if not each.entries]
+    if trial.stated or len(alike) == 1:
+        return f"{level} ({LEVELS[level]})"
+    return f"{', '.join(alike)}, which are alike in these parts"
 
 
 def _explained(found: Diagnosis) -> Iterator[str]:

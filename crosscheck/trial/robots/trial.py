@@ -29,12 +29,14 @@ from crosscheck.trial.robots.sizes import sizes_by_level
 class RobotTrial:
     """A user's equations of a robot, judged.
 
-    parts: that were judged; not_judged: what was not, with the reason, in words; distances: of
-    each level, the nearest first; failures: by part that did not answer; agreement: all checks.
+    stated: the level that they are to be of, '' for any; parts: that were judged; not_judged: what
+    was not, with the reason, in words; distances: of each level, the nearest first; failures: by
+    part that did not answer; agreement: all checks.
     """
 
     name: str
     robot: Robot
+    stated: str
     parts: tuple[str, ...]
     not_judged: tuple[str, ...]
     distances: tuple[LevelDistance, ...]
@@ -100,6 +102,7 @@ def try_equations(
     return RobotTrial(
         name=name,
         robot=robot,
+        stated=equations.level,
         parts=problem.parts,
         not_judged=tuple(_not_judged(problem, equations)),
         distances=distances,
