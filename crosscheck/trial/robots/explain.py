@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,16 +55,12 @@ def diagnose(problem: RobotProblem, distances: Sequence[LevelDistance], rates: R
         return Diagnosis(nearest.level)
     allowed = _worth_searching(problem, distances)
     searches = {each.level: CauseSearch(problem, each.level) for each in allowed}
-    level, explanations, links = nearest.level, list[Cause](), tuple[str, ...]()
-    for each in allowed:
-        if explanations := searches[each.level].causes():
+    level, explanations = _explanations(searches, allowed)
+    links: tuple[str, ...] = ()
+    for each in allowed if not explanations and _are_several_wrong(problem, level) else ():
+        if links := tuple(searches[each.level].links()):
             level = each.level
             break
-    else:
-        for each in allowed if _are_several_wrong(problem, nearest.level) else ():
-            if links := tuple(searches[each.level].links()):
-                level = each.level
-                break
     entries = [_with_words(problem, level, entry) for entry in problem.entries(level)]
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
@@ -82,6 +78,26 @@ def diagnose(problem: RobotProblem, distances: Sequence[LevelDistance], rates: R
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(cause.words for cause in explanations)
     return Diagnosis(level, tuple(entries), tuple(notes), words, links)
+
+
+def _explanations(
+    searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance]
+) -> tuple[Level, list[Cause]]:
+    """The first level at which single changes explain all, and these; else the first, and none.
+
+    Among levels of as many wrong entries one where somebody may well have made the change.
+    """
+    level, found = distances[0].level, list[Cause]()
+    first: int | None = None
+    for each in distances:
+        if first is not None and each.entries > first:
+            break
+        causes = searches[each.level].causes()
+        if causes and (first is None or any(cause.usual for cause in causes)):
+            level, found, first = each.level, causes, each.entries
+        if any(cause.usual for cause in causes):
+            break
+    return level, found
 
 
 def _worth_searching(
