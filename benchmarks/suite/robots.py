@@ -18,8 +18,8 @@ from crosscheck.cost.agreement import drawn
 from crosscheck.cost.engines import model_of
 from crosscheck.models.robot.file import RobotFile, load_robot, robot_of
 from crosscheck.models.robot.robot import Robot
-from crosscheck.trial.robots.explain import explained
-from tests.robots.test_trial import equations, planted
+from crosscheck.trial.robots.trial import try_equations
+from tests.robots.test_trial import equations, is_named, planted
 
 TABLE = "robots"
 ROBOTS = ("six-joint", "puma560")
@@ -113,12 +113,12 @@ def _planted(own: Robot) -> list[Row]:
         if asked == ERRORS:
             break
         error = planted(own, seed)
-        found = explained(equations(error.robot), own, seed)
-        if not found.agrees:
+        trial = try_equations(equations(error.robot), own, seed=seed)
+        if not trial.agrees:
             asked += 1
-            named += any(error.words in each for each in found.explanations)
+            named += is_named(error, trial)
     unnamed = 1 - named / asked
-    blamed = sum(not explained(equations(own), own, seed).agrees for seed in range(20))
+    blamed = sum(not try_equations(equations(own), own, seed=seed).agrees for seed in range(20))
     return [
         Row(
             TABLE,

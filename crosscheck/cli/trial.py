@@ -9,12 +9,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from crosscheck.cli.answer import write_asked
-from crosscheck.kinds import AGREEMENT, JUNIT, TRIAL, TRIAL_PAGE
+from crosscheck.cli.answer import answer, write_asked
+from crosscheck.kinds import AGREEMENT, EXPLAINED, JUNIT, TRIAL, TRIAL_PAGE
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import is_robot
 from crosscheck.models.inputs import remember
 from crosscheck.models.loading import Chosen, load_chosen
+from crosscheck.models.robot.file import load_robot
 from crosscheck.output import require_files, require_writable, write_files
 from crosscheck.planning.plan import Wanted
 from crosscheck.report.answers import agreement_json
@@ -26,9 +27,10 @@ from crosscheck.runner.progress import shown_progress
 from crosscheck.trial.fmu.archive import MappedUnit, described, drafted, mapped_unit, unpacked
 from crosscheck.trial.fmu.unit import beside, fmu_equations, require_comparable, require_running
 from crosscheck.trial.input.equations import Coordinates, Equations, coordinates_of
-from crosscheck.trial.input.loading import handed_over
+from crosscheck.trial.input.loading import handed_over, robot_equations
 from crosscheck.trial.model import switches_of
-from crosscheck.trial.robots.explain import try_robot
+from crosscheck.trial.robots.output import lines, robot_trial_json
+from crosscheck.trial.robots.trial import try_equations
 from crosscheck.trial.tables.answers import answered, equations_of, following
 from crosscheck.trial.tables.asked import TableTrial, asked_apart, asked_on_probes, asked_states
 from crosscheck.trial.tables.folder import ask_files, probe_files
@@ -112,7 +114,7 @@ def trial_command(options: TrialOptions) -> int:
     _require_meant(options)
     if is_robot(options.arm):
         _require_for_robots(options)
-        return try_robot(options.names[0], options.arm, options.seed, options.json_file)
+        return _try_robot(options)
     if options.ask:
         ask(options)
         return 0
@@ -131,6 +133,20 @@ def trial_command(options: TrialOptions) -> int:
         with shown_progress(f"trying {printable(asked.name)}") as told:
             trial = tried(asked, jobs=options.processes, told=told)
     return _told(trial, options, page)
+
+
+def _try_robot(options: TrialOptions) -> int:
+    """Judge a user's equations of a robot; returns the exit code. Raises InputError."""
+    text, robot = options.names[0], load_robot(options.arm)
+    require_files((options.json_file, EXPLAINED))
+    remember(Path(text.rpartition(":")[0]))
+    equations = robot_equations(text, robot)
+    with shown_progress(f"trying {printable(text)}") as told:
+        trial = try_equations(
+            equations, robot, name=text, seed=options.seed, jobs=options.processes, told=told
+        )
+    answer(lines(trial), (options.json_file, lambda: robot_trial_json(trial)))
+    return trial.exit_code
 
 
 def _asked(options: TrialOptions, unit: MappedUnit | None, chosen: Chosen) -> Asked:
@@ -242,7 +258,6 @@ def _require_for_robots(options: TrialOptions) -> None:
         "--scenario": options.scenarios,
         "--set": options.settings,
         "--quick": options.quick,
-        "--jobs": options.jobs,
         "--junit": options.junit,
         "--out": options.out,
         "--run-code": options.run_code,

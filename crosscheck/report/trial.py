@@ -70,6 +70,8 @@ def summary(trial: Trial) -> Iterator[str]:
         yield misread_line(each, problem.frame.names)
     if trial.missing:
         yield f"not supplied, so not judged: {', '.join(trial.missing)}"
+    if problem.equations.unused:
+        yield f"no part of equations, so not judged: {', '.join(problem.equations.unused)}"
 
 
 def misread_line(found: Misread, names: Sequence[str]) -> str:

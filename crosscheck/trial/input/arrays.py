@@ -50,6 +50,8 @@ def _array(answer: Any) -> np.ndarray:
         return found
     try:
         return np.array([complex(item) for item in found.flat]).reshape(found.shape)
+    except OverflowError:
+        raise NotNumbers(f"is a {name} that holds an integer too large for a float") from None
     except (TypeError, ValueError):
         kinds = ", ".join(sorted({type(item).__name__ for item in found.flat}))
         raise NotNumbers(f"is a {name} that holds {kinds or name}, must be numbers") from None

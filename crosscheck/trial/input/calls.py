@@ -39,7 +39,9 @@ TAKES: dict[str, tuple[str, ...]] = {
     "force": ("t", "x", "v", "torque"),
     "acceleration": ("t", "x", "v", "torque"),
     "inverse_dynamics": ("x", "v", "a"),
+    "gravity": ("x",),
 }
+OF_ROBOTS = ("gravity",)  # parts that the equations of an arm have not
 MATRICES = ("mass_matrix", "coriolis")
 LAMBDIFIED = "<lambdifygenerated"  # what sympy calls the file of a function that it writes
 # These packages' frames count where we call them; a user's own frame comes before those of a
@@ -116,19 +118,28 @@ class SuppliedEquations:
         """The answer of the user's function to copies of the arguments, (n,) or (n, n)."""
         if part not in self.given:
             raise CannotDo(f"the equations have no {part}")
-        copies: dict[str, Any] = {name: np.array(value) for name, value in arguments.items()}
-        if "t" in arguments:
-            copies["t"] = float(arguments["t"])
-        n = len(self.frame.names)
-        try:
-            raw = self.calls[part](copies)
-        except BaseException as error:  # also SystemExit
-            error.add_note(f"{part}{_state(arguments)}")
-            raise
-        try:
-            return numbers_of(raw, (n, n) if part in MATRICES else (n,))
-        except NotNumbers as error:
-            raise BadAnswer(one_line(f"{part} {error}{_state(arguments)}")) from None
+        return part_answer(self.calls[part], part, len(self.frame.names), arguments)
+
+
+def part_answer(
+    call: Callable[[Arguments], Any], part: str, size: int, arguments: Arguments
+) -> np.ndarray:
+    """The answer of a part to copies of its arguments, (size,) or (size, size).
+
+    Raises BadAnswer for an answer of another shape or kind, and whatever the function raises.
+    """
+    copies: dict[str, Any] = {name: np.array(value) for name, value in arguments.items()}
+    if "t" in arguments:
+        copies["t"] = float(arguments["t"])
+    try:
+        raw = call(copies)
+    except BaseException as error:  # also SystemExit
+        error.add_note(f"{part}{_state(arguments)}")
+        raise
+    try:
+        return numbers_of(raw, (size, size) if part in MATRICES else (size,))
+    except NotNumbers as error:
+        raise BadAnswer(one_line(f"{part} {error}{_state(arguments)}")) from None
 
 
 def _state(arguments: Arguments) -> str:
@@ -154,8 +165,12 @@ def supplied(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEquations:
     return SuppliedEquations(equations, arm, frame, frozenset(given), frozenset(has), calls)
 
 
-def by_name(own: Any, part: str) -> Callable[[Arguments], Any]:
-    """A user's function as one of all its arguments by name. Raises InputError."""
+def by_name(own: Any, part: str, *, in_order: bool = False) -> Callable[[Arguments], Any]:
+    """A user's function as one of all its arguments by name.
+
+    in_order: whether one whose parameters all have names of the user's own gets the part's
+    arguments in their order, if they are as many. Raises InputError.
+    """
     if not callable(own):
         reason = f"is a {type(own).__name__}; must be a function of {', '.join(TAKES[part])}"
         raise InputError("equations", part, None, reason)
@@ -170,7 +185,7 @@ def by_name(own: Any, part: str) -> Callable[[Arguments], Any]:
     if any(p.kind == p.VAR_POSITIONAL for p in parameters):
         return _by_position(own, TAKES[part])
     required = [p for p in parameters if p.default is p.empty]
-    if _nameless(own, required):
+    if _nameless(own, required) or (in_order and _is_renamed(required, part)):
         return _by_position(own, _first(part, len(required)))
     wanted = [p for p in parameters if p.default is p.empty or MEANT.get(p.name) in TAKES[part]]
     for parameter in wanted:
@@ -193,6 +208,12 @@ def _nameless(own: Any, required: Sequence[inspect.Parameter]) -> bool:
         return not all(known)
     by_place = all(parameter.kind == parameter.POSITIONAL_ONLY for parameter in required)
     return bool(required) and by_place and not any(known)
+
+
+def _is_renamed(required: Sequence[inspect.Parameter], part: str) -> bool:
+    """Whether all names of parameters are a user's own, and as many as the part has arguments."""
+    unknown = all(p.name not in MEANT and p.kind != p.KEYWORD_ONLY for p in required)
+    return unknown and len(required) == len(TAKES[part])
 
 
 def _require_meaning(name: str, part: str) -> None:

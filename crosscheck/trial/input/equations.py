@@ -96,12 +96,14 @@ class Equations:
 
     mass_matrix (n, n); bias (n,) = C(x, v) v, or coriolis (n, n) = C itself; force (n,): drive,
     meshes, dampers, friction and weight; acceleration (n,) by (t, x, v[, torque]);
-    inverse_dynamics (n,) = M a + bias by (x, v, a). level: which rigid level a rigid model is meant
-    to be, one of ``links``, ``carriers``, ``armature``, ``coupled``; '' lets the trial find out.
-    switches: laws that the model follows, where not those of the command line. rebuild: makes them
-    anew for an arm and a scenario, of equations that know how. any_arm: whether that is worth doing
-    for another arm; else, and once a part of them is replaced, they are of one alone. table: of
-    those that are no code.
+    inverse_dynamics (n,) = M a + bias by (x, v, a). Of a robot's equations alone: gravity (n,) by
+    (x), the torques that hold the weights, which an arm's equations count in force. level: which
+    rigid level a rigid model is meant to be, one of ``links``, ``carriers``, ``armature``,
+    ``coupled``; '' lets the trial find out. switches: laws that the model follows, where not those
+    of the command line. rebuild: makes them anew for an arm and a scenario, of equations that know
+    how. any_arm: whether that is worth doing for another arm; else, and once a part of them is
+    replaced, they are of one alone. table: of those that are no code. unused: names of other
+    functions of the object that they came from.
     """
 
     mass_matrix: Function | None = None
@@ -117,6 +119,8 @@ class Equations:
     rebuild: Callable[[Arm, Scenario | None], Equations] | None = None
     any_arm: bool = False
     table: AnswerTable | None = None
+    gravity: Function | None = None
+    unused: tuple[str, ...] = ()
     rebuilt_as: tuple[Any, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -9,25 +9,28 @@ import importlib.util
 import inspect
 import sys
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any, get_args
 
 import crosscheck
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, Switches
+from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import overseen
-from crosscheck.trial.input.calls import MEANT, TAKES, by_name
+from crosscheck.trial.input.calls import MEANT, OF_ROBOTS, TAKES, by_name
 from crosscheck.trial.input.equations import Coordinates, Equations, Level
 
 EXPECTED = "file.py:name or package.module:name"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
+OF_ARMS = tuple(part for part in TAKES if part not in OF_ROBOTS)  # parts of an arm's equations
+SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "unused"}  # fields that no object is asked for
 Maker = Callable[..., Any]
 
 
@@ -73,27 +76,46 @@ def made(
 ) -> Equations:
     """Equations out of what a user gave, see handed_over; folder: the one that the code is in."""
     beside = (folder or Path.cwd()).resolve()
-    if isinstance(found, Equations):
-        return _whole(found.on(arm, scenario), where)
-    if not callable(found) or (_has_parts(found) and not isinstance(found, type)):
-        return _whole(_from_object(found, where).on(arm, scenario), where)
-    by_arm = _arguments(found, where)
+    if not _is_factory(found):
+        return _whole(of_object(found, where).on(arm, scenario), where)
+    by_arm = _arguments(found, where, ("arm", "scenario"))
 
     def rebuilt(other: Arm, drive: Scenario | None) -> Equations:
         values = {"arm": other, "scenario": drive or scenario}
-        bound = inspect.signature(found).bind_partial()
-        bound.arguments.update({name: values[meant] for name, meant in by_arm.items()})
         with _told(where, beside):
-            answer = found(*bound.args, **bound.kwargs)
-        if isinstance(answer, type) or (callable(answer) and not _has_parts(answer)):
-            kind = type(answer).__name__
-            raise InputError(where, "", None, f"returned a {kind}; must return {ACCEPTED}")
-        own = answer if isinstance(answer, Equations) else _from_object(answer, where, "returned")
-        whole = _whole(own.on(other, drive), where)
+            answer = _call_factory(found, {name: values[of] for name, of in by_arm.items()})
+        whole = _whole(of_object(answer, where, "returned").on(other, drive), where)
         any_arm = whole.any_arm or "arm" in by_arm.values()
         return replace(whole, rebuild=rebuilt, any_arm=any_arm)
 
     return rebuilt(arm, scenario)
+
+
+def robot_equations(text: str, robot: Robot) -> Equations:
+    """The equations of a robot that a user names, see handed_over.
+
+    A factory takes the robot, or nothing. Raises InputError for whatever is wrong with it.
+    """
+    with user_code(text):
+        found = object_named(text)
+        if _is_factory(found):
+            taken = _arguments(found, text, ("robot",))
+            found = _call_factory(found, dict.fromkeys(taken, robot))
+            return require_of_robot(of_object(found, text, "returned", tuple(TAKES)), text)
+        return require_of_robot(of_object(found, text, "is", tuple(TAKES)), text)
+
+
+def _is_factory(found: Any) -> bool:
+    """Whether what a user named makes the equations, and is not these."""
+    if isinstance(found, Equations) or not callable(found):
+        return False
+    return isinstance(found, type) or not _has_parts(found)
+
+
+def _call_factory(found: Maker, arguments: Mapping[str, Any]) -> Any:
+    bound = inspect.signature(found).bind_partial()
+    bound.arguments.update(arguments)
+    return found(*bound.args, **bound.kwargs)
 
 
 def _place(text: str) -> tuple[str, str, Path]:
@@ -184,24 +206,74 @@ def _has_parts(found: Any) -> bool:
     return any(callable(getattr(found, part, None)) for part in TAKES)
 
 
-def _from_object(found: Any, where: str, verb: str = "is") -> Equations:
-    """Equations out of an object whose functions are called like those of Equations."""
-    if not _has_parts(found):
+def of_object(
+    found: Any, where: str, verb: str = "is", parts: Sequence[str] = OF_ARMS
+) -> Equations:
+    """Equations out of an object whose functions are called like those of Equations.
+
+    parts: that equations of this kind may have. Raises InputError, also for a function that is
+    called almost like a part that is missing.
+    """
+    if isinstance(found, Equations):
+        return found
+    if isinstance(found, type) or not (_has_parts(found) or isinstance(found, SimpleNamespace)):
         kind = "None" if found is None else f"a {type(found).__name__}"
-        raise InputError(where, "", None, f"{verb} {kind}; must be {ACCEPTED}")
-    names = {entry.name for entry in fields(Equations)} - {"rebuild", "rebuilt_as", "any_arm"}
+        must = "must return" if verb == "returned" else "must be"
+        raise InputError(where, "", None, f"{verb} {kind}; {must} {ACCEPTED}")
+    names = {entry.name for entry in fields(Equations)} - SET_HERE
     own = {name: getattr(found, name) for name in names if getattr(found, name, None) is not None}
-    return Equations(**own)
+    return Equations(**own, unused=_unused(found, names, set(own), parts, where))
 
 
-def _arguments(found: Maker, where: str) -> dict[str, str]:
-    """What each parameter of a factory gets: arm or scenario, by name or as the first ones."""
+def _unused(
+    found: Any, names: set[str], given: set[str], parts: Sequence[str], where: str
+) -> tuple[str, ...]:
+    """Names of an object's functions that are no part of equations; of a namespace, of anything.
+
+    names: of what is read; given: of those that are there. Raises InputError for a name like that
+    of a part that is missing, and for any other name in a namespace.
+    """
+    missing, other = [part for part in parts if part not in given], _own_names(found) - names
+    for name in sorted(other):
+        near = next((part for part in missing if part in name.lower()), "")
+        near = near or next(iter(difflib.get_close_matches(name.lower(), missing, 1, 0.75)), "")
+        if near or isinstance(found, SimpleNamespace):
+            meant = f" (did you mean {near}?)" if near else ""
+            reason = f"is no part of equations{meant}; parts are {', '.join(parts)}"
+            raise InputError(where, name, None, reason)
+    return tuple(sorted(other))
+
+
+def _own_names(found: Any) -> set[str]:
+    """Public names of an object's functions, those of libraries' classes excepted."""
+    if isinstance(found, SimpleNamespace):
+        return {name for name in vars(found) if not name.startswith("_")}
+    of_module = isinstance(found, ModuleType)
+    home = found.__name__ if of_module else type(found).__module__
+    places = [getattr(found, "__dict__", {})]
+    places += [] if of_module else [vars(c) for c in type(found).__mro__ if c.__module__ == home]
+    return {
+        name
+        for place in places
+        for name, value in place.items()
+        if not name.startswith("_")
+        and callable(value)
+        and not isinstance(value, type)
+        and not (of_module and getattr(value, "__module__", "") != home)
+    }
+
+
+def _arguments(found: Maker, where: str, names: tuple[str, ...]) -> dict[str, str]:
+    """What each parameter of a factory gets: what has its name, or else the first that is left.
+
+    names: of what there is, such as arm and scenario.
+    """
     try:
         parameters = inspect.signature(found).parameters.values()
     except (TypeError, ValueError):
         raise InputError(where, "", None, f"is a builtin; must be {ACCEPTED}") from None
-    meant = {p.name: p.name for p in parameters if p.name in ("arm", "scenario")}
-    ours = [name for name in ("arm", "scenario") if name not in meant]
+    meant = {p.name: p.name for p in parameters if p.name in names}
+    ours = [name for name in names if name not in meant]
     variadic = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
     for parameter in parameters:
         if parameter.name in meant or parameter.kind in variadic:
@@ -210,21 +282,22 @@ def _arguments(found: Maker, where: str) -> dict[str, str]:
             continue
         if MEANT.get(parameter.name) in ("t", "x", "v", "torque"):
             functions = "hand functions over as Equations(mass_matrix=..., bias=...)"
-            raise InputError(where, "", None, f"takes {parameter.name}, no arm; {functions}")
+            reason = f"takes {parameter.name}, no {names[0]}; {functions}"
+            raise InputError(where, "", None, reason)
         if not ours or parameter.kind == parameter.KEYWORD_ONLY:
-            reason = f"takes {parameter.name}; may take arm and scenario alone"
+            reason = f"takes {parameter.name}; may take {' and '.join(names)} alone"
             raise InputError(where, "", None, reason)
         meant[parameter.name] = ours.pop(0)
     return meant
 
 
 def _whole(equations: Equations, where: str) -> Equations:
-    """The equations themselves. Raises InputError unless they hand something usable over."""
-    given = [part for part in TAKES if getattr(equations, part) is not None]
-    if not given:
-        raise InputError(where, "", None, f"hands nothing over; needs one of {', '.join(TAKES)}")
-    if equations.bias is not None and equations.coriolis is not None:
-        raise InputError(where, "coriolis", None, "give either bias or coriolis")
+    """The equations of an arm themselves. Raises InputError unless they are usable."""
+    for part in OF_ROBOTS:
+        if getattr(equations, part) is not None:
+            reason = "is a part of a robot's equations; those of an arm count the weights in force"
+            raise InputError(where, part, None, reason)
+    _require_parts(equations, where, OF_ARMS, in_order=False)
     if not isinstance(equations.coordinates, Coordinates):
         kind = type(equations.coordinates).__name__
         raise InputError(where, "coordinates", None, f"is a {kind}; must be Coordinates")
@@ -238,9 +311,33 @@ def _whole(equations: Equations, where: str) -> Equations:
     if not isinstance(equations.switches, Switches | None):
         kind = type(equations.switches).__name__
         raise InputError(where, "switches", None, f"is a {kind}; must be Switches")
+    return equations
+
+
+def require_of_robot(equations: Equations, where: str) -> Equations:
+    """The equations of a robot themselves. Raises InputError unless all of them can be judged."""
+    for name in ("coordinates", "switches", "symbolic", "table"):
+        if repr(getattr(equations, name)) != repr(getattr(Equations(), name)):
+            reason = "is of arms alone; a robot's equations are of its joints' coordinates"
+            raise InputError(where, name, None, reason)
+    _require_parts(equations, where, list(TAKES), in_order=True)
+    if equations.level and equations.level not in RIGID:
+        allowed = f"must be one of {', '.join(RIGID)}, or left out"
+        raise InputError(where, "level", equations.level, allowed)
+    return equations
+
+
+def _require_parts(
+    equations: Equations, where: str, parts: Sequence[str], *, in_order: bool
+) -> None:
+    """Raise InputError unless there is at least one of these parts, each a function."""
+    given = [part for part in parts if getattr(equations, part) is not None]
+    if not given:
+        raise InputError(where, "", None, f"hands nothing over; needs one of {', '.join(parts)}")
+    if equations.bias is not None and equations.coriolis is not None:
+        raise InputError(where, "coriolis", None, "give either bias or coriolis")
     try:
         for part in given:
-            by_name(getattr(equations, part), part)
+            by_name(getattr(equations, part), part, in_order=in_order)
     except InputError as error:
         raise InputError(where, error.field, error.value, error.allowed) from None
-    return equations

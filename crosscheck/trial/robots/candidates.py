@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -11,7 +11,15 @@ from typing import Any, Literal
 import numpy as np
 
 from crosscheck.cost.springs import rotors_of
-from crosscheck.models.robot.robot import BASE, Joint, JointStage, Placement, Robot, RobotBody
+from crosscheck.models.robot.robot import (
+    BASE,
+    Joint,
+    JointStage,
+    Placement,
+    Robot,
+    RobotBody,
+    Rotor,
+)
 
 AXES = "xyz"
 MOMENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2)}
@@ -20,11 +28,18 @@ INERTIA = MOMENTS | PRODUCTS
 Kind = Literal["bodies", "joints", "rotors", "stages"]
 
 
+Part = RobotBody | Joint | Rotor
+# Values of a number that somebody may have written by mistake, as parts of the right one.
+USUAL = {-1.0: "with the opposite sign", 0.0: "left out", 0.5: "half", 2.0: "twice"}
+ALIKE = 1e-6  # of numbers that are the same one
+
+
 @dataclass(frozen=True)
 class RobotNumber:
     """A number of a robot, on which its equations depend by at most its square.
 
     step: a size of it, by which differences are taken; put: the robot with another value of it.
+    factor: whether the number is a factor, 1, of several numbers of the file.
     """
 
     name: str
@@ -32,20 +47,39 @@ class RobotNumber:
     value: float
     step: float
     put: Callable[[float], Robot]
+    factor: bool = False
+
+    def words(self, value: float) -> str:
+        """The number with another value, in words that complete `with ...`."""
+        shown = 0.0 if abs(value) < 1e-7 * self.step else value
+        if self.factor:
+            near = [words for usual, words in USUAL.items() if abs(shown - usual) < ALIKE]
+            return f"{self.name} {near[0] if near else f'times {shown:.6g}'}"
+        own = f"{self.value:.6g} {self.unit}".rstrip()
+        return f"{self.name} = {shown:.6g} {self.unit}".rstrip() + f" (file: {own})"
 
 
 @dataclass(frozen=True)
 class Confusion:
-    """One thing taken for another: words that complete `with ...`, and the robot with it."""
+    """One thing taken for another: words that complete `with ...`, and the robot with it.
+
+    several: whether in every part of a kind.
+    """
 
     words: str
     robot: Robot
+    several: bool = False
 
 
 def numbers(robot: Robot) -> Iterator[RobotNumber]:
-    """The numbers of masses, centres, inertias, rotors, stages and gravity that may be wrong."""
+    """The numbers of bodies, joints' places, rotors, stages and gravity that may be wrong."""
     for number, body in enumerate(robot.bodies):
         yield from _of_body(robot, number, body)
+    for number, joint in enumerate(robot.joints):
+        for axis, own in enumerate(joint.placement.position.tolist()):
+            moved = partial(_displaced, robot, number, axis)
+            size = max(float(np.abs(joint.placement.position).max()), 0.1)
+            yield RobotNumber(f"joint {joint.name}: its place, {AXES[axis]}", "m", own, size, moved)
     for number, rotor in enumerate(robot.rotors):
         name = f"rotor of {robot.joints[rotor.joint].name}"
         put = partial(_put, robot, "rotors", number)
@@ -59,6 +93,28 @@ def numbers(robot: Robot) -> Iterator[RobotNumber]:
     for axis, own in enumerate(robot.gravity.tolist()):
         pulled = partial(_pulled, robot, axis)
         yield RobotNumber(f"gravity: {AXES[axis]}", "m/s^2", own, 10.0, pulled)
+    yield from _factors(robot)
+
+
+def _factors(robot: Robot) -> Iterator[RobotNumber]:
+    """Factors of a number of every link, or of every rotor, where there are several."""
+    several: tuple[tuple[str, Kind, str], ...] = (
+        ("every link's mass", "bodies", "mass"),
+        ("every link's inertia", "bodies", "inertia"),
+        ("every link's centre of mass", "bodies", "com"),
+        ("every rotor's inertia", "rotors", "inertia"),
+        ("every rotor's ratio", "rotors", "ratio"),
+    )
+    for name, kind, field in several:
+        parts = getattr(robot, kind)
+
+        def put(by: float, kind: Kind = kind, field: str = field) -> Robot:
+            own = getattr(robot, kind)
+            scaled = [replace(part, **{field: by * getattr(part, field)}) for part in own]
+            return _with_all(robot, kind, scaled)
+
+        if len(parts) > 1:
+            yield RobotNumber(name, "", 1.0, 1.0, put, factor=True)
 
 
 def _of_stage(robot: Robot, number: int, stage: JointStage) -> Iterator[RobotNumber]:
@@ -85,31 +141,31 @@ def _of_body(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotNumber
         return put(field, _with(getattr(body, field), place, value))
 
     yield RobotNumber(f"{link}: mass", "kg", body.mass, body.mass, partial(put, "mass"))
-    reach = max(float(np.abs(body.com).max()), 0.01)
+    reach = _reach(body)
     for axis, own in enumerate(body.com.tolist()):
         entry = partial(put_entry, "com", (axis,))
         yield RobotNumber(f"{link}: centre of mass, {AXES[axis]}", "m", own, reach, entry)
-    size = float(np.trace(body.inertia))
+    size = float(np.trace(body.inertia)) or body.mass * reach**2
     for key, place in INERTIA.items():
         own, entry = float(body.inertia[place]), partial(put_entry, "inertia", place)
         yield RobotNumber(f"{link}: I{key}", "kg m^2", own, size, entry)
 
 
+def _reach(body: RobotBody) -> float:
+    """A length of a body [m], never 0."""
+    return max(float(np.abs(body.com).max()), 0.01)
+
+
 def confusions(robot: Robot) -> Iterator[Confusion]:
     """Confusions of frames, signs and places that are easily taken for each other."""
-    for number, (body, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True)):
-        link = link_of(robot, number)
-        for words, changed in _bodies(body, joint):
-            yield Confusion(f"{link}: {words}", with_part(robot, "bodies", number, changed))
-        turn, position = joint.placement.rotation, joint.placement.position
-        other_way, straight = Placement(turn.T, position), Placement(np.eye(3), position)
-        for words, other in (
-            ("its axis the other way", replace(joint, axis=-joint.axis)),
-            ("its frame turned the other way", replace(joint, placement=other_way)),
-            ("its frame not turned", replace(joint, placement=straight)),
-        ):
-            turned_joint = with_part(robot, "joints", number, other)
-            yield Confusion(f"joint {joint.name}: {words}", turned_joint)
+    links = [link_of(robot, number) for number in range(len(robot.bodies))]
+    bodies = list(map(_bodies, robot.bodies, robot.joints))
+    yield from _of_each(robot, "bodies", "every link", links, bodies)
+    names = [f"joint {joint.name}" for joint in robot.joints]
+    yield from _of_each(robot, "joints", "every joint", names, list(map(_joints, robot.joints)))
+    names = [f"rotor of {robot.joints[rotor.joint].name}" for rotor in robot.rotors]
+    yield from _of_each(robot, "rotors", "every rotor", names, list(map(_rotors, robot.rotors)))
+    yield from _mimics(robot)
     for number, rotor in enumerate(robot.rotors):
         name = f"rotor of {robot.joints[rotor.joint].name}"
         seen = {robot.frames[rotor.stator].body}
@@ -143,6 +199,84 @@ def steiner(mass: float, com: np.ndarray) -> np.ndarray:
     return mass * (com @ com * np.eye(3) - np.outer(com, com))
 
 
+def _of_each(
+    robot: Robot,
+    kind: Kind,
+    every: str,
+    names: list[str],
+    confused: list[Iterator[tuple[str, Any]]],
+) -> Iterator[Confusion]:
+    """Confusions of one part, and the same of all parts of a kind where there are several.
+
+    confused: of each part words and the part so, alike in number and order.
+    """
+    for together in zip(*confused, strict=True):
+        words = together[0][0]
+        for number, (_, changed) in enumerate(together):
+            yield Confusion(f"{names[number]}: {words}", with_part(robot, kind, number, changed))
+        if len(together) > 1:
+            changed_robot = _with_all(robot, kind, [changed for _, changed in together])
+            yield Confusion(f"{every}: {words}", changed_robot, several=True)
+
+
+def _joints(joint: Joint) -> Iterator[tuple[str, Joint]]:
+    """Words on what a joint's frame may be taken for, and the joint so."""
+    turn, position = joint.placement.rotation, joint.placement.position
+    yield "its axis the other way", replace(joint, axis=-joint.axis)
+    for words, other in (
+        ("its frame turned the other way", turn.T),
+        ("its frame not turned", np.eye(3)),
+        ("its rpy turned in the other order, about x last", _other_order(turn)),
+    ):
+        yield words, replace(joint, placement=Placement(other, position))
+    yield (
+        "its place turned with its frame",
+        replace(joint, placement=Placement(turn, turn @ position)),
+    )
+
+
+def _other_order(turn: np.ndarray) -> np.ndarray:
+    """The rotation by the same roll, pitch and yaw, but about z first and about x last."""
+    pitch = -np.arcsin(np.clip(turn[2, 0], -1.0, 1.0))
+    roll, yaw = np.arctan2(turn[2, 1], turn[2, 2]), np.arctan2(turn[1, 0], turn[0, 0])
+    found = np.eye(3)
+    for axis, angle in enumerate((roll, pitch, yaw)):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        own = np.eye(3)
+        own[i, i] = own[j, j] = np.cos(angle)
+        own[j, i] = np.sin(angle)
+        own[i, j] = -own[j, i]
+        found = found @ own
+    return found
+
+
+def _rotors(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
+    """Words on what a rotor's inertia and ratio may be taken for, and the rotor so."""
+    yield (
+        "the ratio once where its square belongs",
+        replace(rotor, inertia=rotor.inertia / abs(rotor.ratio)),
+    )
+    yield "its ratio left out", replace(rotor, inertia=rotor.inertia / rotor.ratio**2)
+
+
+def _mimics(robot: Robot) -> Iterator[Confusion]:
+    """Confusions of how joints follow others."""
+    for number, joint in enumerate(robot.joints):
+        own = joint.mimic
+        if own is None:
+            continue
+        for words, multiplier, offset in (
+            ("its multiplier with the opposite sign", -own.multiplier, own.offset),
+            ("its multiplier left out", 1.0, own.offset),
+            ("its offset left out", own.multiplier, 0.0),
+            ("its offset with the opposite sign", own.multiplier, -own.offset),
+            ("its offset multiplied too", own.multiplier, own.multiplier * own.offset),
+        ):
+            mimic = replace(own, multiplier=multiplier, offset=offset)
+            changed = with_part(robot, "joints", number, replace(joint, mimic=mimic))
+            yield Confusion(f"joint {joint.name}: {words}", changed)
+
+
 def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
     """Words on what a body's numbers may be taken for, and the body so."""
     about = steiner(body.mass, body.com)
@@ -155,7 +289,10 @@ def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
         "its inertia about the centre of mass, taken for that about the joint",
         replace(body, inertia=body.inertia - about),
     )
-    yield "all products of inertia negated", replace(body, inertia=2 * diagonal - body.inertia)
+    yield (
+        "all products of inertia with the opposite sign",
+        replace(body, inertia=2 * diagonal - body.inertia),
+    )
     for keys in (MOMENTS, PRODUCTS):
         for one, other in combinations(keys, 2):
             inertia = body.inertia
@@ -186,6 +323,19 @@ def with_part(robot: Robot, kind: Kind, number: int, part: object) -> Robot:
     parts[number] = part
     changed: dict[str, Any] = {kind: tuple(parts)}
     return replace(robot, **changed)
+
+
+def _with_all(robot: Robot, kind: Kind, parts: Sequence[Part]) -> Robot:
+    """The robot with other bodies, joints or rotors."""
+    changed: dict[str, Any] = {kind: tuple(parts)}
+    return replace(robot, **changed)
+
+
+def _displaced(robot: Robot, number: int, axis: int, value: float) -> Robot:
+    """The robot with another coordinate of a joint's place on the link before it."""
+    own = robot.joints[number].placement
+    placement = Placement(own.rotation, _with(own.position, (axis,), value))
+    return _put(robot, "joints", number, "placement", placement)
 
 
 def _put(robot: Robot, kind: Kind, number: int, field: str, value: object) -> Robot:

@@ -1,357 +1,305 @@
-"""`crosscheck trial` of a robot: its levels, and the smallest explanation of a difference."""
+"""What is wrong in a user's equations of a robot, in words: only what holds at every state."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import wraps
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from crosscheck import __version__
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.cli.answer import answer
-from crosscheck.cost.agreement import TOLERANCE, DrawnStates, compared, drawn
-from crosscheck.kinds import EXPLAINED
-from crosscheck.models.errors import InputError
-from crosscheck.models.robot.file import load_robot
-from crosscheck.models.robot.robot import LEVELS, RIGID, Level, Robot, RobotBody
-from crosscheck.output import require_files
-from crosscheck.report.records import document, plain
-from crosscheck.trial.input.loading import object_named, user_code
-from crosscheck.trial.robots.candidates import confusions, link_of, numbers, steiner, with_part
+from crosscheck.cost.agreement import TOLERANCE
+from crosscheck.models.robot.robot import Level
+from crosscheck.trial.robots.candidates import ALIKE
+from crosscheck.trial.robots.judge import (
+    SINGLE,
+    LevelDistance,
+    RobotEntry,
+    RobotProblem,
+    at_entry,
+)
+from crosscheck.trial.robots.rates import BiasTerms, term_sizes, terms_by
+from crosscheck.trial.robots.search import Cause, CauseSearch
+from crosscheck.trial.robots.waves import wave_words
 
-STATES = 12
-# What an explanation may leave, of the largest difference; and of a quantity's size, by rounding.
-LEFT, ROUNDING = 1e-5, 1e-12
-LARGEST = 1e50  # of a number that can be compared
-PARTS = ("mass_matrix", "bias", "gravity")
-MOST_ENTRIES, MOST_EXPLANATIONS = 5, 8
-
-
-@dataclass(frozen=True)
-class OwnEquations:
-    """A user's functions of one state, q and v (n,): M (n, n), bias and gravity (n,); or None."""
-
-    mass_matrix: Callable[[np.ndarray], object] | None = None
-    bias: Callable[[np.ndarray, np.ndarray], object] | None = None
-    gravity: Callable[[np.ndarray], object] | None = None
+RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
+SHOWN = 1e-5  # of a ratio, of which six digits are shown
+MOST_SHOWN = 5  # terms of a sentence
+MISSING = "missing"
+MOST_OTHERS = 3  # causes that nobody is likely to have written, of which some are named
+Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 
 
 @dataclass(frozen=True)
-class WrongEntry:
-    """An entry of a part that differs from the nearest level: by how much of its size."""
+class Diagnosis:
+    """What is wrong.
 
-    part: str
-    name: str
-    share: float
-
-
-@dataclass(frozen=True)
-class Explained:
-    """What a user's equations of a robot are, and what explains them.
-
-    level: the nearest, or the nearest at which there is an explanation; share: the largest
-    difference from it, in parts of sizes; entries: those that differ, most first; explanations:
-    words that complete `the equations of the level with ...`, each of which alone explains all;
-    links: where none does, those of which all ten inertial parameters together would.
+    level: that of the fewest entries that differ, or the next at which one change explains all;
+    entries: those that differ from it, most first; notes: sentences on single parts and entries,
+    what the equations owe to themselves first; explanations: words that complete `the equations of
+    the level with ...`, each of which alone explains all; links: where none does and several parts
+    are wrong, those of which all ten inertial parameters together would.
     """
 
-    parts: tuple[str, ...]
     level: Level
-    share: float
-    entries: tuple[WrongEntry, ...]
-    explanations: tuple[str, ...]
-    links: tuple[str, ...]
-
-    @property
-    def agrees(self) -> bool:
-        """Whether the equations agree with their level."""
-        return self.share <= TOLERANCE
+    entries: tuple[RobotEntry, ...] = ()
+    notes: tuple[str, ...] = ()
+    explanations: tuple[str, ...] = ()
+    links: tuple[str, ...] = ()
 
 
-class _Question:
-    """Entries of the parts that a user has, at some states, each over its size."""
-
-    def __init__(self, robot: Robot, parts: tuple[str, ...], states: DrawnStates) -> None:
-        self.robot, self.parts, self.states = robot, parts, states
-        mass = AnalyticRobot(robot, "coupled").mass_matrix(states.q)
-        root = np.sqrt(np.diagonal(mass, axis1=1, axis2=2))
-        motion = np.sqrt(np.einsum("si,sij,sj->s", states.v, mass, states.v))
-        weight = np.sqrt(sum(body.mass for body in robot.bodies)) * 10.0
-        self.sizes = {
-            "mass_matrix": root[:, :, None] * root[:, None, :],
-            "bias": root * (motion * np.abs(states.v).sum(axis=1))[:, None],
-            "gravity": root * weight,
-        }
-
-    def of_robot(self, robot: Robot, level: Level) -> np.ndarray:
-        """The entries of the project's own derivation, in one row."""
-        terms = AnalyticRobot(robot, level).terms(self.states.q, self.states.v)
-        return self._row([terms[PARTS.index(part)] for part in self.parts])
-
-    def of_user(self, own: OwnEquations, where: str) -> np.ndarray:
-        """The entries of the user's equations, in one row.
-
-        Raises InputError for what is not finite or of another shape.
-        """
-        found = []
-        for part in self.parts:
-            function, shape = getattr(own, part), self.sizes[part].shape[1:]
-            rows = zip(self.states.q, self.states.v, strict=True)
-            values = []
-            for q, v in rows:
-                own_answer = function(q, v) if part == "bias" else function(q)
-                try:
-                    given = np.asarray(own_answer)
-                    value = np.array(np.nan) if given.dtype.kind == "c" else given.astype(float)
-                except (TypeError, ValueError):
-                    value = np.array(np.nan)
-                if value.shape != shape or not (np.abs(value) <= LARGEST).all():
-                    allowed = f"must return real numbers up to {LARGEST:g} of shape {shape}"
-                    raise InputError(where, part, None, allowed)
-                values.append(value)
-            found.append(np.array(values))
-        return self._row(found)
-
-    def entries(self, difference: np.ndarray) -> Iterator[WrongEntry]:
-        """The largest difference of each entry, over the states."""
-        joints = [self.robot.joints[number].name for number in self.robot.coordinates]
-        for part, block in self.blocks(difference).items():
-            letter = {"mass_matrix": "M", "bias": "bias", "gravity": "gravity"}[part]
-            largest = np.abs(block).max(axis=0)
-            for place in np.ndindex(largest.shape):
-                if part != "mass_matrix" or place[0] <= place[1]:
-                    names = ", ".join(joints[n] for n in place)
-                    yield WrongEntry(part, f"{letter}[{names}]", float(largest[place]))
-
-    def _row(self, found: list[np.ndarray]) -> np.ndarray:
-        scaled = [value / self.sizes[part] for part, value in zip(self.parts, found, strict=True)]
-        return np.concatenate([np.ravel(each) for each in scaled])
-
-    def blocks(self, row: np.ndarray) -> dict[str, np.ndarray]:
-        """The entries of a row by part, each in the shape of its sizes."""
-        shapes = {part: self.sizes[part].shape for part in self.parts}
-        ends = np.cumsum([int(np.prod(shape)) for shape in shapes.values()])
-        pieces = zip(shapes.items(), np.split(row, ends[:-1]), strict=True)
-        return {part: each.reshape(shape) for (part, shape), each in pieces}
+def diagnose(problem: RobotProblem, distances: Sequence[LevelDistance], rates: Rates) -> Diagnosis:
+    """Find what makes the difference; distances: of the levels, the nearest first."""
+    nearest = distances[0]
+    if not nearest.entries:
+        return Diagnosis(nearest.level)
+    allowed = _worth_searching(problem, distances)
+    searches = {each.level: CauseSearch(problem, each.level) for each in allowed}
+    level, explanations = _explanations(searches, allowed)
+    links: tuple[str, ...] = ()
+    for each in allowed if not explanations and _are_several_wrong(problem, level) else ():
+        if links := tuple(searches[each.level].links()):
+            level = each.level
+            break
+    entries = [_with_words(problem, level, entry) for entry in problem.entries(level)]
+    wrong = _wrong_parts(entries)
+    right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
+    right = [part for part in right if all(entry.part != part for entry in entries)]
+    notes = _of_another_level(problem, distances)
+    notes += _asymmetries(problem, level, entries)
+    notes += _alone(entries, wrong, right)
+    if "bias" in wrong:
+        terms = rates()
+        found = (*explanations, *links)
+        notes += [] if terms is None else _bias_notes(problem, level, terms, right, bool(found))
+    if not explanations and not links:
+        for part in wrong:
+            notes += _causes_within(searches[level], part, entries)
+    explanations.sort(key=lambda cause: not cause.usual)
+    words = tuple(cause.words for cause in explanations)
+    return Diagnosis(level, tuple(entries), tuple(notes), words, links)
 
 
-def explained(own: OwnEquations, robot: Robot, seed: int, where: str = "yours") -> Explained:
-    """What a user's equations of a robot are.
+def _explanations(
+    searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance]
+) -> tuple[Level, list[Cause]]:
+    """The first level at which single changes explain all, and these; else the first, and none.
 
-    Raises InputError for equations that cannot be compared, or whatever they raise.
+    Among levels of as many wrong entries one where somebody may well have made the change.
     """
-    parts = tuple(part for part in PARTS if getattr(own, part) is not None)
-    if not parts:
-        raise InputError(where, "", None, f"has none of {', '.join(PARTS)}")
-    question = _Question(robot, parts, drawn(robot, STATES, seed))
-    asked = question.of_user(own, where)
-    apart = {level: asked - question.of_robot(robot, level) for level in RIGID}
-    sizes = {level: float(np.abs(row).max()) for level, row in apart.items()}
-    nearest = sorted(RIGID, key=lambda each: sizes[each])
-    chosen, found, links = nearest[0], tuple[str, ...](), tuple[str, ...]()
-    if sizes[chosen] > TOLERANCE:
-        chosen, found = _first(_explanations, question, apart, nearest)
-    if sizes[chosen] > TOLERANCE and not found:
-        chosen, links = _first(_links, question, apart, nearest)
-    worst = sorted(question.entries(apart[chosen]), key=lambda entry: -entry.share)
-    wrong = tuple(entry for entry in worst if entry.share > TOLERANCE)
-    return Explained(parts, chosen, sizes[chosen], wrong, found, links)
+    level, found = distances[0].level, list[Cause]()
+    first: int | None = None
+    for each in distances:
+        if first is not None and each.entries > first:
+            break
+        causes = searches[each.level].causes()
+        if causes and (first is None or any(cause.usual for cause in causes)):
+            level, found, first = each.level, causes, each.entries
+        if any(cause.usual for cause in causes):
+            break
+    return level, found
 
 
-def _first(
-    search: Callable[[_Question, np.ndarray, Level], Iterator[str]],
-    question: _Question,
-    apart: dict[Level, np.ndarray],
-    nearest: list[Level],
-) -> tuple[Level, tuple[str, ...]]:
-    """The nearest level at which a search finds anything, and what; else the nearest, and none."""
-    for level in nearest:
-        found = tuple(search(question, apart[level], level))
-        if found:
-            return level, found
-    return nearest[0], ()
+def _worth_searching(
+    problem: RobotProblem, distances: Sequence[LevelDistance]
+) -> list[LevelDistance]:
+    """The levels at which one change may explain all.
 
-
-def _is_all(left: np.ndarray, difference: np.ndarray) -> bool:
-    return bool(np.abs(left).max() <= max(ROUNDING, LEFT * np.abs(difference).max()))
-
-
-def _explanations(question: _Question, difference: np.ndarray, level: Level) -> Iterator[str]:
-    """Words on every single change at a level that leaves nothing of its difference."""
-    robot = question.robot if level != "links" else replace(question.robot, rotors=(), stages=())
-    base = question.of_robot(robot, level)
-    for number in numbers(robot):
-        up, down = (
-            question.of_robot(number.put(number.value + sign * number.step), level) - base
-            for sign in (1, -1)
-        )
-        linear, square = (up - down) / 2, (up + down) / 2
-        by = _solved(linear, square, difference)
-        if by and _is_all(difference - linear * by - square * by**2, difference):
-            value = number.value + by * number.step
-            shown = 0.0 if abs(value) < 1e-7 * number.step else value
-            own = f"{number.value:.6g} {number.unit}".rstrip()
-            yield f"{number.name} = {shown:.6g} {number.unit}".rstrip() + f" (file: {own})"
-    for confusion in confusions(robot):
-        changed = question.of_robot(confusion.robot, level) - base
-        if np.abs(changed).max() > TOLERANCE and _is_all(difference - changed, difference):
-            yield confusion.words
-    if level == "coupled" and "mass_matrix" in question.parts:
-        yield from _missing_pairs(question, difference)
-
-
-def _solved(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> float:
-    """x that makes linear x + square x^2 nearest to a difference; 0 if it changes nothing."""
-    coefficients = [
-        2 * square @ square,
-        3 * linear @ square,
-        linear @ linear - 2 * square @ difference,
-        -linear @ difference,
-    ]
-    if not coefficients[2] and not coefficients[0]:
-        return 0.0
-    largest = max(map(abs, coefficients))
-    trimmed = [each if abs(each) > 1e-24 * largest else 0.0 for each in coefficients]
-    roots = np.roots(np.trim_zeros(trimmed, "f"))
-    real = roots[np.abs(roots.imag) <= 1e-6 * (1 + np.abs(roots.real))].real
-    if not real.size:
-        return 0.0
-    left = [np.linalg.norm(difference - linear * x - square * x**2) for x in real]
-    return float(real[int(np.argmin(left))])
-
-
-def _missing_pairs(question: _Question, difference: np.ndarray) -> Iterator[str]:
-    """Couplings of two joints by a rotor or stage, if M lacks one of these and nothing else."""
-    robot, q = question.robot, question.states.q
-    missing = question.blocks(difference)["mass_matrix"]
-    names = [robot.joints[number].name for number in robot.coordinates]
-    bare = replace(robot, rotors=(), stages=())
-    gears = [("rotor", own.joint, replace(bare, rotors=(own,))) for own in robot.rotors]
-    gears += [("stage", own.joint, replace(bare, stages=(own,))) for own in robot.stages]
-    for kind, joint, alone in gears:
-        pair = AnalyticRobot(alone, "coupled").mass_matrix(q)
-        pair = (pair - AnalyticRobot(alone, "links").mass_matrix(q)) / question.sizes["mass_matrix"]
-        for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
-            wanted = np.zeros_like(missing)
-            wanted[:, i, j] = wanted[:, j, i] = -pair[:, i, j]
-            if np.abs(wanted).max() > TOLERANCE and _is_all(missing - wanted, missing):
-                own = robot.joints[joint].name
-                yield f"no coupling of {names[i]} and {names[j]} in M by the {kind} of {own}"
-
-
-def _links(question: _Question, difference: np.ndarray, level: Level) -> Iterator[str]:
-    """Names of links whose mass, first moments and inertia about the joint make the difference."""
-    robot = question.robot
-    base = question.of_robot(robot, level)
-    for number, body in enumerate(robot.bodies):
-        changed = [with_part(robot, "bodies", number, other) for other in _ten(body)]
-        columns = np.stack([question.of_robot(each, level) - base for each in changed], axis=1)
-        fit = np.linalg.lstsq(columns, difference, rcond=1e-10)[0]
-        if _is_all(difference - columns @ fit, difference):
-            yield link_of(robot, number)
-
-
-def _ten(body: RobotBody) -> Iterator[RobotBody]:
-    """The body with more of each of the ten parameters on which equations depend linearly."""
-    moments = body.mass * body.com
-    about = body.inertia + steiner(body.mass, body.com)
-    size, inertia = 0.1 * body.mass, 0.1 * float(np.trace(about))
-    for number in range(10):
-        mass, first, second = body.mass, moments.copy(), about.copy()
-        if number == 0:
-            mass += size
-        elif number < 4:
-            first[number - 1] += size * max(float(np.abs(body.com).max()), 0.01)
-        else:
-            i, j = np.transpose(np.triu_indices(3))[number - 4]
-            second[i, j] += inertia
-            second[j, i] = second[i, j]
-        com = first / mass
-        yield RobotBody(mass, com, second - steiner(mass, com))
-
-
-def try_robot(text: str, name: str, seed: int, json_file: Path | None) -> int:
-    """Try a user's equations of a robot: 0 if they agree with a level, and the engines do, else 1.
-
-    text: names the user's equations, whose code is run; name: of the robot. Raises InputError.
+    At one where gravity, the bias or one entry alone is wrong nothing else of the level is, so that
+    an explanation at a level of more wrong entries would be chance.
     """
-    robot = load_robot(name)
-    require_files((json_file, EXPLAINED))
-    found = explained(own_equations(text, robot), robot, seed, text)
-    apart = [each for each in compared(robot, drawn(robot, STATES, seed)) if not each.agrees]
-    told = ["the engines differ on this robot: `crosscheck cost` tells where"] if apart else []
-    answer([*lines(found), *told], (json_file, lambda: explained_json(found, robot, text)))
-    return 0 if found.agrees and not apart else 1
+    nearest = distances[0]
+    if problem.stated:
+        return [nearest]
+    wrong = {entry.part for entry in problem.entries(nearest.level)}
+    alone = len(wrong) == 1 and len(problem.parts) > 1
+    if not alone or ("mass_matrix" in wrong and nearest.entries > 1):
+        return list(distances)
+    return [each for each in distances if each.entries == nearest.entries]
 
 
-def own_equations(text: str, robot: Robot) -> OwnEquations:
-    """The equations that a user names: an object with functions called like PARTS.
+def _are_several_wrong(problem: RobotProblem, level: Level) -> bool:
+    """Whether a link may be wrong: in several parts, or in one that nothing stands beside.
 
-    Or a function of the robot that gives such an object. Raises InputError.
+    Where one part alone is wrong the others follow from the file's links.
     """
-    with user_code(text):
-        found = object_named(text)
-        if callable(found) and not any(hasattr(found, part) for part in PARTS):
-            found = found(robot)
-        functions = {part: getattr(found, part, None) for part in PARTS}
-    given = {part: own for part, own in functions.items() if own is not None}
-    for part, own in given.items():
-        if not callable(own):
-            kind = type(own).__name__
-            raise InputError(text, part, None, f"is a {kind}; must be a function")
-    return OwnEquations(**{part: _guarded(own, text) for part, own in given.items()})
+    entries = problem.entries(level)
+    wrong = _wrong_parts(entries)
+    return len(wrong) > 1 or not (set(problem.parts) & set(SINGLE)) - set(wrong)
 
 
-def _guarded(function: Callable[..., Any], text: str) -> Callable[..., Any]:
-    @wraps(function)
-    def called(*arguments: Any) -> Any:
-        with user_code(text):
-            return function(*(each.copy() for each in arguments))
-
-    return called
+def _of_another_level(problem: RobotProblem, distances: Sequence[LevelDistance]) -> list[str]:
+    """The sentence that equations are of another level than the one that they state."""
+    found = [each.level for each in distances if not each.entries]
+    return [f"all parts agree with {level}, not with {problem.stated}" for level in found]
 
 
-def lines(found: Explained) -> Iterator[str]:
-    """Lines on what the equations are, which entries differ, and what explains it."""
-    if found.agrees:
-        parts = ", ".join(found.parts)
-        yield f"agrees with {found.level} ({LEVELS[found.level]}): {parts}, to {found.share:.1e}"
+def _wrong_parts(entries: Sequence[RobotEntry]) -> list[str]:
+    """The parts that are wrong, without those that M, bias and gravity make, if these are wrong."""
+    found = list(dict.fromkeys(entry.part for entry in entries))
+    return [part for part in found if part in SINGLE] or found
+
+
+def _with_words(problem: RobotProblem, level: Level, entry: RobotEntry) -> RobotEntry:
+    """The entry with words on what it is beside the right one, where a few are enough."""
+    yours = at_entry(problem.answers.values[entry.part], entry.place)
+    right = at_entry(problem.right[level][entry.part], entry.place)
+    size = at_entry(problem.sizes[level].of(entry.part), entry.place)
+    said = ratio_words(yours, right, size * TOLERANCE)
+    wave = "" if entry.part in ("bias", "acceleration") else _wave(problem, yours - right)
+    return replace(entry, said="; ".join(filter(None, (said, wave))))
+
+
+def _wave(problem: RobotProblem, difference: np.ndarray) -> str:
+    words = wave_words(difference, problem.states.q, problem.robot)
+    return f"yours minus right is {words}" if words else ""
+
+
+def ratio_words(yours: np.ndarray, right: np.ndarray, rounding: np.ndarray) -> str:
+    """What yours (states,) are beside right, if it is the same at every state; else ''."""
+    if (np.abs(right) <= rounding).all():
+        return "right is 0"
+    if (np.abs(yours) <= rounding).all():
+        return MISSING
+    ratio = float(yours @ right / (right @ right))
+    if not (np.abs(yours - ratio * right) <= ALIKE * np.abs(ratio * right) + rounding).all():
+        return ""
+    if abs(ratio - 1) < SHOWN:
+        return ""
+    near = [words for usual, words in RATIOS.items() if abs(ratio - usual) < ALIKE]
+    return near[0] if near else f"{ratio:.6g} times as large"
+
+
+def _asymmetries(
+    problem: RobotProblem, level: Level, entries: Sequence[RobotEntry]
+) -> Iterator[str]:
+    """Sentences on entries of M that are not alike their mirror images."""
+    places = sorted(entry.place for entry in entries if entry.part == "mass_matrix")
+    for place in places:
+        mirror = place[::-1]
+        if mirror in places and place > mirror:
+            continue
+        mass, size = problem.answers.values["mass_matrix"], problem.sizes[level].mass_matrix
+        apart = (mass - mass.swapaxes(1, 2)) / size
+        if np.abs(at_entry(apart, place)).max() > TOLERANCE:
+            one, other = (problem.entry_name("mass_matrix", each) for each in (place, mirror))
+            also = "both are wrong" if mirror in places else f"{other} is right"
+            yield f"mass_matrix is not symmetric: {one} differs from {other}; {also}"
+
+
+def _alone(
+    entries: Sequence[RobotEntry], wrong: Sequence[str], right: Sequence[str]
+) -> Iterator[str]:
+    """The sentence that one part alone is wrong, or one entry of it, while others are right."""
+    if len(wrong) != 1 or not right:
         return
-    wrong = {entry.part for entry in found.entries}
-    parts = ", ".join(part for part in found.parts if part in wrong)
-    yield f"wrong: {parts} off from {found.level} by up to {found.share:.2g} of an entry's size"
-    for entry in found.entries[:MOST_ENTRIES]:
-        yield f"  {entry.name}: {entry.share:.2g} of its size"
-    if len(found.entries) > MOST_ENTRIES:
-        yield f"  and {len(found.entries) - MOST_ENTRIES} more"
-    for words in found.explanations[:MOST_EXPLANATIONS]:
-        yield f"yours are the equations of {found.level} with {words}"
-    if len(found.explanations) > 1:
-        yield "each of these alone makes the same equations"
-    for link in found.links:
-        yield f"all of it is in {link}: its mass, centre of mass and inertia together explain it"
-    if not found.explanations and not found.links:
-        yield "no single number, frame or place explains it"
+    within = [entry for entry in entries if entry.part == wrong[0]]
+    name = within[0].name if len(within) == 1 else wrong[0]
+    said = f": {within[0].said}" if len(within) == 1 and within[0].said else ""
+    yield f"{name} alone is wrong{said}; {' and '.join(right)} {_are(right)} right"
 
 
-def explained_json(found: Explained, robot: Robot, text: str) -> str:
-    """JSON text of all that was found."""
-    return document(
-        {
-            "schema_version": 1,
-            "robot": robot.name,
-            "program": f"geararm-crosscheck {__version__}",
-            "equations": text,
-            "parts": found.parts,
-            "agrees": found.agrees,
-            "level": found.level,
-            "largest_difference": found.share,
-            "entries": plain(found.entries, name="entry", share="difference"),
-            "explanations": [{"with": words} for words in found.explanations],
-            "links": found.links,
-        }
-    )
+def _are(names: Sequence[str]) -> str:
+    return "is" if len(names) == 1 else "are"
+
+
+def _bias_notes(
+    problem: RobotProblem,
+    level: Level,
+    terms: BiasTerms,
+    right: Sequence[str],
+    explained: bool,
+) -> Iterator[str]:
+    """Sentences on a bias that is wrong: what is no product of two rates, then wrong terms.
+
+    right: parts that are right; explained: whether something explains all, which says more.
+    """
+    states, sizes = problem.states, problem.sizes[level]
+    source = problem.answers.sources["bias"]
+    size = sizes.of("bias", source)
+    model, names = AnalyticRobot(problem.robot, level), problem.names
+    # The terms are sums of a few answers each.
+    left = np.abs(problem.answers.values["bias"] - terms.at(states.v)) / (size + sizes.gravity)
+    if left.max() > TOLERANCE:
+        yield "bias is no sum of a constant, rates and products of two rates, as it must be"
+        return
+    if (np.abs(terms.rest) > TOLERANCE * (size + sizes.gravity)).any():
+        weights = np.abs(terms.rest - model.gravity(states.q)) <= TOLERANCE * sizes.gravity
+        what = "gravity: it counts the weights" if weights.all() else "not 0"
+        yield f"bias at rest is {what}; bias must be Coriolis and centrifugal torques alone"
+    yield from _linear_notes(terms, size, names)
+    wrong = list(_wrong_products(problem, level, terms, terms_by(model.bias, states)))
+    if wrong and "mass_matrix" in right:
+        yield "bias does not follow from mass_matrix, which is right"
+    if not explained:
+        yield from wrong
+
+
+def _linear_notes(terms: BiasTerms, size: np.ndarray, names: Sequence[str]) -> Iterator[str]:
+    """The sentence on a part of the bias that is linear in the rates."""
+    found = []
+    for row, column in np.ndindex(terms.linear.shape[1:]):
+        values = terms.linear[:, row, column]
+        if np.abs(values).max() > TOLERANCE * size[:, row].max():
+            constant = np.ptp(values) <= ALIKE * np.abs(values).max()
+            factor = f"{values.mean():.6g} " if constant else ""
+            found.append(f"{factor}{names[column]}' in bias[{names[row]}]")
+    if found:
+        shown = ", ".join(found[:MOST_SHOWN]) + (", ..." if len(found) > MOST_SHOWN else "")
+        yield f"bias has a part linear in v, {shown}: friction?"
+
+
+def _wrong_products(
+    problem: RobotProblem, level: Level, yours: BiasTerms, right: BiasTerms
+) -> Iterator[str]:
+    """Sentences on products of rates whose coefficients are wrong; rows that are alike as one."""
+    with_weights = problem.answers.sources["bias"] == "inverse_dynamics"
+    sizes, names = term_sizes(problem.sizes[level], with_weights=with_weights), problem.names
+    apart, others = np.abs(yours.products - right.products), list[str]()
+    for row, name in enumerate(names):
+        own, theirs = yours.products[:, row], right.products[:, row]
+        beyond = np.argwhere((apart[:, row] > TOLERANCE * sizes[:, row]).any(axis=0))
+        if not beyond.size:
+            continue
+        small = TOLERANCE * sizes[:, row]
+        whole = ratio_words(own.ravel(), theirs.ravel(), small.ravel())
+        if whole and len(beyond) > 1:
+            yield f"bias[{name}], all products of rates: {whole}"
+            continue
+        for j, k in beyond.tolist():
+            said = ratio_words(own[:, j, k], theirs[:, j, k], small[:, j, k])
+            wave = _wave(problem, own[:, j, k] - theirs[:, j, k])
+            rates = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
+            term, words = f"bias[{name}] of {rates}", "; ".join(filter(None, (said, wave)))
+            if words:
+                yield f"{term}: {words}"
+            else:
+                others.append(term)
+    if others:
+        more = f" and {len(others) - MOST_SHOWN} more" if len(others) > MOST_SHOWN else ""
+        yield f"wrong terms: {', '.join(others[:MOST_SHOWN])}{more}"
+
+
+def _causes_within(search: CauseSearch, part: str, entries: Sequence[RobotEntry]) -> Iterator[str]:
+    """Sentences on what makes the difference of a part in this part alone, or of its entries."""
+    within = [entry for entry in entries if entry.part == part]
+    if all(entry.said.startswith(MISSING) for entry in within):
+        return
+    if causes := search.causes(search.where(part)):
+        yield from _said(causes, part)
+        return
+    for entry in within if part != "bias" else ():
+        causes = search.causes(search.where(entry=entry))
+        yield from _said([cause for cause in causes if cause.usual], entry.name)
+
+
+def _said(causes: Sequence[Cause], where: str) -> Iterator[str]:
+    """Sentences on causes in one place: first those that somebody may well have written."""
+    usual = [cause for cause in causes if cause.usual]
+    others = [cause.words for cause in causes if not cause.usual][:MOST_OTHERS]
+    for cause in usual:
+        missing = f"{cause.missing} is missing in {where}"
+        yield missing if cause.missing else f"in {where} alone, as with {cause.words}"
+    if others:
+        also = "would also be explained by" if usual else "would be explained by"
+        yield f"{where} {also} any one of these in it alone: {'; '.join(others)}"

@@ -1,0 +1,74 @@
+"""A robot's bias term by term: what does not depend on the rates, what is linear, each product."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from crosscheck.cost.agreement import DrawnStates
+from crosscheck.trial.robots.sizes import RobotSizes
+
+
+@dataclass(frozen=True)
+class BiasTerms:
+    """h(q, v) = rest + linear v + the sum of products[:, :, j, k] v_j v_k over j <= k.
+
+    rest (states, n); linear (states, n, n); products (states, n, n, n).
+    """
+
+    rest: np.ndarray
+    linear: np.ndarray
+    products: np.ndarray
+
+    def at(self, v: np.ndarray) -> np.ndarray:
+        """The sum of the terms at rates v (states, n), shape (states, n)."""
+        quadratic = np.einsum("sijk,sj,sk->si", self.products, v, v)
+        total: np.ndarray = self.rest + np.einsum("sij,sj->si", self.linear, v) + quadratic
+        return total
+
+
+def rate_states(states: DrawnStates) -> list[DrawnStates]:
+    """The states at the rates that terms_of needs: none, each alone, two together, both ways."""
+    size = states.q.shape[1]
+    units = np.eye(size)
+    sums = [units[j] + units[k] for j, k in combinations(range(size), 2)]
+    rates = [np.zeros(size)]
+    rates += [sign * rate for rate in (*units, *sums) for sign in (1, -1)]
+    still = 0 * states.a
+    return [states._replace(v=np.tile(rate, (len(states.q), 1)), a=still) for rate in rates]
+
+
+def terms_of(answers: Sequence[np.ndarray]) -> BiasTerms:
+    """The terms of a bias (states, n) that answered at each of rate_states."""
+    rest, *moving = answers
+    states, size = rest.shape
+    linear, products = np.zeros((states, size, size)), np.zeros((states, size, size, size))
+    pairs = list(zip(moving[::2], moving[1::2], strict=True))
+    for j, (one, other) in enumerate(pairs[:size]):
+        linear[:, :, j] = (one - other) / 2
+        products[:, :, j, j] = (one + other) / 2 - rest
+    for (j, k), (one, other) in zip(combinations(range(size), 2), pairs[size:], strict=True):
+        alone = products[:, :, j, j] + products[:, :, k, k]
+        products[:, :, j, k] = (one + other) / 2 - rest - alone
+    return BiasTerms(rest, linear, products)
+
+
+def terms_by(
+    bias: Callable[[np.ndarray, np.ndarray], np.ndarray], states: DrawnStates
+) -> BiasTerms:
+    """The terms of a function of q and v, (states, n) each."""
+    return terms_of([bias(each.q, each.v) for each in rate_states(states)])
+
+
+def term_sizes(sizes: RobotSizes, *, with_weights: bool) -> np.ndarray:
+    """Natural sizes of products (states, n, n, n): of the bias at the rates that they come from.
+
+    with_weights: whether the bias is inverse dynamics less the weights, and has their rounding.
+    """
+    root = np.sqrt(np.diagonal(sizes.mass_matrix, axis1=1, axis2=2))
+    pairs = 2 * (root[:, :, None] + root[:, None, :])
+    found = root[:, :, None, None] * pairs[:, None]
+    return found + sizes.gravity[:, :, None, None] if with_weights else found

@@ -1,0 +1,124 @@
+"""A trial of a user's equations of a robot: ask, compare with every level, explain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from crosscheck.findings import Agreement
+from crosscheck.models.robot.robot import Robot
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.underway import Told, unsaid
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.loading import require_of_robot
+from crosscheck.trial.robots.answers import ask, call, states_of, supplied_as
+from crosscheck.trial.robots.explain import Diagnosis, diagnose
+from crosscheck.trial.robots.judge import (
+    SINGLE,
+    LevelDistance,
+    RobotProblem,
+    findings_of,
+)
+from crosscheck.trial.robots.rates import BiasTerms, rate_states, terms_of
+from crosscheck.trial.robots.sizes import sizes_by_level
+
+
+@dataclass(frozen=True)
+class RobotTrial:
+    """A user's equations of a robot, judged.
+
+    stated: the level that they are to be of, '' for any; parts: that were judged; not_judged: what
+    was not, with the reason, in words; distances: of each level, the nearest first; failures: by
+    part that did not answer; agreement: all checks.
+    """
+
+    name: str
+    robot: Robot
+    stated: str
+    parts: tuple[str, ...]
+    not_judged: tuple[str, ...]
+    distances: tuple[LevelDistance, ...]
+    diagnosis: Diagnosis
+    failures: Mapping[str, Failure]
+    agreement: Agreement
+
+    @property
+    def exit_code(self) -> int:
+        """The exit code of the agreement."""
+        return self.agreement.exit_code
+
+    @property
+    def agrees(self) -> bool:
+        """Whether all that was judged agrees with the level and every engine."""
+        return self.exit_code == 0
+
+    @property
+    def largest(self) -> float:
+        """The largest difference from the level, as a part of the entry's size; 0 of no part."""
+        level = self.diagnosis.level
+        return next((each.largest for each in self.distances if each.level == level), 0.0)
+
+
+def try_equations(
+    equations: Equations,
+    robot: Robot,
+    *,
+    name: str = "yours",
+    seed: int = 0,
+    jobs: int = 1,
+    told: Told = unsaid,
+) -> RobotTrial:
+    """Judge a user's equations of a robot.
+
+    Raises InputError for equations that cannot be judged, and for answers of another shape.
+    """
+    require_of_robot(equations, name)
+    states = states_of(robot, seed)
+    sizes = sizes_by_level(robot, equations.level, states)
+    level = next((each for each in sizes if each == equations.level), next(iter(sizes)))
+    with supplied_as(name, equations):
+        answers = ask(name, robot, states, sizes[level], jobs, told)
+        problem = RobotProblem(name, robot, states, sizes, answers, equations.level)
+
+        def rates() -> BiasTerms | None:
+            source, asked = answers.sources["bias"], rate_states(states)
+            (found,) = call({source: asked}, name, jobs, told).values()
+            if isinstance(found, Failure):
+                return None
+            parts = np.split(found, len(asked))
+            if source == "coriolis":
+                pairs = zip(parts, asked, strict=True)
+                parts = [np.einsum("sij,sj->si", c, each.v) for c, each in pairs]
+            if source == "inverse_dynamics":
+                parts = [each - parts[0] for each in parts]
+            return terms_of(parts)
+
+        distances = tuple(problem.distances()) if problem.parts else ()
+        found = Diagnosis(level)
+        if distances:
+            found = diagnose(problem, distances, rates)
+    return RobotTrial(
+        name=name,
+        robot=robot,
+        stated=equations.level,
+        parts=problem.parts,
+        not_judged=tuple(_not_judged(problem, equations)),
+        distances=distances,
+        diagnosis=found,
+        failures=answers.failures,
+        agreement=Agreement(findings_of(problem, found.level)),
+    )
+
+
+def _not_judged(problem: RobotProblem, equations: Equations) -> Iterator[str]:
+    """What of equations is not judged, each with the reason."""
+    failures = problem.answers.failures
+    yield from (f"{part} ({why.kind})" for part, why in failures.items())
+    for part in SINGLE:
+        by = "coriolis" if part == "bias" else ""
+        if part not in problem.parts and not {part, by, "inverse_dynamics"} & set(failures):
+            weightless = part == "gravity" and problem.answers.weightless
+            yield f"{part} ({'inverse_dynamics leaves it out' if weightless else 'not supplied'})"
+    yield from (f"{name} (no part of equations)" for name in equations.unused)

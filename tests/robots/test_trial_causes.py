@@ -1,0 +1,196 @@
+"""What a robot's trial says of an error: the cause, only if it holds, and what is right."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from crosscheck.models.robot.robot import Robot
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.robots.explain import Diagnosis
+from crosscheck.trial.robots.trial import try_equations
+from tests.robots import chains, two_link
+from tests.robots.test_trial import equations, steiner
+
+OFF = np.array([[0, two_link.J2], [two_link.J2, 0]])
+RIGHT = {"mass_matrix", "bias", "gravity"}
+
+
+@pytest.fixture(scope="module")
+def two() -> Robot:
+    return two_link.robot()
+
+
+def half_a_term(q, v):
+    squares = np.array([-v[0] * v[1] - v[1] ** 2, v[0] ** 2])
+    return two_link.COUPLED * np.sin(q[1]) * squares
+
+
+def lopsided(q):
+    return two_link.mass_matrix(q) * np.array([[1, 1], [1.5, 1]])
+
+
+# One part alone is wrong: the wrong entries, and sentences that are said of them.
+ALONE: dict[str, tuple[dict[str, Callable[..., object]], list[str], list[str]]] = {
+    "lever of a weight": (
+        {"gravity": lambda q: two_link.gravity(q, lever=two_link.C2)},
+        ["gravity[j1]"],
+        [
+            "gravity[j1] alone is wrong: yours minus right is -20.58 cos(j1);"
+            " mass_matrix and bias are right",
+            "in gravity alone, as with joint j2: its place, x = 0.3 m (file: 1 m),"
+            " as b: centre of mass, x",
+        ],
+    ),
+    "half a term": (
+        {"bias": half_a_term},
+        ["bias[j1]"],
+        [
+            "bias[j1] alone is wrong; mass_matrix and gravity are right",
+            "bias does not follow from mass_matrix, which is right",
+            "bias[j1] of j1' j2': half as large; yours minus right is 0.9 sin(j2)",
+        ],
+    ),
+    "sign of an entry": (
+        {"bias": lambda q, v: two_link.bias(q, v) * np.array([1, -1])},
+        ["bias[j2]"],
+        [
+            "bias[j2] alone is wrong: with the opposite sign; mass_matrix and gravity are right",
+            "bias does not follow from mass_matrix, which is right",
+        ],
+    ),
+    "an inertia left out of an entry": (
+        {"mass_matrix": lambda q: two_link.mass_matrix(q) - OFF},
+        ["M[j1, j2]"],
+        [
+            "M[j1, j2] alone is wrong: yours minus right is -0.2; bias and gravity are right",
+            "b: Izz is missing in M[j1, j2]",
+        ],
+    ),
+    "friction in the bias": (
+        {"bias": lambda q, v: two_link.bias(q, v) + 12 * v},
+        ["bias[j1]", "bias[j2]"],
+        [
+            "bias alone is wrong; mass_matrix and gravity are right",
+            "bias has a part linear in v, 12 j1' in bias[j1], 12 j2' in bias[j2]: friction?",
+        ],
+    ),
+    "weights in the bias": (
+        {"bias": lambda q, v: two_link.bias(q, v) + two_link.gravity(q)},
+        ["bias[j1]", "bias[j2]"],
+        [
+            "bias alone is wrong; mass_matrix and gravity are right",
+            "bias at rest is gravity: it counts the weights;"
+            " bias must be Coriolis and centrifugal torques alone",
+        ],
+    ),
+    "a lopsided mass matrix": (
+        {"mass_matrix": lopsided},
+        ["M[j2, j1]"],
+        [
+            "mass_matrix is not symmetric: M[j2, j1] differs from M[j1, j2]; M[j1, j2] is right",
+            "M[j2, j1] alone is wrong: 1.5 times as large; bias and gravity are right",
+        ],
+    ),
+    "a cubic bias": (
+        {"bias": lambda q, v: two_link.bias(q, v) + v**3},
+        ["bias[j1]", "bias[j2]"],
+        ["bias is no sum of a constant, rates and products of two rates, as it must be"],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", ALONE)
+def test_one_part_alone_is_wrong(two, case):
+    parts, wrong, said = ALONE[case]
+    found = try_equations(two_link.right(**parts), two).diagnosis
+    assert sorted(entry.name for entry in found.entries) == wrong
+    assert found.level == "armature"
+    assert [words for words in said if words not in found.notes] == []
+    assert found.links == ()
+    assert found.explanations == ()
+
+
+def test_what_would_also_explain_a_part_comes_after_it(two):
+    own = two_link.right(gravity=lambda q: two_link.gravity(q, lever=two_link.C2))
+    *_, cause, others = try_equations(own, two).diagnosis.notes
+    assert cause.startswith("in gravity alone, as with joint j2: its place")
+    assert others == (
+        "gravity would also be explained by any one of these in it alone:"
+        " a: mass = 0.8 kg (file: 5 kg); a: centre of mass, x = 0.08 m (file: 0.5 m)"
+    )
+
+
+def test_a_wrong_coriolis_is_a_wrong_bias(two):
+    parts = {"mass_matrix": two_link.mass_matrix, "gravity": two_link.gravity}
+    own = Equations(**parts, coriolis=lambda q, v: 1e3 * np.ones((2, 2)))
+    found = try_equations(own, two).diagnosis
+    assert {entry.part for entry in found.entries} == {"bias"}
+    assert "bias alone is wrong; mass_matrix and gravity are right" in found.notes
+
+
+@pytest.mark.parametrize("part", ["force", "inverse_dynamics", "acceleration"])
+def test_a_wrong_part_beside_right_ones_is_blamed_alone(two, part):
+    right = getattr(two_link, part)
+    wrong = {
+        "force": lambda q, torque: right(q, torque) + 1e3,
+        "inverse_dynamics": lambda q, v, a: right(q, v, a) + 1e3,
+        "acceleration": lambda q, v, torque: right(q, v, torque) + 1e3,
+    }
+    found = try_equations(two_link.right(**{part: wrong[part]}), two).diagnosis
+    assert {entry.part for entry in found.entries} == {part}
+    assert found.notes[0] == f"{part} alone is wrong; mass_matrix and bias and gravity are right"
+
+
+@pytest.mark.parametrize(
+    ("reflected", "words"),
+    [
+        (two_link.N * two_link.ROTOR, "every rotor: the ratio once where its square belongs"),
+        (2 * two_link.REFLECTED, "every rotor's inertia twice"),
+        (0.5 * two_link.REFLECTED, "every rotor's inertia half"),
+        (two_link.ROTOR, "every rotor: its ratio left out"),
+    ],
+)
+def test_the_same_error_in_every_rotor(two, reflected, words):
+    own = two_link.right(mass_matrix=lambda q: two_link.mass_matrix(q, reflected))
+    found = try_equations(own, two).diagnosis
+    assert found.level == "armature"
+    assert found.explanations[0] == words
+
+
+def products_negated(own: Robot, number: int) -> np.ndarray:
+    inertia = own.bodies[number].inertia
+    return 2 * np.diag(np.diag(inertia)) - inertia
+
+
+def about_origin(own: Robot, number: int) -> np.ndarray:
+    return own.bodies[number].inertia + steiner(own, number)
+
+
+@pytest.mark.parametrize(
+    ("inertia", "words"),
+    [
+        (products_negated, "every link: all products of inertia with the opposite sign"),
+        (
+            about_origin,
+            "every link: its inertia about the joint, taken for that about the centre of mass",
+        ),
+    ],
+)
+def test_the_same_error_in_every_link(inertia, words):
+    solid = chains.Solid(1.0, (0.1, 0.2, 0.3), (0.05, 0.004, -0.003, 0.04, 0.002, 0.03))
+    own = chains.robot(
+        chains.urdf(
+            *(chains.link(name, solid) for name in ("base", "a", "b")),
+            chains.joint("j1", "base", "a", axis=(0.6, 0, 0.8)),
+            chains.joint("j2", "a", "b", axis=(0, 1, 0), at=(0.2, 0, 0.1)),
+        )
+    )
+    changed = [replace(b, inertia=inertia(own, n)) for n, b in enumerate(own.bodies)]
+    wrong = replace(own, bodies=tuple(changed))
+    assert try_equations(equations(wrong), own).diagnosis.explanations == (words,)
+
+
+def test_right_closed_forms_are_never_blamed(two):
+    assert try_equations(two_link.right(), two).diagnosis == Diagnosis("armature")

@@ -1,0 +1,310 @@
+"""The judge of a robot's equations: each check sees what is just beyond its tolerance alone."""
+
+import os
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_arm
+from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import Robot
+from crosscheck.runner import patience
+from crosscheck.trial.input.calls import TAKES
+from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.input.loading import handed_over, of_object
+from crosscheck.trial.robots.output import lines
+from crosscheck.trial.robots.trial import RobotTrial, try_equations
+from tests.robots import two_link
+from tests.robots.test_trial import equations
+from tests.tool.test_bad_input import assert_one_line
+
+TOLERANCE = 1e-10  # of an entry's size, as the docs say
+ABOVE, BELOW = 1.02, 0.98
+ZERO = np.zeros(2)
+
+
+@pytest.fixture(scope="module")
+def two() -> Robot:
+    return two_link.robot()
+
+
+def verdicts(trial: RobotTrial) -> dict[str, set[str]]:
+    found: dict[str, set[str]] = {}
+    for finding in trial.agreement.findings:
+        found.setdefault(finding.quantity, set()).add(finding.verdict)
+    return found
+
+
+def planted(part: str, by: float) -> Equations:
+    """Equations with a part of which one entry is off by so many tolerances, at every state."""
+    place = (0, 1) if part == "mass_matrix" else (1,)
+    own = getattr(two_link, part)
+
+    def wrong(q=ZERO, v=ZERO, a=ZERO, torque=ZERO):
+        given = {"q": q, "v": v, "a": a, "torque": torque}
+        names = own.__code__.co_varnames[: own.__code__.co_argcount]
+        found = own(*(given[name] for name in names if name in given))
+        found[place] += by * TOLERANCE * two_link.sizes(part, q, v, a, torque)[place]
+        if part == "mass_matrix":
+            found[1, 0] = found[0, 1]
+        return found
+
+    return Equations(**{part: wrong}, level="armature")
+
+
+PARTS = ("mass_matrix", "bias", "gravity", "force", "inverse_dynamics", "acceleration")
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_an_entry_differs_just_beyond_its_tolerance(two, part):
+    above = try_equations(planted(part, ABOVE), two)
+    assert verdicts(above)[part] == {"differ"}
+    place = "M[j1, j2]" if part == "mass_matrix" else f"{part}[j2]"
+    assert place in [entry.name for entry in above.diagnosis.entries]
+    below = try_equations(planted(part, BELOW), two)
+    assert below.exit_code == 0
+    assert below.diagnosis.entries == ()
+
+
+def asymmetric(by: float) -> Equations:
+    def mass(q):
+        found = two_link.mass_matrix(q)
+        off = by / 2 * TOLERANCE * two_link.sizes("mass_matrix", q, ZERO, ZERO, ZERO)[0, 1]
+        return found + np.array([[0, off], [-off, 0]])
+
+    return two_link.right(mass_matrix=mass)
+
+
+def with_odd_rates(by: float) -> Equations:
+    def bias(q, v):
+        off = by / 2 * TOLERANCE * two_link.sizes("bias", q, v, ZERO, ZERO)
+        return two_link.bias(q, v) + np.sign(v[0]) * off
+
+    return two_link.right(bias=bias)
+
+
+def with_memory(by: float) -> Equations:
+    calls: list[int] = []
+
+    def gravity(q):
+        calls.append(1)
+        off = by * TOLERANCE * two_link.sizes("gravity", q, ZERO, ZERO, ZERO)
+        return two_link.gravity(q) + (off / 2 if len(calls) > 12 else -off / 2)
+
+    return two_link.right(gravity=gravity)
+
+
+OWN: dict[str, Callable[[float], Equations]] = {
+    "symmetric": asymmetric,
+    "bias-quadratic": with_odd_rates,
+    "repeatable-gravity": with_memory,
+}
+
+
+@pytest.mark.parametrize("check", OWN)
+def test_what_equations_owe_to_themselves_is_judged_by_itself(two, check):
+    above = verdicts(try_equations(OWN[check](ABOVE), two))
+    assert [name for name, found in above.items() if found != {"agree"}] == [check]
+    assert try_equations(OWN[check](BELOW), two).exit_code == 0
+
+
+SYMBOLS = sp.symbols("q1 q2")
+SECOND = two_link.M2 * two_link.C2 * two_link.G * sp.cos(sum(SYMBOLS))
+FIRST = (two_link.M1 * two_link.C1 + two_link.M2 * two_link.L) * two_link.G
+SYMBOLIC = sp.Matrix([FIRST * sp.cos(SYMBOLS[0]) + SECOND, SECOND])
+BY_SYMBOLS = sp.lambdify(SYMBOLS, SYMBOLIC)
+
+
+def by_casadi(part: str) -> object:
+    """The part as a casadi Function of symbols without names, its answer a column of DM."""
+    ca = pytest.importorskip("casadi")
+    q, v = ca.SX.sym("q", 2), ca.SX.sym("v", 2)
+    wave = two_link.COUPLED * ca.sin(q[1])
+    if part == "bias":
+        rates = ca.vertcat(-2 * v[0] * v[1] - v[1] ** 2, v[0] ** 2)
+        return ca.Function("f", [q, v], [wave * rates])
+    off = two_link.ELBOW + two_link.COUPLED * ca.cos(q[1])
+    first = two_link.SHOULDER + 2 * off - two_link.ELBOW + two_link.REFLECTED
+    rows = ca.horzcat(first, off), ca.horzcat(off, two_link.ELBOW + two_link.REFLECTED)
+    return ca.Function("f", [q], [ca.vertcat(*rows)])
+
+
+# Right parts in odd forms: they share a trial as far as they are of different parts.
+FORMS: dict[str, dict[str, object]] = {
+    "columns": {
+        "gravity": lambda q: two_link.gravity(q)[:, None],
+        "bias": lambda q, v: two_link.bias(q, v)[:, None],
+        "force": lambda q, torque: two_link.force(q, torque)[:, None],
+    },
+    "rows and lists": {
+        "gravity": lambda q: two_link.gravity(q)[None],
+        "bias": lambda q, v: tuple(two_link.bias(q, v)),
+        "mass_matrix": lambda q: two_link.mass_matrix(q).tolist(),
+    },
+    "matrices": {
+        "mass_matrix": lambda q: np.matrix(two_link.mass_matrix(q)),
+        "gravity": lambda q: SYMBOLIC.subs(dict(zip(SYMBOLS, q, strict=True))),
+    },
+    "lambdified": {"gravity": lambda q: BY_SYMBOLS(*q)},
+    "other kinds of numbers": {
+        "gravity": lambda q: two_link.gravity(q).astype(object),
+        "bias": lambda q, v: two_link.bias(q, v) + 0j,
+        "mass_matrix": lambda q: np.ma.array(two_link.mass_matrix(q)),
+    },
+    "names of the user's own": {
+        "mass_matrix": lambda theta: two_link.mass_matrix(theta),
+        "bias": lambda theta, omega: two_link.bias(theta, omega),
+    },
+    "by coriolis": {
+        "mass_matrix": two_link.mass_matrix,
+        "coriolis": two_link.coriolis,
+        "gravity": two_link.gravity,
+    },
+    "inverse dynamics": {"inverse_dynamics": two_link.inverse_dynamics},
+    "inverse dynamics without weights": {
+        "inverse_dynamics": lambda q, v, a: two_link.inverse_dynamics(q, v, a) - two_link.gravity(q)
+    },
+    "acceleration": {"acceleration": two_link.acceleration},
+    "everything": {part: getattr(two_link, part) for part in PARTS},
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_right_parts_in_any_form_are_never_blamed(two, form):
+    trial = try_equations(Equations(**FORMS[form]), two)
+    assert trial.exit_code == 0, [finding.id for finding in trial.agreement.disagreeing]
+    wanted = set(FORMS[form]) - {"coriolis"}
+    assert set(trial.parts) >= wanted
+
+
+def test_casadi_functions_are_never_blamed(two):
+    own = Equations(mass_matrix=by_casadi("mass_matrix"), bias=by_casadi("bias"))
+    assert try_equations(own, two).exit_code == 0
+
+
+def test_what_inverse_dynamics_leaves_out_is_said(two):
+    trial = try_equations(Equations(**FORMS["inverse dynamics without weights"]), two)
+    assert trial.not_judged == ("gravity (inverse_dynamics leaves it out)",)
+    assert try_equations(Equations(**FORMS["inverse dynamics"]), two).not_judged == ()
+
+
+@pytest.mark.parametrize("level", ["links", "armature", "coupled"])
+def test_one_large_error_leaves_right_entries_alone(level):
+    own = load_robot("sliding")
+    right = equations(own, level)
+    wrong = replace(right, gravity=lambda q: right.gravity(q) + np.array([0, 1e4, 0]))
+    found = try_equations(wrong, own).diagnosis
+    assert [entry.name for entry in found.entries] == ["gravity[slide]"]
+    assert found.level == level
+
+
+def test_a_stated_level_is_the_one_that_is_judged(two):
+    links = try_equations(replace(two_link.right(), level="links"), two)
+    assert links.exit_code == 1
+    assert [entry.name for entry in links.diagnosis.entries] == ["M[j2, j2]", "M[j1, j1]"]
+    assert "all parts agree with armature, not with links" in links.diagnosis.notes
+    assert try_equations(replace(two_link.right(), level="armature"), two).exit_code == 0
+
+
+CANNOT = {
+    "level = 'carriers': must be one of links, armature, coupled, or left out": {
+        "level": "carriers"
+    },
+    "coordinates: is of arms alone": {"coordinates": Coordinates(matrix=np.eye(2))},
+    "coriolis: give either bias or coriolis": {"coriolis": two_link.coriolis},
+}
+
+
+@pytest.mark.parametrize("line", CANNOT)
+def test_what_cannot_be_judged_is_refused(two, line):
+    with pytest.raises(InputError) as caught:
+        try_equations(replace(two_link.right(), **CANNOT[line]), two)
+    assert line in str(caught.value)
+
+
+def ends(q: np.ndarray) -> np.ndarray:
+    os._exit(0)
+
+
+def raises(q: np.ndarray) -> np.ndarray:
+    raise SystemExit(0)
+
+
+def hangs(q: np.ndarray) -> np.ndarray:
+    while True:
+        time.perf_counter()
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(patience, "PATIENCE_S", 0.2)
+    monkeypatch.setattr(patience, "PATIENCE", 0.1)
+    monkeypatch.setattr(patience, "LOOK_S", 0.1)
+
+
+BROKEN = {
+    "ends": (ends, "failed", "Died: the process of the model ended with exit code 0"),
+    "raises": (raises, "failed", "SystemExit: 0 (gravity at x = ["),
+    "hangs": (hangs, "unfinished", "TooSlow: stopped after"),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_part_that_does_not_answer_costs_that_part_alone(two, impatient, case):
+    function, verdict, words = BROKEN[case]
+    trial = try_equations(two_link.right(gravity=function), two)
+    (lost,) = trial.agreement.disagreeing
+    assert (lost.verdict, lost.quantity) == (verdict, "answers-gravity")
+    assert words in lost.note
+    assert trial.parts == ("mass_matrix", "bias")
+    assert trial.exit_code == (3 if verdict == "unfinished" else 1)
+    assert trial.not_judged[0].startswith("gravity (")
+
+
+NAMES = {
+    "gravitiy": "gravitiy: is no part of equations (did you mean gravity?); parts are mass_matrix,",
+    "coriolis_matrix": "coriolis_matrix: is no part of equations (did you mean coriolis?)",
+    "jacobian": "jacobian: is no part of equations; parts are mass_matrix,",
+}
+MODEL = """\
+import numpy as np
+from types import SimpleNamespace
+
+def model(robot):
+    return SimpleNamespace(mass_matrix=lambda q: np.eye(3), {name}=lambda q: q)
+"""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_that_is_no_part_is_refused_with_what_is_allowed(crosscheck, tmp_path, name):
+    (tmp_path / "mine.py").write_text(MODEL.format(name=name))
+    answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:model", "sliding")
+    assert_one_line(answer, "mine.py:model: ", NAMES[name])
+
+
+def test_other_functions_of_a_model_are_named_as_not_judged(two):
+    class Mine:
+        mass_matrix = staticmethod(two_link.mass_matrix)
+
+        def jacobian(self, q):
+            return q
+
+    trial = try_equations(of_object(Mine(), "mine", "is", tuple(TAKES)), two)
+    reasons = ("bias (not supplied)", "gravity (not supplied)", "jacobian (no part of equations)")
+    assert trial.not_judged == reasons
+    assert next(lines(trial)).endswith(f"; not judged: {', '.join(reasons)}")
+
+
+def test_an_arm_refuses_the_names_that_a_robot_refuses(tmp_path):
+    (tmp_path / "mine.py").write_text(MODEL.format(name="inertia_force"))
+    arm = load_arm("paper-labelled")
+    with pytest.raises(InputError, match=r"inertia_force: is no part .*did you mean force"):
+        handed_over(f"{tmp_path / 'mine.py'}:model", arm, None)
+    (tmp_path / "mine.py").write_text(MODEL.format(name="gravity"))
+    with pytest.raises(InputError, match=r"gravity: is a part of a robot's equations"):
+        handed_over(f"{tmp_path / 'mine.py'}:model", arm, None)
