@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,8 +26,15 @@ from crosscheck.runner.supervision import overseen
 from crosscheck.runner.underway import Told, unsaid
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.diagnose.probe import probe_arms
-from crosscheck.trial.diagnose.reasons import compared, reasoned
+from crosscheck.trial.diagnose.dependence import Dependence, Perform, Unfollowed, kept_numbers
+from crosscheck.trial.diagnose.probe import NONE_KEPT, probe_arms
+from crosscheck.trial.diagnose.reasons import (
+    Compared,
+    compared,
+    entry_quantities,
+    entry_questions,
+    reasoned,
+)
 from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.waves import states_wanted
 from crosscheck.trial.input.calls import supplied
@@ -36,7 +44,6 @@ from crosscheck.trial.judge.misread import Misread, misread
 from crosscheck.trial.judge.places import Wrong, deviations
 from crosscheck.trial.judge.questions import (
     QUESTIONS,
-    StateQuestion,
     VerificationProblem,
     first_calls,
     spared,
@@ -49,8 +56,6 @@ BRINGS = {
     "armature": "the gears' reflected inertia, on the diagonal",
     "coupled": "the gears' spin, coupled to the turning of their base",
 }
-# Where each part is looked at entry by entry.
-BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
 PROBES = 2
 JUDGING_S = 60.0  # rough cost
 RUNNABLE = {"mass_matrix", "bias", "force"}
@@ -101,8 +106,9 @@ class Trial:
     cross_check: what was found, as a baseline records it. level: the rigid level that they are,
     or are closest to; '' of geared ones. apart: by part, how far each entry is from the
     reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,). wrong:
-    the entries that are not right, here or on ``probes``, other arms that were asked too. missing:
-    parts that were not supplied. misread: parts that units or the order of numbers explain.
+    the entries that are not right. hidden: entries that are right here, and not on ``probes``,
+    other arms that were asked too. unfollowed: numbers of the arm's file that the equations do not
+    follow, which these arms keep. missing: parts that were not supplied. misread: parts that units or the order of numbers explain.
     traces: of parts that raised.
     """
 
@@ -112,6 +118,8 @@ class Trial:
     rungs: tuple[Rung, ...]
     apart: dict[str, np.ndarray]
     wrong: tuple[Wrong, ...]
+    hidden: tuple[Wrong, ...]
+    unfollowed: tuple[Unfollowed, ...]
     probes: tuple[str, ...]
     missing: tuple[str, ...]
     misread: tuple[Misread, ...]
@@ -140,14 +148,18 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
     entry = entry_for(problem.name, problem.equations, problem.has)
     with register(problem.name, entry), Workers(jobs) as workers:
         lost = first_calls(problem, workers, told)
-        tasks = tasks_in(problem, probes, asked)
-        without = spared(problem, tasks, lost)
-        results = performed(workers, [task for task in tasks if task not in without], told)
-        told_already = {task.key: failure for task, failure in without.items()}
-        results = Results({**results.outcomes, **told_already})
+
+        def perform(tasks: Sequence[ModelTask]) -> Results:
+            """Ask what can be asked; a function that does not come back is called no more."""
+            without = spared(problem, tasks, lost)
+            found = performed(workers, [task for task in tasks if task not in without], told)
+            lost_tasks = {task.key: failure for task, failure in without.items()}
+            return Results({**found.outcomes, **lost_tasks})
+
+        results = perform(tasks_in(problem, probes, asked))
         try:
             with overseen(asked.name, JUDGING_S):
-                return _judged(problem, probes, asked, results)
+                return _judged(problem, probes, asked, results, perform)
         except comparison.Unavailable as error:
             raise Unfinished(f"{problem.name} cannot be judged: {error}") from None
 
@@ -157,8 +169,12 @@ def tasks_in(
 ) -> list[ModelTask]:
     """All tasks of a trial: of the equations, and of the models that they are compared with."""
     planned = list(_planned(problem, asked))
-    by_entry = (question for each in (problem, *probes) for question in localising(each))
-    return list(dict.fromkeys([*comparison.tasks_of(planned), *by_entry]))
+    return list(dict.fromkeys([*comparison.tasks_of(planned), *_by_entry((problem, *probes))]))
+
+
+def _by_entry(problems: Sequence[VerificationProblem]) -> Iterator[ModelTask]:
+    for each in problems:
+        yield from entry_questions(each, each.levels, entry_quantities(each))
 
 
 def problem_of(asked: Asked) -> VerificationProblem:
@@ -181,20 +197,6 @@ def problem_of(asked: Asked) -> VerificationProblem:
     problem = replace(problem, count=min(count, max(affordable, LEAST_STATES)))
     _ = problem.states  # made now, so that what is wrong with the coordinates is said first
     return problem
-
-
-def localising(problem: VerificationProblem) -> Iterator[StateQuestion]:
-    """Questions for a look entry by entry: to the equations, and to each level's reference."""
-    for level in problem.levels:
-        yield from suite.sizing(problem, level)
-        yield from (problem.ask(problem.reference(level), part) for part in by_entry(problem))
-    yield from map(problem.yours, by_entry(problem))
-
-
-def by_entry(problem: VerificationProblem) -> list[str]:
-    """Parts that are compared entry by entry; the acceleration only where nothing else is there."""
-    found = [quantity for part, quantity in BY_ENTRY.items() if part in problem.has]
-    return found or ["acceleration"]
 
 
 def _planned(
@@ -220,12 +222,18 @@ def _planned(
     yield from suite.own_balances(problem)
 
 
-def probes_of(problem: VerificationProblem) -> list[VerificationProblem]:
-    """Benches of the same equations on arms that show what equal numbers and zeros hide, if any."""
+def probes_of(
+    problem: VerificationProblem, unfollowed: Sequence[Unfollowed] = ()
+) -> list[VerificationProblem]:
+    """Benches of the same equations on arms that show what equal numbers and zeros hide, if any.
+
+    unfollowed: numbers that these arms keep.
+    """
     if not problem.equations.any_arm:
         return []
     try:
-        return [problem.on(arm) for arm in probe_arms(problem.case.arm, PROBES)]
+        kept = kept_numbers(unfollowed) if unfollowed else NONE_KEPT
+        return [problem.on(arm) for arm in probe_arms(problem.case.arm, PROBES, kept)]
     except InputError:  # equations of some arms alone are right or wrong on this one
         return []
 
@@ -235,6 +243,7 @@ def _judged(
     probes: Sequence[VerificationProblem],
     asked: Asked,
     results: Results,
+    perform: Perform,
 ) -> Trial:
     level, rungs = _level(problem, results)
     comparisons = list(_planned(problem, asked, level, results))
@@ -243,19 +252,67 @@ def _judged(
     record = provenance(*settings, packages=packages(), model=wanted.model)
     agreement = Agreement(list(comparison.findings_of(comparisons, results)), record)
     runs = {key: run for key, run in runs_of(results).items() if key in cases}
-    here, *there = (compared(each, level, by_entry(each), results) for each in (problem, *probes))
+    here, *there = (
+        compared(each, level, entry_quantities(each), results) for each in (problem, *probes)
+    )
+    diagnosis = diagnosed(here, there, perform)
     return Trial(
         problem=problem,
         cross_check=CrossCheck(wanted, agreement, cases, runs),
         level=level,
         rungs=tuple(rungs),
         apart=here.apart,
-        wrong=tuple(reasoned(here, there)),
+        wrong=tuple(wrong for wrong in diagnosis.wrong if not wrong.shown_on),
+        hidden=tuple(wrong for wrong in diagnosis.wrong if wrong.shown_on),
+        unfollowed=tuple(diagnosis.unfollowed),
         probes=tuple(probe.case.arm.name for probe in probes),
         missing=tuple(part for part in suite.COMPARED if part not in problem.has),
         misread=misread(here.yours, here.right, problem.equations.table),
         traces=_traces(problem, results),
     )
+
+
+class Diagnosis(NamedTuple):
+    """The wrong entries with their reasons, and the numbers that the equations do not follow."""
+
+    wrong: list[Wrong]
+    unfollowed: list[Unfollowed]
+
+
+def diagnosed(here: Compared, there: Sequence[Compared], perform: Perform) -> Diagnosis:
+    """The wrong entries, here and on other arms, with their reasons.
+
+    Where any differ, the numbers of the arm's file are changed one by one; those that the equations
+    do not follow are kept on the other arms, which are then asked again.
+    """
+    problem = here.problem
+    alone = not there or problem.equations.table is not None
+    if alone or not any(any(each.wrong) for each in (here, *there)):
+        return Diagnosis(list(reasoned(here, there)), [])
+    unfollowed = Dependence(here, perform).unfollowed()
+    certain = [each for each in unfollowed if each.certain]
+    found = Diagnosis(_reasons(here, there, certain, perform), certain)
+    if len(certain) < len(unfollowed) and _unexplained(found.wrong):
+        other = Diagnosis(_reasons(here, there, unfollowed, perform), unfollowed)
+        found = min(found, other, key=lambda each: _unexplained(each.wrong))
+    return found
+
+
+def _reasons(
+    here: Compared, there: Sequence[Compared], kept: Sequence[Unfollowed], perform: Perform
+) -> list[Wrong]:
+    """The wrong entries with their reasons, by other arms that keep these numbers."""
+    if kept:
+        probes = probes_of(here.problem, kept)
+        questions = (entry_questions(each, [here.level], list(here.yours)) for each in probes)
+        results = perform(list(dict.fromkeys(question for own in questions for question in own)))
+        there = [compared(each, here.level, list(here.yours), results) for each in probes]
+    return list(reasoned(here, there))
+
+
+def _unexplained(found: Sequence[Wrong]) -> int:
+    """How many entries are wrong on the arm on trial for a reason that is not told."""
+    return sum(each.explanation is None and not each.notes for each in found if not each.shown_on)
 
 
 def wanted_of(asked: Asked) -> Wanted:
