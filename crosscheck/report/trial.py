@@ -93,6 +93,8 @@ def verdicts(trial: Trial) -> list[str]:
 
 def notes(trial: Trial) -> Iterator[str]:
     """What is no error on this arm: numbers that equations do not follow, errors on other arms."""
+    if trial.problem.undriven:
+        yield "your equations take no torque: judged as an arm without motors"
     if trial.unfollowed:
         yield unfollowed_line(trial)
     for line in _entry_lines(trial.hidden, trial.problem.frame.names):

@@ -12,12 +12,11 @@ import numpy as np
 from crosscheck.findings import Agreement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
-from crosscheck.models.experiment.scenario import Scenario, Switches
+from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Switches
 from crosscheck.models.loading import Case
 from crosscheck.planning import comparison
 from crosscheck.planning.comparison import Comparison, ModelTask, Results
 from crosscheck.planning.plan import Wanted
-from crosscheck.planning.sizing import unequal_gains
 from crosscheck.provenance import provenance
 from crosscheck.registry import packages, register
 from crosscheck.run import CrossCheck, cases_of, performed, runs_of
@@ -37,7 +36,7 @@ from crosscheck.trial.diagnose.reasons import (
 )
 from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.waves import states_wanted
-from crosscheck.trial.input.calls import supplied
+from crosscheck.trial.input.calls import SuppliedEquations, supplied
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.misread import Misread, misread
@@ -45,6 +44,7 @@ from crosscheck.trial.judge.places import Wrong, deviations
 from crosscheck.trial.judge.questions import (
     QUESTIONS,
     VerificationProblem,
+    experiment,
     first_calls,
     spared,
 )
@@ -108,8 +108,8 @@ class Trial:
     reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,). wrong:
     the entries that are not right. hidden: entries that are right here, and not on ``probes``,
     other arms that were asked too. unfollowed: numbers of the arm's file that the equations do not
-    follow, which these arms keep. missing: parts that were not supplied. misread: parts that units or the order of numbers explain.
-    traces: of parts that raised.
+    follow, which these arms keep. missing: parts that were not supplied. misread: parts that units
+    or the order of numbers explain. traces: of parts that raised.
     """
 
     problem: VerificationProblem
@@ -172,6 +172,24 @@ def tasks_in(
     return list(dict.fromkeys([*comparison.tasks_of(planned), *_by_entry((problem, *probes))]))
 
 
+def _require_runnable(asked: Asked, bound: SuppliedEquations) -> None:
+    """Raise InputError for a scenario that the equations cannot be run in."""
+    missing = ", ".join(sorted(RUNNABLE - bound.has))
+    for scenario in asked.scenarios:
+        if missing:
+            reason = f"needs {missing}, which the equations have not"
+            raise InputError("--scenario", "", scenario.name, reason)
+        if bound.is_undriven and not _is_undriven(scenario):
+            reason = "drives the joints; the equations take no torque"
+            raise InputError("--scenario", "", scenario.name, reason)
+
+
+def _is_undriven(scenario: Scenario) -> bool:
+    """Whether a scenario has no torque at any time."""
+    drive = scenario.drive
+    return isinstance(drive, ConstantDrive) and not np.any(drive.torque_N_m)
+
+
 def _by_entry(problems: Sequence[VerificationProblem]) -> Iterator[ModelTask]:
     for each in problems:
         yield from entry_questions(each, each.levels, entry_quantities(each))
@@ -181,15 +199,18 @@ def problem_of(asked: Asked) -> VerificationProblem:
     """What is on trial, its coordinates and states already made. Raises InputError."""
     wanted_of(asked)  # refuses scenarios that cannot stand side by side
     laws = switches_of(asked.equations, asked.arm, asked.chosen)
-    case = Case(asked.arm, unequal_gains(asked.arm), laws)
     count = QUICK_STATES if asked.quick else STATES
-    own = asked.equations.on(asked.arm, case.scenario)
-    has = supplied(own, asked.arm, frame_of(own.coordinates, asked.arm)).has
-    missing = ", ".join(sorted(RUNNABLE - has))
-    if asked.scenarios and missing:
-        reason = f"needs {missing}, which the equations have not"
-        raise InputError("--scenario", "", asked.scenarios[0].name, reason)
-    problem = VerificationProblem(asked.name, own, has, case, count, asked.seed)
+    scenario = experiment(asked.arm, undriven=False)
+    own = asked.equations.on(asked.arm, scenario)
+    bound = supplied(own, asked.arm, frame_of(own.coordinates, asked.arm))
+    if bound.is_undriven:
+        scenario = experiment(asked.arm, undriven=True)
+        own = asked.equations.on(asked.arm, scenario)
+    _require_runnable(asked, bound)
+    case = Case(asked.arm, scenario, laws)
+    problem = VerificationProblem(
+        asked.name, own, bound.has, case, count, asked.seed, bound.is_undriven
+    )
     if problem.frame.matrix is not None:
         terms = reference_terms_of(problem.frame, asked.arm, laws, problem.levels[-1])
         count = max(count, states_wanted(terms))

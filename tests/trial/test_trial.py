@@ -33,7 +33,7 @@ def in_frame(model: str, coordinates: Coordinates, arm: Arm, scenario: Scenario)
 def equations_of(moved: Moved, **errors: object) -> Equations:
     """Plain functions that answer as a model does; errors: other functions in their place."""
 
-    def force(t: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def force(t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         frame: Frame = moved.frame
         jacobian = frame.jacobian(x)
         return jacobian.T @ moved.model.generalized_force(t, frame.position(x), jacobian @ v)

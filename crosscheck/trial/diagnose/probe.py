@@ -66,9 +66,7 @@ def _kept_values(arm: Arm, probe: Arm, kept: Mapping[str, Powers]) -> dict[str, 
     def factor(name: str) -> float:
         return number_at(probe, name) / number_at(arm, name)
 
-    return {
-        name: scaled_by(number_at(arm, name), powers, factor) for name, powers in kept.items()
-    }
+    return {name: scaled_by(number_at(arm, name), powers, factor) for name, powers in kept.items()}
 
 
 def _arm(arm: Arm, generator: random.Random, number: int) -> dict[str, Any]:
@@ -81,9 +79,7 @@ def _arm(arm: Arm, generator: random.Random, number: int) -> dict[str, Any]:
     return {
         **arm.model_dump(),
         "name": f"probe {number} of {arm.name}"[:80],
-        "payload_mass_kg": _near(
-            arm.payload_mass_kg or INSTEAD_OF_0["payload_mass_kg"], generator
-        ),
+        "payload_mass_kg": _near(arm.payload_mass_kg or INSTEAD_OF_0["payload_mass_kg"], generator),
         "gravity_m_per_s2": [_near(value, generator) for value in arm.gravity_m_per_s2],
         "joints": joints,
         "links": [

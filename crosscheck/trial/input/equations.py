@@ -100,8 +100,8 @@ class Equations:
     to be, one of ``links``, ``carriers``, ``armature``, ``coupled``; '' lets the trial find out.
     switches: laws that the model follows, where not those of the command line. rebuild: makes them
     anew for an arm and a scenario, of equations that know how. any_arm: whether that is worth doing
-    for another arm; else, and once a part of them is replaced, they are of one alone. table: of
-    those that are no code.
+    for another arm; else, and once a part of them is replaced, they are of one alone. any_scenario:
+    whether they are made anew for another scenario. table: of those that are no code.
     """
 
     mass_matrix: Function | None = None
@@ -116,6 +116,7 @@ class Equations:
     symbolic: Symbolic | None = None
     rebuild: Callable[[Arm, Scenario | None], Equations] | None = None
     any_arm: bool = False
+    any_scenario: bool = False
     table: AnswerTable | None = None
     rebuilt_as: tuple[Any, ...] = field(default=(), repr=False, compare=False)
 

@@ -91,7 +91,8 @@ def made(
         own = answer if isinstance(answer, Equations) else _from_object(answer, where, "returned")
         whole = _whole(own.on(other, drive), where)
         any_arm = whole.any_arm or "arm" in by_arm.values()
-        return replace(whole, rebuild=rebuilt, any_arm=any_arm)
+        any_scenario = whole.any_scenario or "scenario" in by_arm.values()
+        return replace(whole, rebuild=rebuilt, any_arm=any_arm, any_scenario=any_scenario)
 
     return rebuilt(arm, scenario)
 
@@ -189,7 +190,12 @@ def _from_object(found: Any, where: str, verb: str = "is") -> Equations:
     if not _has_parts(found):
         kind = "None" if found is None else f"a {type(found).__name__}"
         raise InputError(where, "", None, f"{verb} {kind}; must be {ACCEPTED}")
-    names = {entry.name for entry in fields(Equations)} - {"rebuild", "rebuilt_as", "any_arm"}
+    names = {entry.name for entry in fields(Equations)} - {
+        "rebuild",
+        "rebuilt_as",
+        "any_arm",
+        "any_scenario",
+    }
     own = {name: getattr(found, name) for name in names if getattr(found, name, None) is not None}
     return Equations(**own)
 

@@ -127,8 +127,8 @@ def sizes_of(
 def unit_ratio(yours: np.ndarray, right: np.ndarray) -> float:
     """How many times as large a part's numbers are as the right ones, by their medians.
 
-    Of the rows' ratios it is the median, the lower one of two: a single entry that is wrong, however
-    large, changes nothing. 1 where no row is there on both sides.
+    Of the rows' ratios it is the median, the lower one of two: a single entry that is wrong,
+    however large, changes nothing. 1 where no row is there on both sides.
 
     Args:
         yours: A mass matrix (count, n, n), or a vector (count, n), state by state.

@@ -17,10 +17,11 @@ import numpy as np
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import ModelTask
-from crosscheck.planning.sizing import unequal_gains
+from crosscheck.planning.sizing import at_rest, unequal_gains
 from crosscheck.registry import MODELS, RIGID_LEVELS, names, of_level, promising, reference_model
 from crosscheck.run import performed
 from crosscheck.runner.outcomes import Failure
@@ -176,11 +177,17 @@ QUESTIONS: dict[str, Answer] = {
 }
 
 
+def experiment(arm: Arm, *, undriven: bool) -> Scenario:
+    """The scenario whose torques act at the states that are asked; none of undriven equations."""
+    return at_rest() if undriven else unequal_gains(arm)
+
+
 @dataclass(frozen=True)
 class VerificationProblem:
     """Equations under a name, and the case and states at which they are asked.
 
-    has: the parts that they have, or that follow from those.
+    has: the parts that they have, or that follow from those; undriven: whether they have no torque,
+    and are judged without any.
     """
 
     name: str
@@ -189,6 +196,7 @@ class VerificationProblem:
     case: Case
     count: int
     seed: int
+    undriven: bool = False
 
     @property
     def gearing(self) -> Gearing:
@@ -224,7 +232,7 @@ class VerificationProblem:
 
     def on(self, arm: Arm) -> VerificationProblem:
         """The problem of the same equations with another arm's numbers. Raises InputError."""
-        case = Case(arm, unequal_gains(arm), self.case.switches)
+        case = Case(arm, experiment(arm, undriven=self.undriven), self.case.switches)
         return replace(self, equations=self.equations.on(arm, case.scenario), case=case)
 
     def yours(self, quantity: str) -> StateQuestion:

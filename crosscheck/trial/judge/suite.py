@@ -77,7 +77,7 @@ def own_comparisons(problem: VerificationProblem) -> Iterator[Comparison]:
     if equations.inverse_dynamics is not None:
         whole = _entries("bias", _inverse_dynamics)
         yield _own(problem, "inverse-dynamics", whole, "mass_matrix", "inverse_dynamics")
-    if "force" in has:
+    if "force" in has and not problem.undriven:
         linear = _entries("force", _by_torques)
         yield _own(problem, "linear-in-torques", linear, "force", "by_torques")
     if equations.acceleration is not None and has >= {*COMPARED}:
