@@ -94,11 +94,11 @@ def verdicts(trial: Trial) -> list[str]:
 def notes(trial: Trial) -> Iterator[str]:
     """What is no error on this arm: numbers that equations do not follow, errors on other arms."""
     if trial.problem.undriven:
-        yield "your equations take no torque: judged as an arm without motors"
+        yield "Your equations take no torque: judged as an arm without motors."
     if trial.unfollowed:
-        yield unfollowed_line(trial)
+        yield unfollowed_line(trial.unfollowed)
     for line in _entry_lines(trial.hidden, trial.problem.frame.names):
-        yield f"right on this arm, but not on other arms, whose numbers differ: {line}"
+        yield f"Right on this arm. On others, whose numbers are unlike, this differs: {line}"
 
 
 def _entry_lines(wrong: Sequence[Wrong], names: Sequence[str]) -> Iterator[str]:
@@ -111,35 +111,30 @@ def _entry_lines(wrong: Sequence[Wrong], names: Sequence[str]) -> Iterator[str]:
         yield wrong_line(first, names) + also
 
 
-def unfollowed_line(trial: Trial) -> str:
+def unfollowed_line(unfollowed: Sequence[Unfollowed]) -> str:
     """One note on all numbers of the arm's file that the equations do not follow."""
-    by_parts: dict[tuple[str, ...], list[Unfollowed]] = {}
-    absent = [each for each in trial.unfollowed if each.value == 0]
-    for each in trial.unfollowed:
-        if each.value:
-            by_parts.setdefault(each.parts, []).append(each)
-    said = []
-    for parts, numbers in by_parts.items():
-        does = "does" if len(parts) == 1 else "do"
-        listed_numbers = ", ".join(map(_unfollowed_number, numbers))
-        own = "a number" if len(numbers) == 1 else "numbers"
-        said.append(
-            f"your {_part_words(parts)} {does} not follow the file's {listed_numbers}:"
-            f" {own} of your code's own?"
+    literal = [each for each in unfollowed if each.value and not each.goes_with]
+    tied = [each for each in unfollowed if each.goes_with]
+    absent = [each.name for each in unfollowed if not each.value and not each.goes_with]
+    sentences = []
+    if literal:
+        parts = list(dict.fromkeys(part for each in literal for part in each.parts))
+        verb = "does" if len(parts) == 1 else "do"
+        listed_numbers = ", ".join(f"{each.name} = {each.value:.6g}" for each in literal)
+        it = "is it" if len(literal) == 1 else "are they"
+        sentences.append(
+            f"Your {_in_words(parts)} {verb} not follow the file's {listed_numbers}:"
+            f" {it} written in your code?"
         )
+    if tied:
+        listed_ties = ", ".join(f"{t.name} from {' and '.join(t.goes_with)}" for t in tied)
+        sentences.append(f"Your equations take {listed_ties}, which is right on this arm.")
     if absent:
-        have = " and ".join(each.name for each in absent)
-        said.append(f"your equations have no {have}, nor has this arm (0 in its file).")
-    text = " ".join(each[0].upper() + each[1:] for each in said)
-    return f"{text} Other arms that were asked keep what is named here"
+        sentences.append(f"Your equations have no {', '.join(absent)}, nor has this arm.")
+    return " ".join((*sentences, "Judged with these numbers as they are."))
 
 
-def _unfollowed_number(each: Unfollowed) -> str:
-    goes_with = f", which goes with {' and '.join(each.goes_with)}" if each.goes_with else ""
-    return f"{each.name} = {each.value:.6g}{goes_with}"
-
-
-def _part_words(parts: Sequence[str]) -> str:
+def _in_words(parts: Sequence[str]) -> str:
     words = ["M" if part == "mass_matrix" else part for part in parts]
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 

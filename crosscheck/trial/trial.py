@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -62,6 +63,7 @@ RUNNABLE = {"mass_matrix", "bias", "force"}
 # Enough to tell all the waves and signals apart that an entry may hold.
 STATES, QUICK_STATES = 300, 150
 LEAST_STATES = 20
+_one_at_a_time = threading.Lock()
 MOST_BYTES = 300_000_000  # of the terms of a bias at all states, of which a trial holds several
 
 
@@ -137,11 +139,16 @@ class Trial:
 
 
 def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
-    """Put equations on trial.
+    """Put equations on trial; of several threads one after the other, for models have names.
 
     Raises InputError for what cannot be tried at all, and Unfinished where the models that they are
     held against do not answer.
     """
+    with _one_at_a_time:
+        return _tried(asked, jobs, told)
+
+
+def _tried(asked: Asked, jobs: int, told: Told) -> Trial:
     with overseen(asked.name):
         problem = problem_of(asked)
         probes = probes_of(problem)

@@ -109,7 +109,7 @@ def natural_powers(arm: Arm, driver: str) -> dict[str, int]:
 
 
 def _of_link(field: str) -> dict[str, int]:
-    """What of a link goes with a number of it, by its power; a rod's mass is kept by its density."""
+    """What of a link goes with a number of it, and its power; a rod's density keeps its mass."""
     if field == "length_m":
         return {"com_m": 1, "inertia_kg_m2": 2, "density_kg_per_m3": -1}
     return {"inertia_kg_m2": 1} if field == "mass_kg" else {}

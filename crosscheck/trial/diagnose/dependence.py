@@ -43,7 +43,8 @@ class Unfollowed:
 
     parts: those of the equations that stay as they are while the right ones change; goes_with: the
     numbers that it goes with instead, and their powers; certain: whether an entry that depends on
-    it is right on the arm on trial, or the number is 0 there. If not, it may be an error.
+    it is right on the arm on trial, or the number is 0 there. If not, it may be an error. partly:
+    whether other parts follow it.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Unfollowed:
     parts: tuple[Part, ...]
     goes_with: Powers = field(default_factory=dict)
     certain: bool = True
+    partly: bool = False
 
 
 @dataclass(frozen=True)
@@ -96,14 +98,17 @@ class Dependence:
     def _judged(self, name: str, there: Compared) -> Unfollowed | None:
         """What is said of a number, by the comparison on the arm where it is another one."""
         assert self._unchanged is not None  # else nobody asks
-        parts, right_entry = list[Part](), False
+        parts, right_entry, partly = list[Part](), False, False
         for quantity, before in self._unchanged.right.items():
             if quantity not in there.yours:
                 return None
             sizes = self._unchanged.sizes.of(quantity)
             moved = np.abs(there.right[quantity] - before).max(axis=0) > MOVED * sizes
             still = there.yours[quantity] - self._unchanged.yours[quantity]
-            if not moved.any() or (np.abs(still).max(axis=0) > MOVED * sizes).any():
+            if not moved.any():
+                continue
+            if (np.abs(still).max(axis=0) > MOVED * sizes).any():
+                partly = True
                 continue
             parts.append(PARTS[quantity])
             places = {place_of(quantity, tuple(index)) for index in np.argwhere(moved).tolist()}
@@ -111,7 +116,8 @@ class Dependence:
         if not parts:
             return None
         value = number_at(self.here.problem.case.arm, name)
-        return Unfollowed(name, value, tuple(parts), certain=right_entry or value == 0)
+        certain = right_entry or value == 0
+        return Unfollowed(name, value, tuple(parts), certain=certain, partly=partly)
 
     def _differs_beyond(self, there: Compared) -> bool:
         """Whether entries differ there that do not on the arm on trial."""
@@ -138,7 +144,12 @@ class Dependence:
                 settled.add(driver)
                 for name, power in powers.items():
                     goes_with.setdefault(name, {})[driver] = power
-        return [replace(each, goes_with=goes_with.get(each.name, {})) for each in found]
+        # Of one that goes with another here and is followed there, one of the two is an error.
+        return [
+            replace(each, goes_with=goes_with.get(each.name, {}))
+            for each in found
+            if not (each.partly and each.name in goes_with)
+        ]
 
     def _changed(self, name: str) -> Arm | None:
         """The arm with another number of this name; None where there is none."""
