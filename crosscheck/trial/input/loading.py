@@ -150,11 +150,11 @@ def _told(where: str, folder: Path) -> Iterator[None]:
     except BaseException as error:
         if was_stopped():
             raise
-        reason = f"raises {_said(error)}{_line(error, folder)}"
+        reason = f"raises {error_text(error)}{error_line(error, folder)}"
         raise InputError(where, "", None, reason) from error
 
 
-def _said(error: BaseException) -> str:
+def error_text(error: BaseException) -> str:
     """The error's class, and what it says if it says anything."""
     name = type(error).__name__
     try:
@@ -164,7 +164,7 @@ def _said(error: BaseException) -> str:
     return f"{name}: {text}" if text else name
 
 
-def _line(error: BaseException, folder: Path) -> str:
+def error_line(error: BaseException, folder: Path) -> str:
     """File and line of what raised: the last of the user's own, else the last of anybody's."""
     ours = Path(crosscheck.__file__).parent
     frames = [

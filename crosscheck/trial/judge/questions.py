@@ -8,9 +8,11 @@ function that never returns or takes its process down costs one call, not many.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,6 +34,7 @@ from crosscheck.trial.coordinates.differences import christoffel_terms, differen
 from crosscheck.trial.coordinates.frame import Frame, UserState, counted, frame_of, states_of
 from crosscheck.trial.input.calls import SuppliedEquations, supplied, told_failure
 from crosscheck.trial.input.equations import Equations, Gearing
+from crosscheck.trial.input.loading import error_line, error_text
 from crosscheck.trial.model import CALL_S, SuppliedModel
 
 SPEEDS = (-1.0, 2.0)
@@ -244,6 +247,13 @@ class VerificationProblem:
         return StateQuestion(self.name, model, self.case, quantity, self.count, self.seed)
 
 
+class Raised(NamedTuple):
+    """What a user's function raised: class and words, and in brackets the file and line of it."""
+
+    error: str
+    line: str
+
+
 @dataclass(frozen=True)
 class FirstCall:
     """A task that calls one of a supplied model's own functions once, at one state."""
@@ -259,8 +269,8 @@ class FirstCall:
         """The task's key, which is the task itself."""
         return self
 
-    def perform(self) -> InputError | None:
-        """The error if the answer is unusable; None also if the function raises: told later."""
+    def perform(self) -> InputError | Raised | None:
+        """The error if the answer is unusable, or what the function raises; None if neither."""
         asker = built(self.model, self.case)
         assert isinstance(asker, SuppliedModel)  # as it was registered
         try:
@@ -269,8 +279,8 @@ class FirstCall:
         except BadAnswer as error:
             count = counted(asker.equations.coordinates, len(asker.frame.names), self.case.arm)
             return InputError(self.model, "", None, f"{error}; x are {count}")
-        except BaseException:  # also SystemExit and KeyboardInterrupt out of a model
-            return None
+        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
+            return Raised(error_text(error), error_line(error, Path(Path.cwd().anchor)))
         return None
 
 
@@ -285,14 +295,21 @@ FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
 
 
 def first_calls(problem: VerificationProblem, workers: Workers, told: Told) -> dict[str, Failure]:
-    """The parts whose function did not come back, with why; none of a table. Raises InputError."""
+    """The parts whose function did not come back, with why; none of a table.
+
+    Raises InputError for an answer that cannot be used, and where all parts raise the same.
+    """
     if problem.equations.table is not None:
         return {}
     tasks = [FirstCall(problem.name, part, problem.case, problem.seed) for part in _given(problem)]
-    outcomes = performed(workers, tasks, told).outcomes
+    outcomes: Mapping[object, object] = performed(workers, tasks, told).outcomes
+    raised = [outcome for outcome in outcomes.values() if isinstance(outcome, Raised)]
+    if len(raised) == len(tasks) and len({each.error for each in raised}) == 1:
+        reason = f"every part raises {raised[0].error}{raised[0].line}"
+        raise InputError(problem.name, "", None, reason)
     lost = {}
     for task in tasks:
-        outcome: object = outcomes[task]
+        outcome = outcomes[task]
         if isinstance(outcome, InputError):
             raise outcome
         if isinstance(outcome, Failure):
