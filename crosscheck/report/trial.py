@@ -95,8 +95,14 @@ def notes(trial: Trial) -> Iterator[str]:
     """What is no error on this arm: numbers that equations do not follow, errors on other arms."""
     if trial.problem.undriven:
         yield "Your equations take no torque: judged as an arm without motors."
-    if trial.unfollowed:
-        yield unfollowed_line(trial.unfollowed)
+    if trial.point_masses:
+        yield (
+            f"Your equations have no {', '.join(trial.point_masses)}, and the file's are less than"
+            " 1e-6 of mass x com^2: judged as point masses, with 0 in their place."
+        )
+    unfollowed = [each for each in trial.unfollowed if each.name not in trial.point_masses]
+    if unfollowed:
+        yield unfollowed_line(unfollowed)
     for line in _entry_lines(trial.hidden, trial.problem.frame.names):
         yield f"Right on this arm. On others, whose numbers are unlike, this differs: {line}"
 

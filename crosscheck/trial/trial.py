@@ -6,7 +6,6 @@ import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -26,15 +25,10 @@ from crosscheck.runner.supervision import overseen
 from crosscheck.runner.underway import Told, unsaid
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.diagnose.dependence import Dependence, Perform, Unfollowed, kept_numbers
-from crosscheck.trial.diagnose.probe import NONE_KEPT, probe_arms
-from crosscheck.trial.diagnose.reasons import (
-    Compared,
-    compared,
-    entry_quantities,
-    entry_questions,
-    reasoned,
-)
+from crosscheck.trial.diagnose.arm_numbers import negligible_inertias, with_numbers
+from crosscheck.trial.diagnose.dependence import Perform, Unfollowed
+from crosscheck.trial.diagnose.diagnosis import diagnosed, probes_of
+from crosscheck.trial.diagnose.reasons import compared, entry_quantities, entry_questions
 from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.waves import states_wanted
 from crosscheck.trial.input.calls import SuppliedEquations, supplied
@@ -57,7 +51,6 @@ BRINGS = {
     "armature": "the gears' reflected inertia, on the diagonal",
     "coupled": "the gears' spin, coupled to the turning of their base",
 }
-PROBES = 2
 JUDGING_S = 60.0  # rough cost
 RUNNABLE = {"mass_matrix", "bias", "force"}
 # Enough to tell all the waves and signals apart that an entry may hold.
@@ -110,7 +103,9 @@ class Trial:
     reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,). wrong:
     the entries that are not right. hidden: entries that are right here, and not on ``probes``,
     other arms that were asked too. unfollowed: numbers of the arm's file that the equations do not
-    follow, which these arms keep. missing: parts that were not supplied. misread: parts that units
+    follow, which these arms keep. left_out: names of all such numbers, errors or not. point_masses:
+    inertias of links that the equations leave out and that are next to nothing: judged as 0.
+    missing: parts that were not supplied. misread: parts that units
     or the order of numbers explain. traces: of parts that raised.
     """
 
@@ -126,6 +121,8 @@ class Trial:
     missing: tuple[str, ...]
     misread: tuple[Misread, ...]
     traces: dict[str, str]
+    left_out: tuple[str, ...]
+    point_masses: tuple[str, ...] = ()
 
     @property
     def agreement(self) -> Agreement:
@@ -145,7 +142,12 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
     held against do not answer.
     """
     with _one_at_a_time:
-        return _tried(asked, jobs, told)
+        trial = _tried(asked, jobs, told)
+        points = negligible_inertias(asked.arm, trial.left_out)
+        if not points:
+            return trial
+        arm = with_numbers(asked.arm, dict.fromkeys(points, 0.0))
+        return replace(_tried(replace(asked, arm=arm), jobs, told), point_masses=points)
 
 
 def _tried(asked: Asked, jobs: int, told: Told) -> Trial:
@@ -250,22 +252,6 @@ def _planned(
     yield from suite.own_balances(problem)
 
 
-def probes_of(
-    problem: VerificationProblem, unfollowed: Sequence[Unfollowed] = ()
-) -> list[VerificationProblem]:
-    """Benches of the same equations on arms that show what equal numbers and zeros hide, if any.
-
-    unfollowed: numbers that these arms keep.
-    """
-    if not problem.equations.any_arm:
-        return []
-    try:
-        kept = kept_numbers(unfollowed) if unfollowed else NONE_KEPT
-        return [problem.on(arm) for arm in probe_arms(problem.case.arm, PROBES, kept)]
-    except InputError:  # equations of some arms alone are right or wrong on this one
-        return []
-
-
 def _judged(
     problem: VerificationProblem,
     probes: Sequence[VerificationProblem],
@@ -297,50 +283,8 @@ def _judged(
         missing=tuple(part for part in suite.COMPARED if part not in problem.has),
         misread=misread(here.yours, here.right, problem.equations.table),
         traces=_traces(problem, results),
+        left_out=tuple(each.name for each in (*diagnosis.unfollowed, *diagnosis.uncertain)),
     )
-
-
-class Diagnosis(NamedTuple):
-    """The wrong entries with their reasons, and the numbers that the equations do not follow."""
-
-    wrong: list[Wrong]
-    unfollowed: list[Unfollowed]
-
-
-def diagnosed(here: Compared, there: Sequence[Compared], perform: Perform) -> Diagnosis:
-    """The wrong entries, here and on other arms, with their reasons.
-
-    Where any differ, the numbers of the arm's file are changed one by one; those that the equations
-    do not follow are kept on the other arms, which are then asked again.
-    """
-    problem = here.problem
-    alone = not there or problem.equations.table is not None
-    if alone or not any(any(each.wrong) for each in (here, *there)):
-        return Diagnosis(list(reasoned(here, there)), [])
-    unfollowed = Dependence(here, perform).unfollowed()
-    certain = [each for each in unfollowed if each.certain]
-    found = Diagnosis(_reasons(here, there, certain, perform), certain)
-    if len(certain) < len(unfollowed) and _unexplained(found.wrong):
-        other = Diagnosis(_reasons(here, there, unfollowed, perform), unfollowed)
-        found = min(found, other, key=lambda each: _unexplained(each.wrong))
-    return found
-
-
-def _reasons(
-    here: Compared, there: Sequence[Compared], kept: Sequence[Unfollowed], perform: Perform
-) -> list[Wrong]:
-    """The wrong entries with their reasons, by other arms that keep these numbers."""
-    if kept:
-        probes = probes_of(here.problem, kept)
-        questions = (entry_questions(each, [here.level], list(here.yours)) for each in probes)
-        results = perform(list(dict.fromkeys(question for own in questions for question in own)))
-        there = [compared(each, here.level, list(here.yours), results) for each in probes]
-    return list(reasoned(here, there))
-
-
-def _unexplained(found: Sequence[Wrong]) -> int:
-    """How many entries are wrong on the arm on trial for a reason that is not told."""
-    return sum(each.explanation is None and not each.notes for each in found if not each.shown_on)
 
 
 def wanted_of(asked: Asked) -> Wanted:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from crosscheck.models.arm.arm import Arm
@@ -18,6 +18,7 @@ INSTEAD_OF_0 = {
     **{f"{gear}_mass_kg": 1.0 for gear in ("sun", "planet", "carrier", "ring")},
 }
 COM, INERTIA = 0.3, 0.1  # of a link's length, and of its mass times that squared: instead of 0
+NEXT_TO_NOTHING = 1e-6  # of mass x com^2
 # Numbers of one kind, of which one may stand for another that is equal to it.
 KINDS = (
     ("length_m", "com_m"),
@@ -82,6 +83,22 @@ def instead_of_0(arm: Arm, name: str) -> float:
         mass = 1.0 if field == "com_m" else number_at(arm, f"{own}.mass_kg") * length
         return (COM if field == "com_m" else INERTIA) * mass * length
     return INSTEAD_OF_0.get(field, 0.0)
+
+
+def negligible_inertias(arm: Arm, names: Iterable[str]) -> tuple[str, ...]:
+    """Those of these numbers that are a link's inertia about its centre, and next to nothing.
+
+    A link whose radius of gyration is below a thousandth of its lever is a point mass that a file
+    could not, or did not, write as one.
+    """
+    found = []
+    for name in names:
+        own, _, field = name.rpartition(".")
+        if own.startswith("links") and field == "inertia_kg_m2":
+            about_joint = number_at(arm, f"{own}.mass_kg") * number_at(arm, f"{own}.com_m") ** 2
+            if 0 < number_at(arm, name) <= NEXT_TO_NOTHING * about_joint:
+                found.append(name)
+    return tuple(found)
 
 
 def natural_powers(arm: Arm, driver: str) -> dict[str, int]:

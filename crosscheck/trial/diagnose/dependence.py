@@ -32,7 +32,6 @@ from crosscheck.trial.judge.questions import VerificationProblem
 
 FEW_STATES = 3
 FACTORS = (1.23, 0.77)  # of a number; the second where the first is out of its range
-MOVED = 1e-6  # of an entry's size: a change that a number makes, or does not
 MOST_TOGETHER = 6  # numbers that are tried with another, in every choice of some of them
 Perform = Callable[[Sequence[ModelTask]], Results]
 
@@ -102,12 +101,14 @@ class Dependence:
         for quantity, before in self._unchanged.right.items():
             if quantity not in there.yours:
                 return None
-            sizes = self._unchanged.sizes.of(quantity)
-            moved = np.abs(there.right[quantity] - before).max(axis=0) > MOVED * sizes
+            rounding = self._unchanged.sizes.tolerance(quantity) * self._unchanged.sizes.of(
+                quantity
+            )
+            moved = np.abs(there.right[quantity] - before).max(axis=0) > rounding
             still = there.yours[quantity] - self._unchanged.yours[quantity]
             if not moved.any():
                 continue
-            if (np.abs(still).max(axis=0) > MOVED * sizes).any():
+            if (np.abs(still).max(axis=0) > rounding).any():
                 partly = True
                 continue
             parts.append(PARTS[quantity])

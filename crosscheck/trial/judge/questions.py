@@ -275,6 +275,9 @@ class FirstCall:
         assert isinstance(asker, SuppliedModel)  # as it was registered
         try:
             (state,) = states_of(asker.frame, self.case.arm, self.case.scenario, 1, self.seed)
+        except InputError:  # a pose that the user's map does not reach
+            return None
+        try:
             FIRST[self.quantity](asker.supplied, state)
         except BadAnswer as error:
             count = counted(asker.equations.coordinates, len(asker.frame.names), self.case.arm)

@@ -18,13 +18,14 @@ from crosscheck.models.experiment.scenario import Switches
 from crosscheck.planning.comparison import ModelTask
 from crosscheck.registry import register
 from crosscheck.trial.coordinates.frame import Frame, frame_of
+from crosscheck.trial.diagnose.diagnosis import PROBES
 from crosscheck.trial.diagnose.probe import probe_arms
 from crosscheck.trial.diagnose.reasons import entry_quantities, entry_questions
 from crosscheck.trial.input.calls import MATRICES, TAKES
 from crosscheck.trial.input.equations import AnswerTable, Coordinates, Equations, Function, Level
 from crosscheck.trial.judge.questions import VerificationProblem
 from crosscheck.trial.model import entry_for
-from crosscheck.trial.trial import PROBES, Asked, problem_of, tasks_in
+from crosscheck.trial.trial import Asked, problem_of, tasks_in
 
 PARTS = ("mass_matrix", "bias", "force", "acceleration", "inverse_dynamics")
 APART = "inverse_dynamics"  # it is asked at states of its own, with accelerations

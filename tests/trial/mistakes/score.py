@@ -18,13 +18,14 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.registry import register
+from crosscheck.trial.diagnose.diagnosis import diagnosed, probes_of
 from crosscheck.trial.diagnose.reasons import compared, entry_quantities, entry_questions
 from crosscheck.trial.diagnose.words import told
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import made
 from crosscheck.trial.judge.places import Wrong, named
 from crosscheck.trial.model import entry_for
-from crosscheck.trial.trial import Asked, diagnosed, probes_of, problem_of
+from crosscheck.trial.trial import Asked, problem_of
 from tests.trial.mistakes.equations import RIGID, written
 
 GRAVITY, FRICTION = (0.0, -9.81), 1.7
