@@ -278,12 +278,14 @@ def _judged(
         apart=here.apart,
         wrong=tuple(wrong for wrong in diagnosis.wrong if not wrong.shown_on),
         hidden=tuple(wrong for wrong in diagnosis.wrong if wrong.shown_on),
-        unfollowed=tuple(diagnosis.unfollowed),
+        unfollowed=tuple(each for each in diagnosis.unfollowed if each.parts),
         probes=tuple(probe.case.arm.name for probe in probes),
         missing=tuple(part for part in suite.COMPARED if part not in problem.has),
         misread=misread(here.yours, here.right, problem.equations.table),
         traces=_traces(problem, results),
-        left_out=tuple(each.name for each in (*diagnosis.unfollowed, *diagnosis.uncertain)),
+        left_out=tuple(
+            each.name for each in (*diagnosis.unfollowed, *diagnosis.uncertain) if each.parts
+        ),
     )
 
 

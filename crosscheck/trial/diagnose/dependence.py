@@ -6,10 +6,10 @@ because the arm has none of it. That is no error on this arm, and other arms mus
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import chain, combinations
+from itertools import chain, combinations, islice
 
 import numpy as np
 from pydantic import ValidationError
@@ -32,7 +32,7 @@ from crosscheck.trial.judge.questions import VerificationProblem
 
 FEW_STATES = 3
 FACTORS = (1.23, 0.77)  # of a number; the second where the first is out of its range
-MOST_TOGETHER = 6  # numbers that are tried with another, in every choice of some of them
+MOST_CHOICES = 64  # of numbers that may go with another
 Perform = Callable[[Sequence[ModelTask]], Results]
 
 
@@ -40,7 +40,8 @@ Perform = Callable[[Sequence[ModelTask]], Results]
 class Unfollowed:
     """A number of the arm's file that equations do not follow.
 
-    parts: those of the equations that stay as they are while the right ones change; goes_with: the
+    parts: those of the equations that stay as they are while the right ones change, none of a
+    number that by itself changes neither, and may in company; goes_with: the
     numbers that it goes with instead, and their powers; certain: whether an entry that depends on
     it is right on the arm on trial, or the number is 0 there. If not, it may be an error. partly:
     whether other parts follow it.
@@ -97,7 +98,7 @@ class Dependence:
     def _judged(self, name: str, there: Compared) -> Unfollowed | None:
         """What is said of a number, by the comparison on the arm where it is another one."""
         assert self._unchanged is not None  # else nobody asks
-        parts, right_entry, partly = list[Part](), False, False
+        parts, right_entry, partly, matters = list[Part](), False, False, False
         for quantity, before in self._unchanged.right.items():
             if quantity not in there.yours:
                 return None
@@ -106,18 +107,18 @@ class Dependence:
             )
             moved = np.abs(there.right[quantity] - before).max(axis=0) > rounding
             still = there.yours[quantity] - self._unchanged.yours[quantity]
-            if not moved.any():
-                continue
-            if (np.abs(still).max(axis=0) > rounding).any():
-                partly = True
+            follows = bool((np.abs(still).max(axis=0) > rounding).any())
+            matters = matters or follows or bool(moved.any())
+            partly = partly or (follows and bool(moved.any()))
+            if follows or not moved.any():
                 continue
             parts.append(PARTS[quantity])
             places = {place_of(quantity, tuple(index)) for index in np.argwhere(moved).tolist()}
             right_entry = right_entry or not places <= self._wrong_here
-        if not parts:
+        if matters and not parts:
             return None
         value = number_at(self.here.problem.case.arm, name)
-        certain = right_entry or value == 0
+        certain = right_entry or value == 0 or not matters
         return Unfollowed(name, value, tuple(parts), certain=certain, partly=partly)
 
     def _differs_beyond(self, there: Compared) -> bool:
@@ -127,30 +128,42 @@ class Dependence:
     def _together(self, found: list[Unfollowed], drivers: Sequence[str]) -> list[Unfollowed]:
         """The numbers, those that go with a driver so marked: its change alone is not followed."""
         arm = self.here.problem.case.arm
-        loose = {each.name for each in found}
-        choices = [
+        loose = {each.name for each in found if each.parts}
+        natural = {driver: natural_powers(arm, driver) for driver in drivers}
+        all_loose = {
+            driver: {name: power for name, power in powers.items() if name in loose}
+            for driver, powers in natural.items()
+        }
+        # All that may go with a driver, as a rule does; else the fewest that do.
+        settled = self._agreeing(list(all_loose.items()))
+        fewer = [
             (driver, chosen)
-            for driver in drivers
-            for chosen in _subsets(natural_powers(arm, driver), loose)
+            for driver, powers in all_loose.items()
+            if driver not in settled
+            for chosen in _subsets(powers)
         ]
-        made = [self._scaled(driver, powers) for driver, powers in choices]
-        answers = iter(self._compared([each for each in made if each is not None]))
+        settled |= self._agreeing(fewer)
         goes_with: dict[str, dict[str, int]] = {}
-        settled: set[str] = set()
-        for (driver, powers), there in zip(choices, made, strict=True):
-            there_compared = None if there is None else next(answers)
-            if driver in settled or there_compared is None:
-                continue
-            if not self._differs_beyond(there_compared):
-                settled.add(driver)
-                for name, power in powers.items():
-                    goes_with.setdefault(name, {})[driver] = power
+        for driver, powers in settled.items():
+            for name, power in powers.items():
+                goes_with.setdefault(name, {})[driver] = power
         # Of one that goes with another here and is followed there, one of the two is an error.
         return [
             replace(each, goes_with=goes_with.get(each.name, {}))
             for each in found
             if not (each.partly and each.name in goes_with)
         ]
+
+    def _agreeing(self, choices: Sequence[tuple[str, Powers]]) -> dict[str, Powers]:
+        """By driver, the first choice with which no more entries differ than on this arm."""
+        made = [self._scaled(driver, powers) if powers else None for driver, powers in choices]
+        answers = iter(self._compared([each for each in made if each is not None]))
+        found: dict[str, Powers] = {}
+        for (driver, powers), arm in zip(choices, made, strict=True):
+            there = None if arm is None else next(answers)
+            if there is not None and not self._differs_beyond(there):
+                found.setdefault(driver, powers)
+        return found
 
     def _changed(self, name: str) -> Arm | None:
         """The arm with another number of this name; None where there is none."""
@@ -218,9 +231,7 @@ def _answered(
         return None
 
 
-def _subsets(powers: Powers, loose: set[str]) -> Iterator[dict[str, int]]:
-    """Choices of numbers that may go with a driver, the fewest first; none of them is empty."""
-    names = [name for name in powers if name in loose][:MOST_TOGETHER]
-    sizes = range(1, len(names) + 1)
-    for chosen in chain.from_iterable(combinations(names, size) for size in sizes):
-        yield {name: powers[name] for name in chosen}
+def _subsets(powers: Powers) -> list[dict[str, int]]:
+    """Choices of some of the numbers that may go with a driver, the fewest first."""
+    chosen = chain.from_iterable(combinations(powers, size) for size in range(1, len(powers)))
+    return [{name: powers[name] for name in names} for names in islice(chosen, MOST_CHOICES)]

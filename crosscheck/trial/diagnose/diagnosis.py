@@ -66,7 +66,7 @@ def _reasons(
     here: Compared, there: Sequence[Compared], kept: Sequence[Unfollowed], perform: Perform
 ) -> list[Wrong]:
     """The wrong entries with their reasons, by other arms that keep these numbers."""
-    if kept:
+    if any(each.parts for each in kept):
         probes = probes_of(here.problem, kept)
         questions = (entry_questions(each, [here.level], list(here.yours)) for each in probes)
         results = perform(list(dict.fromkeys(question for own in questions for question in own)))
