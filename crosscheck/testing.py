@@ -19,8 +19,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
+from crosscheck import LARGEST_SEED
 from crosscheck.lazy import lazy_names
 
 if TYPE_CHECKING:
@@ -43,6 +44,8 @@ if not TYPE_CHECKING:
             "from_sympy": "crosscheck.trial.input.symbolic",
         },
     )
+
+MOST_JOBS = 1024  # processes
 
 
 def assert_agrees(
@@ -72,6 +75,7 @@ def assert_agrees(
     from crosscheck.trial.input.loading import handed_over, made
     from crosscheck.trial.trial import Asked, tried
 
+    _require_arguments(arm, scenarios, switches, level, quick, jobs, seed, name)
     chosen = load_arm(arm) if isinstance(arm, str) else arm
     loaded = tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios)
     for scenario in loaded:
@@ -88,8 +92,54 @@ def assert_agrees(
     return trial
 
 
+def _require_arguments(
+    arm: object,
+    scenarios: object,
+    switches: object,
+    level: object,
+    quick: object,
+    jobs: object,
+    seed: object,
+    name: object,
+) -> None:
+    """Raise InputError, naming argument, value and what is allowed, for one of the wrong kind."""
+    from crosscheck.models.arm.arm import Arm
+    from crosscheck.models.errors import InputError
+    from crosscheck.models.experiment.scenario import Scenario, Switches
+    from crosscheck.trial.input.equations import Level
+
+    levels = get_args(Level)
+    listed = isinstance(scenarios, list | tuple)
+    for argument, value, is_allowed, allowed in (
+        ("arm", arm, isinstance(arm, Arm | str), "must be an Arm, or the name or file of one"),
+        ("scenarios", scenarios, listed, "must be a list of scenarios, or of their names"),
+        ("switches", switches, isinstance(switches, Switches | None), "must be Switches, or None"),
+        ("level", level, level in levels, f"must be one of {', '.join(levels[1:])}, or ''"),
+        ("quick", quick, isinstance(quick, bool), "must be True or False"),
+        ("jobs", jobs, _is_whole(jobs, 1, MOST_JOBS), f"must be a whole number, 1 to {MOST_JOBS}"),
+        ("seed", seed, _is_whole(seed, 0, LARGEST_SEED), f"must be 0 to {LARGEST_SEED}"),
+        ("name", name, isinstance(name, str) and name.strip() != "", "must be a text"),
+    ):
+        if not is_allowed:
+            raise InputError("assert_agrees", argument, value, allowed)
+    assert isinstance(scenarios, list | tuple)  # as was required
+    for place, scenario in enumerate(scenarios):
+        if not isinstance(scenario, Scenario | str):
+            allowed = "must be a Scenario, or the name or file of one"
+            raise InputError("assert_agrees", f"scenarios[{place}]", scenario, allowed)
+
+
+def _is_whole(value: object, least: int, most: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and least <= value <= most
+
+
 def _of_level(own: Equations, level: Level) -> Equations:
     """The equations, declared to be of a level, also whenever they are made anew."""
+    from crosscheck.models.errors import InputError
+
+    if own.coordinates.gearing != "rigid":
+        reason = f"is of rigid models; coordinates.gearing is {own.coordinates.gearing}"
+        raise InputError("assert_agrees", "level", level, reason)
     again = own.rebuild
     if again is None:
         return replace(own, level=level)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
-from typing import NamedTuple
+from typing import Any
 
 from rich.console import Console
 from rich.text import Text
@@ -13,6 +13,7 @@ from rich.text import Text
 from crosscheck.report.records import document, plain
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import counted, printable
+from crosscheck.trial.diagnose.dependence import Unfollowed
 from crosscheck.trial.diagnose.explain import told_once
 from crosscheck.trial.diagnose.words import guess
 from crosscheck.trial.input.equations import SINGLE
@@ -30,8 +31,9 @@ def print_trial(trial: Trial) -> None:
         console.print(Text(printable(said)))
     print_agreement(trial.agreement)
     for verdict in verdicts(trial):
-        word = ("hidden ", "yellow") if verdict.hidden else ("wrong ", "red")
-        console.print(Text.assemble(word, printable(verdict.text)))
+        console.print(Text.assemble(("wrong ", "red"), printable(verdict)))
+    for note in notes(trial):
+        console.print(Text.assemble(("note ", "yellow"), printable(note)))
     for part, trace in trial.traces.items():
         console.print(Text(f"{part} raised:"))
         for row in trace.splitlines():
@@ -86,28 +88,68 @@ def misread_line(found: Misread, names: Sequence[str]) -> str:
     return f"{entries}: {times} times what the models say at every state: another unit?"
 
 
-class VerdictLine(NamedTuple):
-    """A line on what is wrong; hidden: whether the numbers of the arm on trial hide it."""
-
-    text: str
-    hidden: bool = False
-
-
-def verdicts(trial: Trial) -> Iterator[VerdictLine]:
+def verdicts(trial: Trial) -> list[str]:
     """What is wrong, a line for each error, whatever number of entries it is in."""
-    names = trial.problem.frame.names
-    for note in dict.fromkeys(note for wrong in trial.wrong for note in wrong.notes):
-        places = [wrong.place for wrong in trial.wrong if note in wrong.notes]
-        yield VerdictLine(f"{', '.join(named(place, names) for place in places)}: {note}")
-    for group in told_once([wrong for wrong in trial.wrong if not wrong.notes]):
+    return list(_entry_lines(trial.wrong, trial.problem.frame.names))
+
+
+def notes(trial: Trial) -> Iterator[str]:
+    """What is no error on this arm: numbers that equations do not follow, errors on other arms."""
+    if trial.problem.undriven:
+        yield "Your equations take no torque: judged as an arm without motors."
+    if trial.point_masses:
+        yield (
+            f"Your equations have no {', '.join(trial.point_masses)}, and the file's are less than"
+            " 1e-6 of mass x com^2: judged as point masses, with 0 in their place."
+        )
+    unfollowed = [each for each in trial.unfollowed if each.name not in trial.point_masses]
+    if unfollowed:
+        yield unfollowed_line(unfollowed)
+    for line in _entry_lines(trial.hidden, trial.problem.frame.names):
+        yield f"Right on this arm. On others, whose numbers are unlike, this differs: {line}"
+
+
+def _entry_lines(wrong: Sequence[Wrong], names: Sequence[str]) -> Iterator[str]:
+    for note in dict.fromkeys(note for each in wrong for note in each.notes):
+        places = [each.place for each in wrong if note in each.notes]
+        yield f"{', '.join(named(place, names) for place in places)}: {note}"
+    for group in told_once([each for each in wrong if not each.notes]):
         first, *others = group
         also = f"; also in {', '.join(named(w.place, names) for w in others)}" if others else ""
-        yield VerdictLine(wrong_line(trial, first) + also, bool(first.shown_on))
+        yield wrong_line(first, names) + also
 
 
-def wrong_line(trial: Trial, wrong: Wrong) -> str:
+def unfollowed_line(unfollowed: Sequence[Unfollowed]) -> str:
+    """One note on all numbers of the arm's file that the equations do not follow."""
+    literal = [each for each in unfollowed if each.value and not each.goes_with]
+    tied = [each for each in unfollowed if each.goes_with]
+    absent = [each.name for each in unfollowed if not each.value and not each.goes_with]
+    sentences = []
+    if literal:
+        parts = list(dict.fromkeys(part for each in literal for part in each.parts))
+        verb = "does" if len(parts) == 1 else "do"
+        listed_numbers = ", ".join(f"{each.name} = {each.value:.6g}" for each in literal)
+        it = "is it" if len(literal) == 1 else "are they"
+        sentences.append(
+            f"Your {_in_words(parts)} {verb} not follow the file's {listed_numbers}:"
+            f" {it} written in your code?"
+        )
+    if tied:
+        listed_ties = ", ".join(f"{t.name} from {' and '.join(t.goes_with)}" for t in tied)
+        sentences.append(f"Your equations take {listed_ties}, which is right on this arm.")
+    if absent:
+        sentences.append(f"Your equations have no {', '.join(absent)}, nor has this arm.")
+    return " ".join((*sentences, "Judged with these numbers as they are."))
+
+
+def _in_words(parts: Sequence[str]) -> str:
+    words = ["M" if part == "mass_matrix" else part for part in parts]
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+
+
+def wrong_line(wrong: Wrong, names: Sequence[str]) -> str:
     """One wrong entry, and why, in one line."""
-    return f"{named(wrong.place, trial.problem.frame.names)}: {why(wrong)}"
+    return f"{named(wrong.place, names)}: {why(wrong)}"
 
 
 def trial_json(trial: Trial) -> str:
@@ -123,19 +165,14 @@ def trial_json(trial: Trial) -> str:
         }
         for found in trial.misread
     ]
-    wrong = [
+    unfollowed = [
         {
-            **plain(each.place),
-            "entry": named(each.place, names),
-            "relative": each.relative,
-            "told": wrong_line(trial, each),
-            "difference": each.difference,
-            "latex": each.latex,
-            "shown_on": each.shown_on,
-            "notes": each.notes,
-            "explanation": plain(each.explanation, errors="slips"),
+            "number": each.name,
+            "value": each.value,
+            "parts": each.parts,
+            "goes_with": dict(each.goes_with),
         }
-        for each in trial.wrong
+        for each in trial.unfollowed
     ]
     return document(
         {
@@ -150,14 +187,33 @@ def trial_json(trial: Trial) -> str:
             ],
             "missing": trial.missing,
             "misread": misread,
-            "wrong": wrong,
+            "wrong": _wrong_records(trial.wrong, names),
+            "hidden": _wrong_records(trial.hidden, names),
+            "unfollowed": unfollowed,
+            "notes": list(notes(trial)),
             "tracebacks": trial.traces,
             "agreement": trial.agreement.to_dict(),
         }
     )
 
 
+def _wrong_records(wrong: Sequence[Wrong], names: Sequence[str]) -> list[dict[str, Any]]:
+    return [
+        {
+            **plain(each.place),
+            "entry": named(each.place, names),
+            "relative": each.relative,
+            "told": wrong_line(each, names),
+            "difference": each.difference,
+            "latex": each.latex,
+            "shown_on": each.shown_on,
+            "notes": each.notes,
+            "explanation": plain(each.explanation, errors="slips"),
+        }
+        for each in wrong
+    ]
+
+
 def why(wrong: Wrong) -> str:
     """Notes on a wrong entry, else the guess at its error."""
-    shown = f" (not on this arm, but on {wrong.shown_on})" if wrong.shown_on else ""
-    return (", ".join(wrong.notes) or guess(wrong)) + shown
+    return ", ".join(wrong.notes) or guess(wrong)

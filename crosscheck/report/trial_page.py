@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from crosscheck.report.plots.figures import to_svg
 from crosscheck.report.plots.scheme import described
 from crosscheck.report.rendering import page
-from crosscheck.report.trial import summary, verdicts, why
+from crosscheck.report.trial import notes, summary, verdicts, why
 from crosscheck.trial.diagnose.words import told
 from crosscheck.trial.judge.places import named
 from crosscheck.trial.trial import Trial
@@ -39,7 +39,8 @@ def trial_page(trial: Trial) -> str:
         trial=trial,
         summary=list(summary(trial)),
         wrong=[(named(each.place, names), each, why(each)) for each in trial.wrong],
-        verdicts=list(verdicts(trial)),
+        verdicts=verdicts(trial),
+        notes=list(notes(trial)),
         maps=list(_maps(trial)),
         described=list(described(trial.problem.case.arm)),
         typeset=typeset,

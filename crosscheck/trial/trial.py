@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,12 +12,11 @@ import numpy as np
 from crosscheck.findings import Agreement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
-from crosscheck.models.experiment.scenario import Scenario, Switches
+from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Switches
 from crosscheck.models.loading import Case
 from crosscheck.planning import comparison
 from crosscheck.planning.comparison import Comparison, ModelTask, Results
 from crosscheck.planning.plan import Wanted
-from crosscheck.planning.sizing import unequal_gains
 from crosscheck.provenance import provenance
 from crosscheck.registry import packages, register
 from crosscheck.run import CrossCheck, cases_of, performed, runs_of
@@ -25,19 +25,21 @@ from crosscheck.runner.supervision import overseen
 from crosscheck.runner.underway import Told, unsaid
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.diagnose.probe import probe_arms
-from crosscheck.trial.diagnose.reasons import compared, reasoned
+from crosscheck.trial.diagnose.arm_numbers import negligible_inertias, with_numbers
+from crosscheck.trial.diagnose.dependence import Perform, Unfollowed
+from crosscheck.trial.diagnose.diagnosis import diagnosed, probes_of
+from crosscheck.trial.diagnose.reasons import compared, entry_quantities, entry_questions
 from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.waves import states_wanted
-from crosscheck.trial.input.calls import supplied
+from crosscheck.trial.input.calls import SuppliedEquations, supplied
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.misread import Misread, misread
 from crosscheck.trial.judge.places import Wrong, deviations
 from crosscheck.trial.judge.questions import (
     QUESTIONS,
-    StateQuestion,
     VerificationProblem,
+    experiment,
     first_calls,
     spared,
 )
@@ -49,14 +51,12 @@ BRINGS = {
     "armature": "the gears' reflected inertia, on the diagonal",
     "coupled": "the gears' spin, coupled to the turning of their base",
 }
-# Where each part is looked at entry by entry.
-BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
-PROBES = 2
 JUDGING_S = 60.0  # rough cost
 RUNNABLE = {"mass_matrix", "bias", "force"}
 # Enough to tell all the waves and signals apart that an entry may hold.
 STATES, QUICK_STATES = 300, 150
 LEAST_STATES = 20
+_one_at_a_time = threading.Lock()
 MOST_BYTES = 300_000_000  # of the terms of a bias at all states, of which a trial holds several
 
 
@@ -101,9 +101,12 @@ class Trial:
     cross_check: what was found, as a baseline records it. level: the rigid level that they are,
     or are closest to; '' of geared ones. apart: by part, how far each entry is from the
     reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,). wrong:
-    the entries that are not right, here or on ``probes``, other arms that were asked too. missing:
-    parts that were not supplied. misread: parts that units or the order of numbers explain.
-    traces: of parts that raised.
+    the entries that are not right. hidden: entries that are right here, and not on ``probes``,
+    other arms that were asked too. unfollowed: numbers of the arm's file that the equations do not
+    follow, which these arms keep. left_out: names of all such numbers, errors or not. point_masses:
+    inertias of links that the equations leave out and that are next to nothing: judged as 0.
+    missing: parts that were not supplied. misread: parts that units
+    or the order of numbers explain. traces: of parts that raised.
     """
 
     problem: VerificationProblem
@@ -112,10 +115,14 @@ class Trial:
     rungs: tuple[Rung, ...]
     apart: dict[str, np.ndarray]
     wrong: tuple[Wrong, ...]
+    hidden: tuple[Wrong, ...]
+    unfollowed: tuple[Unfollowed, ...]
     probes: tuple[str, ...]
     missing: tuple[str, ...]
     misread: tuple[Misread, ...]
     traces: dict[str, str]
+    left_out: tuple[str, ...]
+    point_masses: tuple[str, ...] = ()
 
     @property
     def agreement(self) -> Agreement:
@@ -129,25 +136,39 @@ class Trial:
 
 
 def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
-    """Put equations on trial.
+    """Put equations on trial; of several threads one after the other, for models have names.
 
     Raises InputError for what cannot be tried at all, and Unfinished where the models that they are
     held against do not answer.
     """
+    with _one_at_a_time:
+        trial = _tried(asked, jobs, told)
+        points = negligible_inertias(asked.arm, trial.left_out)
+        if not points:
+            return trial
+        arm = with_numbers(asked.arm, dict.fromkeys(points, 0.0))
+        return replace(_tried(replace(asked, arm=arm), jobs, told), point_masses=points)
+
+
+def _tried(asked: Asked, jobs: int, told: Told) -> Trial:
     with overseen(asked.name):
         problem = problem_of(asked)
         probes = probes_of(problem)
     entry = entry_for(problem.name, problem.equations, problem.has)
     with register(problem.name, entry), Workers(jobs) as workers:
         lost = first_calls(problem, workers, told)
-        tasks = tasks_in(problem, probes, asked)
-        without = spared(problem, tasks, lost)
-        results = performed(workers, [task for task in tasks if task not in without], told)
-        told_already = {task.key: failure for task, failure in without.items()}
-        results = Results({**results.outcomes, **told_already})
+
+        def perform(tasks: Sequence[ModelTask]) -> Results:
+            """Ask what can be asked; a function that does not come back is called no more."""
+            without = spared(problem, tasks, lost)
+            found = performed(workers, [task for task in tasks if task not in without], told)
+            lost_tasks = {task.key: failure for task, failure in without.items()}
+            return Results({**found.outcomes, **lost_tasks})
+
+        results = perform(tasks_in(problem, probes, asked))
         try:
             with overseen(asked.name, JUDGING_S):
-                return _judged(problem, probes, asked, results)
+                return _judged(problem, probes, asked, results, perform)
         except comparison.Unavailable as error:
             raise Unfinished(f"{problem.name} cannot be judged: {error}") from None
 
@@ -157,23 +178,48 @@ def tasks_in(
 ) -> list[ModelTask]:
     """All tasks of a trial: of the equations, and of the models that they are compared with."""
     planned = list(_planned(problem, asked))
-    by_entry = (question for each in (problem, *probes) for question in localising(each))
-    return list(dict.fromkeys([*comparison.tasks_of(planned), *by_entry]))
+    return list(dict.fromkeys([*comparison.tasks_of(planned), *_by_entry((problem, *probes))]))
+
+
+def _require_runnable(asked: Asked, bound: SuppliedEquations) -> None:
+    """Raise InputError for a scenario that the equations cannot be run in."""
+    missing = ", ".join(sorted(RUNNABLE - bound.has))
+    for scenario in asked.scenarios:
+        if missing:
+            reason = f"needs {missing}, which the equations have not"
+            raise InputError("--scenario", "", scenario.name, reason)
+        if bound.is_undriven and not _is_undriven(scenario):
+            reason = "drives the joints; the equations take no torque"
+            raise InputError("--scenario", "", scenario.name, reason)
+
+
+def _is_undriven(scenario: Scenario) -> bool:
+    """Whether a scenario has no torque at any time."""
+    drive = scenario.drive
+    return isinstance(drive, ConstantDrive) and not np.any(drive.torque_N_m)
+
+
+def _by_entry(problems: Sequence[VerificationProblem]) -> Iterator[ModelTask]:
+    for each in problems:
+        yield from entry_questions(each, each.levels, entry_quantities(each))
 
 
 def problem_of(asked: Asked) -> VerificationProblem:
     """What is on trial, its coordinates and states already made. Raises InputError."""
     wanted_of(asked)  # refuses scenarios that cannot stand side by side
     laws = switches_of(asked.equations, asked.arm, asked.chosen)
-    case = Case(asked.arm, unequal_gains(asked.arm), laws)
     count = QUICK_STATES if asked.quick else STATES
-    own = asked.equations.on(asked.arm, case.scenario)
-    has = supplied(own, asked.arm, frame_of(own.coordinates, asked.arm)).has
-    missing = ", ".join(sorted(RUNNABLE - has))
-    if asked.scenarios and missing:
-        reason = f"needs {missing}, which the equations have not"
-        raise InputError("--scenario", "", asked.scenarios[0].name, reason)
-    problem = VerificationProblem(asked.name, own, has, case, count, asked.seed)
+    scenario = experiment(asked.arm, undriven=False)
+    own = asked.equations.on(asked.arm, scenario)
+    bound = supplied(own, asked.arm, frame_of(own.coordinates, asked.arm))
+    if bound.is_undriven:
+        scenario = experiment(asked.arm, undriven=True)
+        own = asked.equations.on(asked.arm, scenario)
+    _require_runnable(asked, bound)
+    case = Case(asked.arm, scenario, laws)
+    problem = VerificationProblem(
+        asked.name, own, bound.has, case, count, asked.seed, bound.is_undriven
+    )
     if problem.frame.matrix is not None:
         terms = reference_terms_of(problem.frame, asked.arm, laws, problem.levels[-1])
         count = max(count, states_wanted(terms))
@@ -181,20 +227,6 @@ def problem_of(asked: Asked) -> VerificationProblem:
     problem = replace(problem, count=min(count, max(affordable, LEAST_STATES)))
     _ = problem.states  # made now, so that what is wrong with the coordinates is said first
     return problem
-
-
-def localising(problem: VerificationProblem) -> Iterator[StateQuestion]:
-    """Questions for a look entry by entry: to the equations, and to each level's reference."""
-    for level in problem.levels:
-        yield from suite.sizing(problem, level)
-        yield from (problem.ask(problem.reference(level), part) for part in by_entry(problem))
-    yield from map(problem.yours, by_entry(problem))
-
-
-def by_entry(problem: VerificationProblem) -> list[str]:
-    """Parts that are compared entry by entry; the acceleration only where nothing else is there."""
-    found = [quantity for part, quantity in BY_ENTRY.items() if part in problem.has]
-    return found or ["acceleration"]
 
 
 def _planned(
@@ -220,21 +252,12 @@ def _planned(
     yield from suite.own_balances(problem)
 
 
-def probes_of(problem: VerificationProblem) -> list[VerificationProblem]:
-    """Benches of the same equations on arms that show what equal numbers and zeros hide, if any."""
-    if not problem.equations.any_arm:
-        return []
-    try:
-        return [problem.on(arm) for arm in probe_arms(problem.case.arm, PROBES)]
-    except InputError:  # equations of some arms alone are right or wrong on this one
-        return []
-
-
 def _judged(
     problem: VerificationProblem,
     probes: Sequence[VerificationProblem],
     asked: Asked,
     results: Results,
+    perform: Perform,
 ) -> Trial:
     level, rungs = _level(problem, results)
     comparisons = list(_planned(problem, asked, level, results))
@@ -243,18 +266,26 @@ def _judged(
     record = provenance(*settings, packages=packages(), model=wanted.model)
     agreement = Agreement(list(comparison.findings_of(comparisons, results)), record)
     runs = {key: run for key, run in runs_of(results).items() if key in cases}
-    here, *there = (compared(each, level, by_entry(each), results) for each in (problem, *probes))
+    here, *there = (
+        compared(each, level, entry_quantities(each), results) for each in (problem, *probes)
+    )
+    diagnosis = diagnosed(here, there, perform)
     return Trial(
         problem=problem,
         cross_check=CrossCheck(wanted, agreement, cases, runs),
         level=level,
         rungs=tuple(rungs),
         apart=here.apart,
-        wrong=tuple(reasoned(here, there)),
+        wrong=tuple(wrong for wrong in diagnosis.wrong if not wrong.shown_on),
+        hidden=tuple(wrong for wrong in diagnosis.wrong if wrong.shown_on),
+        unfollowed=tuple(each for each in diagnosis.unfollowed if each.parts),
         probes=tuple(probe.case.arm.name for probe in probes),
         missing=tuple(part for part in suite.COMPARED if part not in problem.has),
         misread=misread(here.yours, here.right, problem.equations.table),
         traces=_traces(problem, results),
+        left_out=tuple(
+            each.name for each in (*diagnosis.unfollowed, *diagnosis.uncertain) if each.parts
+        ),
     )
 
 

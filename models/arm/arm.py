@@ -18,7 +18,7 @@ from crosscheck.models.arm.quantities import Data, UpToSeven, short
 
 # Numbers of 16 digits must hold the parts of an arm beside each other. Within these limits each of
 # 6000 random arms over all ranges kept nine digits of its accelerations in every engine.
-LEAST_ROD = 1e-9  # inertia of a rod over that of all that its joint turns
+LEAST_LINK = 1e-9  # inertia of a link about its joint over that of all that the joint turns
 LEAST_PLANET = 1e-6  # equivalent mass of a planet over the sun's
 LEAST_GYRATION = (
     1e-4  # equivalent mass over mass: a radius of gyration of a hundredth of the radius
@@ -126,8 +126,8 @@ class Link(Data):
     """Of a rod."""
     mass_kg: quantities.GearMass | None = None
     """Of a body that is no rod."""
-    inertia_kg_m2: quantities.GearInertia | None = None
-    """J of that body about its centre of mass."""
+    inertia_kg_m2: quantities.Inertia | None = None
+    """J of that body about its centre of mass; 0 of a point mass."""
 
     @model_validator(mode="after")
     def _rod_or_body_with_its_centre_on_it(self) -> Self:
@@ -195,12 +195,13 @@ class Arm(Data):
             own = link.inertia_kg_m2
             if own is None:
                 own = _link_mass(link) * link.length_m**2 / 12
+            own += _link_mass(link) * link.com_m**2
             own += self.payload_mass_kg * link.length_m**2 if is_last else 0.0
             load = _turned_inertia(self, place)
-            if own < LEAST_ROD * load:
+            if own < LEAST_LINK * load:
                 raise ValueError(
-                    f"links[{place}]|must have at least {short(LEAST_ROD)} of the inertia that its"
-                    f" joint turns: it has {own:.3g} of {load:.3g} kg m^2"
+                    f"links[{place}]|must have at least {short(LEAST_LINK)} of the inertia that its"
+                    f" joint turns: it has {own:.3g} of {load:.3g} kg m^2 about that joint"
                 )
         return self
 

@@ -65,8 +65,11 @@ def explain(
     target = target_of(observed)
     if not target.wrong.any() or max(each.left_over for each in observed) > UNEXPLAINED:
         return None
+    # What every arm has none of can neither be missing nor stand where something else belongs.
+    present = [name for name in observed[0].values if any(each.values[name] for each in observed)]
     arms = [*(each.values for each in observed), unrelated(observed[0].values)]
-    values = {name: np.array([arm[name] for arm in arms]) for name in arms[0]}
+    values = {name: np.array([arm[name] for arm in arms]) for name in present}
+    terms = terms.without(set(observed[0].values) - set(present))
     unique: dict[object, Found] = {}  # what does the same on all arms is the same
     for errors in sorted(search(target, place, terms, values), key=_cost):
         unique.setdefault(frozenset(error.print for error in errors), errors)
@@ -212,7 +215,8 @@ def alike(error: TermError) -> object:
     if error.kind == "swapped":
         return error.kind, error.yours, error.right
     term = error.term.coefficient.removeprefix("-")
-    return error.kind, error.yours, error.right, error.by, term, error.term.angle
+    where = term, error.term.angle, error.term.signal
+    return error.kind, error.yours, error.right, error.by, where
 
 
 def bias_of(mass: Entries, turns: np.ndarray) -> dict[EntryPlace, dict[TermKey, float]]:

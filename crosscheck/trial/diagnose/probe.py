@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Mapping
 from contextlib import suppress
+from types import MappingProxyType
 from typing import Any
 
 from pydantic import ValidationError
@@ -12,25 +14,45 @@ from pydantic import ValidationError
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.errors import InputError
+from crosscheck.trial.diagnose.arm_numbers import (
+    COM,
+    INERTIA,
+    INSTEAD_OF_0,
+    Powers,
+    number_at,
+    scaled_by,
+    with_numbers,
+)
 
 TEETH_PER_PLANET = 20  # of sun and planet together
 WIDEST = 0.65  # share of the planet in these
 OF_WIDEST = (0.75, 0.9, 0.55, 0.82, 0.65)  # planets of unlike joints
 DRAWS = 100
+NONE_KEPT: Mapping[str, Powers] = MappingProxyType({})
 
 
-def probe_arms(arm: Arm, count: int) -> list[Arm]:
+def probe_arms(arm: Arm, count: int, kept: Mapping[str, Powers] = NONE_KEPT) -> list[Arm]:
     """`count` arms of an arm's structure: kinds of joints, planets, stiffness laws, descriptions.
 
     Seeded, so the same every time. A mass, inertia or error that is 0 in the arm is not in them;
-    weight and friction are as absent as they were. Raises InputError where none can be made.
+    weight and friction are as absent as they were.
+
+    Args:
+        arm: The arm whose numbers are moved.
+        count: How many arms.
+        kept: Numbers that are not drawn, by their names. Each stays as it is, or changes with the
+            powers of other numbers' factors.
+
+    Raises:
+        InputError: No such arm can be made.
     """
     found = []
     for number in range(1, count + 1):
         for draw in range(DRAWS):
             generator = random.Random(1000 * number + draw)
             with suppress(ValidationError):
-                found.append(Arm.model_validate(_arm(arm, generator, number)))
+                made = Arm.model_validate(_arm(arm, generator, number))
+                found.append(with_numbers(made, _kept_values(arm, made, kept)))
                 break
         else:
             reason = "no arm of its structure with other numbers can be made"
@@ -38,20 +60,37 @@ def probe_arms(arm: Arm, count: int) -> list[Arm]:
     return found
 
 
+def _kept_values(arm: Arm, probe: Arm, kept: Mapping[str, Powers]) -> dict[str, float]:
+    """The values that kept numbers of the arm have on a probe."""
+
+    def factor(name: str) -> float:
+        return number_at(probe, name) / number_at(arm, name)
+
+    return {name: scaled_by(number_at(arm, name), powers, factor) for name, powers in kept.items()}
+
+
 def _arm(arm: Arm, generator: random.Random, number: int) -> dict[str, Any]:
     joints = [
         _planetary(joint, generator, number + place)
         if isinstance(joint, Planetary)
-        else _scaled(joint, generator, motor_mass_kg=2.0, rotor_inertia_kg_m2=0.3)
+        else _scaled(joint, generator, **INSTEAD_OF_0)
         for place, joint in enumerate(arm.joints)
     ]
     return {
         **arm.model_dump(),
         "name": f"probe {number} of {arm.name}"[:80],
-        "payload_mass_kg": _near(arm.payload_mass_kg or 3.0, generator),
+        "payload_mass_kg": _near(arm.payload_mass_kg or INSTEAD_OF_0["payload_mass_kg"], generator),
         "gravity_m_per_s2": [_near(value, generator) for value in arm.gravity_m_per_s2],
         "joints": joints,
-        "links": [_scaled(link, generator, com_m=0.3 * link.length_m) for link in arm.links],
+        "links": [
+            _scaled(
+                link,
+                generator,
+                com_m=COM * link.length_m,
+                inertia_kg_m2=INERTIA * (link.mass_kg or 0.0) * link.length_m**2,
+            )
+            for link in arm.links
+        ],
     }
 
 
@@ -70,8 +109,7 @@ def _scaled(record: Any, generator: random.Random, **instead_of_0: float) -> dic
 
 def _planetary(joint: Planetary, generator: random.Random, place: int) -> dict[str, Any]:
     """The fields of a joint's probe; place: of its gear set among others, so that joints differ."""
-    zeros = {f"{gear}_mass_kg": 1.0 for gear in ("sun", "planet", "carrier", "ring")}
-    found = _scaled(joint, generator, **zeros, ring_inertia_kg_m2=0.1)
+    found = _scaled(joint, generator, **INSTEAD_OF_0)
     sun, planet = _gear_set(joint, OF_WIDEST[place % len(OF_WIDEST)])
     found |= {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
     for name in ("sun_mesh", "ring_mesh"):  # law and lists stay; single numbers move

@@ -26,11 +26,13 @@ from crosscheck.trial.diagnose.words import difference_of, latex_of, symbolic_di
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import places as entries
 from crosscheck.trial.judge.places import EntryPlace, Explanation, NaturalSizes, Wrong
-from crosscheck.trial.judge.questions import VerificationProblem
-from crosscheck.trial.judge.suite import sizes_in, trusted
+from crosscheck.trial.judge.questions import StateQuestion, VerificationProblem
+from crosscheck.trial.judge.suite import sizes_in, sizing, trusted
 
 SAME = 1e-12  # of a row of a map: what two readings of it may differ by
 ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
+# Where each part is looked at entry by entry.
+BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
 FOLLOWS = "follows from the wrong M"
 QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
@@ -186,6 +188,22 @@ def _carried(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:
     if quantity == "acceleration":
         return values @ np.linalg.inv(S).T
     return values @ S
+
+
+def entry_questions(
+    problem: VerificationProblem, levels: Sequence[str], quantities: Sequence[str]
+) -> Iterator[StateQuestion]:
+    """Questions for a look entry by entry: to the equations, and to each level's reference."""
+    for level in levels:
+        yield from sizing(problem, level)
+        yield from (problem.ask(problem.reference(level), part) for part in quantities)
+    yield from map(problem.yours, quantities)
+
+
+def entry_quantities(problem: VerificationProblem) -> list[str]:
+    """Parts that are compared entry by entry; the acceleration only where nothing else is there."""
+    found = [quantity for part, quantity in BY_ENTRY.items() if part in problem.has]
+    return found or ["acceleration"]
 
 
 def compared(

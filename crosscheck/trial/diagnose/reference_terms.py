@@ -6,8 +6,8 @@ Those of its force hang on signals: torques, forces of meshes, rates of dampers.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -58,6 +58,16 @@ class ReferenceTerms:
     def entry(self, place: EntryPlace) -> Entry:
         """The terms that belong in an entry; none where it is 0."""
         return self.entries.get(place, ())
+
+    def without(self, absent: Set[str]) -> ReferenceTerms:
+        """The terms without those that have a symbol of these."""
+        if not absent:
+            return self
+        entries = {
+            place: tuple(product for product in entry if absent.isdisjoint(product.symbols))
+            for place, entry in self.entries.items()
+        }
+        return replace(self, entries=entries)
 
     @cached_property
     def waves(self) -> tuple[Wave, ...]:

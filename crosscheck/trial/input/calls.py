@@ -64,7 +64,17 @@ class SuppliedEquations:
     frame: Frame
     given: frozenset[str]
     has: frozenset[str]
-    calls: Mapping[str, Callable[[Arguments], Any]] = field(repr=False)
+    calls: Mapping[str, NamedCall] = field(repr=False)
+
+    @property
+    def is_undriven(self) -> bool:
+        """Whether there is a force or an acceleration, and none that takes a torque.
+
+        Of equations that are made for a scenario the drive may be a part.
+        """
+        loads = [self.calls[part] for part in ("force", "acceleration") if part in self.given]
+        takes_torque = any("torque" in call.arguments for call in loads)
+        return bool(loads) and not takes_torque and not self.equations.any_scenario
 
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
         """M(x), shape (n, n)."""
@@ -165,7 +175,30 @@ def supplied(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEquations:
     return SuppliedEquations(equations, arm, frame, frozenset(given), frozenset(has), calls)
 
 
-def by_name(own: Any, part: str, *, in_order: bool = False) -> Callable[[Arguments], Any]:
+@dataclass(frozen=True)
+class NamedCall:
+    """A user's function as one of all its arguments by name.
+
+    arguments: those that it takes, in the order of those by position; keywords: the names by which
+    it takes some of them.
+    """
+
+    own: Callable[..., Any]
+    positional: tuple[str, ...] = ()
+    keywords: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def arguments(self) -> frozenset[str]:
+        """The arguments that the function takes."""
+        return frozenset((*self.positional, *self.keywords.values()))
+
+    def __call__(self, arguments: Arguments) -> Any:
+        """The function's answer, whatever it is."""
+        by_keyword = {name: arguments[meant] for name, meant in self.keywords.items()}
+        return self.own(*(arguments[meant] for meant in self.positional), **by_keyword)
+
+
+def by_name(own: Any, part: str, *, in_order: bool = False) -> NamedCall:
     """A user's function as one of all its arguments by name.
 
     in_order: whether one whose parameters all have names of the user's own gets the part's
@@ -175,29 +208,25 @@ def by_name(own: Any, part: str, *, in_order: bool = False) -> Callable[[Argumen
         reason = f"is a {type(own).__name__}; must be a function of {', '.join(TAKES[part])}"
         raise InputError("equations", part, None, reason)
     if callable(getattr(own, "name_in", None)):  # a casadi Function
-        return _by_position(own, _casadi_arguments(own, part))
+        return NamedCall(own, _casadi_arguments(own, part))
     try:
         parameters = list(inspect.signature(own).parameters.values())
     except (TypeError, ValueError):  # a builtin, or an extension's function
-        return _by_position(own, TAKES[part])
+        return NamedCall(own, TAKES[part])
     fixed = own.keywords if isinstance(own, functools.partial) else {}
     parameters = [p for p in parameters if p.name not in fixed and p.kind != p.VAR_KEYWORD]
     if any(p.kind == p.VAR_POSITIONAL for p in parameters):
-        return _by_position(own, TAKES[part])
+        return NamedCall(own, TAKES[part])
     required = [p for p in parameters if p.default is p.empty]
     if _nameless(own, required) or (in_order and _is_renamed(required, part)):
-        return _by_position(own, _first(part, len(required)))
+        return NamedCall(own, _first(part, len(required)))
     wanted = [p for p in parameters if p.default is p.empty or MEANT.get(p.name) in TAKES[part]]
     for parameter in wanted:
         _require_meaning(parameter.name, part)
-    before = [MEANT[p.name] for p in wanted if p.kind == p.POSITIONAL_ONLY]
-    named = {p.name: MEANT[p.name] for p in wanted if p.kind != p.POSITIONAL_ONLY}
-
-    def call(arguments: Arguments) -> Any:
-        by_keyword = {name: arguments[meant] for name, meant in named.items()}
-        return own(*(arguments[meant] for meant in before), **by_keyword)
-
-    return call
+    before = tuple(MEANT[p.name] for p in wanted if p.kind == p.POSITIONAL_ONLY)
+    return NamedCall(
+        own, before, {p.name: MEANT[p.name] for p in wanted if p.kind != p.POSITIONAL_ONLY}
+    )
 
 
 def _nameless(own: Any, required: Sequence[inspect.Parameter]) -> bool:
@@ -223,10 +252,6 @@ def _require_meaning(name: str, part: str) -> None:
     raise InputError("equations", part, None, f"takes {name}, which is none of {allowed}")
 
 
-def _by_position(own: Callable[..., Any], order: Sequence[str]) -> Callable[[Arguments], Any]:
-    return lambda arguments: own(*(arguments[name] for name in order))
-
-
 def _first(part: str, count: int) -> tuple[str, ...]:
     """The first `count` arguments of a part; torque, the last, may be left out."""
     order = TAKES[part]
@@ -236,7 +261,7 @@ def _first(part: str, count: int) -> tuple[str, ...]:
     return order[:count]
 
 
-def _casadi_arguments(own: Any, part: str) -> Sequence[str]:
+def _casadi_arguments(own: Any, part: str) -> tuple[str, ...]:
     """The arguments that a casadi Function's inputs mean, in their order.
 
     They go by their names, or by their order where they were given none (i0, i1).
@@ -249,7 +274,7 @@ def _casadi_arguments(own: Any, part: str) -> Sequence[str]:
         return _first(part, len(names))
     for name in names:
         _require_meaning(name, part)
-    return [MEANT[name] for name in names]
+    return tuple(MEANT[name] for name in names)
 
 
 def told_failure(error: BaseException) -> Failure:

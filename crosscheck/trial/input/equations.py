@@ -102,8 +102,9 @@ class Equations:
     ``coupled``; '' lets the trial find out. switches: laws that the model follows, where not those
     of the command line. rebuild: makes them anew for an arm and a scenario, of equations that know
     how. any_arm: whether that is worth doing for another arm; else, and once a part of them is
-    replaced, they are of one alone. table: of those that are no code. unused: names of other
-    functions of the object that they came from.
+    replaced, they are of one alone. any_scenario: whether they are made anew for another scenario.
+    table: of those that are no code. unused: names of other functions of the object that they came
+    from.
     """
 
     mass_matrix: Function | None = None
@@ -118,6 +119,7 @@ class Equations:
     symbolic: Symbolic | None = None
     rebuild: Callable[[Arm, Scenario | None], Equations] | None = None
     any_arm: bool = False
+    any_scenario: bool = False
     table: AnswerTable | None = None
     gravity: Function | None = None
     unused: tuple[str, ...] = ()

@@ -30,7 +30,7 @@ EXPECTED = "file.py:name or package.module:name"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
 OF_ARMS = tuple(part for part in TAKES if part not in OF_ROBOTS)  # parts of an arm's equations
-SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "unused"}  # fields that no object is asked for
+SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "any_scenario", "unused"}  # asked of no object
 Maker = Callable[..., Any]
 
 
@@ -86,7 +86,8 @@ def made(
             answer = _call_factory(found, {name: values[of] for name, of in by_arm.items()})
         whole = _whole(of_object(answer, where, "returned").on(other, drive), where)
         any_arm = whole.any_arm or "arm" in by_arm.values()
-        return replace(whole, rebuild=rebuilt, any_arm=any_arm)
+        any_scenario = whole.any_scenario or "scenario" in by_arm.values()
+        return replace(whole, rebuild=rebuilt, any_arm=any_arm, any_scenario=any_scenario)
 
     return rebuilt(arm, scenario)
 
@@ -171,11 +172,11 @@ def _told(where: str, folder: Path) -> Iterator[None]:
     except BaseException as error:
         if was_stopped():
             raise
-        reason = f"raises {_said(error)}{_line(error, folder)}"
+        reason = f"raises {error_text(error)}{error_line(error, folder)}"
         raise InputError(where, "", None, reason) from error
 
 
-def _said(error: BaseException) -> str:
+def error_text(error: BaseException) -> str:
     """The error's class, and what it says if it says anything."""
     name = type(error).__name__
     try:
@@ -185,7 +186,7 @@ def _said(error: BaseException) -> str:
     return f"{name}: {text}" if text else name
 
 
-def _line(error: BaseException, folder: Path) -> str:
+def error_line(error: BaseException, folder: Path) -> str:
     """File and line of what raised: the last of the user's own, else the last of anybody's."""
     ours = Path(crosscheck.__file__).parent
     frames = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -16,6 +16,7 @@ from crosscheck.trial.coordinates.frame import Frame, UserState
 
 NUDGE = 1e-7  # of coordinates, to see how a map bends
 WRITTEN = 10  # roundings of states and answers that were written with fewer digits
+LARGEST_POWER = 200  # of ten, between the numbers of two units
 SLOPES = 2 / TURN_RAD  # of those in M, in differences of M
 SOLVED = 10  # roundings of a solution by elimination, times the conditioning of the matrix
 Part = Literal["mass_matrix", "bias", "force", "acceleration"]
@@ -65,6 +66,11 @@ class NaturalSizes:
             f"{LOOSEST:g} + {ROUNDINGS} eps x {self.roundings:.3g}, the conditioning of the"
             f" coordinates' map{solved}{written}, of each entry's natural size"
         )
+
+    def in_unit(self, factor: float) -> NaturalSizes:
+        """The sizes of equations whose numbers are this many times as large."""
+        sizes = ("mass", "rate_terms", "bias", "force", "acceleration")
+        return replace(self, **{name: factor * getattr(self, name) for name in sizes})
 
     def of(self, quantity: str) -> np.ndarray:
         """The natural sizes of a part's entries."""
@@ -116,6 +122,36 @@ def sizes_of(
         solving=float(np.linalg.cond(mass / np.sqrt(np.einsum("kii,kjj->kij", mass, mass))).max()),
         precision=precision,
     )
+
+
+def unit_ratio(yours: np.ndarray, right: np.ndarray) -> float:
+    """How many times as large a part's numbers are as the right ones, by their medians.
+
+    Of the rows' ratios it is the median, the lower one of two: a single entry that is wrong,
+    however large, changes nothing. 1 where no row is there on both sides.
+
+    Args:
+        yours: A mass matrix (count, n, n), or a vector (count, n), state by state.
+        right: The same part of a model that is trusted.
+    """
+    own, expected = map(_row_medians, (yours, right))
+    there = (own > 0) & (expected > 0) & np.isfinite(own)
+    if not there.any():
+        return 1.0
+    ratios = np.sort(own[there] / expected[there])
+    return float(ratios[(len(ratios) - 1) // 2])
+
+
+def power_of_ten(ratio: float) -> float:
+    """The power of ten next to a ratio: 1 unless the numbers are in another unit."""
+    return 10.0 ** float(np.clip(np.round(np.log10(ratio)), -LARGEST_POWER, LARGEST_POWER))
+
+
+def _row_medians(values: np.ndarray) -> np.ndarray:
+    """The median size of each row over the states, of a matrix that of its diagonal, (n,)."""
+    rows = np.einsum("kii->ki", values) if values.ndim == 3 else values
+    found: np.ndarray = np.median(np.abs(rows), axis=0)
+    return found
 
 
 def _summands(diagonal: np.ndarray, turned: np.ndarray) -> np.ndarray:

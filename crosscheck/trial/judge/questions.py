@@ -8,19 +8,22 @@ function that never returns or takes its process down costs one call, not many.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import ModelTask
-from crosscheck.planning.sizing import unequal_gains
+from crosscheck.planning.sizing import at_rest, unequal_gains
 from crosscheck.registry import MODELS, RIGID_LEVELS, names, of_level, promising, reference_model
 from crosscheck.run import performed
 from crosscheck.runner.outcomes import Failure
@@ -31,6 +34,7 @@ from crosscheck.trial.coordinates.differences import christoffel_terms, differen
 from crosscheck.trial.coordinates.frame import Frame, UserState, counted, frame_of, states_of
 from crosscheck.trial.input.calls import SuppliedEquations, supplied, told_failure
 from crosscheck.trial.input.equations import Equations, Gearing
+from crosscheck.trial.input.loading import error_line, error_text
 from crosscheck.trial.model import CALL_S, SuppliedModel
 
 SPEEDS = (-1.0, 2.0)
@@ -176,11 +180,17 @@ QUESTIONS: dict[str, Answer] = {
 }
 
 
+def experiment(arm: Arm, *, undriven: bool) -> Scenario:
+    """The scenario whose torques act at the states that are asked; none of undriven equations."""
+    return at_rest() if undriven else unequal_gains(arm)
+
+
 @dataclass(frozen=True)
 class VerificationProblem:
     """Equations under a name, and the case and states at which they are asked.
 
-    has: the parts that they have, or that follow from those.
+    has: the parts that they have, or that follow from those; undriven: whether they have no torque,
+    and are judged without any.
     """
 
     name: str
@@ -189,6 +199,7 @@ class VerificationProblem:
     case: Case
     count: int
     seed: int
+    undriven: bool = False
 
     @property
     def gearing(self) -> Gearing:
@@ -224,7 +235,7 @@ class VerificationProblem:
 
     def on(self, arm: Arm) -> VerificationProblem:
         """The problem of the same equations with another arm's numbers. Raises InputError."""
-        case = Case(arm, unequal_gains(arm), self.case.switches)
+        case = Case(arm, experiment(arm, undriven=self.undriven), self.case.switches)
         return replace(self, equations=self.equations.on(arm, case.scenario), case=case)
 
     def yours(self, quantity: str) -> StateQuestion:
@@ -234,6 +245,13 @@ class VerificationProblem:
     def ask(self, model: str, quantity: str) -> StateQuestion:
         """The question of a part of any model, in the coordinates of the equations on trial."""
         return StateQuestion(self.name, model, self.case, quantity, self.count, self.seed)
+
+
+class Raised(NamedTuple):
+    """What a user's function raised: class and words, and in brackets the file and line of it."""
+
+    error: str
+    line: str
 
 
 @dataclass(frozen=True)
@@ -251,18 +269,21 @@ class FirstCall:
         """The task's key, which is the task itself."""
         return self
 
-    def perform(self) -> InputError | None:
-        """The error if the answer is unusable; None also if the function raises: told later."""
+    def perform(self) -> InputError | Raised | None:
+        """The error if the answer is unusable, or what the function raises; None if neither."""
         asker = built(self.model, self.case)
         assert isinstance(asker, SuppliedModel)  # as it was registered
         try:
             (state,) = states_of(asker.frame, self.case.arm, self.case.scenario, 1, self.seed)
+        except InputError:  # a pose that the user's map does not reach
+            return None
+        try:
             FIRST[self.quantity](asker.supplied, state)
         except BadAnswer as error:
             count = counted(asker.equations.coordinates, len(asker.frame.names), self.case.arm)
             return InputError(self.model, "", None, f"{error}; x are {count}")
-        except BaseException:  # also SystemExit and KeyboardInterrupt out of a model
-            return None
+        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
+            return Raised(error_text(error), error_line(error, Path(Path.cwd().anchor)))
         return None
 
 
@@ -277,14 +298,21 @@ FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
 
 
 def first_calls(problem: VerificationProblem, workers: Workers, told: Told) -> dict[str, Failure]:
-    """The parts whose function did not come back, with why; none of a table. Raises InputError."""
+    """The parts whose function did not come back, with why; none of a table.
+
+    Raises InputError for an answer that cannot be used, and where all parts raise the same.
+    """
     if problem.equations.table is not None:
         return {}
     tasks = [FirstCall(problem.name, part, problem.case, problem.seed) for part in _given(problem)]
-    outcomes = performed(workers, tasks, told).outcomes
+    outcomes: Mapping[object, object] = performed(workers, tasks, told).outcomes
+    raised = [outcome for outcome in outcomes.values() if isinstance(outcome, Raised)]
+    if len(raised) == len(tasks) and len({each.error for each in raised}) == 1:
+        reason = f"every part raises {raised[0].error}{raised[0].line}"
+        raise InputError(problem.name, "", None, reason)
     lost = {}
     for task in tasks:
-        outcome: object = outcomes[task]
+        outcome = outcomes[task]
         if isinstance(outcome, InputError):
             raise outcome
         if isinstance(outcome, Failure):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -63,36 +64,67 @@ def own_comparisons(problem: VerificationProblem) -> Iterator[Comparison]:
     for part in COMPARED:
         if part in has and (part != "acceleration" or equations.acceleration):
             again = _entries(part, partial(_apart, part))
-            yield _own(problem, f"repeatable-{part}", again, part, f"{part}{AGAIN}")
+            yield _own(problem, f"repeatable-{part}", again, part, part, f"{part}{AGAIN}")
     if "mass_matrix" in has:
-        yield _own(problem, "symmetric", _symmetric, "mass_matrix")
-        yield _own(problem, "positive-definite", _positive, "mass_matrix")
+        yield _own(problem, "symmetric", _symmetric, "mass_matrix", "mass_matrix")
+        yield _own(problem, "positive-definite", _positive, "mass_matrix", "mass_matrix")
     if "bias" in has:
-        yield _own(problem, "bias-quadratic", _entries("bias", _quadratic), "bias", "other_speeds")
+        quadratic = _entries("bias", _quadratic)
+        yield _own(problem, "bias-quadratic", quadratic, "bias", "bias", "other_speeds")
     if {"mass_matrix", "bias"} <= has:
-        demanded = _entries("rate_terms", partial(_apart, "rate_terms"))
-        yield _own(problem, "bias-from-inertia", demanded, "rate_terms", "christoffel")
+        demanded, terms = _entries("rate_terms", partial(_apart, "rate_terms")), "rate_terms"
+        yield _own(problem, "bias-from-inertia", demanded, "mass_matrix", terms, "christoffel")
     if equations.inverse_dynamics is not None:
         whole = _entries("bias", _inverse_dynamics)
-        yield _own(problem, "inverse-dynamics", whole, "inverse_dynamics")
-    if "force" in has:
-        yield _own(problem, "linear-in-torques", _entries("force", _by_torques), "by_torques")
+        yield _own(problem, "inverse-dynamics", whole, "mass_matrix", "inverse_dynamics")
+    if "force" in has and not problem.undriven:
+        linear = _entries("force", _by_torques)
+        yield _own(problem, "linear-in-torques", linear, "force", "by_torques")
     if equations.acceleration is not None and has >= {*COMPARED}:
-        yield _own(problem, "second-law", _entries("force", _second_law), *COMPARED)
+        yield _own(problem, "second-law", _entries("force", _second_law), "force", *COMPARED)
 
 
-def _own(problem: VerificationProblem, quantity: str, check: Check, *parts: str) -> Comparison:
-    questions, level = tuple(map(problem.yours, parts)), problem.levels[-1]
+def _own(
+    problem: VerificationProblem, quantity: str, check: Check, unit_part: str, *parts: str
+) -> Comparison:
+    """A check of equations against themselves.
+
+    Args:
+        problem: The equations.
+        quantity: The name of the check.
+        check: Judges the answers to ``parts``.
+        unit_part: The part whose numbers show the unit of what is judged.
+        parts: The questions whose answers are judged.
+    """
+    questions = tuple(map(problem.yours, parts))
     key = Key("trial-own", problem.case.arm.name, quantity, problem.name)
     metric = f"largest relative deviation of an entry over {problem.count} random states"
 
     def judged(about: About, results: Results) -> Finding:
         answers = [results.need(question) for question in questions]
-        finding, places = check(about, sizes_in(problem, results, level), *answers)
+        finding, places = check(about, _own_sizes(problem, results, unit_part), *answers)
         return replace(finding, note=finding.note or entries.listed(places, problem.frame.names))
 
     about = About(key, "1", metric, "first principles")
-    return Comparison(about, (*questions, *sizing(problem, level)), judged)
+    right = (problem.ask(problem.reference(level), unit_part) for level in problem.levels)
+    sizes = (question for level in problem.levels for question in sizing(problem, level))
+    needs = dict.fromkeys((*questions, problem.yours(unit_part), *right, *sizes))
+    return Comparison(about, tuple(needs), judged)
+
+
+def _own_sizes(problem: VerificationProblem, results: Results, unit_part: str) -> NaturalSizes:
+    """Natural sizes by the level that is nearest, in the unit of the equations' own numbers.
+
+    What equations owe to themselves they owe in any unit; no number of theirs but that power of ten
+    is in a size. Raises Unavailable.
+    """
+    yours, ratios = results.need(problem.yours(unit_part)), dict[str, float]()
+    for level in problem.levels:
+        right = results.settled(problem.ask(problem.reference(level), unit_part))
+        ratios[level] = 1.0 if right is None else entries.unit_ratio(yours, right)
+    nearest = min(problem.levels, key=lambda level: abs(math.log(ratios[level])))
+    sizes = sizes_in(problem, results, nearest)
+    return sizes.in_unit(entries.power_of_ten(ratios[nearest]))
 
 
 def _entries(quantity: str, apart_of: Callable[..., np.ndarray]) -> Check:
@@ -119,8 +151,7 @@ def _symmetric(about: About, sizes: NaturalSizes, mass: np.ndarray) -> Judged:
         lowest = np.einsum("kii->ki", mass).min(axis=0)
         bad = np.flatnonzero(~(lowest > 0)).tolist()
         return failed(about, NO_DIAGONAL), [EntryPlace("mass_matrix", i, i) for i in bad]
-    size = np.sqrt(np.einsum("kii,kjj->kij", mass, mass)).max(axis=0)
-    apart = entries.deviations(mass, mass.swapaxes(1, 2), size)
+    apart = entries.deviations(mass, mass.swapaxes(1, 2), sizes.mass)
     tolerance = SYMMETRY + sizes.written("mass_matrix")
     wrong = [EntryPlace("mass_matrix", i, j) for i, j in np.argwhere(apart > tolerance) if i < j]
     basis = "rounding of the entries' natural sizes"

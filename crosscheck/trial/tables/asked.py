@@ -18,12 +18,14 @@ from crosscheck.models.experiment.scenario import Switches
 from crosscheck.planning.comparison import ModelTask
 from crosscheck.registry import register
 from crosscheck.trial.coordinates.frame import Frame, frame_of
+from crosscheck.trial.diagnose.diagnosis import PROBES
 from crosscheck.trial.diagnose.probe import probe_arms
+from crosscheck.trial.diagnose.reasons import entry_quantities, entry_questions
 from crosscheck.trial.input.calls import MATRICES, TAKES
 from crosscheck.trial.input.equations import AnswerTable, Coordinates, Equations, Function, Level
 from crosscheck.trial.judge.questions import VerificationProblem
 from crosscheck.trial.model import entry_for
-from crosscheck.trial.trial import PROBES, Asked, localising, problem_of, tasks_in
+from crosscheck.trial.trial import Asked, problem_of, tasks_in
 
 PARTS = ("mass_matrix", "bias", "force", "acceleration", "inverse_dynamics")
 APART = "inverse_dynamics"  # it is asked at states of its own, with accelerations
@@ -149,7 +151,7 @@ def asked_on_probes(trial: TableTrial, parts: Sequence[str], first: int) -> list
     for arm in probe_arms(trial.arm, PROBES):
         notes: dict[Call, None] = {}
         probe = _noting(trial, parts, notes)[1].on(arm)
-        _perform(probe, localising(probe))
+        _perform(probe, entry_questions(probe, probe.levels, entry_quantities(probe)))
         found.append(_in_rows(probe, notes, first))
         first += found[-1].count
     return found

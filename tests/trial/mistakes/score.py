@@ -9,21 +9,23 @@ import sys
 import time
 import tomllib
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.planning.comparison import Results
+from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.registry import register
-from crosscheck.trial.diagnose.reasons import compared, reasoned
+from crosscheck.trial.diagnose.diagnosis import diagnosed, probes_of
+from crosscheck.trial.diagnose.reasons import compared, entry_quantities, entry_questions
 from crosscheck.trial.diagnose.words import told
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import made
 from crosscheck.trial.judge.places import Wrong, named
 from crosscheck.trial.model import entry_for
-from crosscheck.trial.trial import Asked, by_entry, localising, probes_of, problem_of
+from crosscheck.trial.trial import Asked, problem_of
 from tests.trial.mistakes.equations import RIGID, written
 
 GRAVITY, FRICTION = (0.0, -9.81), 1.7
@@ -70,16 +72,21 @@ def supplied(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> Asked:
     return Asked(kind, equations, arm, quick=True)
 
 
-def diagnosed(asked: Asked) -> list[Wrong]:
+def wrong_entries(asked: Asked) -> list[Wrong]:
     """The wrong entries with their reasons, in this process and without any check."""
     problem = problem_of(asked)
-    probes = probes_of(problem)
+    problems = (problem, *probes_of(problem))
+    level, quantities = problem.levels[-1], entry_quantities(problem)
     with register(problem.name, entry_for(problem.name, problem.equations, problem.has)):
-        tasks = dict.fromkeys(q for each in (problem, *probes) for q in localising(each))
-        results = Results({task.key: task.perform() for task in tasks})
-        level = problem.levels[-1]
-        here, *there = (compared(b, level, by_entry(b), results) for b in (problem, *probes))
-        return list(reasoned(here, there))
+        questions = (entry_questions(each, [level], quantities) for each in problems)
+        results = perform(list(dict.fromkeys(task for own in questions for task in own)))
+        here, *there = (compared(each, level, quantities, results) for each in problems)
+        return diagnosed(here, there, perform).wrong
+
+
+def perform(tasks: Sequence[ModelTask]) -> Results:
+    """Ask questions of models in this process."""
+    return Results({task.key: task.perform() for task in tasks})
 
 
 @dataclass(frozen=True)
@@ -109,7 +116,7 @@ def scored(mistake: Mistake) -> Scored:
     """Of one mistake."""
     asked = supplied(mistake.kind, mistake.replaced)
     names = problem_of(asked).frame.names
-    wrong = [each for each in diagnosed(asked) if not each.notes]
+    wrong = [each for each in wrong_entries(asked) if not each.notes]
     entries = tuple(named(each.place, names) for each in wrong)
     return Scored(mistake, entries, tuple(map(texts_of, wrong)))
 

@@ -17,7 +17,7 @@ from crosscheck.trial.input.loading import made
 from tests.draws import DRAWS
 from tests.draws import SAMPLE as SAMPLED
 from tests.trial.mistakes.equations import RIGHT, written
-from tests.trial.mistakes.score import MISTAKES, diagnosed, scored, supplied
+from tests.trial.mistakes.score import MISTAKES, scored, supplied, wrong_entries
 
 ENOUGH = 0.9  # of the mistakes, told by their term
 SAMPLE = (
@@ -30,7 +30,7 @@ SAMPLE = (
 
 @pytest.mark.parametrize("kind", ["relative", "absolute", "spins"])
 def test_a_right_text_is_not_blamed(kind):
-    assert diagnosed(supplied(kind)) == []
+    assert wrong_entries(supplied(kind)) == []
 
 
 @pytest.mark.parametrize("name", SAMPLE)
@@ -57,7 +57,7 @@ def test_a_mistake_in_degrees_is_looked_at_in_built_in_coordinates():
 
     asked = supplied("absolute")
     made_of = made(factory, asked.arm, load_scenario("pd"), "degrees")
-    (wrong,) = diagnosed(replace(asked, equations=made_of))
+    (wrong,) = wrong_entries(replace(asked, equations=made_of))
     assert (wrong.place.row, wrong.place.column) == (1, 1)
     said = "missing term: (I_l2 - I_l1); I_l1 where I_l2 belongs, in M[phi_2, phi_2]?"
     assert guess(wrong) == said
@@ -66,7 +66,7 @@ def test_a_mistake_in_degrees_is_looked_at_in_built_in_coordinates():
 @pytest.mark.campaign
 def test_mistakes_are_told_right_and_nobody_is_misled():
     """The first ones in the suite; all of them, and all right texts, in a campaign."""
-    assert [kind for kind in RIGHT if DRAWS > SAMPLED and diagnosed(supplied(kind))] == []
+    assert [kind for kind in RIGHT if DRAWS > SAMPLED and wrong_entries(supplied(kind))] == []
     found = [scored(mistake) for mistake in MISTAKES[: DRAWS // 10]]
     assert [each for each in found if not each.entry_right] == []
     assert [each for each in found if each.verdict == "misleading"] == []

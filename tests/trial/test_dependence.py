@@ -1,0 +1,246 @@
+"""Right models are told of no errors, whatever number of the file they have in their own code."""
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import pytest
+
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.report.trial import notes, verdicts
+from crosscheck.testing import assert_agrees
+from crosscheck.trial.input.equations import Coordinates, Equations
+from tests.trial.test_trial import trial_of
+
+G = 9.81
+Body = tuple[float, float, float, float]  # mass, length, centre, inertia
+UNLIKE = (1.3, 0.5, 0.23, 0.03), (0.9, 0.4, 0.17, 0.012)
+ALIKE = ((1.0, 1.0, 0.5, 1 / 12),) * 2
+POINTS = (1.3, 0.5, 0.5, 0.0), (0.9, 0.4, 0.4, 0.0)
+
+
+def arm_of(*bodies: Body, payload: float = 0.0) -> Arm:
+    """A direct arm that hangs along x."""
+    fields = ("mass_kg", "length_m", "com_m", "inertia_kg_m2")
+    joint = {"kind": "direct", "motor_mass_kg": 0.0, "rotor_inertia_kg_m2": 0.0}
+    content = {
+        "schema_version": 2,
+        "name": "hanging",
+        "payload_mass_kg": payload,
+        "gravity_m_per_s2": [G, 0.0],
+        "joints": [joint] * len(bodies),
+        "links": [dict(zip(fields, body, strict=True)) for body in bodies],
+    }
+    return Arm.model_validate(content)
+
+
+def bodies_of(arm: Arm) -> list[Body]:
+    return [(b.mass_kg, b.length_m, b.com_m, b.inertia_kg_m2) for b in arm.links]
+
+
+def pendulum(
+    bodies: Any, g: float, payload: float = 0.0, driven: bool = True, elbow: float = 1.0
+) -> Equations:
+    """A chain by absolute angles from x: sums over point masses and inertias.
+
+    elbow: of the second link's inertia that M has in the first row.
+    """
+    n = len(bodies)
+    levers = np.array(
+        [[*(b[1] for b in bodies[:i]), bodies[i][2], *[0.0] * (n - i - 1)] for i in range(n)]
+    )
+    tip = np.array([b[1] for b in bodies])
+    parts = [*zip([b[0] for b in bodies], levers, strict=True), (payload, tip)]
+    turned = np.tril(np.ones((n, n)))
+    own = np.diag([b[3] for b in bodies])
+
+    def mass_matrix(q: np.ndarray) -> np.ndarray:
+        a = np.cumsum(q)
+        inertia = own + sum(m * np.outer(c, c) * np.cos(a[:, None] - a) for m, c in parts)
+        M = turned.T @ inertia @ turned
+        M[0, :] -= (1 - elbow) * bodies[-1][3]
+        M[1:, 0] -= (1 - elbow) * bodies[-1][3]
+        return M
+
+    def bias(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        a, w = np.cumsum(q), np.cumsum(v)
+        return turned.T @ sum(
+            m * (np.outer(c, c) * np.sin(a[:, None] - a)) @ w**2 for m, c in parts
+        )
+
+    def weight(q: np.ndarray) -> np.ndarray:
+        return turned.T @ sum(-m * g * c * np.sin(np.cumsum(q)) for m, c in parts)
+
+    if not driven:
+        return Equations(mass_matrix, bias, force=lambda q: weight(q))
+    return Equations(mass_matrix, bias, force=lambda q, torque: torque + weight(q))
+
+
+def alike_rods(arm: Arm) -> Equations:
+    """Both links by the first one's mass and length, as rods."""
+    m, length = arm.links[0].mass_kg, arm.links[0].length_m
+    return pendulum([(m, length, length / 2, m * length**2 / 12)] * len(arm.links), G)
+
+
+def at_the_ends(arm: Arm) -> Equations:
+    return pendulum([(b.mass_kg, b.length_m, b.length_m, 0.0) for b in arm.links], G)
+
+
+RIGHT: dict[str, tuple[Arm, Callable[[Arm], Equations], set[str]]] = {
+    "9.81 in the code": (
+        arm_of(*UNLIKE, payload=0.6),
+        lambda arm: pendulum(bodies_of(arm), G, arm.payload_mass_kg),
+        {"gravity_m_per_s2[0]"},
+    ),
+    "no payload": (
+        arm_of(*UNLIKE),
+        lambda arm: pendulum(bodies_of(arm), arm.gravity_m_per_s2[0]),
+        {"payload_mass_kg"},
+    ),
+    "three equal rods": (
+        arm_of(*ALIKE, ALIKE[0]),
+        alike_rods,
+        {f"links[{k}].{f}" for k in range(3) for f in ("com_m", "inertia_kg_m2")}
+        | {f"links[{k}].mass_kg" for k in (1, 2)}
+        | {"links[1].length_m", "gravity_m_per_s2[0]", "payload_mass_kg"},
+    ),
+    "point masses": (
+        arm_of(*POINTS),
+        at_the_ends,
+        {f"links[{k}].{f}" for k in range(2) for f in ("com_m", "inertia_kg_m2")}
+        | {"gravity_m_per_s2[0]", "payload_mass_kg"},
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", RIGHT)
+def test_a_right_model_is_told_of_one_note_and_of_no_error(kind):
+    arm, factory, numbers = RIGHT[kind]
+    trial = trial_of(factory, arm)
+    assert (trial.exit_code, trial.wrong, trial.hidden) == (0, (), ())
+    assert {each.name for each in trial.unfollowed} == numbers
+    (note,) = notes(trial)
+    assert all(name in note for name in numbers)
+
+
+def test_a_pendulum_whose_mass_cancels_is_not_blamed():
+    """Of one point mass the acceleration hangs on the payload in company of its length alone."""
+
+    def factory(arm: Arm) -> Equations:
+        return Equations(acceleration=lambda q, v: -G / 1.0 * np.sin(q))
+
+    trial = trial_of(factory, arm_of((1.0, 1.0, 1.0, 0.0)))
+    assert (trial.exit_code, trial.wrong, trial.hidden) == (0, (), ())
+
+
+def test_an_inertia_next_to_nothing_may_be_left_out():
+    """The file's stand-in for a point mass, 1e-8 of M, is judged as one, and that is said."""
+    bodies = tuple((*body[:3], 1.2e-9) for body in POINTS)
+    trial = trial_of(lambda arm: Equations(at_the_ends(arm).mass_matrix), arm_of(*bodies))
+    assert (trial.exit_code, trial.wrong, trial.hidden) == (0, (), ())
+    assert trial.point_masses == ("links[0].inertia_kg_m2", "links[1].inertia_kg_m2")
+    assert "judged as point masses" in next(notes(trial))
+    whole = trial_of(
+        lambda arm: Equations(pendulum(bodies_of(arm), G).mass_matrix), arm_of(*bodies)
+    )
+    assert (whole.exit_code, whole.point_masses) == (0, ())
+
+
+def test_a_missing_inertia_stands_first_and_alone():
+    def factory(arm: Arm) -> Equations:
+        return pendulum(bodies_of(arm), arm.gravity_m_per_s2[0], elbow=0.0)
+
+    trial = trial_of(factory, arm_of(*UNLIKE))
+    (line,) = verdicts(trial)
+    assert line.startswith("M[theta_1, theta_2]: missing term: I_l2?; also in")
+    assert "M[theta_1, theta_1]" in line
+
+
+@pytest.mark.parametrize(("numbers", "g"), [(UNLIKE, G), (ALIKE, None)], ids=["wrong", "hidden"])
+def test_a_slip_is_named_beside_a_literal_and_where_equal_numbers_hide_it(numbers, g):
+    """L1 for L2 at the payload, in the weight of both rows alone; equal links do not show it."""
+
+    def factory(arm: Arm) -> Equations:
+        own = bodies_of(arm)
+        gravity = g or arm.gravity_m_per_s2[0]
+        right = pendulum(own, gravity, arm.payload_mass_kg)
+        error = arm.payload_mass_kg * gravity * (own[1][1] - own[0][1])
+
+        def force(q: np.ndarray, torque: np.ndarray) -> np.ndarray:
+            return right.force(q, torque) + error * math.sin(q[0] + q[1])
+
+        return Equations(right.mass_matrix, right.bias, force=force)
+
+    trial = trial_of(factory, arm_of(*numbers, payload=0.6))
+    hidden = g is None
+    assert trial.exit_code == (not hidden)
+    told = list(notes(trial)) if hidden else verdicts(trial)
+    assert bool(trial.hidden) == hidden
+    assert all("L1 where L2 belongs?" in line for line in told)
+    assert len(told) == 1
+    if hidden:
+        assert told[0].startswith("Right on this arm.")
+    else:
+        assert "gravity_m_per_s2[0] = 9.81" in next(notes(trial))
+
+
+def test_equations_without_torque_are_an_arm_without_motors():
+    def factory(arm: Arm) -> Equations:
+        return pendulum(bodies_of(arm), arm.gravity_m_per_s2[0], driven=False)
+
+    trial = trial_of(factory, arm_of(*UNLIKE, payload=0.0))
+    assert (trial.exit_code, trial.wrong, trial.hidden) == (0, (), ())
+    assert next(notes(trial)).startswith("Your equations take no torque")
+    assert "linear-in-torques" not in {f.quantity for f in trial.agreement.findings}
+
+
+def test_a_joint_without_torque_lacks_that_alone():
+    def factory(arm: Arm) -> Equations:
+        own = pendulum(bodies_of(arm), arm.gravity_m_per_s2[0])
+        shoulder = np.array([1.0, 0.0])
+        parts = own.mass_matrix, own.bias
+        return Equations(*parts, force=lambda q, torque: own.force(q, shoulder * torque))
+
+    assert verdicts(trial_of(factory, arm_of(*UNLIKE))) == ["force[theta_2]: missing term: T_2?"]
+
+
+def test_one_line_where_every_part_raises_the_same():
+    def factory(arm: Arm) -> Equations:
+        def part(q: np.ndarray) -> float:
+            return None * arm.payload_mass_kg
+
+        return Equations(part, force=part, coordinates=Coordinates(links="absolute"))
+
+    with pytest.raises(InputError, match=r"every part raises TypeError.*test_dependence.py, line"):
+        trial_of(factory, arm_of(*UNLIKE))
+
+
+@pytest.mark.parametrize(
+    ("argument", "value", "allowed"),
+    [
+        ("arm", 3, "must be an Arm"),
+        ("scenarios", "pd", "must be a list"),
+        ("scenarios", [3], "must be a Scenario"),
+        ("switches", [], "must be Switches"),
+        ("level", "nope", "must be one of links, carriers, armature, coupled"),
+        ("quick", 1, "must be True or False"),
+        ("jobs", 0, "must be a whole number, 1 to"),
+        ("jobs", True, "must be a whole number, 1 to"),
+        ("seed", -1, "must be 0 to"),
+        ("name", None, "must be a text"),
+    ],
+)
+def test_an_argument_of_assert_agrees_is_refused_by_name(argument, value, allowed):
+    arguments = {"arm": arm_of(*UNLIKE), argument: value}
+    with pytest.raises(InputError, match=rf"assert_agrees: {argument}.*{allowed}"):
+        assert_agrees(RIGHT["no payload"][1], **arguments)
+
+
+def test_threads_wait_for_each_other():
+    arm = arm_of(UNLIKE[0])
+    with ThreadPoolExecutor(3) as pool:
+        trials = pool.map(lambda _: assert_agrees(RIGHT["no payload"][1], arm), range(3))
+        assert [trial.exit_code for trial in trials] == [0, 0, 0]

@@ -1,0 +1,320 @@
+"""Every check of a trial differs just above its tolerance and agrees just below, for one number.
+
+The judges are called on answers in which a single number is wrong by a known share of its natural
+size. Sizes and tolerances are worked out here once more, from the right answers alone.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from crosscheck.findings import Finding
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.planning.comparison import Comparison, Results
+from crosscheck.registry import register
+from crosscheck.runner.tasks import Evaluation
+from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.judge import suite
+from crosscheck.trial.judge.questions import VerificationProblem
+from crosscheck.trial.model import entry_for
+from crosscheck.trial.trial import Asked, problem_of
+from tests.trial.test_trial import equations_of, in_frame
+
+COUNT = 12
+SPOT = 5  # the one state whose answer is wrong
+ABOVE, BELOW = 1.05, 0.95  # of a tolerance
+TOLERANCE = 1e-10  # of an entry's natural size, in coordinates that need no map
+NAME = "yours"
+RUN = load_scenario("pd").model_copy(update={"duration_s": 2e-5, "step_s": 1e-6})
+
+
+def two_link() -> Arm:
+    """A rigid arm of unlike numbers, with weight."""
+    joint = {"kind": "direct", "motor_mass_kg": 0.4, "rotor_inertia_kg_m2": 0.02}
+    lengths = {"length_m": 0.5, "com_m": 0.23}, {"length_m": 0.4, "com_m": 0.17}
+    masses = {"mass_kg": 1.3, "inertia_kg_m2": 0.03}, {"mass_kg": 0.9, "inertia_kg_m2": 0.012}
+    content = {
+        "schema_version": 2,
+        "name": "two-link",
+        "payload_mass_kg": 0.3,
+        "gravity_m_per_s2": [9.81, 0.0],
+        "joints": [joint, {**joint, "motor_mass_kg": 0.2}],
+        "links": [{**lengths[0], **masses[0]}, {**lengths[1], **masses[1]}],
+    }
+    return Arm.model_validate(content)
+
+
+class Bench(NamedTuple):
+    """Right equations of every part, each planned comparison, and right answers to all tasks."""
+
+    problem: VerificationProblem
+    comparisons: dict[tuple[str, str, str], Comparison]
+    outcomes: dict[Any, Any]
+
+    def key(self, part: str) -> Any:
+        """The key of a question to the equations."""
+        return self.problem.yours(part).key
+
+    def right(self, part: str) -> np.ndarray:
+        """The right answers to a question, state by state."""
+        return np.array(self.outcomes[self.key(part)])
+
+    def finding(self, name: tuple[str, str, str], changed: dict[Any, Any]) -> Finding:
+        """The finding of a comparison with some answers changed."""
+        with registered(self.problem):
+            return self.comparisons[name].finding(Results({**self.outcomes, **changed}))
+
+
+@contextmanager
+def registered(problem: VerificationProblem) -> Iterator[None]:
+    with register(problem.name, entry_for(problem.name, problem.equations, problem.has)):
+        yield
+
+
+@lru_cache
+def bench(gearing: str) -> Bench:
+    """The bench of a rigid or a geared arm."""
+    arm = two_link() if gearing == "rigid" else load_arm("probe")
+    level, model = ("links", "analytic:links") if gearing == "rigid" else ("", "analytic:physical")
+    moved = in_frame(model, Coordinates(gearing), arm, load_scenario("pd"))
+
+    def factory(arm: Arm, scenario: Any) -> Equations:
+        moved = in_frame(model, Coordinates(gearing), arm, scenario)
+        made = equations_of(moved)
+        return replace(
+            made,
+            coordinates=Coordinates(gearing),
+            level=level,
+            inverse_dynamics=lambda x, v, a: moved.mass_matrix(x) @ a + moved.bias(x, v),
+            acceleration=lambda t, x, v, torque: moved.model.acceleration(t, x, v),
+        )
+
+    own = replace(factory(arm, load_scenario("pd")), rebuild=factory)
+    problem = replace(problem_of(Asked(NAME, own, arm, quick=True)), count=COUNT)
+    assert moved.frame.matrix is not None
+    planned = [
+        *suite.own_comparisons(problem),
+        *suite.engine_comparisons(problem, level, binding=True),
+        *suite.run_comparisons(problem, RUN, level),
+        *suite.own_balances(problem),
+    ]
+    comparisons = {
+        (each.about.key.family, each.about.key.quantity, each.about.key.right): each
+        for each in planned
+    }
+    with registered(problem):
+        tasks = dict.fromkeys(task for each in planned for task in each.needs)
+        outcomes = {task.key: task.perform() for task in tasks}
+    return Bench(problem, comparisons, outcomes)
+
+
+class Sizes(NamedTuple):
+    """Natural sizes in joint angles, by the right answers: of M, terms of the bias, and rows."""
+
+    mass: np.ndarray
+    terms: np.ndarray
+    bias: np.ndarray
+    force: np.ndarray
+    acceleration: np.ndarray
+
+
+@lru_cache
+def sizes() -> Sizes:
+    """The sizes of the rigid arm's entries."""
+    made = bench("rigid")
+    mass, rates = made.right("mass_matrix"), np.array([state.u for state in made.problem.states])
+    root = np.sqrt(mass[:, [0, 1], [0, 1]].max(axis=0))
+    energy = np.mean([u @ M @ u for M, u in zip(mass, rates, strict=True)])
+    lively, rms = math.sqrt(energy * (rates**2).mean()), np.sqrt((rates**2).mean(axis=0))
+    pairs = np.outer(root, root)
+    one = np.ones(2)
+    summed = np.maximum.reduce(
+        [
+            np.einsum("ij,k->ijk", pairs, one),
+            np.einsum("ik,j->ijk", pairs, one),
+            np.einsum("jk,i->ijk", pairs, one),
+        ]
+    )
+    return Sizes(
+        mass=pairs,
+        terms=np.maximum((root * lively)[:, None, None] / np.outer(rms, rms), summed),
+        bias=np.maximum(root * lively, np.einsum("ijk,j,k->i", summed, rms, rms)),
+        force=np.sqrt((made.right("force") ** 2).mean(axis=0)),
+        acceleration=np.sqrt((made.right("acceleration") ** 2).mean(axis=0)),
+    )
+
+
+class Row(NamedTuple):
+    """The one number that is wrong: in which answers, where, and its natural size.
+
+    place: the entry as findings name it; tolerance: relative to that size.
+    """
+
+    part: str
+    entry: tuple[int, ...]
+    size: Callable[[], float]
+    place: str
+    tolerance: float = TOLERANCE
+
+
+def _inverse_dynamics_size() -> float:
+    a = np.abs(bench("rigid").right("inverse_dynamics")[:, 2]).max(axis=0)
+    return float(sizes().bias[0] + sizes().mass[0] @ a)
+
+
+ENTRIES = {
+    "mass_matrix": Row(
+        "mass_matrix", (0, 1), lambda: float(sizes().mass[0, 1]), "M[theta_1, theta_2]"
+    ),
+    "bias": Row("bias", (0,), lambda: float(sizes().bias[0]), "bias[theta_1]"),
+    "force": Row("force", (0,), lambda: float(sizes().force[0]), "force[theta_1]"),
+    "acceleration": Row(
+        "acceleration", (0,), lambda: float(sizes().acceleration[0]), "acceleration[theta_1]"
+    ),
+}
+OWN = {
+    **{f"repeatable-{part}": row._replace(part=f"{part}_again") for part, row in ENTRIES.items()},
+    "symmetric": ENTRIES["mass_matrix"]._replace(tolerance=1e-12),
+    "bias-quadratic": ENTRIES["bias"]._replace(part="other_speeds", entry=(0, 0)),
+    "bias-from-inertia": Row(
+        "christoffel",
+        (0, 0, 1),
+        lambda: float(sizes().terms[0, 0, 1]),
+        "bias[theta_1] of theta_1' theta_2'",
+    ),
+    "inverse-dynamics": Row("inverse_dynamics", (0, 0), _inverse_dynamics_size, "bias[theta_1]"),
+    # The answer at twice the first torque, after those at no torque and at each.
+    "linear-in-torques": ENTRIES["force"]._replace(part="by_torques", entry=(3, 0)),
+    "second-law": ENTRIES["force"],
+}
+OTHERWISE = {"positive-definite"}
+ENGINES = ("analytic:links", "pinocchio:links")
+TABLE = {
+    **{("trial-own", name, ""): row for name, row in OWN.items()},
+    **{("trial-states", part, e): row for part, row in ENTRIES.items() for e in ENGINES},
+}
+BALANCES = {"power", "angular-momentum-rate"}
+MESH_RUNS = {"x_sp", "x_pr"}
+
+
+def planted(row: Row, by: float) -> dict[Any, Any]:
+    """The answers with one number wrong by a share of its size, at one state."""
+    made = bench("rigid")
+    answers = made.right(row.part)
+    answers[(SPOT, *row.entry)] += by * row.size()
+    return {made.key(row.part): answers}
+
+
+def verdicts(name: tuple[str, str, str], row: Row) -> list[str]:
+    """The verdicts just above the tolerance, and just below."""
+    made = bench("rigid")
+    found = [made.finding(name, planted(row, by * row.tolerance)) for by in (ABOVE, BELOW)]
+    return [finding.verdict for finding in found]
+
+
+def test_the_tables_have_every_check_of_a_trial():
+    """A new check needs a row here."""
+    rigid, geared = bench("rigid").comparisons, bench("lumped").comparisons
+    runs = {name for name in rigid if name[0] == suite.RUN}
+    assert {name[1] for name in runs} == set(suite.RIGID)
+    assert set(rigid) - runs == {*TABLE, *(("trial-own", name, "") for name in OTHERWISE)}
+    other = {name[1] for name in geared} - {name[1] for name in rigid}
+    assert other == BALANCES | MESH_RUNS
+
+
+@pytest.mark.parametrize("name", TABLE, ids="-".join)
+def test_a_number_just_above_its_tolerance_differs_and_just_below_agrees(name):
+    assert verdicts(name, TABLE[name]) == ["differ", "agree"]
+
+
+@pytest.mark.parametrize("name", TABLE, ids="-".join)
+def test_what_is_measured_grows_as_the_wrong_number_does(name):
+    """So no size has the user's own numbers in it; a large error hides no other."""
+    row = TABLE[name]
+    measured = [bench("rigid").finding(name, planted(row, by)).measured for by in (1e-6, 1e6)]
+    assert measured == pytest.approx([1e-6, 1e6], rel=1e-3)
+
+
+@pytest.mark.parametrize("name", TABLE, ids="-".join)
+def test_a_gross_error_elsewhere_hides_none(name):
+    """An entry just beyond its tolerance is named beside another that is a million sizes off."""
+    row, made = TABLE[name], bench("rigid")
+    ((key, answers),) = planted(row, ABOVE * row.tolerance).items()
+    *before, last = row.entry
+    answers[(SPOT, *before, 1 - last)] += 1e6 * row.size()
+    found = made.finding(name, {key: answers})
+    assert found.verdict == "differ"
+    assert row.place in found.note
+
+
+@pytest.mark.parametrize(("below_0", "verdict"), [(1e-9, "failed"), (-1e-9, "agree")])
+def test_a_mass_matrix_just_not_positive_definite_fails(below_0, verdict):
+    made = bench("rigid")
+    mass = made.right("mass_matrix")
+    off = math.sqrt(mass[SPOT, 0, 0] * mass[SPOT, 1, 1]) * (1 + below_0)
+    mass[SPOT, 0, 1] = mass[SPOT, 1, 0] = off
+    name = ("trial-own", "positive-definite", "")
+    assert made.finding(name, {made.key("mass_matrix"): mass}).verdict == verdict
+
+
+@pytest.mark.parametrize("factor", [1e6, 1e-3, 4.45, 1e-12])
+def test_what_equations_owe_to_themselves_they_owe_in_any_unit(factor):
+    """M, bias and force of one consistent model, times a unit; an error of its size is seen."""
+    made = bench("rigid")
+    parts = ("mass_matrix", "bias", "force", "rate_terms", "christoffel", "by_torques")
+    more = ("other_speeds", "mass_matrix_again", "bias_again", "force_again")
+    scaled = {made.key(part): factor * made.right(part) for part in (*parts, *more)}
+    for quantity in set(OWN) - {"inverse-dynamics", "second-law", "repeatable-acceleration"}:
+        name = ("trial-own", quantity, "")
+        assert made.finding(name, scaled).verdict == "agree", quantity
+        row = OWN[quantity]
+        wrong = np.array(scaled[made.key(row.part)])
+        wrong[(SPOT, *row.entry)] += 10 * factor * row.tolerance * row.size()
+        changed = {**scaled, made.key(row.part): wrong}
+        assert made.finding(name, changed).verdict == "differ", quantity
+
+
+@pytest.mark.parametrize("gearing", ["rigid", "lumped"])
+def test_a_run_just_beyond_what_rounding_explains_differs(gearing):
+    made = bench(gearing)
+    runs = {name: each for name, each in made.comparisons.items() if name[0] == suite.RUN}
+    for name, comparison in runs.items():
+        yours, theirs, nudged = comparison.needs
+        _, run, moved = (made.outcomes[task.key] for task in (yours, theirs, nudged))
+        quantity, steps = name[1], RUN.duration_s / RUN.step_s
+        grown = float(np.nanmax(np.abs(run[quantity].values - moved[quantity].values)))
+        rounding = np.finfo(float).eps * float(np.nanmax(np.abs(run[quantity].values)))
+        limit = 10 * math.sqrt(steps) * (grown + rounding)
+        found = []
+        for by in (2 * ABOVE, BELOW / 2):
+            answer = run.copy(deep=True)
+            answer[quantity].values[(1, *[0] * (answer[quantity].ndim - 1))] += by * limit
+            found.append(made.finding(name, {yours.key: answer}).verdict)
+        assert found == ["differ", "agree"], name
+
+
+@pytest.mark.parametrize("name", sorted(BALANCES))
+def test_a_balance_just_open_differs(name):
+    """A moment on a link that nobody exerts, at one state; its power is that times the rate."""
+    made = bench("lumped")
+    (key,) = (each for each in made.comparisons if each[1] == name)
+    asked = (each for each in made.comparisons[key].needs if isinstance(each, Evaluation))
+    (task,) = (each for each in asked if each.quantity == "acceleration")
+    right = np.array(made.outcomes[task.key])
+    plain = made.finding(key, {})
+    large = right.copy()
+    large[SPOT, -1] += 1e-3
+    slope = made.finding(key, {task.key: large}).measured / 1e-3
+    found = []
+    for by in (ABOVE, BELOW):
+        answers = right.copy()
+        answers[SPOT, -1] += by * plain.tolerance / slope
+        found.append(made.finding(key, {task.key: answers}).verdict)
+    assert found == ["differ", "agree"]
