@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from crosscheck.models.errors import InputError
+from crosscheck.models.file_kind import XmlKind, describe_xml_kind
 from crosscheck.models.inputs import content_of
 
 HERE = Path(__file__).parent
@@ -20,6 +21,7 @@ LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes
 LONGEST_BITS = 1000  # of a whole number; Python shows none of 4300 digits
 URDF = ".urdf"
 TOO_LONG = "a number of too many digits"
+EXPAND = "expand it first: xacro robot.urdf.xacro > robot.urdf"
 DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
 
 
@@ -59,13 +61,16 @@ def raw_robot(name: str) -> dict[str, Any]:
 
 
 def is_robot(name: str) -> bool:
-    """Whether a name is a robot's, where an arm's may stand: built-in, a URDF or a file of one.
+    """Whether a name is a robot's, where an arm's may stand: built-in, XML or a file of one.
 
     Raises InputError.
     """
     if name in (*builtin_arms(), *builtin_robots()):
         return name in builtin_robots()
-    return Path(name).suffix == URDF or "urdf" in raw_arm(name)
+    if Path(name).suffix == URDF:
+        return True
+    text = _text(name, "arms")
+    return describe_xml_kind(text) is not None or "urdf" in _parse(text, name, "arms")
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -79,32 +84,48 @@ def _stems(folder: str) -> tuple[str, ...]:
 
 def _read(name: str, folder: str) -> dict[str, Any]:
     """The raw TOML of a built-in name, else of a file."""
+    return _parse(_text(name, folder), name, folder)
+
+
+def _text(name: str, folder: str) -> str:
+    """The text of the TOML file of a built-in name, else of a file. Raises InputError."""
     if folder and name in _stems(folder):
-        return _parse((HERE / folder / f"{name}.toml").read_bytes(), name)
+        return (HERE / folder / f"{name}.toml").read_text("utf-8")
     try:
-        content = content_of(Path(name), LARGEST_FILE)
+        return content_of(Path(name), LARGEST_FILE).decode("utf-8")
     except (FileNotFoundError, NotADirectoryError):
         nor = f", nor built-in name ({', '.join(_stems(folder))})" if folder else ""
         other = [kind for kind in KINDS if folder and name in _stems(kind)]
         nor += f"; it is one of {other[0]}" if other else ""
         raise InputError(name, "", None, f"no such file{nor}") from None
+    except UnicodeDecodeError:
+        raise InputError(name, "", None, "cannot be read: not UTF-8 text") from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise InputError(name, "", None, f"cannot be read: {reason}") from None
-    return _parse(content, name)
 
 
-def _parse(content: bytes, where: str) -> dict[str, Any]:
-    try:
-        text = content.decode("utf-8")
-    except UnicodeDecodeError:
-        raise InputError(where, "", None, "cannot be read: not UTF-8 text") from None
+def _parse(text: str, where: str, folder: str) -> dict[str, Any]:
+    """The TOML of a text. Raises InputError, which says what the text is if it is XML."""
     if not text.strip():
         raise InputError(where, "", None, "is empty; a TOML file is expected")
+    if kind := describe_xml_kind(text):
+        raise InputError(where, "", None, f"is {kind}; {_remedy(kind, folder)}")
     try:
         return parsed(text)
     except ValueError as error:
         raise InputError(where, "", None, f"is not TOML: {error}") from None
+
+
+def _remedy(kind: XmlKind, folder: str) -> str:
+    """What is expected in place of an XML file, and which commands take it."""
+    expand = f"; {EXPAND}" if kind is XmlKind.XACRO else ""
+    if folder == "robots":
+        return f"must be a URDF, or a robot's TOML file{expand}"
+    if folder == "arms":
+        its = "it" if kind is XmlKind.URDF else "a URDF"
+        return f"an arm's TOML file is expected; the commands cost and trial take {its}{expand}"
+    return "a TOML file is expected"
 
 
 def parsed(text: str) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import typer.main
 
 from crosscheck.cli.app import app
 from crosscheck.models.errors import LONGEST_LINE, Diverged, InputError, one_line
-from crosscheck.models.files import HERE
+from crosscheck.models.files import HERE, is_robot
 from crosscheck.models.loading import load_case
 from tests.tool.test_bad_input import assert_one_line
 
@@ -66,6 +66,29 @@ def test_malformed_arm_is_refused_in_one_short_line(crosscheck, tmp_path, case):
     assert_one_line(answer, str(file), fragment)
     assert len(answer.err) <= LONGEST_LINE + 1
     assert answer.err[:-1].isprintable()
+
+
+XML_FILES = {
+    "URDF": ('<?xml version="1.0"?>\n<robot name="r"/>', "is a URDF", "cost and trial take it"),
+    "URDF that xacro has written": (
+        '\ufeff<!-- <xacro:a b="${c}"/> --><robot xmlns:xacro="x"/>',
+        "is a URDF",
+        "cost and trial take it",
+    ),
+    "xacro": ('<!DOCTYPE r><robot><a b="${c}"/></robot>', "is xacro", "expand it first"),
+    "MJCF": ("\n<mujoco/>", "is MJCF", "cost and trial take a URDF"),
+    "SDF": ("<sdf version='1.7'>", "is SDF", "cost and trial take a URDF"),
+    "another": ("<!-- without end", "is XML", "cost and trial take a URDF"),
+}
+
+
+@pytest.mark.parametrize("kind", XML_FILES)
+def test_xml_in_place_of_an_arm_is_called_what_it_is(crosscheck, tmp_path, kind):
+    text, *fragments = XML_FILES[kind]
+    file = tmp_path / "arm.toml"
+    file.write_text(text, encoding="utf-8")
+    assert_one_line(crosscheck("show", file), f"{file}: is", "an arm's TOML file", *fragments)
+    assert is_robot(str(file))
 
 
 SETTINGS = {
