@@ -185,7 +185,7 @@ def bias_follows(
     if not usable(mass[0]):
         return failed(about, "the mass matrix has a diagonal that is not positive")
     size = states.component_sizes(bias, states.natural_sizes("bias", bias, mass[0], setting))
-    least = states.bias_rounding(bias, mass[0], setting) / LOOSEST
+    least = states.bias_rounding(mass[0], setting) / LOOSEST
     measured = float((np.abs(bias - christoffel) / np.maximum(size, least)).max())
     basis = f"{LOOSEST:g}, as for state checks: differences of M that are exact but for rounding"
     if (least > size).any():

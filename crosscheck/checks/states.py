@@ -24,10 +24,10 @@ EPS = np.finfo(float).eps
 # than a tenth of a billionth.
 ROUNDINGS = 1000
 LOOSEST = 1e-10
-TERM_ROUNDINGS = 10  # of each of the terms that cancel in a component: a product of some factors
+TERM_ROUNDINGS = 5  # of each of the terms that cancel in a component: a product of some factors
 # Quantities that are what is left of larger terms, and what their rounding leaves at least.
 CANCELLING = {
-    "bias": f"{TERM_ROUNDINGS} eps of M w^2 of the whole arm, whose moments cancel",
+    "bias": f"{TERM_ROUNDINGS} eps of M (sum of w)^2 of the whole arm, moments that cancel",
     "generalized_force": "rounding of the forces of teeth, by the bodies' places and their moments",
     "acceleration": f"{TERM_ROUNDINGS} eps |M^-1| |M| |a|, and |M^-1| times the forces' rounding",
 }
@@ -45,20 +45,21 @@ Judge = Callable[[About, np.ndarray, np.ndarray, np.ndarray | None, Setting], Fi
 
 
 def compare_values(
-    about: About, one: np.ndarray, other: np.ndarray, inertia: np.ndarray | None, setting: Setting
+    about: About, one: np.ndarray, other: np.ndarray, masses: np.ndarray | None, setting: Setting
 ) -> Finding:
     """Check two models' values of a quantity at the same states, (count, n) or (count, n, n).
 
     Each component is measured against its own root mean square over the states, so that small
-    components count as much as large ones. inertia (n, n): a usable mass matrix of either model.
+    components count as much as large ones. masses (count, n, n): usable mass matrices of either
+    model at these states.
     """
-    if inertia is None:
+    if masses is None:
         return failed(about, "no size to measure against: neither model has a usable mass matrix")
-    quantity = about.key.quantity
+    quantity, inertia = about.key.quantity, masses[0]
     tolerance, basis = _tolerance(quantity, inertia, setting)
     size = _sizes(quantity, one, inertia, setting)
     if quantity in CANCELLING:
-        least = _rounding(quantity, one, inertia, setting) / tolerance
+        least = _rounding(quantity, one, masses, setting) / tolerance
         if (least > size).any():
             basis += f"; or, where more, {CANCELLING[quantity]}"
         size = np.maximum(size, least)
@@ -68,10 +69,10 @@ def compare_values(
 
 
 def measure_values(
-    about: About, one: np.ndarray, other: np.ndarray, inertia: np.ndarray | None, setting: Setting
+    about: About, one: np.ndarray, other: np.ndarray, masses: np.ndarray | None, setting: Setting
 ) -> Finding:
     """Measure the difference that ``compare_values`` checks, for models known to differ."""
-    found = compare_values(about, one, other, inertia, setting)
+    found = compare_values(about, one, other, masses, setting)
     if found.measured is None:
         return found
     return measured_only(about, measured=found.measured, relative=found.relative)
@@ -120,7 +121,7 @@ def _sizes(quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Sett
 
 
 def _rounding(
-    quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Setting
+    quantity: str, values: np.ndarray, masses: np.ndarray, setting: Setting
 ) -> np.ndarray:
     """What rounding of terms that cancel leaves of each component, (n,), however small their sum.
 
@@ -128,24 +129,31 @@ def _rounding(
     (Skeel's bound). Of the others see ``bias_rounding`` and ``_force_rounding``.
     """
     if quantity == "bias":
-        return bias_rounding(values, inertia, setting)
+        return bias_rounding(masses[0], setting)
     if quantity == "generalized_force":
         return _force_rounding(values, setting)
-    inverse = np.abs(np.linalg.inv(inertia))
-    rms = np.sqrt((values**2).mean(axis=0))
-    solved = TERM_ROUNDINGS * EPS * (inverse @ np.abs(inertia) @ rms)
-    return solved + inverse @ _place_rounding(setting)
+    forces, found = _place_rounding(setting), []
+    for mass, value in zip(masses, values, strict=True):
+        scale = 1 / np.sqrt(np.abs(np.diag(mass)))
+        inverse = np.abs(np.linalg.pinv(scaled(mass))) * scale[:, None] * scale
+        summed = TERM_ROUNDINGS * EPS * np.abs(mass) @ np.abs(value)
+        found.append(inverse @ (summed + forces))
+    return np.max(found, axis=0)  # of the pose in which M is worst conditioned
 
 
-def bias_rounding(bias: np.ndarray, inertia: np.ndarray, setting: Setting) -> np.ndarray:
-    """What rounding leaves of each component of a bias (count, n), (n,).
+def bias_rounding(inertia: np.ndarray, setting: Setting) -> np.ndarray:
+    """What rounding leaves of each component of a bias, (n,).
 
-    Centrifugal forces point at a joint for the most part, and a body's velocity at its momentum:
+    Centrifugal forces point at a joint for the most part, and a body's momentum along its velocity:
     moments of the size of the whole arm's kinetic energy cancel about every joint, however little
     is left of them about a light outer link. Christoffel's symbols difference all of M as well.
+    Bodies turn with the sum of the joints' rates w.
     """
-    natural, angular = natural_sizes("bias", bias, inertia, setting), setting.layout.angular
-    return TERM_ROUNDINGS * EPS * np.where(angular, natural[angular].max(), natural)
+    diagonal, angular = np.diag(inertia), setting.layout.angular
+    turning = np.abs(setting.states.v[:, angular]).sum(axis=1)
+    largest = diagonal[angular].max()
+    inertias = np.where(angular, largest, np.sqrt(diagonal * largest))
+    return TERM_ROUNDINGS * EPS * inertias * float((turning**2).mean())
 
 
 def _force_rounding(values: np.ndarray, setting: Setting) -> np.ndarray:
