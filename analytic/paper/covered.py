@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from crosscheck.models.arm.arm import Arm
 
-PAPERS_KIND = "needs two joints with three planets each, no gravity and no friction"
+PAPERS_KIND = "needs two joints with three planets each, all alike, no gravity and no friction"
 
 
 def papers_kind(arm: Arm) -> bool:
     """Whether Eqs. 16-22 cover an arm."""
+    from crosscheck.models.arm.planets import unlike  # its schema, for which no list waits
+
     planets = [joint.planet_count for joint in arm.joints]
     rubbed = any(joint.friction_N_m_s_per_rad for joint in arm.joints)
-    return planets == [3, 3] and not any(arm.gravity_m_per_s2) and not rubbed
+    alike = next(unlike(arm), None) is None
+    return planets == [3, 3] and alike and not any(arm.gravity_m_per_s2) and not rubbed

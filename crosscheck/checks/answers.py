@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.first_principles.christoffel import christoffel_force
-from crosscheck.checks.scales import geared, meshes
+from crosscheck.checks.scales import arm_reach, geared, meshes
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.experiment.scenario import per_joint
@@ -105,7 +105,7 @@ def _widest_gap(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> float:
     """
     a = _acceleration(model, t, q, v)
     closed = _gaps(model.constraint_residual(q.copy(), v.copy(), a.copy()))
-    reach = sum(link.length_m for link in model.arm.links)
+    reach = arm_reach(model.arm)
     angular = model.layout.angular
     sizes = [max(1.0, reach * float(np.abs(vector[angular]).max())) for vector in (v * 0, v, a)]
     size = np.array(sizes)[:, None]

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from crosscheck.checks.invariants import sun_advance, sun_of, torques_at
-from crosscheck.checks.scales import EPS, gear_arc, geared, largest_stiffness
+from crosscheck.checks.scales import (
+    EPS,
+    PLACE_ROUNDINGS,
+    arm_reach,
+    gear_arc,
+    geared,
+    largest_stiffness,
+)
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.interface import Model
@@ -29,7 +36,8 @@ FORCES, TEETH = ("F_sp", "F_pr"), "the teeth's force F_sp, F_pr"
 # closes joints by iteration, to some 1e-14 m, meshes of 1e8 N/m feel the rest as 1e-6 N of 100 N.
 TOLERANCE, TOLERANCE_OF_CONSTRAINTS = 1e-9, 1e-8
 # Lumped coordinates say all of a state only while the planets of a stage move alike: so many
-# roundings of the arcs that displacements are read from, and such a part of the largest rate.
+# roundings of the arcs that displacements are read from, or of the places of bodies that joints
+# hold at the arm's reach, and such a part of the largest rate.
 ALIKE_ROUNDINGS, ALIKE_RATES = 1000, 1e-9
 
 
@@ -110,12 +118,16 @@ def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> N
     """
     tolerance = TOLERANCE_OF_CONSTRAINTS if constrained else TOLERANCE
     at = np.unique(np.linspace(0, run.sizes["time"] - 1, TIMES).round().astype(int))
+    reach = arm_reach(model.arm) if constrained else 0.0
     if not model.layout.free:
-        at = at[_planets_move_alike(run, at, model)]
+        at = at[_planets_move_alike(run, at, model, PLACE_ROUNDINGS * EPS * reach)]
+        if not at.size:
+            raise Inconsistent("planets that count as one are apart at the start, and ever after")
     q, v = (_states(run, model.layout, suffix) for suffix in ("", "_dot"))
     times = run["time"].values
     again = [_worked_out(model, float(times[k]), q[k], v[k]) for k in at]
-    for name, size in _sizes(run, model, q[0]).items():
+    placed = EPS * reach * largest_stiffness(model.arm) / tolerance
+    for name, size in _sizes(run, model, q[0], placed).items():
         recorded = _recorded(run, at, name, model)
         apart = float(np.abs(recorded - np.array([values[name] for values in again])).max())
         if not apart <= tolerance * size:
@@ -148,12 +160,13 @@ def _planets_together(model: Model) -> np.ndarray:
     return np.array([1 if model.layout.free else planets[c.joint - 1] for c in moving])
 
 
-def _sizes(run: xr.Dataset, model: Model, q: np.ndarray) -> dict[str, float]:
+def _sizes(run: xr.Dataset, model: Model, q: np.ndarray, placed: float) -> dict[str, float]:
     """Size that each variable's difference is measured against, by its name.
 
-    A force in free play is the rest of what the motor and the bodies' inertia leave of each other,
-    and near contact it is rounding of the arcs from which displacements are read; an acceleration
-    is what forces of that size do to the links.
+    placed: of a force [N] that is known to rounding of the bodies' places. A force in free play is
+    the rest of what the motor and the bodies' inertia leave of each other, and near contact it is
+    rounding of the arcs from which displacements are read; an acceleration is what forces of that
+    size do to the links.
     """
     sizes = {name: _largest(run[name]) for name in ("theta_ddot", "torque", "kinetic_energy")}
     if not model.layout.meshing:
@@ -162,7 +175,7 @@ def _sizes(run: xr.Dataset, model: Model, q: np.ndarray) -> dict[str, float]:
     suns = [sun_of(joint) for joint in joints]
     motor = max(sizes["torque"] / (radius * ratio) for radius, ratio in suns)
     arc = 2 * gear_arc(model.arm) * (1 + _largest(run["theta"]))
-    force = motor + EPS * arc * largest_stiffness(model.arm) / TOLERANCE
+    force = motor + max(EPS * arc * largest_stiffness(model.arm) / TOLERANCE, placed)
     teeth = max(_largest(run[name]) for name in FORCES) + force
     teeth *= max(joint.planet_count for joint in joints) if model.layout.free else 1
     sizes |= {TEETH: teeth}
@@ -178,13 +191,19 @@ def _largest(values: xr.DataArray) -> float:
     return float(np.nanmax(np.abs(values.values)))
 
 
-def _planets_move_alike(run: xr.Dataset, at: np.ndarray, model: Model) -> np.ndarray:
-    """Whether the planets of each stage move alike at each of these records, shape (records,)."""
+def _planets_move_alike(
+    run: xr.Dataset, at: np.ndarray, model: Model, placed_m: float
+) -> np.ndarray:
+    """Whether the planets of each stage move alike at each of these records, shape (records,).
+
+    placed_m: rounding of the places [m] from which displacements are read, 0 where none are.
+    """
     alike = np.ones(at.size, dtype=bool)
     arcs = gear_arc(model.arm) * (1 + _largest(run["theta"]))
+    read, swept = max(ALIKE_ROUNDINGS * EPS * arcs, placed_m), placed_m * _largest(run["theta_dot"])
     for mesh in MESHES if model.layout.meshing else ():
-        rates = ALIKE_RATES * _largest(run[f"{mesh}_dot"])
-        for name, limit in ((mesh, ALIKE_ROUNDINGS * EPS * arcs), (f"{mesh}_dot", rates)):
+        rates = max(ALIKE_RATES * _largest(run[f"{mesh}_dot"]), swept)
+        for name, limit in ((mesh, read), (f"{mesh}_dot", rates)):
             values = run[name].values[at][:, model.layout.meshing]
             apart = np.nanmax(values, axis=2) - np.nanmin(values, axis=2)
             alike &= ~(apart.max(axis=1) > limit)

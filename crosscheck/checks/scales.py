@@ -29,6 +29,8 @@ EPS = float(np.finfo(float).eps)
 # What an uncertainty must stay below to mean something, and where there is no play to compare with.
 OF_TRAVEL, OF_LOST_MOTION, OF_SIZE = 0.01, 0.001, 0.01
 WITHOUT_GEARS_RAD = 1e-6
+# Of a mesh's displacement that is read from places: those of planet, wheel and carrier round.
+PLACE_ROUNDINGS = 3
 
 
 class ReasonedLimit(NamedTuple):
@@ -46,6 +48,11 @@ def geared(arm: Arm) -> list[tuple[int, Planetary]]:
 def gear_arc(arm: Arm) -> float:
     """Arc of the largest ring per radian [m]: displacements are differences of such arcs."""
     return max((j.module_m * j.ring_teeth / 2 for _, j in geared(arm)), default=0.0)
+
+
+def arm_reach(arm: Arm) -> float:
+    """Length of the arm stretched out [m], of which the places of its bodies have roundings."""
+    return sum(link.length_m for link in arm.links)
 
 
 def largest_stiffness(arm: Arm) -> float:

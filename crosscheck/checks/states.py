@@ -8,7 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.answers import States
-from crosscheck.checks.scales import ReasonedLimit, gear_arc
+from crosscheck.checks.scales import (
+    PLACE_ROUNDINGS,
+    ReasonedLimit,
+    arm_reach,
+    gear_arc,
+    largest_stiffness,
+)
 from crosscheck.findings import About, Finding, checked, failed, measured_only
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
@@ -18,6 +24,13 @@ EPS = np.finfo(float).eps
 # than a tenth of a billionth.
 ROUNDINGS = 1000
 LOOSEST = 1e-10
+TERM_ROUNDINGS = 5  # of each of the terms that cancel in a component: a product of some factors
+# Quantities that are what is left of larger terms, and what their rounding leaves at least.
+CANCELLING = {
+    "bias": f"{TERM_ROUNDINGS} eps of M (sum of w)^2 of the whole arm, moments that cancel",
+    "generalized_force": "rounding of the forces of teeth, by the bodies' places and their moments",
+    "acceleration": f"{TERM_ROUNDINGS} eps |M^-1| |M| |a|, and |M^-1| times the forces' rounding",
+}
 
 
 class Setting(NamedTuple):
@@ -32,27 +45,34 @@ Judge = Callable[[About, np.ndarray, np.ndarray, np.ndarray | None, Setting], Fi
 
 
 def compare_values(
-    about: About, one: np.ndarray, other: np.ndarray, inertia: np.ndarray | None, setting: Setting
+    about: About, one: np.ndarray, other: np.ndarray, masses: np.ndarray | None, setting: Setting
 ) -> Finding:
     """Check two models' values of a quantity at the same states, (count, n) or (count, n, n).
 
     Each component is measured against its own root mean square over the states, so that small
-    components count as much as large ones. inertia (n, n): a usable mass matrix of either model.
+    components count as much as large ones. masses (count, n, n): usable mass matrices of either
+    model at these states.
     """
-    if inertia is None:
+    if masses is None:
         return failed(about, "no size to measure against: neither model has a usable mass matrix")
-    tolerance, basis = _tolerance(about.key.quantity, inertia, setting)
-    size = _sizes(about.key.quantity, one, inertia, setting, tolerance)
+    quantity, inertia = about.key.quantity, masses[0]
+    tolerance, basis = _tolerance(quantity, inertia, setting)
+    size = _sizes(quantity, one, inertia, setting)
+    if quantity in CANCELLING:
+        least = _rounding(quantity, one, masses, setting) / tolerance
+        if (least > size).any():
+            basis += f"; or, where more, {CANCELLING[quantity]}"
+        size = np.maximum(size, least)
     with np.errstate(divide="ignore", invalid="ignore"):  # a size of 0 gives no number, so no check
         measured = float((np.abs(one - other) / size).max())
     return checked(about, measured=measured, tolerance=tolerance, basis=basis, relative=measured)
 
 
 def measure_values(
-    about: About, one: np.ndarray, other: np.ndarray, inertia: np.ndarray | None, setting: Setting
+    about: About, one: np.ndarray, other: np.ndarray, masses: np.ndarray | None, setting: Setting
 ) -> Finding:
     """Measure the difference that ``compare_values`` checks, for models known to differ."""
-    found = compare_values(about, one, other, inertia, setting)
+    found = compare_values(about, one, other, masses, setting)
     if found.measured is None:
         return found
     return measured_only(about, measured=found.measured, relative=found.relative)
@@ -92,22 +112,72 @@ def natural_sizes(
     return weight * (shared or 1.0)
 
 
-def _sizes(
-    quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Setting, tolerance: float
-) -> np.ndarray:
+def _sizes(quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Setting) -> np.ndarray:
     """Sizes that differences of values are measured against, (n,); of M_ij sqrt(M_ii M_jj)."""
     if quantity == "mass_matrix":
         diagonal = np.sqrt(np.abs(np.einsum("kii->ki", values)))
         return diagonal[:, :, None] * diagonal[:, None, :]
-    size = component_sizes(values, natural_sizes(quantity, values, inertia, setting))
-    if quantity != "generalized_force":
-        return size
-    # Mesh forces do no work on the joint angles. In a model that lets them act on bodies their
-    # moments cancel there, and leave roundings of their size, however small the motors' torques.
+    return component_sizes(values, natural_sizes(quantity, values, inertia, setting))
+
+
+def _rounding(
+    quantity: str, values: np.ndarray, masses: np.ndarray, setting: Setting
+) -> np.ndarray:
+    """What rounding of terms that cancel leaves of each component, (n,), however small their sum.
+
+    An acceleration is solved for, which rounds |M^-1| |M| |a| and |M^-1| times what the force does
+    (Skeel's bound). Of the others see ``bias_rounding`` and ``_force_rounding``.
+    """
+    if quantity == "bias":
+        return bias_rounding(masses[0], setting)
+    if quantity == "generalized_force":
+        return _force_rounding(values, setting)
+    forces, found = _place_rounding(setting), []
+    for mass, value in zip(masses, values, strict=True):
+        scale = 1 / np.sqrt(np.abs(np.diag(mass)))
+        inverse = np.abs(np.linalg.pinv(scaled(mass))) * scale[:, None] * scale
+        summed = TERM_ROUNDINGS * EPS * np.abs(mass) @ np.abs(value)
+        found.append(inverse @ (summed + forces))
+    return np.max(found, axis=0)  # of the pose in which M is worst conditioned
+
+
+def bias_rounding(inertia: np.ndarray, setting: Setting) -> np.ndarray:
+    """What rounding leaves of each component of a bias, (n,).
+
+    Centrifugal forces point at a joint for the most part, and a body's momentum along its velocity:
+    moments of the size of the whole arm's kinetic energy cancel about every joint, however little
+    is left of them about a light outer link. Christoffel's symbols difference all of M as well.
+    Bodies turn with the sum of the joints' rates w.
+    """
+    diagonal, angular = np.diag(inertia), setting.layout.angular
+    turning = np.abs(setting.states.v[:, angular]).sum(axis=1)
+    largest = diagonal[angular].max()
+    inertias = np.where(angular, largest, np.sqrt(diagonal * largest))
+    return TERM_ROUNDINGS * EPS * inertias * float((turning**2).mean())
+
+
+def _force_rounding(values: np.ndarray, setting: Setting) -> np.ndarray:
+    """What rounding leaves of each component of a force, (n,).
+
+    Mesh forces do no work on the joint angles. In a model that lets them act on bodies their
+    moments cancel there, and leave roundings of their size, however small the motors' torques.
+    """
     angular = setting.layout.angular
     forces = np.sqrt((values[:, ~angular] ** 2).mean(axis=0)).max(initial=0.0)
     cancelling = np.where(angular, forces * gear_arc(setting.arm), 0.0)
-    return np.maximum(size, cancelling * ROUNDINGS * EPS / tolerance)
+    return np.maximum(ROUNDINGS * EPS * cancelling, _place_rounding(setting))
+
+
+def _place_rounding(setting: Setting) -> np.ndarray:
+    """What rounding of bodies' places leaves of the forces of teeth [N], (n,), 0 on the angles.
+
+    A mesh that is found from places on the ground is known to a rounding of the arm's reach.
+    """
+    together = max((joint.planet_count for joint in setting.arm.joints), default=0)
+    stiffest = together * largest_stiffness(setting.arm)
+    return np.where(
+        setting.layout.angular, 0.0, PLACE_ROUNDINGS * EPS * arm_reach(setting.arm) * stiffest
+    )
 
 
 def _tolerance(quantity: str, inertia: np.ndarray, setting: Setting) -> ReasonedLimit:

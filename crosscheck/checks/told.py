@@ -92,7 +92,7 @@ def force_as_told(
             expected[row] += torques[number] / (ratio * radius) * sun_advance(layout, number)
     if layout.meshing:
         expected += teeth_forces(setting.arm, case.switches, layout, setting.states)
-    return compare_values(about, expected, force, mass[0], setting)
+    return compare_values(about, expected, force, mass, setting)
 
 
 def drive_torques(

@@ -7,16 +7,19 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
-from crosscheck.checks.scales import meaningful
+from crosscheck.analytic.paper.covered import PAPERS_KIND
+from crosscheck.checks.scales import geared, meaningful
 from crosscheck.checks.trajectories import size, uncertainty
 from crosscheck.findings import About, Key, failed
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import Diverged, Unfinished
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.planning import plan
 from crosscheck.planning.comparison import Comparison, answered
 from crosscheck.planning.plan import Experiment, Wanted
 from crosscheck.planning.sizing import Sizes, growth_of, sizes_of
-from crosscheck.registry import about, build, reference_model, same_integrator
+from crosscheck.registry import about, build, covering, names, reference_model, same_integrator
 from crosscheck.runner.outcomes import DIED, Failure, OwnKey, or_failure
 from crosscheck.runner.tasks import Evaluation, Simulation
 from crosscheck.runner.workers import Workers
@@ -145,6 +148,7 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
         for own, growth, settling in zip(started, answers, fine, strict=False)
     ]
     remarks = [f"{each.name}: {each.growth}" for each in found if each.growth is not None]
+    remarks += _of_forms(wanted.arm)
     return Prepared([*found, plan.probe_experiment()], limit, (*said, *remarks), tuple(lost))
 
 
@@ -185,6 +189,14 @@ def _of_sizes(sizes: Sizes | None, lost: Sequence[Lost]) -> list[str]:
         f"pd-motion: to {_listed(sizes.target)} rad, P {_listed(sizes.proportional)} N m/rad,"
         f" D {_listed(sizes.derivative)} N m s/rad",
     ]
+
+
+def _of_forms(arm: Arm) -> list[str]:
+    """A remark on the paper's own forms where they are not about an arm with gears."""
+    without = [name for name in names("form") if name not in covering("form", arm, switches())]
+    if not (without and geared(arm)):
+        return []
+    return [f"without {', '.join(without)}: each {PAPERS_KIND}"]
 
 
 def _listed(values: Sequence[float]) -> str:

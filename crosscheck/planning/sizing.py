@@ -17,7 +17,13 @@ import numpy as np
 from crosscheck.checks.first_principles.composite import inertia, parts_of, posed
 from crosscheck.checks.first_principles.weights import weight_moments
 from crosscheck.checks.modes import free_modes
-from crosscheck.checks.scales import geared, largest_weights
+from crosscheck.checks.scales import (
+    base_radius,
+    geared,
+    largest_of,
+    largest_weights,
+    meshes,
+)
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.arm.quantities import Duration, Gain, RateGain, Torque, Within
@@ -40,6 +46,10 @@ SWING, STEP_SWING = 0.5, 0.5
 STEP_S, PD_S = 2.0, 8.0  # durations in units of the controller's 1 / rate
 GENTLER = 40  # times that the controller may give way by half
 COARSEST_STEPS, RECORDS = 4000, 1000
+# Teeth bend by a tenth of their module at most, where they would shear; a machine's by a hundredth
+# of that. Torques of a metre's bending would hide what forces of teeth are off by.
+MOST_BENT = 0.1
+FASTEST = 3.0  # of a joint in a check [rad/s]: a damping torque bends teeth no further
 DIGITS = 6  # of gains and torques
 # By which gains and targets of a check differ from joint to joint, so that none stands for another.
 LESS_STIFF, LESS_DAMPED, FURTHER = 0.11, 0.075, 0.1
@@ -80,15 +90,32 @@ def sizes_of(arm: Arm) -> Sizes:
     rigid = build(of_level("coupled")[0], arm, scenario_of("sizing", still, rate, 1.0))
     inertia = np.diag(rigid.mass_matrix(np.zeros(len(arm.joints))))
     held = -weight_moments(arm, np.zeros(inertia.size))
-    step = _allowed(Torque, inertia * rate**2 * STEP_SWING + held)
+    bearable = bearable_torques(arm)
+    step = _allowed(Torque, np.minimum(inertia * rate**2 * STEP_SWING, bearable) + held)
     for halvings in range(GENTLER):
-        controllers = rate / 2**halvings
-        P = _allowed(Gain, inertia * controllers**2 + 2 * largest_weights(arm))
-        D = _allowed(RateGain, 2 * DAMPING_RATIO * inertia * controllers)
+        stiff, damped = _gains(inertia, rate / 2**halvings, bearable)
+        P = _allowed(Gain, stiff + 2 * largest_weights(arm))
+        D = _allowed(RateGain, damped)
         sizes = Sizes(rate, tuple(map(float, inertia)), P, D, step, mode)
         if growth_of(arm, pd_scenario(sizes)) is None:
             break
     return sizes
+
+
+def bearable_torques(arm: Arm) -> np.ndarray:
+    """Torques [N m], (joints,), that bend teeth by MOST_BENT modules; inf without gears."""
+    torques = np.full(len(arm.joints), np.inf)
+    for number, joint in geared(arm):
+        stiffest = joint.planet_count * max(largest_of(m.stiffness) for m in meshes(joint))
+        lever = base_radius(joint, joint.sun_teeth) * (1 + joint.ring_teeth / joint.sun_teeth)
+        torques[number] = MOST_BENT * joint.module_m * stiffest * lever
+    return torques
+
+
+def _gains(inertia: np.ndarray, rate: float, bearable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gains [N m/rad], [N m s/rad], (joints,), of a controller that the teeth bear [N m]."""
+    stiff = np.minimum(inertia * rate**2, bearable / SWING)
+    return stiff, np.minimum(2 * DAMPING_RATIO * inertia * rate, bearable / FASTEST)
 
 
 def _allowed(kind: Any, values: Iterable[float], digits: int = DIGITS) -> tuple[float, ...]:
@@ -111,8 +138,11 @@ def unequal_gains(arm: Arm) -> Scenario:
     turned = np.diag(inertia(parts_of(content), posed(content, 0.0 * numbers), locked=False))
     lowest = [float(free_modes(joint)[0]) for _, joint in geared(arm)]
     rate = 2 * np.pi * min(lowest) / SLOWER if lowest else WITHOUT_GEARS
-    proportional = turned * rate**2 * (1 - LESS_STIFF * numbers)
-    derivative = 2 * DAMPING_RATIO * turned * rate * (1 - LESS_DAMPED * numbers)
+    stiff, damped = _gains(turned, rate, bearable_torques(arm))
+    proportional, derivative = (
+        stiff * (1 - LESS_STIFF * numbers),
+        damped * (1 - LESS_DAMPED * numbers),
+    )
     drive = PdDrive(
         kind="pd",
         target_rad=tuple(map(float, SWING + FURTHER * numbers)),

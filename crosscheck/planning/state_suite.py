@@ -234,7 +234,7 @@ def _of_form(sampled: SampledModel, content: Content) -> Iterator[Comparison]:
     yield from _as_told(sampled, content, inertia=False)
 
     def as_stated(about: About, own: Any, stated: Any, mass: Any) -> Finding:
-        return states.compare_values(about, stated, own, mass[0], sampled.setting)
+        return states.compare_values(about, stated, own, mass, sampled.setting)
 
     for quantity in ("mass_matrix", "bias") if sampled.model in FORMS else ():
         symbols = Stated(sampled, quantity)
@@ -252,7 +252,7 @@ def _pair(
     def judged(about: About, results: Results) -> Finding:
         one, other = (results.need(sampled.of(quantity)) for sampled in (left, right))
         masses = (results.settled(sampled.of("mass_matrix")) for sampled in (left, right))
-        sizes = (m[0] for m in masses if m is not None and states.usable(m[0]))
+        sizes = (m for m in masses if m is not None and states.usable(m[0]))
         return judge(about, one, other, next(sizes, None), left.setting)
 
     return Comparison(About(key, "1", left.over(DIFFERENCE)), tuple(needs), judged)

@@ -161,7 +161,7 @@ class BodyEngine:
         self.system.SetPostStepUserFunction(keep)
         time.numberOfSteps, time.endTime = steps, steps * step_s
         solve(self.solver, self.system, self.settings)
-        return np.array(states)
+        return np.array(states).reshape(-1, 2, self.size)  # none where the start cannot be solved
 
 
 def _settings() -> Any:
