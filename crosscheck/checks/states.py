@@ -41,11 +41,31 @@ def compare_values(
     """
     if inertia is None:
         return failed(about, "no size to measure against: neither model has a usable mass matrix")
-    tolerance, basis = _tolerance(about.key.quantity, inertia, setting)
-    size = _sizes(about.key.quantity, one, inertia, setting, tolerance)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a size of 0 gives no number, so no check
-        measured = float((np.abs(one - other) / size).max())
-    return checked(about, measured=measured, tolerance=tolerance, basis=basis, relative=measured)
+    compared = relative_differences(about.key.quantity, one, other, inertia, setting)
+    measured, limit = float(compared.values.max()), compared.limit
+    return checked(
+        about, measured=measured, tolerance=limit.value, basis=limit.basis, relative=measured
+    )
+
+
+class RelativeDifferences(NamedTuple):
+    """Differences of two models' values over their sizes, shaped as the values; what is allowed."""
+
+    values: np.ndarray
+    limit: ReasonedLimit
+
+
+def relative_differences(
+    quantity: str, one: np.ndarray, other: np.ndarray, inertia: np.ndarray, setting: Setting
+) -> RelativeDifferences:
+    """The differences that ``compare_values`` judges by the largest of them.
+
+    Where a size is 0 they are not finite.
+    """
+    limit = _tolerance(quantity, inertia, setting)
+    size = _sizes(quantity, one, inertia, setting, limit.value)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return RelativeDifferences(np.abs(one - other) / size, limit)
 
 
 def measure_values(
