@@ -244,8 +244,11 @@ def _by_entry(
 ) -> Iterator[EntryDifferences]:
     """The differences of one quantity, if the model and an engine have answered."""
     values, mass = results.found(own.of(quantity)), results.found(own.of("mass_matrix"))
-    answers = {engine.model: results.found(engine.of(quantity)) for engine in engines}
-    answers = {name: answer for name, answer in answers.items() if answer is not None}
+    answers = {
+        engine.model: answer
+        for engine in engines
+        if (answer := results.found(engine.of(quantity))) is not None
+    }
     if values is None or mass is None or not answers or not states.usable(mass[0]):
         return
     setting = own.setting

@@ -100,7 +100,8 @@ class Trial:
 
     cross_check: what was found, as a baseline records it. level: the rigid level that they are,
     or are closest to; '' of geared ones. apart: by part, how far each entry is from the
-    reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,). wrong:
+    reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,); allowed:
+    by part, what of it is no error. wrong:
     the entries that are not right, here or on ``probes``, other arms that were asked too. missing:
     parts that were not supplied. misread: parts that units or the order of numbers explain.
     traces: of parts that raised.
@@ -111,6 +112,7 @@ class Trial:
     level: str
     rungs: tuple[Rung, ...]
     apart: dict[str, np.ndarray]
+    allowed: dict[str, float]
     wrong: tuple[Wrong, ...]
     probes: tuple[str, ...]
     missing: tuple[str, ...]
@@ -250,6 +252,7 @@ def _judged(
         level=level,
         rungs=tuple(rungs),
         apart=here.apart,
+        allowed={quantity: here.sizes.tolerance(quantity) for quantity in here.apart},
         wrong=tuple(reasoned(here, there)),
         probes=tuple(probe.case.arm.name for probe in probes),
         missing=tuple(part for part in suite.COMPARED if part not in problem.has),
