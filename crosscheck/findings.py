@@ -214,7 +214,6 @@ class EntryDifferences:
     relative: tuple[tuple[float, ...], ...]
     tolerance: float
 
-    @property
     def wrong(self) -> list[WrongEntry]:
         """The entries beyond the tolerance, largest first; M_ij and M_ji are one."""
         beyond = {

@@ -232,7 +232,7 @@ def _printed_verdict(agreement: Agreement) -> str | None:
 def wrong_entries(entries: Sequence[EntryDifferences]) -> list[WrongEntry]:
     """The entries in which the printed equations of motion are wrong, the largest first."""
     form = names("form")[-1]
-    found = [wrong for each in entries if each.model == form for wrong in each.wrong]
+    found = [wrong for each in entries if each.model == form for wrong in each.wrong()]
     return sorted(found, key=lambda wrong: -wrong.relative)
 
 
@@ -281,7 +281,7 @@ def agreement_json(agreement: Agreement, arm: Arm) -> str:
             "coordinates": each.coordinates,
             "relative": each.relative,
             "tolerance": each.tolerance,
-            "wrong": [{"entry": wrong.name, "relative": wrong.relative} for wrong in each.wrong],
+            "wrong": [{"entry": wrong.name, "relative": wrong.relative} for wrong in each.wrong()],
         }
         for each in agreement.entries
     ]

@@ -21,6 +21,7 @@ from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.bits import fused_as_written, same_bits
 from tests.faults.planting import Laws, Seen
 from tests.faults.robots import robots_agree
+from tests.faults.views import VIEW_CHECKS
 from tests.judged import compare_states, energy_over_run, invariants, refined, same_step
 from tests.mixed_arms import MIXED, random_states, scenario
 
@@ -259,5 +260,12 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "bits": same_bits,
     "fused": fused_as_written,
     "robots": robots_agree,
+    **VIEW_CHECKS,
 }
-COMPILED = ("refined", "bits", "fused", "robots")  # need compiled functions, or have none
+COMPILED = (
+    "refined",
+    "bits",
+    "fused",
+    "robots",
+    *VIEW_CHECKS,
+)  # need compiled functions, or have none
