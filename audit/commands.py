@@ -14,11 +14,18 @@ from crosscheck.cli.app import ArmName, Jobs
 def errata(
     arm: ArmName = "paper-labelled",
     json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the typeset sheet, errata.html and errata.md."),
+    ] = None,
+    whole: Annotated[
+        bool, typer.Option("--all", help="Print statements and points of notation too.")
+    ] = False,
 ) -> None:
     """Find the errors in the paper's equations, symbolically, and simulate their effects."""
     from crosscheck.audit.page.command import errata_command
 
-    errata_command(arm, json_file)
+    errata_command(arm, json_file, out, whole)
 
 
 def paper(

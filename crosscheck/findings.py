@@ -183,18 +183,73 @@ def _finite_or_none(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
+SYMBOLS = {"mass_matrix": "M", "bias": "bias", "generalized_force": "force"}
+
+
+@dataclass(frozen=True)
+class WrongEntry:
+    """An entry in which a model differs from the engines, by how much of the entry's size.
+
+    places: row and column, counted from 0; one column of a vector; two places of a symmetric pair.
+    """
+
+    name: str
+    places: tuple[tuple[int, int], ...]
+    relative: float
+
+
+@dataclass(frozen=True)
+class EntryDifferences:
+    """How far a model is from the engines, entry by entry.
+
+    quantity: mass_matrix, bias or generalized_force; engines: the models it is compared with;
+    coordinates: their names; relative: by row and column (of a vector one column), the largest
+    difference over states and engines, over the entry's size; tolerance: what is allowed of it.
+    """
+
+    quantity: str
+    model: str
+    engines: tuple[str, ...]
+    coordinates: tuple[str, ...]
+    relative: tuple[tuple[float, ...], ...]
+    tolerance: float
+
+    def wrong(self) -> list[WrongEntry]:
+        """The entries beyond the tolerance, largest first; M_ij and M_ji are one."""
+        beyond = {
+            (i, j): value
+            for i, row in enumerate(self.relative)
+            for j, value in enumerate(row)
+            if not value <= self.tolerance
+        }
+        found = []
+        for i, j in beyond:
+            pair = ((i, j),) if i == j or (j, i) not in beyond else ((i, j), (j, i))
+            if pair == tuple(sorted(pair)):
+                largest = max(beyond[place] for place in pair)
+                found.append(WrongEntry(self._name(i, j), pair, largest))
+        return sorted(found, key=lambda entry: -entry.relative)
+
+    def _name(self, row: int, column: int) -> str:
+        names = [self.coordinates[row]]
+        names += [self.coordinates[column]] if len(self.relative[row]) > 1 else []
+        return f"{SYMBOLS[self.quantity]}[{', '.join(names)}]"
+
+
 @dataclass(frozen=True)
 class Agreement:
     """All Findings of a cross-check, with where they come from.
 
     Where the cross-check is compared with a recorded one, ``record`` is the provenance of that, and
-    ``known`` are the keys of the checks of which a difference was accepted.
+    ``known`` are the keys of the checks of which a difference was accepted. entries: models beside
+    the engines entry by entry, as far as that was asked.
     """
 
     findings: Sequence[Finding]
     provenance: Provenance | None = None
     record: Provenance | None = None
     known: Sequence[Key] = ()
+    entries: Sequence[EntryDifferences] = ()
 
     @property
     def disagreeing(self) -> list[Finding]:

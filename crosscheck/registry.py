@@ -280,6 +280,11 @@ def reference_model() -> str:
     return promising("reference", names("geared"))[0]
 
 
+def engines_beside(model: str, among: Sequence[str]) -> tuple[str, ...]:
+    """Names among the given ones of models that another package than the model's has."""
+    return tuple(name for name in among if name.partition(":")[0] != model.partition(":")[0])
+
+
 def same_integrator() -> tuple[str, ...]:
     """Names of the geared models with the reference model's fixed-step integrator, it first."""
     order = MODELS[reference_model()].order

@@ -64,7 +64,8 @@ def cross_check(
     findings = list(findings_of(comparisons, results))
     own = wanted.scenarios, wanted.chosen, chosen.remarks
     record = provenance(wanted.arm, wanted.seed, wanted.quick, *own, packages())
-    agreement = Agreement(findings, record)
+    entries = state_suite.entry_differences(wanted.arm, wanted.quick, wanted.seed, results)
+    agreement = Agreement(findings, record, entries=tuple(entries))
     return CrossCheck(wanted, agreement, cases_of(comparisons), runs_of(results))
 
 

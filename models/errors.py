@@ -10,6 +10,11 @@ PROGRAM = "crosscheck: "  # what every error line begins with
 GAP = "..."
 
 
+def install_extra(extra: str) -> str:
+    """The command that installs an optional dependency, in the folder that holds the project."""
+    return f".venv/bin/pip install -e '.[{extra}]'"
+
+
 class InputError(ValueError):
     """Something the user gave cannot be used.
 

@@ -44,12 +44,23 @@ def chapter(material: Material) -> ErrataSheet:
     duration = material.scale.seconds(QUICK_S if quick else EFFECT_S)
     answers = material.study.answers([Errata(name, duration) for name in arms], "errata sheet")
     by_arm = {arm: in_words(found) for arm, found in zip(arms, answers, strict=True)}
-    own, noted = by_arm[LABELLED], notes()
+    return errata_sheet(by_arm, duration)
+
+
+def errata_sheet(
+    by_arm: Mapping[str, Sequence[SimulatedErratum]], duration_s: float
+) -> ErrataSheet:
+    """The chapter made of errata in words by arm, the first arm's as tables.
+
+    duration_s: of the runs behind their effects.
+    """
+    first, noted = next(iter(by_arm)), notes()
+    own = by_arm[first]
     rows = [ArmErratum(arm, one) for arm, found in by_arm.items() for one in found]
     page = text(
         "errata/sheet",
-        duration_s=duration,
-        arm=LABELLED,
+        duration_s=duration_s,
+        arm=first,
         tables={HEADINGS[kind]: html(BY_CLASS[kind].html(_rows(own, kind))) for kind in CLASSES},
         counts=counted(own),
         apart=_apart(by_arm),
@@ -59,7 +70,7 @@ def chapter(material: Material) -> ErrataSheet:
     notes_json = [*CONTRADICTIONS.json(noted.contradictions), *GAPS.json(noted.gaps)]
     records = [*WHOLE.json(rows), *notes_json]
     outcome = text("errata/outcome", counts=counted(own))
-    return ErrataSheet(ID, TITLE, page, records, outcome, own)
+    return ErrataSheet(ID, TITLE, page, records, outcome, tuple(own))
 
 
 @dataclass(frozen=True)

@@ -7,48 +7,55 @@ from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
 
-from crosscheck.audit.errata.finder import SCHEMA_VERSION, errata_records
-from crosscheck.audit.errata.sheet import HEADINGS, WHOLE, ArmErratum, counted
+from crosscheck.audit.errata.erratum import CLASSES
+from crosscheck.audit.errata.finder import EFFECT_S, SCHEMA_VERSION, errata_records
+from crosscheck.audit.errata.lines import errata_lines
+from crosscheck.audit.errata.sheet import WHOLE, ArmErratum, errata_sheet, markdown
 from crosscheck.audit.errata.words import in_words
 from crosscheck.audit.experiments.scale import FULL
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.page.report import PAGE, paper_files, write_figures, write_paper
-from crosscheck.kinds import ERRATA, PAPER_PAGE, Kind
+from crosscheck.audit.page.report import ERRATA as ERRATA_SHEET
+from crosscheck.audit.page.report import PAGE, page_of, paper_files, write_figures, write_paper
+from crosscheck.kinds import ERRATA, PAPER_PAGE, SHEET, Kind
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.models.places import cache_folder
-from crosscheck.output import require_file, require_files, write_text
+from crosscheck.output import require_files, write_files
 from crosscheck.provenance import provenance
 from crosscheck.runner.progress import progress_bar
 
 FIGURES = tuple(range(4, 21))
+ERRATA_PAGE = "errata.html"
 
 
-def errata_command(arm_name: str, json_file: Path | None) -> None:
-    """Print the errata of an arm as a table, and write them as JSON if asked. Raises InputError."""
+def errata_command(arm_name: str, json_file: Path | None, out: Path | None, whole: bool) -> None:
+    """Print the errata of an arm; write them as JSON and as a sheet if asked. Raises InputError.
+
+    whole: whether statements and notation are printed too.
+    """
     arm = load_arm(arm_name)
-    if json_file is not None:
-        require_file(json_file, ERRATA, "--json")
+    sheets = {} if out is None else {out / ERRATA_SHEET: SHEET, out / ERRATA_PAGE: PAPER_PAGE}
+    require_files((json_file, ERRATA), *sheets.items())
     with Console(stderr=True).status("errata") as status:
         found = in_words(errata_records(arm, lambda one: status.update(f"effect of {one}")))
-    table = Table("where", "printed", "derived", "size", "effect: angle [rad], impulse [N s]")
-    for erratum, effects in ((one.erratum, one.effects) for one in found):
-        size = "" if erratum.size is None else f"{erratum.size:.3g} {erratum.unit}"
-        derived = f"{erratum.derived} {erratum.remark}".strip()
-        told = (f"{n}: {e.theta_rad:.2g}, {e.impulse_N_s:.2g}" for n, e in effects.items())
-        table.add_row(erratum.where, erratum.printed, derived, size, "\n".join(told))
-    Console().print(table)
-    kinds = (f"{HEADINGS[kind]}: {count}" for kind, count in counted(found).by_class.items())
-    print(f"{'; '.join(kinds)}; arm {arm.name}")
+    for line in errata_lines(found, arm.name, CLASSES if whole else CLASSES[:1]):
+        print(line)
+    record = provenance(arm, 0, False).model_dump(mode="json")
+    contents: dict[Path, str | bytes] = {}
     if json_file is not None:
         document = {
             "schema_version": SCHEMA_VERSION,
             "errata": WHOLE.json(ArmErratum(arm.name, one) for one in found),
-            "provenance": provenance(arm, 0, False).model_dump(mode="json"),
+            "provenance": record,
         }
-        write_text(json_file, json.dumps(document, indent=1, allow_nan=False) + "\n")
+        contents[json_file] = json.dumps(document, indent=1, allow_nan=False) + "\n"
+    if out is not None:
+        sheet = errata_sheet({arm.name: found}, EFFECT_S)
+        contents |= dict(zip(sheets, (markdown(found), page_of([sheet], record)), strict=True))
+    write_files(contents)
+    if out is not None:
+        print(f"wrote {' and '.join(map(str, sheets))}")
 
 
 def paper_command(figures: list[int], out: Path, jobs: int, first_seed: int = 1) -> None:

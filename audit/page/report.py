@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -94,8 +94,13 @@ def write_figures(
 
 
 def page(made: Sequence[AuditChapter], study: Study) -> str:
-    """The self-contained page as html."""
-    return sound_links(rendering.page("paper", chapters=made, provenance=_provenance(study)))
+    """The self-contained page of a study as html."""
+    return page_of(made, _provenance(study))
+
+
+def page_of(made: Sequence[AuditChapter], provenance: Mapping[str, object]) -> str:
+    """The self-contained page of chapters as html, with where they come from."""
+    return sound_links(rendering.page("paper", chapters=made, provenance=provenance))
 
 
 def records_json(made: Sequence[AuditChapter], study: Study) -> str:

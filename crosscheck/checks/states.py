@@ -55,17 +55,39 @@ def compare_values(
     """
     if masses is None:
         return failed(about, "no size to measure against: neither model has a usable mass matrix")
-    quantity, inertia = about.key.quantity, masses[0]
-    tolerance, basis = _tolerance(quantity, inertia, setting)
-    size = _sizes(quantity, one, inertia, setting)
+    compared = relative_differences(about.key.quantity, one, other, masses, setting)
+    measured, limit = float(compared.values.max()), compared.limit
+    return checked(
+        about, measured=measured, tolerance=limit.value, basis=limit.basis, relative=measured
+    )
+
+
+class RelativeDifferences(NamedTuple):
+    """Differences of two models' values over their sizes, shaped as the values; what is allowed."""
+
+    values: np.ndarray
+    limit: ReasonedLimit
+
+
+def relative_differences(
+    quantity: str, one: np.ndarray, other: np.ndarray, masses: np.ndarray, setting: Setting
+) -> RelativeDifferences:
+    """The differences that ``compare_values`` judges by the largest of them.
+
+    Where a size is 0 they are not finite.
+    """
+    limit, size = (
+        _tolerance(quantity, masses[0], setting),
+        _sizes(quantity, one, masses[0], setting),
+    )
     if quantity in CANCELLING:
-        least = _rounding(quantity, one, masses, setting) / tolerance
+        least = _rounding(quantity, one, masses, setting) / limit.value
         if (least > size).any():
-            basis += f"; or, where more, {CANCELLING[quantity]}"
+            reason = f"{limit.basis}; or, where more, {CANCELLING[quantity]}"
+            limit = limit._replace(basis=reason)
         size = np.maximum(size, least)
     with np.errstate(divide="ignore", invalid="ignore"):  # a size of 0 gives no number, so no check
-        measured = float((np.abs(one - other) / size).max())
-    return checked(about, measured=measured, tolerance=tolerance, basis=basis, relative=measured)
+        return RelativeDifferences(np.abs(one - other) / size, limit)
 
 
 def measure_values(

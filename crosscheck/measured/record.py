@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.models.errors import InputError, one_line
+from crosscheck.models.errors import InputError, install_extra, one_line
 from crosscheck.models.inputs import input_content, size_of
 from crosscheck.runner.foreign import arrays_in, read_apart
 
@@ -22,7 +22,7 @@ LARGEST_FILE = 2_000_000_000  # bytes
 READING_S, BAG_S = 60.0, 300.0
 BAGS = (".bag", ".db3", ".mcap")
 MESSAGE = "sensor_msgs/msg/JointState"
-MISSING = "ROS bags need the package rosbags: pip install 'geararm-crosscheck[ros]'"
+MISSING = f"ROS bags need the package rosbags: {install_extra('ros')}"
 # What a column holds, by the beginning of its name, and what its unit is multiplied by.
 UNITS: dict[str, dict[str, float]] = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6},

@@ -13,7 +13,7 @@ import numpy as np
 from crosscheck.checks import energy, invariants, scales, states, told
 from crosscheck.checks.answers import ABILITIES, CHRISTOFFEL, random_states
 from crosscheck.checks.first_principles.composite import Content
-from crosscheck.findings import About, Finding, Key, checked, failed
+from crosscheck.findings import SYMBOLS, About, EntryDifferences, Finding, Key, checked, failed
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.meshes import damped
 from crosscheck.models.arm.planets import usual_switches
@@ -24,7 +24,15 @@ from crosscheck.models.loading import Case, load_arm
 from crosscheck.planning.comparison import Comparison, Results, answered
 from crosscheck.planning.mode_suite import geared_models, linearised
 from crosscheck.planning.sizing import unequal_gains
-from crosscheck.registry import MODELS, RIGID_LEVELS, about, covering, of_level, reference_model
+from crosscheck.registry import (
+    MODELS,
+    RIGID_LEVELS,
+    about,
+    covering,
+    engines_beside,
+    of_level,
+    reference_model,
+)
 from crosscheck.runner.outcomes import OwnKey, or_failure
 from crosscheck.runner.tasks import Evaluation
 
@@ -212,6 +220,53 @@ def pairs(
     for quantity in quantities:
         for left, right in combinations(sampled_models, 2):
             yield _pair("states", quantity, left, right, states.compare_values)
+
+
+def entry_differences(
+    arm: Arm, quick: bool, seed: int, results: Results
+) -> Iterator[EntryDifferences]:
+    """The paper's forms and the reference model beside the engines, from what was answered.
+
+    A model or an engine without usable answers is left out: its own comparisons fail.
+    """
+    count, where = QUICK_COUNT if quick else COUNT, f"{arm.name}/geared"
+    papers, usual = _case(arm, switches()), _case(arm, usual_switches(arm))
+    forms = [(name, papers) for name in covering("form", arm, papers.switches)]
+    for model, case in (*forms, (reference_model(), usual)):
+        own = SampledModel(where, model, case, count, seed)
+        engines = [own._replace(model=name) for name in engines_beside(model, geared_models(case))]
+        for quantity in SYMBOLS:
+            yield from _by_entry(quantity, own, engines, results)
+
+
+def _by_entry(
+    quantity: str, own: SampledModel, engines: Sequence[SampledModel], results: Results
+) -> Iterator[EntryDifferences]:
+    """The differences of one quantity, if the model and an engine have answered."""
+    values, mass = results.found(own.of(quantity)), results.found(own.of("mass_matrix"))
+    answers = {
+        engine.model: answer
+        for engine in engines
+        if (answer := results.found(engine.of(quantity))) is not None
+    }
+    if values is None or mass is None or not answers or not states.usable(mass[0]):
+        return
+    setting = own.setting
+    compared = [
+        states.relative_differences(quantity, values, answer, mass, setting)
+        for answer in answers.values()
+    ]
+    largest = np.max([each.values.max(axis=0) for each in compared], axis=0)
+    largest = np.where(np.isnan(largest), np.inf, largest)
+    rows = largest.reshape(len(setting.layout), -1).tolist()
+    yield EntryDifferences(
+        quantity,
+        own.model,
+        tuple(answers),
+        tuple(setting.layout.names),
+        tuple(map(tuple, rows)),
+        compared[0].limit.value,
+    )
 
 
 def _forms(sampled_models: Sequence[SampledModel]) -> Iterator[Comparison]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from crosscheck.findings import Agreement, Finding, Verdict
+from crosscheck.findings import Agreement, EntryDifferences, Finding, Verdict, WrongEntry
 from crosscheck.models.arm.arm import Arm
 from crosscheck.registry import MODELS, names, reference_model
-from crosscheck.report.matrix import WORST_FIRST, digits
-from crosscheck.report.words import tally
+from crosscheck.report.matrix import FORMS, WORST_FIRST, digits, is_beyond
+from crosscheck.report.records import document
+from crosscheck.report.words import counted, length, percent, rounded, tally
 
 QUESTIONS = (
     "Do the equations agree with the engines?",
@@ -64,8 +64,8 @@ def amount(finding: Finding) -> str:
     if value is None:
         return "no number"
     if finding.unit != "1":
-        return f"{value:.2g} {finding.unit}"
-    return f"{100 * value:.2g} %" if value >= SMALL else f"{value:.1g}"
+        return f"{rounded(value)} {finding.unit}"
+    return percent(value) if value >= SMALL else f"{value:.1g}"
 
 
 def compared(agreement: Agreement, arm: Arm) -> list[ModelAnswer]:
@@ -113,7 +113,7 @@ def _compared(
     if checks:
         verdict = min((f.verdict for f in checks), key=WORST_FIRST.index)
     else:
-        verdict = "differ" if any(_beyond(f, own) for f in others) else "agree"
+        verdict = "differ" if any(is_beyond(f, own) for f in others) else "agree"
     states = [f.relative for f in checks if f.about.key.family == "states"]
     common = [digits(value) for value in states if value is not None]
     return ModelAnswer(model, tuple(against), worst, verdict, min(common, default=None))
@@ -121,20 +121,6 @@ def _compared(
 
 def _size(finding: Finding) -> float:
     return float("inf") if finding.measured is None else finding.measured
-
-
-def _beyond(finding: Finding, own: Sequence[Finding]) -> bool:
-    """Whether a measured difference of states is beyond what the reference model is allowed."""
-    allowed = [
-        f.tolerance
-        for f in own
-        if f.kind == "check"
-        and f.about.key.family == "states"
-        and f.quantity == finding.quantity
-        and reference_model() in (f.left, f.right)
-        and f.tolerance is not None
-    ]
-    return finding.about.key.family in STATES and bool(allowed) and _size(finding) > max(allowed)
 
 
 def headline(rows: Sequence[ModelAnswer]) -> str:
@@ -178,11 +164,10 @@ def rigid_from_geared(agreement: Agreement) -> str:
 
 def _tip(finding: Finding) -> str:
     """How far a rigid level's tip is off, and what of the arm that level has, in words."""
-    metres, level = finding.measured or 0.0, MODELS[finding.left].level
-    length = f"{1e3 * metres:.3g} mm" if metres >= 1e-5 else f"{1e6 * metres:.3g} µm"
+    off, level = length(finding.measured or 0.0), MODELS[finding.left].level
     if level not in LEVELS_HAVE:
-        return f"{length} at level {level}"
-    return f"{length} with {LEVELS_HAVE[level]} ({level})"
+        return f"{off} at level {level}"
+    return f"{off} with {LEVELS_HAVE[level]} ({level})"
 
 
 def trust(agreement: Agreement) -> str:
@@ -206,13 +191,60 @@ def trust(agreement: Agreement) -> str:
     )
 
 
+def verdict_sentence(agreement: Agreement) -> str:
+    """The result in one sentence: are the printed equations right, and do the models agree?"""
+    checks, red = agreement.checks, agreement.disagreeing
+    total, printed = counted(len(checks), "check"), _printed_verdict(agreement)
+    if red:
+        counts = Counter(f.verdict for f in red)
+        kinds = ", ".join(f"{counts[each]} {each}" for each in WORST_FIRST if counts[each])
+        verb = "does" if len(checks) == 1 else "do"
+        rest = f"{len(red)} of {total} {verb} not agree ({kinds}), the first of them {red[0].id}"
+    elif not checks:
+        rest = "nothing was checked"
+    else:
+        whose = "the corrected ones" if printed else "the equations"
+        agree = "agree with every engine"
+        rest = f"{whose} {agree} ({len(checks)} of {total})"
+    said = f"{printed}; {rest}" if printed else rest
+    return f"{said[0].upper()}{said[1:]}."
+
+
+def _printed_verdict(agreement: Agreement) -> str | None:
+    """What is wrong in the printed equations of motion, in words; None where none were compared."""
+    form = names("form")[-1]
+    wrong = wrong_entries(agreement.entries)
+    if wrong:
+        first = wrong[0]
+        places = counted(len(wrong), "place")
+        largest = "" if len(wrong) == 1 else "largest "
+        return (
+            f"The printed equations are wrong in {places}"
+            f" ({largest}{first.name}, {percent(first.relative)})"
+        )
+    found = [f for f in agreement.findings if f.about.key.family in FORMS and f.left == form]
+    if not found:
+        return None
+    differ = any(is_beyond(f, agreement.findings) for f in found)
+    return f"The printed equations {'do not agree' if differ else 'agree'} with the engines"
+
+
+def wrong_entries(entries: Sequence[EntryDifferences]) -> list[WrongEntry]:
+    """The entries in which the printed equations of motion are wrong, the largest first."""
+    form = names("form")[-1]
+    found = [wrong for each in entries if each.model == form for wrong in each.wrong()]
+    return sorted(found, key=lambda wrong: -wrong.relative)
+
+
 @dataclass(frozen=True)
 class Answers:
     """The answers to the three questions.
 
-    rows: the models behind the first answer; equations, rigid, trust: the answers as text.
+    verdict: the result in one sentence; rows: the models behind the first answer; equations, rigid,
+    trust: the answers as text.
     """
 
+    verdict: str
     rows: tuple[ModelAnswer, ...]
     equations: str
     rigid: str
@@ -222,7 +254,8 @@ class Answers:
 def answers(agreement: Agreement, arm: Arm) -> Answers:
     """The answers of a cross-check of an arm."""
     rows = compared(agreement, arm)
-    return Answers(tuple(rows), headline(rows), rigid_from_geared(agreement), trust(agreement))
+    texts = headline(rows), rigid_from_geared(agreement), trust(agreement)
+    return Answers(verdict_sentence(agreement), tuple(rows), *texts)
 
 
 def agreement_json(agreement: Agreement, arm: Arm) -> str:
@@ -240,10 +273,22 @@ def agreement_json(agreement: Agreement, arm: Arm) -> str:
         }
         for row in found.rows
     ]
+    entries = [
+        {
+            "quantity": each.quantity,
+            "model": each.model,
+            "engines": each.engines,
+            "coordinates": each.coordinates,
+            "relative": each.relative,
+            "tolerance": each.tolerance,
+            "wrong": [{"entry": wrong.name, "relative": wrong.relative} for wrong in each.wrong()],
+        }
+        for each in agreement.entries
+    ]
     said = {
-        "equations": {"answer": found.equations, "models": models},
+        "verdict": found.verdict,
+        "equations": {"answer": found.equations, "models": models, "entries": entries},
         "rigid": {"answer": found.rigid},
         "trust": {"answer": found.trust},
     }
-    document = {"schema_version": whole.pop("schema_version"), "answers": said, **whole}
-    return json.dumps(document, indent=1, allow_nan=False) + "\n"
+    return document({"schema_version": whole.pop("schema_version"), "answers": said, **whole})

@@ -7,7 +7,8 @@ from crosscheck.planning import plan
 from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import LEVELS, reference_model, second_engine
-from crosscheck.report.answers import QUANTITIES, QUESTIONS, answers
+from crosscheck.report.answers import QUANTITIES, QUESTIONS, answers, wrong_entries
+from crosscheck.report.heat_map import entry_maps
 from crosscheck.report.matrix import cells, groups
 from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.plots.figures import sound_links
@@ -36,6 +37,8 @@ def report_page(result: CrossCheck, pictures: Pictures) -> str:
         agreement=agreement,
         is_the_papers=plan.is_the_papers(result.arm),
         answers=answers(agreement, result.arm),
+        maps=entry_maps(agreement.entries),
+        wrong=wrong_entries(agreement.entries),
         questions=QUESTIONS,
         quantities=QUANTITIES,
         cells=found,

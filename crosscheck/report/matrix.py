@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from crosscheck.findings import Finding, Verdict
+from crosscheck.registry import reference_model
 from crosscheck.report.words import counted
 
 WORST_FIRST: tuple[Verdict, ...] = ("failed", "differ", "unfinished", "unresolved", "agree")
@@ -24,8 +25,9 @@ FORMS = ("form-states", "form")  # of the paper's equations, which are measured 
 class MatrixCell:
     """What all checks between two models, or of a model against something else, come to.
 
-    verdict: ``measured`` of two models that are only measured; digits: per family, those that its
-    worst relative difference leaves in common.
+    verdict: of a form of the paper, which is only measured, whether it is within what the reference
+    model is allowed at the same states; ``measured`` where that is not known; digits: per family,
+    those that its worst relative difference leaves in common.
     """
 
     left: str
@@ -49,7 +51,7 @@ def cells(findings: Sequence[Finding]) -> list[MatrixCell]:
             ends = (finding.left, finding.right)
             left, right = sorted(ends) if between else ends
             pairs.setdefault((left, right, between), []).append(finding)
-    found = [_cell(pair, checks) for pair, checks in pairs.items()]
+    found = [_cell(pair, checks, findings) for pair, checks in pairs.items()]
     return sorted(found, key=lambda cell: not cell.between_models)
 
 
@@ -66,9 +68,14 @@ def folded(found: Sequence[MatrixCell]) -> list[MatrixCell]:
     return alone
 
 
-def _cell(pair: tuple[str, str, bool], found: list[Finding]) -> MatrixCell:
+def _cell(
+    pair: tuple[str, str, bool], found: list[Finding], everything: Sequence[Finding]
+) -> MatrixCell:
     judged = [check.verdict for check in found if check.kind == "check"]
-    verdict: Verdict = min(judged, key=WORST_FIRST.index, default="measured")
+    beyond = [is_beyond(f, everything) for f in found if f.kind == "measurement"]
+    known = [far for far in beyond if far is not None]
+    measured: Verdict = "measured" if not known else "differ" if any(known) else "agree"
+    verdict: Verdict = min(judged, key=WORST_FIRST.index, default=measured)
     worst: dict[str, float] = {}
     for check in found:
         family = FAMILIES.get(check.about.key.family)
@@ -76,6 +83,28 @@ def _cell(pair: tuple[str, str, bool], found: list[Finding]) -> MatrixCell:
             worst[family] = max(worst.get(family, 0.0), check.relative)
     common = {name: digits(value) for name, value in worst.items()}
     return MatrixCell(*pair, verdict, len(judged), common)
+
+
+def is_beyond(finding: Finding, everything: Sequence[Finding]) -> bool | None:
+    """Whether a measured difference at states is beyond what the reference model is allowed there.
+
+    None where no such check says what is allowed.
+    """
+    key = finding.about.key
+    if key.family not in ("states", FORMS[0]):
+        return None
+    allowed = [
+        f.tolerance
+        for f in everything
+        if f.kind == "check"
+        and (f.about.key.family, f.about.key.case) == ("states", key.case)
+        and f.quantity == finding.quantity
+        and reference_model() in (f.left, f.right)
+        and f.tolerance is not None
+    ]
+    if not allowed:
+        return None
+    return finding.measured is None or finding.measured > max(allowed)
 
 
 def groups(found: Sequence[MatrixCell]) -> list[list[str]]:

@@ -6,7 +6,7 @@ from functools import cache
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from crosscheck.report.words import counted, in_words, number, tally
+from crosscheck.report.words import counted, in_words, number, percent, tally
 
 
 @cache
@@ -23,7 +23,13 @@ def templates(package: str = "crosscheck.report", lean: bool = False) -> Environ
         trim_blocks=lean,
         lstrip_blocks=lean,
     )
-    made.filters |= {"number": number, "counted": counted, "in_words": in_words, "tally": tally}
+    made.filters |= {
+        "number": number,
+        "counted": counted,
+        "in_words": in_words,
+        "tally": tally,
+        "percent": percent,
+    }
     return made
 
 

@@ -27,13 +27,15 @@ COLOURS = {
 
 
 def print_answers(agreement: Agreement, arm: Arm) -> None:
-    """Print the three questions with their answers, a line each, then all checks as a table."""
+    """Print the verdict, the three questions with their answers, all checks, the verdict again."""
     found = answers(agreement, arm)
+    print(printable(found.verdict))
     texts = found.equations, found.rigid, found.trust
     for question, answer in zip(QUESTIONS, texts, strict=True):
         print(printable(f"{question} {answer}"))
     print()
     print_agreement(agreement)
+    print(printable(found.verdict))
 
 
 def print_agreement(agreement: Agreement) -> None:
@@ -42,7 +44,9 @@ def print_agreement(agreement: Agreement) -> None:
     for cell in folded(cells(agreement.findings)):
         digits = ", ".join(f"{value:.1f} {family}" for family, value in cell.digits.items())
         verdict = Text(cell.verdict, COLOURS[cell.verdict])
-        table.add_row(Text(cell.left), Text(cell.right), verdict, str(cell.checks), digits)
+        table.add_row(
+            Text(cell.left), Text(cell.right), verdict, str(cell.checks or "no limit"), digits
+        )
     console = Console()
     console.print(table)
     for finding in agreement.disagreeing:

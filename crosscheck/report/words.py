@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from crosscheck.findings import Agreement, Finding
 
 
@@ -38,6 +40,24 @@ def outcome(finding: Finding) -> str:
     if finding.verdict == "unresolved":
         said = f"the uncertainty itself, {allowed}, exceeds the acceptance limit ({measured})"
     return "; ".join(filter(None, (said, finding.note)))
+
+
+def rounded(value: float, digits: int = 2) -> str:
+    """A number of so many digits, written without an exponent where people would."""
+    return f"{float(f'{value:.{digits}g}'):.15g}" if math.isfinite(value) else "no number"
+
+
+def percent(relative: float) -> str:
+    """A relative difference in per cent, two digits."""
+    return f"{rounded(100 * relative)} %" if math.isfinite(relative) else "no number"
+
+
+def length(metres: float) -> str:
+    """A length of three digits in m, mm or µm."""
+    for unit, size in (("m", 1.0), ("mm", 1e-3)):
+        if abs(metres) >= (size if size == 1.0 else 1e-2 * size):
+            return f"{rounded(metres / size, 3)} {unit}"
+    return f"{rounded(1e6 * metres, 3)} µm"
 
 
 def number(value: float | None) -> str:

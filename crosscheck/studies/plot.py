@@ -30,7 +30,6 @@ STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "text.parse_math": False,  # words of files are no formulas
 }
 WIDTH, HEIGHT = 6.4, 3.6  # inches of a drawing
 DPI = 140
@@ -62,19 +61,25 @@ def picture(quantities: list[str], result: Opened) -> bytes:
 
 def drawn(result: xr.Dataset, names: Sequence[str]) -> bytes:
     """PNG content: a drawing for each quantity, and for each joint of it."""
+    stream = io.BytesIO()
+    with mpl.rc_context(STYLE):
+        figure = study_figure(result, names)
+        figure.savefig(stream, format="png", dpi=DPI, metadata={"Software": "geararm-crosscheck"})
+    return stream.getvalue()
+
+
+def study_figure(result: xr.Dataset, names: Sequence[str]) -> Figure:
+    """The figure with a drawing for each quantity, and for each joint of it."""
     panels = list[xr.DataArray]()
     for values in (result[name] for name in names):
         joints = values["joint"].values if "joint" in values.dims else ()
         panels += [values.sel(joint=joint) for joint in joints] or [values]
     rows = len(panels)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, HEIGHT * rows), layout="constrained")
-        places = figure.subplots(rows, 1, squeeze=False)[:, 0]
-        for axes, values in zip(places, panels, strict=True):
-            _draw(axes, values)
-        stream = io.BytesIO()
-        figure.savefig(stream, format="png", dpi=DPI, metadata={"Software": "geararm-crosscheck"})
-    return stream.getvalue()
+    figure = Figure(figsize=(WIDTH, HEIGHT * rows), layout="constrained")
+    places = figure.subplots(rows, 1, squeeze=False)[:, 0]
+    for axes, values in zip(places, panels, strict=True):
+        _draw(axes, values)
+    return figure
 
 
 def _draw(axes: Axes, values: xr.DataArray) -> None:
@@ -104,7 +109,9 @@ def _labelled(values: xr.DataArray) -> str:
 
 
 def _cut(text: str) -> str:
-    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+    """A text of a file as a label: not too long, and no formula, whatever signs it has."""
+    short = text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+    return short.replace("$", r"\$")
 
 
 def _repeats(values: xr.DataArray, *own: str) -> np.ndarray:
@@ -196,7 +203,7 @@ def _map(axes: Axes, values: xr.DataArray, own: Sequence[str]) -> None:
     axes.set_xlabel(_labelled(part[across]))
     axes.set_ylabel(_labelled(part[down]))
     if fixed:
-        rest = ", ".join(f"{name} = {values[name].values[0]}" for name in fixed)
+        rest = ", ".join(_cut(f"{name} = {values[name].values[0]}") for name in fixed)
         axes.set_title(f"{_about(values)}; {rest}", fontsize=9)
     bar = axes.figure.colorbar(colours, ax=axes)
     bar.set_label(_labelled(values))

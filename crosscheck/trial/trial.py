@@ -100,13 +100,13 @@ class Trial:
 
     cross_check: what was found, as a baseline records it. level: the rigid level that they are,
     or are closest to; '' of geared ones. apart: by part, how far each entry is from the
-    reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,). wrong:
-    the entries that are not right. hidden: entries that are right here, and not on ``probes``,
-    other arms that were asked too. unfollowed: numbers of the arm's file that the equations do not
-    follow, which these arms keep. left_out: names of all such numbers, errors or not. point_masses:
-    inertias of links that the equations leave out and that are next to nothing: judged as 0.
-    missing: parts that were not supplied. misread: parts that units
-    or the order of numbers explain. traces: of parts that raised.
+    reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,); allowed:
+    by part, what of it is no error. wrong: the entries that are not right. hidden: entries that
+    are right here, and not on ``probes``, other arms that were asked too. unfollowed: numbers of
+    the arm's file that the equations do not follow, which these arms keep. left_out: names of all
+    such numbers, errors or not. point_masses: inertias of links that the equations leave out and
+    that are next to nothing: judged as 0. missing: parts that were not supplied. misread: parts
+    that units or the order of numbers explain. traces: of parts that raised.
     """
 
     problem: VerificationProblem
@@ -114,6 +114,7 @@ class Trial:
     level: str
     rungs: tuple[Rung, ...]
     apart: dict[str, np.ndarray]
+    allowed: dict[str, float]
     wrong: tuple[Wrong, ...]
     hidden: tuple[Wrong, ...]
     unfollowed: tuple[Unfollowed, ...]
@@ -276,6 +277,7 @@ def _judged(
         level=level,
         rungs=tuple(rungs),
         apart=here.apart,
+        allowed={quantity: here.sizes.tolerance(quantity) for quantity in here.apart},
         wrong=tuple(wrong for wrong in diagnosis.wrong if not wrong.shown_on),
         hidden=tuple(wrong for wrong in diagnosis.wrong if wrong.shown_on),
         unfollowed=tuple(each for each in diagnosis.unfollowed if each.parts),

@@ -8,10 +8,20 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.analytic.paper.mesh_frequency import (
+    ANGLE,
+    OMEGA_T,
+    mesh_phase,
+    ring_mesh_rate,
+    sun_mesh_rate,
+)
+from crosscheck.analytic.paper.mesh_phasing import mesh_phases
+from crosscheck.analytic.paper.tooth_error import whole_error
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.report.plots.scheme import described
 from crosscheck.view.gears import assembly, close_up, gear_angles, outline
-from crosscheck.view.mesh_geometry import SIDES, mesh_geometry
+from crosscheck.view.mesh_geometry import SIDES, Side, mesh_geometry
 from crosscheck.view.trajectory_file import Run
 
 MOST_FRAMES = 20_000  # of the longest run; of more records every second, third, ... is shown
@@ -21,9 +31,8 @@ MESHES = {"sun": ("x_sp", "F_sp"), "ring": ("x_pr", "F_pr")}
 def scene(run: Run) -> dict[str, Any]:
     """What the page's script draws: lengths in m, angles in rad, numbers as base64 of float32."""
     every = -(-run.time.size // MOST_FRAMES)
-    shown = Run(
-        run.model, run.arm, run.time[::every], {n: v[::every] for n, v in run.signals.items()}
-    )
+    signals = {name: values[::every] for name, values in run.signals.items()}
+    shown = run._replace(time=run.time[::every], signals=signals)
     return {
         "name": run.arm.name,
         "model": run.model,
@@ -84,7 +93,8 @@ def _meshes(run: Run, place: int, joint: Planetary) -> Iterator[tuple[str, dict[
         x, force = (_of_planets(run, name, place, joint) for name in names)
         if x is None or force is None:
             continue
-        near = close_up(joint, side, float(np.abs(x).max()))
+        gap = x[:, 0] - first_tooth_error(run, place, joint, side)
+        near = close_up(joint, side, float(np.abs(gap).max()))
         mesh = joint.sun_mesh if side == "sun" else joint.ring_mesh
         yield (
             side,
@@ -96,10 +106,26 @@ def _meshes(run: Run, place: int, joint: Planetary) -> Iterator[tuple[str, dict[
                 "turn_per_m": near.turn_per_m,
                 "half_clearance_m": mesh.of_planet(0).backlash_m,
                 "module_m": joint.module_m,
-                "x": packed(x[:, 0]),
+                "gap": packed(gap),
                 "force": packed(force[:, 0]),
             },
         )
+
+
+def first_tooth_error(run: Run, place: int, joint: Planetary, side: Side) -> np.ndarray:
+    """Tooth error e [m] of the first planet's mesh with sun or ring during a run, (times,)."""
+    geometry, laws = stage_geometry(joint), run.laws
+    sun, ring = mesh_phases(joint, 0)
+    mesh = (joint.sun_mesh if side == "sun" else joint.ring_mesh).of_planet(0)
+    if side == "sun":
+        offset, rate = sun, sun_mesh_rate(joint, geometry)
+    else:
+        offset, rate = ring, ring_mesh_rate(joint, geometry, laws.ring_rate)
+    theta = run.signals["theta"][:, place]
+    rates = run.signals["theta_dot"][:, place] if laws.phase == "omega_t" else np.zeros_like(theta)
+    law = OMEGA_T if laws.phase == "omega_t" else ANGLE
+    phase = mesh_phase(law, rate, offset, run.time, theta, rates)
+    return whole_error(phase, mesh.tooth_error_m, mesh.tooth_error_phase_rad, mesh.static_error_m)
 
 
 def _points(outline: np.ndarray) -> list[list[float]]:

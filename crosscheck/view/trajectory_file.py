@@ -10,24 +10,27 @@ import numpy as np
 from pydantic import ValidationError
 
 from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.trajectory import SCHEMA_VERSION
 from crosscheck.studies.batches.opened import SoundFile, used
 
 LONGEST_ARM = 1_000_000  # characters
-DRAWN = {"theta": 2, "x_sp": 3, "x_pr": 3, "F_sp": 3, "F_pr": 3}  # by dimensions
+DRAWN = {"theta": 2, "theta_dot": 2, "x_sp": 3, "x_pr": 3, "F_sp": 3, "F_pr": 3}  # by dimensions
 
 
 class Run(NamedTuple):
     """A run to be drawn.
 
-    time (times,) [s], equally spaced; signals: theta (times, joints) [rad]; displacements [m]
-    and forces [N] of the meshes (times, joints, planets), where the model has any.
+    time (times,) [s], equally spaced; signals: theta (times, joints) [rad] and theta_dot [rad/s],
+    which the mesh phase by omega_t needs; displacements [m] and forces [N] of the meshes (times,
+    joints, planets), where the model has any; laws: switches of the mesh phase.
     """
 
     model: str
     arm: Arm
     time: np.ndarray
     signals: dict[str, np.ndarray]
+    laws: Switches = switches()
 
 
 def run_of(path: Path) -> Run:
@@ -65,7 +68,19 @@ class TrajectoryFile(SoundFile):
         for name, values in signals.items():
             own = values if values.ndim == 2 else values[:, geared, 0]
             self._require(bool(np.isfinite(own).all()), f"{name} is not finite")
-        return Run(self._text(self.file, "model"), arm, time, signals)
+        laws = self._laws()
+        known = laws.phase == "angle" or "theta_dot" in signals
+        self._require(known, "has no theta_dot, by which its switches count the mesh phase")
+        return Run(self._text(self.file, "model"), arm, time, signals, laws)
+
+    def _laws(self) -> Switches:
+        text = self.file.attrs.get("switches")
+        self._require(isinstance(text, str) and len(text) <= LONGEST_ARM, "has no switches")
+        try:
+            return Switches.model_validate_json(text)
+        except ValidationError as error:
+            self._require(False, f"its switches cannot be used: {first_error(error)}")
+            raise
 
     def _arm(self) -> Arm:
         text = self.file.attrs.get("arm")
@@ -73,7 +88,11 @@ class TrajectoryFile(SoundFile):
         try:
             return Arm.model_validate_json(text)
         except ValidationError as error:
-            first = error.errors()[0]
-            place = ".".join(map(str, first["loc"]))
-            self._require(False, f"its arm cannot be used: {place}: {first['msg']}")
+            self._require(False, f"its arm cannot be used: {first_error(error)}")
             raise
+
+
+def first_error(error: ValidationError) -> str:
+    """The first thing that is wrong with a record: its field, and why."""
+    first = error.errors()[0]
+    return f"{'.'.join(map(str, first['loc']))}: {first['msg']}"

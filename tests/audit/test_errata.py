@@ -20,7 +20,16 @@ from crosscheck.analytic.paper.energies import energies_form, kinetic_energies
 from crosscheck.analytic.paper.printed import printed_form
 from crosscheck.audit.errata import auxiliary, compare, energy, planted, statements, transcript
 from crosscheck.audit.errata import finder as errata
-from crosscheck.audit.errata.erratum import Erratum, ErratumPair, effect_of, simulated
+from crosscheck.audit.errata.erratum import (
+    CLASSES,
+    Effect,
+    Erratum,
+    ErratumPair,
+    SimulatedErratum,
+    effect_of,
+    simulated,
+)
+from crosscheck.audit.errata.lines import errata_lines
 from crosscheck.audit.errata.words import WORDS, notes, told
 from crosscheck.audit.measures.stage import paper_stage, without_backlash
 from crosscheck.models.arm.meshes import with_meshes
@@ -287,3 +296,20 @@ def test_every_simulated_effect_is_resolved(found):
             # 1e-9 N: hundredfold the rounding of forces of 1e4 N.
             assert effect.mesh_force_N > 1e-9, erratum.id
     assert torque.duration_s == errata.EFFECT_S
+
+
+def test_the_terminal_has_the_count_first_and_formulas_whole_in_80_columns():
+    right = "J_r2*dtheta_1**2/2 + 3*I_p2*(dtheta_1 - dtheta_p2)**2/2 + M_s2*r_s2**2*dtheta_1**2/2"
+    effect = Effect(theta_rad=2.1e-3, mesh_force_N=0.5, impulse_N_s=1.25e-3)
+    one = Erratum("e", where="Eq. 18", printed="0", derived=right, size=5000.0, unit="N [rad]")
+    read = replace(one, id="n", kind="notation", where="Fig. 5", remark="word " * 40)
+    found = [SimulatedErratum(one, {"pd": effect}), SimulatedErratum(read, {})]
+    lines = list(errata_lines(found, "mine", CLASSES[:1]))
+    assert lines[0].startswith("1 error of equations (arm mine)")
+    assert max(map(len, [*lines, *errata_lines(found, "mine", CLASSES)])) < 80
+    words = " ".join(" ".join(lines).split())
+    assert right in words
+    assert "size 5000 N [rad]" in words
+    assert "pd: angle 0.0021 rad, impulse of a mesh 0.0013 N s" in words
+    assert "Fig. 5" not in words
+    assert "Fig. 5" in list(errata_lines(found, "mine", CLASSES))

@@ -23,6 +23,7 @@ from tests.faults.costs import cost_is_right
 from tests.faults.measured import numbers_agree
 from tests.faults.planting import Laws, Seen
 from tests.faults.robots import robots_agree
+from tests.faults.views import VIEW_CHECKS
 from tests.judged import compare_states, energy_over_run, invariants, refined, same_step
 from tests.mixed_arms import MIXED, random_states, scenario
 
@@ -263,6 +264,7 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "robots": robots_agree,
     "cost": cost_is_right,
     "measured": numbers_agree,
+    **VIEW_CHECKS,
 }
 # These need compiled functions, or have none.
-COMPILED = ("refined", "bits", "fused", "robots", "cost", "measured")
+COMPILED = ("refined", "bits", "fused", "robots", "cost", "measured", *VIEW_CHECKS)

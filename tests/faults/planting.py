@@ -23,7 +23,6 @@ import pytest
 from jinja2 import ChoiceLoader, DictLoader
 
 from crosscheck.registry import model_class
-from crosscheck.report.rendering import templates
 from tests.faults import kernels
 from tests.faults.kernels import Kernel
 
@@ -43,9 +42,10 @@ Laws = tuple[tuple[str, str], ...]
 class Seen:
     """By what and where a fault is seen.
 
-    model: which has the fault. check: one of ``checks.CHECKS``, of a quantity where it has several.
-    against: the model that is compared with. arm: a built-in one, or one that the check has. drive:
-    one of ``checks.DRIVES``. kernel: of analytic:physical's runs. laws: switches by name.
+    model: which has the fault, if one has. check: one of ``checks.CHECKS``, of a quantity where it
+    has several. against: the model that is compared with. arm: a built-in one, or one that the
+    check has. drive: one of ``checks.DRIVES``. kernel: of analytic:physical's runs. laws: switches
+    by name.
     """
 
     model: str
@@ -90,12 +90,12 @@ def _seen(laws: Mapping[str, str] | None = None, **more: Any) -> Seen:
 def plant(patch: pytest.MonkeyPatch, place: str, old: str, new: str) -> None:
     """``old``, of which there is one, becomes ``new`` in a function or a text.
 
-    place: ``module:name`` or ``module:owner.name``, of a class or of a table by key, or
-    ``crosscheck.template:name`` of a page.
+    place: ``module:name`` or ``module:owner.name``, of a class or of a table by key; or
+    ``module:file.j2``, a template of the module that fills them in.
     """
     module_name, name = place.split(":")
-    if module_name == "crosscheck.template":
-        _plant_in_template(patch, f"{name}.html.j2", old, new)
+    if name.endswith(".j2"):
+        _plant_in_template(patch, import_module(module_name), name, old, new)
         return
     module = import_module(module_name)
     owner, _, attribute = name.rpartition(".")
@@ -115,14 +115,18 @@ def plant(patch: pytest.MonkeyPatch, place: str, old: str, new: str) -> None:
     changed = _changed(inspect.unwrap(original), module, owner, old, new)
     patch.setattr(holder, attribute, changed)  # of a plug-in, too
     if not owner:
-        _rebind(patch, [(original, changed)])
+        _rebind(patch, [(original, changed)], ("crosscheck",))
 
 
-def _plant_in_template(patch: pytest.MonkeyPatch, name: str, old: str, new: str) -> None:
-    environment = templates()
-    text, *_ = environment.loader.get_source(environment, name)
-    changed = DictLoader({name: _replaced(text, name, old, new)})
-    patch.setattr(environment, "loader", ChoiceLoader([changed, environment.loader]))
+def _plant_in_template(
+    patch: pytest.MonkeyPatch, module: ModuleType, name: str, old: str, new: str
+) -> None:
+    """The module's templates with one changed."""
+    usual = module.templates()
+    source, _, _ = usual.loader.get_source(usual, name)
+    changed = DictLoader({name: _replaced(source, name, old, new)})
+    harmed = usual.overlay(loader=ChoiceLoader([changed, usual.loader]), cache_size=50)
+    patch.setattr(module, "templates", lambda: harmed)
 
 
 def _replaced(text: str, place: str, old: str, new: str) -> str:
@@ -142,10 +146,14 @@ def _changed(
     return names[function.__name__]
 
 
-def _rebind(patch: pytest.MonkeyPatch, changes: Sequence[tuple[object, object]]) -> None:
-    """Put what is changed wherever the program has imported the original."""
+def _rebind(
+    patch: pytest.MonkeyPatch,
+    changes: Sequence[tuple[object, object]],
+    packages: tuple[str, ...] = ("crosscheck.analytic", "crosscheck.models"),
+) -> None:
+    """Put what is changed wherever these packages have imported the original."""
     changed = {id(original): new for original, new in changes}
-    for module in _modules(("crosscheck",)):
+    for module in _modules(packages):
         for name, value in list(vars(module).items()):
             if id(value) in changed:
                 patch.setattr(module, name, changed[id(value)])

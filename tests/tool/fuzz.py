@@ -218,7 +218,7 @@ KNOWN = {
     "validate": ("--quick", "--jobs", "--seed", "--json", "--junit"),
     "baseline accept": ("--quick", "--jobs", "--dir", "--junit"),
     "baseline check": ("--quick", "--jobs", "--dir", "--junit"),
-    "errata": ("--json",),
+    "errata": ("--json", "--out"),
     "show": (),
 }
 

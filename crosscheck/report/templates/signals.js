@@ -63,7 +63,11 @@
       },
       scales: { x: { time: false } },
       axes: [
-        Object.assign({ label: "time [s]", size: 44 }, axis),
+        Object.assign({ label: "time [s]", size: 44, space: 80, values: function (u, ticks, place, space, step) {
+          var decimals = 0;
+          while (decimals < 15 && Math.abs(step * Math.pow(10, decimals) % 1 - 0.5) < 0.5 - 1e-6) { decimals += 1; }
+          return ticks.map(function (tick) { return tick.toFixed(decimals); });
+        } }, axis),
         Object.assign({ label: unit, size: 76, values: function (u, ticks) {
           return ticks.map(function (tick) { return Number(tick.toPrecision(6)).toString(); });
         } }, axis)

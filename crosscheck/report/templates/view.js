@@ -14,7 +14,7 @@ function show(THREE) {
       joint.sun = numbers(joint.sun);
       joint.planets = joint.planets.map(numbers);
       Object.values(joint.meshes).forEach(function (mesh) {
-        mesh.x = numbers(mesh.x); mesh.force = numbers(mesh.force);
+        mesh.gap = numbers(mesh.gap); mesh.force = numbers(mesh.force);
       });
     }
   });
@@ -140,13 +140,15 @@ function show(THREE) {
     }
     mesh.wheel.forEach(function (tooth) { fill(tooth, colour(chosen[1] === "sun" ? "--line-1" : "--soft")); });
     pen.translate(mesh.centre[0], mesh.centre[1]);
-    pen.rotate(mesh.turn_per_m * mesh.x[i]);
+    pen.rotate(mesh.turn_per_m * mesh.gap[i]);
     pen.translate(-mesh.centre[0], -mesh.centre[1]);
     mesh.planet.forEach(function (tooth) { fill(tooth, colour("--line-2")); });
-    var b = mesh.half_clearance_m, x = mesh.x[i], force = mesh.force[i];
+    var b = mesh.half_clearance_m, gap = mesh.gap[i], force = mesh.force[i], beyond = Math.abs(gap) - b;
     var contact = force > 0 ? "teeth in contact" : force < 0 ? "in contact on the other side" : "contact lost";
-    at("gap").textContent = "x = " + (1e6 * x).toFixed(2) + " µm, half the backlash " + (1e6 * b).toFixed(2) + " µm: " +
-      contact + "; F = " + force.toPrecision(4) + " N. Gap drawn " + mesh.factor.toPrecision(3) + " times larger; rolling and profile error of the teeth are not drawn.";
+    var micro = function (length) { return (1e6 * length).toFixed(2) + " µm"; };
+    at("gap").textContent = "x − e = " + micro(gap) + ", " + (beyond > 0 ? micro(beyond) + " beyond half the backlash of " : "inside half the backlash of ") +
+      micro(b) + ": " + contact + "; F = " + force.toPrecision(4) + " N. x: displacement of the mesh, e: tooth error. Gap drawn " +
+      mesh.factor.toPrecision(3) + " times larger; rolling of the teeth is not drawn.";
   }
 
   // ------------------------------------------------------------------ time

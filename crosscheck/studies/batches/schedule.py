@@ -21,7 +21,7 @@ from queue import SimpleQueue
 from typing import Any, Protocol
 
 from crosscheck import __version__
-from crosscheck.models.errors import InputError, Unfinished
+from crosscheck.models.errors import InputError, Unfinished, install_extra
 from crosscheck.provenance import version
 from crosscheck.registry import MODELS, reference_model, second_engine
 from crosscheck.runner.outcomes import DIED, Failure
@@ -169,7 +169,7 @@ def cluster(address: str) -> Iterator[Place]:
     try:
         import distributed
     except ImportError:
-        allowed = "needs Dask: pip install 'geararm-crosscheck[dask]'"
+        allowed = f"needs Dask: {install_extra('dask')}"
         raise InputError("--scheduler", "", address, allowed) from None
     # Dask's own remarks would stand between the lines of the progress.
     for name in [*logging.root.manager.loggerDict, "tornado", "asyncio"]:

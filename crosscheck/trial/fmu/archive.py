@@ -18,7 +18,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import InputError, describe_error
+from crosscheck.models.errors import InputError, describe_error, install_extra
 from crosscheck.models.files import read_toml
 from crosscheck.models.inputs import input_content
 from crosscheck.models.loading import validated
@@ -37,7 +37,7 @@ BINARIES = {
     ("Darwin", "arm64"): ("aarch64-darwin", "darwin64"),
 }
 LIBRARIES = (".so", ".dylib")
-EXTRA = "needs FMPy: pip install 'geararm-crosscheck[fmu]'"
+EXTRA = f"needs FMPy: {install_extra('fmu')}"
 LONGEST = 200  # characters of a name that is looked at
 Variables = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST)]
 

@@ -1,0 +1,83 @@
+"""A quantity entry by entry: a tick where it agrees, else how far it is off in per cent."""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from crosscheck.findings import EntryDifferences
+from crosscheck.registry import MODELS
+from crosscheck.report.words import percent
+
+TICK = "\N{CHECK MARK}"
+DECADES = (1e-6, 1e-4, 1e-2)  # of relative differences, between the shades of a cell
+MANY = 8  # columns whose names are written upwards
+
+
+@dataclass(frozen=True)
+class HeatCell:
+    """A cell: its text, and its shade from 0 for an entry that agrees to 4 for 1 % and more."""
+
+    text: str
+    shade: int
+
+
+@dataclass(frozen=True)
+class HeatMap:
+    """A table of entries with the names of its rows and columns; no column names for a vector."""
+
+    title: str
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    cells: tuple[tuple[HeatCell, ...], ...]
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether its columns are too many for names beside each other."""
+        return len(self.columns) > MANY
+
+    @property
+    def described(self) -> str:
+        """The map in a phrase, for those who cannot see it."""
+        cells = [cell for row in self.cells for cell in row]
+        wrong = sum(cell.shade > 0 for cell in cells)
+        return f"{self.title}: {wrong} of {len(cells)} entries differ"
+
+
+def heat_map(
+    title: str,
+    rows: Sequence[str],
+    columns: Sequence[str],
+    relative: Sequence[Sequence[float]],
+    tolerance: float,
+) -> HeatMap:
+    """The map of relative differences, by row and column, of which a tolerance is allowed."""
+    cells = tuple(tuple(heat_cell(value, tolerance) for value in row) for row in relative)
+    return HeatMap(title, tuple(rows), tuple(columns), cells)
+
+
+def heat_cell(value: float, tolerance: float) -> HeatCell:
+    """The cell of a relative difference; what is no number differs."""
+    if value <= tolerance:
+        return HeatCell(TICK, 0)
+    return HeatCell(percent(value), 1 + bisect.bisect_right(DECADES, value))
+
+
+def entry_maps(entries: Sequence[EntryDifferences]) -> list[HeatMap]:
+    """M of the printed equations beside the corrected ones; of arms without, M of the latter."""
+    masses = {each.model: each for each in entries if each.quantity == "mass_matrix"}
+    forms = [name for name in masses if MODELS[name].role == "form"]
+    shown = [name for name in masses if name not in forms[:-1]]
+    titles = dict.fromkeys(forms, "mass matrix, as printed")
+    other = "mass matrix, corrected" if forms else "mass matrix"
+    return [
+        heat_map(
+            titles.get(name, other),
+            masses[name].coordinates,
+            masses[name].coordinates,
+            masses[name].relative,
+            masses[name].tolerance,
+        )
+        for name in shown
+    ]
