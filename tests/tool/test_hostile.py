@@ -31,7 +31,7 @@ from tests.tool.hostile import PIECES, place_damaged
 from tests.warm import import_all
 
 MOST_LINES, WITHIN_S, MEMORY = 6, 100.0, 6_000_000_000
-COUNT = DRAWS if DRAWS != SAMPLE else 2  # of a command in the suite, which has not much time
+COUNT = DRAWS if DRAWS != SAMPLE else 1  # of a command in the suite, which has not much time
 ROBOT = ["sliding.toml", "sliding.urdf"]
 OWN_ROBOT = """
 import numpy as np
