@@ -43,6 +43,7 @@ def test_runs_are_those_of_the_second_program():
 def test_every_view_says_the_same_numbers(kind):
     found, right = measured(kind)
     assert list(guards.wrong_lines(found)) == []
-    assert list(guards.wrong_page(found)) == []
+    if kind != RIGHT:  # whose page has no other table
+        assert list(guards.wrong_page(found)) == []
     if kind != RUBBING:
         assert list(guards.wrong_pictures(found, right)) == []
