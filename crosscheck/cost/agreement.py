@@ -212,7 +212,8 @@ def _measured(
         held = held + (_pushes(robot, states) / diagonal[:, free:]).sum(axis=1)
     reach = sum(float(np.linalg.norm(joint.placement.position)) for joint in robot.joints)
     reach += float(np.linalg.norm(robot.frames[robot.tip].placement.position))
-    reach += float(np.abs(states.q).max()) * (len(turning) - sum(turning))
+    sliding = np.flatnonzero(~np.array(turning))
+    reach += float(np.abs(states.q[:, sliding]).max(axis=0).sum())
     apart = {name: np.abs(one[name] - other[name]) for name in QUANTITIES}
     moved = np.abs(scale["run"] - states.q[:RUNS])
     farthest = reach + max(float(np.linalg.norm(body.com)) for body in robot.bodies)

@@ -19,6 +19,7 @@ from crosscheck.registry import MODELS, build
 from tests import planet_laws
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.bits import fused_as_written, same_bits
+from tests.faults.costs import cost_is_right
 from tests.faults.planting import Laws, Seen
 from tests.faults.robots import robots_agree
 from tests.judged import compare_states, energy_over_run, invariants, refined, same_step
@@ -259,5 +260,6 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "bits": same_bits,
     "fused": fused_as_written,
     "robots": robots_agree,
+    "cost": cost_is_right,
 }
-COMPILED = ("refined", "bits", "fused", "robots")  # need compiled functions, or have none
+COMPILED = ("refined", "bits", "fused", "robots", "cost")  # need compiled functions, or have none

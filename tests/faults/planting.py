@@ -20,8 +20,10 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from jinja2 import ChoiceLoader, DictLoader
 
 from crosscheck.registry import model_class
+from crosscheck.report.rendering import templates
 from tests.faults import kernels
 from tests.faults.kernels import Kernel
 
@@ -88,9 +90,13 @@ def _seen(laws: Mapping[str, str] | None = None, **more: Any) -> Seen:
 def plant(patch: pytest.MonkeyPatch, place: str, old: str, new: str) -> None:
     """``old``, of which there is one, becomes ``new`` in a function or a text.
 
-    place: ``module:name`` or ``module:owner.name``, of a class or of a table by key.
+    place: ``module:name`` or ``module:owner.name``, of a class or of a table by key, or
+    ``crosscheck.template:name`` of a page.
     """
     module_name, name = place.split(":")
+    if module_name == "crosscheck.template":
+        _plant_in_template(patch, f"{name}.html.j2", old, new)
+        return
     module = import_module(module_name)
     owner, _, attribute = name.rpartition(".")
     holder = getattr(module, owner) if owner else module
@@ -106,6 +112,13 @@ def plant(patch: pytest.MonkeyPatch, place: str, old: str, new: str) -> None:
     patch.setattr(holder, attribute, changed)  # of a plug-in, too
     if not owner:
         _rebind(patch, [(original, changed)])
+
+
+def _plant_in_template(patch: pytest.MonkeyPatch, name: str, old: str, new: str) -> None:
+    environment = templates()
+    text, *_ = environment.loader.get_source(environment, name)
+    changed = DictLoader({name: _replaced(text, name, old, new)})
+    patch.setattr(environment, "loader", ChoiceLoader([changed, environment.loader]))
 
 
 def _replaced(text: str, place: str, old: str, new: str) -> str:
@@ -128,7 +141,7 @@ def _changed(
 def _rebind(patch: pytest.MonkeyPatch, changes: Sequence[tuple[object, object]]) -> None:
     """Put what is changed wherever the models have imported the original."""
     changed = {id(original): new for original, new in changes}
-    for module in _modules(("crosscheck.analytic", "crosscheck.models")):
+    for module in _modules(("crosscheck.analytic", "crosscheck.models", "crosscheck.cost")):
         for name, value in list(vars(module).items()):
             if id(value) in changed:
                 patch.setattr(module, name, changed[id(value)])

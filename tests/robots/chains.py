@@ -148,13 +148,13 @@ def advanced(
     return q, v
 
 
-def random_chain(seed: int) -> Robot:
-    """1 to 7 joints of any kind and axis; fixed links, branches, mimics, rotors, stages."""
+def random_chain(seed: int, most_joints: int = 7) -> Robot:
+    """1 or more joints of any kind and axis; fixed links, branches, mimics, rotors, stages."""
     draw, meshed, staged = random.Random(seed), random.Random(-seed), random.Random(str(seed))
     parts, names, leading = [link("ground", Solid(com=(0.1, 0.2, 0.3)))], ["ground"], []
     transmissions: dict[str, Any] = {}
     sliding: dict[str, bool] = {}
-    for number in range(draw.randint(1, 7)):
+    for number in range(draw.randint(1, most_joints)):
         name, kind = f"j{number}", draw.choice(("revolute", "continuous", "prismatic"))
         sliding[name] = kind == "prismatic"
         parent = names[-1] if draw.random() < 0.8 else draw.choice(names)

@@ -1,27 +1,22 @@
-"""What is wrong with a cost: its record beside a second program, its views beside the record."""
+"""What is wrong with the numbers of a cost: they are held against those of a second program."""
 
-import html
-import json
-import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import pytest
 
-from crosscheck.cost import agreement, cost
-from crosscheck.cost.cost import QUICK, Cost, cost_of
-from crosscheck.cost.motion import GRID, excitation
-from crosscheck.cost.output import cost_json, cost_page, first_lines, lines, torque_figure
+from crosscheck.cost import cost, motion
+from crosscheck.cost.cost import QUICK, Cost
 from crosscheck.models.robot.robot import Robot
 from tests.robots import chains
 from tests.robots.chains import Solid, geared, joint, link, planetary, teeth, urdf
-from tests.robots.recomputed import RobotFiles, SecondCost
+from tests.robots.recomputed import Lagrangian, RobotFiles, SecondCost
 
-EXTENT = replace(QUICK, states=2, instants=100, runs=3, steps=20, most_steps=150)
-SAME = 1e-8  # of a size: rounding of slopes and runs of 20 steps
+EXTENT = replace(QUICK, states=2, instants=60, runs=3, steps=8, most_steps=60)
+SAME = 1e-8  # of a size: rounding of slopes and of runs
 PRINTED = 6e-3  # of a number of three digits; of two it is ten times as much
 UNLIKE = Solid(1.7, (0.11, -0.04, 0.07), (0.03, 0.004, -0.006, 0.05, 0.002, 0.06), (0.3, -0.2, 0.5))
 
@@ -42,13 +37,13 @@ OBLIQUE = RobotFiles(
         link("tool"),
         joint(
             *("one", "ground", "a", "revolute", (0.2, 0.3, 0.9), (0.1, 0.2, 0.3), (0.1, 0.2, 0.4)),
-            more=_limit(-0.6, 1.7, 1.1, 19),
+            more=_limit(-0.6, 1.7, 1.1, 9),
         ),
         joint("two", "a", "b", "continuous", (1, 0.1, 0), (0.3, 0.0, 0.1), (0.5, -0.4, 0.7)),
         joint("fixed", "b", "plate", "fixed", at=(0.1, 0.1, 0.0), rpy=(0.2, 0.6, -0.3)),
         joint(
             *("three", "plate", "c", "prismatic", (0.6, 0, 0.8), (0.2, 0.1, 0.2), (1, 0.3, 0.2)),
-            more=_limit(-0.1, 0.5, 0, 26),
+            more=_limit(-0.1, 0.5, 0, 26) + '<dynamics friction="2"/>',
         ),
         joint(
             *("four", "c", "d", "revolute", (0, 1, 0), (0.1, 0.2, 0.1), (0.4, 0.2, 0.9)),
@@ -60,9 +55,9 @@ OBLIQUE = RobotFiles(
     {
         "one": geared(9.0),
         "two": geared(
-            -7.0, 0.02, stator="plate", rotor_axis=[0.5, 0.5, 0.2], mesh=teeth(0.1, 200.0, 3.0, 1e-3)
+            -7.0, 0.02, stator="plate", rotor_axis=[0.5, 0.5, 0.2], mesh=teeth(0.1, 20.0, 1.0, 1e-3)
         ),
-        "three": geared(30.0, 2e-3, mesh=teeth(0.06, 250.0, 2.0, 2e-3)),
+        "three": geared(30.0, 2e-3, mesh=teeth(0.06, 15.0, 0.5, 2e-3)),
         "four": geared(-12.0, 4e-4),
     },
     (1.0, 2.0, -9.0),
@@ -88,27 +83,31 @@ def robot(name: str) -> Robot:
     return chains.robot(files.urdf, files.joints, gravity_m_per_s2=list(files.gravity))
 
 
-def found_cost(name: str, engines: bool = False) -> Cost:
-    """The program's cost; engines: whether they are compared, too."""
+def found_cost(name: str, runs: int = EXTENT.runs, engines: bool = False) -> Cost:
+    """The program's cost with so many runs; engines: whether they are compared, too."""
     with pytest.MonkeyPatch.context() as patch:
         if not engines:
             patch.setattr(cost, "compared", lambda robot, states: [])
-        return cost_of(robot(name), 3, EXTENT, lambda *doing: None)
+        return cost.cost_of(robot(name), 3, replace(EXTENT, runs=runs), lambda *doing: None)
 
 
 @lru_cache
-def second_cost(name: str, angles: bytes, shape: tuple[int, int], period: float) -> SecondCost:
+def second_cost(
+    name: str, angles: bytes, shape: tuple[int, int], period: float, runs: int
+) -> SecondCost:
     """The second program's, of a motion by its angles."""
     time = period * np.arange(shape[0]) / shape[0]
     q = np.frombuffer(angles).reshape(shape)
-    return SecondCost(FILES[name], time, q, EXTENT.runs, EXTENT.steps)
+    return SecondCost(FILES[name], time, q, runs, EXTENT.steps)
 
 
 def second_of(name: str, found: Cost) -> SecondCost:
     """The second program's cost along the motion of the first."""
     q = found.motion.at(found.time)[0]
     step = float(found.time[1] - found.time[0])
-    return second_cost(name, np.ascontiguousarray(q).tobytes(), q.shape, step * len(found.time))
+    return second_cost(
+        name, np.ascontiguousarray(q).tobytes(), q.shape, step * len(found.time), found.extent.runs
+    )
 
 
 def _off(what: str, first: Any, second: Any, size: float | None = None) -> Iterator[str]:
@@ -122,9 +121,9 @@ def _off(what: str, first: Any, second: Any, size: float | None = None) -> Itera
             yield f"{what}: {one} is {other}"
 
 
-def wrong_numbers(name: str, found: Cost) -> Iterator[str]:
+def wrong_numbers(robot_name: str, found: Cost) -> Iterator[str]:
     """What of the record is not as the second program has it."""
-    second = second_of(name, found)
+    second = second_of(robot_name, found)
     own, size = second.robot, second.largest.max()
     if found.names != tuple(own.free) or found.robot.tip != own.tip:
         yield f"names {found.names}, {found.robot.tip}"
@@ -137,11 +136,11 @@ def wrong_numbers(name: str, found: Cost) -> Iterator[str]:
     for level in ("links", "armature"):
         error = second.error(level)
         yield from _off(f"errors of {level}", found.errors[level], error, size)
-        for column, joint in enumerate(own.free):
-            each, most = told.pop((level, joint)), np.abs(error[:, column]).max()
+        for column, name in enumerate(own.free):
+            each, most = told.pop((level, name)), np.abs(error[:, column]).max()
             rms = np.sqrt((error[:, column] ** 2).mean())
             right = most, rms, most / second.largest[column]
-            yield from _off(f"{level}, {joint}", (each.largest, each.rms, each.share), right)
+            yield from _off(f"{level}, {name}", (each.largest, each.rms, each.share), right)
     tips = {each.level: each.distances for each in found.tips}
     for level, distances in second.distances.items():
         yield from _off(f"tip of {level}", tips.pop(level), distances, 0.1)
@@ -194,7 +193,7 @@ def _not_enough(second: SecondCost, gears: list[str], factor: float) -> Iterator
     def most(factor: float) -> float:
         return float(second.gear_coupling(gears, factor).max())
 
-    if factor and not most(factor) == pytest.approx(0.01, rel=1e-6):
+    if factor and most(factor) != pytest.approx(0.01, rel=1e-6):
         yield f"factor {factor} of {gears}: {most(factor)}"
     beyond = [(factor or 1e-4) * by for by in (1.001, 1.5, 4.0, 20.0)]
     if any(most(each) >= 0.01 for each in beyond):
@@ -214,7 +213,9 @@ def _wrong_meshes(found: Cost, second: SecondCost) -> Iterator[str]:
             *(swings[:, number].min(), swings[:, number].max()),
         )
         numbers = mesh.backlash, mesh.windup, mesh.slowest, mesh.fastest
-        for what, own, other in zip(("play", "wind-up", "slow", "fast"), numbers, right, strict=True):
+        for what, own, other in zip(
+            ("play", "wind-up", "slow", "fast"), numbers, right, strict=True
+        ):
             yield from _off(f"{tooth.name}, {what}", own, other)
         unit = "m" if kinds[tooth.joint] == "prismatic" else "rad"
         if (mesh.joint, mesh.unit) != (tooth.joint, unit):
@@ -226,17 +227,51 @@ def _wrong_meshes(found: Cost, second: SecondCost) -> Iterator[str]:
         if found.geared.distances is not None:
             yield "a run that asks for too many steps"
     else:
-        yield from _off("tip of geared", found.geared.distances, second.geared_distances(steps), 0.1)
+        yield from _off(
+            "tip of geared", found.geared.distances, second.geared_distances(steps), 0.1
+        )
+
+
+def wrong_tip(name: str) -> Iterator[str]:
+    """Whether a robot that is read anew has the end effector that its URDF gives."""
+    told, right = robot.__wrapped__(name).tip, Lagrangian(FILES[name]).tip
+    if told != right:
+        yield f"tip {told}, not {right}"
+
+
+def wrong_limits() -> Iterator[str]:
+    """Whether a motion that reaches, or exceeds, each limit on each side is told so."""
+    own = robot("oblique")
+    still, names = np.zeros((2, 3)), [own.joints[number].name for number in own.coordinates]
+    for column, number in enumerate(own.coordinates):
+        limits = own.joints[number].limits
+        middle = np.array([max(-9.0, limits.lower) + 0.1, min(9.0, limits.upper) - 0.1])
+        for kind, size in (("velocity", limits.velocity), ("effort", limits.effort)):
+            for part, sign in ((1.005, 1), (1.02, 1), (1.02, -1)):
+                asked = still.copy()
+                asked[1, column] = sign * part * min(size, 9e9)
+                q = still + np.where(np.arange(3) == column, middle[:, None], 0.1)
+                v, torques = (asked, still) if kind == "velocity" else (still, asked)
+                told = motion.beyond_limits(own, (q, v, still), torques)
+                line = f"{names[column]}: {kind} of {part * size:.4g} is beyond its limit, {size:g}"
+                if told != ([line] if part > 1.01 and np.isfinite(size) else []):
+                    yield f"{names[column]}, {kind}, {part}: {told}"
+        for row, limit, sign in ((0, limits.lower, -1), (1, limits.upper, 1)):
+            q = still + 0.1
+            q[row, column] = np.clip(limit, -9, 9) + 0.01 * sign
+            told = motion.beyond_limits(own, (q, still, still), still)
+            if told != ([f"{names[column]}: leaves its range"] if np.isfinite(limit) else []):
+                yield f"{names[column]} at {limit}: {told}"
 
 
 def wrong_motion(own: Robot, seed: int) -> Iterator[str]:
     """What of a drawn motion is not as promised: ranges, rates, and the efforts that slow it.
 
-    The joint that is named needs its whole effort, and no other that can bear its weight needs more.
+    The joint that is named needs its whole effort; no other that can bear its weight needs more.
     """
     exact = cost.model_of("analytic", own, "coupled")
-    motion = excitation(exact, seed)
-    q, v, a = motion.at(motion.instants(GRID))
+    drawn = motion.excitation(exact, seed)
+    q, v, a = drawn.at(drawn.instants(motion.GRID))
     torques, held = np.abs(exact.inverse_dynamics(q, v, a)), np.abs(exact.gravity(q))
     used = {}
     for column, number in enumerate(own.coordinates):
@@ -247,13 +282,15 @@ def wrong_motion(own: Robot, seed: int) -> Iterator[str]:
         half = min(half, (upper - lower) / 2)
         swept = np.ptp(q[:, column]) / (0.8 * 2 * half)
         limit = limits.velocity if np.isfinite(limits.velocity) else 1.0
-        rate = np.abs(v[:, column]).max() * motion.period / 4.0 / limit
+        rate = np.abs(v[:, column]).max() * drawn.period / 4.0 / limit
         yield from _off(f"{joint.name}: rate or range", max(swept, rate), 1.0)
-        yield from _off(f"{joint.name}: middle", (q[:, column].max() + q[:, column].min()) / 2, middle, 1)
+        yield from _off(
+            f"{joint.name}: middle", (q[:, column].max() + q[:, column].min()) / 2, middle, 1
+        )
         if held[:, column].max() < limits.effort < np.inf:
             used[joint.name] = torques[:, column].max() / limits.effort
-    named = motion.limited_by
+    named = drawn.limited_by
     if named:
         yield from _off(f"effort of {named}", used.pop(named), 1.0)
-    if (motion.period == 4.0) != (not named) or any(each > 1 + SAME for each in used.values()):
-        yield f"period {motion.period}, limited by {named!r}, efforts {used}"
+    if (drawn.period == 4.0) != (not named) or any(each > 1 + SAME for each in used.values()):
+        yield f"period {drawn.period}, limited by {named!r}, efforts {used}"

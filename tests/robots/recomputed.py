@@ -7,6 +7,7 @@ and accelerations of a motion follow from its angles, which are sums of five sin
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -93,6 +94,12 @@ def _numbers(element: ElementTree.Element | None, key: str, default: str) -> np.
     return np.array([float(word) for word in text.split()])
 
 
+def _part(element: ElementTree.Element, tag: str) -> ElementTree.Element:
+    found = element.find(tag)
+    assert found is not None
+    return found
+
+
 def _about(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Rotations (states, 3, 3) about a unit vector, by Rodrigues' formula."""
     x, y, z = axis
@@ -130,9 +137,11 @@ class Lagrangian:
     def _line(self, joint: ElementTree.Element) -> UrdfLine:
         name, origin, mimic = str(joint.get("name")), joint.find("origin"), joint.find("mimic")
         axis = _numbers(joint.find("axis"), "xyz", "1 0 0")
-        ends = [str(joint.find(end).get("link")) for end in ("parent", "child")]  # type: ignore[union-attr]
+        ends = [_part(joint, end).get("link", "") for end in ("parent", "child")]
         leader = name if mimic is None else str(mimic.get("joint"))
-        factor, offset = (1.0, 0.0) if mimic is None else (mimic.get("multiplier"), mimic.get("offset"))
+        factor, offset = "1", "0"
+        if mimic is not None:
+            factor, offset = mimic.get("multiplier", factor), mimic.get("offset", offset)
         limit = joint.find("limit")
         limits = {} if limit is None else {key: float(text) for key, text in limit.items()}
         return UrdfLine(
@@ -143,8 +152,8 @@ class Lagrangian:
             _numbers(origin, "xyz", "0 0 0"),
             axis / max(np.linalg.norm(axis), 1e-300),
             self.free.index(leader) if leader in self.free else -1,
-            float(factor or 1),
-            float(offset or 0),
+            float(factor),
+            float(offset),
             limits,
         )
 
@@ -154,7 +163,7 @@ class Lagrangian:
             if inertial is not None:
                 (mass,) = _numbers(inertial.find("mass"), "value", "")
                 xx, xy, xz, yy, yz, zz = (
-                    float(inertial.find("inertia").get(key))  # type: ignore[union-attr, arg-type]
+                    float(_part(inertial, "inertia").get(key, ""))
                     for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
                 )
                 own = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -171,7 +180,9 @@ class Lagrangian:
             radius, k = mesh["pinion_base_radius_m"], mesh["stiffness_N_per_m"]
             teeth = ((len(self.teeth), 1 / radius),)
             own = k, k, mesh["damping_N_s_per_m"], mesh["backlash_m"]
-            self.teeth.append(Tooth(f"mesh of {line.name}", line.name, given["ratio"] * radius, *own))
+            self.teeth.append(
+                Tooth(f"mesh of {line.name}", line.name, given["ratio"] * radius, *own)
+            )
         inertia = given["rotor_inertia_kg_m2"]
         self.spins.append(Spin(line.name, inertia, link, axis, line, given["ratio"], teeth))
 
@@ -212,6 +223,13 @@ class Lagrangian:
             depth[line.child] = (steps + moves, line.child if moves else body)
         furthest = max(depth.values(), key=lambda own: own[0])
         return [name for name, own in depth.items() if own == furthest][-1]
+
+    def stretched(self) -> float:
+        """Length of the chain from joint to joint, and on to the tip [m], slides at zero."""
+        frames = self.frames(np.zeros((1, len(self.free))))
+        ends = [self.root, *(line.child for line in self.moving), self.tip]
+        places = [frames[end].position[0] for end in ends]
+        return sum(float(np.linalg.norm(b - a)) for a, b in pairwise(places))
 
     def frames(self, q: np.ndarray) -> dict[str, Frame]:
         """Every link's Frame at states (states, free)."""
@@ -298,7 +316,9 @@ class Lagrangian:
         matrix, rates, weights = self.terms(q, v, level)
         return (matrix @ a[:, :, None])[:, :, 0] + rates + weights
 
-    def accelerations(self, q: np.ndarray, v: np.ndarray, pushes: np.ndarray, level: str) -> np.ndarray:
+    def accelerations(
+        self, q: np.ndarray, v: np.ndarray, pushes: np.ndarray, level: str
+    ) -> np.ndarray:
         """Accelerations (states, n) under generalized forces."""
         matrix, rates, weights = self.terms(q[:, : len(self.free)], v, level)
         return np.linalg.solve(matrix, (pushes - rates - weights)[:, :, None])[:, :, 0]
@@ -382,7 +402,7 @@ class SecondCost:
         """Torques at each half step after each start (2 steps + 1, runs, n)."""
         times = self.starts + np.linspace(0, 1, 2 * steps + 1)[:, None]
         fed = self.robot.torques(self.motion.at(times.ravel()), level)
-        return fed.reshape(*times.shape, -1)
+        return fed.reshape(*times.shape, fed.shape[1])
 
     @cached_property
     def distances(self) -> dict[str, np.ndarray]:
@@ -396,7 +416,7 @@ class SecondCost:
         )
         planned = self.robot.places(self.motion.at(np.tile(self.starts, len(levels)) + 1)[0])
         away = np.linalg.norm(self.robot.places(ends) - planned, axis=1)
-        return dict(zip(levels, away.reshape(len(levels), -1), strict=True))
+        return dict(zip(levels, away.reshape(len(levels), self.runs), strict=True))
 
     def gear_coupling(self, gears: list[str], factor: float) -> np.ndarray:
         """What gears' coupling asks, of the largest torque, their ratios times a factor.
@@ -431,7 +451,7 @@ class SecondCost:
         return [((c.real * a) + (c.imag / SLOPE * v)).sum(axis=1) for c in ahead]
 
     def forces(self) -> np.ndarray:
-        """Force on each mesh (instants, meshes) while its teeth are rigid: d'Alembert on x alone."""
+        """Force on each rigid mesh (instants, meshes), by d'Alembert on its x alone."""
         return self._forces(self.torques["coupled"], self.spin_accelerations)
 
     def _forces(self, torques: np.ndarray, accelerations: list[np.ndarray]) -> np.ndarray:
@@ -466,7 +486,11 @@ class SecondCost:
         stiff = np.array([tooth.stiffest for tooth in self.robot.teeth])
         damped = np.array([tooth.damping for tooth in self.robot.teeth])
         swing = np.sqrt(np.linalg.eigvals(self._inverse * stiff).real.max())
-        return int(np.ceil(max(swing, np.linalg.eigvals(self._inverse * damped).real.max()) / LIMIT_RADIANS))
+        return int(
+            np.ceil(
+                max(swing, np.linalg.eigvals(self._inverse * damped).real.max()) / LIMIT_RADIANS
+            )
+        )
 
     def geared_distances(self, steps: int) -> np.ndarray:
         """Of the tip from the plan where teeth of rotors give way, wound up at the start."""

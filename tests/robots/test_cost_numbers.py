@@ -1,0 +1,136 @@
+"""Every number of `cost` beside a second program's, and every view's beside the record's."""
+
+import json
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from crosscheck.cost import output
+from crosscheck.cost.cost import Cost
+from crosscheck.cost.engines import model_of
+from crosscheck.cost.runs import away
+from crosscheck.models.robot.file import load_robot
+from tests.robots.cost_guard import (
+    FILES,
+    found_cost,
+    robot,
+    wrong_limits,
+    wrong_motion,
+    wrong_numbers,
+    wrong_tip,
+)
+from tests.robots.cost_judge import wrong_condition, wrong_verdicts
+from tests.robots.cost_views import wrong_json, wrong_page, wrong_picture, wrong_terminal
+
+
+@lru_cache
+def found(name: str) -> Cost:
+    """A robot's cost; engines are compared on one of them."""
+    if name == "oblique":
+        return found_cost(name, engines=True)
+    return replace(found_cost(name), agreement=found("oblique").agreement)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_second_program_finds_the_same_numbers(name):
+    assert list(wrong_numbers(name, found(name))) == []
+    assert list(wrong_tip(name)) == []
+
+
+@pytest.mark.parametrize("view", [wrong_terminal, wrong_json, wrong_page, wrong_picture])
+@pytest.mark.parametrize("name", FILES)
+def test_every_view_shows_the_numbers_of_the_record(name, view):
+    assert list(view(found(name))) == []
+
+
+def test_engines_agree_just_within_their_tolerance_and_not_just_beyond():
+    assert list(wrong_verdicts()) == []
+    assert list(wrong_condition()) == []
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_motion_uses_its_ranges_rates_and_efforts_whole(seed):
+    for own in (robot("oblique"), load_robot("six-joint"), load_robot("sliding")):
+        assert list(wrong_motion(own, seed)) == []
+
+
+def test_a_joint_that_cannot_bear_its_weight_slows_no_motion():
+    """Its weight asks for more than its effort on one side alone."""
+    own = robot("oblique")
+    first = own.joints[0]
+    weak = replace(first, limits=replace(first.limits, effort=5.0))
+    unlimited = replace(first, limits=replace(first.limits, effort=np.inf))
+    for joint in (weak, unlimited):
+        assert list(wrong_motion(replace(own, joints=(joint, *own.joints[1:])), 0)) == []
+
+
+def test_where_programs_differ_no_view_tells_a_cost():
+    right = found("oblique")
+    worst = replace(right.agreement[0], measured=2e-3)
+    own = replace(right, agreement=(worst, *right.agreement[1:]))
+    said = list(output.first_lines(own))
+    assert said == [
+        "The programs do not agree on tested, so no cost is given.",
+        "engines differ: mass matrix of links: analytic and pinocchio by 2.0e-03 of its size,"
+        " tolerance 1.0e-10",
+    ]
+    assert not any("N m" in line or "%" in line for line in output.lines(own))
+    data = json.loads(output.cost_json(own))
+    assert (data["answers"], data["engines_agree"]) == (said, False)
+    assert {"shortcuts", "feed_forward", "pairs", "ratios", "geared"}.isdisjoint(data)
+    page = output.cost_page(own)
+    assert said[0] in page
+    assert (page.count("<table>"), page.count("<h2>")) == (1, 2)  # engines, and notes
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "shown"),
+    [
+        (1.11, "m", "1.11 m"),
+        (0.9996, "m", "1 m"),
+        (0.39, "m", "390 mm"),
+        (2.04e-6, "m", "2.04 \u00b5m"),
+        (1e-12, "m", "below 1 nm"),
+        (0.0, "N m", "0 N m"),
+        (12345.0, "N", "12.3 kN"),
+        (4.56e7, "N", "45600 kN"),
+        (-0.0165, "N m", "-16.5 mN m"),
+    ],
+)
+def test_amounts_are_written_as_people_write_them(value, unit, shown):
+    assert output.amount(value, unit) == shown
+
+
+@pytest.mark.parametrize(
+    ("share", "shown"),
+    [
+        *((0.0, "0 %"), (1e-7, "below 0.001 %"), (0.00094, "0.094 %"), (0.018, "1.8 %")),
+        *((0.9949, "99 %"), (1.0, "100 %"), (12.34, "1230 %")),
+    ],
+)
+def test_shares_are_written_in_per_cent(share, shown):
+    assert output.percent(share) == shown
+
+
+@pytest.mark.parametrize(
+    ("difference", "digits"), [(0.0, 15), (3e-16, 15), (2.5e-15, 14), (2e-11, 10)]
+)
+def test_digits_that_programs_share(difference, digits):
+    assert output.digits_of(difference) == digits
+
+
+def test_limits_that_a_motion_exceeds_are_told():
+    assert list(wrong_limits()) == []
+
+
+def test_runs_that_diverge_are_told():
+    model = model_of("analytic", robot("oblique"), "links")
+    ends = np.array([[np.inf, 0.0, 0.0], [0.1, 0.2, 0.3]])
+    plan = np.tile(model.tip(ends[1:]) - [0.0, 0.0, 2.0], (2, 1))
+    assert away(model, ends, plan) == pytest.approx([np.inf, 2.0])
+    lost = np.array([0.1, np.inf, 0.3])
+    assert output.off_words(lost) == "300 mm off (median of 3 runs, 1 of them diverge)"
+    assert output.off_words(np.array([0.1, np.inf, np.inf])) == "lost: 2 of 3 runs diverge"
+    assert output.length(np.inf) == "diverged"
