@@ -128,7 +128,8 @@ def test_limits_that_a_motion_exceeds_are_told():
 def test_runs_that_diverge_are_told():
     model = model_of("analytic", robot("oblique"), "links")
     ends = np.array([[np.inf, 0.0, 0.0], [0.1, 0.2, 0.3]])
-    assert away(model, ends, model.tip(ends[1:]) - [0.0, 0.0, 2.0]).tolist() == [np.inf, 2.0]
+    plan = np.tile(model.tip(ends[1:]) - [0.0, 0.0, 2.0], (2, 1))
+    assert away(model, ends, plan) == pytest.approx([np.inf, 2.0])
     lost = np.array([0.1, np.inf, 0.3])
     assert output.off_words(lost) == "300 mm off (median of 3 runs, 1 of them diverge)"
     assert output.off_words(np.array([0.1, np.inf, np.inf])) == "lost: 2 of 3 runs diverge"
