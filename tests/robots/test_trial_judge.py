@@ -65,7 +65,9 @@ def test_an_entry_differs_just_beyond_its_tolerance(two, part):
     above = try_equations(planted(part, ABOVE), two)
     assert verdicts(above)[part] == {"differ"}
     place = "M[j1, j2]" if part == "mass_matrix" else f"{part}[j2]"
-    assert place in [entry.name for entry in above.diagnosis.entries]
+    shares = {entry.name: entry.share for entry in above.diagnosis.entries}
+    assert shares[place] == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
+    assert above.largest == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
     below = try_equations(planted(part, BELOW), two)
     assert below.exit_code == 0
     assert below.diagnosis.entries == ()
