@@ -159,7 +159,8 @@ def _rounding(
         scale = 1 / np.sqrt(np.abs(np.diag(mass)))
         inverse = np.abs(np.linalg.pinv(scaled(mass))) * scale[:, None] * scale
         summed = TERM_ROUNDINGS * EPS * np.abs(mass) @ np.abs(value)
-        found.append(inverse @ (summed + forces))
+        felt = np.where(setting.layout.angular, 0.0, inverse @ forces)  # no work on the angles
+        found.append(inverse @ summed + felt)
     return np.max(found, axis=0)  # of the pose in which M is worst conditioned
 
 

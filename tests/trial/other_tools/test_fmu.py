@@ -8,10 +8,14 @@ import subprocess
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from crosscheck.analytic.kernel.export import c_text
 from crosscheck.analytic.kernel.fmu import fmu_sources
+from crosscheck.checks.answers import random_states
+from crosscheck.checks.invariants import sun_advance, sun_of, torques_at
+from crosscheck.checks.scales import geared
 from crosscheck.cli.export import fmu_file, model_of, prefix_of
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
@@ -56,6 +60,62 @@ def exported(arm: str, name: str, *changes: tuple[str, str]) -> bytes:
         assert old in text
         text = text.replace(old, new)
     return fmu_file(model, text, prefix)
+
+
+def test_exported_unit_is_the_model_in_states_time_and_units(tmp_path):
+    """Of a law by frequency times time, from a start that is not zero: FMPy asks, ours answers."""
+    import fmpy
+
+    model = model_of("paper-labelled", "analytic:physical", ["switches.phase=omega_t"])
+    prefix, n = prefix_of(model), len(model.layout)
+    file = tmp_path / "unit.fmu"
+    file.write_bytes(fmu_file(model, c_text(model.term_equations, prefix, "a model"), prefix))
+    description = fmpy.read_model_description(file)
+    units = {each.name: each.unit for each in description.modelVariables}
+    assert [units[c.name] for c in model.layout.coordinates] == [
+        "rad" if c.meaning == "theta" else "m" for c in model.layout.coordinates
+    ]
+    assert [units[f"v_{c.name}"] for c in model.layout.coordinates] == [
+        "rad/s" if c.meaning == "theta" else "m/s" for c in model.layout.coordinates
+    ]
+    unit = fmi2.FMU2Model(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(str(file), str(tmp_path / "unit")),
+        modelIdentifier=description.modelExchange.modelIdentifier,
+        instanceName="unit",
+    )
+    unit.instantiate()
+    try:
+        for t, q, v in zip(*random_states(model.layout, model.arm, 5, 3), strict=True):
+            torque = np.array([40.0 * np.sin(5 * t), -9.0 * np.cos(3 * t)])
+            unit.reset()
+            unit.setupExperiment(startTime=t)  # the first time alone, then a later one
+            unit.enterInitializationMode()
+            unit.setReal(range(2 * n), [*q, *v])
+            unit.setReal([4 * n, 4 * n + 1], torque)
+            unit.exitInitializationMode()
+            for time in (t, t + 0.37):
+                if time > t:
+                    unit.setTime(time)
+                found = np.array(unit.getReal(range(4 * n)))
+                assert found[: 2 * n] == pytest.approx([*q, *v], rel=1e-15)
+                assert found[2 * n : 3 * n] == pytest.approx(v, rel=1e-15)
+                mass, bias = model.mass_matrix(q), model.bias(q, v)
+                away = torque - torques_at(
+                    model.drive, time, q[model.layout.theta], v[model.layout.theta]
+                )
+                force = model.generalized_force(time, q, v)
+                for number, joint in geared(model.arm):
+                    radius, ratio = sun_of(joint)
+                    force = force + away[number] / (radius * ratio) * sun_advance(
+                        model.layout, number
+                    )
+                    force[model.layout.at("theta", number)] += away[number]
+                known = np.linalg.solve(mass, force - bias)
+                assert found[3 * n :] == pytest.approx(known, rel=1e-9, abs=1e-9 * abs(known).max())
+    finally:
+        unit.terminate()
+        unit.freeInstance()
 
 
 def mapped(content: bytes, mapping: str, arm: str, folder: Path) -> MappedUnit:

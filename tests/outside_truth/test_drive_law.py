@@ -1,0 +1,79 @@
+"""The drive law that all models share, against its closed form: sizes, rates, arguments, tables."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from crosscheck.models.experiment.drive import drive_data, joint_torque, torques_along
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import load_arm
+from crosscheck.registry import build
+
+TIME = np.array([0.0, 0.07, 0.31, 0.9, 1.6])
+THETA, RATES = np.array([0.4, -1.1]), np.array([-0.7, 1.9])
+
+
+def scenario(**drive: Any) -> Scenario:
+    data = {"schema_version": 1, "name": "law", "duration_s": 2.0, "step_s": 1e-3, "drive": drive}
+    return Scenario.model_validate(data)
+
+
+def sine(argument: str) -> Scenario:
+    both = {"amplitude_N_m": [30.0, -12.0], "rate_rad_per_s": [3.0, 7.5]}
+    return scenario(kind="sinusoid", argument=argument, **both)
+
+
+LAWS = {
+    "constant": (scenario(kind="constant", torque_N_m=[5.0, -2.5]), lambda t: [5.0, -2.5]),
+    "pd": (
+        scenario(
+            kind="pd",
+            target_rad=[1.0, 0.25],
+            proportional_N_m_per_rad=[40.0, 9.0],
+            derivative_N_m_s_per_rad=[6.0, 2.0],
+        ),
+        lambda t: [40 * (1 - 0.4) - 6 * -0.7, 9 * (0.25 + 1.1) - 2 * 1.9],
+    ),
+    "sine of time": (sine("time"), lambda t: [30 * np.sin(3 * t), -12 * np.sin(7.5 * t)]),
+    "sine of the root of time": (
+        sine("sqrt_time"),
+        lambda t: [30 * np.sin(3 * t**0.5), -12 * np.sin(7.5 * t**0.5)],
+    ),
+    "table": (
+        scenario(
+            kind="table", time_s=[0.0, 0.5, 2.0], torque_N_m=[[0.0, 8.0, 2.0], [1.0, 1.0, -3]]
+        ),
+        lambda t: [16 * t if t < 0.5 else 10 - 4 * t, 1 if t < 0.5 else (7 - 8 * t) / 3],
+    ),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_torques_are_those_of_the_law(law):
+    """By data and formula of all models, and by two engines that may turn them into their own."""
+    experiment, closed = LAWS[law]
+    expected, data = np.array([closed(t) for t in TIME]), drive_data(experiment, 2)
+    rows = [
+        [
+            joint_torque(
+                data.code,
+                data.gains[k],
+                data.table_time,
+                data.table_torque[k],
+                t,
+                THETA[k],
+                RATES[k],
+            )
+            for k in range(2)
+        ]
+        for t in TIME
+    ]
+    assert np.array(rows) == pytest.approx(expected, rel=1e-14, abs=1e-13)
+    angles, rates = (np.tile(each, (TIME.size, 1)) for each in (THETA, RATES))
+    along = torques_along(data, TIME, angles, rates)
+    assert along == pytest.approx(expected, rel=1e-14, abs=1e-13)
+    for name in ("analytic:links", "pinocchio:links"):
+        model = build(name, load_arm("paper-labelled"), experiment)
+        forces = [model.generalized_force(t, THETA, RATES) for t in TIME]
+        assert np.array(forces) == pytest.approx(expected, rel=1e-12, abs=1e-12), name
