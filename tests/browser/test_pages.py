@@ -159,6 +159,16 @@ def test_a_zoom_to_a_millisecond_shows_the_files_peak(opened, made):
     assert time[np.abs(values).argmax()] == pytest.approx(at, abs=1e-9)
 
 
+def test_ticks_of_time_differ_however_close_the_zoom(opened):
+    page = opened("report")
+    for wide in (1e-2, 1e-3, 1e-4, 2e-5):
+        page.evaluate("w => document.getElementById('signals').zoom(0.003, 0.003 + w)", wide)
+        page.wait_for_timeout(50)
+        ticks = page.evaluate("document.getElementById('signals').plots()[0].axes[0]._values")
+        assert len(ticks) > 2
+        assert len(set(ticks)) == len(ticks)
+
+
 def test_the_lower_plot_is_the_difference_on_the_same_axis(opened, made):
     page = opened("report")
     page.get_by_role("button", name="zoom in").click()
@@ -231,7 +241,11 @@ def test_the_run_plays_and_the_mesh_opens(opened, made):
     page.wait_for_function("document.getElementById('now').textContent.startsWith('0.01000 s')")
     force, x = (float(made.run[name].values[100, 0, 0]) for name in ("F_sp", "x_sp"))
     told = page.locator("#gap").inner_text()
-    assert f"x = {1e6 * x:.2f} µm" in told
+    mesh = PAPER.joints[0].sun_mesh
+    phase = PAPER.joints[0].ring_teeth * float(made.run["theta"].values[100, 0])
+    gap = x - mesh.tooth_error_m * np.sin(phase)
+    assert f"e = {1e6 * gap:.2f} µm" in told
+    assert f"{1e6 * (abs(gap) - mesh.backlash_m):.2f} µm beyond" in told or force == 0
     assert f"F = {float(f'{force:.4g}'):g} N" in told.replace(".0 N", " N")
     before = page.locator("#arm").screenshot()
     page.locator("#arm").press("ArrowLeft")

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import matplotlib as mpl
 import matplotlib.image
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from crosscheck.models.loading import load_arm, load_case, load_scenario
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.registry import build, reference_model, second_engine
 from crosscheck.studies.batches.opened import used
-from crosscheck.studies.plot import drawable, two_states
+from crosscheck.studies.plot import STYLE, drawable, study_figure, two_states
 from tests.studies.studies import content
 
 PEAKS = [{"kind": "peak", "signal": "theta_ddot"}]
@@ -170,3 +171,19 @@ def test_two_states_are_told_from_one():
     assert two_states(np.array([1.0, np.nan])) is None
     far = np.append(np.where(one > 0.5, one + 3, one).ravel(), 1e5)
     assert two_states(far) == pytest.approx(2, abs=0.6)
+
+
+def test_no_label_shows_the_signs_of_a_formula():
+    """Ticks of a log axis are typeset, and what a file says is not, dollars and all."""
+    ratio = xr.DataArray(np.geomspace(1e-3, 2e-2, 6), dims="ratio", attrs={"units": "$x$"})
+    title = {"long_name": r"what it costs: $5 or $6 \alpha"}
+    peak = xr.DataArray(np.arange(6.0), coords={"ratio": ratio}, attrs=title)
+    with mpl.rc_context(STYLE):
+        (axes,) = study_figure(xr.Dataset({"peak": peak}), ["peak"]).axes
+        assert axes.get_xscale() == "log"
+        axes.figure.draw_without_rendering()
+    ticks = [*axes.get_xticklabels(which="both"), *axes.get_yticklabels()]
+    assert all(t.get_parse_math() for t in ticks if "\\" in t.get_text())
+    for label in (axes.title, axes.xaxis.label):
+        plain = label.get_text().replace(r"\$", "")
+        assert "$" not in plain

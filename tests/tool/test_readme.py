@@ -1,7 +1,12 @@
 """What the README shows must work."""
 
 import re
+import tomllib
 from pathlib import Path
+
+from crosscheck.measured import record
+from crosscheck.provenance import ROOT
+from crosscheck.trial.fmu import archive
 
 README = Path(__file__).parents[2] / "README.md"
 
@@ -33,3 +38,12 @@ def test_every_command_of_the_readme_exists():
     named = re.findall(r"\.venv/bin/crosscheck (\w+)", README.read_text(encoding="utf-8"))
     assert named
     assert set(named) <= known
+
+
+def test_an_optional_dependency_is_installed_from_the_project_itself():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"][
+        "optional-dependencies"
+    ]
+    for said in (record.MISSING, archive.EXTRA):
+        (extra,) = re.findall(r"\.venv/bin/pip install -e '\.\[(\w+)\]'$", said)
+        assert extra in extras

@@ -130,11 +130,19 @@ def test_page_json_and_terminal_give_the_same_answers(quick_report):
             assert by_id[each["id"]]["measured"] == each["measured"]
 
 
-def test_the_papers_equations_are_measured_and_not_said_to_agree(quick_report):
+def test_the_papers_equations_are_said_to_differ(quick_report):
     row = re.search(r"^ *\S+ +analytic:printed +(\w+)", quick_report.out, flags=re.M)
     row = row or re.search(r"^ *analytic:printed +\S+ +(\w+)", quick_report.out, flags=re.M)
     assert row is not None
-    assert row[1] == "measured"
+    assert row[1] == "differ"
+    verdict = quick_report.agreement["answers"]["verdict"]
+    assert verdict.startswith(
+        "The printed equations are wrong in 4 places (largest M[theta_1, x_pr2]"
+    )
+    lines = quick_report.out.splitlines()
+    assert verdict in (lines[0], lines[1])  # a line of progress may come before it
+    assert quick_report.out.count(verdict) == 2
+    assert quick_report.page.count(verdict) == 1
 
 
 def test_page_needs_nothing_from_elsewhere(quick_report):
