@@ -8,6 +8,7 @@ from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.input.calls import SuppliedEquations, supplied
 from crosscheck.trial.input.loading import handed_over
+from tests.loops import require_items
 from tests.trial.judge import worst
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -50,10 +51,10 @@ def test_every_example_is_here():
 def test_is_right(example):
     arms, parts = CASES[example]
     tolerance = ROUNDING_OF_ARCS if example == "geared_free" else ROUNDING
-    for name in arms:
+    for name in require_items(arms):
         model = loaded(example, name)
         assert model.has == parts
-        for part, apart in worst(model, model.arm).items():
+        for part, apart in require_items(worst(model, model.arm).items()):
             assert apart < tolerance, f"{part} on {name}"
 
 

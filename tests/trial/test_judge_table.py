@@ -25,6 +25,7 @@ from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.questions import VerificationProblem
 from crosscheck.trial.model import entry_for
 from crosscheck.trial.trial import Asked, problem_of
+from tests.loops import require_items
 from tests.trial.test_trial import equations_of, in_frame
 
 COUNT = 12
@@ -271,7 +272,9 @@ def test_what_equations_owe_to_themselves_they_owe_in_any_unit(factor):
     parts = ("mass_matrix", "bias", "force", "rate_terms", "christoffel", "by_torques")
     more = ("other_speeds", "mass_matrix_again", "bias_again", "force_again")
     scaled = {made.key(part): factor * made.right(part) for part in (*parts, *more)}
-    for quantity in set(OWN) - {"inverse-dynamics", "second-law", "repeatable-acceleration"}:
+    for quantity in require_items(
+        set(OWN) - {"inverse-dynamics", "second-law", "repeatable-acceleration"}
+    ):
         name = ("trial-own", quantity, "")
         assert made.finding(name, scaled).verdict == "agree", quantity
         row = OWN[quantity]
@@ -285,7 +288,7 @@ def test_what_equations_owe_to_themselves_they_owe_in_any_unit(factor):
 def test_a_run_just_beyond_what_rounding_explains_differs(gearing):
     made = bench(gearing)
     runs = {name: each for name, each in made.comparisons.items() if name[0] == suite.RUN}
-    for name, comparison in runs.items():
+    for name, comparison in require_items(runs.items()):
         yours, theirs, nudged = comparison.needs
         _, run, moved = (made.outcomes[task.key] for task in (yours, theirs, nudged))
         quantity, steps = name[1], RUN.duration_s / RUN.step_s

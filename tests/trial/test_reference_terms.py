@@ -16,6 +16,7 @@ from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import entry_values
 from crosscheck.trial.judge.places import EntryPlace
 from tests.any_arms import any_arms
+from tests.loops import require_items
 from tests.trial.states import Sample, drawn_coordinates, sample
 
 COUNT = 5
@@ -62,8 +63,8 @@ def test_dictionary_is_the_model(trial):
     n = len(sampled.frame.names)
     mass = sampled.mass()
     size = np.sqrt(np.einsum("kii->ki", mass))
-    for i in range(n):
-        for j in range(n):
+    for i in require_items(range(n)):
+        for j in require_items(range(n)):
             off = np.abs(at(EntryPlace("mass_matrix", i, j)) - mass[:, i, j])
             assert (off <= 1e-10 * size[:, i] * size[:, j]).all()
     _bias_agrees(sampled, at, size)
