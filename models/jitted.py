@@ -45,8 +45,9 @@ def njit(*function: Callable[..., Any], cache: bool = False, **options: Any) -> 
 
 def _keep(made: Any) -> Any:
     """The same function, compiled code of which is kept."""
-    with suppress(OSError):  # no folder anywhere
-        made._cache = _Cache(made.py_func)
+    if hasattr(made, "py_func"):  # numba hands the function itself back where it compiles nothing
+        with suppress(OSError):  # no folder anywhere
+            made._cache = _Cache(made.py_func)
     return made
 
 
