@@ -463,8 +463,9 @@ BROKEN = {
 
 @pytest.mark.parametrize("case", BROKEN)
 def test_a_unit_that_does_not_come_back_is_one_line(crosscheck, case, tmp_path, monkeypatch):
-    monkeypatch.setattr(patience, "IDLE_S", 0.5)
-    monkeypatch.setattr(patience, "LOOK_S", 0.1)
+    if case == "hangs":  # on a busy machine the others may wait for the processor longer than this
+        monkeypatch.setattr(patience, "IDLE_S", 0.5)
+        monkeypatch.setattr(patience, "LOOK_S", 0.1)
     monkeypatch.setattr(unit_module, "UNIT_BYTES", 100_000_000)
     work, said = BROKEN[case]
     needs = "#include <math.h>\n#include <stdlib.h>\n#include <string.h>\n#include <unistd.h>"
