@@ -1,5 +1,6 @@
 """FMUs: right ones agree, a wrong one has its entry named, hostile ones are refused."""
 
+import ctypes
 import io
 import json
 import shutil
@@ -113,6 +114,12 @@ def test_exported_unit_is_the_model_in_states_time_and_units(tmp_path):
                     force[model.layout.at("theta", number)] += away[number]
                 known = np.linalg.solve(mass, force - bias)
                 assert found[3 * n :] == pytest.approx(known, rel=1e-9, abs=1e-9 * abs(known).max())
+                # An integrator takes states and derivatives by calls of their own.
+                states, derivatives = (ctypes.c_double * (2 * n))(), (ctypes.c_double * (2 * n))()
+                unit.getContinuousStates(states, 2 * n)
+                unit.getDerivatives(derivatives, 2 * n)
+                assert [*states] == [*q, *v]
+                assert [*derivatives] == [*found[2 * n :]]
     finally:
         unit.terminate()
         unit.freeInstance()
