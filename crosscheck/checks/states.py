@@ -76,10 +76,8 @@ def relative_differences(
 
     Where a size is 0 they are not finite.
     """
-    limit, size = (
-        _tolerance(quantity, masses[0], setting),
-        _sizes(quantity, one, masses[0], setting),
-    )
+    limit = _tolerance(quantity, masses[0], setting)
+    size = _sizes(quantity, one, masses[0], setting)
     if quantity in CANCELLING:
         least = _rounding(quantity, one, masses, setting) / limit.value
         if (least > size).any():

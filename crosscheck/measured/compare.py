@@ -8,7 +8,7 @@ from math import exp
 
 import numpy as np
 
-from crosscheck.measured.engines import EngineDifference, engine_differences, rigid_model
+from crosscheck.measured.engines import EngineDeviation, engine_differences, rigid_model
 from crosscheck.measured.forward import Window, windows
 from crosscheck.measured.friction import FrictionFit, friction_fit
 from crosscheck.measured.parameters import (
@@ -78,7 +78,7 @@ class ResidualCurve:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ComparisonBasis:
     """What is known of a record and its arm before anything is judged.
 
     spacing_s: time between knots of the smoothing, in the mean; engines: how far each is from the
@@ -89,16 +89,16 @@ class Comparison:
     arm: Arm
     torques_from: str
     spacing_s: float
-    engines: tuple[EngineDifference, ...]
+    engines: tuple[EngineDeviation, ...]
 
 
 @dataclass(frozen=True)
-class EngineDisagreement(Comparison):
+class EngineDisagreement(ComparisonBasis):
     """A comparison that says nothing of the record, for the engines disagree on the arm."""
 
 
 @dataclass(frozen=True)
-class RecordComparison(Comparison):
+class RecordComparison(ComparisonBasis):
     """What a record says of an arm on which the engines agree.
 
     angle_noise [rad] and torque_noise [N m] (joints,): of one sample; levels: the likeliest first;
@@ -167,13 +167,13 @@ def compare(
     """
     _require_parameters(arm, tolerances)
     try:
-        return _compared(record, arm, scenario, tolerances, on_progress)
+        return _compare_levels(record, arm, scenario, tolerances, on_progress)
     except np.linalg.LinAlgError:  # of a spline, or of its noise
         reason = "rows stand too unevenly in time to be smoothed; cut the record where it has gaps"
         raise InputError(record.where, "t", None, reason) from None
 
 
-def _compared(
+def _compare_levels(
     record: Record,
     arm: Arm,
     scenario: Scenario | None,
@@ -190,7 +190,7 @@ def _compared(
     )
     require_slow(record, rates)
     require_same_units(record, rates)
-    known = Comparison(
+    known = ComparisonBasis(
         record=record,
         arm=arm,
         torques_from=source,
@@ -203,7 +203,7 @@ def _compared(
 
 
 def _judged(
-    known: Comparison,
+    known: ComparisonBasis,
     every: Sequence[Block],
     tolerances: Mapping[str, float],
     on_progress: ProgressCallback,

@@ -26,7 +26,7 @@ Motion = tuple[np.ndarray, np.ndarray, np.ndarray]  # angles, rates, acceleratio
 
 
 @dataclass(frozen=True)
-class EngineDifference:
+class EngineDeviation:
     """How far an engine's torques are from the analytic ones along the whole record.
 
     measured: the largest difference in any joint, over the sum of the sizes of its torque's terms;
@@ -55,7 +55,7 @@ def rigid_model(level: str, arm: Arm, engine: str = REFERENCE) -> Model:
 
 def engine_differences(
     motion: Motion, arm: Arm, on_progress: Callable[[str, int, int], None]
-) -> list[EngineDifference]:
+) -> list[EngineDeviation]:
     """The difference of every engine from the analytic model, level by level, at every row."""
     differences, rows = [], len(motion[0])
     lengths = [link.length_m for link in arm.links]
@@ -73,11 +73,11 @@ def engine_differences(
                 other = _torques_of(build(name, arm, at_rest()), motion)
             except Exception as error:  # whatever an engine raises, it has not agreed
                 failure = f"{type(error).__name__}: {error}"
-                differences.append(EngineDifference(name, level, rows, np.inf, tolerance, failure))
+                differences.append(EngineDeviation(name, level, rows, np.inf, tolerance, failure))
                 continue
             shares = _shares(np.abs(other - torques), sizes)
             row = int(np.argmax(shares.max(axis=1)))
-            difference = EngineDifference(name, level, rows, float(shares.max()), tolerance)
+            difference = EngineDeviation(name, level, rows, float(shares.max()), tolerance)
             if not difference.agrees:
                 given = {reference.name: torques[row], name: other[row]}
                 alone = _against_first_principles(given, arm, level, [part[row] for part in motion])

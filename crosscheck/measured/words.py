@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from crosscheck.measured.compare import EngineDisagreement, Explanation, RecordComparison, Repair
-from crosscheck.measured.engines import REFERENCE, EngineDifference
+from crosscheck.measured.engines import REFERENCE, EngineDeviation
 from crosscheck.measured.friction import FrictionFit, JointFriction
 from crosscheck.measured.parameters import Estimate
 
@@ -48,7 +48,7 @@ def _disagreement(found: EngineDisagreement) -> Iterator[str]:
             yield _outsider(engine)
 
 
-def _outsider(engine: EngineDifference) -> str:
+def _outsider(engine: EngineDeviation) -> str:
     pair = {f"{REFERENCE}:{engine.level}", engine.name}
     if len(engine.alone) == 1:
         (right,) = pair - set(engine.alone)

@@ -14,7 +14,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.candidates import Confusion, confusions, numbers, with_part
-from crosscheck.trial.robots.explain import Diagnosis
+from crosscheck.trial.robots.explain import RobotDiagnosis
 from crosscheck.trial.robots.trial import RobotTrial, try_equations
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.robots import chains
@@ -46,7 +46,7 @@ def test_right_equations_are_never_blamed(engine, level):
     for own in (load_robot("six-joint"), chains.random_chain(3), chains.random_chain(10)):
         trial = try_equations(equations(own, level, engine), own)
         assert trial.agrees
-        assert trial.diagnosis == Diagnosis(trial.diagnosis.level)
+        assert trial.diagnosis == RobotDiagnosis(trial.diagnosis.level)
 
 
 def body(number: int, **changed: Callable[[np.ndarray], object]) -> Change:

@@ -8,7 +8,7 @@ import pytest
 
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.explain import Diagnosis
+from crosscheck.trial.robots.explain import RobotDiagnosis
 from crosscheck.trial.robots.trial import try_equations
 from tests.robots import chains, two_link
 from tests.robots.test_trial import equations, steiner
@@ -193,4 +193,4 @@ def test_the_same_error_in_every_link(inertia, words):
 
 
 def test_right_closed_forms_are_never_blamed(two):
-    assert try_equations(two_link.right(), two).diagnosis == Diagnosis("armature")
+    assert try_equations(two_link.right(), two).diagnosis == RobotDiagnosis("armature")

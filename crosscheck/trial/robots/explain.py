@@ -31,7 +31,7 @@ Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked on
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class RobotDiagnosis:
     """What is wrong.
 
     level: that of the fewest entries that differ, or the next at which one change explains all;
@@ -48,11 +48,13 @@ class Diagnosis:
     links: tuple[str, ...] = ()
 
 
-def diagnose(problem: RobotProblem, distances: Sequence[LevelDistance], rates: Rates) -> Diagnosis:
+def diagnose(
+    problem: RobotProblem, distances: Sequence[LevelDistance], rates: Rates
+) -> RobotDiagnosis:
     """Find what makes the difference; distances: of the levels, the nearest first."""
     nearest = distances[0]
     if not nearest.entries:
-        return Diagnosis(nearest.level)
+        return RobotDiagnosis(nearest.level)
     allowed = _worth_searching(problem, distances)
     searches = {each.level: CauseSearch(problem, each.level) for each in allowed}
     level, explanations = _explanations(searches, allowed)
@@ -77,7 +79,7 @@ def diagnose(problem: RobotProblem, distances: Sequence[LevelDistance], rates: R
             notes += _causes_within(searches[level], part, entries)
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(cause.words for cause in explanations)
-    return Diagnosis(level, tuple(entries), tuple(notes), words, links)
+    return RobotDiagnosis(level, tuple(entries), tuple(notes), words, links)
 
 
 def _explanations(

@@ -8,7 +8,7 @@ from crosscheck import __version__
 from crosscheck.models.robot.robot import LEVELS
 from crosscheck.report.records import document, plain
 from crosscheck.report.words import counted, outcome
-from crosscheck.trial.robots.explain import Diagnosis
+from crosscheck.trial.robots.explain import RobotDiagnosis
 from crosscheck.trial.robots.judge import engines_differ
 from crosscheck.trial.robots.trial import RobotTrial
 
@@ -51,7 +51,7 @@ def _levels(trial: RobotTrial) -> str:
     return f"{', '.join(alike)}, which are alike in these parts"
 
 
-def _explained(found: Diagnosis) -> Iterator[str]:
+def _explained(found: RobotDiagnosis) -> Iterator[str]:
     for entry in found.entries[:MOST_ENTRIES]:
         yield f"  {entry.name}: {entry.share:.2g} of its size{entry.said and f'; {entry.said}'}"
     if len(found.entries) > MOST_ENTRIES:

@@ -14,7 +14,7 @@ from crosscheck.runner.underway import Told, unsaid
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import require_of_robot
 from crosscheck.trial.robots.answers import ask, call, states_of, supplied_as
-from crosscheck.trial.robots.explain import Diagnosis, diagnose
+from crosscheck.trial.robots.explain import RobotDiagnosis, diagnose
 from crosscheck.trial.robots.judge import (
     SINGLE,
     LevelDistance,
@@ -40,7 +40,7 @@ class RobotTrial:
     parts: tuple[str, ...]
     not_judged: tuple[str, ...]
     distances: tuple[LevelDistance, ...]
-    diagnosis: Diagnosis
+    diagnosis: RobotDiagnosis
     failures: Mapping[str, Failure]
     agreement: Agreement
 
@@ -96,7 +96,7 @@ def try_equations(
             return terms_of(parts)
 
         distances = tuple(problem.distances()) if problem.parts else ()
-        found = Diagnosis(level)
+        found = RobotDiagnosis(level)
         if distances:
             found = diagnose(problem, distances, rates)
     return RobotTrial(
