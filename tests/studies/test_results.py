@@ -1,5 +1,6 @@
 """What a study's result says: of its members, its axes, a second engine; and its drawings."""
 
+import tomllib
 from pathlib import Path
 
 import matplotlib as mpl
@@ -11,6 +12,7 @@ import xarray as xr
 import crosscheck as package
 from crosscheck.models.loading import load_arm, load_case, load_scenario
 from crosscheck.models.trajectory import recorded_times
+from crosscheck.provenance import ROOT
 from crosscheck.registry import build, reference_model, second_engine
 from crosscheck.studies.batches.opened import used
 from crosscheck.studies.plot import STYLE, drawable, study_figure, two_states
@@ -187,3 +189,22 @@ def test_no_label_shows_the_signs_of_a_formula():
     for label in (axes.title, axes.xaxis.label):
         plain = label.get_text().replace(r"\$", "")
         assert "$" not in plain
+
+
+def test_the_example_of_backlash_shows_what_backlash_does():
+    """Of fewer draws: the quantities of one backlash and of the next lie apart."""
+    text = (ROOT / "examples/studies/backlash.toml").read_text(encoding="utf-8")
+    given = tomllib.loads(text)
+    found = package.sweep(
+        given["arm"],
+        given["axes"],
+        scenario=given["scenario"],
+        measures=given["quantities"],
+        settings=given["settings"],
+        samples={"count": 2, "seed": given["samples"]["seed"]},
+        starts=1,
+    )
+    for quantity in (found.theta_ddot_peak_joint1, found.theta_rigid_deviation_coupled[..., 0]):
+        drawn = [dim for dim in quantity.dims if dim != "backlash_m"]
+        least, largest = quantity.min(drawn).values, quantity.max(drawn).values
+        assert (least[1:] > largest[:-1]).all()
