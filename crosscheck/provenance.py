@@ -21,6 +21,7 @@ from crosscheck.models.arm.quantities import Data
 from crosscheck.models.experiment.scenario import Scenario, Switches
 
 ROOT = Path(__file__).parent.parent
+RECORDS = "baselines"  # folder of records in a checkout, from which no result comes
 PACKAGES = (
     *("pin", "exudyn", "numpy", "scipy", "llvmlite", "numba", "sympy", "xarray"),
     "geararm-crosscheck",
@@ -103,8 +104,29 @@ def version(package: str) -> str | None:
 
 def _revision() -> str | None:
     """The git revision of this checkout, marked if the work tree differs; None outside one."""
+    found = _git("describe", "--always", "--abbrev=12")
+    return f"{found}-dirty" if found and changed_files() else found
+
+
+def changed_files() -> list[str]:
+    """The files of this checkout that differ from its revision; records come from it alone."""
+    status = _git("status", "--porcelain", "--untracked-files=no", "--", ".", f":!{RECORDS}")
+    return [line.split(maxsplit=1)[1] for line in (status or "").splitlines()]
+
+
+def is_versioned(path: Path) -> bool:
+    """Whether a file is one of this checkout, or would be: not of what git ignores."""
+    place = path.resolve()
+    inside = (ROOT / ".git").exists() and place.is_relative_to(ROOT.resolve())
+    return inside and _git("check-ignore", str(place)) is None
+
+
+def _git(*words: str) -> str | None:
+    """What git says of this checkout; None outside one, and where git finds nothing."""
+    if not (ROOT / ".git").exists():  # another project's checkout may hold an installed package
+        return None
     try:
-        command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--abbrev=12"]
+        command = ["git", "-C", str(ROOT), *words]
         answer = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
     except (OSError, subprocess.SubprocessError):
         return None

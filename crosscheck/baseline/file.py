@@ -18,7 +18,8 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import content_of
 from crosscheck.output import write_text
 from crosscheck.planning.plan import Wanted
-from crosscheck.provenance import arm_digest
+from crosscheck.provenance import arm_digest, changed_files, is_versioned
+from crosscheck.report.words import counted
 
 WIDTH = 100
 # A number of more digits than this comes out of a computation and is written with all 17.
@@ -95,6 +96,18 @@ def require_replaceable(path: Path, arm: Arm) -> None:
     if isinstance(name, str) and name != arm.name:
         allowed = f"another arm than {arm.name!r} is on record here; move that file away first"
         raise InputError(str(path), "provenance.arm.name", name, allowed)
+
+
+def require_committed(path: Path) -> None:
+    """Raise InputError if a record would lie in this checkout and name a revision that is not run.
+
+    A record elsewhere, or one that git ignores, is nobody's reference: its revision is marked.
+    """
+    if is_versioned(path) and (changed := changed_files()):
+        more = f" and {counted(len(changed) - 1, 'other file')}" if changed[1:] else ""
+        allowed = f"{changed[0]}{more} in this checkout: no revision names what would be recorded"
+        advice = "commit or stash first, or record elsewhere with --dir"
+        raise InputError(str(path), "", None, f"uncommitted changes of {allowed}; {advice}")
 
 
 def _bytes(path: Path, remembered: bool = True) -> bytes:

@@ -13,6 +13,7 @@ from rich.console import Console
 from crosscheck.baseline.file import (
     baseline_path,
     read_baseline,
+    require_committed,
     require_replaceable,
     write_baseline,
 )
@@ -111,11 +112,13 @@ def accept_command(
 
     made: the function that makes the result, where equations are tried instead. Checks that differ
     are recorded only ``with_differences``, as known ones. Raises InputError, before anything is
-    run, where another arm's record would be replaced.
+    run, where another arm's record would be replaced, and for uncommitted changes of a checkout
+    that the record would lie in.
     """
     path = baseline_path(folder, chosen)
     require_files((path, RECORD), (junit, JUNIT))
     require_replaceable(path, chosen.arm)
+    require_committed(path)
     result = made(chosen, jobs)
     agreement = result.agreement
     write_asked((junit, lambda: junit_xml(agreement, f"crosscheck {chosen.arm.name}")))

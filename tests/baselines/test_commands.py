@@ -1,13 +1,14 @@
 """`crosscheck validate` and `crosscheck baseline`: exit codes, output, files."""
 
 import json
+import subprocess
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 
-from crosscheck import LARGEST_SEED
+from crosscheck import LARGEST_SEED, provenance
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
 from crosscheck.run import CrossCheck
@@ -219,3 +220,29 @@ def test_one_is_singular(command, labelled, capsys):
     assert capsys.readouterr().out.endswith(": 1 verdict, 1 run\n")
     assert command(*CHECK, result=short.with_run(result, short.ANALYTIC, Failure("x", "y"))) == 1
     assert "1 of 2 recorded results changed" in capsys.readouterr().out
+
+
+def git(*words: str) -> None:
+    own = ("-c", "user.name=a", "-c", "user.email=a@b.example")
+    subprocess.run(["git", *own, *words], check=True, capture_output=True)
+
+
+def test_a_checkout_with_uncommitted_changes_has_no_record(command, result, capsys, monkeypatch):
+    monkeypatch.setattr(provenance, "ROOT", Path.cwd())
+    git("init", "--quiet")
+    Path("model.py").write_text("g = 9.8\n")
+    Path(".gitignore").write_text("report/\n")
+    git("add", ".")
+    git("commit", "--quiet", "--message", "first")
+    assert command(*ACCEPT, result=result) == 0
+    git("add", ".")
+    git("commit", "--quiet", "--message", "record")
+    RECORD.write_text("")  # as a record before it: no result comes from it
+    assert command(*ACCEPT, result=result) == 0
+    Path("model.py").write_text("g = 9.81\n")
+    said = refused(command, capsys, *ACCEPT)
+    assert "uncommitted changes of model.py in this checkout" in said
+    assert "commit or stash first, or record elsewhere with --dir" in said
+    for folder in ("report", Path.cwd().parent / "elsewhere"):
+        assert command(*ACCEPT, "--dir", folder, result=result) == 0
+    assert str(provenance._revision()).endswith("-dirty")
