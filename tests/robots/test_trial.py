@@ -282,6 +282,17 @@ def test_the_command_names_it_and_writes_json(crosscheck, tmp_path):
     assert {"with": named} in json.loads(file.read_text())["explanations"]
 
 
+def test_what_of_a_robots_files_is_not_used_is_told(crosscheck, tmp_path):
+    (tmp_path / "mine.py").write_text(CODE)
+    urdf = load_robot("sliding").urdf.replace("</robot>", '<transmission name="t"/></robot>')
+    (tmp_path / "r.urdf").write_text(urdf)
+    (note,) = load_robot(str(tmp_path / "r.urdf")).told
+    words = ("trial", f"{tmp_path / 'mine.py'}:made", tmp_path / "r.urdf")
+    answer = crosscheck(*words, "--json", tmp_path / "a.json")
+    assert f"\nnote: {note}\n" in answer.out
+    assert note in json.loads((tmp_path / "a.json").read_text())["notes"]
+
+
 @pytest.mark.parametrize(
     ("name", "fragment"),
     [

@@ -40,6 +40,8 @@ def lines(trial: RobotTrial) -> Iterator[str]:
         if why.trace:
             yield f"{part} raised:"
             yield from why.trace.splitlines()
+    for told in trial.robot.told:
+        yield f"note: {told}"
 
 
 def _levels(trial: RobotTrial) -> str:
@@ -88,7 +90,7 @@ def robot_trial_json(trial: RobotTrial) -> str:
                 {"entry": each.name, "part": each.part, "difference": each.share, "told": each.said}
                 for each in found.entries
             ],
-            "notes": found.notes,
+            "notes": [*found.notes, *trial.robot.told],
             "explanations": [{"with": words} for words in found.explanations],
             "links": found.links,
             "findings": [finding.to_dict() for finding in trial.agreement.findings],
