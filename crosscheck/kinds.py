@@ -32,6 +32,9 @@ JUNIT = Kind(
     b'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites tests="',
     (b'<property name="arm_sha256" ',),
 )
+ROBOT_JUNIT = JUNIT._replace(
+    said="a JUnit file of a robot's equations", holds=(b'<property name="robot" ',)
+)
 PAGE = Kind("a cross-check's page", HTML, (b"<title>Cross-check of ",))
 TRIAL_PAGE = Kind("a trial's page", HTML, (b"<title>Trial of ",))
 PAPER_PAGE = Kind("the paper's page", HTML, (b"<title>The paper, reproduced and judged</title>",))
@@ -53,7 +56,7 @@ PICTURE = Kind("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
 KINDS = (
     *(AGREEMENT, TRIAL, RECORD, ERRATA, CLAIMS, JUNIT, PAGE, TRIAL_PAGE, PAPER_PAGE, SHEET),
     *(VIEW, TRAJECTORY, C_FILE, FMU_FILE, PICTURE, MEASURED, MEASURED_PAGE),
-    *(COST, COST_PAGE, EXPLAINED),
+    *(COST, COST_PAGE, EXPLAINED, ROBOT_JUNIT),
 )
 
 

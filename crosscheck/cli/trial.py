@@ -7,10 +7,11 @@ import shlex
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from crosscheck.cli.answer import answer, write_asked
-from crosscheck.kinds import AGREEMENT, EXPLAINED, JUNIT, TRIAL, TRIAL_PAGE
+from crosscheck.kinds import AGREEMENT, EXPLAINED, JUNIT, ROBOT_JUNIT, TRIAL, TRIAL_PAGE
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import is_robot
 from crosscheck.models.inputs import remember
@@ -29,7 +30,12 @@ from crosscheck.trial.fmu.unit import beside, fmu_equations, require_comparable,
 from crosscheck.trial.input.equations import Coordinates, Equations, coordinates_of
 from crosscheck.trial.input.loading import handed_over, robot_equations
 from crosscheck.trial.model import switches_of
-from crosscheck.trial.robots.output import lines, robot_trial_json
+from crosscheck.trial.robots.output import (
+    lines,
+    robot_trial_json,
+    robot_trial_junit,
+    robot_trial_page,
+)
 from crosscheck.trial.robots.trial import try_equations
 from crosscheck.trial.tables.answers import answered, equations_of, following
 from crosscheck.trial.tables.asked import TableTrial, asked_apart, asked_on_probes, asked_states
@@ -84,6 +90,11 @@ class TrialOptions:
         return self.jobs or os.cpu_count() or 1
 
     @property
+    def page(self) -> Path | None:
+        """Path of the page, where one is wanted."""
+        return None if self.out is None else self.out / "trial.html"
+
+    @property
     def fmu(self) -> Path | None:
         """Path of the FMU, where MODEL is one."""
         own = bool(self.names) and self.names[0].endswith(".fmu")
@@ -118,7 +129,6 @@ def trial_command(options: TrialOptions) -> int:
     if options.ask:
         ask(options)
         return 0
-    page = None if options.out is None else options.out / "trial.html"
     with tempfile.TemporaryDirectory() as folder:
         chosen = load_chosen(options.arm, options.scenarios, options.settings)
         unit = None
@@ -129,23 +139,27 @@ def trial_command(options: TrialOptions) -> int:
         if unit is not None and unit.description.kind == "co-simulation":
             return _beside(options, unit, chosen)
         asked = _asked(options, unit, chosen)
-        require_files((options.json_file, TRIAL), (options.junit, JUNIT), (page, TRIAL_PAGE))
+        require_files(
+            (options.json_file, TRIAL), (options.junit, JUNIT), (options.page, TRIAL_PAGE)
+        )
         with shown_progress(f"trying {printable(asked.name)}") as told:
             trial = tried(asked, jobs=options.processes, told=told)
-    return _told(trial, options, page)
+    return _told(trial, options)
 
 
 def _try_robot(options: TrialOptions) -> int:
     """Judge a user's equations of a robot; returns the exit code. Raises InputError."""
     text, robot = options.names[0], load_robot(options.arm)
-    require_files((options.json_file, EXPLAINED))
+    files = options.json_file, options.junit, options.page
+    require_files(*zip(files, (EXPLAINED, ROBOT_JUNIT, TRIAL_PAGE), strict=True))
     remember(Path(text.rpartition(":")[0]))
     equations = robot_equations(text, robot)
     with shown_progress(f"trying {printable(text)}") as told:
         trial = try_equations(
             equations, robot, name=text, seed=options.seed, jobs=options.processes, told=told
         )
-    answer(lines(trial), (options.json_file, lambda: robot_trial_json(trial)))
+    texts = robot_trial_json, robot_trial_junit, robot_trial_page
+    answer(lines(trial), *zip(files, (partial(text, trial) for text in texts), strict=True))
     return trial.exit_code
 
 
@@ -188,7 +202,7 @@ def _beside(options: TrialOptions, unit: MappedUnit, chosen: Chosen) -> int:
     return agreement.exit_code
 
 
-def _told(trial: Trial, options: TrialOptions, page: Path | None) -> int:
+def _told(trial: Trial, options: TrialOptions) -> int:
     """Write and print what was found; returns the exit code."""
     from crosscheck.report.trial import print_trial, trial_json
 
@@ -201,7 +215,7 @@ def _told(trial: Trial, options: TrialOptions, page: Path | None) -> int:
     named = write_asked(
         (options.json_file, lambda: trial_json(trial)),
         (options.junit, lambda: junit_xml(trial.agreement, title)),
-        (page, drawn),
+        (options.page, drawn),
     )
     print_trial(trial)
     for line in named:
@@ -258,8 +272,6 @@ def _require_for_robots(options: TrialOptions) -> None:
         "--scenario": options.scenarios,
         "--set": options.settings,
         "--quick": options.quick,
-        "--junit": options.junit,
-        "--out": options.out,
         "--run-code": options.run_code,
     }
     for name in (name for name, given in of_arms.items() if given):

@@ -6,6 +6,8 @@ import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from crosscheck.findings import EntryDifferences
 from crosscheck.registry import MODELS
 from crosscheck.report.words import percent
@@ -55,6 +57,13 @@ def heat_map(
     """The map of relative differences, by row and column, of which a tolerance is allowed."""
     cells = tuple(tuple(heat_cell(value, tolerance) for value in row) for row in relative)
     return HeatMap(title, tuple(rows), tuple(columns), cells)
+
+
+def entry_map(title: str, names: Sequence[str], relative: np.ndarray, tolerance: float) -> HeatMap:
+    """The map of a matrix (n, n), or of a vector (n,), whose entries belong to n coordinates."""
+    if relative.ndim == 2:
+        return heat_map(title, names, names, relative.tolist(), tolerance)
+    return heat_map(title, names, ("",), relative[:, None].tolist(), tolerance)
 
 
 def heat_cell(value: float, tolerance: float) -> HeatCell:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -13,10 +14,12 @@ from crosscheck.report.words import outcome
 _UNWRITABLE = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def junit_xml(agreement: Agreement, suite: str = "crosscheck") -> str:
+def junit_xml(
+    agreement: Agreement, suite: str = "crosscheck", named: Mapping[str, object] | None = None
+) -> str:
     """XML text with a test case per check, which has an ``error`` where it was not judged.
 
-    Measurements are properties.
+    Measurements are properties; named: further ones.
     """
     cases = [_case(finding) for finding in agreement.checks]
     counts = {
@@ -30,7 +33,7 @@ def junit_xml(agreement: Agreement, suite: str = "crosscheck") -> str:
     only = ElementTree.SubElement(root, "testsuite", {"name": suite, **counts})
     if agreement.provenance is not None:
         only.set("timestamp", agreement.provenance.created.partition("+")[0])
-    only.append(_properties(agreement))
+    only.append(_properties(agreement, named or {}))
     only.extend(cases)
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode")
@@ -54,9 +57,9 @@ def _case(finding: Finding) -> ElementTree.Element:
     return case
 
 
-def _properties(agreement: Agreement) -> ElementTree.Element:
+def _properties(agreement: Agreement, further: Mapping[str, object]) -> ElementTree.Element:
     """An XML element of the provenance, as far as it is text and numbers, and the measurements."""
-    own, named = agreement.provenance, list[tuple[str, object]]()
+    own, named = agreement.provenance, list(further.items())
     if own is not None:
         named += [(name, value) for name, value in own if isinstance(value, str | int | None)]
         named += [(f"version {name}", value) for name, value in own.versions.items()]

@@ -3,10 +3,24 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.report.words import counted, in_words, number, percent, tally
+
+
+class WrongRow(NamedTuple):
+    """A wrong entry on a trial's page.
+
+    latex: yours minus right, '' where unknown; explanation: of an arm, by its terms.
+    """
+
+    entry: str
+    relative: float
+    why: str
+    latex: str = ""
+    explanation: Any = None
 
 
 @cache

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 from matplotlib.figure import Figure
 
-from crosscheck.report.heat_map import HeatMap, heat_map
+from crosscheck.report.heat_map import HeatMap, entry_map, heat_map
 from crosscheck.report.plots.scheme import described
-from crosscheck.report.rendering import page
+from crosscheck.report.rendering import WrongRow, page
 from crosscheck.report.trial import notes, summary, verdicts, why
 from crosscheck.trial.diagnose.words import told
 from crosscheck.trial.judge.places import named
@@ -24,9 +24,15 @@ def trial_page(trial: Trial) -> str:
     names = trial.problem.frame.names
     return page(
         "trial",
-        trial=trial,
+        name=trial.problem.name,
+        subject=trial.problem.case.arm.name,
+        agreement=trial.agreement,
+        traces=trial.traces,
         summary=list(summary(trial)),
-        wrong=[(named(each.place, names), each, why(each)) for each in trial.wrong],
+        wrong=[
+            WrongRow(named(w.place, names), w.relative, why(w), w.latex, w.explanation)
+            for w in trial.wrong
+        ],
         verdicts=verdicts(trial),
         notes=list(notes(trial)),
         maps=list(_maps(trial)),
@@ -48,10 +54,8 @@ def _maps(trial: Trial) -> Iterator[HeatMap]:
                 if not (apart[row] <= allowed).all():
                     said = f"{title} of {name}, by rates"
                     yield heat_map(said, names, names, apart[row].tolist(), allowed)
-        elif apart.ndim == 2:
-            yield heat_map(title, names, names, apart.tolist(), allowed)
         else:
-            yield heat_map(title, names, ("",), apart[:, None].tolist(), allowed)
+            yield entry_map(title, names, apart, allowed)
 
 
 def typeset(latex: str) -> str:

@@ -1,8 +1,11 @@
 """Own equations of a robot: the wrong number is named, and right equations are never blamed."""
 
+import html
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -12,6 +15,7 @@ from crosscheck.cost.agreement import model_of
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
+from crosscheck.report import heat_map
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.candidates import Confusion, confusions, numbers, with_part
 from crosscheck.trial.robots.explain import RobotDiagnosis
@@ -271,15 +275,37 @@ empty, numbers = SimpleNamespace(), SimpleNamespace(bias=3.0)
 """
 
 
-def test_the_command_names_it_and_writes_json(crosscheck, tmp_path):
+def test_the_command_names_it_and_writes_all_files(crosscheck, tmp_path):
     (tmp_path / "mine.py").write_text(CODE)
-    file = tmp_path / "mine.json"
-    answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", "sliding", "--json", file)
+    file, junit = tmp_path / "mine.json", tmp_path / "mine.xml"
+    named, heavy = "boom: mass = 7.5 kg (file: 7.2 kg)", ("trial", f"{tmp_path / 'mine.py'}:made")
+    files = ("--json", file, "--junit", junit, "--out", tmp_path)
+    for _ in range(2):  # each file may be replaced by its kind
+        answer = crosscheck(*heavy, "sliding", *files)
     assert (answer.code, answer.err) == (1, "")
-    named = "boom: mass = 7.5 kg (file: 7.2 kg)"
     assert f"yours are the equations of coupled with {named}\n" in answer.out
     assert kinds.is_of(file, kinds.EXPLAINED)
-    assert {"with": named} in json.loads(file.read_text())["explanations"]
+    told = json.loads(file.read_text())
+    assert {"with": named} in told["explanations"]
+    cases = ElementTree.parse(junit).getroot().findall("testsuite/testcase")
+    failures = sum(case.find("failure") is not None for case in cases)
+    assert [len(cases), failures] == [
+        len(told["findings"]),
+        sum(finding["verdict"] == "differ" for finding in told["findings"]),
+    ]
+    assert failures > 0
+    text = (tmp_path / "trial.html").read_text()
+    assert kinds.is_of(tmp_path / "trial.html", kinds.TRIAL_PAGE)
+    page = re.sub("<[^>]+>", " ", text)
+    assert f"yours are the equations of coupled with {named}" in page
+    assert all(each["entry"] in page for each in told["entries"])
+    assert all(finding["id"] in page for finding in told["findings"])
+    for part in ("M", "gravity"):  # a cell for each entry, a tick for each that is right
+        wrong = [each for each in told["entries"] if each["entry"].startswith(f"{part}[")]
+        (table,) = re.findall(f"<caption>{part}</caption>(.*?)</table>", text, re.DOTALL)
+        assert table.count("<td ") == (9 if part == "M" else 3)
+        mirrored = sum(len(set(re.findall(r"\w+", each["entry"])[1:])) for each in wrong)
+        assert table.count("<td ") - table.count(heat_map.TICK) == mirrored
 
 
 def test_what_of_a_robots_files_is_not_used_is_told(crosscheck, tmp_path):
@@ -288,9 +314,10 @@ def test_what_of_a_robots_files_is_not_used_is_told(crosscheck, tmp_path):
     (tmp_path / "r.urdf").write_text(urdf)
     (note,) = load_robot(str(tmp_path / "r.urdf")).told
     words = ("trial", f"{tmp_path / 'mine.py'}:made", tmp_path / "r.urdf")
-    answer = crosscheck(*words, "--json", tmp_path / "a.json")
+    answer = crosscheck(*words, "--json", tmp_path / "a.json", "--out", tmp_path)
     assert f"\nnote: {note}\n" in answer.out
     assert note in json.loads((tmp_path / "a.json").read_text())["notes"]
+    assert f"Note: {note}" in html.unescape((tmp_path / "trial.html").read_text())
 
 
 @pytest.mark.parametrize(
@@ -313,8 +340,6 @@ OF_ARMS = {
     "scenario": (("--scenario", "pd"), "--scenario"),
     "setting": (("--set", "arm.payload_mass_kg=1.0"), "--set"),
     "quick": (("--quick",), "--quick"),
-    "JUnit": (("--junit", "a.xml"), "--junit"),
-    "page": (("--out", "page"), "--out"),
     "code of an FMU": (("--run-code",), "--run-code"),
 }
 

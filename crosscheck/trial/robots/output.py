@@ -6,10 +6,11 @@ from collections.abc import Iterator
 
 from crosscheck import __version__
 from crosscheck.models.robot.robot import LEVELS
+from crosscheck.report.junit import junit_xml
 from crosscheck.report.records import document, plain
 from crosscheck.report.words import counted, outcome
 from crosscheck.trial.robots.explain import RobotDiagnosis
-from crosscheck.trial.robots.judge import engines_differ
+from crosscheck.trial.robots.judge import LETTERS, engines_differ
 from crosscheck.trial.robots.trial import RobotTrial
 
 SCHEMA_VERSION = 1
@@ -18,30 +19,47 @@ MOST_ENTRIES, MOST_SAID = 5, 12
 
 def lines(trial: RobotTrial) -> Iterator[str]:
     """Lines on what the equations are, which entries differ, and what explains it."""
-    found, level = trial.diagnosis, trial.diagnosis.level
-    left_out = f"; not judged: {', '.join(trial.not_judged)}" if trial.not_judged else ""
-    if not trial.parts:
-        yield f"no part answered{left_out}"
-    elif not found.entries:
-        parts = ", ".join(trial.parts)
-        yield f"agrees with {_levels(trial)}: {parts}, to {trial.largest:.1e}{left_out}"
-    else:
-        wrong = {entry.part for entry in found.entries}
-        parts = ", ".join(part for part in trial.parts if part in wrong)
-        by = f"by up to {trial.largest:.2g} of an entry's size"
-        yield f"wrong: {parts} off from {level} {by}{left_out}"
-    yield from _explained(found)
-    if engines_differ(trial.agreement.findings):
-        yield "the engines differ on this robot: `crosscheck cost` tells where"
-    elif not found.entries:
-        for finding in trial.agreement.disagreeing:
-            yield f"{finding.verdict} {finding.quantity}: {outcome(finding)}"
+    found = trial.diagnosis
+    yield first_line(trial)
+    for entry in found.entries[:MOST_ENTRIES]:
+        yield f"  {entry.name}: {entry.share:.2g} of its size{entry.said and f'; {entry.said}'}"
+    if len(found.entries) > MOST_ENTRIES:
+        yield f"  and {len(found.entries) - MOST_ENTRIES} more"
+    yield from found.notes[:MOST_SAID]
+    if len(found.notes) > MOST_SAID:
+        yield f"  and {counted(len(found.notes) - MOST_SAID, 'more sentence')}, all in --json"
+    yield from _explanations(found)
+    yield from _disagreements(trial)
     for part, why in trial.failures.items():
         if why.trace:
             yield f"{part} raised:"
             yield from why.trace.splitlines()
     for told in trial.robot.told:
         yield f"note: {told}"
+
+
+def first_line(trial: RobotTrial) -> str:
+    """What the equations are, by how much, and what was not judged."""
+    found, level = trial.diagnosis, trial.diagnosis.level
+    left_out = f"; not judged: {', '.join(trial.not_judged)}" if trial.not_judged else ""
+    if not trial.parts:
+        return f"no part answered{left_out}"
+    if not found.entries:
+        parts = ", ".join(trial.parts)
+        return f"agrees with {_levels(trial)}: {parts}, to {trial.largest:.1e}{left_out}"
+    wrong = {entry.part for entry in found.entries}
+    parts = ", ".join(part for part in trial.parts if part in wrong)
+    by = f"by up to {trial.largest:.2g} of an entry's size"
+    return f"wrong: {parts} off from {level} {by}{left_out}"
+
+
+def _disagreements(trial: RobotTrial) -> Iterator[str]:
+    """Sentences on checks that do not agree and that no entry tells."""
+    if engines_differ(trial.agreement.findings):
+        yield "the engines differ on this robot: `crosscheck cost` tells where"
+    elif not trial.diagnosis.entries:
+        for finding in trial.agreement.disagreeing:
+            yield f"{finding.verdict} {finding.quantity}: {outcome(finding)}"
 
 
 def _levels(trial: RobotTrial) -> str:
@@ -53,14 +71,8 @@ def _levels(trial: RobotTrial) -> str:
     return f"{', '.join(alike)}, which are alike in these parts"
 
 
-def _explained(found: RobotDiagnosis) -> Iterator[str]:
-    for entry in found.entries[:MOST_ENTRIES]:
-        yield f"  {entry.name}: {entry.share:.2g} of its size{entry.said and f'; {entry.said}'}"
-    if len(found.entries) > MOST_ENTRIES:
-        yield f"  and {len(found.entries) - MOST_ENTRIES} more"
-    yield from found.notes[:MOST_SAID]
-    if len(found.notes) > MOST_SAID:
-        yield f"  and {counted(len(found.notes) - MOST_SAID, 'more sentence')}, all in --json"
+def _explanations(found: RobotDiagnosis) -> Iterator[str]:
+    """Sentences on what explains all differences."""
     for words in found.explanations[:MOST_SAID]:
         yield f"yours are the equations of {found.level} with {words}"
     if len(found.explanations) > 1:
@@ -77,9 +89,7 @@ def robot_trial_json(trial: RobotTrial) -> str:
     return document(
         {
             "schema_version": SCHEMA_VERSION,
-            "robot": trial.robot.name,
-            "program": f"geararm-crosscheck {__version__}",
-            "equations": trial.name,
+            **_made_of(trial),
             "parts": trial.parts,
             "not_judged": trial.not_judged,
             "agrees": trial.agrees,
@@ -95,4 +105,45 @@ def robot_trial_json(trial: RobotTrial) -> str:
             "links": found.links,
             "findings": [finding.to_dict() for finding in trial.agreement.findings],
         }
+    )
+
+
+def _made_of(trial: RobotTrial) -> dict[str, object]:
+    """What was tried, by name, and what tried it."""
+    program = f"geararm-crosscheck {__version__}"
+    own = {"robot": trial.robot.name, "program": program, "equations": trial.name}
+    return {**own, "seed": trial.seed}
+
+
+def robot_trial_junit(trial: RobotTrial) -> str:
+    """JUnit XML with a test case for each check."""
+    named = _made_of(trial)
+    return junit_xml(trial.agreement, f"trial {trial.name} {trial.robot.name}", named)
+
+
+def robot_trial_page(trial: RobotTrial) -> str:
+    """The page on a trial: HTML text."""
+    from crosscheck.report.heat_map import entry_map
+    from crosscheck.report.rendering import WrongRow, page
+
+    found, robot = trial.diagnosis, trial.robot
+    names = [robot.joints[number].name for number in robot.coordinates]
+    said = [first_line(trial)]
+    told = [*_explanations(found), *_disagreements(trial)]
+    return page(
+        "trial",
+        name=trial.name,
+        subject=robot.name,
+        agreement=trial.agreement,
+        traces={part: why.trace for part, why in trial.failures.items() if why.trace},
+        summary=[*said, *(f"{name}: {value}" for name, value in _made_of(trial).items())],
+        wrong=[WrongRow(each.name, each.share, each.said) for each in found.entries],
+        verdicts=said * bool(found.entries) + told,
+        notes=[*found.notes, *robot.told],
+        maps=[
+            entry_map(LETTERS.get(part, part), names, apart, trial.allowed[part])
+            for part, apart in trial.apart.items()
+        ],
+        allowed={LETTERS.get(part, part): value for part, value in trial.allowed.items()},
+        provenance=None,
     )

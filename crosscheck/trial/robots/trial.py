@@ -31,7 +31,8 @@ class RobotTrial:
 
     stated: the level that they are to be of, '' for any; parts: that were judged; not_judged: what
     was not, with the reason, in words; distances: of each level, the nearest first; failures: by
-    part that did not answer; agreement: all checks.
+    part that did not answer; agreement: all checks; apart: by part, how far each entry is from the
+    diagnosis' level at most, of its size; allowed: how far it may be; seed: of the states.
     """
 
     name: str
@@ -43,6 +44,9 @@ class RobotTrial:
     diagnosis: RobotDiagnosis
     failures: Mapping[str, Failure]
     agreement: Agreement
+    apart: Mapping[str, np.ndarray]
+    allowed: Mapping[str, float]
+    seed: int
 
     @property
     def exit_code(self) -> int:
@@ -99,6 +103,7 @@ def try_equations(
         found = RobotDiagnosis(level)
         if distances:
             found = diagnose(problem, distances, rates)
+    apart = problem.apart(found.level, problem.right[found.level])
     return RobotTrial(
         name=name,
         robot=robot,
@@ -109,6 +114,9 @@ def try_equations(
         diagnosis=found,
         failures=answers.failures,
         agreement=Agreement(findings_of(problem, found.level)),
+        apart={part: np.abs(own).max(axis=0) for part, own in apart.items()},
+        allowed={part: sizes[found.level].tolerance(part) for part in problem.parts},
+        seed=seed,
     )
 
 
