@@ -25,6 +25,9 @@ EPS = np.finfo(float).eps
 ROUNDINGS = 1000
 LOOSEST = 1e-10
 TERM_ROUNDINGS = 5  # of each of the terms that cancel in a component: a product of some factors
+# Reach over the shortest link from which such terms outgrow their sum: seven links alike have 7.
+# Below, engines differ by a 25th of their tolerances at most (the built-in arms, 2.4 to 5.6).
+UNLIKE_LENGTHS = 10.0
 # Quantities that are what is left of larger terms, and what their rounding leaves at least.
 CANCELLING = {
     "bias": f"{TERM_ROUNDINGS} eps of M (sum of w)^2 of the whole arm, moments that cancel",
@@ -39,6 +42,12 @@ class Setting(NamedTuple):
     arm: Arm
     layout: Layout
     states: States
+
+    @property
+    def rounding(self) -> float:
+        """Rounding of a term that cancels, as a part of it; 0 where links are alike in length."""
+        shortest = min(link.length_m for link in self.arm.links)
+        return EPS if arm_reach(self.arm) > UNLIKE_LENGTHS * shortest else 0.0
 
 
 Judge = Callable[[About, np.ndarray, np.ndarray, np.ndarray | None, Setting], Finding]
@@ -145,6 +154,8 @@ def _rounding(
 ) -> np.ndarray:
     """What rounding of terms that cancel leaves of each component, (n,), however small their sum.
 
+    Where links are alike in length that is less than the tolerance of the sum, and is not counted.
+
     An acceleration is solved for, which rounds |M^-1| |M| |a| and |M^-1| times what the force does
     (Skeel's bound). Of the others see ``bias_rounding`` and ``_force_rounding``.
     """
@@ -156,7 +167,7 @@ def _rounding(
     for mass, value in zip(masses, values, strict=True):
         scale = 1 / np.sqrt(np.abs(np.diag(mass)))
         inverse = np.abs(np.linalg.pinv(scaled(mass))) * scale[:, None] * scale
-        summed = TERM_ROUNDINGS * EPS * np.abs(mass) @ np.abs(value)
+        summed = TERM_ROUNDINGS * setting.rounding * np.abs(mass) @ np.abs(value)
         felt = np.where(setting.layout.angular, 0.0, inverse @ forces)  # no work on the angles
         found.append(inverse @ summed + felt)
     return np.max(found, axis=0)  # of the pose in which M is worst conditioned
@@ -174,7 +185,7 @@ def bias_rounding(inertia: np.ndarray, setting: Setting) -> np.ndarray:
     turning = np.abs(setting.states.v[:, angular]).sum(axis=1)
     largest = diagonal[angular].max()
     inertias = np.where(angular, largest, np.sqrt(diagonal * largest))
-    return TERM_ROUNDINGS * EPS * inertias * float((turning**2).mean())
+    return TERM_ROUNDINGS * setting.rounding * inertias * float((turning**2).mean())
 
 
 def _force_rounding(values: np.ndarray, setting: Setting) -> np.ndarray:
@@ -196,9 +207,8 @@ def _place_rounding(setting: Setting) -> np.ndarray:
     """
     together = max((joint.planet_count for joint in setting.arm.joints), default=0)
     stiffest = together * largest_stiffness(setting.arm)
-    return np.where(
-        setting.layout.angular, 0.0, PLACE_ROUNDINGS * EPS * arm_reach(setting.arm) * stiffest
-    )
+    placed = PLACE_ROUNDINGS * setting.rounding * arm_reach(setting.arm)
+    return np.where(setting.layout.angular, 0.0, placed * stiffest)
 
 
 def _tolerance(quantity: str, inertia: np.ndarray, setting: Setting) -> ReasonedLimit:

@@ -6,12 +6,18 @@ from itertools import product
 import numpy as np
 import pytest
 
+from crosscheck.checks import states
+from crosscheck.checks.answers import answers
+from crosscheck.findings import About, Key
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Switches, switches
+from crosscheck.models.files import builtin_arms
 from crosscheck.models.interface import STATE_ABILITIES
-from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning.plan import without_play
-from crosscheck.registry import RIGID_LEVELS, build, names
+from crosscheck.planning.state_suite import SampledModel
+from crosscheck.registry import RIGID_LEVELS, build, names, reference_model
 from tests.arms import PAPER, arm_of
 from tests.judged import compare_states
 
@@ -132,3 +138,26 @@ def test_every_switch_changes_the_forces_of_every_model(model, switch):
     )
     # Damping of one mesh alone is 40 N; rounding, 1e-9 N.
     assert abs(one - two).max() > 1
+
+
+@pytest.mark.parametrize("name", builtin_arms())
+def test_a_force_or_an_acceleration_beyond_its_tolerance_is_seen_in_every_component(name):
+    """Roundings of terms that cancel are nothing beside the tolerance where links are alike."""
+    arm, reference = load_arm(name), reference_model()
+    case = Case(arm, load_scenario("pd"), usual_switches(arm))
+    model = build(reference, *case)
+    setting = SampledModel("test", reference, case, COUNT, SEED).setting
+    masses, forces, accelerations = (
+        answers(model, setting.layout, quantity, COUNT, SEED)
+        for quantity in ("mass_matrix", "generalized_force", "acceleration")
+    )
+    for quantity, values in (("generalized_force", forces), ("acceleration", accelerations)):
+        about = About(Key("states", "test", quantity, reference), "1", "largest")
+        limit = states.compare_values(about, values, values, masses, setting).tolerance
+        natural = states.natural_sizes(quantity, values, masses[0], setting)
+        sizes = states.component_sizes(values, natural)
+        first = int(setting.layout.angular.sum()) if quantity == "generalized_force" else 0
+        for component in range(first, sizes.size):
+            other = values.copy()
+            other[0, component] += 1.05 * limit * sizes[component]
+            assert states.compare_values(about, values, other, masses, setting).verdict == "differ"
