@@ -1,8 +1,12 @@
 """The uncertainty of a run covers its error, wherever in a step its teeth meet."""
 
-import pytest
+from collections.abc import Iterator
 
-from crosscheck.checks.trajectories import largest_difference, uncertainty
+import pytest
+import xarray as xr
+
+from crosscheck.checks.scales import meaningful
+from crosscheck.checks.trajectories import largest_difference, size, uncertainty
 from crosscheck.models.arm.arm import Arm
 from crosscheck.planning import plan
 from crosscheck.planning.plan import FEWER, Experiment, Wanted, outlined, resolved
@@ -22,6 +26,12 @@ def pd_motion(arm: Arm) -> Experiment:
     return settled(wanted, resolved(outline[1], limit))
 
 
+def runs_of(experiment: Experiment) -> Iterator[xr.Dataset]:
+    """The reference model's run, and those at coarser steps."""
+    for variant in ("", *FEWER):
+        yield build(reference_model(), *experiment.run(reference_model(), variant).case).simulate()
+
+
 @pytest.mark.parametrize(
     ("arm", "quantity"),
     [(RENAMED, "theta"), (random_arm(8, 2, True), "x_sp"), (random_arm(20, 2, True), "x_pr")],
@@ -30,10 +40,20 @@ def test_several_coarser_runs_cover_an_error_that_one_misses(arm, quantity, monk
     monkeypatch.setattr(plan, "QUICK_STEPS", 1000)
     experiment = pd_motion(arm)
     exact = build(reference_model(), *experiment.case).precise(1e-12)
-    fine, *coarser = (
-        build(reference_model(), *experiment.run(reference_model(), variant).case).simulate()
-        for variant in ("", *FEWER)
-    )
+    fine, *coarser = runs_of(experiment)
     error = largest_difference(fine, exact, quantity)
     by_each = [uncertainty(fine, run, quantity) for run in coarser]
     assert by_each[0] < error <= max(by_each)
+
+
+def test_a_step_means_something_by_each_of_the_coarser_runs():
+    """Of a shoulder with four planets one coarser run is close to the fine one by chance."""
+    teeth = {"sun_teeth": 28, "planet_teeth": 36, "ring_teeth": 100, "planet_count": 4}
+    shoulder, elbow = PAPER.joints
+    four = shoulder.model_copy(update=teeth)
+    experiment = pd_motion(PAPER.model_copy(update={"name": "four", "joints": (four, elbow)}))
+    fine, *coarser = runs_of(experiment)
+    for coarse in coarser:
+        for quantity in ("theta", "x_sp", "x_pr"):
+            widest = meaningful(quantity, *experiment.case[:2], size(fine, quantity))
+            assert uncertainty(fine, coarse, quantity) < widest.value

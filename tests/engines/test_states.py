@@ -156,6 +156,7 @@ def test_a_force_or_an_acceleration_beyond_its_tolerance_is_seen_in_every_compon
         limit = states.compare_values(about, values, values, masses, setting).tolerance
         natural = states.natural_sizes(quantity, values, masses[0], setting)
         sizes = states.component_sizes(values, natural)
+        # On the angles the teeth's moments cancel, and their roundings count.
         first = int(setting.layout.angular.sum()) if quantity == "generalized_force" else 0
         for component in range(first, sizes.size):
             other = values.copy()
