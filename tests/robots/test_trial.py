@@ -4,6 +4,7 @@ import html
 import json
 import re
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -216,6 +217,14 @@ def test_nothing_is_guessed_where_nothing_fits(sliding):
     found = try_equations(noisy, sliding).diagnosis
     assert (found.explanations, found.links) == ((), ())
     assert found.notes == ("gravity alone is wrong; mass_matrix and bias are right",)
+
+
+def test_threads_are_judged_by_their_own_equations(sliding):
+    right = equations(sliding)
+    wrong = replace(right, gravity=lambda q: 2 * right.gravity(q))
+    with ThreadPoolExecutor(3) as pool:
+        trials = list(pool.map(try_equations, (right, wrong, right), 3 * (sliding,)))
+    assert [trial.agrees for trial in trials] == [True, False, True]
 
 
 UNUSABLE = {

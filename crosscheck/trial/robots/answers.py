@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -33,6 +34,7 @@ Block = str | float | tuple[int]  # HERE, AGAIN, one of SPEEDS, or (joint,) that
 Blocks = dict[Block, np.ndarray]  # answers of a function to each block of states
 # The functions on trial, by the name of their equations: workers are forked and find them here.
 _supplied: dict[str, Mapping[str, Any]] = {}
+_one_at_a_time = threading.Lock()  # of trials in several threads, whose equations may share a name
 
 
 @dataclass(frozen=True)
@@ -105,13 +107,15 @@ def states_of(robot: Robot, seed: int) -> DrawnStates:
 def supplied_as(name: str, equations: Equations) -> Iterator[None]:
     """Let workers that begin in this context call the functions of equations by a name."""
     given = {part: getattr(equations, part) for part in TAKES}
-    _supplied[name] = {
+    functions = {
         part: by_name(own, part, in_order=True) for part, own in given.items() if own is not None
     }
-    try:
-        yield
-    finally:
-        del _supplied[name]
+    with _one_at_a_time:
+        _supplied[name] = functions
+        try:
+            yield
+        finally:
+            del _supplied[name]
 
 
 def ask(
