@@ -33,9 +33,7 @@ def robot(text: str, joints: Mapping[str, Any] | None = None, **fields: Any) -> 
     return robot_of(file, text, "tested.toml", "tested.urdf")
 
 
-def perform_here(
-    tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]
-) -> dict[Any, Any]:
+def perform_here(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -> dict[Any, Any]:
     """The results of tasks as ``perform_all`` has them, in this process, which so keeps answers."""
     return {task.key: task.perform() for task in tasks}
 
