@@ -11,8 +11,8 @@ def brief(patch: pytest.MonkeyPatch, experiment_s: float = 2e-3) -> None:
     """The quick plan; experiment_s: how long the paper's experiments are in it."""
     for name in plan.QUICK_S:
         patch.setitem(plan.QUICK_S, name, experiment_s)
-    patch.setattr(plan, "QUICK_STEPS", 2000)
+    patch.setattr(plan, "QUICK_STEPS", 500)
     patch.setattr(plan, "PROBE_S", 1e-3)
-    patch.setattr(plan, "SHORT_STEPS", 500)
+    patch.setattr(plan, "SHORT_STEPS", 200)
     patch.setattr(energy_suite, "STEPS", 200)
     patch.setattr(state_suite, "QUICK_COUNT", STATES)

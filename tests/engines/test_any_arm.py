@@ -53,7 +53,7 @@ def disagreeing(comparisons: Iterable[Comparison]) -> Iterator[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("joints", JOINTS)
-@settings(max_examples=3, **DRAWN)
+@settings(max_examples=2, **DRAWN)
 @given(data=st.data())
 def test_models_agree_on_arms_that_nobody_chose(joints, data):
     assert disagreements(data.draw(any_arms(joints, unlike=True))) == []

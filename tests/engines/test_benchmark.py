@@ -25,8 +25,7 @@ ROUNDING = 1e-12
 
 
 @COMPILED
-@pytest.mark.parametrize("joints", [2, 4])
-@pytest.mark.parametrize("counted", ["lumped", "free"])
+@pytest.mark.parametrize(("joints", "counted"), [(4, "lumped"), (2, "free")])
 def test_c_references_run_as_the_model_does(joints, counted):
     model = long_run(joints, counted, 2000)
     own = states_of(model)

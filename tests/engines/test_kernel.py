@@ -154,9 +154,16 @@ class Rounding:
     def __init__(self, model: AnalyticModel) -> None:
         self.model, self.parts = model, parts_of(model)
         self.moved = [moved(model, seed) for seed in range(DRAWS)]
+        self.kept: dict[tuple[float, bytes, bytes], tuple[Quantities, Quantities]] = {}
 
     def at(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[Quantities, Quantities]:
-        """The quantities, and the most that a rounding of everything moves each."""
+        """The quantities, and the most that a rounding of everything moves each; found once."""
+        key = t, q.tobytes(), v.tobytes()
+        if key not in self.kept:
+            self.kept[key] = self._found(t, q, v)
+        return self.kept[key]
+
+    def _found(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[Quantities, Quantities]:
         right = quantities(self.parts, t, q, v)
         apart = [np.zeros_like(each) for each in right]
         for seed, parts in enumerate(self.moved):
@@ -175,10 +182,16 @@ class Rounding:
         yield from _missed(f"forces at {t}", forces, right.mesh_forces, apart.mesh_forces)
 
 
+@lru_cache(maxsize=16)
+def rounding_of(model: AnalyticModel) -> Rounding:
+    """One for all kernels of a model."""
+    return Rounding(model)
+
+
 def misses(model: AnalyticModel, lanes: int, kind: type[At] = At) -> list[str]:
     """Accelerations and mesh forces of a kernel that are not those of its terms."""
     found, at = list[str](), [kind(model, state.q, state.v) for state in states(model)]
-    rounding = Rounding(model)
+    rounding = rounding_of(model)
     for steps in STEPS:
         whole = Batch(at, lanes)
         whole.done = steps
@@ -192,7 +205,7 @@ def misses(model: AnalyticModel, lanes: int, kind: type[At] = At) -> list[str]:
 
 def state_misses(model: AnalyticModel) -> list[str]:
     """M, bias, force and accelerations of single states that are not those of the terms."""
-    found, t, rounding = list[str](), STEPS[-1] * STEP_S, Rounding(model)
+    found, t, rounding = list[str](), STEPS[-1] * STEP_S, rounding_of(model)
     for at in states(model)[:2]:
         made = model.states.at(t, at.q, at.v)
         found += rounding.misses(at, t, made.acceleration, made.mesh_forces)

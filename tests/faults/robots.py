@@ -9,7 +9,18 @@ from crosscheck.cost import agreement
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 from tests.faults.planting import Seen
-from tests.robots.chains import LIMIT, Solid, geared, joint, link, planetary, robot, teeth, urdf
+from tests.robots.chains import (
+    LIMIT,
+    Solid,
+    geared,
+    joint,
+    link,
+    perform_here,
+    planetary,
+    robot,
+    teeth,
+    urdf,
+)
 
 TEETH = teeth(0.02, 1e6, 100.0, 2e-5)
 TURNED = Solid(1.7, (0.11, -0.04, 0.07), (0.03, 0.004, -0.006, 0.05, 0.002, 0.06), (0.3, -0.2, 0.5))
@@ -113,6 +124,7 @@ def engines_agree(name: str, harmed: str, given: Callable[[Robot], Robot] = lamb
         return model_of(engine, given(at) if engine == harmed else at, level)
 
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(agreement, "perform_all", perform_here)
         patch.setattr(agreement, "STEPS", 1)
         patch.setattr(agreement, "_answers", kept)
         patch.setattr(agreement, "model_of", made)

@@ -1,7 +1,7 @@
 """Robots for tests: URDFs put together from numbers, and random chains with rotors."""
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from crosscheck.models.robot.file import RobotFile, robot_of
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Robot
+from crosscheck.runner.outcomes import Task
 
 ENGINES = ("analytic", "pinocchio", "exudyn")
 
@@ -30,6 +31,11 @@ def robot(text: str, joints: Mapping[str, Any] | None = None, **fields: Any) -> 
     data = {"schema_version": 1, "name": "tested", "urdf": "tested.urdf", "joints": joints or {}}
     file = RobotFile.model_validate(data | fields)
     return robot_of(file, text, "tested.toml", "tested.urdf")
+
+
+def perform_here(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -> dict[Any, Any]:
+    """The results of tasks as ``perform_all`` has them, in this process, which so keeps answers."""
+    return {task.key: task.perform() for task in tasks}
 
 
 def _words(values: Sequence[float]) -> str:

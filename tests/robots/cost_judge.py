@@ -193,6 +193,7 @@ def wrong_condition() -> Iterator[str]:
     part = np.sqrt(inertia / whole)  # of the scaled M, beside 1 on its diagonal
     own = chains.robot(text)
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(agreement, "perform_all", chains.perform_here)
         patch.setattr(agreement, "TOLERANCE", 1e-13)
         two = {name: OWN[name] for name in (LEAD, "pinocchio")}
         patch.setattr(agreement, "engines", lambda: two)
@@ -215,6 +216,7 @@ def _compared(
         return model.changed("run", right(model, *given))
 
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(agreement, "perform_all", chains.perform_here)
         patch.setattr(agreement, "engines", lambda: {LEAD: OWN[LEAD], OTHER: OWN[LEAD]})
         patch.setattr(agreement, "model_of", made)
         patch.setattr(agreement, "run", run)

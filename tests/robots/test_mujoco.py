@@ -6,7 +6,7 @@ from importlib.metadata import EntryPoint
 import pytest
 
 from crosscheck.cli.listing import list_command
-from crosscheck.cost import engines
+from crosscheck.cost import agreement, engines
 from crosscheck.cost.agreement import EngineDifference, compared, drawn
 from crosscheck.cost.cost import QUICK, cost_of
 from crosscheck.cost.output import first_lines
@@ -15,7 +15,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.provenance import ROOT
 from tests.faults.planting import plant
-from tests.robots.chains import random_chain
+from tests.robots.chains import perform_here, random_chain
 
 
 def offer(name: str, value: str) -> EntryPoint:
@@ -35,8 +35,9 @@ def offered(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[EntryPoint]]:
 
 @pytest.fixture
 def two_alone(monkeypatch: pytest.MonkeyPatch, offered: list[EntryPoint]) -> None:
-    """No engine but the project's own derivation and MuJoCo."""
+    """No engine but the project's own derivation and MuJoCo, in this process."""
     monkeypatch.setattr(engines, "OWN", {engines.LEAD: engines.OWN[engines.LEAD]})
+    monkeypatch.setattr(agreement, "perform_all", perform_here)
 
 
 def of_mujoco(robot: Robot) -> list[EngineDifference]:

@@ -4,7 +4,6 @@ import pytest
 
 import crosscheck as package
 from tests.arms import arm_of, random_arm
-from tests.brief import brief
 
 pytestmark = pytest.mark.slow
 
@@ -24,9 +23,8 @@ def test_arm_called_like_the_probe_is_told_from_it(labelled):
     assert len({f.id for f in agreement.findings}) == len(agreement.findings)
 
 
-@pytest.mark.parametrize(("seed", "is_brief"), [(1, False), (8, True)])
-def test_an_arm_of_random_numbers_raises_no_false_alarm(monkeypatch, seed, is_brief):
-    if is_brief:  # it has two geared joints, and takes twice as long
-        brief(monkeypatch, 0.02)
+@pytest.mark.usefixtures("brief_plan")
+@pytest.mark.parametrize("seed", [1, 8])
+def test_an_arm_of_random_numbers_raises_no_false_alarm(seed):
     agreement = package.check(random_arm(seed, most_joints=2), quick=True, jobs=2, seed=seed)
     assert [f"{f.id}: {f.measured} {f.note}" for f in agreement.disagreeing] == []
