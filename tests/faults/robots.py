@@ -24,7 +24,8 @@ from tests.robots.chains import (
 
 TEETH = teeth(0.02, 1e6, 100.0, 2e-5)
 TURNED = Solid(1.7, (0.11, -0.04, 0.07), (0.03, 0.004, -0.006, 0.05, 0.002, 0.06), (0.3, -0.2, 0.5))
-READ = "read again"  # while the fault is there: Pinocchio alone reads the URDF itself
+# Read while the fault is there: Pinocchio alone reads the URDF itself.
+READ, BARE = "read again", "without what may be left out"
 
 
 @lru_cache
@@ -91,11 +92,27 @@ def staged() -> Robot:
     return robot(text, {**given, "four": geared(5.0, mesh=TEETH)})
 
 
+def bare() -> Robot:
+    """Joints without axis and place, and a mimic without multiplier and offset."""
+    ends = '<parent link="{}"/><child link="{}"/>'
+    following = ends.format("a", "b") + LIMIT + '<mimic joint="one"/>'
+    return robot(
+        urdf(
+            link("ground"),
+            link("a", TURNED),
+            link("b", TURNED),
+            f'<joint name="one" type="continuous">{ends.format("ground", "a")}</joint>',
+            f'<joint name="two" type="revolute">{following}</joint>',
+        )
+    )
+
+
 ROBOTS: dict[str, Callable[[], Robot]] = {
     "unlike": unlike,
     "all sprung": all_sprung,
     "staged": staged,
     READ: lambda: robot(unlike().urdf, tip="tool"),
+    BARE: bare,
 }
 KEPT: dict[tuple[str, str, str], agreement.RobotAnswers] = {}
 
@@ -113,7 +130,7 @@ def engines_agree(name: str, harmed: str, given: Callable[[Robot], Robot] = lamb
     own, answers, model_of = ROBOTS[name](), agreement._answers, agreement.model_of
 
     def kept(model: RobotModel, states: agreement.DrawnStates) -> agreement.RobotAnswers:
-        if model.name == harmed or name == READ:
+        if model.name == harmed or name in (READ, BARE):
             return answers(model, states)
         key = name, model.name, model.level
         if key not in KEPT:

@@ -54,6 +54,27 @@ def test_a_pendulum_with_a_rotor(engine):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+def test_what_a_urdf_leaves_out(engine):
+    """An axis is x, a mimic turns as its leader does: V = -m g l (cos(q) + cos(2 q)).
+
+    Two bobs hang in one place, the second joint stands on the first.
+    """
+    solid = Solid(MASS, (0, 0, -LENGTH), (INERTIA, 0, 0, 0.02, 0, 0.01))
+    first = '<parent link="ground"/><child link="a"/>'
+    second = '<parent link="a"/><child link="b"/><mimic joint="one"/>'
+    text = urdf(
+        *(link("ground"), link("a", solid), link("b", solid)),
+        f'<joint name="one" type="continuous">{first}</joint>',
+        f'<joint name="two" type="continuous">{second}</joint>',
+    )
+    model, q = model_of(engine, robot(text), "links"), np.array([[0.9]])
+    inertia = (INERTIA + MASS * LENGTH**2) * (1 + 2**2)
+    assert model.mass_matrix(q)[0, 0, 0] == pytest.approx(inertia, rel=1e-13)
+    weight = MASS * 9.81 * LENGTH * (sin(0.9) + 2 * sin(1.8))
+    assert model.gravity(q)[0, 0] == pytest.approx(weight, rel=1e-13)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_rotor_on_a_gimbal(engine):
     """T = J (sin(q2) q1' + N q2')^2 / 2 more than the links': by Lagrange's equations.
 
