@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crosscheck.analytic.kernel.batch import WIDE, Batch, Records
+from crosscheck.analytic.kernel.batch import BLOCK_LANES, Batch, Records
 from crosscheck.models.arm.layout import Meaning
 from crosscheck.models.errors import Diverged
 from crosscheck.models.trajectory import recorded_times
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from crosscheck.analytic.model import AnalyticModel
 
-ABREAST = 4 * WIDE  # members of a group: a processor works on several blocks at a time
+GROUP_SIZE = 4 * BLOCK_LANES  # members of a group: a processor works on several blocks at a time
 CHUNK = 2**18  # numbers of a chunk: what a processor's second cache holds
 
 
@@ -58,11 +58,11 @@ class Chunk:
     @cached_property
     def torque(self) -> np.ndarray:
         """Driving torques (records, joints, members) [N m], output side."""
-        found = [
+        torques = [
             model.torques(self.time, self.theta[:, :, place], self.theta_dot[:, :, place])
             for place, model in enumerate(self.models)
         ]
-        return np.stack(found, axis=2)
+        return np.stack(torques, axis=2)
 
     @cached_property
     def x_sp(self) -> np.ndarray:
@@ -90,43 +90,45 @@ class Chunk:
     @cached_property
     def F_sp(self) -> np.ndarray:
         """Elastic force of sun meshes per planet [N], shaped as x_sp."""
-        return self._by_planet(self.records.forces[:, ::2])
+        return self._planet_values(self.records.forces[:, ::2])
 
     @cached_property
     def F_pr(self) -> np.ndarray:
         """Elastic force of ring meshes per planet [N], shaped as x_sp."""
-        return self._by_planet(self.records.forces[:, 1::2])
+        return self._planet_values(self.records.forces[:, 1::2])
 
     def _displacement(self, mesh: Meaning, x: np.ndarray) -> np.ndarray:
         layout = self.models[0].layout
         if not layout.free:
-            return self._by_planet(x[:, layout.of(mesh)])
-        x_pr = x[:, layout.of("x_pr")]
+            return self._planet_values(x[:, layout.indices(mesh)])
+        x_pr = x[:, layout.indices("x_pr")]
         if mesh == "x_pr":
-            return self._by_planet(x_pr)
-        x_s = x[:, np.repeat(layout.of("x_s"), self._planets())]
-        return self._by_planet(x_s - x_pr)
+            return self._planet_values(x_pr)
+        x_s = x[:, np.repeat(layout.indices("x_s"), self._planet_counts())]
+        return self._planet_values(x_s - x_pr)
 
-    def _planets(self) -> list[int]:
+    def _planet_counts(self) -> list[int]:
         """Number of planets that have coordinates, for each joint with meshes; 1 if lumped."""
         layout, joints = self.models[0].layout, self.models[0].arm.joints
-        return [joints[joint].planet_count if layout.free else 1 for joint in layout.meshing]
+        return [joints[joint].planet_count if layout.free else 1 for joint in layout.mesh_joints]
 
-    def _by_planet(self, values: np.ndarray) -> np.ndarray:
+    def _planet_values(self, values: np.ndarray) -> np.ndarray:
         """Values (records, meshes of one kind, members) as (records, joints, planets, members).
 
         A view where all joints have as many planets; else NaN where a joint has no such planet.
         """
         layout, joints = self.models[0].layout, len(self.models[0].arm.joints)
-        counts = self._planets()
+        counts = self._planet_counts()
         if len(counts) == joints and len(set(counts)) == 1:
             return values.reshape(len(values), joints, counts[0], values.shape[2])
-        found = np.full((len(values), joints, max(counts, default=0), values.shape[2]), np.nan)
+        padded_values = np.full(
+            (len(values), joints, max(counts, default=0), values.shape[2]), np.nan
+        )
         first = 0
-        for joint, count in zip(layout.meshing, counts, strict=True):
-            found[:, joint, :count] = values[:, first : first + count]
+        for joint, count in zip(layout.mesh_joints, counts, strict=True):
+            padded_values[:, joint, :count] = values[:, first : first + count]
             first += count
-        return found
+        return padded_values
 
 
 @dataclass
@@ -139,7 +141,7 @@ class Group:
 
     members: tuple[int, ...]
     models: Sequence[AnalyticModel]
-    lanes: int = WIDE
+    lanes: int = BLOCK_LANES
     diverged_s: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -163,12 +165,12 @@ class Group:
             yield records
             left -= len(records.q)
             if left and not np.isnan(self.diverged_s).any():
-                yield self._nothing(left)
+                yield self._nan_records(left)
                 return
 
-    def _nothing(self, records: int) -> Records:
+    def _nan_records(self, records: int) -> Records:
         """Records, all NaN, of members that have all diverged."""
-        n, meshes = len(self.models[0].layout), self.models[0].gears.where.size
+        n, meshes = len(self.models[0].layout), self.models[0].gears.x_index.size
         shapes = [(records, rows, len(self.models)) for rows in (n, n, n, meshes)]
         return Records(*(np.full(shape, np.nan) for shape in shapes))
 
@@ -190,20 +192,20 @@ class Group:
                 values[first:, :, member] = np.nan
 
 
-def groups(models: Sequence[AnalyticModel]) -> list[Group]:
+def group_models(models: Sequence[AnalyticModel]) -> list[Group]:
     """Groups of any models, as few as the models fit in."""
-    alike: dict[object, list[int]] = {}
+    places_by_key: dict[object, list[int]] = {}
     for place, model in enumerate(models):
-        alike.setdefault(_alike(model), []).append(place)
-    found = []
-    for places in alike.values():
-        for first in range(0, len(places), ABREAST):
-            members = tuple(places[first : first + ABREAST])
-            found.append(Group(members, [models[place] for place in members]))
-    return found
+        places_by_key.setdefault(_group_key(model), []).append(place)
+    groups = []
+    for places in places_by_key.values():
+        for first in range(0, len(places), GROUP_SIZE):
+            members = tuple(places[first : first + GROUP_SIZE])
+            groups.append(Group(members, [models[place] for place in members]))
+    return groups
 
 
-def _alike(model: AnalyticModel) -> object:
+def _group_key(model: AnalyticModel) -> object:
     """A key that is equal for models that can run side by side."""
     scenario = model.scenario
     grid = scenario.step_s, scenario.steps, scenario.stride
@@ -211,36 +213,36 @@ def _alike(model: AnalyticModel) -> object:
     return model.layout, model.equations.structure, grid, table
 
 
-def alone(model: AnalyticModel) -> xr.Dataset:
+def run_model(model: AnalyticModel) -> xr.Dataset:
     """The run of one model by itself, a trajectory. Raises Diverged."""
-    (run,) = _runs(Group((0,), [model], lanes=1))
+    (run,) = _run_group(Group((0,), [model], lanes=1))
     if isinstance(run, Diverged):
         raise run
     return run
 
 
-def trajectories(models: Sequence[AnalyticModel], threads: int = 1) -> list[xr.Dataset | Diverged]:
+def run_models(models: Sequence[AnalyticModel], threads: int = 1) -> list[xr.Dataset | Diverged]:
     """Whole runs as ``simulate`` returns them, or Diverged where one did.
 
     threads: how many groups run at a time; no number depends on it.
     """
-    asked = groups(models)
-    found: dict[int, xr.Dataset | Diverged] = {}
+    groups = group_models(models)
+    outcomes: dict[int, xr.Dataset | Diverged] = {}
     with ThreadPoolExecutor(threads) as pool:
-        for group, runs in zip(asked, pool.map(_runs, asked), strict=True):
-            found |= zip(group.members, runs, strict=True)
-    return [found[place] for place in range(len(models))]
+        for group, runs in zip(groups, pool.map(_run_group, groups), strict=True):
+            outcomes |= zip(group.members, runs, strict=True)
+    return [outcomes[place] for place in range(len(models))]
 
 
-def _runs(group: Group) -> list[xr.Dataset | Diverged]:
+def _run_group(group: Group) -> list[xr.Dataset | Diverged]:
     records = [chunk.records for chunk in group.chunks()]
     whole = Records(*(np.concatenate(parts) for parts in zip(*records, strict=True)))
     time = recorded_times(group.models[0].scenario)
-    found: list[xr.Dataset | Diverged] = []
+    outcomes: list[xr.Dataset | Diverged] = []
     for place, model in enumerate(group.models):
         if np.isnan(group.diverged_s[place]):
-            own = Records(*(np.ascontiguousarray(each[:, :, place]) for each in whole))
-            found.append(model.recorded(time, own))
+            member_records = Records(*(np.ascontiguousarray(each[:, :, place]) for each in whole))
+            outcomes.append(model.make_trajectory(time, member_records))
         else:
-            found.append(Diverged(model.name, float(group.diverged_s[place])))
-    return found
+            outcomes.append(Diverged(model.name, float(group.diverged_s[place])))
+    return outcomes

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
-from crosscheck.analytic.derivation.bodies import all_bodies
-from crosscheck.analytic.derivation.chain import exact_chain
-from crosscheck.analytic.derivation.gears import Gears, gears
+from crosscheck.analytic.derivation.bodies import build_bodies
+from crosscheck.analytic.derivation.chain import build_exact_chain
+from crosscheck.analytic.derivation.gears import Gears, build_gears
 from crosscheck.analytic.derivation.rigid import rigid_bodies
-from crosscheck.analytic.derivation.terms import Terms, chain_terms, inverse_dynamics
-from crosscheck.analytic.ensemble import Chunk, alone, trajectories
+from crosscheck.analytic.derivation.terms import Terms, build_chain_terms, inverse_dynamics
+from crosscheck.analytic.ensemble import Chunk, run_model, run_models
 from crosscheck.analytic.kernel.batch import Records
 from crosscheck.analytic.kernel.equations import KernelEquations, LinkEquations, TermEquations
-from crosscheck.analytic.kernel.links import Links, links_of
-from crosscheck.analytic.kernel.precise import followed
+from crosscheck.analytic.kernel.event_kernel import integrate_with_events
+from crosscheck.analytic.kernel.links import Links, build_links
 from crosscheck.analytic.kernel.states import StateEvaluator
 from crosscheck.analytic.paper.stiffness import peak_stiffness
 from crosscheck.analytic.reference import solve
@@ -27,7 +27,12 @@ from crosscheck.models.arm.layout import Layout, geared_layout, rigid_layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.drive import drive_data, torques_along
-from crosscheck.models.experiment.scenario import Scenario, Switches, per_joint, planet_offsets
+from crosscheck.models.experiment.scenario import (
+    Scenario,
+    Switches,
+    expand_to_joints,
+    planet_offsets,
+)
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
 
@@ -36,11 +41,11 @@ if TYPE_CHECKING:
 
 
 @lru_cache(maxsize=128)
-def _terms(arm: Arm, layout: Layout, level: str | None) -> Terms:
+def _build_terms(arm: Arm, layout: Layout, level: str | None) -> Terms:
     """Terms of all bodies of an arm, or of those of a rigid level."""
-    chain = exact_chain(arm, layout)
-    bodies = all_bodies(chain) if level is None else rigid_bodies(chain, level)
-    return chain_terms(chain, bodies, arm)
+    chain = build_exact_chain(arm, layout)
+    bodies = build_bodies(chain) if level is None else rigid_bodies(chain, level)
+    return build_chain_terms(chain, bodies, arm)
 
 
 class AnalyticModel(Model):
@@ -60,7 +65,7 @@ class AnalyticModel(Model):
         super().__init__(arm, scenario, chosen_switches)
         self.layout = layout
         self.drive = drive_data(scenario, len(arm.joints))
-        self.gears = gears(arm, layout, self.switches)
+        self.gears = build_gears(arm, layout, self.switches)
 
     @cached_property
     def term_equations(self) -> TermEquations:
@@ -81,19 +86,19 @@ class AnalyticModel(Model):
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """Mass matrix M(q) of Eq. 21, shape (n, n)."""
-        return self.states.at(0.0, q, np.zeros_like(q)).mass_matrix
+        return self.states.evaluate(0.0, q, np.zeros_like(q)).mass_matrix
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Coriolis and centrifugal force C(q, v) v of Eq. 21, shape (n,)."""
-        return self.states.at(0.0, q, v).bias
+        return self.states.evaluate(0.0, q, v).bias
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Generalized force F - D v of Eqs. 21-22, shape (n,)."""
-        return self.states.at(t, q, v).force
+        return self.states.evaluate(t, q, v).force
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Accelerations q'' of Eq. 21, shape (n,)."""
-        return self.states.at(t, q, v).acceleration
+        return self.states.evaluate(t, q, v).acceleration
 
     def largest_stable_step(self) -> float:
         """RK4's limit [s] at peak stiffness, over four poses of every joint after the first."""
@@ -123,9 +128,9 @@ class AnalyticModel(Model):
         """(q, v) of the scenario's start, each of shape (n,)."""
         start, joints = self.scenario.start, len(self.arm.joints)
         q, v = np.zeros((2, len(self.layout)))
-        q[self.layout.theta] = per_joint(start.theta_rad, joints)
-        v[self.layout.theta] = per_joint(start.theta_dot_rad_per_s, joints)
-        for joint in self.layout.meshing:
+        q[self.layout.theta] = expand_to_joints(start.theta_rad, joints)
+        v[self.layout.theta] = expand_to_joints(start.theta_dot_rad_per_s, joints)
+        for joint in self.layout.mesh_joints:
             self._place_teeth(joint, q)
         return q, v
 
@@ -133,34 +138,34 @@ class AnalyticModel(Model):
         """Set the displacements of a joint's meshes at the start in ``q``."""
         start, joints, layout = self.scenario.start, len(self.arm.joints), self.layout
         of_joint = self.gears.theta == layout.theta[joint]
-        first = (self.gears.static + self.gears.b)[of_joint] * (start.mesh == "contact")
+        first = (self.gears.static_error + self.gears.b)[of_joint] * (start.mesh == "contact")
         x_sp, x_pr = first[::2], first[1::2]
-        sun = per_joint(start.sun_planet_offset_m, joints)[joint]
-        ring = per_joint(start.planet_ring_offset_m, joints)[joint]
+        sun = expand_to_joints(start.sun_planet_offset_m, joints)[joint]
+        ring = expand_to_joints(start.planet_ring_offset_m, joints)[joint]
         if not layout.free:
             q[layout.at("x_sp", joint)] = x_sp[0] + sun
             q[layout.at("x_pr", joint)] = x_pr[0] + ring
             return
         q[layout.at("x_s", joint)] = (x_sp + x_pr).min() + (sun + ring)
-        own = planet_offsets(start, joint, self.arm.joints[joint].planet_count)
-        for planet, offset in enumerate(own):
+        offsets = planet_offsets(start, joint, self.arm.joints[joint].planet_count)
+        for planet, offset in enumerate(offsets):
             q[layout.at("x_pr", joint, planet)] = x_pr[planet] + ring + offset
 
     def simulate(self) -> xr.Dataset:
         """Run the scenario by fixed-step RK4, as Section 2.4 says."""
-        return alone(self)
+        return run_model(self)
 
     @classmethod
     def simulate_together(cls, models: Sequence[Self]) -> list[xr.Dataset | Diverged]:
         """Run many models by fixed-step RK4 in the lanes of one kernel."""
-        return trajectories(models)
+        return run_models(models)
 
     def precise(self, rtol: float) -> xr.Dataset:
         """Run by an eighth-order method at a relative tolerance, steps ended at contact changes."""
         time = recorded_times(self.scenario)
-        records = followed(self, rtol).records
+        records = integrate_with_events(self, rtol).records
         require_finite(self.name, time, *records)
-        return self.recorded(time, records)
+        return self.make_trajectory(time, records)
 
     def torques(self, time: np.ndarray, theta: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """Torques of the drive, output side [N m], at angles and rates; all (times, joints)."""
@@ -172,14 +177,15 @@ class AnalyticModel(Model):
         grid = recorded_times(scenario)
         qs, vs, work = solve(self.states, self.gears, self.start(), grid, rtol)
         require_finite(self.name, grid, qs, vs)
-        made = [self.states.at(*state) for state in zip(grid, qs, vs, strict=True)]
+        evaluations = [self.states.evaluate(*state) for state in zip(grid, qs, vs, strict=True)]
         a, forces = (
-            np.array([getattr(one, of) for one in made]) for of in ("acceleration", "mesh_forces")
+            np.array([getattr(evaluation, quantity) for evaluation in evaluations])
+            for quantity in ("acceleration", "mesh_forces")
         )
         records = Records(qs, vs, a, forces)
-        return self.recorded(grid, records, work=work[:, 0], work_turned_over=work[:, 1])
+        return self.make_trajectory(grid, records, work=work[:, 0], work_turned_over=work[:, 1])
 
-    def recorded(self, time: np.ndarray, records: Records, **more: np.ndarray) -> xr.Dataset:
+    def make_trajectory(self, time: np.ndarray, records: Records, **more: np.ndarray) -> xr.Dataset:
         """The trajectory of one run's records, arrays (times, ...), at `time` (times,) [s].
 
         Lumped, each planet of a joint has the displacements and forces of the one that stands for
@@ -203,15 +209,15 @@ class AnalyticModel(Model):
             "x_pr_dot": chunk.x_pr_dot,
             "F_pr": chunk.F_pr,
         }
-        for name, values in of_meshes.items() if self.layout.meshing else ():
+        for name, values in of_meshes.items() if self.layout.mesh_joints else ():
             variables[name] = np.full((len(time), len(planets), max(planets)), np.nan)
             for joint, count in enumerate(planets):
-                own = values[:, joint, : count if self.layout.free else 1, 0]
-                variables[name][:, joint, :count] = own
+                planet_values = values[:, joint, : count if self.layout.free else 1, 0]
+                variables[name][:, joint, :count] = planet_values
         return trajectory(self, time, **variables)
 
 
-class OwnBodies(AnalyticModel):
+class BodyModel(AnalyticModel):
     """A model derived from an arm's bodies, from all or those of a rigid level."""
 
     level: ClassVar[str | None] = None
@@ -219,15 +225,15 @@ class OwnBodies(AnalyticModel):
     @cached_property
     def terms(self) -> Terms:  # type: ignore[override]
         """Terms of these bodies."""
-        return _terms(self.arm, self.layout, self.level)
+        return _build_terms(self.arm, self.layout, self.level)
 
     @cached_property
     def links(self) -> Links:  # type: ignore[override]
         """Numbers of the links' equations of these bodies."""
-        return links_of(self.arm, self.layout, self.level)
+        return build_links(self.arm, self.layout, self.level)
 
 
-class PhysicalModel(OwnBodies):
+class PhysicalModel(BodyModel):
     """The model of any arm by every body with its true absolute velocity."""
 
     name = "analytic:physical"
@@ -240,7 +246,7 @@ class PhysicalModel(OwnBodies):
         super().__init__(arm, scenario, chosen, geared_layout(arm, chosen))
 
 
-class RigidModel(OwnBodies):
+class RigidModel(BodyModel):
     """Eq. 1: the arm with rigid joints, at one of the levels of analytic.derivation.rigid."""
 
     def __init__(

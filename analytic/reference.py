@@ -30,12 +30,12 @@ def solve(
 
     def right_side(t: float, state: np.ndarray) -> np.ndarray:
         v = state[n : 2 * n]
-        found = states.at(t, state[:n], v)
-        power = found.force @ v, np.abs(found.force) @ np.abs(v)
-        return np.concatenate((v, found.acceleration, power))
+        quantities = states.evaluate(t, state[:n], v)
+        power = quantities.force @ v, np.abs(quantities.force) @ np.abs(v)
+        return np.concatenate((v, quantities.acceleration, power))
 
     size = np.ones(2 * n + 2)
-    meshes = np.union1d(gears.where, gears.less[gears.less >= 0])
+    meshes = np.union1d(gears.x_index, gears.subtract_index[gears.subtract_index >= 0])
     size[meshes] = MESH_SIZE_M
     size[n + meshes] = MESH_RATE_M_PER_S
     solution = solve_ivp(

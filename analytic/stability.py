@@ -22,16 +22,16 @@ def contact_eigenvalues(
     n = q.size
     mass = mass_matrices(terms, q)
     position, rate = np.zeros((n, n)), np.zeros((n, n))
-    meshes, number = np.zeros((gears.where.size, n)), np.arange(gears.where.size)
-    meshes[number, gears.where] = 1.0  # every mesh's displacement over the coordinates
-    of_two = gears.less >= 0
-    meshes[number[of_two], gears.less[of_two]] = -1.0
+    meshes, number = np.zeros((gears.x_index.size, n)), np.arange(gears.x_index.size)
+    meshes[number, gears.x_index] = 1.0  # every mesh's displacement over the coordinates
+    of_two = gears.subtract_index >= 0
+    meshes[number[of_two], gears.subtract_index[of_two]] = -1.0
     position += terms.mesh_map @ (stiffness[:, None] * meshes)
     rate -= meshes.T @ (gears.d[:, None] * meshes)
     rate[terms.theta, terms.theta] -= terms.friction
     for (row, wave), (cosine, sine) in zip(terms.weight, terms.weight_coeff, strict=True):
-        angle = terms.waves[wave] @ q
-        position[row] += (sine * np.cos(angle) - cosine * np.sin(angle)) * terms.waves[wave]
+        angle = terms.angle_sums[wave] @ q
+        position[row] += (sine * np.cos(angle) - cosine * np.sin(angle)) * terms.angle_sums[wave]
     if drive.code == PD:
         sensed = terms.theta
         position[:, sensed] -= terms.drive_map * drive.gains[:, 1]

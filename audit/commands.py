@@ -23,9 +23,9 @@ def errata(
     ] = False,
 ) -> None:
     """Find the errors in the paper's equations, symbolically, and simulate their effects."""
-    from crosscheck.audit.page.command import errata_command
+    from crosscheck.audit.page.command import run_errata_command
 
-    errata_command(arm, json_file, out, whole)
+    run_errata_command(arm, json_file, out, whole)
 
 
 def paper(
@@ -40,6 +40,6 @@ def paper(
     jobs: Jobs = None,
 ) -> None:
     """Reproduce the paper's figures and judge its claims; write paper.html and claims.json."""
-    from crosscheck.audit.page.command import paper_command
+    from crosscheck.audit.page.command import run_paper_command
 
-    paper_command(figure or [], out, jobs or os.cpu_count() or 1, first_seed)
+    run_paper_command(figure or [], out, jobs or os.cpu_count() or 1, first_seed)

@@ -51,30 +51,30 @@ class Wait:
     """A command that a user waits for: seconds asked, and its runs."""
 
     what: str
-    asked_s: float
+    limit_s: float
     runs: tuple[Run, ...]
 
     def __str__(self) -> str:
         clock, processor = [r.clock_s for r in self.runs], [r.processor_s for r in self.runs]
-        verdict = "" if median(clock) < self.asked_s else "  too long"
+        verdict = "" if median(clock) < self.limit_s else "  too long"
         return (
-            f"{self.what:<46}{self.asked_s:>7.1f} s{median(clock):>9.2f} s"
+            f"{self.what:<46}{self.limit_s:>7.1f} s{median(clock):>9.2f} s"
             f"{median(processor):>11.2f} s   {min(clock):.2f} to {max(clock):.2f} s,"
             f" {len(clock)} runs{verdict}"
         )
 
 
-def timed(command: Sequence[str], repeats: int, folder: Path | None = None) -> tuple[Run, ...]:
+def time_runs(command: Sequence[str], repeats: int, folder: Path | None = None) -> tuple[Run, ...]:
     """Every run of a command; folder: where what is compiled is kept, if not as usual."""
     environment = dict(os.environ, PYTHONPATH=str(ROOT))
     if folder is not None:
         environment["XDG_CACHE_HOME"] = str(folder)
-    found = []
+    runs = []
     for _ in range(repeats):
         began, used = time.perf_counter(), processor_s()
         subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
-        found.append(Run(time.perf_counter() - began, processor_s() - used))
-    return tuple(found)
+        runs.append(Run(time.perf_counter() - began, processor_s() - used))
+    return tuple(runs)
 
 
 def processor_s() -> float:
@@ -83,35 +83,35 @@ def processor_s() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def fresh(command: Sequence[str], repeats: int) -> tuple[Run, ...]:
+def time_fresh_runs(command: Sequence[str], repeats: int) -> tuple[Run, ...]:
     """The same, each run with nothing compiled before it."""
-    found: tuple[Run, ...] = ()
+    runs: tuple[Run, ...] = ()
     for _ in range(repeats):
         with tempfile.TemporaryDirectory() as folder:
-            found += timed(command, 1, Path(folder))
-    return found
+            runs += time_runs(command, 1, Path(folder))
+    return runs
 
 
-def waits(folder: Path) -> list[Wait]:
+def measure_waits(folder: Path) -> list[Wait]:
     """All that is asked; what a run writes goes into the folder."""
     simulate, compiled = (*SIMULATE, str(folder / "run.nc")), folder / "compiled"
     lumped, free = (
         (sys.executable, "-c", SIX_JOINTS.format(planets=planets)) for planets in ("lumped", "free")
     )
     for command in (lumped, free, simulate):
-        timed(command, 1, compiled)
+        time_runs(command, 1, compiled)
     return [
-        Wait("six geared joints, the first time", 60.0, fresh(lumped, 3)),
-        Wait("six geared joints, compiled before", 2.0, timed(lumped, 7, compiled)),
-        Wait("the same, three free planets each, first time", 60.0, fresh(free, 3)),
-        Wait("the same, compiled before", 2.0, timed(free, 7, compiled)),
-        Wait("crosscheck list", 0.5, timed((*CROSSCHECK, "list"), 7)),
-        Wait("crosscheck simulate, 0.01 s, compiled before", 1.5, timed(simulate, 7, compiled)),
+        Wait("six geared joints, the first time", 60.0, time_fresh_runs(lumped, 3)),
+        Wait("six geared joints, compiled before", 2.0, time_runs(lumped, 7, compiled)),
+        Wait("the same, three free planets each, first time", 60.0, time_fresh_runs(free, 3)),
+        Wait("the same, compiled before", 2.0, time_runs(free, 7, compiled)),
+        Wait("crosscheck list", 0.5, time_runs((*CROSSCHECK, "list"), 7)),
+        Wait("crosscheck simulate, 0.01 s, compiled before", 1.5, time_runs(simulate, 7, compiled)),
     ]
 
 
 if __name__ == "__main__":
     print(f"{'':<46}{'asked':>9}{'median':>11}{'processor':>13}   spread")
     with tempfile.TemporaryDirectory() as place:
-        for wait in waits(Path(place)):
+        for wait in measure_waits(Path(place)):
             print(wait)

@@ -14,9 +14,9 @@ from collections import Counter
 
 from scipy.stats import binomtest
 
-from crosscheck.measured.parameters import changed
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
+from crosscheck.recordings.parameters import change_parameters
 from crosscheck.registry import RIGID_LEVELS
 from tests.measured.records import compared, level, record_of
 
@@ -25,39 +25,39 @@ ROWS = 10_000
 PAYLOAD, HEAVIER = "arm.payload_mass_kg", 1.02
 
 
-def named(arm: Arm, true: str, seed: int) -> str:
+def classify_record(arm: Arm, true: str, seed: int) -> str:
     """What a record of the arm as its file has it is said to be: right, wrong or undecided."""
-    found = compared(record_of(level(arm, true), seed, rows=ROWS), arm)
-    if not found.decided:
+    comparison = compared(record_of(level(arm, true), seed, rows=ROWS), arm)
+    if not comparison.decided:
         return "undecided"
-    return "right" if found.best.name == true else "wrong"
+    return "right" if comparison.best.name == true else "wrong"
 
 
-def covered(arm: Arm, true: str, seed: int) -> str:
+def check_payload_interval(arm: Arm, true: str, seed: int) -> str:
     """Where the 95 % interval of the payload lies that explains a record of a heavier one."""
-    heavier = changed(arm, {PAYLOAD: HEAVIER * arm.payload_mass_kg})
-    found = compared(record_of(level(heavier, true), seed, rows=ROWS), arm)
-    for repair in found.repairs:
+    heavier = change_parameters(arm, {PAYLOAD: HEAVIER * arm.payload_mass_kg})
+    comparison = compared(record_of(level(heavier, true), seed, rows=ROWS), arm)
+    for repair in comparison.repairs:
         estimate = repair.estimate
         if (repair.level, estimate.parameter.path) == (true, PAYLOAD):
-            apart = abs(estimate.value - heavier.payload_mass_kg)
-            return "covers it" if apart < estimate.half_width else "does not cover it"
+            error_kg = abs(estimate.value - heavier.payload_mass_kg)
+            return "covers it" if error_kg < estimate.half_width else "does not cover it"
     return "not named"
 
 
-def main(seeds: int) -> None:
+def print_counts(seeds: int) -> None:
     """Print both counts."""
     arm = load_arm("paper-labelled")
     turns = [(RIGID_LEVELS[seed % len(RIGID_LEVELS)], seed) for seed in range(seeds)]
     for title, ask, good in (
-        ("level of the record", named, "right"),
-        ("payload heavier by 2 %, 95 % interval", covered, "covers it"),
+        ("level of the record", classify_record, "right"),
+        ("payload heavier by 2 %, 95 % interval", check_payload_interval, "covers it"),
     ):
         counts = Counter(ask(arm, true, seed) for true, seed in turns)
         shares = binomtest(counts[good], seeds).proportion_ci(0.95)
-        told = ", ".join(f"{name} {count}" for name, count in counts.most_common())
-        print(f"{title}: {told}; {good} in {shares.low:.3f} to {shares.high:.3f} of all")
+        summary = ", ".join(f"{name} {count}" for name, count in counts.most_common())
+        print(f"{title}: {summary}; {good} in {shares.low:.3f} to {shares.high:.3f} of all")
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else SEEDS)
+    print_counts(int(sys.argv[1]) if len(sys.argv) > 1 else SEEDS)

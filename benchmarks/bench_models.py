@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.checks.answers import random_states
+from crosscheck.checks.answers import sample_states
 from crosscheck.models.loading import load_case
-from crosscheck.registry import build, names
+from crosscheck.registry import build, model_names
 
 RUN = ("scenario.duration_s=0.02",)
 
@@ -33,9 +33,9 @@ def test_rigid_run(benchmark: Any, engine: str, level: str) -> None:
 
 
 @pytest.mark.benchmark(group="acceleration at one state")
-@pytest.mark.parametrize("name", names("geared"))
+@pytest.mark.parametrize("name", model_names("geared"))
 def test_acceleration(benchmark: Any, name: str) -> None:
     model = build(name, *load_case("paper-labelled", "pd"))
-    states = random_states(model.coordinates, model.arm, 1, 0)
+    states = sample_states(model.coordinates, model.arm, 1, 0)
     result = benchmark(model.acceleration, states.t[0], states.q[0], states.v[0])
     assert np.isfinite(result).all()

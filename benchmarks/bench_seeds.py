@@ -17,38 +17,44 @@ from crosscheck.audit.claims.chapter import COLUMNS
 from crosscheck.audit.claims.rule import VerdictKind
 from crosscheck.audit.experiments.scale import FULL, QUICK
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.page.material import Material
-from crosscheck.models.places import cache_folder
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.models.directories import cache_folder
 from crosscheck.runner.progress import progress_bar
 
-APART = 1000  # between the first seeds of two sets
+SEED_STEP = 1000  # between the first seeds of two sets
 
 
-def verdicts(material: Material) -> dict[str, dict[str, VerdictKind]]:
+def collect_verdicts(material: AuditContext) -> dict[str, dict[str, VerdictKind]]:
     """By claim id: over all models, and where runs decide by column."""
-    judged = material.judged
-    found = {"all models": {name: one.verdict.kind for name, one in judged.items()}}
+    judged = material.judged_claims
+    outcomes_by_column = {
+        "all models": {name: judgement.verdict.kind for name, judgement in judged.items()}
+    }
     for model, column in COLUMNS.items():
-        asked = {name: one for name, one in judged.items() if not one.claim.static}
-        found[column] = {name: one.by_model[model].kind for name, one in asked.items()}
-    return found
+        run_claims = {
+            name: judgement for name, judgement in judged.items() if not judgement.claim.static
+        }
+        outcomes_by_column[column] = {
+            name: judgement.by_model[model].kind for name, judgement in run_claims.items()
+        }
+    return outcomes_by_column
 
 
-def told(sets: Sequence[Mapping[str, VerdictKind]]) -> str:
+def describe_differences(sets: Sequence[Mapping[str, VerdictKind]]) -> str:
     """What differs."""
     lines, moved = [], 0
     for name in sets[0]:
-        found = [verdicts[name] for verdicts in sets]
-        if len(set(found)) == 1:
+        outcomes = [verdicts[name] for verdicts in sets]
+        if len(set(outcomes)) == 1:
             continue
         moved += 1
-        through = "" if VerdictKind.BISTABLE in found else "  NOT by way of bistable"
-        lines.append(f"{name}: {' | '.join(found)}{through}")
+        through = "" if VerdictKind.BISTABLE in outcomes else "  NOT by way of bistable"
+        lines.append(f"{name}: {' | '.join(outcomes)}{through}")
     share = moved / len(sets[0])
     return "\n".join([*lines, f"{moved} of {len(sets[0])} claims ({100 * share:.1f} %)"])
 
 
-def main() -> None:
+def compare_seeds() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sets", type=int, default=3)
     parser.add_argument("--jobs", type=int, default=2)
@@ -58,12 +64,12 @@ def main() -> None:
     with progress_bar() as progress:
         study = Study(cache_folder(), given.jobs, progress)
         sets = [
-            verdicts(Material(study, replace(scale, first_seed=1 + APART * number)))
+            collect_verdicts(AuditContext(study, replace(scale, first_seed=1 + SEED_STEP * number)))
             for number in range(given.sets)
         ]
     for column in sets[0]:
-        print(f"{column}:\n{told([one[column] for one in sets])}")
+        print(f"{column}:\n{describe_differences([verdicts[column] for verdicts in sets])}")
 
 
 if __name__ == "__main__":
-    main()
+    compare_seeds()

@@ -18,7 +18,7 @@ REDRAW = """([from, to]) => new Promise(done => {
 OPENED = "performance.timing.domContentLoadedEventEnd - performance.timing.navigationStart"
 
 
-def main(file: Path) -> None:
+def measure_page(file: Path) -> None:
     """Print both [ms], in headless Chromium."""
     with sync_playwright() as playwright:
         path = shutil.which("chromium")
@@ -32,4 +32,4 @@ def main(file: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    measure_page(Path(sys.argv[1]))

@@ -17,7 +17,7 @@ equations of your own.
 
 from __future__ import annotations
 
-from crosscheck.lazy import lazy_names
+from crosscheck.lazy import make_lazy_names
 
 __version__ = "0.1.0"
 # What every reader of JSON holds exactly; the command line and a record take the same seeds.
@@ -44,4 +44,4 @@ _MODULES = {
     "switches": "crosscheck.models.experiment.scenario",
 }
 __all__ = list(_MODULES)
-__getattr__, __dir__ = lazy_names(__name__, _MODULES)
+__getattr__, __dir__ = make_lazy_names(__name__, _MODULES)

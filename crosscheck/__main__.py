@@ -9,14 +9,14 @@ import sys
 from typing import NoReturn
 
 from crosscheck.runner import interruption
-from crosscheck.runner.supervision import SIGNALS, supervised
+from crosscheck.runner.supervision import SIGNALS, run_supervised
 
 FEW_OBJECTS = 10_000  # before cycles are searched for: Python's own 700 cost imports a sixth more
 
 
 def main() -> NoReturn:
     """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (no verdict), 130, 143."""
-    sys.exit(supervised(command))
+    sys.exit(run_supervised(command))
 
 
 def command() -> NoReturn:
@@ -32,10 +32,10 @@ def command() -> NoReturn:
     except (KeyboardInterrupt, Exception):
         if not interruption.was_stopped():
             raise
-        print(f"crosscheck: {interruption.farewell()}", file=sys.stderr)
+        print(f"crosscheck: {interruption.exit_message()}", file=sys.stderr)
         sys.exit(interruption.exit_code())
     finally:
-        interruption.deaf()  # all is said and written: nothing is left to interrupt
+        interruption.ignore_signals()  # all is said and written: nothing is left to interrupt
         gc.freeze()  # what is left is not searched for cycles once more: half a second
         interruption.leave_if_stopped()
 

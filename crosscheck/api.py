@@ -10,7 +10,7 @@ from crosscheck.findings import Agreement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import CannotDo, InputError
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.files import raw_arm
+from crosscheck.models.files import read_raw_arm
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm, load_scenario, require_fit
 from crosscheck.models.robot.file import load_robot
@@ -75,12 +75,14 @@ def check(
     scenarios: what to run in place of the usual experiments, those of the paper or sized to the
     arm. Raises InputError.
     """
-    from crosscheck.planning.plan import Wanted
-    from crosscheck.run import cross_check
+    from crosscheck.planning.plan import CrossCheckRequest
+    from crosscheck.run import run_cross_check
 
     chosen = load_arm(arm) if isinstance(arm, str) else arm
-    told = json.dumps(raw_arm(arm)) if isinstance(arm, str) else ""
+    arm_file_json = json.dumps(read_raw_arm(arm)) if isinstance(arm, str) else ""
     loaded = tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios)
     for scenario in loaded:
         require_fit(scenario, chosen)
-    return cross_check(Wanted(chosen, quick, seed, loaded, told=told), jobs=jobs).agreement
+    return run_cross_check(
+        CrossCheckRequest(chosen, quick, seed, loaded, arm_file_json=arm_file_json), jobs=jobs
+    ).agreement

@@ -10,7 +10,7 @@ from typing import Any
 
 from crosscheck.models.errors import InputError, describe_error
 from crosscheck.runner.interruption import was_stopped
-from crosscheck.runner.supervision import overseen
+from crosscheck.runner.supervision import track_foreign_code
 
 PROGRAM = "geararm-crosscheck"  # whose own entry points are no foreign code
 COMMAND_S = 3600.0  # rough cost [s] of a package's command, see Patience
@@ -23,7 +23,7 @@ def foreign_code(whose: str, cost: float = 5.0) -> Iterator[None]:
     whose: how the error line begins; cost: estimated [s], see Patience.
     """
     try:
-        with overseen(whose, cost):
+        with track_foreign_code(whose, cost):
             yield
     except BaseException as error:
         if was_stopped() or isinstance(error, InputError):
@@ -34,12 +34,12 @@ def foreign_code(whose: str, cost: float = 5.0) -> Iterator[None]:
 def load_entry(offer: EntryPoint) -> Any:
     """The object that an entry point names. Raises InputError where it cannot be imported."""
     try:
-        with overseen(f"package {_owner(offer)}: entry point {offer.name}"):
+        with track_foreign_code(f"package {_owner(offer)}: entry point {offer.name}"):
             return offer.load()
     except BaseException as error:
         if was_stopped():
             raise
-        raise unusable(offer, f"cannot be imported: {describe_error(error)}") from None
+        raise entry_point_error(offer, f"cannot be imported: {describe_error(error)}") from None
 
 
 def load_record(
@@ -52,10 +52,10 @@ def load_record(
     record = load_entry(offer)
     if not isinstance(record, kind):
         expected = f"{kind.__module__}.{kind.__qualname__}"
-        raise unusable(offer, f"must be a {expected}, is {type(record).__name__}")
+        raise entry_point_error(offer, f"must be a {expected}, is {type(record).__name__}")
     for name, types in fields.items():
         if not isinstance(getattr(record, name), types):
-            raise unusable(offer, f"{name} is a {type(getattr(record, name)).__name__}")
+            raise entry_point_error(offer, f"{name} is a {type(getattr(record, name)).__name__}")
     return record
 
 
@@ -67,7 +67,7 @@ def load_command(offer: EntryPoint, usage_errors: tuple[type[BaseException], ...
     """
     command = load_entry(offer)
     if not callable(command) or isinstance(command, type):
-        raise unusable(offer, f"must be a function, is {type(command).__name__}")
+        raise entry_point_error(offer, f"must be a function, is {type(command).__name__}")
     if _owner(offer) == PROGRAM:
         return command
     whose = f"package {_owner(offer)}: command {offer.name}"
@@ -85,7 +85,7 @@ def load_command(offer: EntryPoint, usage_errors: tuple[type[BaseException], ...
     return run
 
 
-def unusable(offer: EntryPoint, why: str) -> InputError:
+def entry_point_error(offer: EntryPoint, why: str) -> InputError:
     """The error for an entry point that names nothing of use."""
     return InputError(f"package {_owner(offer)}", f"entry point {offer.name}", offer.value, why)
 

@@ -11,13 +11,13 @@ from typing import Any, Literal
 from crosscheck.provenance import Provenance
 
 SCHEMA_VERSION = 2
-Kind = Literal["check", "measurement"]
+FindingKind = Literal["check", "measurement"]
 Verdict = Literal["agree", "differ", "unresolved", "unfinished", "failed", "measured"]
 UNFINISHED_CODE = 3  # exit code where nothing differs, and something was not judged
 
 
 @dataclass(frozen=True)
-class Key:
+class ComparisonKey:
     """The name of a comparison: what is compared, in which case, between which models.
 
     ``family``: the kind of comparison (states, same-step, ...); ``case``: the arm or experiment;
@@ -41,10 +41,10 @@ class Key:
 
 
 @dataclass(frozen=True)
-class About:
+class Subject:
     """What a comparison is about: key, unit, metric; ``against``: what ``left`` is held to."""
 
-    key: Key
+    key: ComparisonKey
     unit: str
     metric: str
     against: str = ""
@@ -60,8 +60,8 @@ class Finding:
     should know.
     """
 
-    about: About
-    kind: Kind
+    about: Subject
+    kind: FindingKind
     verdict: Verdict
     measured: float | None = None
     tolerance: float | None = None
@@ -71,7 +71,7 @@ class Finding:
 
     @property
     def id(self) -> str:
-        """The key of the comparison as one text, see ``Key.id``."""
+        """The key of the comparison as one text, see ``ComparisonKey.id``."""
         return self.about.key.id
 
     @property
@@ -117,8 +117,8 @@ class Finding:
         }
 
 
-def checked(
-    about: About,
+def make_check(
+    about: Subject,
     *,
     measured: float,
     tolerance: float,
@@ -133,19 +133,19 @@ def checked(
     anything; `failed` where there is no number.
     """
     if not math.isfinite(measured):
-        return failed(about, "the difference is not a number")
+        return make_failed_check(about, "the difference is not a number")
     if not math.isfinite(tolerance):
-        return failed(about, f"no tolerance can be given: {basis}")
+        return make_failed_check(about, f"no tolerance can be given: {basis}")
     verdict: Verdict = "agree" if measured <= tolerance else "differ"
     if verdict == "agree" and not resolved:
         verdict = "unresolved"
     return Finding(
-        about, "check", verdict, measured, tolerance, basis, _finite_or_none(relative), note
+        about, "check", verdict, measured, tolerance, basis, _replace_nonfinite(relative), note
     )
 
 
-def within_share(
-    about: About, measured: float, share: float, size: float, of: str, reason: str = ""
+def make_share_check(
+    about: Subject, measured: float, share: float, size: float, of: str, reason: str = ""
 ) -> Finding:
     """The Finding of a check whose tolerance is a share of a size, in the unit of ``about``.
 
@@ -153,33 +153,40 @@ def within_share(
     """
     basis = f"{share:g} of {of}, {size:.3g} {about.unit}{reason}"
     relative = measured / size if size else None
-    return checked(about, measured=measured, tolerance=share * size, basis=basis, relative=relative)
+    return make_check(
+        about, measured=measured, tolerance=share * size, basis=basis, relative=relative
+    )
 
 
-def measured_only(
-    about: About, *, measured: float, basis: str = "", relative: float | None = None, note: str = ""
+def make_measurement(
+    about: Subject,
+    *,
+    measured: float,
+    basis: str = "",
+    relative: float | None = None,
+    note: str = "",
 ) -> Finding:
     """The Finding of a measurement: the size of a difference that nobody expects to vanish.
 
     A difference that is no number gives a failed check: a model somewhere gave none.
     """
     if not math.isfinite(measured):
-        return failed(about, "the difference is not a number")
-    relative = _finite_or_none(relative)
+        return make_failed_check(about, "the difference is not a number")
+    relative = _replace_nonfinite(relative)
     return Finding(about, "measurement", "measured", measured, None, basis, relative, note)
 
 
-def failed(about: About, note: str) -> Finding:
+def make_failed_check(about: Subject, note: str) -> Finding:
     """The Finding of a check that could not be made: a model missing, raising or diverged."""
     return Finding(about, "check", "failed", note=note)
 
 
-def unfinished(about: About, note: str) -> Finding:
+def make_unfinished_check(about: Subject, note: str) -> Finding:
     """The Finding of a check not made: a model was stopped before it answered, right or wrong."""
     return Finding(about, "check", "unfinished", note=note)
 
 
-def _finite_or_none(value: float | None) -> float | None:
+def _replace_nonfinite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
@@ -214,7 +221,7 @@ class EntryDifferences:
     relative: tuple[tuple[float, ...], ...]
     tolerance: float
 
-    def wrong(self) -> list[WrongEntry]:
+    def wrong_entries(self) -> list[WrongEntry]:
         """The entries beyond the tolerance, largest first; M_ij and M_ji are one."""
         beyond = {
             (i, j): value
@@ -222,15 +229,15 @@ class EntryDifferences:
             for j, value in enumerate(row)
             if not value <= self.tolerance
         }
-        found = []
+        entries = []
         for i, j in beyond:
             pair = ((i, j),) if i == j or (j, i) not in beyond else ((i, j), (j, i))
             if pair == tuple(sorted(pair)):
                 largest = max(beyond[place] for place in pair)
-                found.append(WrongEntry(self._name(i, j), pair, largest))
-        return sorted(found, key=lambda entry: -entry.relative)
+                entries.append(WrongEntry(self._entry_name(i, j), pair, largest))
+        return sorted(entries, key=lambda entry: -entry.relative)
 
-    def _name(self, row: int, column: int) -> str:
+    def _entry_name(self, row: int, column: int) -> str:
         names = [self.coordinates[row]]
         names += [self.coordinates[column]] if len(self.relative[row]) > 1 else []
         return f"{SYMBOLS[self.quantity]}[{', '.join(names)}]"
@@ -241,14 +248,14 @@ class Agreement:
     """All Findings of a cross-check, with where they come from.
 
     Where the cross-check is compared with a recorded one, ``record`` is the provenance of that, and
-    ``known`` are the keys of the checks of which a difference was accepted. entries: models beside
-    the engines entry by entry, as far as that was asked.
+    ``accepted_keys`` are the keys of the checks of which a difference was accepted. entries: models
+    beside the engines entry by entry, as far as that was asked.
     """
 
     findings: Sequence[Finding]
     provenance: Provenance | None = None
     record: Provenance | None = None
-    known: Sequence[Key] = ()
+    accepted_keys: Sequence[ComparisonKey] = ()
     entries: Sequence[EntryDifferences] = ()
 
     @property
@@ -272,11 +279,11 @@ class Agreement:
 
     def to_dict(self) -> dict[str, Any]:
         """The agreement as a dictionary, as in crosscheck/schema/agreement.schema.json."""
-        own = self.provenance
+        provenance = self.provenance
         return {
             "schema_version": SCHEMA_VERSION,
             "findings": [finding.to_dict() for finding in self.findings],
-            "provenance": {} if own is None else own.model_dump(mode="json"),
+            "provenance": {} if provenance is None else provenance.model_dump(mode="json"),
         }
 
     def to_json(self) -> str:

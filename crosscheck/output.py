@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from crosscheck.kinds import Kind, is_of, kind_of
+from crosscheck.file_types import FileType, identify_file_type, is_file_of_type
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import is_input
-from crosscheck.runner.interruption import leftovers
+from crosscheck.runner.interruption import cleanup_callbacks
 
 # Under a name that begins so, a file grows until it takes its place.
 DRAFT = ".crosscheck-"
@@ -25,7 +25,7 @@ OUTPUT = 1  # descriptor of standard output
 
 def require_writable(folder: Path) -> None:
     """Make the folder if need be. Raises InputError unless a file can be made in it."""
-    with in_one_line(folder):
+    with convert_os_errors(folder):
         if folder.is_file():
             raise InputError(str(folder), "", None, "is a file; a folder is expected")
         folder.mkdir(parents=True, exist_ok=True)
@@ -33,18 +33,18 @@ def require_writable(folder: Path) -> None:
             pass
 
 
-def require_file(path: Path, kind: Kind | None = None, option: str = "") -> Path:
+def require_file(path: Path, kind: FileType | None = None, option: str = "") -> Path:
     """Path where a file of this name goes, links followed; its folder is made if need be.
 
     kind: the kind of the content, which may replace a file of that kind alone, or go into a pipe;
     without a kind the caller sees to what is replaced, and there is no pipe. option: what to name
     in the message. Raises InputError unless the file can be written there.
     """
-    with in_one_line(path):
+    with convert_os_errors(path):
         if kind is not None and _is_stream(path):
             return path
         target = Path(os.path.realpath(path))
-        obstacle = _obstacle(target) or _owner(target, kind)
+        obstacle = _obstacle(target) or _replacement_obstacle(target, kind)
     if obstacle:
         where, value = (option, str(path)) if option else (str(path), None)
         raise InputError(where, "", value, obstacle)
@@ -52,10 +52,12 @@ def require_file(path: Path, kind: Kind | None = None, option: str = "") -> Path
     return target
 
 
-def require_files(*wanted: tuple[Path | None, Kind], apart_from: Path | None = None) -> None:
+def require_files(
+    *outputs: tuple[Path | None, FileType], reserved_path: Path | None = None
+) -> None:
     """Raise InputError unless each file can be written and no two are the same; before the work."""
-    taken = set() if apart_from is None else {os.path.realpath(apart_from)}
-    for path, kind in wanted:
+    taken = set() if reserved_path is None else {os.path.realpath(reserved_path)}
+    for path, kind in outputs:
         if path is None:
             continue
         require_file(path, kind)
@@ -79,8 +81,8 @@ def write_files(contents: Mapping[Path, str | bytes]) -> None:
     with ExitStack() as stack:
         ready = []
         for path, content in encoded.items():
-            target = require_file(path, kind_of(content))
-            with in_one_line(path):
+            target = require_file(path, identify_file_type(content))
+            with convert_os_errors(path):
                 if _is_stream(path):
                     streams[path] = content
                     continue
@@ -91,10 +93,10 @@ def write_files(contents: Mapping[Path, str | bytes]) -> None:
                 new.write(content, lasting=True)
                 ready.append((path, new, target))
         for path, new, target in ready:
-            with in_one_line(path):
+            with convert_os_errors(path):
                 new.publish(target)
     for path, content in streams.items():
-        with in_one_line(path):
+        with convert_os_errors(path):
             to_output = _is_output(path.stat())
             if to_output:
                 sys.stdout.flush()
@@ -140,31 +142,31 @@ def draft(folder: Path, mode: int = 0o666) -> Iterator[Draft]:
 
     mode: its permissions, as far as the umask leaves them. Raises OSError.
     """
-    new = _locked(folder, mode)
+    new = _create_locked_draft(folder, mode)
     drop = partial(new.path.unlink, missing_ok=True)
-    leftovers.append(drop)
+    cleanup_callbacks.append(drop)
     try:
         yield new
     finally:
         os.close(new.handle)
         drop()
-        leftovers.remove(drop)
+        cleanup_callbacks.remove(drop)
 
 
-def _locked(folder: Path, mode: int) -> Draft:
+def _create_locked_draft(folder: Path, mode: int) -> Draft:
     """A new file, locked while its writer lives, so that others can tell what was left behind."""
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
     while True:
         path = folder / f"{DRAFT}{secrets.token_hex(8)}"
         handle = os.open(path, flags, mode)
-        ours = True
+        is_locked = True
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            ours = False
+            is_locked = False
         except OSError:  # not every network file system has locks
             pass
-        if ours and os.fstat(handle).st_nlink:
+        if is_locked and os.fstat(handle).st_nlink:
             return Draft(path, handle)
         os.close(handle)  # taken for abandoned before it was locked
 
@@ -182,7 +184,7 @@ def remove_abandoned(folder: Path) -> None:
 
 
 @contextmanager
-def in_one_line(path: Path) -> Iterator[None]:
+def convert_os_errors(path: Path) -> Iterator[None]:
     """Raise InputError instead of what the operating system says about a path."""
     try:
         yield
@@ -209,13 +211,13 @@ def _obstacle(target: Path) -> str:
     return "" if os.access(target, os.W_OK) else "is write-protected"
 
 
-def _owner(target: Path, kind: Kind | None) -> str:
+def _replacement_obstacle(target: Path, kind: FileType | None) -> str:
     """Why the program may not replace what is at the target; empty if it may. Raises OSError."""
     if is_input(target):
         return "is read by this command; name another file"
-    if kind is None or not target.exists() or is_of(target, kind):
+    if kind is None or not target.exists() or is_file_of_type(target, kind):
         return ""
-    return f"exists and is not {kind.said}; name another file, or remove it"
+    return f"exists and is not {kind.description}; name another file, or remove it"
 
 
 def _is_stream(path: Path) -> bool:

@@ -52,7 +52,7 @@ class Provenance(Data):
     lock_sha256: str | None
 
 
-def provenance(
+def record_provenance(
     arm: Arm,
     seed: int,
     quick: bool,
@@ -77,7 +77,7 @@ def provenance(
         switches=chosen,
         model=model,
         remarks=tuple(remarks),
-        versions={name: version(name) for name in (*PACKAGES, *packages)},
+        versions={name: find_version(name) for name in (*PACKAGES, *packages)},
         python=platform.python_version(),
         machine=f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         revision=_revision(),
@@ -94,7 +94,7 @@ def arm_digest(arm: Arm) -> str:
     return hashlib.sha256(arm.model_dump_json(exclude_defaults=True).encode()).hexdigest()
 
 
-def version(package: str) -> str | None:
+def find_version(package: str) -> str | None:
     """Version of an installed package; None if it is not installed."""
     try:
         return metadata.version(package)

@@ -10,8 +10,8 @@ from functools import cached_property
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Literal, get_args
 
-from crosscheck.analytic.paper.covered import papers_kind
-from crosscheck.entry import foreign_code, load_record, unusable
+from crosscheck.analytic.paper.coverage import is_covered_by_paper
+from crosscheck.entry import entry_point_error, foreign_code, load_record
 from crosscheck.models.abilities import STATE_ABILITIES
 from crosscheck.models.errors import Diverged, InputError
 
@@ -26,7 +26,7 @@ Role = Literal["geared", "form", "rigid", "supplied"]
 STATES = frozenset(STATE_ABILITIES)
 RUNS = STATES | {"simulate"}
 BOTH_WAYS = RUNS | {"reference"}
-ABREAST = 32  # runs in the lanes of the analytic models' kernel
+KERNEL_LANES = 32  # runs in the lanes of the analytic models' kernel
 EVERY_MODELS_PACKAGES = ("numpy", "scipy", "xarray")
 ANALYTIC_PACKAGES = ("sympy", "llvmlite")
 
@@ -68,7 +68,7 @@ class Entry:
         return rigid_layout(arm) if self.role == "rigid" else geared_layout(arm, chosen)
 
     @property
-    def versioned(self) -> tuple[str, ...]:
+    def versioned_packages(self) -> tuple[str, ...]:
         """Distributions whose versions the model's results depend on."""
         return (*EVERY_MODELS_PACKAGES, *self.packages)
 
@@ -83,21 +83,26 @@ RIGID_LEVELS = tuple(LEVELS)
 
 
 def _is_papers(arm: Arm, chosen: Switches) -> bool:
-    return papers_kind(arm) and chosen.planets == "lumped"
+    return is_covered_by_paper(arm) and chosen.planets == "lumped"
 
 
-def _of_levels(package: str, one: Entry) -> dict[str, Entry]:
-    """A rigid model of each level, by name; one: what they share, with their attributes' prefix."""
+def _level_entries(package: str, template: Entry) -> dict[str, Entry]:
+    """A rigid model of each level, by name; template: what they share, with their attributes'
+    prefix.
+    """
     return {
         f"{package}:{level}": replace(
-            one, attribute=f"{one.attribute}{level.capitalize()}", level=level, title=title
+            template,
+            attribute=f"{template.attribute}{level.capitalize()}",
+            level=level,
+            title=title,
         )
         for level, title in LEVELS.items()
     }
 
 
 _ANALYTIC = "crosscheck.analytic.model"
-_RIGID = Entry(_ANALYTIC, "Rigid", "rigid", RUNS, ANALYTIC_PACKAGES, order=4, abreast=ABREAST)
+_RIGID = Entry(_ANALYTIC, "Rigid", "rigid", RUNS, ANALYTIC_PACKAGES, order=4, abreast=KERNEL_LANES)
 _PAPER = "crosscheck.analytic.paper.model"
 _FORM = Entry(_PAPER, "", "form", RUNS, ANALYTIC_PACKAGES, order=4, covers=_is_papers)
 _PINOCCHIO = Entry(
@@ -113,7 +118,7 @@ BUILT_IN = {
         BOTH_WAYS | {"precise", "mesh_modes", "contact_poles"},
         ANALYTIC_PACKAGES,
         order=4,
-        abreast=ABREAST,
+        abreast=KERNEL_LANES,
         title="the project's derivation by Lagrange's equations, every gear a body",
     ),
     "analytic:energies": replace(
@@ -124,8 +129,8 @@ BUILT_IN = {
         attribute="PrintedModel",
         title="the paper's equations of motion as printed, Eqs. 21-22",
     ),
-    **_of_levels("analytic", _RIGID),
-    **_of_levels("pinocchio", _PINOCCHIO),
+    **_level_entries("analytic", _RIGID),
+    **_level_entries("pinocchio", _PINOCCHIO),
     "pinocchio:gears": Entry(
         "crosscheck.models.pinocchio.gears",
         "PinocchioGears",
@@ -179,7 +184,7 @@ class Registry(MutableMapping[str, Entry]):
 
     @cached_property
     def _entries(self) -> dict[str, Entry]:
-        return with_installed(BUILT_IN)
+        return add_installed_models(BUILT_IN)
 
     def __getitem__(self, name: str) -> Entry:
         return self._entries[name]
@@ -200,22 +205,26 @@ class Registry(MutableMapping[str, Entry]):
 MODELS = Registry()
 
 
-def with_installed(known: dict[str, Entry]) -> dict[str, Entry]:
+def add_installed_models(built_in: dict[str, Entry]) -> dict[str, Entry]:
     """The known models, then those that installed packages offer, sorted by name.
 
     Raises InputError for an offer that cannot be imported, is no Entry or has a name that is taken.
     """
-    found = dict(known)
+    entries = dict(built_in)
     offers = entry_points(group=ENTRY_POINTS)
     for offer in sorted(offers, key=lambda each: (each.name, each.value)):
-        if offer.name in found:
-            raise unusable(offer, "a model of this name exists already")
+        if offer.name in entries:
+            raise entry_point_error(offer, "a model of this name exists already")
         entry = load_record(offer, Entry, FIELDS)
         if entry.role not in get_args(Role):
-            raise unusable(offer, f"role is {entry.role!r}; must be one of {get_args(Role)}")
-        own = (offer.dist.name,) if offer.dist else ()  # whose version counts for its results
-        found[offer.name] = replace(entry, packages=(*entry.packages, *own))
-    return found
+            raise entry_point_error(
+                offer, f"role is {entry.role!r}; must be one of {get_args(Role)}"
+            )
+        distribution = (
+            (offer.dist.name,) if offer.dist else ()
+        )  # whose version counts for its results
+        entries[offer.name] = replace(entry, packages=(*entry.packages, *distribution))
+    return entries
 
 
 @contextmanager
@@ -233,97 +242,105 @@ def register(name: str, entry: Entry) -> Iterator[None]:
         del MODELS[name]
 
 
-def is_guest(name: str) -> bool:
+def is_plugin(name: str) -> bool:
     """Whether a model came in by ``register`` or an installed package."""
     return name in MODELS and name not in BUILT_IN
 
 
 def packages() -> tuple[str, ...]:
     """Distributions that results of any model depend on."""
-    return tuple(dict.fromkeys(name for entry in MODELS.values() for name in entry.versioned))
+    return tuple(
+        dict.fromkeys(name for entry in MODELS.values() for name in entry.versioned_packages)
+    )
 
 
-def names(role: Role) -> tuple[str, ...]:
+def model_names(role: Role) -> tuple[str, ...]:
     """Names of all models of a role, in the order of the registry."""
     return tuple(name for name, entry in MODELS.items() if entry.role == role)
 
 
-def covering(role: Role, arm: Arm, chosen: Switches) -> tuple[str, ...]:
+def find_covering_models(role: Role, arm: Arm, chosen: Switches) -> tuple[str, ...]:
     """Names of the models of a role that are about an arm under switches."""
-    return about(names(role), arm, chosen)
+    return select_covering(model_names(role), arm, chosen)
 
 
-def about(among: Sequence[str], arm: Arm, chosen: Switches) -> tuple[str, ...]:
+def select_covering(among: Sequence[str], arm: Arm, chosen: Switches) -> tuple[str, ...]:
     """Names among the given ones whose models are about an arm under switches."""
-    return tuple(name for name in among if _covers(name, arm, chosen))
+    return tuple(name for name in among if _is_covering(name, arm, chosen))
 
 
-def _covers(name: str, arm: Arm, chosen: Switches) -> bool:
-    if not is_guest(name):
+def _is_covering(name: str, arm: Arm, chosen: Switches) -> bool:
+    if not is_plugin(name):
         return MODELS[name].covers(arm, chosen)
     with foreign_code(f"model {name}: covers"):
         return bool(MODELS[name].covers(arm, chosen))
 
 
-def promising(ability: str, among: tuple[str, ...]) -> tuple[str, ...]:
+def select_with_method(ability: str, among: tuple[str, ...]) -> tuple[str, ...]:
     """Names among the given ones whose models promise a method."""
     return tuple(name for name in among if ability in MODELS[name].promises)
 
 
-def of_level(level: str) -> tuple[str, ...]:
+def find_level_models(level: str) -> tuple[str, ...]:
     """Names of the rigid models of a level."""
     return tuple(name for name, entry in MODELS.items() if entry.level == level)
 
 
 def reference_model() -> str:
     """Name of the reference model of gears: it integrates with fixed and adaptive steps."""
-    return promising("reference", names("geared"))[0]
+    return select_with_method("reference", model_names("geared"))[0]
 
 
-def engines_beside(model: str, among: Sequence[str]) -> tuple[str, ...]:
+def select_other_engines(model: str, among: Sequence[str]) -> tuple[str, ...]:
     """Names among the given ones of models that another package than the model's has."""
     return tuple(name for name in among if name.partition(":")[0] != model.partition(":")[0])
 
 
-def same_integrator() -> tuple[str, ...]:
+def find_same_integrator_models() -> tuple[str, ...]:
     """Names of the geared models with the reference model's fixed-step integrator, it first."""
     order = MODELS[reference_model()].order
-    return tuple(n for n in promising("simulate", names("geared")) if MODELS[n].order == order)
+    return tuple(
+        n for n in select_with_method("simulate", model_names("geared")) if MODELS[n].order == order
+    )
 
 
 def second_engine() -> str:
     """Name of the model that stands for all with the reference model's integrator."""
-    return same_integrator()[1]
+    return find_same_integrator_models()[1]
 
 
-def refined_alone() -> tuple[str, ...]:
+def find_other_integrator_models() -> tuple[str, ...]:
     """Names of geared models that simulate by an integrator of their own, without constraints."""
-    able = promising("simulate", names("geared"))
-    return tuple(n for n in able if n not in (*same_integrator(), *constrained()))
+    able = select_with_method("simulate", model_names("geared"))
+    return tuple(
+        n for n in able if n not in (*find_same_integrator_models(), *find_constrained_models())
+    )
 
 
-def constrained() -> tuple[str, ...]:
+def find_constrained_models() -> tuple[str, ...]:
     """Names of the geared models that close joints by constraint equations, and simulate."""
-    return promising("constraint_residual", promising("simulate", names("geared")))
+    return select_with_method(
+        "constraint_residual", select_with_method("simulate", model_names("geared"))
+    )
 
 
-def entry_of(name: str) -> Entry:
+def get_entry(name: str) -> Entry:
     """The Entry of a model. Raises InputError for an unknown name."""
     if name not in MODELS:
         raise InputError("model", "", name, f"unknown; allowed: {', '.join(MODELS)}")
     return MODELS[name]
 
 
-def model_class(name: str) -> type[Model]:
+def load_model_class(name: str) -> type[Model]:
     """The class of a model name, its engine imported on first use.
 
     Raises InputError for an unknown name or an engine that cannot be imported.
     """
-    entry = entry_of(name)
+    entry = get_entry(name)
     if entry.made is not None:
         return entry.made
     try:
-        if is_guest(name):
+        if is_plugin(name):
             with foreign_code(f"model {name}: its engine cannot be imported"):
                 return getattr(importlib.import_module(entry.module), entry.attribute)
         return getattr(importlib.import_module(entry.module), entry.attribute)
@@ -333,7 +350,7 @@ def model_class(name: str) -> type[Model]:
 
 
 @contextmanager
-def usable_numbers(what: str, arm: Arm) -> Iterator[None]:
+def require_usable_numbers(what: str, arm: Arm) -> Iterator[None]:
     """Raise InputError, naming ``what`` and arm, where the arm's numbers break the arithmetic."""
     from numpy.linalg import LinAlgError
 
@@ -348,6 +365,6 @@ def usable_numbers(what: str, arm: Arm) -> Iterator[None]:
 
 def build(name: str, arm: Arm, scenario: Scenario, switches: Switches | None = None) -> Model:
     """The named model of this arm in this experiment. Raises InputError."""
-    model = model_class(name)
-    with usable_numbers(name, arm):
+    model = load_model_class(name)
+    with require_usable_numbers(name, arm):
         return model(arm, scenario, switches)

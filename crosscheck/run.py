@@ -12,24 +12,40 @@ from crosscheck.findings import Agreement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import Case
 from crosscheck.planning import energy_suite, run_suite, state_suite
-from crosscheck.planning.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
-from crosscheck.planning.plan import Wanted, order_cases, readings, short_experiments
-from crosscheck.planning.preparation import Prepared, prepared
-from crosscheck.provenance import provenance
+from crosscheck.planning.comparison import (
+    Comparison,
+    ModelTask,
+    Results,
+    collect_tasks,
+    judge_comparisons,
+)
+from crosscheck.planning.plan import (
+    CrossCheckRequest,
+    arm_variants,
+    make_order_cases,
+    make_short_experiments,
+)
+from crosscheck.planning.preparation import Preparation, prepare_experiments
+from crosscheck.provenance import record_provenance
 from crosscheck.registry import packages
 from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.progress_update import (
+    ProgressCallback,
+    ProgressUpdate,
+    TimeEstimate,
+    ignore_progress,
+)
 from crosscheck.runner.tasks import RunKey, Simulation
-from crosscheck.runner.underway import Expectation, Told, Underway, unsaid
 from crosscheck.runner.workers import Workers
 
-Shown = Callable[[Any, Any], None]  # (a task's key, its outcome)
+OutcomeCallback = Callable[[Any, Any], None]  # (a task's key, its outcome)
 
 
 @dataclass(frozen=True)
 class CrossCheck:
     """A cross-check: its Agreement, and its cases and runs (or why there is none) by key."""
 
-    wanted: Wanted
+    request: CrossCheckRequest
     agreement: Agreement
     cases: dict[RunKey, Case]
     runs: dict[RunKey, xr.Dataset | Failure]
@@ -37,92 +53,95 @@ class CrossCheck:
     @property
     def arm(self) -> Arm:
         """The arm that was cross-checked."""
-        return self.wanted.arm
+        return self.request.arm
 
 
-def cross_check(
-    wanted: Wanted,
+def run_cross_check(
+    request: CrossCheckRequest,
     *,
     jobs: int,
-    told: Told = unsaid,
-    warned: Callable[[str], None] = lambda line: None,
-    shown: Shown = lambda key, outcome: None,
+    progress: ProgressCallback = ignore_progress,
+    on_warning: Callable[[str], None] = lambda line: None,
+    on_outcome: OutcomeCallback = lambda key, outcome: None,
 ) -> CrossCheck:
-    """Run every check on an arm; ``warned`` is told of unstable loops before they run.
+    """Run every check on an arm; ``on_warning`` is told of unstable loops before they run.
 
-    shown: is handed each task's outcome while others still run. Raises InputError for an arm or
-    scenarios that cannot be run, and Unfinished where they could not be prepared.
+    on_outcome: is handed each task's outcome while others still run. Raises InputError for an arm
+    or scenarios that cannot be run, and Unfinished where they could not be prepared.
     """
     with Workers(jobs) as workers:
-        told(Underway("preparing the experiments"))
-        chosen = prepared(wanted, workers)
-        for line in chosen.remarks:
-            warned(line)
-        comparisons = planned(wanted, chosen)
-        results = performed(workers, tasks_of(comparisons), told, shown)
-    told(Underway("comparing"))
-    findings = list(findings_of(comparisons, results))
-    own = wanted.scenarios, wanted.chosen, chosen.remarks
-    record = provenance(wanted.arm, wanted.seed, wanted.quick, *own, packages())
-    entries = state_suite.entry_differences(wanted.arm, wanted.quick, wanted.seed, results)
+        progress(ProgressUpdate("preparing the experiments"))
+        preparation = prepare_experiments(request, workers)
+        for line in preparation.remarks:
+            on_warning(line)
+        comparisons = plan_comparisons(request, preparation)
+        results = run_tasks(workers, collect_tasks(comparisons), progress, on_outcome)
+    progress(ProgressUpdate("comparing"))
+    findings = list(judge_comparisons(comparisons, results))
+    settings = request.scenarios, request.chosen, preparation.remarks
+    record = record_provenance(request.arm, request.seed, request.quick, *settings, packages())
+    entries = state_suite.compute_entry_differences(
+        request.arm, request.quick, request.seed, results
+    )
     agreement = Agreement(findings, record, entries=tuple(entries))
-    return CrossCheck(wanted, agreement, cases_of(comparisons), runs_of(results))
+    return CrossCheck(request, agreement, cases_by_run(comparisons), runs_by_key(results))
 
 
-def planned(wanted: Wanted, chosen: Prepared) -> list[Comparison]:
+def plan_comparisons(request: CrossCheckRequest, preparation: Preparation) -> list[Comparison]:
     """All comparisons of a cross-check of the arm, before any task of theirs has run.
 
     Raises InputError.
     """
-    arm, quick, seed = wanted.arm, wanted.quick, wanted.seed
-    found: list[Comparison] = []
-    for reading, told in readings(wanted):
-        found += state_suite.state_comparisons(reading, quick, seed, told)
-    found += state_suite.probe_comparisons(arm, quick, seed)
-    for experiment in chosen.experiments:
-        found += run_suite.experiment_comparisons(experiment)
-    first = chosen.experiments[0]
-    for experiment in short_experiments(arm, first, chosen.limit_s):
-        found += run_suite.short_comparisons(experiment)
-    found += energy_suite.energy_comparisons(arm, first, chosen.limit_s)
-    for case in order_cases(arm, first, chosen.limit_s):
-        found += run_suite.order_comparisons(case)
-    return [*found, *(each.comparison for each in chosen.lost)]
+    arm, quick, seed = request.arm, request.quick, request.seed
+    comparisons: list[Comparison] = []
+    for reading, arm_file_json in arm_variants(request):
+        comparisons += state_suite.plan_state_comparisons(reading, quick, seed, arm_file_json)
+    comparisons += state_suite.plan_probe_comparisons(arm, quick, seed)
+    for experiment in preparation.experiments:
+        comparisons += run_suite.plan_experiment_comparisons(experiment)
+    first = preparation.experiments[0]
+    for experiment in make_short_experiments(arm, first, preparation.limit_s):
+        comparisons += run_suite.plan_short_comparisons(experiment)
+    comparisons += energy_suite.plan_energy_comparisons(arm, first, preparation.limit_s)
+    for case in make_order_cases(arm, first, preparation.limit_s):
+        comparisons += run_suite.plan_order_comparisons(case)
+    return [*comparisons, *(each.comparison for each in preparation.lost)]
 
 
-def performed(
+def run_tasks(
     workers: Workers,
     tasks: Sequence[ModelTask],
-    told: Told,
-    shown: Shown = lambda key, outcome: None,
+    progress: ProgressCallback,
+    on_outcome: OutcomeCallback = lambda key, outcome: None,
 ) -> Results:
-    """The Results of all tasks; told: of the progress; shown: each task's key and outcome."""
-    expected, outcomes = Expectation(tasks, workers.jobs), dict[Any, Any]()
+    """The Results of all tasks; progress: of the progress; on_outcome: each task's key and outcome.
+    """
+    estimate, outcomes = TimeEstimate(tasks, workers.jobs), dict[Any, Any]()
 
-    def begun(key: Any) -> None:
-        told(Underway(in_words(key), len(outcomes), len(tasks), expected.left_s))
+    def report_begin(key: Any) -> None:
+        progress(ProgressUpdate(describe_task(key), len(outcomes), len(tasks), estimate.left_s))
 
-    for key, outcome in workers.each(tasks, begun):
+    for key, outcome in workers.stream_longest_first(tasks, report_begin):
         outcomes[key] = outcome
-        expected.finish(key)
-        shown(key, outcome)
+        estimate.finish(key)
+        on_outcome(key, outcome)
     return Results(outcomes)
 
 
-def in_words(key: Any) -> str:
+def describe_task(key: Any) -> str:
     """What the task of a key does, in words."""
     if isinstance(key, RunKey):
         return f"simulating {key.experiment}, {key.model}"
     return f"evaluating {key.quantity}, {key.model}"
 
 
-def cases_of(comparisons: Sequence[Comparison]) -> dict[RunKey, Case]:
+def cases_by_run(comparisons: Sequence[Comparison]) -> dict[RunKey, Case]:
     """The case of each run that the comparisons need, by the run's key."""
-    tasks = (task for task in tasks_of(comparisons) if isinstance(task, Simulation))
+    tasks = (task for task in collect_tasks(comparisons) if isinstance(task, Simulation))
     return {task.key: task.case for task in tasks}
 
 
-def runs_of(results: Results) -> dict[RunKey, xr.Dataset | Failure]:
+def runs_by_key(results: Results) -> dict[RunKey, xr.Dataset | Failure]:
     """The runs among all outcomes, by key: a trajectory, or why there is none."""
     return {
         key: outcome

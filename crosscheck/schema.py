@@ -9,15 +9,15 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from pydantic.fields import FieldInfo
 
-from crosscheck.models.arm.quantities import Data, Limit, OneFor, Within
+from crosscheck.models.arm.quantities import Data, Limit, NumberRange, SharedValue
 
 
 @dataclass(frozen=True)
-class Described:
+class FieldDescription:
     """A field: its meaning, the unit of its numbers, and what it may be.
 
     default: None also where another field may stand instead. lists: how many tables it is a list
-    of, in words, if it is one. records: the tables that it may be, or hold. one_for: what one
+    of, in words, if it is one. records: the tables that it may be, or hold. applies_to: what one
     value stands for all of, in words, if a list may stand in its place.
     """
 
@@ -29,42 +29,46 @@ class Described:
     allowed: str
     lists: str
     records: tuple[type[Data], ...]
-    one_for: str = ""
+    applies_to: str = ""
 
 
-def described(record: type[Data]) -> tuple[Described, ...]:
+def describe_fields(record: type[Data]) -> tuple[FieldDescription, ...]:
     """The fields of a record, in their order."""
     hints = get_type_hints(record, include_extras=True)
-    return tuple(_field(name, info, hints[name]) for name, info in record.model_fields.items())
+    return tuple(
+        _describe_field(name, info, hints[name]) for name, info in record.model_fields.items()
+    )
 
 
-def records_below(record: type[Data]) -> list[type[Data]]:
+def list_records_below(record: type[Data]) -> list[type[Data]]:
     """The record and all records that it holds, each once, those above first."""
-    found = [record]
-    for one in found:
-        below = dict.fromkeys(inner for field in described(one) for inner in field.records)
-        found += [inner for inner in below if inner not in found]
-    return found
+    records = [record]
+    for holder in records:
+        below = dict.fromkeys(inner for field in describe_fields(holder) for inner in field.records)
+        records += [inner for inner in below if inner not in records]
+    return records
 
 
-def _field(name: str, info: FieldInfo, hint: Any) -> Described:
-    units = [limit.unit for limit in _parts(hint) if isinstance(limit, Within)]
+def _describe_field(name: str, info: FieldInfo, hint: Any) -> FieldDescription:
+    units = [limit.unit for limit in _parts(hint) if isinstance(limit, NumberRange)]
     types = [part for part in _parts(hint) if isinstance(part, type)]
     records = [part for part in dict.fromkeys(types) if issubclass(part, Data)]
-    one_for = next((str(part) for part in _parts(hint) if isinstance(part, OneFor)), "")
+    applies_to = next((str(part) for part in _parts(hint) if isinstance(part, SharedValue)), "")
     listed = any(get_origin(part) is tuple for part in _parts(hint))
     infos = [part for part in _parts(hint) if isinstance(part, FieldInfo)]
-    lengths = [_count(i) for i in infos if any(hasattr(e, "max_length") for e in i.metadata)]
-    return Described(
+    lengths = [
+        _describe_count(i) for i in infos if any(hasattr(e, "max_length") for e in i.metadata)
+    ]
+    return FieldDescription(
         name=name,
         meaning=info.description or "",
         unit=next(iter(units), ""),
         required=info.is_required(),
         default=None if info.is_required() else info.get_default(call_default_factory=True),
-        allowed="" if records else _allowed(hint) + one_for,
-        lists=lengths[0] if records and listed and not one_for else "",
+        allowed="" if records else _describe_allowed(hint) + applies_to,
+        lists=lengths[0] if records and listed and not applies_to else "",
         records=tuple(records),
-        one_for=one_for,
+        applies_to=applies_to,
     )
 
 
@@ -76,7 +80,7 @@ def _parts(hint: Any) -> Iterator[Any]:
             yield from _parts(part)
 
 
-def _allowed(hint: Any) -> str:
+def _describe_allowed(hint: Any) -> str:
     """What a type allows, in words, without its unit."""
     origin, inner = get_origin(hint), get_args(hint)
     if hint is bool:
@@ -84,19 +88,21 @@ def _allowed(hint: Any) -> str:
     if origin is Literal:
         return " or ".join(f'"{choice}"' for choice in inner)
     if origin is Annotated:
-        own, *metadata = inner
+        base, *metadata = inner
         for entry in metadata:
-            if isinstance(entry, Within):
-                return f"{replace(entry, unit='')}{', whole' * (own is int)}"
+            if isinstance(entry, NumberRange):
+                return f"{replace(entry, unit='')}{', whole' * (base is int)}"
             if isinstance(entry, Limit):
                 return str(entry)
-            if isinstance(entry, FieldInfo) and get_args(own)[-1:] == (...,):
-                return f"a list of {_count(entry)}, each {_allowed(get_args(own)[0])}"
-        return _allowed(own)
+            if isinstance(entry, FieldInfo) and get_args(base)[-1:] == (...,):
+                return f"a list of {_describe_count(entry)}, each {_describe_allowed(get_args(base)[0])}"
+        return _describe_allowed(base)
     if origin is tuple:
-        return f"a list of {len(inner)}, each {_allowed(inner[0])}"
+        return f"a list of {len(inner)}, each {_describe_allowed(inner[0])}"
     single = [part for part in inner if part is not NoneType and not _is_list(part)]
-    return ", or ".join(map(_allowed, single or [part for part in inner if part is not NoneType]))
+    return ", or ".join(
+        map(_describe_allowed, single or [part for part in inner if part is not NoneType])
+    )
 
 
 def _is_list(hint: Any) -> bool:
@@ -105,7 +111,7 @@ def _is_list(hint: Any) -> bool:
     )
 
 
-def _count(info: FieldInfo) -> str:
+def _describe_count(info: FieldInfo) -> str:
     """How many entries a list may have, in words: ``least to most``."""
     least = next((e.min_length for e in info.metadata if hasattr(e, "min_length")), 0)
     most = next(e.max_length for e in info.metadata if hasattr(e, "max_length"))

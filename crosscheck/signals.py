@@ -35,7 +35,7 @@ def middle(values: np.ndarray) -> float:
     return float(values.max() + values.min()) / 2 if values.size else np.nan
 
 
-def mean(values: np.ndarray) -> float:
+def mean_value(values: np.ndarray) -> float:
     """Mean of all samples."""
     return float(values.mean()) if values.size else np.nan
 
@@ -48,15 +48,15 @@ def onset(time: np.ndarray, values: np.ndarray, fraction: float = 0.5) -> float 
     return float(time[np.argmax(size >= fraction * size.max())])
 
 
-def first_below(time: np.ndarray, values: np.ndarray, level: float) -> float | None:
+def crossing_time_below(time: np.ndarray, values: np.ndarray, level: float) -> float | None:
     """First time [s] at which values fall below a level; None if they never do."""
     below = values < level
     return float(time[np.argmax(below)]) if below.any() else None
 
 
-def first_above(time: np.ndarray, values: np.ndarray, level: float) -> float | None:
+def crossing_time_above(time: np.ndarray, values: np.ndarray, level: float) -> float | None:
     """First time [s] at which values rise above a level; None if they never do."""
-    return first_below(time, -values, -level)
+    return crossing_time_below(time, -values, -level)
 
 
 def spectrum(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -90,11 +90,11 @@ class SpectralLine(NamedTuple):
 def largest_line(
     time: np.ndarray, values: np.ndarray, above_hz: float, below_hz: float = np.inf
 ) -> SpectralLine:
-    """The largest line of the values' spectrum, see ``largest_of``."""
-    return largest_of(*spectrum(time, values), above_hz, below_hz)
+    """The largest line of the values' spectrum, see ``find_largest_line``."""
+    return find_largest_line(*spectrum(time, values), above_hz, below_hz)
 
 
-def largest_of(
+def find_largest_line(
     frequency: np.ndarray, amplitudes: np.ndarray, above_hz: float, below_hz: float = np.inf
 ) -> SpectralLine:
     """The largest line from ``above_hz`` on, below ``below_hz``, refined by a parabola through it.

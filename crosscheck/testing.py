@@ -22,7 +22,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, get_args
 
 from crosscheck import LARGEST_SEED
-from crosscheck.lazy import lazy_names
+from crosscheck.lazy import make_lazy_names
 
 if TYPE_CHECKING:
     from crosscheck.models.arm.arm import Arm
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 __all__ = ["Coordinates", "Equations", "Trial", "assert_agrees", "from_sympy"]
 
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = lazy_names(
+    __getattr__, __dir__ = make_lazy_names(
         __name__,
         {
             "Coordinates": "crosscheck.trial.input.equations",
@@ -71,9 +71,9 @@ def assert_agrees(
     tried at all.
     """
     from crosscheck.models.loading import load_arm, load_scenario, require_fit
-    from crosscheck.report.trial import trial_text
-    from crosscheck.trial.input.loading import handed_over, made
-    from crosscheck.trial.trial import Asked, tried
+    from crosscheck.report.trial import format_trial
+    from crosscheck.trial.input.loading import build_equations, load_equations
+    from crosscheck.trial.trial import TrialRequest, run_trial
 
     _require_arguments(arm, scenarios, switches, level, quick, jobs, seed, name)
     chosen = load_arm(arm) if isinstance(arm, str) else arm
@@ -82,13 +82,16 @@ def assert_agrees(
         require_fit(scenario, chosen)
     first = loaded[0] if loaded else None
     if isinstance(equations, str):
-        own = handed_over(equations, chosen, first)
+        user_equations = load_equations(equations, chosen, first)
     else:
-        own = made(equations, chosen, first, name)
-    own = _of_level(own, level) if level else own
-    trial = tried(Asked(name, own, chosen, loaded, switches, quick=quick, seed=seed), jobs=jobs)
+        user_equations = build_equations(equations, chosen, first, name)
+    user_equations = _declare_level(user_equations, level) if level else user_equations
+    trial = run_trial(
+        TrialRequest(name, user_equations, chosen, loaded, switches, quick=quick, seed=seed),
+        jobs=jobs,
+    )
     if trial.exit_code:
-        raise AssertionError(trial_text(trial))
+        raise AssertionError(format_trial(trial))
     return trial
 
 
@@ -133,14 +136,14 @@ def _is_whole(value: object, least: int, most: int) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and least <= value <= most
 
 
-def _of_level(own: Equations, level: Level) -> Equations:
+def _declare_level(equations: Equations, level: Level) -> Equations:
     """The equations, declared to be of a level, also whenever they are made anew."""
     from crosscheck.models.errors import InputError
 
-    if own.coordinates.gearing != "rigid":
-        reason = f"is of rigid models; coordinates.gearing is {own.coordinates.gearing}"
+    if equations.coordinates.gearing != "rigid":
+        reason = f"is of rigid models; coordinates.gearing is {equations.coordinates.gearing}"
         raise InputError("assert_agrees", "level", level, reason)
-    again = own.rebuild
+    again = equations.rebuild
     if again is None:
-        return replace(own, level=level)
-    return replace(own, level=level, rebuild=lambda *of: _of_level(again(*of), level))
+        return replace(equations, level=level)
+    return replace(equations, level=level, rebuild=lambda *of: _declare_level(again(*of), level))

@@ -89,8 +89,8 @@ class Gear:
             x_sp = self.r_s * unit[self.sun] - self.r_p * unit[planet] - self.r_cp * theta
             masses = inertia(self.joint, "sun", self.r_s) / self.r_s**2, self.J_p / self.r_p**2
             for row, mesh, mass in (
-                (x_sp, self.joint.sun_mesh.of_planet(number), masses[0]),
-                (x_pr, self.joint.ring_mesh.of_planet(number), self.N * masses[1]),
+                (x_sp, self.joint.sun_mesh.planet_mesh(number), masses[0]),
+                (x_pr, self.joint.ring_mesh.planet_mesh(number), self.N * masses[1]),
             ):
                 found -= (mesh_force(mesh, phase, row @ x) + self.damper(mesh, mass, row @ v)) * row
         return found

@@ -10,7 +10,7 @@ PROGRAM = "crosscheck: "  # what every error line begins with
 GAP = "..."
 
 
-def install_extra(extra: str) -> str:
+def format_install_command(extra: str) -> str:
     """The command that installs an optional dependency, in the folder that holds the project."""
     return f".venv/bin/pip install -e '.[{extra}]'"
 
@@ -24,10 +24,10 @@ class InputError(ValueError):
 
     def __init__(self, where: str, field: str, value: object, allowed: str) -> None:
         self.where, self.field, self.value, self.allowed = where, field, value, allowed
-        shown = "" if value is None else f" = {_shown(value)}"
+        shown = "" if value is None else f" = {_format_value(value)}"
         parts = [where or "''", f": {field}" if field else "", shown, f": {allowed}"]
-        whole = [_printable(_cut(part, LONGEST_LINE)) for part in parts]
-        super().__init__("".join(_fitted(whole, LONGEST_LINE - len(PROGRAM))))
+        whole = [_escape(_cut(part, LONGEST_LINE)) for part in parts]
+        super().__init__("".join(_fit(whole, LONGEST_LINE - len(PROGRAM))))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
         """How pickle rebuilds the error, so that one process can send it to another."""
@@ -64,19 +64,19 @@ def describe_error(error: BaseException) -> str:
     return f"{kind}: {text}" if text else kind
 
 
-def one_line(text: str) -> str:
+def format_line(text: str) -> str:
     """A text as one line of at most 400 characters, without anything that cannot be printed."""
-    return _cut(_printable(re.sub(r"\s*[\r\n]\s*", " ", text.strip())), LONGEST_LINE)
+    return _cut(_escape(re.sub(r"\s*[\r\n]\s*", " ", text.strip())), LONGEST_LINE)
 
 
-def _printable(text: str) -> str:
+def _escape(text: str) -> str:
     """The text with line breaks, control characters and the like as escapes."""
     return "".join(
         c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text
     )
 
 
-def _fitted(parts: Sequence[str], total: int) -> list[str]:
+def _fit(parts: Sequence[str], total: int) -> list[str]:
     """The parts, the longest of them cut until all together have at most so many characters."""
     longest = max(map(len, parts))
     while sum(min(len(part), longest) for part in parts) > total:
@@ -91,7 +91,7 @@ def _cut(text: str, length: int) -> str:
     return text[: length - len(GAP) - tail] + GAP + text[len(text) - tail :]
 
 
-def _shown(value: object) -> str:
+def _format_value(value: object) -> str:
     try:
         return repr(value)
     except (ValueError, RecursionError):  # an integer of thousands of digits, a bottomless list

@@ -13,10 +13,10 @@ from typing import Any, Literal
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.file_kind import XmlKind, describe_xml_kind
-from crosscheck.models.inputs import content_of
+from crosscheck.models.inputs import read_content
 
 HERE = Path(__file__).parent
-KINDS = ("arms", "robots", "scenarios")  # folders of what has built-in names
+BUILTIN_FOLDERS = ("arms", "robots", "scenarios")  # folders of what has built-in names
 LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many
 LONGEST_BITS = 1000  # of a whole number; Python shows none of 4300 digits
 URDF = ".urdf"
@@ -45,17 +45,17 @@ def builtin_title(folder: Literal["arms", "robots", "scenarios"], name: str) -> 
     return str(_read(name, folder).get("title", ""))
 
 
-def raw_arm(name: str) -> dict[str, Any]:
+def read_raw_arm(name: str) -> dict[str, Any]:
     """What the file of an arm holds, not validated. Raises InputError."""
     return _read(name, "arms")
 
 
-def raw_scenario(name: str) -> dict[str, Any]:
+def read_raw_scenario(name: str) -> dict[str, Any]:
     """What the file of a scenario holds, not validated. Raises InputError."""
     return _read(name, "scenarios")
 
 
-def raw_robot(name: str) -> dict[str, Any]:
+def read_raw_robot(name: str) -> dict[str, Any]:
     """What the file of a robot holds, not validated. Raises InputError."""
     return _read(name, "robots")
 
@@ -99,10 +99,10 @@ def _text(name: str, folder: str) -> str:
     if folder and name in _stems(folder):
         return (HERE / folder / f"{name}.toml").read_text("utf-8")
     try:
-        return content_of(Path(name), LARGEST_FILE).decode("utf-8")
+        return read_content(Path(name), LARGEST_FILE).decode("utf-8")
     except (FileNotFoundError, NotADirectoryError):
         nor = f", nor built-in name ({', '.join(_stems(folder))})" if folder else ""
-        other = [kind for kind in KINDS if folder and name in _stems(kind)]
+        other = [kind for kind in BUILTIN_FOLDERS if folder and name in _stems(kind)]
         nor += f"; it is one of {other[0]}" if other else ""
         raise InputError(name, "", None, f"no such file{nor}") from None
     except UnicodeDecodeError:
@@ -119,7 +119,7 @@ def _parse(text: str, where: str, folder: str) -> dict[str, Any]:
     if kind := describe_xml_kind(text):
         raise InputError(where, "", None, f"is {kind}; {_remedy(kind, folder)}")
     try:
-        return parsed(text)
+        return parse_toml(text)
     except ValueError as error:
         raise InputError(where, "", None, f"is not TOML: {error}") from None
 
@@ -135,27 +135,30 @@ def _remedy(kind: XmlKind, folder: str) -> str:
     return "a TOML file is expected"
 
 
-def parsed(text: str) -> dict[str, Any]:
+def parse_toml(text: str) -> dict[str, Any]:
     """Parsed TOML. Raises ValueError, also for what would take too long or go too deep."""
     words = re.split(r"[\n,={}\[\]]", text.replace(" ", "").replace("\t", ""))
     if any(word.count(".") > DEEPEST_KEY and ".." not in word for word in words):
         raise ValueError(f"a key of more than {DEEPEST_KEY} parts")
     try:
-        found = tomllib.loads(text)
+        content = tomllib.loads(text)
     except RecursionError:
         raise ValueError("nested too deeply") from None
     except tomllib.TOMLDecodeError:
         raise
     except ValueError:
         raise ValueError(TOO_LONG) from None
-    if any(isinstance(value, int) and value.bit_length() > LONGEST_BITS for value in _all(found)):
+    if any(
+        isinstance(value, int) and value.bit_length() > LONGEST_BITS
+        for value in _leaf_values(content)
+    ):
         raise ValueError(TOO_LONG)
-    return found
+    return content
 
 
-def _all(found: object) -> Iterator[object]:
+def _leaf_values(content: object) -> Iterator[object]:
     """Every value that is no table or list, however deep."""
-    left = [found]
+    left = [content]
     while left:
         value = left.pop()
         if isinstance(value, dict | list):

@@ -13,13 +13,13 @@ from crosscheck.models.errors import InputError
 _inputs: set[str] = set()
 
 
-def content_of(path: Path, largest: int, remembered: bool = True) -> bytes:
+def read_content(path: Path, largest: int, remembered: bool = True) -> bytes:
     """Content of a file; links are followed, and nothing is waited for.
 
     remembered: whether it is an input, which nothing may be written onto. Raises OSError, and
     ValueError for what is no file, or larger than so many bytes.
     """
-    with _opened(path) as file:
+    with _open(path) as file:
         content = file.read(largest + 1)
     if len(content) > largest:
         raise ValueError(f"more than {largest // 1_000_000} MB")
@@ -28,26 +28,26 @@ def content_of(path: Path, largest: int, remembered: bool = True) -> bytes:
     return content
 
 
-def input_content(path: Path, largest: int) -> bytes:
+def read_input(path: Path, largest: int) -> bytes:
     """Content of an input of at most so many bytes. Raises InputError for what cannot be read."""
     try:
-        return content_of(path, largest)
+        return read_content(path, largest)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise InputError(str(path), "", None, f"cannot be read: {reason}") from None
 
 
-def size_of(path: Path) -> int:
+def input_size(path: Path) -> int:
     """Size [bytes] of a file that another process is going to read, remembered as an input.
 
     Raises OSError, and ValueError for what is no file.
     """
-    with _opened(path) as file:
+    with _open(path) as file:
         remember(path)
         return os.fstat(file.fileno()).st_size
 
 
-def _opened(path: Path) -> BinaryIO:
+def _open(path: Path) -> BinaryIO:
     # A pipe without a writer would be waited for, and a device may never end.
     handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     if stat.S_ISREG(os.fstat(handle).st_mode):
@@ -68,8 +68,8 @@ def forget() -> None:
 
 def is_input(path: Path) -> bool:
     """Whether a file is one of the inputs, by any of its names."""
-    for known in _inputs:
+    for input_path in _inputs:
         with suppress(OSError, ValueError):
-            if os.path.samefile(path, known):
+            if os.path.samefile(path, input_path):
                 return True
     return False

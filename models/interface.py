@@ -79,12 +79,14 @@ class Model(ABC):
 
         By angles, rates and accelerations, each (states, joints); whatever the scenario's drive.
         """
-        asked = [
-            self.mass_matrix(at) @ own + self.bias(at, rate) - self.generalized_force(0.0, at, rate)
-            for at, rate, own in zip(q, v, a, strict=True)
+        torques = [
+            self.mass_matrix(at) @ acceleration
+            + self.bias(at, rate)
+            - self.generalized_force(0.0, at, rate)
+            for at, rate, acceleration in zip(q, v, a, strict=True)
         ]
         drive = drive_data(self.scenario, q.shape[1])
-        return np.array(asked).reshape(q.shape) + torques_along(drive, np.zeros(len(q)), q, v)
+        return np.array(torques).reshape(q.shape) + torques_along(drive, np.zeros(len(q)), q, v)
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """(q, v) of the scenario's start, each of shape (n,)."""
@@ -104,13 +106,13 @@ class Model(ABC):
         One after the other; a class that steps several at once has them agree to rounding with
         ``simulate``, each bit for bit the same whichever others stand beside it.
         """
-        found: list[xr.Dataset | Diverged] = []
+        outcomes: list[xr.Dataset | Diverged] = []
         for model in models:
             try:
-                found.append(model.simulate())
+                outcomes.append(model.simulate())
             except Diverged as error:
-                found.append(error)
-        return found
+                outcomes.append(error)
+        return outcomes
 
     def reference(self, rtol: float) -> xr.Dataset:
         """Run the scenario by adaptive steps at a relative tolerance. Raises Diverged."""
@@ -171,13 +173,15 @@ def _take_states(method: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]
 
 def _state(value: Any, name: str, model: Model) -> np.ndarray:
     """The value as an array (n,). Raises InputError."""
-    wanted = f"must be numbers of shape ({len(model.coordinates)},): {', '.join(model.coordinates)}"
+    allowed = (
+        f"must be numbers of shape ({len(model.coordinates)},): {', '.join(model.coordinates)}"
+    )
     try:
         state = value if isinstance(value, np.ndarray) else np.asarray(value, dtype=float)
     except (TypeError, ValueError):
-        raise InputError(model.name, name, value, wanted) from None
+        raise InputError(model.name, name, value, allowed) from None
     if state.shape != (len(model.coordinates),):
-        raise InputError(model.name, name, None, f"{wanted}; has shape {state.shape}")
+        raise InputError(model.name, name, None, f"{allowed}; has shape {state.shape}")
     return state
 
 

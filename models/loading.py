@@ -14,9 +14,9 @@ from pydantic_core import ErrorDetails
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import require_alike, usual_switches
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import Scenario, Switches, first_misfit
-from crosscheck.models.files import parsed, raw_arm, raw_scenario
-from crosscheck.models.paths import SECTIONS, assign, is_path, places
+from crosscheck.models.experiment.scenario import Scenario, Switches, find_misfit
+from crosscheck.models.files import parse_toml, read_raw_arm, read_raw_scenario
+from crosscheck.models.paths import SECTIONS, assign, find_paths, is_path
 
 Record = TypeVar("Record", bound=BaseModel)
 # Of the schema's unions; a record of another room has its own as ``union_tags``.
@@ -45,12 +45,12 @@ def load_arm(name: str) -> Arm:
 
     Raises InputError naming file, field, value and what is allowed.
     """
-    return validated(Arm, raw_arm(name), name)
+    return validate_record(Arm, read_raw_arm(name), name)
 
 
 def load_scenario(name: str) -> Scenario:
     """The scenario of a built-in name or TOML file. Raises InputError."""
-    return validated(Scenario, raw_scenario(name), name)
+    return validate_record(Scenario, read_raw_scenario(name), name)
 
 
 def load_case(
@@ -62,39 +62,44 @@ def load_case(
     and ``*`` for any of a list, or in a name: ``arm.joints.*.*_mesh.backlash_m=2e-5``. Raises
     InputError.
     """
-    data = raw_case(arm, scenario, switches)
+    data = read_raw_case(arm, scenario, switches)
     for setting in settings:
         _apply(data, setting)
-    return case_of(data, arm, scenario)
+    return validate_case(data, arm, scenario)
 
 
-def raw_case(arm: str, scenario: str, switches: dict[str, str] | None = None) -> dict[str, Any]:
+def read_raw_case(
+    arm: str, scenario: str, switches: dict[str, str] | None = None
+) -> dict[str, Any]:
     """What the files of an arm and a scenario hold, by section, not validated. Raises InputError.
 
     Nothing else refers to it: a caller may change it.
     """
     return {
-        "arm": raw_arm(arm),
-        "scenario": raw_scenario(scenario),
+        "arm": read_raw_arm(arm),
+        "scenario": read_raw_scenario(scenario),
         "switches": {key: value for key, value in (switches or {}).items() if value is not None},
     }
 
 
-def case_of(data: dict[str, Any], arm: str = "arm", scenario: str = "scenario") -> Case:
-    """The Case of what ``raw_case`` gave. arm, scenario: the files' names. Raises InputError."""
-    loaded = validated(Arm, data["arm"], arm)
+def validate_case(data: dict[str, Any], arm: str = "arm", scenario: str = "scenario") -> Case:
+    """The Case of what ``read_raw_case`` gave.
+
+    arm, scenario: the files' names. Raises InputError.
+    """
+    loaded = validate_record(Arm, data["arm"], arm)
     case = Case(
         loaded,
-        validated(Scenario, data["scenario"], scenario),
-        switches_of(data["switches"], loaded),
+        validate_record(Scenario, data["scenario"], scenario),
+        validate_switches(data["switches"], loaded),
     )
     require_fitting(case, arm, scenario)
     return case
 
 
-def switches_of(chosen: dict[str, Any], arm: Arm) -> Switches:
+def validate_switches(chosen: dict[str, Any], arm: Arm) -> Switches:
     """A user's switches for an arm. Raises InputError."""
-    return validated(Switches, _with_planets(chosen, arm), "switches")
+    return validate_record(Switches, _add_planets_switch(chosen, arm), "switches")
 
 
 def require_fitting(case: Case, arm: str = "", scenario: str = "") -> None:
@@ -103,40 +108,42 @@ def require_fitting(case: Case, arm: str = "", scenario: str = "") -> None:
     require_alike(*case, arm, scenario)
 
 
-class Chosen(NamedTuple):
+class ArmSelection(NamedTuple):
     """An arm and the experiments that a user wants of it; no switches: the usual ones.
 
-    told: JSON of what the arm's file holds, settings applied.
+    arm_file_json: JSON of what the arm's file holds, settings applied.
     """
 
     arm: Arm
     scenarios: tuple[Scenario, ...]
     switches: Switches | None
-    told: str
+    arm_file_json: str
 
 
-def load_chosen(arm: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()) -> Chosen:
+def load_selection(
+    arm: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()
+) -> ArmSelection:
     """An arm and scenarios by name or file, with ``path=value`` settings as in ``load_case``.
 
     A setting of the scenario holds for each. Raises InputError.
     """
-    data: dict[str, Any] = {"arm": raw_arm(arm), "switches": {}}
-    stages = [{"scenario": raw_scenario(name)} for name in scenarios]
+    data: dict[str, Any] = {"arm": read_raw_arm(arm), "switches": {}}
+    stages = [{"scenario": read_raw_scenario(name)} for name in scenarios]
     for setting in settings:
         section = setting.partition(".")[0].strip()
         if section == "scenario" and not stages:
             raise InputError("--set", setting, None, "needs --scenario")
         for target in stages if section == "scenario" else [data]:
             _apply(target, setting)
-    loaded = validated(Arm, data["arm"], arm)
-    switched = _with_planets(data["switches"], loaded) if data["switches"] else None
-    chosen = Chosen(
+    loaded = validate_record(Arm, data["arm"], arm)
+    switched = _add_planets_switch(data["switches"], loaded) if data["switches"] else None
+    chosen = ArmSelection(
         loaded,
         tuple(
-            validated(Scenario, stage["scenario"], name)
+            validate_record(Scenario, stage["scenario"], name)
             for stage, name in zip(stages, scenarios, strict=True)
         ),
-        validated(Switches, switched, "switches") if switched else None,
+        validate_record(Switches, switched, "switches") if switched else None,
         json.dumps(data["arm"]),
     )
     for scenario, name in zip(chosen.scenarios, scenarios, strict=True):
@@ -149,7 +156,7 @@ def load_chosen(arm: str, scenarios: Sequence[str] = (), settings: Sequence[str]
     return chosen
 
 
-def _with_planets(chosen: dict[str, Any], arm: Arm) -> dict[str, Any]:
+def _add_planets_switch(chosen: dict[str, Any], arm: Arm) -> dict[str, Any]:
     """A user's switches; where they do not say how planets count, the arm does."""
     return {"planets": usual_switches(arm).planets, **chosen}
 
@@ -159,7 +166,7 @@ def require_fit(scenario: Scenario, arm: Arm, where: str = "") -> None:
 
     where: the file, if the scenario's name does not say it.
     """
-    misfit = first_misfit(scenario, [joint.planet_count for joint in arm.joints])
+    misfit = find_misfit(scenario, [joint.planet_count for joint in arm.joints])
     if misfit is not None:
         field, value, needed = misfit
         raise InputError(where or scenario.name, field, value, needed)
@@ -171,20 +178,20 @@ def _apply(data: dict[str, Any], setting: str) -> None:
         raise InputError(
             "--set", setting, None, f"must be path=value, path beginning with {', '.join(SECTIONS)}"
         )
-    for place in places(data, path, "--set"):
+    for place in find_paths(data, path, "--set"):
         assign(data, place, _value(text.strip()))
 
 
 def _value(text: str) -> Any:
     """A TOML value, or the bare text where it is none (so that names need no quotes)."""
     try:
-        (value,) = parsed(f"value = {text}").values()
+        (value,) = parse_toml(f"value = {text}").values()
     except ValueError:
         return text
     return value
 
 
-def validated(record: type[Record], data: object, where: str) -> Record:
+def validate_record(record: type[Record], data: object, where: str) -> Record:
     """The record of a file's content. Raises InputError naming the file, field and value."""
     try:
         return record.model_validate(data)
@@ -201,26 +208,31 @@ def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> 
     value: object = details["input"]
     if details["type"] == "value_error":
         field, _, allowed = str(details["ctx"]["error"]).partition("|")
-        place = _dotted([*location, *field.split(".")])
+        place = _format_location([*location, *field.split(".")])
         return InputError(where, place, _entry(value, field), allowed)
     if details["type"] == "extra_forbidden":
         *above, key = details["loc"]  # the user's own key, whatever it is called
         location = [*(part for part in above if part not in tags), key]
         keys = _keys_at(record.model_json_schema(), above)
         close = difflib.get_close_matches(str(key), sorted(keys), n=1, cutoff=0.4)
-        told = f"did you mean {close[0]}?" if close else f"allowed: {', '.join(sorted(keys))}"
-        return InputError(where, _dotted(location), value, f"unknown key; {told}")
+        hint = f"did you mean {close[0]}?" if close else f"allowed: {', '.join(sorted(keys))}"
+        return InputError(where, _format_location(location), value, f"unknown key; {hint}")
     if details["type"] == "missing":
-        return InputError(where, _dotted(location), None, "is missing; a value is required")
+        return InputError(
+            where, _format_location(location), None, "is missing; a value is required"
+        )
     if details["type"] == "union_tag_invalid":
         chosen = details["ctx"]
         location.append(str(chosen["discriminator"]).strip("'"))
         return InputError(
-            where, _dotted(location), chosen["tag"], f"must be one of {chosen['expected_tags']}"
+            where,
+            _format_location(location),
+            chosen["tag"],
+            f"must be one of {chosen['expected_tags']}",
         )
     allowed = EXPECTED.get(details["type"], details["msg"])
     tag = str(details.get("ctx", {}).get("discriminator", "")).strip("'")
-    return InputError(where, _dotted(location), value, allowed.replace("{tag}", tag))
+    return InputError(where, _format_location(location), value, allowed.replace("{tag}", tag))
 
 
 def _entry(value: Any, dotted: str) -> Any:
@@ -261,14 +273,14 @@ def _variants(schema: dict[str, Any], node: dict[str, Any]) -> list[dict[str, An
     if "$ref" in node:
         return [schema["$defs"][node["$ref"].rsplit("/", 1)[1]]]
     return [
-        found
+        variant
         for key in ("oneOf", "anyOf")
-        for one in node.get(key, [])
-        for found in _variants(schema, one)
+        for option in node.get(key, [])
+        for variant in _variants(schema, option)
     ] or [node]
 
 
-def _dotted(location: Sequence[Any]) -> str:
+def _format_location(location: Sequence[Any]) -> str:
     text = ""
     for part in location:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)

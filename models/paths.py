@@ -11,7 +11,7 @@ from typing import Any
 from crosscheck.models.errors import InputError
 
 SECTIONS = ("arm", "scenario", "switches")
-Place = tuple[str | int, ...]  # of one entry: keys of tables, indices in lists
+FieldPath = tuple[str | int, ...]  # of one entry: keys of tables, indices in lists
 
 
 def is_path(path: str) -> bool:
@@ -20,7 +20,7 @@ def is_path(path: str) -> bool:
     return len(keys) > 1 and keys[0] in SECTIONS and all(keys)
 
 
-def places(data: dict[str, Any], path: str, option: str) -> list[Place]:
+def find_paths(data: dict[str, Any], path: str, option: str) -> list[FieldPath]:
     """Every entry that a path stands for; there is one at least.
 
     ``*`` stands for each of a list, and in a name for any text: ``*_mesh`` is both meshes of a
@@ -28,20 +28,20 @@ def places(data: dict[str, Any], path: str, option: str) -> list[Place]:
     what to name in a message. Raises InputError.
     """
     keys = path.strip().split(".")
-    found: list[tuple[Place, Any]] = [((), data)]
+    matches: list[tuple[FieldPath, Any]] = [((), data)]
     for depth, key in enumerate(keys, start=1):
         so_far, is_last = ".".join(keys[:depth]), depth == len(keys)
-        found = [
+        matches = [
             ((*place, step), None if is_last else target[step])
-            for place, target in found
-            for step in _steps(target, key, so_far, option, known=not is_last)
+            for place, target in matches
+            for step in _steps(target, key, so_far, option, must_exist=not is_last)
         ]
-        if not found:
+        if not matches:
             raise InputError(option, so_far, None, "no such entry")
-    return [place for place, _ in found]
+    return [place for place, _ in matches]
 
 
-def value_at(data: dict[str, Any], place: Place) -> Any:
+def value_at(data: dict[str, Any], place: FieldPath) -> Any:
     """Value at a place of the raw content; None if there is none."""
     target: Any = data
     for step in place:
@@ -51,7 +51,7 @@ def value_at(data: dict[str, Any], place: Place) -> Any:
     return target
 
 
-def assign(data: dict[str, Any], place: Place, value: Any) -> None:
+def assign(data: dict[str, Any], place: FieldPath, value: Any) -> None:
     """Put a value at a place of the raw content, as a copy that no other place refers to."""
     target: Any = data
     for step in place[:-1]:
@@ -59,17 +59,17 @@ def assign(data: dict[str, Any], place: Place, value: Any) -> None:
     target[place[-1]] = deepcopy(value)
 
 
-def shown(place: Place) -> str:
+def format_path(place: FieldPath) -> str:
     """A place as messages show it, such as ``arm.joints[0].sun_mesh.backlash_m``."""
     return "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in place).lstrip(".")
 
 
-def _steps(target: Any, key: str, path: str, option: str, known: bool) -> Iterable[str | int]:
+def _steps(target: Any, key: str, path: str, option: str, must_exist: bool) -> Iterable[str | int]:
     if isinstance(target, list):
         return _indices(target, key, path, option)
     if isinstance(target, dict) and "*" in key:
         return [name for name in target if fnmatchcase(name, key)]
-    if not isinstance(target, dict) or (known and key not in target):
+    if not isinstance(target, dict) or (must_exist and key not in target):
         raise InputError(option, path, None, "no such entry")
     return [key]
 

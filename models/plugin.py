@@ -239,7 +239,7 @@ def _contact(
 
     Seen from the carrier, sun and ring pass z_r teeth per turn; Eq. 13 has z_s for the ring.
     """
-    mesh = (joint.sun_mesh if with_sun else joint.ring_mesh).of_planet(planet)
+    mesh = (joint.sun_mesh if with_sun else joint.ring_mesh).planet_mesh(planet)
     papers = not with_sun and laws.ring_rate == "eq13"
     cycles = joint.sun_teeth if papers else joint.ring_teeth
     phase = mesh.phase_rad
@@ -259,7 +259,7 @@ def _phase_from_teeth(joint: Planetary, planet: int, with_sun: bool) -> float:
     place = -joint.sun_teeth * planet % joint.planet_count / joint.planet_count
     if with_sun:
         return tau * place
-    first = joint.sun_mesh.of_planet(0).phase_rad or 0.0
+    first = joint.sun_mesh.planet_mesh(0).phase_rad or 0.0
     return tau * (place + (joint.planet_teeth - 1) % 2 / 2) + first
 
 

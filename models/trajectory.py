@@ -39,11 +39,13 @@ _DIMS = {2: ("time", "joint"), 3: ("time", "joint", "planet"), 1: ("time",)}
 
 
 def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Dataset:
-    """The Dataset of a run of ``model``; variables as ``recorded`` has them."""
-    return recorded(model.name, model.arm, model.scenario, model.switches, time, **variables)
+    """The Dataset of a run of ``model``; variables as ``build_trajectory`` has them."""
+    return build_trajectory(
+        model.name, model.arm, model.scenario, model.switches, time, **variables
+    )
 
 
-def recorded(
+def build_trajectory(
     name: str,
     arm: Arm,
     scenario: Scenario,
@@ -98,7 +100,7 @@ def meaning_of(name: str) -> str:
     return _ABOUT[name][1]
 
 
-def netcdf(dataset: xr.Dataset) -> bytes:
+def encode_netcdf(dataset: xr.Dataset) -> bytes:
     """The content of a compressed NetCDF file.
 
     Made in memory: HDF5 does not survive a disk that becomes full.

@@ -17,7 +17,7 @@ from hypothesis import settings
 from crosscheck.cli.app import main
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
-from crosscheck.registry import BUILT_IN, model_class
+from crosscheck.registry import BUILT_IN, load_model_class
 from crosscheck.trial import trial
 from tests.processes import Answer, Command
 
@@ -32,7 +32,7 @@ settings.load_profile("fuzz" if "CROSSCHECK_DRAWS" in os.environ else "suite")
 # Most tests fork: what is imported here is imported by none of their processes again. Where dask is
 # installed, xarray imports it for every run that it keeps.
 for model in BUILT_IN:
-    model_class(model)
+    load_model_class(model)
 for package in ("dask.array", "distributed"):
     if find_spec(package.partition(".")[0]):
         import_module(package)

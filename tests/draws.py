@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.arm.mesh import Mesh
-from crosscheck.models.arm.quantities import Within
+from crosscheck.models.arm.quantities import NumberRange
 from crosscheck.models.arm.stiffness import (
     FourierStiffness,
     SineStiffness,
@@ -40,10 +40,10 @@ def fresh_seed() -> int:
     return seed
 
 
-def range_of(field: FieldInfo) -> Within:
+def range_of(field: FieldInfo) -> NumberRange:
     """What a field may be; of a union's first member that has a range."""
     found = (*field.metadata, *_all_metadata(field.annotation))
-    return next(item for item in found if isinstance(item, Within))
+    return next(item for item in found if isinstance(item, NumberRange))
 
 
 def _all_metadata(kind: Any) -> Iterator[Any]:
@@ -53,7 +53,7 @@ def _all_metadata(kind: Any) -> Iterator[Any]:
         yield from _all_metadata(part)
 
 
-def ranges_of(record: type[BaseModel]) -> dict[str, Within]:
+def ranges_of(record: type[BaseModel]) -> dict[str, NumberRange]:
     """The ranges of a record's single numbers, by field."""
     found = {}
     for name, field in record.model_fields.items():
@@ -186,7 +186,7 @@ def _numbers(
     }
 
 
-def _number(generator: random.Random, allowed: Within) -> float:
+def _number(generator: random.Random, allowed: NumberRange) -> float:
     if allowed.or_zero and generator.random() < 0.15:
         return 0.0
     if allowed.least <= 0:

@@ -6,10 +6,10 @@ import numpy as np
 
 from crosscheck.analytic.derivation.gears import Gears
 from crosscheck.analytic.derivation.terms import Terms
-from crosscheck.analytic.paper.mesh_force import in_contact, mesh_force, phase_force
+from crosscheck.analytic.paper.mesh_force import is_in_contact, mesh_force, phase_force
 from crosscheck.analytic.paper.mesh_frequency import mesh_phase
 from crosscheck.analytic.paper.stiffness import stiffness, stiffness_slope
-from crosscheck.analytic.paper.tooth_error import whole_error
+from crosscheck.analytic.paper.tooth_error import total_error
 from crosscheck.models.experiment.drive import DriveData, torques_along
 
 
@@ -34,7 +34,7 @@ class Quantities(NamedTuple):
 def quantities(parts: Parts, t: float, q: np.ndarray, v: np.ndarray) -> Quantities:
     """Of a model at time t [s] and a state q, v (n,)."""
     terms, n = parts.terms, q.size
-    angle, mass, bias = terms.waves @ q, np.zeros((n, n)), np.zeros(n)
+    angle, mass, bias = terms.angle_sums @ q, np.zeros((n, n)), np.zeros(n)
     row, column, wave = terms.mass.T
     np.add.at(mass, (row, column), terms.mass_coeff * np.cos(angle[wave]))
     row, wave, a, b = terms.bias.T
@@ -54,7 +54,7 @@ def _force(
     row, wave = terms.weight.T
     turned = np.stack([np.cos(angle[wave]), np.sin(angle[wave])], axis=1)
     np.add.at(force, row, (terms.weight_coeff * turned).sum(axis=1))
-    elastic = np.zeros(gears.where.size)
+    elastic = np.zeros(gears.x_index.size)
     for i in range(elastic.size):
         elastic[i] = _mesh(gears, i, t, q, v, force)
     return force + terms.mesh_map @ elastic, elastic
@@ -63,17 +63,17 @@ def _force(
 def _mesh(gears: Gears, i: int, t: float, q: np.ndarray, v: np.ndarray, force: np.ndarray) -> float:
     """Elastic force per planet [N]; damper and work on the angle are added to the force."""
     joint, row = gears.theta[i], np.zeros(q.size)
-    row[gears.where[i]] = 1.0
-    if gears.less[i] >= 0:
-        row[gears.less[i]] = -1.0
+    row[gears.x_index[i]] = 1.0
+    if gears.subtract_index[i] >= 0:
+        row[gears.subtract_index[i]] = -1.0
     phase = mesh_phase(gears.phase, gears.rate[i], gears.offset[i], t, q[joint], v[joint])
-    gap = row @ q - whole_error(phase, gears.E[i], gears.lead[i], gears.static[i])
+    gap = row @ q - total_error(phase, gears.E[i], gears.error_phase[i], gears.static_error[i])
     k = stiffness(gears.law, i, phase, gears.k_m[i], gears.k_a[i])
-    if gears.damps_apart or in_contact(gap, gears.b[i]):
+    if gears.damps_without_contact or is_in_contact(gap, gears.b[i]):
         force -= gears.d[i] * (row @ v) * row
     if gears.conservative:
         slope = stiffness_slope(gears.law, i, phase, gears.k_a[i])
-        error_slope = gears.E[i] * np.cos(phase + gears.lead[i])
+        error_slope = gears.E[i] * np.cos(phase + gears.error_phase[i])
         on_phase = phase_force(gap, k, slope, error_slope, gears.b[i])
         force[joint] += gears.planets[i] * gears.rate[i] * on_phase
     return float(mesh_force(gears.dead_zone, gap, k, gears.b[i], gears.sigma[i]))

@@ -15,7 +15,7 @@ import numpy as np
 
 from crosscheck.analytic.kernel.program import Program
 from crosscheck.analytic.kernel.text.functions import ROUNDING
-from crosscheck.analytic.kernel.text.fused import fused
+from crosscheck.analytic.kernel.text.fusion import fuse_products
 
 
 def exact_fma(a: float, b: float, c: float) -> float:
@@ -83,7 +83,7 @@ def interpreted(program: Program) -> dict[str, Callable[..., Any]]:
     tree = ast.parse(program.text)
     straight = {f.name for f in tree.body if isinstance(f, ast.FunctionDef) and _of_rows(f)}
     tree.body = [
-        fused(node) if isinstance(node, ast.FunctionDef) and node.name in straight else node
+        fuse_products(node) if isinstance(node, ast.FunctionDef) and node.name in straight else node
         for node in tree.body
     ]
     names: dict[str, Any] = {

@@ -6,16 +6,16 @@ import xarray as xr
 
 from crosscheck.checks import invariants as laws
 from crosscheck.checks import trajectories
-from crosscheck.checks.answers import answers
-from crosscheck.checks.scales import ReasonedLimit, meaningful
+from crosscheck.checks.answers import evaluate_at_states
+from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
 from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair
-from crosscheck.findings import About, Finding, Key
+from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
-from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
-from crosscheck.planning.state_suite import SampledModel, balances, pairs
+from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
+from crosscheck.planning.state_suite import SampledModel, plan_balances, plan_pairs
 from crosscheck.registry import MODELS
-from crosscheck.runner.outcomes import Failure, failure
+from crosscheck.runner.outcomes import Failure, failure_from_error
 
 
 def sampled_model(case: str, model: Model, count: int, seed: int) -> SampledModel:
@@ -29,16 +29,16 @@ def judged(comparisons: Sequence[Comparison], models: Sequence[Model]) -> list[F
     """The Findings, every model evaluated as it stands here."""
     own = {model.name: model for model in models}
     outcomes = {}
-    for task in tasks_of(comparisons):
+    for task in collect_tasks(comparisons):
         model = own[task.model]
         expected = MODELS[task.model].layout(model.arm, model.switches)
         try:
-            outcome = answers(model, expected, task.quantity, task.count, task.seed)
+            outcome = evaluate_at_states(model, expected, task.quantity, task.count, task.seed)
         except Exception as error:
-            outcome: object = failure(error)
+            outcome: object = failure_from_error(error)
         outcomes[task.key] = outcome
     assert all(not isinstance(o, Failure) or o.message for o in outcomes.values())
-    return list(findings_of(comparisons, Results(outcomes)))
+    return list(judge_comparisons(comparisons, Results(outcomes)))
 
 
 def compare_states(
@@ -46,22 +46,24 @@ def compare_states(
 ) -> list[Finding]:
     """A Finding per pair of models and quantity."""
     sampled_models = [sampled_model(case, model, count, seed) for model in models]
-    return judged(list(pairs(sampled_models, quantities)), models)
+    return judged(list(plan_pairs(sampled_models, quantities)), models)
 
 
 def invariants(case: str, models: Sequence[Model], count: int, seed: int) -> list[Finding]:
     """Both balances of every geared model."""
     sampled_models = [sampled_model(case, model, count, seed) for model in models]
-    return judged([c for sampled in sampled_models for c in balances(sampled)], models)
+    return judged([c for sampled in sampled_models for c in plan_balances(sampled)], models)
 
 
 def about(
     family: str, case: str, quantity: str, left: xr.Dataset, right: xr.Dataset | None = None
-) -> About:
+) -> Subject:
     """What a comparison of runs is of."""
     other = "" if right is None else right.attrs["model"]
-    return About(
-        Key(family, case, quantity, left.attrs["model"], other), UNITS.get(quantity, "1"), "largest"
+    return Subject(
+        ComparisonKey(family, case, quantity, left.attrs["model"], other),
+        UNITS.get(quantity, "1"),
+        "largest",
     )
 
 
@@ -76,7 +78,9 @@ def same_step(
     """Of these quantities those that the left run has, over it all; the pair is any model's."""
     for quantity in _recorded(left, quantities):
         subject = about("same-step", name, quantity, left, right)
-        yield trajectories.same_step(subject, left, right, pair, _widest(of, quantity, pair.run))
+        yield trajectories.check_same_step(
+            subject, left, right, pair, _widest(of, quantity, pair.run)
+        )
 
 
 def at_time(
@@ -86,7 +90,7 @@ def at_time(
     for quantity in _recorded(left, SAME_STEP):
         subject = about("at", name, quantity, left, right)
         widest = _widest(of, quantity, pair.run)
-        yield trajectories.at_time(subject, left, right, pair, widest, time_s)
+        yield trajectories.check_at_time(subject, left, right, pair, widest, time_s)
 
 
 def _recorded(run: xr.Dataset, quantities: Sequence[str]) -> list[str]:
@@ -95,7 +99,7 @@ def _recorded(run: xr.Dataset, quantities: Sequence[str]) -> list[str]:
 
 
 def _widest(of: Case, quantity: str, run: xr.Dataset) -> ReasonedLimit:
-    return meaningful(quantity, of.arm, of.scenario, trajectories.size(run, quantity))
+    return acceptance_limit(quantity, of.arm, of.scenario, trajectories.size(run, quantity))
 
 
 def refined(
@@ -108,9 +112,9 @@ def refined(
     """Each side's (fine, coarse) runs against the other's."""
     for quantity in quantities:
         subject = about("refined", name, quantity, left[0], right[0])
-        yield trajectories.refined(subject, left, right, _widest(of, quantity, left[0]))
+        yield trajectories.check_refined_runs(subject, left, right, _widest(of, quantity, left[0]))
 
 
 def energy_over_run(case: str, run: xr.Dataset) -> list[Finding]:
     """Energy against work."""
-    return [laws.energy_over_run(about("invariants", case, "energy", run), run)]
+    return [laws.check_energy_over_run(about("invariants", case, "energy", run), run)]

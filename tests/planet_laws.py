@@ -177,7 +177,7 @@ def first_touch(model: Model) -> Iterator[tuple[list[float], list[float]]]:
     """
     start = model.scenario.start
     found = contacts(model.arm, model.switches, model.layout)
-    for joint in model.layout.meshing:
+    for joint in model.layout.mesh_joints:
         planets = range(model.arm.joints[joint].planet_count)
         own = [each.mesh for each in found if each.angle == model.layout.at("theta", joint)]
         touches = start.mesh == "contact"
@@ -203,7 +203,7 @@ def start_off(model: Model) -> float:
     """Displacements of the first record off those of the start [m]."""
     first = model.simulate().isel(time=0)
     worst = 0.0
-    for joint, expected in zip(model.layout.meshing, first_touch(model), strict=True):
+    for joint, expected in zip(model.layout.mesh_joints, first_touch(model), strict=True):
         for name, own in zip(("x_sp", "x_pr"), expected, strict=True):
             found = first[name].values[joint, : len(own)]
             worst = max(worst, float(abs(found - own).max()))
@@ -224,7 +224,7 @@ def records_off(model: Model) -> float:
 
 def _recorded(model: Model) -> Iterator[tuple[int, int, str, Contact]]:
     found = iter(contacts(model.arm, model.switches, model.layout))
-    for joint in model.layout.meshing:
+    for joint in model.layout.mesh_joints:
         for planet in range(model.arm.joints[joint].planet_count):
             yield joint, planet, "sp", next(found)
             yield joint, planet, "pr", next(found)

@@ -125,7 +125,7 @@ def _contact(
     joint: Planetary, number: int, planet: int, inner: bool, chosen: Switches, layout: Layout
 ) -> Contact:
     side: Mesh = joint.sun_mesh if inner else joint.ring_mesh
-    mesh = side.of_planet(planet)
+    mesh = side.planet_mesh(planet)
     return Contact(
         mesh=mesh,
         row=layout.displacement("x_sp" if inner else "x_pr", number, planet),
@@ -142,7 +142,7 @@ def _teeth_phase(joint: Planetary, planet: int, inner: bool) -> float:
     if inner:
         return 2 * pi * float(-joint.sun_teeth * turn % 1)
     half = Fraction(1 - joint.planet_teeth % 2, 2)
-    sun = joint.sun_mesh.of_planet(0).phase_rad
+    sun = joint.sun_mesh.planet_mesh(0).phase_rad
     return 2 * pi * float((joint.ring_teeth * turn + half) % 1) + (sun or 0.0)
 
 

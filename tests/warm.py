@@ -13,7 +13,7 @@ import sys
 from typing import Any
 
 import crosscheck
-from crosscheck.registry import BUILT_IN, model_class
+from crosscheck.registry import BUILT_IN, load_model_class
 
 
 def import_all() -> None:
@@ -21,7 +21,7 @@ def import_all() -> None:
     for module in pkgutil.walk_packages(crosscheck.__path__, "crosscheck."):
         importlib.import_module(module.name)
     for model in BUILT_IN:
-        model_class(model)
+        load_model_class(model)
 
 
 def become(command: dict[str, Any]) -> None:

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from tools.site import table
+from tools.site import format_table
 
 PAGE = Path(__file__).parents[1] / "docs" / "case-study" / "results.md"
 COLUMNS = {"as_modelled": "as modelled in the paper", "as_the_gears_are": "as the gears are"}
@@ -33,28 +33,35 @@ decide.
 """
 
 
-def page(folder: Path) -> str:
+def build_page(folder: Path) -> str:
     """The page as Markdown, of a folder of `crosscheck paper`."""
-    found = json.loads((folder / "claims.json").read_text(encoding="utf-8"))
+    result = json.loads((folder / "claims.json").read_text(encoding="utf-8"))
     html = (folder / "paper.html").read_text(encoding="utf-8")
-    made, chapters = found["provenance"], found["chapters"]
+    made, chapters = result["provenance"], result["chapters"]
     head = HEAD.format(
         date=made["created"][:10], revision=made["revision"], machine=made["machine"]
     )
-    parts = [head, "## Six findings\n", *findings(html)]
-    parts += ["## Hypotheses\n", table(["chapter of the page", "what came out"], hypotheses(html))]
-    parts += ["## Errors in the printed equations\n", errata(chapters["errata"])]
-    parts += ["## Every claim\n", counts(chapters["claims"]), close_verdicts(chapters["claims"])]
+    parts = [head, "## Six findings\n", *extract_findings(html)]
+    parts += [
+        "## Hypotheses\n",
+        format_table(["chapter of the page", "what came out"], extract_hypotheses(html)),
+    ]
+    parts += ["## Errors in the printed equations\n", format_errata(chapters["errata"])]
+    parts += [
+        "## Every claim\n",
+        format_counts(chapters["claims"]),
+        describe_close_verdicts(chapters["claims"]),
+    ]
     for section in dict.fromkeys(each["section"] for each in chapters["claims"]):
         rows = [each for each in chapters["claims"] if each["section"] == section]
         parts += [
             f"### {_section(section)}\n",
-            table(["claim", "statement", *COLUMNS.values()], map(row, rows)),
+            format_table(["claim", "statement", *COLUMNS.values()], map(format_row, rows)),
         ]
     return "\n".join(parts).replace("&#39;", "'")
 
 
-def findings(html: str) -> Iterator[str]:
+def extract_findings(html: str) -> Iterator[str]:
     """The articles of the page's first screen without figures and links."""
     for article in re.findall(r'<article class="finding">(.*?)</article>', html, flags=re.S):
         plain = re.sub(r"<figure.*?</figure>|<svg.*?</svg>|</?a\b[^>]*>", "", article, flags=re.S)
@@ -62,29 +69,31 @@ def findings(html: str) -> Iterator[str]:
         yield f"### {title}\n\n{' '.join(rest.split())}\n"
 
 
-def hypotheses(html: str) -> Iterator[list[str]]:
+def extract_hypotheses(html: str) -> Iterator[list[str]]:
     """The chapters that examine a hypothesis, H1 to H7: title and outcome."""
     chapter = r"<h2[^>]*>([^<]*\(H\d\))</h2>\s*<p class=\"outcome\">(.*?)</p>"
     for title, outcome in re.findall(chapter, html, flags=re.S):
         yield [title, outcome]
 
 
-def errata(rows: list[dict[str, Any]]) -> str:
+def format_errata(rows: list[dict[str, Any]]) -> str:
     """Those of class equation, the labelled reading."""
-    own = [each for each in rows if each.get("class") == "equation" and "labelled" in each["id"]]
+    equation_errata = [
+        each for each in rows if each.get("class") == "equation" and "labelled" in each["id"]
+    ]
     cells = (
         [
             each["where"],
-            formula(each, "printed"),
-            formula(each, "derived"),
-            effect(each),
+            format_formula(each, "printed"),
+            format_formula(each, "derived"),
+            format_effect(each),
         ]
-        for each in own
+        for each in equation_errata
     )
-    return table(["where", "printed", "right", "effect on a run"], cells)
+    return format_table(["where", "printed", "right", "effect on a run"], cells)
 
 
-def formula(each: dict[str, Any], side: str) -> str:
+def format_formula(each: dict[str, Any], side: str) -> str:
     """A side of an erratum; its words where it is no formula."""
     tex = each.get(f"{side}_tex")
     if not tex:
@@ -93,48 +102,55 @@ def formula(each: dict[str, Any], side: str) -> str:
     return "$" + re.sub(r"(\\d+ot\{[^}]*\})_", r"\1{}_", tex) + "$"
 
 
-def effect(each: dict[str, Any]) -> str:
+def format_effect(each: dict[str, Any]) -> str:
     """On angle and mesh force under constant torque and under PD control."""
-    told = []
+    phrases = []
     for run, words in (("constant_torque", "constant torque"), ("pd", "PD control")):
         angle, force = each.get(f"{run}_theta_rad"), each.get(f"{run}_force_N")
         if angle is not None and force is not None:
-            told.append(f"{words}: {angle:.1e} rad, {float(f'{force:.2g}'):g} N")
-    return "; ".join(told)
+            phrases.append(f"{words}: {angle:.1e} rad, {float(f'{force:.2g}'):g} N")
+    return "; ".join(phrases)
 
 
-def counts(claims: list[dict[str, Any]]) -> str:
+def format_counts(claims: list[dict[str, Any]]) -> str:
     """How many claims have each verdict in each column."""
-    found = {key: Counter(verdict(each, key).split(" (")[0] for each in claims) for key in COLUMNS}
-    kinds = sorted({kind for column in found.values() for kind in column})
-    cells = ([kind, *(str(found[key][kind]) for key in COLUMNS)] for kind in kinds)
-    return table(["verdict", *COLUMNS.values()], cells)
+    verdict_counts = {
+        key: Counter(format_verdict(each, key).split(" (")[0] for each in claims) for key in COLUMNS
+    }
+    verdict_names = sorted({kind for column in verdict_counts.values() for kind in column})
+    cells = ([kind, *(str(verdict_counts[key][kind]) for key in COLUMNS)] for kind in verdict_names)
+    return format_table(["verdict", *COLUMNS.values()], cells)
 
 
-def verdict(claim: dict[str, Any], column: str) -> str:
+def format_verdict(claim: dict[str, Any], column: str) -> str:
     """In words, with the counts of settings where they do not all say the same."""
-    own = claim["models"].get(column)
-    if own is None:  # decided without a run
+    model_verdict = claim["models"].get(column)
+    if model_verdict is None:  # decided without a run
         return str(claim["verdict"])
-    by = own["counts"]
+    by = model_verdict["counts"]
     mixed = [f"{by[kind]} {kind}" for kind in by if by[kind]]
-    return f"{own['verdict']} ({', '.join(mixed)})" if len(mixed) > 1 else str(own["verdict"])
+    return (
+        f"{model_verdict['verdict']} ({', '.join(mixed)})"
+        if len(mixed) > 1
+        else str(model_verdict["verdict"])
+    )
 
 
-def close_verdicts(claims: list[dict[str, Any]]) -> str:
+def describe_close_verdicts(claims: list[dict[str, Any]]) -> str:
     """Which claims one more start or half of the damping ratios would judge otherwise."""
-    one = [each["id"] for each in claims if each["hangs_on_one_start"]]
+    start_sensitive = [each["id"] for each in claims if each["hangs_on_one_start"]]
     half = [each["id"] for each in claims if each["moved_by_a_coarser_grid"]]
     return (
-        f"One more start could change the verdict of: {', '.join(one) or 'none'}. Every second"
+        f"One more start could change the verdict of: {', '.join(start_sensitive) or 'none'}."
+        " Every second"
         f" damping ratio alone would change that of: {', '.join(half) or 'none'}.\n"
     )
 
 
-def row(claim: dict[str, Any]) -> list[str]:
+def format_row(claim: dict[str, Any]) -> list[str]:
     """Of the table of claims; a statement with its reading, where there could be another."""
     reading = f" *Read as: {claim['reading']}.*" if claim["reading"] else ""
-    columns = (verdict(claim, column) for column in COLUMNS)
+    columns = (format_verdict(claim, column) for column in COLUMNS)
     return [claim["id"], claim["statement"] + reading, *columns]
 
 
@@ -143,4 +159,4 @@ def _section(name: str) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(Path(sys.argv[1])), encoding="utf-8")
+    PAGE.write_text(build_page(Path(sys.argv[1])), encoding="utf-8")

@@ -58,10 +58,10 @@ CONTACT_WORDS = {  # text -> place [mm] from the pitch point
 
 def write_drawings() -> None:
     """Draw both meshes anew. Raises InputError."""
-    write_files({DOCS / f"{side}-mesh.svg": drawing(side) for side in SIDES})
+    write_files({DOCS / f"{side}-mesh.svg": draw_mesh(side) for side in SIDES})
 
 
-def drawing(side: Side) -> str:
+def draw_mesh(side: Side) -> str:
     """The SVG of a mesh: the whole stage on the left, its teeth on the right."""
     joint = load_arm(ARM).joints[0]
     assert isinstance(joint, Planetary)
@@ -80,47 +80,47 @@ def drawing(side: Side) -> str:
 
 def _draw_stage(axes: Axes, geometry: MeshGeometry) -> None:
     """Both wheels, the line of centres, the line of action and the angles counted positive."""
-    _frame(axes, STAGES[geometry.side])
-    _wheel(axes, geometry, geometry.wheel, SHOWN_TEETH[geometry.side], WHEEL)
-    _wheel(axes, geometry, geometry.planet, geometry.planet.teeth // 2, PLANET)
-    _line(axes, (0j, geometry.planet.centre), CARRIER, "-", 2.5)
-    _line_of_action(axes, geometry, 1.2)
-    _radius(axes, geometry, geometry.planet, PLANET, "$r_p$")
+    _set_frame(axes, STAGES[geometry.side])
+    _draw_wheel(axes, geometry, geometry.wheel, SHOWN_TEETH[geometry.side], WHEEL)
+    _draw_wheel(axes, geometry, geometry.planet, geometry.planet.teeth // 2, PLANET)
+    _draw_line(axes, (0j, geometry.planet.centre), CARRIER, "-", 2.5)
+    _draw_line_of_action(axes, geometry, 1.2)
+    _draw_radius(axes, geometry, geometry.planet, PLANET, "$r_p$")
     if geometry.side == "sun":
-        _radius(axes, geometry, geometry.wheel, WHEEL, "$r_s$")
-    _arrow(axes, geometry.pitch_point, 33 / MILLI * geometry.push, ACTION)
+        _draw_radius(axes, geometry, geometry.wheel, WHEEL, "$r_s$")
+    _draw_arrow(axes, geometry.pitch_point, 33 / MILLI * geometry.push, ACTION)
     for at, colour in ((0j, WHEEL), (geometry.planet.centre, PLANET)):
-        _dot(axes, at, colour)
-    _dot(axes, geometry.pitch_point, "black")
-    _angles(axes, geometry)
-    _stage_words(axes, geometry)
+        _draw_dot(axes, at, colour)
+    _draw_dot(axes, geometry.pitch_point, "black")
+    _draw_angles(axes, geometry)
+    _write_stage_names(axes, geometry)
 
 
-def _angles(axes: Axes, geometry: MeshGeometry) -> None:
+def _draw_angles(axes: Axes, geometry: MeshGeometry) -> None:
     """theta_s and theta_c counter-clockwise, theta_p against them."""
     sun, planet = geometry.wheel, geometry.planet
     if geometry.side == "sun":
-        _turn(axes, 0j, 0.55 * sun.base_radius, (100, 200), WHEEL, r"$\theta_s$")
-        _turn(axes, 0j, 0.85 * planet.centre.real, (3, 27), CARRIER, r"$\theta_c$")
+        _draw_turn(axes, 0j, 0.55 * sun.base_radius, (100, 200), WHEEL, r"$\theta_s$")
+        _draw_turn(axes, 0j, 0.85 * planet.centre.real, (3, 27), CARRIER, r"$\theta_c$")
     else:
-        _turn(axes, 0j, 0.3 * planet.centre.real, (8, 70), CARRIER, r"$\theta_c$")
-    _turn(axes, planet.centre, 0.5 * planet.base_radius, (310, 210), PLANET, r"$\theta_p$")
+        _draw_turn(axes, 0j, 0.3 * planet.centre.real, (8, 70), CARRIER, r"$\theta_c$")
+    _draw_turn(axes, planet.centre, 0.5 * planet.base_radius, (310, 210), PLANET, r"$\theta_p$")
 
 
-def _stage_words(axes: Axes, geometry: MeshGeometry) -> None:
+def _write_stage_names(axes: Axes, geometry: MeshGeometry) -> None:
     """Names of the wheels and the carrier."""
     planet, at = geometry.planet, geometry.pitch_point
-    _word(axes, planet.centre + (12 + 26j) / MILLI, "planet", PLANET)
-    _word(axes, planet.centre * 0.62 - 6j / MILLI, "carrier, $r_c$", CARRIER)
-    _word(axes, at + 38 / MILLI * geometry.push, "$x, F > 0$", ACTION)
+    _draw_word(axes, planet.centre + (12 + 26j) / MILLI, "planet", PLANET)
+    _draw_word(axes, planet.centre * 0.62 - 6j / MILLI, "carrier, $r_c$", CARRIER)
+    _draw_word(axes, at + 38 / MILLI * geometry.push, "$x, F > 0$", ACTION)
     if geometry.side == "sun":
-        _word(axes, -10j / MILLI, "sun", WHEEL)
+        _draw_word(axes, -10j / MILLI, "sun", WHEEL)
     else:
-        _word(axes, -8j / MILLI, "joint", WHEEL)
-        _word(axes, at + (14 + 0j) / MILLI, "ring", WHEEL)
+        _draw_word(axes, -8j / MILLI, "joint", WHEEL)
+        _draw_word(axes, at + (14 + 0j) / MILLI, "ring", WHEEL)
 
 
-def _wheel(
+def _draw_wheel(
     axes: Axes, geometry: MeshGeometry, wheel: Wheel, beside: int, colour: str, alpha: float = 0.2
 ) -> None:
     """Teeth, what they stand on, pitch and base circle."""
@@ -135,52 +135,52 @@ def _wheel(
         axes.add_patch(circle)
 
 
-def _radius(axes: Axes, geometry: MeshGeometry, wheel: Wheel, colour: str, text: str) -> None:
+def _draw_radius(axes: Axes, geometry: MeshGeometry, wheel: Wheel, colour: str, text: str) -> None:
     """From a wheel's centre to where the line of action touches its base circle."""
     end = geometry.tangent_point(wheel)
-    _line(axes, (wheel.centre, end), colour, "-", 1.0)
-    _dot(axes, end, ACTION)
-    _word(axes, 0.55 * end + 0.45 * wheel.centre, text, colour)
+    _draw_line(axes, (wheel.centre, end), colour, "-", 1.0)
+    _draw_dot(axes, end, ACTION)
+    _draw_word(axes, 0.55 * end + 0.45 * wheel.centre, text, colour)
 
 
 def _draw_contact(axes: Axes, geometry: MeshGeometry) -> None:
     """The teeth at the pitch point, the pressure angle, and the forces on both wheels."""
     at = geometry.pitch_point
-    _frame(axes, Window(at.real * MILLI - NEAR, at.real * MILLI + NEAR, -NEAR, NEAR))
+    _set_frame(axes, Window(at.real * MILLI - NEAR, at.real * MILLI + NEAR, -NEAR, NEAR))
     for wheel, colour in ((geometry.wheel, WHEEL), (geometry.planet, PLANET)):
-        _wheel(axes, geometry, wheel, 2, colour, 0.35)
-    _line(axes, (at - 11j / MILLI, at + 11j / MILLI), "0.3", ":", 1.2)
-    _line_of_action(axes, geometry, 2.0)
+        _draw_wheel(axes, geometry, wheel, 2, colour, 0.35)
+    _draw_line(axes, (at - 11j / MILLI, at + 11j / MILLI), "0.3", ":", 1.2)
+    _draw_line_of_action(axes, geometry, 2.0)
     for sign, colour, name in ((1, PLANET, "planet"), (-1, WHEEL, geometry.side)):
         along = 6.0 / MILLI * sign * geometry.push
-        _arrow(axes, at, along, colour)
+        _draw_arrow(axes, at, along, colour)
         force = "$F$" if sign > 0 else "$-F$"
         aside = -1 if geometry.side == "sun" else 1
-        _word(axes, at + along + sign * aside * 4.6 / MILLI, f"{force} on the {name}", colour)
+        _draw_word(axes, at + along + sign * aside * 4.6 / MILLI, f"{force} on the {name}", colour)
     for text, (x, y) in CONTACT_WORDS[geometry.side].items():
-        _word(axes, at + complex(x, y) / MILLI, text, PLANET if text == "planet" else WHEEL)
-    _pressure_angle(axes, geometry)
-    _dot(axes, at, "black")
+        _draw_word(axes, at + complex(x, y) / MILLI, text, PLANET if text == "planet" else WHEEL)
+    _draw_pressure_angle(axes, geometry)
+    _draw_dot(axes, at, "black")
 
 
-def _pressure_angle(axes: Axes, geometry: MeshGeometry) -> None:
+def _draw_pressure_angle(axes: Axes, geometry: MeshGeometry) -> None:
     """alpha between the common tangent and the line of action."""
     at = geometry.pitch_point * MILLI
     bounds = sorted((90.0, float(np.degrees(np.angle(geometry.push)))))
     axes.add_patch(Arc((at.real, at.imag), 19, 19, theta1=bounds[0], theta2=bounds[1], color="0.2"))
     middle = at + 9.5 * np.exp(1j * np.radians(np.mean(bounds)))
-    _word(axes, middle / MILLI, r"$\alpha$", "0.2")
+    _draw_word(axes, middle / MILLI, r"$\alpha$", "0.2")
 
 
-def _line_of_action(axes: Axes, geometry: MeshGeometry, part: float) -> None:
+def _draw_line_of_action(axes: Axes, geometry: MeshGeometry, part: float) -> None:
     """Through the pitch point, so many times as far as the farther tangent point either way."""
     at = geometry.pitch_point
     points = [geometry.tangent_point(wheel) - at for wheel in (geometry.wheel, geometry.planet)]
     reach = part * max(abs(point) for point in points) * geometry.push
-    _line(axes, (at - reach, at + reach), ACTION, "-.", 1.1)
+    _draw_line(axes, (at - reach, at + reach), ACTION, "-.", 1.1)
 
 
-def _frame(axes: Axes, window: Window) -> None:
+def _set_frame(axes: Axes, window: Window) -> None:
     axes.set(xlim=(window.left, window.right), ylim=(window.low, window.high), aspect="equal")
     axes.axis("off")
 
@@ -191,21 +191,21 @@ def _xy(points: Points) -> np.ndarray:
     return np.column_stack([plane.real, plane.imag])
 
 
-def _line(axes: Axes, points: Points, colour: str, style: str, width: float) -> None:
+def _draw_line(axes: Axes, points: Points, colour: str, style: str, width: float) -> None:
     axes.plot(*_xy(points).T, color=colour, ls=style, lw=width)
 
 
-def _dot(axes: Axes, at: complex, colour: str) -> None:
+def _draw_dot(axes: Axes, at: complex, colour: str) -> None:
     axes.plot(*_xy([at]).T, "o", color=colour, ms=4)
 
 
-def _word(axes: Axes, at: complex, text: str, colour: str) -> None:
+def _draw_word(axes: Axes, at: complex, text: str, colour: str) -> None:
     x, y = _xy([at])[0]
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1.0}
     axes.text(x, y, text, color=colour, ha="center", va="center", bbox=box)
 
 
-def _arrow(axes: Axes, start: complex, along: complex, colour: str) -> None:
+def _draw_arrow(axes: Axes, start: complex, along: complex, colour: str) -> None:
     tail, head = ((float(x), float(y)) for x, y in _xy([start, start + along]))
     arrow = FancyArrowPatch(tail, head, color=colour, lw=2.2, zorder=4, shrinkA=0, shrinkB=0)
     arrow.set_arrowstyle("-|>")
@@ -213,16 +213,16 @@ def _arrow(axes: Axes, start: complex, along: complex, colour: str) -> None:
     axes.add_patch(arrow)
 
 
-def _turn(
+def _draw_turn(
     axes: Axes, centre: complex, radius: float, degrees: tuple[int, int], colour: str, text: str
 ) -> None:
     """An arc with an arrow at its end, from one direction to the other."""
     directions = np.exp(1j * np.radians(np.linspace(*degrees, 60)))
     points = centre + radius * directions
-    _line(axes, points[:-2], colour, "-", 1.6)
+    _draw_line(axes, points[:-2], colour, "-", 1.6)
     tail, head = ((float(x), float(y)) for x, y in _xy(points[[-4, -1]]))
     axes.add_patch(FancyArrowPatch(tail, head, arrowstyle="-|>", mutation_scale=14, color=colour))
-    _word(axes, centre + radius * directions[22], text, colour)
+    _draw_word(axes, centre + radius * directions[22], text, colour)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ MINIMUM = (3, 11)
 SYSTEM_LIBRARIES = {"libGL.so.1": "libgl1", "libX11.so.6": "libx11-6"}
 
 
-def missing_libraries() -> list[str]:
+def find_missing_libraries() -> list[str]:
     """Names of the Debian packages whose shared library cannot be loaded here."""
     missing = []
     for library, package in SYSTEM_LIBRARIES.items():
@@ -21,7 +21,7 @@ def missing_libraries() -> list[str]:
     return missing
 
 
-def problem() -> str | None:
+def find_problem() -> str | None:
     """One line on what stands in the way of the set-up, or None."""
     if not (Path(__file__).parents[1] / "crosscheck" / "models").is_dir():
         return (
@@ -32,7 +32,7 @@ def problem() -> str | None:
     if sys.platform == "win32":
         return "Pinocchio has no Windows wheel: run this inside WSL2"
     if sys.platform.startswith("linux"):
-        packages = missing_libraries()
+        packages = find_missing_libraries()
         if packages:
             install = " ".join(packages)
             return f"Exudyn needs system libraries: apt-get update && apt-get install -y {install}"
@@ -40,6 +40,6 @@ def problem() -> str | None:
 
 
 if __name__ == "__main__":
-    line = problem()
+    line = find_problem()
     if line is not None:
         sys.exit(f"preflight: {line}")

@@ -23,7 +23,7 @@ DURATION_S = 0.5  # the teeth change sides at about 0.35 s
 LEAST_N = 1e-10  # the axis ends here
 
 
-def main() -> None:
+def draw_picture() -> None:
     """Run the models in the PD experiment and draw the force of the shoulder's sun mesh."""
     arm, scenario = crosscheck.load_arm("paper-labelled"), crosscheck.load_scenario("pd")
     scenario = scenario.model_copy(update={"duration_s": DURATION_S})
@@ -52,4 +52,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    draw_picture()

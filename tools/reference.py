@@ -9,7 +9,7 @@ from pathlib import Path
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.mesh import Mesh
-from crosscheck.models.arm.quantities import Data, short
+from crosscheck.models.arm.quantities import Data, format_number
 from crosscheck.models.arm.stiffness import (
     FourierStiffness,
     SineStiffness,
@@ -28,7 +28,7 @@ from crosscheck.models.robot.file import DirectDrive as DirectTransmission
 from crosscheck.models.robot.file import Geared, RobotFile
 from crosscheck.models.robot.robot import RotorMesh
 from crosscheck.output import write_files
-from crosscheck.schema import Described, described, records_below
+from crosscheck.schema import FieldDescription, describe_fields, list_records_below
 from crosscheck.studies.definition.definition import (
     Definition,
     GridAxis,
@@ -40,12 +40,12 @@ from crosscheck.studies.definition.definition import (
     UniformAxis,
 )
 from crosscheck.studies.definition.quantities import (
-    ApartShare,
     BandRms,
     ContactLoss,
     Crossing,
     FinalError,
     Function,
+    NoContactShare,
     RigidDeviation,
     Settling,
     Size,
@@ -92,7 +92,7 @@ HEADINGS: dict[type[Data], str] = {
     Crossing: "Quantity: crossing",
     Settling: "Quantity: settling",
     ContactLoss: "Quantity: loss of contact",
-    ApartShare: "Quantity: share of time apart",
+    NoContactShare: "Quantity: share of time apart",
     RigidDeviation: "Quantity: deviation from a rigid arm",
     Function: "Quantity: function",
     Trajectories: "Quantity: trajectories",
@@ -106,18 +106,18 @@ HEADINGS: dict[type[Data], str] = {
 
 def write_reference() -> None:
     """Renew the tables in all files. Raises InputError."""
-    write_files({DOCS / name: renewed(name) for name in FILES})
+    write_files({DOCS / name: renew_tables(name) for name in FILES})
 
 
-def renewed(name: str) -> str:
+def renew_tables(name: str) -> str:
     """The text of a file of ``FILES``, with its tables as the schema has them now."""
     before, rest = (DOCS / name).read_text(encoding="utf-8").split(BEGIN)
-    return before + BEGIN + field_tables(FILES[name]) + "\n" + END + rest.split(END)[1]
+    return before + BEGIN + format_field_tables(FILES[name]) + "\n" + END + rest.split(END)[1]
 
 
-def field_tables(top: type[Data]) -> str:
+def format_field_tables(top: type[Data]) -> str:
     """A table of the fields of a record, and of each that it holds."""
-    return "".join(f"{line}\n" for record in records_below(top) for line in _section(record))
+    return "".join(f"{line}\n" for record in list_records_below(top) for line in _section(record))
 
 
 def _section(record: type[Data]) -> Iterator[str]:
@@ -128,12 +128,18 @@ def _section(record: type[Data]) -> Iterator[str]:
     yield ""
     yield "| field | meaning | unit | default | allowed |"
     yield "|---|---|---|---|---|"
-    for field in described(record):
-        cells = (f"`{field.name}`", field.meaning, field.unit, _default(field), _allowed(field))
+    for field in describe_fields(record):
+        cells = (
+            f"`{field.name}`",
+            field.meaning,
+            field.unit,
+            _default(field),
+            _format_allowed(field),
+        )
         yield f"| {' | '.join(cells)} |"
 
 
-def _default(field: Described) -> str:
+def _default(field: FieldDescription) -> str:
     if field.required:
         return "required"
     if field.default is None:
@@ -141,13 +147,17 @@ def _default(field: Described) -> str:
     return "see there" if field.records else f"`{_value(field.default)}`"
 
 
-def _allowed(field: Described) -> str:
+def _format_allowed(field: FieldDescription) -> str:
     """Its range, or the tables that it may be."""
-    links = [f"[{HEADINGS[one]}](#{_anchor(HEADINGS[one])})" for one in field.records]
+    links = [f"[{HEADINGS[record]}](#{_anchor(HEADINGS[record])})" for record in field.records]
     if not links:
         return field.allowed
-    kinds = " or ".join(", ".join(links).rsplit(", ", 1))
-    return f"a list of {field.lists}, each {kinds}" if field.lists else kinds + field.one_for
+    record_links = " or ".join(", ".join(links).rsplit(", ", 1))
+    return (
+        f"a list of {field.lists}, each {record_links}"
+        if field.lists
+        else record_links + field.applies_to
+    )
 
 
 def _anchor(heading: str) -> str:
@@ -165,7 +175,7 @@ def _value(value: object) -> str:
     if value == {}:
         return "{}"
     assert isinstance(value, int | float)
-    return short(value)
+    return format_number(value)
 
 
 if __name__ == "__main__":

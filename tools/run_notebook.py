@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 
-def executed(notebook: dict[str, Any]) -> dict[str, Any]:
+def execute_notebook(notebook: dict[str, Any]) -> dict[str, Any]:
     """The notebook with fresh outputs. Raises what a cell raises."""
     names: dict[str, Any] = {"__name__": "__main__"}
     cells, count = [], 0
@@ -35,4 +35,4 @@ def _outputs(cell: dict[str, Any], count: int, names: dict[str, Any]) -> list[di
 
 if __name__ == "__main__":
     given = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    print(json.dumps(executed(given), indent=1, ensure_ascii=False))
+    print(json.dumps(execute_notebook(given), indent=1, ensure_ascii=False))

@@ -16,15 +16,15 @@ LEFT_OUT = {"provenance", "seconds"}
 NOTHING = object()
 
 
-def differences(before: object, after: object, path: str = "") -> Iterator[str]:
+def find_differences(before: object, after: object, path: str = "") -> Iterator[str]:
     """Where two JSON values differ, each as a line; records of a list are matched by their id."""
     if isinstance(before, dict) and isinstance(after, dict):
         for name in [*before, *(name for name in after if name not in before)]:
             if name not in LEFT_OUT:
-                one, other = before.get(name, NOTHING), after.get(name, NOTHING)
-                yield from differences(one, other, f"{path}.{name}")
+                before_value, after_value = before.get(name, NOTHING), after.get(name, NOTHING)
+                yield from find_differences(before_value, after_value, f"{path}.{name}")
     elif isinstance(before, list) and isinstance(after, list):
-        yield from differences(_keyed(before), _keyed(after), path)
+        yield from find_differences(_index_by_id(before), _index_by_id(after), path)
     elif before is NOTHING:
         yield f"{path}: only after"
     elif after is NOTHING:
@@ -33,7 +33,7 @@ def differences(before: object, after: object, path: str = "") -> Iterator[str]:
         yield f"{path}: {before!r} before, {after!r} after"
 
 
-def _keyed(values: list[object]) -> dict[str, object]:
+def _index_by_id(values: list[object]) -> dict[str, object]:
     """By the records' ids where all have one of their own, else by place."""
     ids = [str(value["id"]) for value in values if isinstance(value, dict) and "id" in value]
     if len(set(ids)) == len(values):
@@ -44,9 +44,9 @@ def _keyed(values: list[object]) -> dict[str, object]:
 def main() -> None:
     """Compare the two files that are named."""
     before, after = (json.loads(Path(name).read_text(encoding="utf-8")) for name in sys.argv[1:3])
-    found = list(differences(before, after))
-    print("\n".join(found) if found else "the same numbers")
-    sys.exit(bool(found))
+    lines = list(find_differences(before, after))
+    print("\n".join(lines) if lines else "the same numbers")
+    sys.exit(bool(lines))
 
 
 if __name__ == "__main__":

@@ -10,8 +10,8 @@ from typing import Any, get_args
 
 import typer
 
-from benchmarks.suite.report import markdown, read
-from crosscheck.cli.app import add_installed, app
+from benchmarks.suite.report import format_markdown, read
+from crosscheck.cli.app import add_installed_commands, app
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.trajectory import VARIABLES, meaning_of, unit_of
 from crosscheck.output import write_files
@@ -22,41 +22,41 @@ from crosscheck.registry import BUILT_IN
 def write_pages(folder: Path) -> None:
     """All of them. Raises InputError."""
     pages = {
-        "commands": commands(),
-        "models": models(),
-        "output-files": output_files(),
-        "benchmark": benchmark(ROOT / "benchmarks" / "results.json"),
-        "notebook": notebook(ROOT / "docs" / "notebooks" / "your-own-model.ipynb"),
+        "commands": describe_commands(),
+        "models": describe_models(),
+        "output-files": describe_output_files(),
+        "benchmark": format_benchmark(ROOT / "benchmarks" / "results.json"),
+        "notebook": format_notebook(ROOT / "docs" / "notebooks" / "your-own-model.ipynb"),
     }
     write_files({folder / f"{name}.md": text for name, text in pages.items()})
 
 
-def commands() -> str:
+def describe_commands() -> str:
     """Every command with its arguments and options, as the program has them."""
-    add_installed()
-    found: list[str] = ["# Commands and options\n"]
-    for name, command in sorted(_leaves(typer.main.get_command(app), "crosscheck")):
-        found.append(f"## {name}\n\n{inspect.cleandoc(command.help or '')}\n")
+    add_installed_commands()
+    lines: list[str] = ["# Commands and options\n"]
+    for name, command in sorted(_list_commands(typer.main.get_command(app), "crosscheck")):
+        lines.append(f"## {name}\n\n{inspect.cleandoc(command.help or '')}\n")
         rows = [
-            [f"`{_spelled(each)}`", getattr(each, "help", None) or "", _default(each)]
+            [f"`{_format_parameter(each)}`", getattr(each, "help", None) or "", _default(each)]
             for each in command.params
             if each.name != "help"
         ]
         if rows:
-            found.append(table(["argument or option", "meaning", "default"], rows))
-    return "\n".join(found)
+            lines.append(format_table(["argument or option", "meaning", "default"], rows))
+    return "\n".join(lines)
 
 
-def _leaves(command: Any, name: str) -> Iterator[tuple[str, Any]]:
+def _list_commands(command: Any, name: str) -> Iterator[tuple[str, Any]]:
     below = getattr(command, "commands", None)
     if below is None:
         yield name, command
         return
-    for own, each in below.items():
-        yield from _leaves(each, f"{name} {own}")
+    for child_name, each in below.items():
+        yield from _list_commands(each, f"{name} {child_name}")
 
 
-def _spelled(parameter: Any) -> str:
+def _format_parameter(parameter: Any) -> str:
     if parameter.param_type_name == "argument":
         return str(parameter.metavar or parameter.name.upper())
     return ", ".join(parameter.opts)
@@ -69,7 +69,7 @@ def _default(parameter: Any) -> str:
     return "" if value is None or value is False or callable(value) else f"`{value}`"
 
 
-def models() -> str:
+def describe_models() -> str:
     """The built-in models and the switches of the gear model."""
     rows = [
         [f"`{name}`", entry.role, entry.title, ", ".join(sorted(entry.promises))]
@@ -84,24 +84,24 @@ def models() -> str:
             "# Models and switches\n",
             "A `geared` model must agree with every other geared one; a `form` is the paper's and",
             "is measured against them; a `rigid` one has no gears.\n",
-            table(["model", "role", "what it is", "abilities"], rows),
+            format_table(["model", "role", "what it is", "abilities"], rows),
             "## Switches\n",
-            table(["switch", "values"], switches),
+            format_table(["switch", "values"], switches),
             inspect.cleandoc(Switches.__doc__ or "").replace("``", "`"),
             "",
         ]
     )
 
 
-def output_files() -> str:
+def describe_output_files() -> str:
     """Variables of a trajectory and fields of the JSON files."""
     rows = [[f"`{name}`", unit_of(name), meaning_of(name)] for name in VARIABLES]
-    found = [
+    lines = [
         "# Output files\n",
         "## Trajectory: NetCDF of `crosscheck simulate`\n",
         "Over `time` [s] and `joint`; mesh variables over `planet`, too. Attributes: model, step,",
         "arm, scenario, switches, versions, command. `xarray.open_dataset(file)` reads it.\n",
-        table(["variable", "unit", "meaning"], rows),
+        format_table(["variable", "unit", "meaning"], rows),
     ]
     for name, title in (
         ("agreement", "agreement.json of `crosscheck run` and `validate --json`"),
@@ -110,52 +110,52 @@ def output_files() -> str:
     ):
         file = ROOT / "crosscheck" / "schema" / f"{name}.schema.json"
         fields = _fields(json.loads(file.read_text(encoding="utf-8")), "")
-        found += [f"## {title}\n", table(["field", "type", "meaning"], fields)]
-    return "\n".join(found)
+        lines += [f"## {title}\n", format_table(["field", "type", "meaning"], fields)]
+    return "\n".join(lines)
 
 
 def _fields(schema: dict[str, Any], path: str, root: dict[str, Any] | None = None) -> Any:
     """A row for each field, those inside of lists and objects behind theirs."""
     root = root or schema
     for name, field in schema.get("properties", {}).items():
-        own, about = f"{path}{name}", field
+        field_path, about = f"{path}{name}", field
         while "items" in about or "$ref" in about:
             if "items" in about:
-                about, own = about["items"], f"{own}[]"
+                about, field_path = about["items"], f"{field_path}[]"
             else:
                 about = root["$defs"][about["$ref"].rpartition("/")[2]] | {
                     key: value for key, value in about.items() if key != "$ref"
                 }
-        kinds = about.get("enum") or about.get("type") or about.get("const", "")
-        listed = kinds if isinstance(kinds, list) else [kinds]
+        type_names = about.get("enum") or about.get("type") or about.get("const", "")
+        listed = type_names if isinstance(type_names, list) else [type_names]
         words = field.get("description") or about.get("description", "")
-        yield [f"`{own}`", ", ".join(map(str, listed)), words]
-        yield from _fields(about, f"{own}.", root)
+        yield [f"`{field_path}`", ", ".join(map(str, listed)), words]
+        yield from _fields(about, f"{field_path}.", root)
 
 
-def benchmark(file: Path) -> str:
+def format_benchmark(file: Path) -> str:
     """The results of `make bench` that are kept, or how to measure them."""
     if file.exists():
-        return markdown(*read(file))
+        return format_markdown(*read(file))
     return "# Benchmark results\n\nNone are kept here yet: `make bench` measures them.\n"
 
 
-def notebook(file: Path) -> str:
+def format_notebook(file: Path) -> str:
     """A notebook as it is stored, which the test suite holds to what its cells print."""
-    found = []
+    blocks = []
     for cell in json.loads(file.read_text(encoding="utf-8"))["cells"]:
         source = "".join(cell["source"])
         if cell["cell_type"] == "markdown":
-            found.append(source)
+            blocks.append(source)
             continue
-        found.append(f"```python\n{source}\n```")
-        said = "".join("".join(each.get("text", "")) for each in cell["outputs"])
-        if said:
-            found.append(f"```text\n{said.rstrip()}\n```")
-    return "\n\n".join(found) + "\n"
+        blocks.append(f"```python\n{source}\n```")
+        output_text = "".join("".join(each.get("text", "")) for each in cell["outputs"])
+        if output_text:
+            blocks.append(f"```text\n{output_text.rstrip()}\n```")
+    return "\n\n".join(blocks) + "\n"
 
 
-def table(head: list[str], rows: Any) -> str:
+def format_table(head: list[str], rows: Any) -> str:
     """A table in Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     shown = ["| " + " | ".join(_cell(each) for each in line) + " |" for line in lines]

@@ -30,7 +30,7 @@ class Body:
     centre: tuple[Any, ...] = ()
 
 
-def all_bodies(chain: Chain) -> list[Body]:
+def build_bodies(chain: Chain) -> list[Body]:
     """Every body of the arm."""
     bodies = [body for joint in chain.numbers for body in link_bodies(chain, joint)]
     for joint in chain.numbers:

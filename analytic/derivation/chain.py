@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.analytic.derivation.stage import DirectStage, Stage, exact, stage_values
+from crosscheck.analytic.derivation.stage import DirectStage, Stage, exact_fraction, stage_values
 from crosscheck.analytic.paper.kinematics import gear_angles
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Coordinate, Layout, Meaning
@@ -37,7 +37,7 @@ class Chain:
         return range(1, len(self.stages) + 1)
 
     @property
-    def geared(self) -> list[tuple[int, Stage]]:
+    def geared_joints(self) -> list[tuple[int, Stage]]:
         """The joints with gears, by number."""
         stages = zip(self.numbers, self.stages, strict=True)
         return [(joint, stage) for joint, stage in stages if isinstance(stage, Stage)]
@@ -50,8 +50,8 @@ class Chain:
 
     def row(self, meaning: Meaning, joint: int, planet: int = 0) -> np.ndarray:
         """Row of a coordinate of a joint, of all its planets (0) or one; zeros if there is none."""
-        wanted = Coordinate(meaning, joint, planet)
-        return np.array([int(c == wanted) for c in self.layout.coordinates], dtype=object)
+        coordinate = Coordinate(meaning, joint, planet)
+        return np.array([int(c == coordinate) for c in self.layout.coordinates], dtype=object)
 
     def sun_row(self, joint: int) -> np.ndarray:
         """Row of theta_s, relative to the ring's body (Eqs. 2, 3): by x_sp + x_pr, or x_s."""
@@ -62,9 +62,9 @@ class Chain:
         """How many planets turn together, and the row of their theta_p (Eq. 3): all, or each."""
         stage = self.stages[joint - 1]
         assert isinstance(stage, Stage)
-        alone = range(1, int(stage.N) + 1) if self.layout.free else ()
-        found = [(1, planet) for planet in alone] or [(stage.N, 0)]
-        rows = [(count, self.row("x_pr", joint, planet)) for count, planet in found]
+        planets = range(1, int(stage.N) + 1) if self.layout.free else ()
+        groups = [(1, planet) for planet in planets] or [(stage.N, 0)]
+        rows = [(count, self.row("x_pr", joint, planet)) for count, planet in groups]
         return [(count, self._gear_rows(joint, 0 * x_pr, x_pr)[1]) for count, x_pr in rows]
 
     def _gear_rows(
@@ -81,7 +81,7 @@ class Chain:
         return tuple(stage.L for stage in self.stages[: joint - 1])
 
 
-def exact_chain(arm: Arm, layout: Layout) -> Chain:
+def build_exact_chain(arm: Arm, layout: Layout) -> Chain:
     """The chain of an arm in fractions, equal to what its floating-point numbers are."""
     stages = [stage_values(j, link) for j, link in zip(arm.joints, arm.links, strict=True)]
-    return Chain(tuple(stages), exact(arm.payload_mass_kg), layout)
+    return Chain(tuple(stages), exact_fraction(arm.payload_mass_kg), layout)

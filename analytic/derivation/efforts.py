@@ -17,8 +17,8 @@ def mesh_rows(chain: Chain) -> list[np.ndarray]:
     """
     return [
         row
-        for joint, stage in chain.geared
-        if joint - 1 in chain.layout.meshing
+        for joint, stage in chain.geared_joints
+        if joint - 1 in chain.layout.mesh_joints
         for row in _stage_rows(chain, joint, stage)
     ]
 
@@ -38,7 +38,7 @@ def drive_rows(chain: Chain) -> list[np.ndarray]:
     """
     rows = []
     for joint, stage in zip(chain.numbers, chain.stages, strict=True):
-        if isinstance(stage, DirectStage) or joint - 1 not in chain.layout.meshing:
+        if isinstance(stage, DirectStage) or joint - 1 not in chain.layout.mesh_joints:
             rows.append(chain.row("theta", joint))
         else:
             rows.append(chain.sun_row(joint) / stage.n)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from crosscheck.analytic.derivation.lagrange import MassTerms, Wave
+from crosscheck.analytic.derivation.lagrange import AngleSum, MassTerms
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ def mass_matrix(mass: MassTerms, q: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
     return sp.ImmutableMatrix(total.applyfunc(sp.expand))
 
 
-def _argument(wave: Wave, q: Sequence[sp.Symbol]) -> sp.Expr:
-    return sp.Add(*(w * coordinate for w, coordinate in zip(wave, q, strict=True)))
+def _argument(angle_sum: AngleSum, q: Sequence[sp.Symbol]) -> sp.Expr:
+    return sp.Add(*(w * coordinate for w, coordinate in zip(angle_sum, q, strict=True)))
 
 
 def christoffel_bias(

@@ -20,32 +20,33 @@ from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.scenario import Switches
 
-NOTHING = -1  # in place of a coordinate
+NO_COORDINATE = -1  # in place of a coordinate
 
 
 class Gears(NamedTuple):
     """Numbers per mesh, in the order sun-planet 1, planet-ring 1, sun-planet 2, ...; SI units.
 
     Lumped, a stage has two meshes, each of ``planets`` planets; free, two for every planet.
-    where: index of the mesh displacement in q, or of x_s, of which the coordinate at ``less`` (-1:
-    none) is taken away; theta: index of its joint's angle; k_m: mean stiffness; k_a: amplitude of
-    Eq. 8, 0 where another law holds; law: the others, see analytic.paper.stiffness; E, lead,
-    static: of the tooth error, see analytic.paper.tooth_error; b, sigma: Eqs. 5, 6; rate, offset:
-    phase per joint angle, and its constant; d: damping of those planets together. phase,
-    dead_zone: codes; damps_apart: whether dampers act out of contact;
-    conservative: whether the potentials act on the joint angles.
+    x_index: index of the mesh displacement in q, or of x_s, of which the coordinate at
+    ``subtract_index`` (-1: none) is taken away; theta: index of its joint's angle; k_m: mean
+    stiffness; k_a: amplitude of Eq. 8, 0 where another law holds; law: the others, see
+    analytic.paper.stiffness; E, lead, static_error: of the tooth error, see
+    analytic.paper.tooth_error; b, sigma: Eqs. 5, 6; rate, offset: phase per joint angle, and its
+    constant; d: damping of those planets together. phase, dead_zone: codes; damps_without_contact:
+    whether dampers act out of contact; conservative: whether the potentials act on the joint
+    angles.
     """
 
-    where: np.ndarray
-    less: np.ndarray
+    x_index: np.ndarray
+    subtract_index: np.ndarray
     planets: np.ndarray
     theta: np.ndarray
     k_m: np.ndarray
     k_a: np.ndarray
     law: StiffnessData
     E: np.ndarray
-    lead: np.ndarray
-    static: np.ndarray
+    error_phase: np.ndarray
+    static_error: np.ndarray
     b: np.ndarray
     sigma: np.ndarray
     rate: np.ndarray
@@ -53,7 +54,7 @@ class Gears(NamedTuple):
     d: np.ndarray
     phase: int
     dead_zone: int
-    damps_apart: bool
+    damps_without_contact: bool
     conservative: bool
 
 
@@ -62,72 +63,74 @@ class StageMesh(NamedTuple):
 
     mesh: PlanetMesh
     joint: int
-    where: int
-    less: int
+    x_index: int
+    subtract_index: int
     planets: int
     rate: float
     offset: float
     damping: float
 
 
-def gears(arm: Arm, layout: Layout, switches: Switches) -> Gears:
+def build_gears(arm: Arm, layout: Layout, switches: Switches) -> Gears:
     """The meshes that have coordinates in the layout: all of the arm, or none of a rigid one."""
     meshes = [
         mesh
-        for number in layout.meshing
-        for mesh in _meshes_of(arm.joints[number], number, layout, switches)
+        for number in layout.mesh_joints
+        for mesh in _stage_meshes(arm.joints[number], number, layout, switches)
     ]
 
-    def each(values: Iterable[float]) -> np.ndarray:
+    def floats(values: Iterable[float]) -> np.ndarray:
         return np.array(list(values), dtype=float)
 
-    def places(values: Iterable[int]) -> np.ndarray:
+    def integers(values: Iterable[int]) -> np.ndarray:
         return np.array(list(values), dtype=np.int64)
 
     return Gears(
-        where=places(entry.where for entry in meshes),
-        less=places(entry.less for entry in meshes),
-        planets=each(entry.planets for entry in meshes),
-        theta=places(layout.theta[entry.joint] for entry in meshes),
-        k_m=each(mean_stiffness(entry.mesh.stiffness) for entry in meshes),
-        k_a=each(amplitude(entry.mesh) for entry in meshes),
+        x_index=integers(entry.x_index for entry in meshes),
+        subtract_index=integers(entry.subtract_index for entry in meshes),
+        planets=floats(entry.planets for entry in meshes),
+        theta=integers(layout.theta[entry.joint] for entry in meshes),
+        k_m=floats(mean_stiffness(entry.mesh.stiffness) for entry in meshes),
+        k_a=floats(amplitude(entry.mesh) for entry in meshes),
         law=stiffness_data([entry.mesh.stiffness for entry in meshes]),
-        E=each(entry.mesh.tooth_error_m for entry in meshes),
-        lead=each(entry.mesh.tooth_error_phase_rad for entry in meshes),
-        static=each(entry.mesh.static_error_m for entry in meshes),
-        b=each(entry.mesh.backlash_m for entry in meshes),
-        sigma=each(entry.mesh.tanh_sharpness_per_m for entry in meshes),
-        rate=each(entry.rate for entry in meshes),
-        offset=each(entry.offset for entry in meshes),
-        d=each(entry.damping for entry in meshes),
+        E=floats(entry.mesh.tooth_error_m for entry in meshes),
+        error_phase=floats(entry.mesh.tooth_error_phase_rad for entry in meshes),
+        static_error=floats(entry.mesh.static_error_m for entry in meshes),
+        b=floats(entry.mesh.backlash_m for entry in meshes),
+        sigma=floats(entry.mesh.tanh_sharpness_per_m for entry in meshes),
+        rate=floats(entry.rate for entry in meshes),
+        offset=floats(entry.offset for entry in meshes),
+        d=floats(entry.damping for entry in meshes),
         phase=OMEGA_T if switches.phase == "omega_t" else ANGLE,
         dead_zone=TANH if switches.dead_zone == "tanh" else EXACT,
-        damps_apart=switches.damping == "always",
+        damps_without_contact=switches.damping == "always",
         conservative=switches.mesh_work == "conservative",
     )
 
 
-def _meshes_of(joint: object, number: int, layout: Layout, switches: Switches) -> list[StageMesh]:
+def _stage_meshes(
+    joint: object, number: int, layout: Layout, switches: Switches
+) -> list[StageMesh]:
     """Meshes of a joint: sun and ring mesh of all planets together, or planet after planet."""
     assert isinstance(joint, Planetary)  # as joints with mesh displacements are
     geometry = stage_geometry(joint)
     sun_rate = sun_mesh_rate(joint, geometry)
     ring_rate = ring_mesh_rate(joint, geometry, switches.ring_rate)
-    found, count = [], 1 if layout.free else joint.planet_count
+    meshes, count = [], 1 if layout.free else joint.planet_count
     for planet in range(joint.planet_count // count):
-        sun, ring = joint.sun_mesh.of_planet(planet), joint.ring_mesh.of_planet(planet)
+        sun, ring = joint.sun_mesh.planet_mesh(planet), joint.ring_mesh.planet_mesh(planet)
         share = joint.planet_count if layout.free else 1
         d_sp, d_pr = (of_all / share for of_all in damping(joint, planet))
         gamma_sp, gamma_pr = mesh_phases(joint, planet)
         if layout.free:
             x_s, x_pr = layout.at("x_s", number), layout.at("x_pr", number, planet)
-            at_sun, at_ring = (x_s, x_pr), (x_pr, NOTHING)
+            at_sun, at_ring = (x_s, x_pr), (x_pr, NO_COORDINATE)
         else:
-            at_sun = layout.at("x_sp", number), NOTHING
-            at_ring = layout.at("x_pr", number), NOTHING
-        found.append(StageMesh(sun, number, *at_sun, count, sun_rate, gamma_sp, d_sp))
-        found.append(StageMesh(ring, number, *at_ring, count, ring_rate, gamma_pr, d_pr))
-    return found
+            at_sun = layout.at("x_sp", number), NO_COORDINATE
+            at_ring = layout.at("x_pr", number), NO_COORDINATE
+        meshes.append(StageMesh(sun, number, *at_sun, count, sun_rate, gamma_sp, d_sp))
+        meshes.append(StageMesh(ring, number, *at_ring, count, ring_rate, gamma_pr, d_pr))
+    return meshes
 
 
 def amplitude(mesh: PlanetMesh) -> float:
@@ -141,9 +144,9 @@ def damping(joint: PlanetaryStage, planet: int = 0) -> tuple[float, float]:
 
     From the damping ratio of each mesh against its own equivalent mass, where not given directly.
     """
-    sun, own = gear_masses(joint)
-    masses = sun, joint.planet_count * own
-    meshes = joint.sun_mesh.of_planet(planet), joint.ring_mesh.of_planet(planet)
+    sun_mass, planet_mass = gear_masses(joint)
+    masses = sun_mass, joint.planet_count * planet_mass
+    meshes = joint.sun_mesh.planet_mesh(planet), joint.ring_mesh.planet_mesh(planet)
     d_sp, d_pr = (
         _damping(mesh, joint.planet_count, mass) for mesh, mass in zip(meshes, masses, strict=True)
     )

@@ -18,20 +18,20 @@ import numpy as np
 
 from crosscheck.analytic.derivation.bodies import Body
 
-Wave = tuple[int, ...]  # w, shape (n,), its first entry that is not 0 positive
-MassTerms = Mapping[tuple[int, int, Wave], Any]  # M[row, col] += coefficient cos(w . q)
+AngleSum = tuple[int, ...]  # w, shape (n,), its first entry that is not 0 positive
+MassTerms = Mapping[tuple[int, int, AngleSum], Any]  # M[row, col] += coefficient cos(w . q)
 # bias[row] += coefficient sin(w . q) v_a v_b
-BiasTerms = Mapping[tuple[int, Wave, int, int], Any]
+BiasTerms = Mapping[tuple[int, AngleSum, int, int], Any]
 # force[row] += coefficient cos(w . q), and another sin(w . q)
-WeightTerms = Mapping[tuple[int, Wave], tuple[Any, Any]]
+WeightTerms = Mapping[tuple[int, AngleSum], tuple[Any, Any]]
 
 
-def mass_terms(bodies: Iterable[Body], links: Sequence[np.ndarray]) -> MassTerms:
+def build_mass_terms(bodies: Iterable[Body], links: Sequence[np.ndarray]) -> MassTerms:
     """M(q) = sum over bodies of J_v^T m J_v + J_w^T I J_w, as waves.
 
     links: row of each link's absolute angle.
     """
-    terms: defaultdict[tuple[int, int, Wave], Any] = defaultdict(int)
+    terms: defaultdict[tuple[int, int, AngleSum], Any] = defaultdict(int)
     for body in bodies:
         _add_product(terms, body.inertia, 0 * links[0], body.angle, body.angle)
         for k, c_k in enumerate(body.centre):
@@ -42,48 +42,48 @@ def mass_terms(bodies: Iterable[Body], links: Sequence[np.ndarray]) -> MassTerms
 
 
 def _add_product(
-    terms: defaultdict[tuple[int, int, Wave], Any],
+    terms: defaultdict[tuple[int, int, AngleSum], Any],
     factor: Any,
-    wave: np.ndarray,
+    angle_sum: np.ndarray,
     left: np.ndarray,
     right: np.ndarray,
 ) -> None:
     """Add factor cos(wave . q) left^T right to the mass matrix."""
     for row in np.flatnonzero(left):
         for column in np.flatnonzero(right):
-            place = int(row), int(column), _upward(wave)[0]
+            place = int(row), int(column), _orient_angle_sum(angle_sum)[0]
             terms[place] += factor * left[row] * right[column]
 
 
-def _upward(wave: np.ndarray) -> tuple[Wave, int]:
+def _orient_angle_sum(angle_sum: np.ndarray) -> tuple[AngleSum, int]:
     """The wave, or its opposite with the sign that its sine takes."""
-    first = next((int(entry) for entry in wave if entry), 1)
+    first = next((int(entry) for entry in angle_sum if entry), 1)
     sign = 1 if first > 0 else -1
-    return tuple(sign * int(entry) for entry in wave), sign
+    return tuple(sign * int(entry) for entry in angle_sum), sign
 
 
-def bias_terms(mass: MassTerms) -> BiasTerms:
+def build_bias_terms(mass: MassTerms) -> BiasTerms:
     """C(q, v) v by Christoffel's symbols: sum (dM_ij/dq_k - 1/2 dM_jk/dq_i) v_j v_k, as waves."""
-    terms: defaultdict[tuple[int, Wave, int, int], Any] = defaultdict(int)
-    for (i, j, wave), coefficient in mass.items():
-        for k in map(int, np.flatnonzero(wave)):
-            slope = -coefficient * wave[k]
-            terms[i, wave, min(j, k), max(j, k)] += slope
-            terms[k, wave, min(i, j), max(i, j)] -= slope / 2
+    terms: defaultdict[tuple[int, AngleSum, int, int], Any] = defaultdict(int)
+    for (i, j, angle_sum), coefficient in mass.items():
+        for k in map(int, np.flatnonzero(angle_sum)):
+            slope = -coefficient * angle_sum[k]
+            terms[i, angle_sum, min(j, k), max(j, k)] += slope
+            terms[k, angle_sum, min(i, j), max(i, j)] -= slope / 2
     return {place: coefficient for place, coefficient in terms.items() if coefficient != 0}
 
 
-def weight_terms(
+def build_weight_terms(
     bodies: Iterable[Body], links: Sequence[np.ndarray], gravity: tuple[Any, Any]
 ) -> WeightTerms:
     """-dV/dq of V = -sum m g . r, as waves: links are pulled across themselves, by m c_k g . n."""
     g_x, g_y = gravity
-    terms: defaultdict[tuple[int, Wave], tuple[Any, Any]] = defaultdict(lambda: (0, 0))
+    terms: defaultdict[tuple[int, AngleSum], tuple[Any, Any]] = defaultdict(lambda: (0, 0))
     for body in bodies:
         for k, c_k in enumerate(body.centre):
-            wave, sign = _upward(links[k])
+            angle_sum, sign = _orient_angle_sum(links[k])
             for row in np.flatnonzero(links[k]):
                 lever = body.mass * c_k * links[k][row]
-                cosine, sine = terms[int(row), wave]
-                terms[int(row), wave] = cosine + lever * g_y, sine - sign * lever * g_x
+                cosine, sine = terms[int(row), angle_sum]
+                terms[int(row), angle_sum] = cosine + lever * g_y, sine - sign * lever * g_x
     return {place: pair for place, pair in terms.items() if pair != (0, 0)}

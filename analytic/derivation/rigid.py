@@ -18,11 +18,11 @@ def rigid_bodies(chain: Chain, level: str) -> list[Body]:
         if level == "coupled":
             bodies += spinning_bodies(chain, joint)
         if level == "armature":
-            bodies += _armature(chain, joint)
+            bodies += _armature_bodies(chain, joint)
     return bodies
 
 
-def _armature(chain: Chain, joint: int) -> list[Body]:
+def _armature_bodies(chain: Chain, joint: int) -> list[Body]:
     """Reflected inertia as a body, on the diagonal alone: as if the body before stood still."""
     stage = chain.stages[joint - 1]
     if not isinstance(stage, Stage):

@@ -53,13 +53,13 @@ class DirectStage(NamedTuple):
     L: Any
 
 
-def exact(value: float) -> Fraction:
+def exact_fraction(value: float) -> Fraction:
     """The number that a floating-point number is, so that what cancels does so without a rest."""
     return Fraction(value)
 
 
 def stage_values(
-    joint: Planetary | Direct, link: Link, number: Callable[[float], Any] = exact
+    joint: Planetary | Direct, link: Link, number: Callable[[float], Any] = exact_fraction
 ) -> Stage | DirectStage:
     """The numbers of one stage and the link that it drives, in fractions unless stated."""
     values = map(number, _values(joint, link))
@@ -78,7 +78,9 @@ def _values(joint: Planetary | Direct, link: Link) -> tuple[float, ...]:
 def equivalent_masses(joint: Planetary) -> tuple[float, float, float]:
     """M_s, M_p, M_c [kg]: M = J / r^2 (Section 2), as given or from the inertias."""
     radius = stage_geometry(joint).r_cp
-    carrier = _either(joint.carrier_equivalent_mass_kg, joint.carrier_inertia_kg_m2, radius)
+    carrier = _equivalent_mass(
+        joint.carrier_equivalent_mass_kg, joint.carrier_inertia_kg_m2, radius
+    )
     return *gear_masses(joint), carrier
 
 
@@ -86,12 +88,12 @@ def gear_masses(gears: PlanetaryGears) -> tuple[float, float]:
     """M_s, M_p [kg] of sun and planet: M = J / r^2, as given or from the inertias."""
     geometry = stage_geometry(gears)
     return (
-        _either(gears.sun_equivalent_mass_kg, gears.sun_inertia_kg_m2, geometry.r_s),
-        _either(gears.planet_equivalent_mass_kg, gears.planet_inertia_kg_m2, geometry.r_p),
+        _equivalent_mass(gears.sun_equivalent_mass_kg, gears.sun_inertia_kg_m2, geometry.r_s),
+        _equivalent_mass(gears.planet_equivalent_mass_kg, gears.planet_inertia_kg_m2, geometry.r_p),
     )
 
 
-def _either(mass: float | None, inertia: float | None, radius: float) -> float:
+def _equivalent_mass(mass: float | None, inertia: float | None, radius: float) -> float:
     if mass is not None:
         return mass
     assert inertia is not None  # the arm's own validation

@@ -14,11 +14,11 @@ from crosscheck.analytic.derivation.terms import AngleSums, Terms, indices
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import lumped_layout
 
-Indexed = defaultdict[tuple[int, ...], float]
+TermCoefficients = defaultdict[tuple[int, ...], float]
 Numbers = Mapping[sp.Symbol, sp.Rational]  # of parameters
 
 
-def form_terms(form: Form, arm: Arm) -> Terms:
+def build_form_terms(form: Form, arm: Arm) -> Terms:
     """The terms of a form in the paper's coordinates; it knows no gravity and no friction.
 
     Raises ValueError if an entry is not of the shape that Terms describe.
@@ -47,28 +47,32 @@ def form_terms(form: Form, arm: Arm) -> Terms:
     )
 
 
-def _mass_terms(form: Form, exact: Numbers, waves: AngleSums) -> Indexed:
-    found: Indexed = defaultdict(float)
+def _mass_terms(form: Form, exact: Numbers, angle_sums: AngleSums) -> TermCoefficients:
+    coefficients: TermCoefficients = defaultdict(float)
     for (row, column), entry in _entries(form.mass_matrix):
         for term in _summands(entry, exact):
             factor, rest = term.as_independent(*form.q, as_Add=False)
             argument = _argument(rest, sp.cos) if rest != 1 else sp.S.Zero
-            found[row, column, waves.number(_wave(argument, form.q))] += float(factor)
-    return found
+            coefficients[row, column, angle_sums.number(_angle_sum(argument, form.q))] += float(
+                factor
+            )
+    return coefficients
 
 
-def _bias_terms(form: Form, exact: Numbers, waves: AngleSums) -> Indexed:
-    found: Indexed = defaultdict(float)
+def _bias_terms(form: Form, exact: Numbers, angle_sums: AngleSums) -> TermCoefficients:
+    coefficients: TermCoefficients = defaultdict(float)
     for (row, _), entry in _entries(form.bias):
         for term in _summands(entry, exact):
             factor, rest = term.as_independent(*form.q, *form.v, as_Add=False)
             rates, sine = rest.as_independent(*form.q, as_Add=False)
             a, b = _two_rates(rates, form.v)
-            found[row, waves.number(_wave(_argument(sine, sp.sin), form.q)), a, b] += float(factor)
-    return found
+            coefficients[
+                row, angle_sums.number(_angle_sum(_argument(sine, sp.sin), form.q)), a, b
+            ] += float(factor)
+    return coefficients
 
 
-def _wave(argument: sp.Expr, q: Sequence[sp.Symbol]) -> list[float]:
+def _angle_sum(argument: sp.Expr, q: Sequence[sp.Symbol]) -> list[float]:
     polynomial = sp.Poly(argument, *q)
     if polynomial.total_degree() > 1:
         raise ValueError(f"not linear in the coordinates: {argument}")

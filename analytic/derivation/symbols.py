@@ -10,9 +10,9 @@ from typing import NamedTuple
 import sympy as sp
 
 from crosscheck.analytic.derivation.chain import Chain
-from crosscheck.analytic.derivation.stage import DirectStage, Stage, exact, stage_values
+from crosscheck.analytic.derivation.stage import DirectStage, Stage, exact_fraction, stage_values
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.arm.layout import Layout, layout_of
+from crosscheck.models.arm.layout import Layout, make_layout
 
 m_payload = sp.Symbol("m_payload", positive=True)
 
@@ -51,7 +51,7 @@ def _reals(names: Iterable[str]) -> tuple[sp.Symbol, ...]:
 
 def parameter_values(arm: Arm) -> dict[sp.Symbol, Fraction]:
     """The number behind every symbol of an arm."""
-    values = {m_payload: exact(arm.payload_mass_kg)}
+    values = {m_payload: exact_fraction(arm.payload_mass_kg)}
     for symbols, joint, link in zip(arm_stages(arm), arm.joints, arm.links, strict=True):
         values |= dict(zip(symbols, stage_values(joint, link), strict=True))
     return values
@@ -59,17 +59,17 @@ def parameter_values(arm: Arm) -> dict[sp.Symbol, Fraction]:
 
 def arm_stages(arm: Arm) -> list[Stage | DirectStage]:
     """The symbols of every joint, geared or not."""
-    found: list[Stage | DirectStage] = []
+    stages: list[Stage | DirectStage] = []
     for number, joint in enumerate(arm.joints, start=1):
         if isinstance(joint, Planetary):
-            found.append(stage_symbols(number))
+            stages.append(stage_symbols(number))
         else:
             names = (sp.Symbol(f"{name}{number}", positive=True) for name in DirectStage._fields)
-            found.append(DirectStage(*names))
-    return found
+            stages.append(DirectStage(*names))
+    return stages
 
 
-def arm_chain(arm: Arm, layout: Layout) -> Chain:
+def build_arm_chain(arm: Arm, layout: Layout) -> Chain:
     """The chain of an arm in symbols, in any layout; free planets are counted, not a symbol."""
     stages = arm_stages(arm)
     if layout.free:
@@ -80,7 +80,7 @@ def arm_chain(arm: Arm, layout: Layout) -> Chain:
     return Chain(tuple(stages), m_payload, layout)
 
 
-def symbolic_chain(meshing: Sequence[bool]) -> Chain:
+def build_symbolic_chain(meshing: Sequence[bool]) -> Chain:
     """The chain of geared joints in symbols; ``meshing``: which have mesh displacements."""
     stages = tuple(stage_symbols(joint) for joint in range(1, len(meshing) + 1))
-    return Chain(stages, m_payload, layout_of(meshing))
+    return Chain(stages, m_payload, make_layout(meshing))

@@ -15,8 +15,12 @@ import numpy as np
 from crosscheck.analytic.derivation.bodies import Body
 from crosscheck.analytic.derivation.chain import Chain
 from crosscheck.analytic.derivation.efforts import drive_rows, mesh_rows
-from crosscheck.analytic.derivation.lagrange import bias_terms, mass_terms, weight_terms
-from crosscheck.analytic.derivation.stage import exact
+from crosscheck.analytic.derivation.lagrange import (
+    build_bias_terms,
+    build_mass_terms,
+    build_weight_terms,
+)
+from crosscheck.analytic.derivation.stage import exact_fraction
 from crosscheck.models.arm.arm import Arm
 
 
@@ -32,7 +36,7 @@ class Terms(NamedTuple):
     of the joint angles; friction (joints,) [N m s/rad].
     """
 
-    waves: np.ndarray
+    angle_sums: np.ndarray
     mass: np.ndarray
     mass_coeff: np.ndarray
     bias: np.ndarray
@@ -48,7 +52,7 @@ class Terms(NamedTuple):
 def mass_matrices(terms: Terms, q: np.ndarray) -> np.ndarray:
     """Mass matrices M(q) (..., n, n) at coordinates q (..., n)."""
     n = q.shape[-1]
-    values = terms.mass_coeff * np.cos(q @ terms.waves.T)[..., terms.mass[:, 2]]
+    values = terms.mass_coeff * np.cos(q @ terms.angle_sums.T)[..., terms.mass[:, 2]]
     matrices = np.zeros((*q.shape[:-1], n * n))
     for place, value in zip(
         terms.mass[:, 0] * n + terms.mass[:, 1], np.moveaxis(values, -1, 0), strict=True
@@ -59,17 +63,17 @@ def mass_matrices(terms: Terms, q: np.ndarray) -> np.ndarray:
 
 def inverse_dynamics(terms: Terms, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
     """Torques M(q) a + C(q, v) v - friction - weight of a rigid arm; all (states, n)."""
-    angles = q @ terms.waves.T
+    angles = q @ terms.angle_sums.T
     cosines, sines = np.cos(angles), np.sin(angles)
-    found = np.zeros_like(q)
+    torques = np.zeros_like(q)
     for (row, column, wave), coeff in zip(terms.mass, terms.mass_coeff, strict=True):
-        found[:, row] += coeff * cosines[:, wave] * a[:, column]
-    for (row, wave, one, other), coeff in zip(terms.bias, terms.bias_coeff, strict=True):
-        found[:, row] += coeff * sines[:, wave] * v[:, one] * v[:, other]
+        torques[:, row] += coeff * cosines[:, wave] * a[:, column]
+    for (row, wave, first, second), coeff in zip(terms.bias, terms.bias_coeff, strict=True):
+        torques[:, row] += coeff * sines[:, wave] * v[:, first] * v[:, second]
     for (row, wave), (cosine, sine) in zip(terms.weight, terms.weight_coeff, strict=True):
-        found[:, row] -= cosine * cosines[:, wave] + sine * sines[:, wave]
-    found[:, terms.theta] += terms.friction * v[:, terms.theta]
-    return found
+        torques[:, row] -= cosine * cosines[:, wave] + sine * sines[:, wave]
+    torques[:, terms.theta] += terms.friction * v[:, terms.theta]
+    return torques
 
 
 class AngleSums:
@@ -79,28 +83,30 @@ class AngleSums:
         self.size = size
         self.numbers: dict[tuple[float, ...], int] = {}
 
-    def number(self, wave: Iterable[float]) -> int:
+    def number(self, angle_sum: Iterable[float]) -> int:
         """The number of a wave, the next free one if it is new."""
-        return self.numbers.setdefault(tuple(map(float, wave)), len(self.numbers))
+        return self.numbers.setdefault(tuple(map(float, angle_sum)), len(self.numbers))
 
     def table(self) -> np.ndarray:
         """All waves in the order of their numbers, shape (K, n)."""
         return np.array(list(self.numbers), dtype=float).reshape(-1, self.size)
 
 
-def chain_terms(chain: Chain, bodies: Sequence[Body], arm: Arm) -> Terms:
+def build_chain_terms(chain: Chain, bodies: Sequence[Body], arm: Arm) -> Terms:
     """The terms of an arm's chain in exact numbers, with these of its bodies."""
-    links, n, waves = chain.angles[1:], len(chain.layout), AngleSums(len(chain.layout))
-    derived = mass_terms(bodies, links)
+    links, n, angle_sums = chain.angles[1:], len(chain.layout), AngleSums(len(chain.layout))
+    derived = build_mass_terms(bodies, links)
     # Sorted, M[i, j] and M[j, i] add up the same waves in the same order: they are the same.
-    mass = {(i, j, waves.number(w)): c for (i, j, w), c in sorted(derived.items())}
-    bias = {(i, waves.number(w), a, b): c for (i, w, a, b), c in bias_terms(derived).items()}
-    g_x, g_y = map(exact, arm.gravity_m_per_s2)
-    pulled = weight_terms(bodies, links, (g_x, g_y)) if g_x or g_y else {}
-    weight = {(i, waves.number(w)): pair for (i, w), pair in pulled.items()}
+    mass = {(i, j, angle_sums.number(w)): c for (i, j, w), c in sorted(derived.items())}
+    bias = {
+        (i, angle_sums.number(w), a, b): c for (i, w, a, b), c in build_bias_terms(derived).items()
+    }
+    g_x, g_y = map(exact_fraction, arm.gravity_m_per_s2)
+    pulled = build_weight_terms(bodies, links, (g_x, g_y)) if g_x or g_y else {}
+    weight = {(i, angle_sums.number(w)): pair for (i, w), pair in pulled.items()}
     mesh_map, drive_map = _columns(mesh_rows(chain), n), _columns(drive_rows(chain), n)
     return Terms(
-        waves.table(),
+        angle_sums.table(),
         indices(mass, 3),
         np.array([*mass.values()], dtype=float),
         indices(bias, 4),

@@ -9,14 +9,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from crosscheck.analytic.kernel.numbers import Numbers
-from crosscheck.analytic.kernel.program import STATE, Program, code_of, steps_program
+from crosscheck.analytic.kernel.program import STATE, Program, build_steps_program, compile_program
 from crosscheck.models.experiment.drive import TABLE, DriveData, table_torques
 
 if TYPE_CHECKING:
     from crosscheck.analytic.model import AnalyticModel
 
-WIDE = 8  # lanes of a block: as many numbers as the widest registers hold
-LINE = 64  # bytes at whose multiples blocks begin, so that no load spans two lines of the cache
+BLOCK_LANES = 8  # lanes of a block: as many numbers as the widest registers hold
+CACHE_LINE = (
+    64  # bytes at whose multiples blocks begin, so that no load spans two lines of the cache
+)
 
 
 class Records(NamedTuple):
@@ -38,15 +40,15 @@ class Batch:
     bit the same at every number of lanes.
     """
 
-    def __init__(self, models: Sequence[AnalyticModel], lanes: int = WIDE) -> None:
+    def __init__(self, models: Sequence[AnalyticModel], lanes: int = BLOCK_LANES) -> None:
         first = models[0]
         self.models, self.step_s = models, first.scenario.step_s
         self.structure = first.equations.structure
-        self.program = steps_program(self.structure, first.equations.recorded(), lanes)
-        self.code = code_of(self.program)
-        self.done = 0  # steps
+        self.program = build_steps_program(self.structure, first.equations.record_map(), lanes)
+        self.code = compile_program(self.program)
+        self.step_count = 0  # steps
         blocks = -(-len(models) // lanes)
-        self.work = aligned(blocks, self.program.rows * lanes)
+        self.work = make_aligned_zeros(blocks, self.program.rows * lanes)
         lanes_of = self.work.reshape(blocks, self.program.rows, lanes)
         columns = [self._column(model) for model in models]
         for place in range(blocks * lanes):
@@ -69,23 +71,23 @@ class Batch:
         lanes, (blocks, _) = self.program.lanes, self.work.shape
         first, n = self.models[0], len(self.structure.coordinates)
         times, torques = contiguous_table(first.drive)
-        looked_up = np.zeros(len(torques))
+        table = np.zeros(len(torques))
         rows = 3 * n + len(self.structure.meshes)
         out = np.empty((records, rows, blocks * lanes))
         self.code["advance"](
             self.work.ctypes.data,
             blocks,
-            self.done,
+            self.step_count,
             records,
             stride,
             self.step_s,
             times.ctypes.data,
             torques.ctypes.data,
             times.size,
-            looked_up.ctypes.data,
+            table.ctypes.data,
             out.ctypes.data,
         )
-        self.done += records * stride
+        self.step_count += records * stride
         return Records(*np.split(out[:, :, : len(self.models)], (n, 2 * n, 3 * n), axis=1))
 
     def run(self, records: int, stride: int, most: int) -> Iterator[Records]:
@@ -96,7 +98,7 @@ class Batch:
             records -= part
         yield self.advance(1, 0)
 
-    def staged(self, steps: int) -> np.ndarray:
+    def run_stages(self, steps: int) -> np.ndarray:
         """Run so many steps: the states q, v that their four stages were evaluated at.
 
         Shape (steps, 4, blocks, 2 n, lanes), in the kernel's coordinates.
@@ -110,13 +112,13 @@ class Batch:
         parts = (0.5, 0.5, 1.0, 1.0)
         addresses = [part.ctypes.data for part in self.work]
         for step in range(steps):
-            begun = (self.done + step) * h
+            begun = (self.step_count + step) * h
             for k, t in enumerate((begun, begun + h / 2, begun + h / 2, begun + h)):
                 out[step, k] = ahead if k else now
-                table = looked_up(drive, t)
+                table = look_up_torques(drive, t)
                 for address in addresses:
                     stages[k](address, t, sqrt(t), table.ctypes.data, h, parts[k])
-        self.done += steps
+        self.step_count += steps
         return out
 
 
@@ -126,7 +128,7 @@ def number_rows(program: Program, numbers: Numbers) -> list[np.ndarray]:
     return [single, *(np.asarray(numbers[name]) for name, _ in program.tables)]
 
 
-def looked_up(drive: DriveData, t: float) -> np.ndarray:
+def look_up_torques(drive: DriveData, t: float) -> np.ndarray:
     """A table's torques (joints,) [N m] at a time [s]; of other laws nothing is looked up."""
     return table_torques(drive, t) if drive.code == TABLE else np.zeros(len(drive.gains))
 
@@ -136,8 +138,8 @@ def contiguous_table(drive: DriveData) -> tuple[np.ndarray, np.ndarray]:
     return np.ascontiguousarray(drive.table_time), np.ascontiguousarray(drive.table_torque)
 
 
-def aligned(blocks: int, size: int) -> np.ndarray:
+def make_aligned_zeros(blocks: int, size: int) -> np.ndarray:
     """Zeros (blocks, size) that begin at a line of the cache."""
-    room = np.zeros(blocks * size + LINE // 8)
-    first = -room.ctypes.data % LINE // 8
+    room = np.zeros(blocks * size + CACHE_LINE // 8)
+    first = -room.ctypes.data % CACHE_LINE // 8
     return room[first : first + blocks * size].reshape(blocks, size)

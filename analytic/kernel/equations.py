@@ -12,9 +12,9 @@ from crosscheck.analytic.derivation.gears import Gears
 from crosscheck.analytic.derivation.terms import Terms, mass_matrices
 from crosscheck.analytic.kernel.links import Links
 from crosscheck.analytic.kernel.numbers import TURN, Numbers, link_numbers, term_numbers
-from crosscheck.analytic.kernel.program import Recorded
-from crosscheck.analytic.kernel.text.links import LinkStructure, link_structure
-from crosscheck.analytic.kernel.text.terms import TermStructure, term_structure
+from crosscheck.analytic.kernel.program import RecordMap
+from crosscheck.analytic.kernel.text.links import LinkStructure, build_link_structure
+from crosscheck.analytic.kernel.text.terms import TermStructure, build_term_structure
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.drive import DriveData
@@ -41,19 +41,19 @@ class TermEquations:
     def structure(self) -> TermStructure:
         """Structure of the terms, which the kernel's text depends on."""
         parts = self.arm, self.layout, self.gears, self.drive, self.terms
-        return term_structure(*parts, self.phase_weights, self.sensor)
+        return build_term_structure(*parts, self.phase_weights, self.sensor)
 
     @cached_property
     def numbers(self) -> Numbers:
         """Numbers of the terms, the meshes, and what phase weights and sensor add, by name."""
-        found = term_numbers(self.arm, self.structure, self.terms, self.gears, self.drive)
-        for mesh, place in self.structure.phased:
-            found[f"phase{mesh}_{place}"] = self.phase_weights[mesh, place] / TURN
+        numbers = term_numbers(self.arm, self.structure, self.terms, self.gears, self.drive)
+        for mesh, place in self.structure.phase_entries:
+            numbers[f"phase{mesh}_{place}"] = self.phase_weights[mesh, place] / TURN
         for place, joint in self.structure.feedback:
-            found[f"told{place}_{joint}"] = self.sensor[place, joint]
-        return found
+            numbers[f"told{place}_{joint}"] = self.sensor[place, joint]
+        return numbers
 
-    def recorded(self) -> Recorded:
+    def record_map(self) -> RecordMap:
         """The layout's coordinates by the kernel's, which are the same."""
         return tuple((place,) for place in range(len(self.layout)))
 
@@ -79,30 +79,30 @@ class LinkEquations:
     @cached_property
     def structure(self) -> LinkStructure:
         """Structure of the links, which the kernel's text depends on."""
-        return link_structure(self.arm, self.layout, self.gears, self.drive, self.links)
+        return build_link_structure(self.arm, self.layout, self.gears, self.drive, self.links)
 
     @cached_property
     def numbers(self) -> Numbers:
         """Numbers of links, gears and meshes, by name."""
         return link_numbers(self.arm, self.structure, self.links, self.gears, self.drive)
 
-    def recorded(self) -> Recorded:
+    def record_map(self) -> RecordMap:
         """The layout's coordinates by the kernel's: lumped, x_sp is the sun's advance less x_pr."""
-        found: list[tuple[int, ...]] = [(place,) for place in range(len(self.layout))]
+        entries: list[tuple[int, ...]] = [(place,) for place in range(len(self.layout))]
         if self.layout.free:
-            return tuple(found)
-        for place, joint in enumerate(self.layout.meshing):
-            found[self.layout.at("x_sp", joint)] = (2 * place, 2 * place + 1)
-            found[self.layout.at("x_pr", joint)] = (2 * place + 1,)
-        for place, at in enumerate(self.layout.theta, 2 * len(self.layout.meshing)):
-            found[at] = (place,)
-        return tuple(found)
+            return tuple(entries)
+        for place, joint in enumerate(self.layout.mesh_joints):
+            entries[self.layout.at("x_sp", joint)] = (2 * place, 2 * place + 1)
+            entries[self.layout.at("x_pr", joint)] = (2 * place + 1,)
+        for place, at in enumerate(self.layout.theta, 2 * len(self.layout.mesh_joints)):
+            entries[at] = (place,)
+        return tuple(entries)
 
     def to_kernel(self, x: np.ndarray) -> np.ndarray:
         """Coordinates or rates x (..., n) as the kernel's: the sun's advance, planets, angles."""
         if self.layout.free:
             return x
-        x_sp, x_pr = (x[..., self.layout.of(mesh)] for mesh in MESHES)
+        x_sp, x_pr = (x[..., self.layout.indices(mesh)] for mesh in MESHES)
         gears = np.stack([x_sp + x_pr, x_pr], axis=-1).reshape(*x.shape[:-1], 2 * x_sp.shape[-1])
         return np.concatenate([gears, x[..., self.layout.theta]], axis=-1)
 
@@ -121,7 +121,7 @@ class LinkEquations:
             between = links.coupling[k, before] * np.cos(turned[k] - turned[before])
             energy += (between + links.constant[k, before]) * turning[k] * turning[before]
         place, first = 0, len(self.structure.coordinates) - joints
-        for j, stage in self.structure.geared:
+        for j, stage in self.structure.geared_joints:
             base = turning[j - 2] if j > 1 else 0.0
             for gear in ["s"] + ["p"] * stage.planets:
                 per, u, kappa = (

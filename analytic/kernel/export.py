@@ -12,12 +12,12 @@ from textwrap import fill
 import numpy as np
 
 from crosscheck.analytic.kernel.equations import TermEquations
-from crosscheck.analytic.kernel.text.fused import fused
+from crosscheck.analytic.kernel.text.fusion import fuse_products
 from crosscheck.analytic.kernel.text.terms import TermStructure, entry_of_mass
 from crosscheck.models.experiment.drive import TABLE
 
 OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
-COMPARED = {ast.Gt: ">", ast.Lt: "<", ast.GtE: ">=", ast.LtE: "<="}
+COMPARISONS = {ast.Gt: ">", ast.Lt: "<", ast.GtE: ">=", ast.LtE: "<="}
 CALLS = {"abs": "fabs", "rint": "rint", "fma": "fma", "power_of_two": "power_of_two"}
 POWER_OF_TWO = """\
 /* 2 to a whole number, which comes with 1.5 * 2^52 added. */
@@ -35,11 +35,11 @@ static double power_of_two(double shifted) {
 
 @dataclass(frozen=True)
 class CLine:
-    """A line of C, ``target = value``; used: the names in the value."""
+    """A line of C, ``target = value``; value_names: the names in the value."""
 
     target: str
     value: str
-    used: frozenset[str]
+    value_names: frozenset[str]
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,12 @@ class CFunction:
     entries: tuple[str, ...]
 
 
-def c_text(equations: TermEquations, prefix: str, told: str) -> str:
+def generate_c_source(equations: TermEquations, prefix: str, header: str) -> str:
     """One file of C that needs its standard library alone.
 
     M (n * n, row by row), bias, force and acceleration (n,) as functions whose names begin with
     prefix, of time, coordinates and rates of the layout, and the drive's torques (joints,) [N m],
-    whatever law the model's scenario has. told: what the file begins with, as a comment.
+    whatever law the model's scenario has. header: what the file begins with, as a comment.
     """
     structure = replace(equations.structure, drive=TABLE)
     lines = _lines(structure.acceleration())
@@ -67,10 +67,10 @@ def c_text(equations: TermEquations, prefix: str, told: str) -> str:
     used = {name for name in numbers if re.search(rf"\b{name}\b", body)}
     powers = POWER_OF_TWO if "power_of_two(" in body else ""
     return (
-        f"/* {fill(told, 96, subsequent_indent='   ')} */\n"
+        f"/* {fill(header, 96, subsequent_indent='   ')} */\n"
         "#include <math.h>\n#include <stdint.h>\n#include <string.h>\n\n"
         f"enum {{ N = {structure.size}, JOINTS = {len(structure.stages)} }};\n\n"
-        + "".join(_constant(name, numbers[name]) for name in sorted(used))
+        + "".join(_constant_definition(name, numbers[name]) for name in sorted(used))
         + f"\n{powers}{body}"
     )
 
@@ -80,8 +80,8 @@ def _parts(s: TermStructure) -> Iterable[CFunction]:
     with_bias = {entry[0] for entry in s.bias}
     entries = (entry_of_mass(s, i, j) for i in places for j in places)
     yield CFunction("mass_matrix", "const double q[N]", "M", tuple(entries))
-    found = (f"h{i}" if i in with_bias else "0.0" for i in places)
-    yield CFunction("bias", "const double q[N], const double v[N]", "bias", tuple(found))
+    bias_entries = (f"h{i}" if i in with_bias else "0.0" for i in places)
+    yield CFunction("bias", "const double q[N], const double v[N]", "bias", tuple(bias_entries))
     state = "double t, const double q[N], const double v[N], const double torque[JOINTS]"
     yield CFunction("force", state, "force", tuple(f"f{i}" for i in places))
     yield CFunction("acceleration", state, "a", tuple(f"a_{x}" for x in s.coordinates))
@@ -91,7 +91,7 @@ def _lines(text: Iterable[str]) -> list[CLine]:
     """The kernel's lines of text as lines of C, products fused as in it."""
     (function,) = ast.parse("def f():\n" + "".join(f"    {line}\n" for line in text)).body
     assert isinstance(function, ast.FunctionDef)
-    return [_line(statement) for statement in fused(function).body]
+    return [_line(statement) for statement in fuse_products(function).body]
 
 
 def _line(statement: ast.stmt) -> CLine:
@@ -118,7 +118,7 @@ def _c(node: ast.expr) -> str:
         case ast.BinOp(left=left, op=op, right=right):
             return f"({_c(left)} {OPERATORS[type(op)]} {_c(right)})"
         case ast.Compare(left=left, ops=[compared], comparators=[right]):
-            return f"({_c(left)} {COMPARED[type(compared)]} {_c(right)})"
+            return f"({_c(left)} {COMPARISONS[type(compared)]} {_c(right)})"
         case ast.IfExp(test=test, body=body, orelse=orelse):
             return f"({_c(test)} ? {_c(body)} : {_c(orelse)})"
         case ast.Call(func=ast.Name(id="pick"), args=[_, table, place]):
@@ -141,7 +141,7 @@ def _function(
     for line in reversed(lines):
         if line.target in needed:
             kept.append(line)
-            needed = (needed - {line.target}) | line.used
+            needed = (needed - {line.target}) | line.value_names
     loads = {f"{kind}_{x}": f"{kind}[{k}]" for kind in "qv" for k, x in enumerate(s.coordinates)}
     loads |= {f"table{j}": f"torque[{j - 1}]" for j in s.joints}
     first = [CLine(name, where, frozenset()) for name, where in loads.items() if name in needed]
@@ -163,7 +163,7 @@ def _function(
     return f"{head} {{\n{unused}" + "".join(f"    {line}\n" for line in body) + "}\n"
 
 
-def _constant(name: str, value: float | np.ndarray) -> str:
+def _constant_definition(name: str, value: float | np.ndarray) -> str:
     if isinstance(value, np.ndarray):
         entries = ", ".join(map(_number, value.tolist()))
         return f"static const double {name}[{value.size}] = {{{entries}}};\n"

@@ -157,7 +157,7 @@ REST = {
 }
 
 
-def fmu_sources(text: str, prefix: str, layout: Layout, joints: int) -> tuple[str, str]:
+def generate_fmu_sources(text: str, prefix: str, layout: Layout, joints: int) -> tuple[str, str]:
     """One file of C, and modelDescription.xml. text, prefix: as ``export.c_text`` has them."""
     guid = hashlib.sha256(text.encode()).hexdigest()
     rest = "".join(_function(name, *how) for name, how in REST.items())

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.derivation.bodies import Body, all_bodies
+from crosscheck.analytic.derivation.bodies import Body, build_bodies
 from crosscheck.analytic.derivation.chain import Chain
 from crosscheck.analytic.derivation.rigid import rigid_bodies
 from crosscheck.analytic.derivation.stage import DirectStage, Stage, stage_values
@@ -34,37 +34,37 @@ class Links(NamedTuple):
         return bool((self.constant != np.diag(np.diag(self.constant))).any())
 
 
-def links_of(arm: Arm, layout: Layout, level: str | None) -> Links:
+def build_links(arm: Arm, layout: Layout, level: str | None) -> Links:
     """Numbers of an arm's links' equations, with all its bodies or those of a rigid level."""
     stages = tuple(
         stage_values(j, link, float) for j, link in zip(arm.joints, arm.links, strict=True)
     )
-    return _links(stages, arm.payload_mass_kg, layout, level)
+    return _build_links(stages, arm.payload_mass_kg, layout, level)
 
 
 @lru_cache(maxsize=128)
-def _links(
+def _build_links(
     stages: tuple[Stage | DirectStage, ...], payload: float, layout: Layout, level: str | None
 ) -> Links:
     chain = Chain(stages, payload, layout)
-    bodies = all_bodies(chain) if level is None else rigid_bodies(chain, level)
+    bodies = build_bodies(chain) if level is None else rigid_bodies(chain, level)
     joints = len(stages)
-    found = Links(np.zeros((joints, joints)), np.zeros((joints, joints)), np.zeros(joints))
+    links = Links(np.zeros((joints, joints)), np.zeros((joints, joints)), np.zeros(joints))
     for body in bodies:
-        _add(body, layout, found)
-    return found
+        _add_body(body, layout, links)
+    return links
 
 
-def _add(body: Body, layout: Layout, links: Links) -> None:
+def _add_body(body: Body, layout: Layout, links: Links) -> None:
     centre = np.zeros(len(links.lever))
     centre[: len(body.centre)] = body.centre
     links.coupling[:] += body.mass * np.outer(centre, centre)
     links.lever[:] += body.mass * centre
     if not body.angle[~layout.angular].any():  # else it spins by a displacement of its own
-        row = absolute(body.angle[layout.theta])
+        row = absolute_row(body.angle[layout.theta])
         links.constant[:] += body.inertia * np.outer(row, row)
 
 
-def absolute(row: Any) -> np.ndarray:
+def absolute_row(row: Any) -> np.ndarray:
     """A row over joint angles, relative to the link before, as one over absolute angles."""
     return np.array([*row], dtype=float) - np.array([*row[1:], 0.0], dtype=float)

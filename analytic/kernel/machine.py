@@ -22,10 +22,10 @@ import llvmlite
 import llvmlite.binding as llvm
 
 from crosscheck.analytic.kernel import translate
-from crosscheck.analytic.kernel.text import fused
-from crosscheck.analytic.kernel.translate import ir_of
-from crosscheck.models.errors import PROGRAM, one_line
-from crosscheck.models.places import code_folder, private_content
+from crosscheck.analytic.kernel.text import fusion
+from crosscheck.analytic.kernel.translate import translate_to_ir
+from crosscheck.models.directories import prepare_code_folder, read_private
+from crosscheck.models.errors import PROGRAM, format_line
 
 FOLDER = "machine-code"
 CHECKSUM = 32  # bytes of SHA-256
@@ -40,13 +40,15 @@ class Code:
 
     def __init__(self, data: bytes, arguments: dict[str, Sequence[Any]]) -> None:
         # An engine for each object, so that names do not clash. It owns its target machine.
-        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine(0))
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target_machine(0))
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(data))
         self._engine.finalize_object()
-        self._functions = {name: self._function(name, kinds) for name, kinds in arguments.items()}
+        self._functions = {
+            name: self._function(name, argument_types) for name, argument_types in arguments.items()
+        }
 
-    def _function(self, name: str, kinds: Sequence[Any]) -> Callable[..., None]:
-        function = ctypes.CFUNCTYPE(None, *kinds)(self._engine.get_function_address(name))
+    def _function(self, name: str, argument_types: Sequence[Any]) -> Callable[..., None]:
+        function = ctypes.CFUNCTYPE(None, *argument_types)(self._engine.get_function_address(name))
         function.engine = self._engine  # type: ignore[attr-defined]  # which goes with the last one
         return function
 
@@ -54,24 +56,24 @@ class Code:
         return self._functions[name]
 
 
-def machine_code(text: str, lanes: int, level: int) -> bytes:
+def load_machine_code(text: str, lanes: int, level: int) -> bytes:
     """Object file of a kernel's text, from the cache folder or made and left there.
 
     Without a folder it is made alone. level: of optimisation, 0 to 3.
     """
     name = _digest(text, lanes, level)
     try:
-        path = code_folder(FOLDER) / f"{name}.o"
+        path = prepare_code_folder(FOLDER) / f"{name}.o"
     except OSError:
-        return compiled(ir_of(text, lanes), machine(level), level)
-    found = _read(path)
-    if found is None:
-        found = compiled(ir_of(text, lanes), machine(level), level)
-        _keep(path, found)
-    return found
+        return compile_ir(translate_to_ir(text, lanes), target_machine(level), level)
+    object_file = _read(path)
+    if object_file is None:
+        object_file = compile_ir(translate_to_ir(text, lanes), target_machine(level), level)
+        _keep(path, object_file)
+    return object_file
 
 
-def compiled(ir: str, machine: llvm.TargetMachine, level: int) -> bytes:
+def compile_ir(ir: str, machine: llvm.TargetMachine, level: int) -> bytes:
     """Object file of IR for a machine."""
     module = llvm.parse_assembly(ir)
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
@@ -86,7 +88,7 @@ def compiled(ir: str, machine: llvm.TargetMachine, level: int) -> bytes:
     return machine.emit_object(module)
 
 
-def machine(level: int) -> llvm.TargetMachine:
+def target_machine(level: int) -> llvm.TargetMachine:
     """This machine's own processor, with all that it can do."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
@@ -106,7 +108,7 @@ def _processor() -> tuple[str, str]:
 @lru_cache
 def _translator() -> tuple[str, ...]:
     """Source texts of the code that makes an object of a text."""
-    files = __file__, translate.__file__, fused.__file__
+    files = __file__, translate.__file__, fusion.__file__
     return tuple(Path(file).read_text(encoding="utf-8") for file in files)
 
 
@@ -120,7 +122,7 @@ def _read(path: Path) -> bytes | None:
     """Content of a kept file; None if there is none or, told on stderr, none that is sound."""
     reason = "damaged"
     try:
-        whole = private_content(path, KEPT_BYTES)
+        whole = read_private(path, KEPT_BYTES)
         if _seal(path, whole[CHECKSUM:]) == whole[:CHECKSUM]:
             os.utime(path)  # it has been used
             return whole[CHECKSUM:]
@@ -128,7 +130,7 @@ def _read(path: Path) -> bytes | None:
         return None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-    line = one_line(f"{PROGRAM}{path}: does not fit: {reason}; it is made again")
+    line = format_line(f"{PROGRAM}{path}: does not fit: {reason}; it is made again")
     print(line, file=sys.stderr)
     return None
 

@@ -26,65 +26,65 @@ def link_numbers(
     arm: Arm, structure: LinkStructure, links: Links, gears: Gears, drive: DriveData
 ) -> Numbers:
     """Numbers of a LinkStructure: all that does not depend on the state, in SI units."""
-    found = _of_links(arm, structure, links) | mesh_numbers(arm, structure, gears, drive)
-    for j, stage in structure.geared:
+    numbers = _coupling_numbers(arm, structure, links) | mesh_numbers(arm, structure, gears, drive)
+    for j, stage in structure.geared_joints:
         joint = arm.joints[j - 1]
         assert isinstance(joint, Planetary)  # as joints with mesh displacements are
-        found |= _of_gears(joint, j, stage)
-    return found
+        numbers |= _gear_numbers(joint, j, stage)
+    return numbers
 
 
 def term_numbers(
     arm: Arm, structure: TermStructure, terms: Terms, gears: Gears, drive: DriveData
 ) -> Numbers:
     """Numbers of a TermStructure: all that does not depend on the state, in SI units."""
-    found = mesh_numbers(arm, structure, gears, drive)
+    numbers = mesh_numbers(arm, structure, gears, drive)
     for name, values in (("mass", terms.mass_coeff), ("bias", terms.bias_coeff)):
-        found |= {f"{name}_{k}": value for k, value in enumerate(values)}
+        numbers |= {f"{name}_{k}": value for k, value in enumerate(values)}
     for k, (of_cosine, of_sine) in enumerate(terms.weight_coeff):
-        found |= {f"weight_c{k}": of_cosine, f"weight_s{k}": of_sine}
+        numbers |= {f"weight_c{k}": of_cosine, f"weight_s{k}": of_sine}
     for row, joint in structure.drives:
-        found[f"driven{row}_{joint}"] = terms.drive_map[row, joint]
+        numbers[f"driven{row}_{joint}"] = terms.drive_map[row, joint]
     for row, mesh in structure.pushes:  # by the force of all planets that the mesh stands for
-        found[f"pushed{row}_{mesh}"] = terms.mesh_map[row, mesh] / gears.planets[mesh]
-    return found
+        numbers[f"pushed{row}_{mesh}"] = terms.mesh_map[row, mesh] / gears.planets[mesh]
+    return numbers
 
 
 def mesh_numbers(arm: Arm, structure: Structure, gears: Gears, drive: DriveData) -> Numbers:
     """Numbers of drive, friction and meshes, in SI units; phases in turns."""
-    found: Numbers = {}
+    numbers: Numbers = {}
     for j in structure.joints:
-        found |= {f"drive{j}_{place}": value for place, value in enumerate(drive.gains[j - 1])}
-        found[f"friction{j}"] = arm.joints[j - 1].friction_N_m_s_per_rad
+        numbers |= {f"drive{j}_{place}": value for place, value in enumerate(drive.gains[j - 1])}
+        numbers[f"friction{j}"] = arm.joints[j - 1].friction_N_m_s_per_rad
     first = 0
-    for j, stage in structure.geared:
+    for j, stage in structure.geared_joints:
         meshes = range(first, first + 2 * stage.planets)
-        found[f"share{j}"] = 1 / gears.planets[first]
+        numbers[f"share{j}"] = 1 / gears.planets[first]
         sun, ring = gears.rate[first], gears.rate[first + 1]
-        found |= {f"rate_sp{j}": sun / TURN, f"rate_pr{j}": ring / TURN}
-        for mesh in meshes[: 2 if stage.alike else None]:
+        numbers |= {f"rate_sp{j}": sun / TURN, f"rate_pr{j}": ring / TURN}
+        for mesh in meshes[: 2 if stage.equal_planets else None]:
             planet, side = divmod(mesh - first, 2)
-            name = stage.numbers_of(("sp", "pr")[side], j, planet + 1)
-            found |= _of_mesh(gears, mesh, name, stage)
+            name = stage.numbers_name(("sp", "pr")[side], j, planet + 1)
+            numbers |= _single_mesh_numbers(gears, mesh, name, stage)
         first = meshes.stop
-    return found
+    return numbers
 
 
-def _of_links(arm: Arm, structure: LinkStructure, links: Links) -> Numbers:
-    found: Numbers = {}
+def _coupling_numbers(arm: Arm, structure: LinkStructure, links: Links) -> Numbers:
+    numbers: Numbers = {}
     g_x, g_y = arm.gravity_m_per_s2
     for k in structure.joints:
-        found[f"weight_x{k}"] = g_x * links.lever[k - 1]
-        found[f"weight_y{k}"] = g_y * links.lever[k - 1]
+        numbers[f"weight_x{k}"] = g_x * links.lever[k - 1]
+        numbers[f"weight_y{k}"] = g_y * links.lever[k - 1]
         for i in range(1, k + 1):
             constant = links.constant[k - 1, i - 1]
             coupling = links.coupling[k - 1, i - 1] + (constant if k == i else 0.0)
-            found |= {f"m{k}_{i}": coupling, f"G{k}_{i}": constant}
-        found[f"per_m{k}_{k}"] = 1 / coupling
-    return found
+            numbers |= {f"m{k}_{i}": coupling, f"G{k}_{i}": constant}
+        numbers[f"per_m{k}_{k}"] = 1 / coupling
+    return numbers
 
 
-def _of_gears(joint: Planetary, j: int, stage: StageShape) -> Numbers:
+def _gear_numbers(joint: Planetary, j: int, stage: StageShape) -> Numbers:
     """Numbers of sun and planets: what a force on a displacement does to it and to the links.
 
     A gear's spin is a x + Theta before the joint + rho theta. So force f on x turns it by
@@ -109,17 +109,17 @@ def _of_gears(joint: Planetary, j: int, stage: StageShape) -> Numbers:
     }
 
 
-def _of_mesh(gears: Gears, mesh: int, name: str, stage: StageShape) -> Numbers:
+def _single_mesh_numbers(gears: Gears, mesh: int, name: str, stage: StageShape) -> Numbers:
     """Numbers of a mesh: stiffness of all its planets, and error, as waves of the joint's phase.
 
     k = k0 + sum kn_s sin(n phi) + kn_c cos(n phi), e = e0 + e_s sin(phi) + e_c cos(phi), phi
     without the mesh's own constant; a table's stiffness is all in its pieces.
     """
     planets, offset = gears.planets[mesh], gears.offset[mesh]
-    turned, tabled = offset + gears.lead[mesh], gears.law.code[mesh] == TABLE
-    found: Numbers = {
+    turned, tabled = offset + gears.error_phase[mesh], gears.law.code[mesh] == TABLE
+    numbers: Numbers = {
         f"k0_{name}": 0.0 if tabled else planets * gears.k_m[mesh],
-        f"e0_{name}": gears.static[mesh],
+        f"e0_{name}": gears.static_error[mesh],
         f"e_s_{name}": gears.E[mesh] * math.cos(turned),
         f"e_c_{name}": gears.E[mesh] * math.sin(turned) if turned else 0.0,
         f"b_{name}": gears.b[mesh],
@@ -131,9 +131,9 @@ def _of_mesh(gears: Gears, mesh: int, name: str, stage: StageShape) -> Numbers:
     cosines, sines = _waves(gears, mesh, stage.harmonics)
     for n in range(1, stage.harmonics + 1):
         c, s = (math.cos(n * offset), math.sin(n * offset)) if offset else (1.0, 0.0)
-        found[f"k{n}_s_{name}"] = planets * (sines[n - 1] * c - cosines[n - 1] * s)
-        found[f"k{n}_c_{name}"] = planets * (sines[n - 1] * s + cosines[n - 1] * c)
-    return found | _pieces(gears, mesh, name, stage.pieces)
+        numbers[f"k{n}_s_{name}"] = planets * (sines[n - 1] * c - cosines[n - 1] * s)
+        numbers[f"k{n}_c_{name}"] = planets * (sines[n - 1] * s + cosines[n - 1] * c)
+    return numbers | _pieces(gears, mesh, name, stage.pieces)
 
 
 def _pieces(gears: Gears, mesh: int, name: str, count: int) -> Numbers:
@@ -150,8 +150,8 @@ def _pieces(gears: Gears, mesh: int, name: str, count: int) -> Numbers:
         rows = gears.law.rows[gears.law.first[mesh] : gears.law.first[mesh + 1]]
         begin[: len(rows)] = rows[:, 0]
         cubics[:, : len(rows)] = gears.planets[mesh] * rows[:, :0:-1].T
-    found: Numbers = {f"rows_{name}_{power}": cubic for power, cubic in enumerate(cubics)}
-    return found | {f"rows_{name}_begin": begin}
+    numbers: Numbers = {f"rows_{name}_{power}": cubic for power, cubic in enumerate(cubics)}
+    return numbers | {f"rows_{name}_begin": begin}
 
 
 def _waves(gears: Gears, mesh: int, harmonics: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,7 +1,7 @@
 """The text of whole kernels, and where they find a member's numbers.
 
 Three kinds: classical Runge-Kutta steps of a block of members with records on the way, the
-quantities of single states, and (crosscheck.analytic.kernel.precise) runs at a tolerance. See
+quantities of single states, and (crosscheck.analytic.kernel.event_kernel) runs at a tolerance. See
 crosscheck.analytic.kernel.translate for the language.
 """
 
@@ -29,10 +29,10 @@ POINTER, WHOLE, NUMBER = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
 # Levels of optimisation, which change no bit: of states, asked for some hundred times, the less
 # takes a fifth of the time to compile.
 RUNS, STATES = 2, 0
-COMPILING = threading.Lock()  # Python 3.11's parser fails when several threads use it at a time
+COMPILE_LOCK = threading.Lock()  # Python 3.11's parser fails when several threads use it at a time
 Constants = dict[str, int | float]
 # Of each coordinate of a layout, the kernel's own that it is, or the two whose difference it is.
-Recorded = tuple[tuple[int, ...], ...]
+RecordMap = tuple[tuple[int, ...], ...]
 STAGE_ARGUMENTS = (POINTER, NUMBER, NUMBER, POINTER, NUMBER, NUMBER)
 
 LOOK_UP = '''
@@ -136,14 +136,14 @@ def evaluate(w: rows, t, root_t, table: array, h, part):
 class Program:
     """A kernel's text and its rows.
 
-    First stand ``before`` rows of state and results, then a row for every number, then blocks of
-    rows for tables, each with the rows that it has.
+    First stand ``leading_rows`` rows of state and results, then a row for every number, then blocks
+    of rows for tables, each with the rows that it has.
     """
 
     text: str
     lanes: int
     level: int
-    before: int
+    leading_rows: int
     numbers: tuple[str, ...]
     tables: tuple[tuple[str, int], ...]
     functions: tuple[tuple[str, tuple[Any, ...]], ...]
@@ -151,40 +151,40 @@ class Program:
     @property
     def rows(self) -> int:
         """Number of all rows."""
-        return self.before + len(self.numbers) + sum(count for _, count in self.tables)
+        return self.leading_rows + len(self.numbers) + sum(count for _, count in self.tables)
 
 
 @lru_cache(maxsize=64)
-def code_of(program: Program) -> Code:
+def compile_program(program: Program) -> Code:
     """The program's machine code."""
     from crosscheck.analytic.kernel.machine import (  # LLVM, for those who run something
         Code,
-        machine_code,
+        load_machine_code,
     )
 
-    with COMPILING:
-        data = machine_code(program.text, program.lanes, program.level)
+    with COMPILE_LOCK:
+        data = load_machine_code(program.text, program.lanes, program.level)
     return Code(data, dict(program.functions))
 
 
 @lru_cache(maxsize=64)
-def steps_program(structure: Structure, recorded: Recorded, lanes: int) -> Program:
+def build_steps_program(structure: Structure, record_map: RecordMap, lanes: int) -> Program:
     """The kernel of a structure's Runge-Kutta steps for so many lanes.
 
     Rows: those of STATE, the mesh forces, the numbers. Records (3 n + meshes, members): coordinates
     of the layout, their rates and accelerations, and the mesh forces.
     """
     n, meshes = len(structure.coordinates), len(structure.meshes)
-    before = len(STATE) * n + meshes
-    own = Rows(structure, list(structure.acceleration()), before)
+    leading_rows = len(STATE) * n + meshes
+    rows = Rows(structure, list(structure.acceleration()), leading_rows)
     constants: Constants = {
         "LANES": lanes,
-        "BLOCK": own.count * lanes,
+        "BLOCK": rows.count * lanes,
         "RECORD": 3 * n + meshes,
         "JOINTS": len(structure.stages),
     }
     stages = {
-        name: own.function(*_stage(structure, read, left))
+        name: rows.function(*_stage(structure, read, left))
         for name, read, left in (
             ("first", "", _FIRST),
             ("middle", "stage_", _MIDDLE),
@@ -192,40 +192,40 @@ def steps_program(structure: Structure, recorded: Recorded, lanes: int) -> Progr
         )
     }
     begin = [STATE.index(name) * n for name in ("q", "v", "a")]
-    record = record_text(recorded, begin, range(len(STATE) * n, before))
-    text = LOOK_UP + _STEPS.format(at_t=tabled("t", structure), record=record, **stages)
+    record = record_text(record_map, begin, range(len(STATE) * n, leading_rows))
+    text = LOOK_UP + _STEPS.format(at_t=lookup_line("t", structure), record=record, **stages)
     pointers = (POINTER, POINTER, WHOLE, POINTER, POINTER)
     functions = (
         ("advance", (POINTER, WHOLE, WHOLE, WHOLE, WHOLE, NUMBER, *pointers)),
         *((f"{name}_stage", STAGE_ARGUMENTS) for name in stages),
     )
-    return own.program(text, constants, lanes, RUNS, functions)
+    return rows.program(text, constants, lanes, RUNS, functions)
 
 
-def record_text(recorded: Recorded, begin: Sequence[int], forces: Iterable[int]) -> str:
+def record_text(record_map: RecordMap, begin: Sequence[int], forces: Iterable[int]) -> str:
     """The function that keeps a record; rows ``begin``: of coordinates, rates and accelerations."""
-    found = [f"w[{row} * LANES + lane]" for row in forces]
+    force_values = [f"w[{row} * LANES + lane]" for row in forces]
     of_coordinates = [
         " - ".join(f"w[{first + place} * LANES + lane]" for place in places)
         for first in begin
-        for places in recorded
+        for places in record_map
     ]
     lines = [
         f"out[{row} * width + lane] = {value}"
-        for row, value in enumerate([*of_coordinates, *found])
+        for row, value in enumerate([*of_coordinates, *force_values])
     ]
     return _RECORD.format(lines=indent("\n".join(lines), " " * 8))
 
 
 @lru_cache(maxsize=64)
-def states_program(structure: TermStructure) -> Program:
+def build_states_program(structure: TermStructure) -> Program:
     """The kernel of the quantities of single states.
 
     Rows: q, v, M row by row, bias, force, accelerations, mesh forces, the numbers.
     """
     names, n, meshes = structure.coordinates, len(structure.coordinates), structure.meshes
-    before = 5 * n + n * n + len(meshes)
-    own = Rows(structure, list(structure.acceleration()), before)
+    leading_rows = 5 * n + n * n + len(meshes)
+    rows = Rows(structure, list(structure.acceleration()), leading_rows)
     loads = [
         f"{kind}_{x} = w[{k * n + i}]" for k, kind in enumerate("qv") for i, x in enumerate(names)
     ]
@@ -239,23 +239,23 @@ def states_program(structure: TermStructure) -> Program:
         *(f"each_{mesh}" for mesh in meshes),
     ]
     stores = [f"w[{2 * n + place}] = {value}" for place, value in enumerate(results)]
-    text = _STATES.format(body=own.function(loads, stores))
-    return own.program(text, {}, 1, STATES, (("evaluate", STAGE_ARGUMENTS),))
+    text = _STATES.format(body=rows.function(loads, stores))
+    return rows.program(text, {}, 1, STATES, (("evaluate", STAGE_ARGUMENTS),))
 
 
 class Rows:
     """Equations as the body of row functions; ``before`` rows stand before their numbers."""
 
-    def __init__(self, structure: Structure, lines: list[str], before: int) -> None:
-        self.before, self.lines = before, lines
+    def __init__(self, structure: Structure, lines: list[str], leading_rows: int) -> None:
+        self.leading_rows, self.lines = leading_rows, lines
         self.joint_torques = tuple(f"table{j}" for j in structure.joints)
-        free = free_names(lines, structure, self.joint_torques)
+        free = find_free_names(lines, structure, self.joint_torques)
         self.numbers = tuple(name for name in free if not name.startswith("rows_"))
         pieces = {
-            own: stage.pieces
-            for j, stage in structure.geared
+            mesh_name: stage.pieces
+            for j, stage in structure.geared_joints
             for n in range(1, stage.planets + 1)
-            for own in (stage.numbers_of(side, j, n) for side in ("sp", "pr"))
+            for mesh_name in (stage.numbers_name(side, j, n) for side in ("sp", "pr"))
         }
         named = (name for name in free if name.startswith("rows_"))
         self.tables = tuple((name, pieces[_mesh_of_rows(name)]) for name in named)
@@ -263,12 +263,12 @@ class Rows:
     @property
     def count(self) -> int:
         """Number of all rows."""
-        return self.before + len(self.numbers) + sum(count for _, count in self.tables)
+        return self.leading_rows + len(self.numbers) + sum(count for _, count in self.tables)
 
     def function(self, loads: Sequence[str], stores: Sequence[str]) -> str:
         """The indented body of a function: loads, equations, stores."""
         tables = [f"{name} = table[{j}]" for j, name in enumerate(self.joint_torques)]
-        first = enumerate(self.numbers, self.before)
+        first = enumerate(self.numbers, self.leading_rows)
         loads = [*tables, *loads, *(f"{name} = w[{row}]" for row, name in first)]
         return indent("\n".join([*loads, *self.lines, *stores]), "    ")
 
@@ -281,12 +281,12 @@ class Rows:
         functions: tuple[tuple[str, tuple[Any, ...]], ...],
     ) -> Program:
         """The program of a text, with these constants and those that say where tables begin."""
-        row = self.before + len(self.numbers)
+        row = self.leading_rows + len(self.numbers)
         for name, count in self.tables:
             constants = constants | {name: row}
             row += count
         head = "".join(f"{name} = {value!r}\n" for name, value in constants.items())
-        parts = self.before, self.numbers, self.tables, functions
+        parts = self.leading_rows, self.numbers, self.tables, functions
         return Program(head + text, lanes, level, *parts)
 
 
@@ -295,27 +295,29 @@ def _mesh_of_rows(name: str) -> str:
     return name.removeprefix("rows_").rpartition("_")[0]
 
 
-def tabled(time: str, structure: Structure) -> str:
+def lookup_line(time: str, structure: Structure) -> str:
     """The line that looks up a table's torques, if there is one; else one that does nothing."""
     if structure.drive != TABLE:
         return '""'
     return f"look_up({time}, times, torques, rows_of_table, JOINTS, table)"
 
 
-def free_names(lines: Iterable[str], structure: Structure, known: Iterable[str]) -> tuple[str, ...]:
+def find_free_names(
+    lines: Iterable[str], structure: Structure, defined_names: Iterable[str]
+) -> tuple[str, ...]:
     """The names that lines use and do not set, in the order of their use: the numbers."""
-    own = {f"{block}_{name}" for block in ("q", "v") for name in structure.coordinates}
+    state_names = {f"{block}_{name}" for block in ("q", "v") for name in structure.coordinates}
     words = {"t", "root_t", "w", "abs", "rint", "pick", "power_of_two", "if", "else"}
-    set_before = own | words | set(known)
-    found: dict[str, None] = {}
+    set_before = state_names | words | set(defined_names)
+    names: dict[str, None] = {}
     for line in lines:
         target, _, value = line.partition("=")
         value = value.removeprefix("=")
         for name in re.findall(r"(?<![\w.])[A-Za-z]\w*", value):
             if name not in set_before:
-                found[name] = None
+                names[name] = None
         set_before.add(target.rstrip(" -"))
-    return tuple(found)
+    return tuple(names)
 
 
 # What a stage leaves of every coordinate x, in the rows of STATE.

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.kernel.batch import looked_up, number_rows
+from crosscheck.analytic.kernel.batch import look_up_torques, number_rows
 from crosscheck.analytic.kernel.equations import TermEquations
-from crosscheck.analytic.kernel.program import code_of, states_program
+from crosscheck.analytic.kernel.program import build_states_program, compile_program
 from crosscheck.models.experiment.drive import TABLE
 
 
@@ -30,25 +30,25 @@ class StateEvaluator:
     """Evaluator of a model's equations at states that it is asked for one after the other."""
 
     def __init__(self, equations: TermEquations) -> None:
-        program = states_program(equations.structure)
+        program = build_states_program(equations.structure)
         self._drive, self._n = equations.drive, equations.structure.size
-        self._code = code_of(program)
+        self._code = compile_program(program)
         self._evaluate = self._code["evaluate"]
         numbers = number_rows(program, equations.numbers)
-        self._work = np.concatenate([np.zeros(program.before), *numbers])
+        self._work = np.concatenate([np.zeros(program.leading_rows), *numbers])
         self._address = self._work.ctypes.data
-        self._table = looked_up(self._drive, 0.0)
+        self._table = look_up_torques(self._drive, 0.0)
         self._table_address = self._table.ctypes.data
         sizes = (2 * self._n, self._n**2, self._n, self._n, self._n)
         self._ends: list[int] = np.cumsum(sizes).tolist()
-        self._last = program.before
+        self._last = program.leading_rows
 
-    def at(self, t: float, q: np.ndarray, v: np.ndarray) -> Quantities:
+    def evaluate(self, t: float, q: np.ndarray, v: np.ndarray) -> Quantities:
         """Quantities at time t [s] and a state q, v (n,), as copies."""
         n, work, ends = self._n, self._work, self._ends
         work[:n], work[n : 2 * n] = q, v
         if self._drive.code == TABLE:
-            self._table[:] = looked_up(self._drive, t)
+            self._table[:] = look_up_torques(self._drive, t)
         self._evaluate(self._address, t, sqrt(t), self._table_address, 0.0, 0.0)
         made = work[: self._last].copy()
         return Quantities(

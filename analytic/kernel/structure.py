@@ -25,22 +25,22 @@ Lines = Iterator[str]
 class StageShape(NamedTuple):
     """A stage with mesh displacements.
 
-    planets: coordinates x_pr, one if the planets are lumped; one_rate: sun and ring meshes have one
-    frequency, so that their sines are one; harmonics: waves of the stiffness; pieces: rows of its
-    longest table, filled up to a power of two, 0 without one; turned: a phase that is not the
-    joint's own asks for cosines too; alike: planets have the same meshes.
+    planets: coordinates x_pr, one if the planets are lumped; shared_rate: sun and ring meshes have
+    one frequency, so that their sines are one; harmonics: waves of the stiffness; pieces: rows of
+    its longest table, filled up to a power of two, 0 without one; has_cosines: a phase that is not
+    the joint's own asks for cosines too; equal_planets: planets have the same meshes.
     """
 
     planets: int
-    one_rate: bool
+    shared_rate: bool
     harmonics: int
     pieces: int
-    turned: bool
-    alike: bool
+    has_cosines: bool
+    equal_planets: bool
 
-    def numbers_of(self, side: str, joint: int, planet: int) -> str:
+    def numbers_name(self, side: str, joint: int, planet: int) -> str:
         """Name by which the numbers of a mesh, ``sp`` or ``pr`` of a planet, are called."""
-        return f"{side}{joint}" if self.alike else f"{side}{joint}_{planet}"
+        return f"{side}{joint}" if self.equal_planets else f"{side}{joint}_{planet}"
 
 
 @dataclass(frozen=True)
@@ -48,14 +48,15 @@ class Structure(ABC):
     """The structure of a model; models of one structure can run side by side.
 
     stages: of every joint, None where it has no mesh displacements; drive: law code of
-    models.experiment.drive; omega_t, tanh, damps_apart, conservative: the laws of the meshes.
+    models.experiment.drive; omega_t, tanh, damps_without_contact, conservative: the laws of the
+    meshes.
     """
 
     stages: tuple[StageShape | None, ...]
     drive: int
     omega_t: bool
     tanh: bool
-    damps_apart: bool
+    damps_without_contact: bool
     conservative: bool
 
     @property
@@ -72,7 +73,7 @@ class Structure(ABC):
         driven = f"v_theta{joint} * t" if self.omega_t else f"q_theta{joint}"
         return f"rate_{side}{joint} * ({driven})"
 
-    def sensed(self, joint: int) -> tuple[str, str]:
+    def sensor_signals(self, joint: int) -> tuple[str, str]:
         """Angle and rate that a joint's controller is told, as text."""
         return f"q_theta{joint}", f"v_theta{joint}"
 
@@ -82,7 +83,7 @@ class Structure(ABC):
         return range(1, len(self.stages) + 1)
 
     @cached_property
-    def geared(self) -> list[tuple[int, StageShape]]:
+    def geared_joints(self) -> list[tuple[int, StageShape]]:
         """The joints with mesh displacements, counted from 1."""
         return [(j, s) for j, s in zip(self.joints, self.stages, strict=True) if s is not None]
 
@@ -94,58 +95,58 @@ class Structure(ABC):
         """
         return tuple(
             f"{side}{j}_{n}"
-            for j, stage in self.geared
+            for j, stage in self.geared_joints
             for n in range(1, stage.planets + 1)
             for side in ("sp", "pr")
         )
 
 
-class Common(NamedTuple):
+class CommonFields(NamedTuple):
     """The fields that every Structure has, in their order."""
 
     stages: tuple[StageShape | None, ...]
     drive: int
     omega_t: bool
     tanh: bool
-    damps_apart: bool
+    damps_without_contact: bool
     conservative: bool
 
 
-def common_structure(arm: Arm, layout: Layout, gears: Gears, drive: DriveData) -> Common:
+def common_structure(arm: Arm, layout: Layout, gears: Gears, drive: DriveData) -> CommonFields:
     """The fields of a model that every Structure has."""
-    return Common(
+    return CommonFields(
         stages=_stages(arm, layout, gears),
         drive=int(drive.code),
         omega_t=gears.phase == OMEGA_T,
         tanh=gears.dead_zone == TANH,
-        damps_apart=bool(gears.damps_apart),
+        damps_without_contact=bool(gears.damps_without_contact),
         conservative=bool(gears.conservative),
     )
 
 
 def _stages(arm: Arm, layout: Layout, gears: Gears) -> tuple[StageShape | None, ...]:
     law, rows, tabled = gears.law, np.diff(gears.law.first), gears.law.code == TABLE
-    with_cosines = (gears.lead != 0) | (law.code != SINE)  # at the joint's own phase
+    with_cosines = (gears.error_phase != 0) | (law.code != SINE)  # at the joint's own phase
     waves = np.where(law.code == SINE, 1, np.where(tabled, 0, rows))  # of each mesh's stiffness
     shapes: list[StageShape | None] = [None] * len(arm.joints)
-    for joint in layout.meshing:
+    for joint in layout.mesh_joints:
         meshes = np.flatnonzero(gears.theta == layout.theta[joint])
         sun, ring = gears.rate[meshes[0]], gears.rate[meshes[1]]
         longest = int((rows * tabled)[meshes].max())
         shapes[joint] = StageShape(
             planets=meshes.size // 2,
-            one_rate=bool(abs(sun - ring) <= SAME_RATE * abs(sun)),
+            shared_rate=bool(abs(sun - ring) <= SAME_RATE * abs(sun)),
             harmonics=int(waves[meshes].max()),
             pieces=2 ** (longest - 1).bit_length() if longest else 0,
-            turned=bool((gears.offset[meshes] != 0).any() or with_cosines[meshes].any()),
-            alike=all(_alike(gears, meshes[side::2]) for side in (0, 1)),
+            has_cosines=bool((gears.offset[meshes] != 0).any() or with_cosines[meshes].any()),
+            equal_planets=all(_are_meshes_equal(gears, meshes[side::2]) for side in (0, 1)),
         )
     return tuple(shapes)
 
 
-def _alike(gears: Gears, meshes: np.ndarray) -> bool:
+def _are_meshes_equal(gears: Gears, meshes: np.ndarray) -> bool:
     """Whether no number of these meshes differs."""
-    waves = gears.k_m, gears.k_a, gears.E, gears.lead, gears.static, gears.offset
+    waves = gears.k_m, gears.k_a, gears.E, gears.error_phase, gears.static_error, gears.offset
     fields = *waves, gears.b, gears.sigma, gears.d
     laws = [gears.law.rows[gears.law.first[i] : gears.law.first[i + 1]] for i in meshes]
     same_laws = len({law.tobytes() for law in laws}) == 1

@@ -7,7 +7,7 @@ functions are loops over single numbers and call row functions. Arguments are ``
 memory), ``int``, or a number without annotation.
 
 Arithmetic is IEEE 754 in double precision, operation by operation, in the order of the text. The
-only fused operation is ``fma``, which rounds once; analytic.kernel.text.fused puts it into row
+only fused operation is ``fma``, which rounds once; analytic.kernel.text.fusion puts it into row
 functions. So a text gives the same bits on every processor, at every number of lanes, for every
 version of the compiler and every level of optimisation.
 """
@@ -19,9 +19,11 @@ import struct
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from crosscheck.analytic.kernel.text.fused import fused
+from crosscheck.analytic.kernel.text.fusion import fuse_products
 
-Kind = str  # of a value: "float", "lanes", "int", "bool", "mask" (a bool of every lane), "array"
+ValueKind = (
+    str  # of a value: "float", "lanes", "int", "bool", "mask" (a bool of every lane), "array"
+)
 
 _FLOAT = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 _INT = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.FloorDiv: "sdiv", ast.Mod: "srem"}
@@ -51,18 +53,18 @@ class Value(NamedTuple):
     """A value: its text in IR and its kind; number: of a constant."""
 
     text: str
-    kind: Kind
+    kind: ValueKind
     number: float | None = None
 
 
 class Signature(NamedTuple):
     """Kinds of a function's arguments and of what it returns, ``void`` for nothing."""
 
-    arguments: tuple[Kind, ...]
-    returned: Kind
+    arguments: tuple[ValueKind, ...]
+    return_kind: ValueKind
 
 
-def ir_of(text: str, lanes: int) -> str:
+def translate_to_ir(text: str, lanes: int) -> str:
     """The IR of a kernel's text for so many lanes. Raises NotImplementedError beyond its part."""
     tree = ast.parse(text)
     functions = [node for node in tree.body if isinstance(node, ast.FunctionDef)]
@@ -72,30 +74,32 @@ def ir_of(text: str, lanes: int) -> str:
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
     }
     signatures = {function.name: _signature(function) for function in functions}
-    found = list(_declarations(lanes))
+    lines = list(_declarations(lanes))
     for function in functions:
         straight = "rows" in signatures[function.name].arguments
-        found += _Function(
-            fused(function) if straight else function, lanes, constants, signatures
+        lines += _Function(
+            fuse_products(function) if straight else function, lanes, constants, signatures
         ).lines()
-    return "\n".join([*found, ATTRIBUTES, ""])
+    return "\n".join([*lines, ATTRIBUTES, ""])
 
 
 def _declarations(lanes: int) -> list[str]:
-    kinds = [("f64", "double")] + [(f"v{lanes}f64", f"<{lanes} x double>")] * (lanes > 1)
+    types = [("f64", "double")] + [(f"v{lanes}f64", f"<{lanes} x double>")] * (lanes > 1)
     return [
         f"declare {kind} @llvm.{name}.{suffix}({', '.join([kind] * count)})"
-        for suffix, kind in kinds
+        for suffix, kind in types
         for name, count in (("fabs", 1), ("rint", 1), ("sqrt", 1), ("fma", 3))
     ]
 
 
 def _signature(function: ast.FunctionDef) -> Signature:
-    kinds = tuple(_annotated(argument.annotation, "float") for argument in function.args.args)
-    return Signature(kinds, _annotated(function.returns, "void"))
+    argument_types = tuple(
+        _annotation_kind(argument.annotation, "float") for argument in function.args.args
+    )
+    return Signature(argument_types, _annotation_kind(function.returns, "void"))
 
 
-def _annotated(annotation: ast.expr | None, otherwise: Kind) -> Kind:
+def _annotation_kind(annotation: ast.expr | None, otherwise: ValueKind) -> ValueKind:
     if annotation is None or (isinstance(annotation, ast.Constant) and annotation.value is None):
         return otherwise
     assert isinstance(annotation, ast.Name)
@@ -113,8 +117,8 @@ class _Function:
         signatures: dict[str, Signature],
     ) -> None:
         self.function, self.lanes, self.constants = function, lanes, constants
-        self.signatures, self.own = signatures, signatures[function.name]
-        self.straight = "rows" in self.own.arguments
+        self.signatures, self.signature = signatures, signatures[function.name]
+        self.straight = "rows" in self.signature.arguments
         self.begin, self.body, self.count = list[str](), list[str](), 0
         self.values = dict[str, Value]()  # arguments, and of row functions all names
         self.places = dict[str, Value]()  # of a loop's variables: where each is kept
@@ -124,22 +128,22 @@ class _Function:
         """Lines of the function's whole definition in IR."""
         arguments = []
         names = [argument.arg for argument in self.function.args.args]
-        for name, kind in zip(names, self.own.arguments, strict=True):
+        for name, kind in zip(names, self.signature.arguments, strict=True):
             self.values[name] = Value(f"%{name}", kind)
             pointer = kind in ("array", "rows")
             arguments.append(f"{'ptr noalias' if pointer else self._type(kind)} %{name}")
         for statement in self.function.body:
             self._statement(statement)
-        if self.own.returned == "void":
+        if self.signature.return_kind == "void":
             self.body.append("  ret void")
         else:
             self.body.append("  unreachable")
-        head = f"define {self._type(self.own.returned)} @{self.function.name}"
+        head = f"define {self._type(self.signature.return_kind)} @{self.function.name}"
         inlined = "noinline " if self.straight else ""
         opened = f"{head}({', '.join(arguments)}) {inlined}#0 {{"
         return [opened, "entry:", *self.begin, *self.body, "}"]
 
-    def _type(self, kind: Kind) -> str:
+    def _type(self, kind: ValueKind) -> str:
         if kind in ("lanes", "mask"):
             part = "double" if kind == "lanes" else "i1"
             return f"<{self.lanes} x {part}>" if self.lanes > 1 else part
@@ -169,7 +173,7 @@ class _Function:
             case ast.Return(value=None):
                 self._leave("ret void")
             case ast.Return(value=value) if value is not None:
-                returned = self._as(self._expression(value), self.own.returned)
+                returned = self._as(self._expression(value), self.signature.return_kind)
                 self._leave(f"ret {self._type(returned.kind)} {returned.text}")
             case _ if not self.straight:
                 self._flow(node)
@@ -206,7 +210,7 @@ class _Function:
         place, kind = self._place(target)
         stored = self._as(value, kind)
         self.body.append(
-            f"  store {self._type(kind)} {stored.text}, ptr {place}{self._aligned(kind)}"
+            f"  store {self._type(kind)} {stored.text}, ptr {place}{self._alignment(kind)}"
         )
 
     def _leave(self, instruction: str) -> None:
@@ -277,17 +281,17 @@ class _Function:
             case ast.Constant(value=int() as value):
                 return Value(str(value), "int", value)
             case ast.Constant(value=float() as value):
-                return _constant(value)
+                return _float_constant(value)
             case ast.Name(id=name):
-                return self._named(name)
+                return self._name_value(name)
             case ast.Subscript():
                 place, kind = self._place(node)
-                loaded = f"load {self._type(kind)}, ptr {place}{self._aligned(kind)}"
+                loaded = f"load {self._type(kind)}, ptr {place}{self._alignment(kind)}"
                 return Value(self._put(loaded), kind)
             case ast.BinOp(left=left, op=op, right=right):
                 return self._binary(op, self._expression(left), self._expression(right))
             case ast.UnaryOp(op=ast.USub(), operand=operand):
-                return self._negative(self._expression(operand))
+                return self._negation(self._expression(operand))
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 inner = self._as(self._expression(operand), "bool")
                 return Value(self._put(f"xor i1 {inner.text}, true"), "bool")
@@ -302,7 +306,7 @@ class _Function:
                 return self._call(node)
         raise NotImplementedError(ast.dump(node))
 
-    def _named(self, name: str) -> Value:
+    def _name_value(self, name: str) -> Value:
         if name in self.values:
             return self.values[name]
         if name in self.constants:
@@ -310,7 +314,7 @@ class _Function:
         place = self.places[name]
         return Value(self._put(f"load {self._type(place.kind)}, ptr {place.text}"), place.kind)
 
-    def _as(self, value: Value, kind: Kind) -> Value:
+    def _as(self, value: Value, kind: ValueKind) -> Value:
         """The value as one of another kind: a number for all lanes, a whole one as a float."""
         if kind == "lanes" and self.lanes == 1:
             kind = "float"
@@ -318,7 +322,7 @@ class _Function:
             return value._replace(kind=kind)
         if value.kind == "int" and kind in ("float", "lanes"):
             if value.number is not None:
-                return self._as(_constant(float(value.number)), kind)
+                return self._as(_float_constant(float(value.number)), kind)
             return self._as(Value(self._put(f"sitofp i64 {value.text} to double"), "float"), kind)
         if value.kind == "float" and kind == "lanes":
             return Value(self._spread(value), kind)
@@ -335,9 +339,9 @@ class _Function:
 
     def _common(self, *values: Value) -> list[Value]:
         """The values as ones of the kind that can hold each."""
-        kinds = {value.kind for value in values}
-        wide = "lanes" in kinds and self.lanes > 1
-        common = "lanes" if wide else "int" if kinds == {"int"} else "float"
+        value_types = {value.kind for value in values}
+        wide = "lanes" in value_types and self.lanes > 1
+        common = "lanes" if wide else "int" if value_types == {"int"} else "float"
         return [self._as(value, common) for value in values]
 
     def _binary(self, op: ast.operator, a: Value, b: Value) -> Value:
@@ -350,10 +354,10 @@ class _Function:
         operation = operations[type(op)]
         return Value(self._put(f"{operation} {self._type(a.kind)} {a.text}, {b.text}"), a.kind)
 
-    def _negative(self, value: Value) -> Value:
+    def _negation(self, value: Value) -> Value:
         if value.number is not None:
             return (
-                _constant(-value.number)
+                _float_constant(-value.number)
                 if value.kind == "float"
                 else Value(str(-value.number), "int", -value.number)
             )
@@ -362,11 +366,11 @@ class _Function:
         return Value(self._put(f"fneg {self._type(value.kind)} {value.text}"), value.kind)
 
     def _logic(self, op: ast.boolop, values: Sequence[Value]) -> Value:
-        name, found = "and" if isinstance(op, ast.And) else "or", self._as(values[0], "bool")
+        name, result = "and" if isinstance(op, ast.And) else "or", self._as(values[0], "bool")
         for value in values[1:]:
             other = self._as(value, "bool")
-            found = Value(self._put(f"{name} i1 {found.text}, {other.text}"), "bool")
-        return found
+            result = Value(self._put(f"{name} i1 {result.text}, {other.text}"), "bool")
+        return result
 
     def _compare(self, op: ast.cmpop, a: Value, b: Value) -> Value:
         if {a.kind, b.kind} == {"bool"}:
@@ -418,25 +422,25 @@ class _Function:
             f"{self._type(kind)} {(value if kind == 'rows' else self._as(value, kind)).text}"
             for value, kind in zip(values, signature.arguments, strict=True)
         )
-        returned = self._type(signature.returned)
+        returned = self._type(signature.return_kind)
         call = f"call {returned} @{name}({arguments})"
-        if signature.returned == "void":
+        if signature.return_kind == "void":
             self.body.append(f"  {call}")
             return Value("", "void")
-        return Value(self._put(call), signature.returned)
+        return Value(self._put(call), signature.return_kind)
 
     # Memory
 
-    def _place(self, node: ast.Subscript) -> tuple[str, Kind]:
+    def _place(self, node: ast.Subscript) -> tuple[str, ValueKind]:
         """Address and kind of ``w[k]``: a row of row functions, else a number."""
         assert isinstance(node.value, ast.Name)
-        pointer, index = self._named(node.value.id), self._expression(node.slice)
+        pointer, index = self._name_value(node.value.id), self._expression(node.slice)
         if pointer.kind == "rows":
             assert index.number is not None  # rows are numbered in the text
             return self._put(_address(pointer.text, str(index.number * self.lanes))), "lanes"
         return self._put(_address(pointer.text, index.text)), "float"
 
-    def _aligned(self, kind: Kind) -> str:
+    def _alignment(self, kind: ValueKind) -> str:
         return f", align {8 * self.lanes if kind == 'lanes' else 8}"
 
     def _pick(self, pointer: Value, first: Value, place: Value) -> Value:
@@ -448,17 +452,17 @@ class _Function:
             return Value(
                 self._put(f"load double, ptr {self._put(_address(pointer.text, row))}"), "lanes"
             )
-        places, found = self._as(place, "lanes").text, "poison"
+        places, vector = self._as(place, "lanes").text, "poison"
         for lane in range(self.lanes):
-            one = self._put(f"extractelement {self._type('lanes')} {places}, i64 {lane}")
-            row = self._put(f"fptosi double {one} to i64")
+            lane_place = self._put(f"extractelement {self._type('lanes')} {places}, i64 {lane}")
+            row = self._put(f"fptosi double {lane_place} to i64")
             begun = self._put(f"mul i64 {row}, {self.lanes}")
             at = self._put(f"add i64 {begun}, {int(first.number) * self.lanes + lane}")
             number = self._put(f"load double, ptr {self._put(_address(pointer.text, at))}")
-            found = self._put(
-                f"insertelement {self._type('lanes')} {found}, double {number}, i64 {lane}"
+            vector = self._put(
+                f"insertelement {self._type('lanes')} {vector}, double {number}, i64 {lane}"
             )
-        return Value(found, "lanes")
+        return Value(vector, "lanes")
 
     def _power_of_two(self, shifted: Value) -> Value:
         """2 to a whole number, which is given with ``functions.ROUNDING`` added: its last bits.
@@ -468,17 +472,19 @@ class _Function:
         wide = shifted.kind == "lanes" and self.lanes > 1
         whole = f"<{self.lanes} x i64>" if wide else "i64"
 
-        def each(number: int) -> str:
+        def lane_constant(number: int) -> str:
             return "<" + ", ".join([f"i64 {number}"] * self.lanes) + ">" if wide else str(number)
 
         kind = self._type(shifted.kind)
         bits = self._put(f"bitcast {kind} {shifted.text} to {whole}")
-        moved = self._put(f"shl {whole} {bits}, {each(FRACTION_DIGITS)}")
-        biased = self._put(f"add {whole} {moved}, {each(EXPONENT_BIAS << FRACTION_DIGITS)}")
+        moved = self._put(f"shl {whole} {bits}, {lane_constant(FRACTION_DIGITS)}")
+        biased = self._put(
+            f"add {whole} {moved}, {lane_constant(EXPONENT_BIAS << FRACTION_DIGITS)}"
+        )
         return Value(self._put(f"bitcast {whole} {biased} to {kind}"), shifted.kind)
 
 
-def _constant(number: float) -> Value:
+def _float_constant(number: float) -> Value:
     bits = struct.unpack("<Q", struct.pack("<d", number))[0]
     return Value(f"0x{bits:016X}", "float", number)
 

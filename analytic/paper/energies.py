@@ -79,20 +79,24 @@ def second_link_and_payload() -> sp.Expr:
     theta_2 = geared_variables(JOINTS).q[5]
     dtheta_1, dtheta_2 = geared_variables(JOINTS).v[2::3]
 
-    def at(distance: sp.Expr, mass: sp.Expr) -> sp.Expr:
+    def point_energy(distance: sp.Expr, mass: sp.Expr) -> sp.Expr:
         along = ONE.L * dtheta_1 * sp.cos(theta_2) + (dtheta_1 + dtheta_2) * distance
         return mass * (along**2 + (ONE.L * dtheta_1 * sp.sin(theta_2)) ** 2) / 2
 
-    return s.I_l * (dtheta_1 + dtheta_2) ** 2 / 2 + at(s.d, s.m) + at(s.L, m_payload)
+    return (
+        s.I_l * (dtheta_1 + dtheta_2) ** 2 / 2
+        + point_energy(s.d, s.m)
+        + point_energy(s.L, m_payload)
+    )
 
 
 @lru_cache
-def energies_form() -> Form:
+def build_energies_form() -> Form:
     """Equations of motion from Eqs. 16-19; generalized force by the virtual work of Section 2.4."""
     variables = geared_variables(JOINTS)
     q, v = variables.q, variables.v
     kinetic = sp.Add(*kinetic_energies().values())
-    mass = sp.hessian(kinetic, v).applyfunc(without_sine_squares)
+    mass = sp.hessian(kinetic, v).applyfunc(remove_sine_squares)
     mass = sp.ImmutableMatrix(mass)
     return Form("energies", q, v, mass, christoffel_bias(mass, q, v), generalized_force())
 
@@ -111,7 +115,7 @@ def generalized_force() -> sp.ImmutableMatrix:
     return virtual_work(efforts, variables.q)
 
 
-def without_sine_squares(entry: sp.Expr) -> sp.Expr:
+def remove_sine_squares(entry: sp.Expr) -> sp.Expr:
     """An entry expanded, with sin^2 theta_2 as 1 - cos^2 theta_2: the one identity needed."""
     theta_2 = geared_variables(JOINTS).q[5]
     return sp.expand(sp.expand(entry).subs(sp.sin(theta_2) ** 2, 1 - sp.cos(theta_2) ** 2))

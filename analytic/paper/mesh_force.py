@@ -24,7 +24,7 @@ def mesh_force(
     return stiffness * travel
 
 
-def in_contact(gap: np.ndarray | float, b: np.ndarray | float) -> np.ndarray:
+def is_in_contact(gap: np.ndarray | float, b: np.ndarray | float) -> np.ndarray:
     """Whether the teeth touch, by the exact clearance of Eq. 5."""
     return np.abs(gap) > b
 

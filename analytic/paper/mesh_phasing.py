@@ -39,8 +39,8 @@ def mesh_phases(joint: PlanetaryStage, planet: int) -> tuple[float, float]:
 
     Where the teeth say them, the ring mesh follows what is given of the first planet's sun mesh.
     """
-    sun, ring = joint.sun_mesh.of_planet(planet).phase_rad, joint.ring_mesh.of_planet(planet)
-    first = joint.sun_mesh.of_planet(0).phase_rad
+    sun, ring = joint.sun_mesh.planet_mesh(planet).phase_rad, joint.ring_mesh.planet_mesh(planet)
+    first = joint.sun_mesh.planet_mesh(0).phase_rad
     of_sun = sun if sun is not None else _phase(sun_lag(joint, planet))
     if ring.phase_rad is not None:
         return of_sun, ring.phase_rad

@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import lru_cache
 
 from crosscheck.analytic.derivation.forms import Form
-from crosscheck.analytic.derivation.symbolic_terms import form_terms
+from crosscheck.analytic.derivation.symbolic_terms import build_form_terms
 from crosscheck.analytic.derivation.terms import Terms
 from crosscheck.analytic.model import AnalyticModel
-from crosscheck.analytic.paper.covered import PAPERS_KIND, papers_kind
-from crosscheck.analytic.paper.energies import energies_form
-from crosscheck.analytic.paper.printed import printed_form
+from crosscheck.analytic.paper.coverage import PAPER_COVERAGE, is_covered_by_paper
+from crosscheck.analytic.paper.energies import build_energies_form
+from crosscheck.analytic.paper.printed import build_printed_form
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import lumped_layout
 from crosscheck.models.errors import InputError
@@ -18,8 +18,8 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 
 
 @lru_cache(maxsize=32)
-def _form_terms(arm: Arm, form: Form) -> Terms:
-    return form_terms(form, arm)
+def _build_form_terms(arm: Arm, form: Form) -> Terms:
+    return build_form_terms(form, arm)
 
 
 class FormModel(AnalyticModel):
@@ -34,11 +34,11 @@ class FormModel(AnalyticModel):
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, form: Form
     ) -> None:
-        if not papers_kind(arm):
-            allowed = f"analytic:{form.name} {PAPERS_KIND}"
+        if not is_covered_by_paper(arm):
+            allowed = f"analytic:{form.name} {PAPER_COVERAGE}"
             raise InputError(arm.name, "joints", None, allowed)
         super().__init__(arm, scenario, chosen_switches, lumped_layout(arm))
-        self.terms = _form_terms(arm, form)
+        self.terms = _build_form_terms(arm, form)
 
 
 class PrintedModel(FormModel):
@@ -49,7 +49,7 @@ class PrintedModel(FormModel):
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
-        super().__init__(arm, scenario, chosen_switches, printed_form())
+        super().__init__(arm, scenario, chosen_switches, build_printed_form())
 
 
 class EnergiesModel(FormModel):
@@ -60,4 +60,4 @@ class EnergiesModel(FormModel):
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
-        super().__init__(arm, scenario, chosen_switches, energies_form())
+        super().__init__(arm, scenario, chosen_switches, build_energies_form())

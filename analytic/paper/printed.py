@@ -86,7 +86,7 @@ def force_entries() -> list[sp.Expr]:
 
 
 @lru_cache
-def printed_form() -> Form:
+def build_printed_form() -> Form:
     """Eqs. 21-22 as a form; unlisted elements are zero."""
     variables = geared_variables(JOINTS)
     size = len(variables.q)

@@ -114,7 +114,7 @@ def square_wave(cycle: np.ndarray, k_min: float, k_max: float, contact_ratio: fl
     return np.where(np.mod(cycle, 1.0) < contact_ratio - 1, k_max, k_min)
 
 
-def fundamental(
+def fundamental_stiffness(
     sine: np.ndarray | float, k_m: np.ndarray | float, k_a: np.ndarray | float
 ) -> np.ndarray:
     """k of Eq. 8 [N/m]; sine: that of the mesh phase."""
@@ -126,7 +126,7 @@ def stiffness(
 ) -> np.ndarray:
     """k [N/m] of mesh i at its phase (...,) [rad]."""
     if law.code[i] == SINE:
-        return fundamental(np.sin(phase), k_m, k_a)
+        return fundamental_stiffness(np.sin(phase), k_m, k_a)
     rows = law.rows[law.first[i] : law.first[i + 1]]
     if law.code[i] == WAVES:
         turns = np.multiply.outer(phase, rows[:, 0])

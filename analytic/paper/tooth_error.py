@@ -10,11 +10,11 @@ def tooth_error(sine: np.ndarray | float, E: np.ndarray | float) -> np.ndarray:
     return np.multiply(E, sine)
 
 
-def whole_error(
+def total_error(
     phase: np.ndarray | float,
     E: np.ndarray | float,
-    lead: np.ndarray | float,
-    static: np.ndarray | float,
+    error_phase: np.ndarray | float,
+    static_error: np.ndarray | float,
 ) -> np.ndarray:
     """e [m] where it has a phase of its own, by so much lead [rad], and a constant part [m]."""
-    return static + tooth_error(np.sin(np.add(phase, lead)), E)
+    return static_error + tooth_error(np.sin(np.add(phase, error_phase)), E)

@@ -20,10 +20,10 @@ from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper import stiffness
 from crosscheck.analytic.paper.backlash import dead_zone
 from crosscheck.analytic.paper.kinematics import stage_geometry
-from crosscheck.analytic.paper.mesh_force import in_contact, phase_force
+from crosscheck.analytic.paper.mesh_force import is_in_contact, phase_force
 from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.analytic.paper.mesh_phasing import mesh_phases
-from crosscheck.analytic.paper.tooth_error import whole_error
+from crosscheck.analytic.paper.tooth_error import total_error
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, WITH_ROTORS, JointStage, Level, Robot
@@ -39,10 +39,10 @@ class FramePoses(NamedTuple):
 
     rotation: np.ndarray
     position: np.ndarray
-    turning: np.ndarray
-    moving: np.ndarray
-    arm: np.ndarray
-    carrying: np.ndarray
+    angular_partials: np.ndarray
+    origin_partials: np.ndarray
+    com_lever: np.ndarray
+    com_partials: np.ndarray
 
 
 class FrameRates(NamedTuple):
@@ -56,7 +56,7 @@ class FrameRates(NamedTuple):
     acceleration: np.ndarray
 
 
-class Spun(NamedTuple):
+class SpinningBody(NamedTuple):
     """A balanced body that spins on another: a rotor, a sun, or the planets of a stage together.
 
     body: the one under it, or BASE; axis (3,): in that one's frame; turns (n,): its rate against
@@ -69,7 +69,7 @@ class Spun(NamedTuple):
     turns: np.ndarray
 
 
-class Teeth(NamedTuple):
+class PlanetMeshLaw(NamedTuple):
     """Contacts of all planets with sun or ring: place of their x among the coordinates, and laws.
 
     k_m, k_a [N/m]: of Eq. 8. joint: whose angle their phase follows, by so much per radian, from an
@@ -106,10 +106,10 @@ class AnalyticRobot(RobotModel):
             else:
                 self._share[number, free.index(joint.mimic.joint)] = joint.mimic.multiplier
                 self._offset[number] = joint.mimic.offset
-        self._axes = [_crossing(joint.axis) for joint in robot.joints]
+        self._axes = [_skew_matrix(joint.axis) for joint in robot.joints]
         self._meshes = [mesh for _, mesh in meshes]
-        self._spun: list[Spun] = []
-        self._teeth: list[Teeth] = []
+        self._spinning_bodies: list[SpinningBody] = []
+        self._teeth: list[PlanetMeshLaw] = []
         self._driven = np.eye(len(free), size)  # generalized forces, per torque of each motor
         place = len(free)
         for rotor in robot.rotors:
@@ -121,7 +121,7 @@ class AnalyticRobot(RobotModel):
                     self._driven[free.index(rotor.joint)] = turns / rotor.ratio
             frame = robot.frames[rotor.stator]
             axis = frame.placement.rotation @ rotor.axis
-            self._spun.append(Spun(frame.body, axis, rotor.inertia, turns))
+            self._spinning_bodies.append(SpinningBody(frame.body, axis, rotor.inertia, turns))
         for stage in robot.stages:
             self._add_stage(stage, place if stages else None)
             place += 2
@@ -137,21 +137,23 @@ class AnalyticRobot(RobotModel):
         planet = -(x_pr + geometry.r_cp * share) / geometry.r_p
         axis = joint.placement.rotation @ joint.axis
         J_s, J_p = M_s * geometry.r_s**2, M_p * geometry.r_p**2
-        self._spun.append(Spun(joint.parent, axis, J_s, sun))
-        self._spun.append(Spun(joint.parent, axis, gears.planet_count * J_p, planet))
+        self._spinning_bodies.append(SpinningBody(joint.parent, axis, J_s, sun))
+        self._spinning_bodies.append(
+            SpinningBody(joint.parent, axis, gears.planet_count * J_p, planet)
+        )
         if place is None:
             return
         if joint.mimic is None:
             self._driven[self.robot.coordinates.index(stage.joint)] = sun / geometry.n
         rates = sun_mesh_rate(gears, geometry), ring_mesh_rate(gears, geometry, "corrected")
-        meshes = gears.sun_mesh.of_planet(0), gears.ring_mesh.of_planet(0)
+        meshes = gears.sun_mesh.planet_mesh(0), gears.ring_mesh.planet_mesh(0)
         for number, (mesh, rate, offset, d) in enumerate(
             zip(meshes, rates, mesh_phases(gears, 0), damping(gears), strict=True)
         ):
-            own = place + number, stage.joint, gears.planet_count, mesh
+            place_and_mesh = place + number, stage.joint, gears.planet_count, mesh
             law = stiffness.stiffness_data([mesh.stiffness])
             k = stiffness.mean_stiffness(mesh.stiffness), amplitude(mesh)
-            self._teeth.append(Teeth(*own, law, *k, rate, offset, d))
+            self._teeth.append(PlanetMeshLaw(*place_and_mesh, law, *k, rate, offset, d))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """Mass matrix M (states, n, n), by the bodies' rates and momenta."""
@@ -159,7 +161,7 @@ class AnalyticRobot(RobotModel):
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Coriolis and centrifugal torques (states, n): inertia forces without accelerations."""
-        return self._held(self._poses(q), v, np.zeros(3))
+        return self._bias_and_weight(self._poses(q), v, np.zeros(3))
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """Torques that hold the bodies' weights (states, n)."""
@@ -168,27 +170,27 @@ class AnalyticRobot(RobotModel):
     def terms(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """M, bias and gravity of the same states."""
         poses = self._poses(q)
-        return self._mass(poses), self._held(poses, v, np.zeros(3)), self._weight(poses)
+        return self._mass(poses), self._bias_and_weight(poses, v, np.zeros(3)), self._weight(poses)
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Generalized forces M a + bias + gravity, and what holds the meshes (states, n)."""
         poses = self._poses(q)
-        held = self._held(poses, v, self.robot.gravity) + self._pressed(q, v)
-        return _times(self._mass(poses), a) + held
+        held = self._bias_and_weight(poses, v, self.robot.gravity) + self._mesh_force(q, v)
+        return _multiply(self._mass(poses), a) + held
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """Accelerations under torques of motors (states, n), by solving with M."""
         poses = self._poses(q)
-        held = self._held(poses, v, self.robot.gravity) + self._pressed(q, v)
+        held = self._bias_and_weight(poses, v, self.robot.gravity) + self._mesh_force(q, v)
         left = torques @ self._driven - held
         return np.linalg.solve(self._mass(poses), left[:, :, None])[:, :, 0]
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Energy (states,) [J]: v' M v / 2, and masses at their heights."""
         poses = self._poses(q)
-        total: np.ndarray = (v * _times(self._mass(poses), v)).sum(axis=1) / 2
+        total: np.ndarray = (v * _multiply(self._mass(poses), v)).sum(axis=1) / 2
         for body, pose in zip(self.robot.bodies, poses, strict=True):
-            total -= body.mass * (pose.position + pose.arm) @ self.robot.gravity
+            total -= body.mass * (pose.position + pose.com_lever) @ self.robot.gravity
         return total
 
     def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -196,13 +198,13 @@ class AnalyticRobot(RobotModel):
         poses, total = self._poses(q), np.zeros((len(q), 6))
         for body, pose in zip(self.robot.bodies, poses, strict=True):
             inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
-            linear = body.mass * _times(pose.carrying, v)
+            linear = body.mass * _multiply(pose.com_partials, v)
             total[:, :3] += linear
-            total[:, 3:] += np.cross(pose.position + pose.arm, linear)
-            total[:, 3:] += _times(inertia, _times(pose.turning, v))
-        for spun in self._spun if self.level in WITH_ROTORS else ():
-            axis, spin = self._spin(spun, poses)
-            total[:, 3:] += spun.inertia * (spin * v).sum(axis=1, keepdims=True) * axis
+            total[:, 3:] += np.cross(pose.position + pose.com_lever, linear)
+            total[:, 3:] += _multiply(inertia, _multiply(pose.angular_partials, v))
+        for spinner in self._spinning_bodies if self.level in WITH_ROTORS else ():
+            axis, spin = self._spin(spinner, poses)
+            total[:, 3:] += spinner.inertia * (spin * v).sum(axis=1, keepdims=True) * axis
         return total
 
     def tip(self, q: np.ndarray) -> np.ndarray:
@@ -217,50 +219,52 @@ class AnalyticRobot(RobotModel):
         rates, momenta = [], []  # of each body, per rate of each coordinate
         for body, pose in zip(self.robot.bodies, poses, strict=True):
             inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
-            rates += [pose.carrying, pose.turning]
-            momenta += [body.mass * pose.carrying, inertia @ pose.turning]
-        for spun in self._spun:
+            rates += [pose.com_partials, pose.angular_partials]
+            momenta += [body.mass * pose.com_partials, inertia @ pose.angular_partials]
+        for spinner in self._spinning_bodies:
             if self.level == "armature":
-                spin = np.broadcast_to(spun.turns, (len(rates[0]), spun.turns.size))
+                spin = np.broadcast_to(spinner.turns, (len(rates[0]), spinner.turns.size))
             elif self.level in WITH_ROTORS:
-                _, spin = self._spin(spun, poses)
+                _, spin = self._spin(spinner, poses)
             else:
                 continue
             rates.append(spin[:, None])
-            momenta.append(spun.inertia * spin[:, None])
+            momenta.append(spinner.inertia * spin[:, None])
         left, right = np.concatenate(rates, axis=1), np.concatenate(momenta, axis=1)
         return left.transpose(0, 2, 1) @ right
 
     def _weight(self, poses: list[FramePoses]) -> np.ndarray:
         weights = [
-            body.mass * (self.robot.gravity @ pose.carrying)
+            body.mass * (self.robot.gravity @ pose.com_partials)
             for body, pose in zip(self.robot.bodies, poses, strict=True)
         ]
         return -np.sum(weights, axis=0)
 
-    def _held(self, poses: list[FramePoses], v: np.ndarray, gravity: np.ndarray) -> np.ndarray:
+    def _bias_and_weight(
+        self, poses: list[FramePoses], v: np.ndarray, gravity: np.ndarray
+    ) -> np.ndarray:
         """Torques under which nothing accelerates (states, n): weights are a base that rises."""
         rates = self._rates(poses, v, -gravity)
         total = np.zeros_like(v)
         for body, pose, rate in zip(self.robot.bodies, poses, rates, strict=True):
             inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
-            force = body.mass * _carried(rate, pose.arm)
-            moment = _times(inertia, rate.angular_rate)
-            moment += _cross(rate.angular, _times(inertia, rate.angular))
-            total += _power(pose.carrying, force)
-            total += _power(pose.turning, moment)
-        for spun in self._spun:
-            if spun.body == BASE or self.level not in WITH_ROTORS:
+            force = body.mass * _point_acceleration(rate, pose.com_lever)
+            moment = _multiply(inertia, rate.angular_rate)
+            moment += _cross(rate.angular, _multiply(inertia, rate.angular))
+            total += _project(pose.com_partials, force)
+            total += _project(pose.angular_partials, moment)
+        for spinner in self._spinning_bodies:
+            if spinner.body == BASE or self.level not in WITH_ROTORS:
                 continue
-            axis, spin = self._spin(spun, poses)
-            rate = rates[spun.body]
+            axis, spin = self._spin(spinner, poses)
+            rate = rates[spinner.body]
             speed = (spin * v).sum(axis=1, keepdims=True)
             growth = (axis * rate.angular_rate).sum(axis=1, keepdims=True)
-            turned = _power(poses[spun.body].turning, _cross(rate.angular, axis))
-            total += spun.inertia * (growth * spin + speed * turned)
+            turned = _project(poses[spinner.body].angular_partials, _cross(rate.angular, axis))
+            total += spinner.inertia * (growth * spin + speed * turned)
         return total
 
-    def _pressed(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def _mesh_force(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """What the meshes' springs and dampers take of the generalized forces (states, n)."""
         total, first = np.zeros_like(q), len(self.robot.coordinates)
         for place, mesh in enumerate(self._meshes, first):
@@ -268,16 +272,20 @@ class AnalyticRobot(RobotModel):
             force = mesh.stiffness_N_per_m * (x - np.clip(x, -play, play))
             force += mesh.damping_N_s_per_m * rate
             total[:, place] = np.where(np.abs(x) > play, force, 0.0)
-        for place, joint, planets, own, law, k_m, k_a, per_angle, offset, d in self._teeth:
+        for place, joint, planets, mesh_data, law, k_m, k_a, per_angle, offset, d in self._teeth:
             phase = per_angle * (q @ self._share[joint] + self._offset[joint]) + offset
-            size, lead, play = own.tooth_error_m, own.tooth_error_phase_rad, own.backlash_m
-            gap = q[:, place] - whole_error(phase, size, lead, own.static_error_m)
+            size, lead, play = (
+                mesh_data.tooth_error_m,
+                mesh_data.tooth_error_phase_rad,
+                mesh_data.backlash_m,
+            )
+            gap = q[:, place] - total_error(phase, size, lead, mesh_data.static_error_m)
             k, k_slope = (
                 stiffness.stiffness(law, 0, phase, k_m, k_a),
                 stiffness.stiffness_slope(law, 0, phase, k_a),
             )
             total[:, place] = planets * k * dead_zone(gap, play)
-            total[:, place] += np.where(in_contact(gap, play), d * v[:, place], 0.0)
+            total[:, place] += np.where(is_in_contact(gap, play), d * v[:, place], 0.0)
             slopes = k_slope, size * np.cos(phase + lead)
             turned = planets * per_angle * phase_force(gap, k, *slopes, play)
             total -= turned[:, None] * self._share[joint]
@@ -297,25 +305,25 @@ class AnalyticRobot(RobotModel):
         ):
             under = base if joint.parent == BASE else poses[joint.parent]
             at = under.rotation @ joint.placement.position
-            own = under.rotation @ joint.placement.rotation
-            axis = own @ joint.axis
+            rotation = under.rotation @ joint.placement.rotation
+            axis = rotation @ joint.axis
             along = axis[:, :, None] * share
-            turning = under.turning
+            turning = under.angular_partials
             if joint.kind == "revolute":
                 turn = (  # Rodrigues' formula
                     np.eye(3)
                     + np.sin(value)[:, None, None] * crossing
                     + (1 - np.cos(value))[:, None, None] * (crossing @ crossing)
                 )
-                own = own @ turn
-                moving = under.moving + _cross(turning, at)
+                rotation = rotation @ turn
+                moving = under.origin_partials + _cross(turning, at)
                 turning = turning + along
             else:
                 at = at + value[:, None] * axis
-                moving = under.moving + _cross(turning, at) + along
-            arm = own @ body.com
+                moving = under.origin_partials + _cross(turning, at) + along
+            arm = rotation @ body.com
             carrying = moving + _cross(turning, arm)
-            poses.append(FramePoses(own, under.position + at, turning, moving, arm, carrying))
+            poses.append(FramePoses(rotation, under.position + at, turning, moving, arm, carrying))
         return poses
 
     def _rates(
@@ -331,7 +339,7 @@ class AnalyticRobot(RobotModel):
             under = base if on_base else rates[joint.parent]
             at = pose.position if on_base else pose.position - poses[joint.parent].position
             relative = speed[:, None] * (pose.rotation @ joint.axis)
-            acceleration = _carried(under, at)
+            acceleration = _point_acceleration(under, at)
             turned = _cross(under.angular, relative)
             if joint.kind == "revolute":
                 rate = FrameRates(
@@ -342,17 +350,19 @@ class AnalyticRobot(RobotModel):
             rates.append(rate)
         return rates
 
-    def _spin(self, spun: Spun, poses: list[FramePoses]) -> tuple[np.ndarray, np.ndarray]:
+    def _spin(
+        self, spinner: SpinningBody, poses: list[FramePoses]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Axis of a spun body in space (states, 3), and its spin per rate (states, n)."""
         states = len(poses[0].position)
-        if spun.body == BASE:
-            return np.tile(spun.axis, (states, 1)), np.tile(spun.turns, (states, 1))
-        pose = poses[spun.body]
-        turned = pose.rotation @ spun.axis
-        return turned, spun.turns + _power(pose.turning, turned)
+        if spinner.body == BASE:
+            return np.tile(spinner.axis, (states, 1)), np.tile(spinner.turns, (states, 1))
+        pose = poses[spinner.body]
+        turned = pose.rotation @ spinner.axis
+        return turned, spinner.turns + _project(pose.angular_partials, turned)
 
 
-def _carried(rate: FrameRates, arm: np.ndarray) -> np.ndarray:
+def _point_acceleration(rate: FrameRates, arm: np.ndarray) -> np.ndarray:
     """Acceleration (states, 3) of a point of a body, arm (states, 3) from its origin."""
     return (
         rate.acceleration
@@ -361,25 +371,25 @@ def _carried(rate: FrameRates, arm: np.ndarray) -> np.ndarray:
     )
 
 
-def _crossing(vector: np.ndarray) -> np.ndarray:
+def _skew_matrix(vector: np.ndarray) -> np.ndarray:
     """The matrix (3, 3) that turns u into vector x u."""
     x, y, z = vector
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
-def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _cross(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """one x other (states, 3); of one (states, 3, n), for each of its columns."""
-    a, b, c = (one[:, axis] for axis in range(3))
-    x, y, z = (other[:, axis].reshape(-1, *[1] * (one.ndim - 2)) for axis in range(3))
-    found = np.empty_like(one)
-    found[:, 0], found[:, 1], found[:, 2] = b * z - c * y, c * x - a * z, a * y - b * x
-    return found
+    a, b, c = (left[:, axis] for axis in range(3))
+    x, y, z = (right[:, axis].reshape(-1, *[1] * (left.ndim - 2)) for axis in range(3))
+    product = np.empty_like(left)
+    product[:, 0], product[:, 1], product[:, 2] = b * z - c * y, c * x - a * z, a * y - b * x
+    return product
 
 
-def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+def _multiply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     return (matrix @ vector[:, :, None])[:, :, 0]
 
 
-def _power(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
+def _project(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Columns (states, 3, n), transposed, times force (states, 3): (states, n)."""
     return (force[:, None] @ columns)[:, 0]

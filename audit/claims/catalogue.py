@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
-from crosscheck.audit.claims.rule import Claim, Decided
+from crosscheck.audit.claims.rule import Claim, ClaimCriteria
 from crosscheck.audit.claims.statements import section2, section3, section4
 
 STATEMENTS = Path(__file__).with_name("statements") / "statements.toml"
@@ -35,7 +35,7 @@ _TEXTS = TypeAdapter(Statements).validate_python(
     tomllib.loads(STATEMENTS.read_text(encoding="utf-8"))
 )
 SECTIONS = (section2, section3, section4)
-_DECIDED: Decided = {name: how for part in SECTIONS for name, how in part.DECIDED.items()}
+_DECIDED: ClaimCriteria = {name: how for part in SECTIONS for name, how in part.DECIDED.items()}
 CLAIMS = tuple(
     Claim(
         name,

@@ -7,18 +7,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from crosscheck.audit.claims import rule
-from crosscheck.audit.claims.judged import Judged, Varied
+from crosscheck.audit.claims.judgement import ClaimJudgement, VariantVerdict
 from crosscheck.audit.claims.rule import Answer, Verdict, VerdictKind
-from crosscheck.audit.claims.settings import Plan, plan_of
-from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN, VARIANTS, GearModel
+from crosscheck.audit.claims.study_plan import StudyPlan, plan_of
+from crosscheck.audit.experiments.ensembles import ALIKE, FIRST
+from crosscheck.audit.experiments.paper_conditions import (
+    AS_GEARS,
+    AS_MODELLED,
+    INTERMEDIATE_MODELS,
+    VARIANTS,
+    GearModel,
+)
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.starts import ALIKE, FIRST
-from crosscheck.audit.measures.undefined import JsonObject, defined, shown
+from crosscheck.audit.measures.undefined import JsonObject, float_or_none, format_number
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
-from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import text
-from crosscheck.audit.page.words import LAW_NAMES, number
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.labels import LAW_NAMES, format_three_digits
+from crosscheck.audit.page.text import render_template
 
 ID, TITLE = "claims", "The paper's statements, one by one"
 # What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.
@@ -40,10 +46,10 @@ COLOURS = {
 }
 # The two that a verdict is told of side by side; what lies between them follows.
 COLUMNS = {AS_MODELLED: "as modelled in the paper", AS_GEARS: "as the gears are"}
-NAMED = {
+MODELS_BY_KEY = {
     "as_modelled": AS_MODELLED,
     "as_the_gears_are": AS_GEARS,
-    **{model.id: model for model in BETWEEN},
+    **{model.id: model for model in INTERMEDIATE_MODELS},
 }
 
 
@@ -51,56 +57,60 @@ NAMED = {
 class ClaimRow:
     """A claim and what the model's variants say of it."""
 
-    judged: Judged
-    variants: tuple[Varied, ...]
+    judged: ClaimJudgement
+    variants: tuple[VariantVerdict, ...]
 
 
-def chapter(material: Material) -> AuditChapter:
+def build_chapter(context: AuditContext) -> AuditChapter:
     """The chapter on the claims, their values in all settings and their verdicts."""
-    found = rows(material)
-    counts = Counter(row.judged.verdict.kind for row in found)
+    claim_rows = build_claim_rows(context)
+    counts = Counter(row.judged.verdict.kind for row in claim_rows)
     outcome = "; ".join(f"{kind}: {count}" for kind, count in counts.most_common())
     return AuditChapter(
         ID,
         TITLE,
-        page(found, plan_of(material.scale), material.scale),
-        [record(row.judged, row.variants) for row in found],
-        f"of {len(found)} statements: {outcome}.",
+        render_claims(claim_rows, plan_of(context.scale), context.scale),
+        [build_claim_record(row.judged, row.variants) for row in claim_rows],
+        f"of {len(claim_rows)} statements: {outcome}.",
     )
 
 
-def rows(material: Material) -> list[ClaimRow]:
+def build_claim_rows(context: AuditContext) -> list[ClaimRow]:
     """One row per claim, in the paper's order, with each of VARIANTS that has its experiments."""
-    found = []
-    for one in material.judged.values():
+    claim_rows = []
+    for judgement in context.judged_claims.values():
         variants = []
-        for model, settings in material.variations.items():
-            other = Judged(one.claim, tuple(rule.answers(one.claim, settings)))
-            if other.answers and not one.claim.static:
-                own = one.by_model[VARIANTS[model]].kind
-                variants.append(Varied(model, other.verdict.kind, own))
-        found.append(ClaimRow(one, tuple(variants)))
-    return found
+        for model, settings in context.variations.items():
+            variant_judgement = ClaimJudgement(
+                judgement.claim, tuple(rule.evaluate_claim(judgement.claim, settings))
+            )
+            if variant_judgement.answers and not judgement.claim.static:
+                base_kind = judgement.by_model[VARIANTS[model]].kind
+                variants.append(VariantVerdict(model, variant_judgement.verdict.kind, base_kind))
+        claim_rows.append(ClaimRow(judgement, tuple(variants)))
+    return claim_rows
 
 
-def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:
+def render_claims(claim_rows: Sequence[ClaimRow], plan: StudyPlan, scale: Scale) -> str:
     """The chapter's HTML: the rule, the counts of verdicts by model and section, every claim."""
-    sections = dict.fromkeys(row.judged.claim.section for row in found)
-    counts = Counter((row.judged.claim.section, row.judged.verdict.kind) for row in found)
-    asked = [row.judged for row in found if not row.judged.claim.static]
-    by_model = Counter((model, one.by_model[model].kind) for one in asked for model in COLUMNS)
-    static = Counter(row.judged.verdict.kind for row in found if row.judged.claim.static)
+    sections = dict.fromkeys(row.judged.claim.section for row in claim_rows)
+    counts = Counter((row.judged.claim.section, row.judged.verdict.kind) for row in claim_rows)
+    simulated_claims = [row.judged for row in claim_rows if not row.judged.claim.static]
+    by_model = Counter(
+        (model, entry.by_model[model].kind) for entry in simulated_claims for model in COLUMNS
+    )
+    static = Counter(row.judged.verdict.kind for row in claim_rows if row.judged.claim.static)
     # Failures and what hangs on the start first; else in the paper's order.
-    by_kind = sorted(found, key=lambda row: ORDER.index(row.judged.verdict.kind))
-    kinds = [kind for kind in ORDER if any(counts[section, kind] for section in sections)]
-    return text(
+    by_kind = sorted(claim_rows, key=lambda row: ORDER.index(row.judged.verdict.kind))
+    verdict_kinds = [kind for kind in ORDER if any(counts[section, kind] for section in sections)]
+    return render_template(
         "claims/chapter",
         rows={s: [row for row in by_kind if row.judged.claim.section == s] for s in sections},
         counts=counts,
-        kinds=kinds,
+        kinds=verdict_kinds,
         columns=COLUMNS,
         by_model=by_model,
-        asked=len(asked),
+        asked=len(simulated_claims),
         static=static,
         first=FIRST,
         alike=ALIKE,
@@ -108,47 +118,52 @@ def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:
         starts=scale.most_starts,
         few=rule.FEW,
         most=rule.MOST,
-        most_no=rule.ends(scale.most_starts)[0],
-        least_yes=rule.ends(scale.most_starts)[1],
-        on_a_start=[r.judged.claim.id for r in found if r.judged.hangs_on_a_start],
-        moved=[r.judged.claim.id for r in found if r.judged.moved_by_a_coarser_grid],
-        differing=[(r.judged.claim.id, one) for r in found for one in r.variants if one.differs],
+        most_no=rule.state_thresholds(scale.most_starts)[0],
+        least_yes=rule.state_thresholds(scale.most_starts)[1],
+        on_a_start=[r.judged.claim.id for r in claim_rows if r.judged.is_start_sensitive],
+        moved=[r.judged.claim.id for r in claim_rows if r.judged.is_grid_sensitive],
+        differing=[
+            (r.judged.claim.id, entry)
+            for r in claim_rows
+            for entry in r.variants
+            if entry.is_different
+        ],
         colours=COLOURS,
-        model_words=model_words,
-        verdict=verdict_words,
-        turning=turning_words,
-        seen=seen_words,
+        model_words=describe_model,
+        verdict=describe_verdict,
+        turning=describe_turning,
+        seen=describe_answer,
     )
 
 
-def verdict_words(found: Verdict) -> str:
+def describe_verdict(verdict: Verdict) -> str:
     """A verdict in words, with the counts of settings behind it where they do not all agree."""
-    words = str(found.kind)
-    if found.depends_on:
-        words += f" on {', '.join(found.depends_on)}"
-    mixed = found.kind in (VerdictKind.DEPENDS, VerdictKind.BISTABLE)
-    if mixed or (found.counts.undefined and found.kind != VerdictKind.UNDEFINED):
-        told = [f"{count} {name}" for name, count in found.counts._asdict().items()
+    words = str(verdict.kind)
+    if verdict.depends_on:
+        words += f" on {', '.join(verdict.depends_on)}"
+    mixed = verdict.kind in (VerdictKind.DEPENDS, VerdictKind.BISTABLE)
+    if mixed or (verdict.counts.undefined and verdict.kind != VerdictKind.UNDEFINED):
+        parts = [f"{count} {name}" for name, count in verdict.counts._asdict().items()
                 if count or name in ("yes", "no")]  # fmt: skip
-        words += f" ({', '.join(told)})"
+        words += f" ({', '.join(parts)})"
     return words
 
 
-def model_words(model: GearModel) -> str:
+def describe_model(model: GearModel) -> str:
     """A model of the gears in words: law and planets."""
-    own = f"{LAW_NAMES[model.law]}, planets {model.planets}"
-    return f"{COLUMNS[model]}: {own}" if model in COLUMNS else own
+    description = f"{LAW_NAMES[model.law]}, planets {model.planets}"
+    return f"{COLUMNS[model]}: {description}" if model in COLUMNS else description
 
 
-def value_words(answer: Answer) -> str:
+def format_value(answer: Answer) -> str:
     """The median and the outer quantiles of an answer, once where they are equal as printed."""
     if answer.quantiles is None:
         return "undefined"
-    low, middle, high = map(number, answer.quantiles)
+    low, middle, high = map(format_three_digits, answer.quantiles)
     return middle if low == high else f"{middle} ({low} … {high})"
 
 
-def share_words(answer: Answer) -> str:
+def format_share(answer: Answer) -> str:
     """How many of an answer's starts support the claim, and how many are undefined."""
     share = answer.share
     if share is None:
@@ -157,19 +172,19 @@ def share_words(answer: Answer) -> str:
     return f"{share}{left}"
 
 
-def seen_words(answer: Answer) -> str:
+def describe_answer(answer: Answer) -> str:
     """What the starts gave, and how many support the claim; those without its event apart."""
     if answer.starts == 1:
-        return value_words(answer)
+        return format_value(answer)
     if answer.undefined == answer.starts:
         return "in no start"
-    return f"{value_words(answer)}, {share_words(answer)}"
+    return f"{format_value(answer)}, {format_share(answer)}"
 
 
-def turning_words(judged: Judged) -> str:
+def describe_turning(judgement: ClaimJudgement) -> str:
     """The limits at which the verdict would turn."""
-    places = [at for pair in judged.turning for at in pair if at is not None]
-    return "; ".join(shown(at) for at in sorted(places)) or "at none"
+    places = [at for pair in judgement.turning for at in pair if at is not None]
+    return "; ".join(format_number(at) for at in sorted(places)) or "at none"
 
 
 def _answer_id(answer: Answer) -> str:
@@ -199,9 +214,11 @@ ANSWERS = Columns[Answer](
 )
 
 
-def record(judged: Judged, variants: Sequence[Varied]) -> dict[str, object]:
+def build_claim_record(
+    judgement: ClaimJudgement, variants: Sequence[VariantVerdict]
+) -> dict[str, object]:
     """A claim with its verdicts and its answers in all settings, as JSON."""
-    claim = judged.claim
+    claim = judgement.claim
     return {
         "id": claim.id,
         "section": claim.section,
@@ -209,8 +226,8 @@ def record(judged: Judged, variants: Sequence[Varied]) -> dict[str, object]:
         "statement": claim.statement,
         "reading": claim.reading or None,
         "limits": {
-            "low": defined(claim.limits.low),
-            "high": defined(claim.limits.high),
+            "low": float_or_none(claim.limits.low),
+            "high": float_or_none(claim.limits.high),
             "because": claim.limits.because,
         },
         "free_parameter": claim.free or None,
@@ -219,24 +236,27 @@ def record(judged: Judged, variants: Sequence[Varied]) -> dict[str, object]:
             for choice, q in claim.choices.items()
         },
         "static": claim.static,
-        **_verdict(judged.verdict),
+        **_verdict_record(judgement.verdict),
         "models": {
-            name: _verdict(judged.by_model[model])
-            for name, model in ({} if claim.static else NAMED).items()
+            name: _verdict_record(judgement.by_model[model])
+            for name, model in ({} if claim.static else MODELS_BY_KEY).items()
         },
-        "turns_at": {"low": list(judged.turning.low), "high": list(judged.turning.high)},
-        "hangs_on_one_start": judged.hangs_on_a_start,
-        "moved_by_a_coarser_grid": judged.moved_by_a_coarser_grid,
-        "variants": {one.model.id: {"verdict": one.kind, "beside": one.own} for one in variants},
+        "turns_at": {"low": list(judgement.turning.low), "high": list(judgement.turning.high)},
+        "hangs_on_one_start": judgement.is_start_sensitive,
+        "moved_by_a_coarser_grid": judgement.is_grid_sensitive,
+        "variants": {
+            variant.model.id: {"verdict": variant.kind, "beside": variant.base_kind}
+            for variant in variants
+        },
         "quantile_parts": list(rule.PARTS),
-        "settings": ANSWERS.json(judged.answers),
+        "settings": ANSWERS.json(judgement.answers),
     }
 
 
-def _verdict(found: Verdict) -> JsonObject:
+def _verdict_record(verdict: Verdict) -> JsonObject:
     """A verdict as JSON; counts: how many settings have each state."""
     return {
-        "verdict": found.kind,
-        "depends_on": list(found.depends_on),
-        "counts": dict(found.counts._asdict()),
+        "verdict": verdict.kind,
+        "depends_on": list(verdict.depends_on),
+        "counts": dict(verdict.counts._asdict()),
     }

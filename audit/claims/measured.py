@@ -3,7 +3,7 @@
 Accelerations are the detailed arm's less those of the rigid arm at level `coupled`; mesh quantities
 are those of the shoulder's sun-planet pair, first planet. The words are in ``measured.toml``, the
 measures in ``experiments.pd`` (``transient`` and ``whole``), ``experiments.torque``
-(``constant_torque``, ``back_and_forth``) and ``statics``.
+(``measure_constant_torque``, ``measure_back_and_forth``) and ``statics``.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from pydantic import TypeAdapter
 
 from crosscheck.audit.experiments.torque import ERROR_WINDOWS_S
 from crosscheck.audit.measures.events import AT_ONCE_S
+from crosscheck.audit.statics.base_and_gravity import BASE_MASSES
 from crosscheck.audit.statics.statics import BENDS
-from crosscheck.audit.statics.surroundings import BASE_MASSES
 from crosscheck.audit.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.registry import RIGID_LEVELS
 

@@ -13,8 +13,15 @@ import numpy as np
 from scipy.stats import rankdata
 
 from crosscheck.audit.claims.measured import MEASURED
-from crosscheck.audit.experiments.experiments import CONSTANT, PD, PLANTED, STATIC, Family, Source
-from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.experiments import (
+    CONSTANT,
+    PD,
+    PLANTED,
+    STATIC,
+    ExperimentSeries,
+    PaperExperiment,
+)
+from crosscheck.audit.experiments.samples import Sample
 
 FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
 
@@ -23,33 +30,33 @@ class NotSimulatedError(LookupError):
     """Raised where a setting lacks the experiment that a quantity is about."""
 
 
-class Known(dict[Source, Sample]):
+class ConditionResults(dict[PaperExperiment, Sample]):
     """The experiments of a setting. Raises NotSimulatedError for one that it does not have."""
 
-    def __missing__(self, source: Source) -> Sample:
-        raise NotSimulatedError(source)
+    def __missing__(self, experiment: PaperExperiment) -> Sample:
+        raise NotSimulatedError(experiment)
 
-    def members(self, family: Family) -> list[Source]:
+    def members(self, series: ExperimentSeries) -> list[PaperExperiment]:
         """The experiments of a family, ascending. Raises NotSimulatedError with too few of them."""
-        found = [source for source in self if source.kind == family.kind]
-        if len(found) < FEWEST_MEMBERS:
-            raise NotSimulatedError(family)
-        return sorted(found, key=lambda source: source.size_um or 0.0)
+        members = [experiment for experiment in self if experiment.kind == series.kind]
+        if len(members) < FEWEST_MEMBERS:
+            raise NotSimulatedError(series)
+        return sorted(members, key=lambda source: source.size_um or 0.0)
 
 
-class ReadExperiments(Known):
+class ResultsTracker(ConditionResults):
     """The experiments of a setting that have been asked for by now."""
 
-    def __init__(self, known: Known) -> None:
+    def __init__(self, results: ConditionResults) -> None:
         super().__init__()
-        self.known = known
+        self.results = results
 
-    def __missing__(self, source: Source) -> Sample:
-        self[source] = sample = self.known[source]
+    def __missing__(self, experiment: PaperExperiment) -> Sample:
+        self[experiment] = sample = self.results[experiment]
         return sample
 
-    def members(self, family: Family) -> list[Source]:
-        return self.known.members(family)
+    def members(self, series: ExperimentSeries) -> list[PaperExperiment]:
+        return self.results.members(series)
 
     @property
     def not_run(self) -> int:
@@ -57,7 +64,7 @@ class ReadExperiments(Known):
         return min(sample.not_run for sample in self.values())
 
 
-Formula = Callable[[Known], np.ndarray]  # (starts,), nan where undefined
+Formula = Callable[[ConditionResults], np.ndarray]  # (starts,), nan where undefined
 
 
 @dataclass(frozen=True)
@@ -71,24 +78,24 @@ class Quantity:
     window: str = ""
     static: bool = False
 
-    def __call__(self, known: Known) -> np.ndarray:
+    def __call__(self, results: ConditionResults) -> np.ndarray:
         """The value for every start, (starts,); one number where the arm's data alone decide it."""
         with np.errstate(all="ignore"):
-            return np.asarray(self.formula(known), dtype=float)
+            return np.asarray(self.formula(results), dtype=float)
 
 
-def of(source: Source, name: str) -> Quantity:
+def quantity_of(experiment: PaperExperiment, name: str) -> Quantity:
     """The quantity of an experiment's number. Raises KeyError for a name not in MEASURED."""
-    number, words = MEASURED[name], f"{MEASURED[name].words} {source.words}".strip()
-    formula, static = lambda known: known[source][name], source in (STATIC, PLANTED)
-    return Quantity(f"{source}: {name}", words, number.unit, formula, number.window, static)
+    number, words = MEASURED[name], f"{MEASURED[name].words} {experiment.words}".strip()
+    formula, static = lambda known: known[experiment][name], experiment in (STATIC, PLANTED)
+    return Quantity(f"{experiment}: {name}", words, number.unit, formula, number.window, static)
 
 
 # Of the experiments that most statements are about, a number by its name.
-pd, torque, static = (partial(of, source) for source in (PD, CONSTANT, STATIC))
+pd, torque, static = (partial(quantity_of, source) for source in (PD, CONSTANT, STATIC))
 
 
-def _made(
+def _combine_quantities(
     symbol: str, words: str, unit: str, parts: Sequence[Quantity], formula: Formula
 ) -> Quantity:
     """A quantity that is made of others."""
@@ -97,71 +104,95 @@ def _made(
     return Quantity(name, words, unit, formula, windows, all(part.static for part in parts))
 
 
-def difference(one: Quantity, other: Quantity) -> Quantity:
+def difference(first: Quantity, second: Quantity) -> Quantity:
     """One quantity less another."""
-    words = f"{one.words} less {other.words}"
-    return _made("less", words, one.unit, (one, other), lambda n: one(n) - other(n))
+    words = f"{first.words} less {second.words}"
+    return _combine_quantities(
+        "less", words, first.unit, (first, second), lambda n: first(n) - second(n)
+    )
 
 
-def size(one: Quantity) -> Quantity:
+def magnitude(quantity: Quantity) -> Quantity:
     """The magnitude of a quantity."""
-    return _made("size", f"magnitude of {one.words}", one.unit, (one,), lambda n: np.abs(one(n)))
+    return _combine_quantities(
+        "size",
+        f"magnitude of {quantity.words}",
+        quantity.unit,
+        (quantity,),
+        lambda n: np.abs(quantity(n)),
+    )
 
 
-def times(one: Quantity, factor: float, unit: str) -> Quantity:
+def scaled_quantity(quantity: Quantity, factor: float, unit: str) -> Quantity:
     """A quantity times a constant factor, in another unit."""
-    return _made(f"{factor:g} times", one.words, unit, (one,), lambda n: factor * one(n))
+    return _combine_quantities(
+        f"{factor:g} times", quantity.words, unit, (quantity,), lambda n: factor * quantity(n)
+    )
 
 
-def over(one: Quantity, other: Quantity) -> Quantity:
+def ratio(numerator: Quantity, denominator: Quantity) -> Quantity:
     """One quantity over another."""
-    unit = "1" if one.unit == other.unit else f"{one.unit}/({other.unit})"
-    words = f"{one.words} over {other.words}"
-    return _made("over", words, unit, (one, other), lambda n: one(n) / other(n))
+    unit = "1" if numerator.unit == denominator.unit else f"{numerator.unit}/({denominator.unit})"
+    words = f"{numerator.words} over {denominator.words}"
+    return _combine_quantities(
+        "over", words, unit, (numerator, denominator), lambda n: numerator(n) / denominator(n)
+    )
 
 
-def smallest(*parts: Quantity) -> Quantity:
+def minimum(*parts: Quantity) -> Quantity:
     """The smallest of several quantities; undefined if one of them is."""
     words = f"smallest of: {'; '.join(part.words for part in parts)}"
-    return _made("min", words, parts[0].unit, parts, lambda n: np.min([p(n) for p in parts], 0))
+    return _combine_quantities(
+        "min", words, parts[0].unit, parts, lambda n: np.min([p(n) for p in parts], 0)
+    )
 
 
-def largest(*parts: Quantity) -> Quantity:
+def maximum(*parts: Quantity) -> Quantity:
     """The largest of several quantities; undefined if one of them is."""
     words = f"largest of: {'; '.join(part.words for part in parts)}"
-    return _made("max", words, parts[0].unit, parts, lambda n: np.max([p(n) for p in parts], 0))
+    return _combine_quantities(
+        "max", words, parts[0].unit, parts, lambda n: np.max([p(n) for p in parts], 0)
+    )
 
 
-def of_any_start(one: Quantity) -> Quantity:
+def maximum_over_starts(quantity: Quantity) -> Quantity:
     """The largest value of a quantity in any start, given for every start."""
 
-    def formula(known: Known) -> np.ndarray:
-        values = one(known)
+    def formula(results: ConditionResults) -> np.ndarray:
+        values = quantity(results)
         return np.full(values.shape, np.fmax.reduce(values))  # nan where nothing is defined
 
-    return _made("any start's", f"the largest {one.words} of any start", one.unit, (one,), formula)
+    return _combine_quantities(
+        "any start's",
+        f"the largest {quantity.words} of any start",
+        quantity.unit,
+        (quantity,),
+        formula,
+    )
 
 
-def diverged(source: Source) -> Quantity:
+def divergence(experiment: PaperExperiment) -> Quantity:
     """A quantity that is 1 where the experiment's run diverged, else 0."""
-    words = f"runs {source.words} that diverge".replace("  ", " ")
-    return Quantity(f"{source}: diverged", words, "1", lambda n: n[source].diverged.astype(float))
+    words = f"runs {experiment.words} that diverge".replace("  ", " ")
+    return Quantity(
+        f"{experiment}: diverged", words, "1", lambda n: n[experiment].diverged.astype(float)
+    )
 
 
-def where(condition: Quantity, above: float, quantity: Quantity) -> Quantity:
+def restrict_above(condition: Quantity, above: float, quantity: Quantity) -> Quantity:
     """The quantity where the condition is above a limit; undefined elsewhere."""
-    return _conditioned(quantity, condition, "above", "exceeds", above, np.greater)
+    return _restrict(quantity, condition, "above", "exceeds", above, np.greater)
 
 
-def where_below(condition: Quantity, below: float, quantity: Quantity) -> Quantity:
+def restrict_below(condition: Quantity, below: float, quantity: Quantity) -> Quantity:
     """The quantity where the condition is below a limit; undefined elsewhere."""
-    return _conditioned(quantity, condition, "below", "is below", below, np.less)
+    return _restrict(quantity, condition, "below", "is below", below, np.less)
 
 
-def _conditioned(
+def _restrict(
     quantity: Quantity, condition: Quantity, side: str, verb: str, limit: float, holds: np.ufunc
 ) -> Quantity:
-    return _made(
+    return _combine_quantities(
         f"where {side} {limit:g}",
         f"{quantity.words}, where {condition.words} {verb} {limit:g} {condition.unit}",
         quantity.unit,
@@ -170,76 +201,84 @@ def _conditioned(
     )
 
 
-def along(family: Family, name: str, known: Known) -> tuple[np.ndarray, np.ndarray]:
+def series_values(
+    series: ExperimentSeries, name: str, results: ConditionResults
+) -> tuple[np.ndarray, np.ndarray]:
     """A family's sizes [um] (members,), ascending, and its numbers (members, starts)."""
-    members = known.members(family)
-    sizes = np.array([source.size_um for source in members], dtype=float)
-    return sizes, np.array([known[source][name] for source in members])
+    members = results.members(series)
+    sizes = np.array([experiment.size_um for experiment in members], dtype=float)
+    return sizes, np.array([results[experiment][name] for experiment in members])
 
 
-def over_family(
-    symbol: str, words: str, family: Family, name: str, fold: Callable[[np.ndarray], np.ndarray]
+def fold_series(
+    symbol: str,
+    words: str,
+    series: ExperimentSeries,
+    name: str,
+    fold: Callable[[np.ndarray], np.ndarray],
 ) -> Quantity:
     """A number folded over a family's experiments: fold is (members, starts) -> (starts,)."""
     number = MEASURED[name]
     return Quantity(
-        f"{symbol}({family.kind}: {name})",
-        f"{words} {number.words} over all {family.symbol}",
+        f"{symbol}({series.kind}: {name})",
+        f"{words} {number.words} over all {series.symbol}",
         number.unit,
-        lambda known: fold(along(family, name, known)[1]),
+        lambda known: fold(series_values(series, name, known)[1]),
         number.window,
     )
 
 
-def least(family: Family, name: str) -> Quantity:
+def series_minimum(series: ExperimentSeries, name: str) -> Quantity:
     """The smallest value of a number in a family of experiments; undefined if one is."""
-    return over_family("least", "smallest", family, name, lambda values: values.min(axis=0))
+    return fold_series("least", "smallest", series, name, lambda values: values.min(axis=0))
 
 
-def greatest(family: Family, name: str) -> Quantity:
+def series_maximum(series: ExperimentSeries, name: str) -> Quantity:
     """The largest value of a number in a family of experiments; undefined if one is."""
-    return over_family("greatest", "largest", family, name, lambda values: values.max(axis=0))
+    return fold_series("greatest", "largest", series, name, lambda values: values.max(axis=0))
 
 
-def spread(family: Family, name: str) -> Quantity:
+def spread(series: ExperimentSeries, name: str) -> Quantity:
     """The largest over the smallest value of a number in a family of experiments."""
-    return over(greatest(family, name), least(family, name))
+    return ratio(series_maximum(series, name), series_minimum(series, name))
 
 
-def rank(family: Family, name: str) -> Quantity:
+def rank(series: ExperimentSeries, name: str) -> Quantity:
     """Spearman's rank correlation of a number with size, over a family's experiments.
 
     Undefined where one of them has no such number, or all have the same.
     """
     number = MEASURED[name]
     return Quantity(
-        f"rank({family.kind}: {name})",
-        f"rank correlation with {family.symbol} of {number.words}",
+        f"rank({series.kind}: {name})",
+        f"rank correlation with {series.symbol} of {number.words}",
         "1",
-        lambda known: rank_correlation(*along(family, name, known)),
+        lambda known: rank_correlation(*series_values(series, name, known)),
         number.window,
     )
 
 
-def rank_among(family: Family, name: str, condition: str, above: float) -> Quantity:
+def rank_among(series: ExperimentSeries, name: str, condition: str, above: float) -> Quantity:
     """Rank correlation of a number with size, among members whose ``condition`` is large enough.
 
     Undefined with fewer than FEWEST_MEMBERS of them; none of them lacks the number.
     """
     number, limit = MEASURED[name], MEASURED[condition]
 
-    def formula(known: Known) -> np.ndarray:
-        sizes, values = along(family, name, known)
-        chosen = np.isfinite(values) & (along(family, condition, known)[1] > above)
-        found = np.full(len(chosen.T), np.nan)
-        for start, own in enumerate(chosen.T):
-            if own.sum() >= FEWEST_MEMBERS:
-                (found[start],) = rank_correlation(sizes[own], values[own, start, None])
-        return found
+    def formula(results: ConditionResults) -> np.ndarray:
+        sizes, values = series_values(series, name, results)
+        chosen = np.isfinite(values) & (series_values(series, condition, results)[1] > above)
+        correlations = np.full(len(chosen.T), np.nan)
+        for start, is_chosen in enumerate(chosen.T):
+            if is_chosen.sum() >= FEWEST_MEMBERS:
+                (correlations[start],) = rank_correlation(
+                    sizes[is_chosen], values[is_chosen, start, None]
+                )
+        return correlations
 
     return Quantity(
-        f"rank where above {above:g}({family.kind}: {condition}, {name})",
-        f"rank correlation with {family.symbol} of {number.words}, among {family.symbol} where"
+        f"rank where above {above:g}({series.kind}: {condition}, {name})",
+        f"rank correlation with {series.symbol} of {number.words}, among {series.symbol} where"
         f" {limit.words} exceeds {above:g} {limit.unit}",
         "1",
         formula,
@@ -250,11 +289,16 @@ def rank_among(family: Family, name: str, condition: str, above: float) -> Quant
 def rank_correlation(sizes: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Spearman's rank correlation: sizes (members,), values (members, starts) -> (starts,)."""
     ranks = rankdata(values, axis=0)
-    own = rankdata(sizes)
-    one, other = ranks - ranks.mean(axis=0), (own - own.mean())[:, None]
+    size_ranks = rankdata(sizes)
+    rank_deviations, size_deviations = (
+        ranks - ranks.mean(axis=0),
+        (size_ranks - size_ranks.mean())[:, None],
+    )
     with np.errstate(all="ignore"):
-        found = (one * other).sum(axis=0) / np.sqrt((one**2).sum(axis=0) * (other**2).sum())
-    return np.where(np.isfinite(values).all(axis=0), found, np.nan)
+        correlations = (rank_deviations * size_deviations).sum(axis=0) / np.sqrt(
+            (rank_deviations**2).sum(axis=0) * (size_deviations**2).sum()
+        )
+    return np.where(np.isfinite(values).all(axis=0), correlations, np.nan)
 
 
 Choices = Mapping[str, Quantity]

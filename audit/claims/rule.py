@@ -23,8 +23,8 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.audit.claims import quantities
-from crosscheck.audit.claims.quantities import Choices, Known, Quantity
-from crosscheck.audit.experiments.cells import Cell, GearModel, Law
+from crosscheck.audit.claims.quantities import Choices, ConditionResults, Quantity
+from crosscheck.audit.experiments.paper_conditions import Condition, GearModel, Law
 from crosscheck.audit.experiments.variant import Planets
 from crosscheck.audit.measures.shares import Share
 
@@ -46,11 +46,11 @@ class Limits:
     high: float = math.inf
     because: str = ""
 
-    def yes(self, values: np.ndarray) -> np.ndarray:
+    def contains(self, values: np.ndarray) -> np.ndarray:
         """Whether each value lies within the limits; False where it is undefined."""
         return (self.low < values) & (values < self.high)
 
-    def yeses(self, ascending: Sequence[float]) -> int:
+    def count_inside(self, ascending: Sequence[float]) -> int:
         """How many of the defined values lie within the limits; 20 times as fast as ``yes``."""
         return max(0, bisect_left(ascending, self.high) - bisect_right(ascending, self.low))
 
@@ -60,24 +60,24 @@ class Limits:
         return f"> {self.low:g}" if math.isinf(self.high) else f"{self.low:g} to {self.high:g}"
 
 
-def above(low: float, because: str) -> Limits:
+def limits_above(low: float, because: str) -> Limits:
     """Limits that a value supports if it is larger."""
     return Limits(low=low, because=because)
 
 
-def below(high: float, because: str) -> Limits:
+def limits_below(high: float, because: str) -> Limits:
     """Limits that a value supports if it is smaller."""
     return Limits(high=high, because=because)
 
 
-def about(value: float, share: float, because: str) -> Limits:
+def limits_around(value: float, share: float, because: str) -> Limits:
     """Limits within this share of a printed value."""
     return Limits(value * (1 - share), value * (1 + share), because)
 
 
-def read_off(value: float) -> Limits:
+def limits_from_plot(value: float) -> Limits:
     """Limits within which a plot tells no difference from a value."""
-    return about(value, READ_OFF, PLOT)
+    return limits_around(value, READ_OFF, PLOT)
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class Claim:
         return all(quantity.static for quantity in self.choices.values())
 
 
-Decided = Mapping[str, tuple[Quantity | Choices, Limits]]  # by the ids of claims
+ClaimCriteria = Mapping[str, tuple[Quantity | Choices, Limits]]  # by the ids of claims
 
 
 class State(StrEnum):
@@ -167,7 +167,7 @@ class Answer:
         """The share of defined starts that support the claim with other limits; None if too few."""
         if len(self.values) < max(1.0, DEFINED * self.starts):
             return None
-        return Share(limits.yeses(self.values), len(self.values))
+        return Share(limits.count_inside(self.values), len(self.values))
 
     @property
     def state(self) -> State:
@@ -201,30 +201,34 @@ def state(share: Share | None) -> State:
 
 
 @cache
-def ends(starts: int) -> tuple[int, int]:
+def state_thresholds(starts: int) -> tuple[int, int]:
     """Up to how many of so many starts mean no, and from how many on they mean yes."""
-    said = [state(Share(yes, starts)) for yes in range(starts + 1)]
-    return starts - said[::-1].index(State.NO), said.index(State.YES)
+    states = [state(Share(yes, starts)) for yes in range(starts + 1)]
+    return starts - states[::-1].index(State.NO), states.index(State.YES)
 
 
-def answers(claim: Claim, settings: Iterable[tuple[Cell, Known]]) -> list[Answer]:
+def evaluate_claim(
+    claim: Claim, settings: Iterable[tuple[Condition, ConditionResults]]
+) -> list[Answer]:
     """Answers to a claim in every setting that has the experiments it needs; one if static."""
-    found: dict[Place, Answer] = {}
-    for cell, known in settings:
+    answers: dict[Place, Answer] = {}
+    for condition, results in settings:
         for choice, quantity in claim.choices.items():
-            place = Place(cell.law, cell.arm, cell.zeta, choice, cell.planets)
+            place = Place(condition.law, condition.arm, condition.zeta, choice, condition.planets)
             if claim.static:
-                place = Place(None, cell.arm, None, choice)
-            if place in found:
+                place = Place(None, condition.arm, None, choice)
+            if place in answers:
                 continue
-            asked = quantities.ReadExperiments(known)
+            tracker = quantities.ResultsTracker(results)
             try:
-                values = np.atleast_1d(quantity(asked))
+                values = np.atleast_1d(quantity(tracker))
             except quantities.NotSimulatedError:
                 continue
-            own = tuple(map(float, np.sort(values[np.isfinite(values)])))
-            found[place] = Answer(place, own, values.size, claim.limits, asked.not_run)
-    return list(found.values())
+            defined_values = tuple(map(float, np.sort(values[np.isfinite(values)])))
+            answers[place] = Answer(
+                place, defined_values, values.size, claim.limits, tracker.not_run
+            )
+    return list(answers.values())
 
 
 class VerdictKind(StrEnum):
@@ -256,44 +260,44 @@ class Verdict(NamedTuple):
     depends_on: tuple[str, ...] = ()
 
 
-Stated = tuple[Place, State]
+SettingState = tuple[Place, State]
 
 
-def verdict(given: Sequence[Answer], free: str = "") -> Verdict:
+def verdict(answers: Sequence[Answer], free: str = "") -> Verdict:
     """The verdict over settings: of one model of the gears, of several, or of none where static."""
-    return verdict_of([(answer.place, answer.state) for answer in given], free)
+    return verdict_of([(answer.place, answer.state) for answer in answers], free)
 
 
-def verdict_of(given: Sequence[Stated], free: str = "") -> Verdict:
+def verdict_of(setting_states: Sequence[SettingState], free: str = "") -> Verdict:
     """The verdict over settings whose states are known."""
-    said = [state for _, state in given]
-    kind = kind_of(said)
-    clear = [one for one in given if one[1] in (State.YES, State.NO)]
-    depends_on = _deciding(clear, free) if kind == VerdictKind.DEPENDS else ()
-    return Verdict(kind, counts_of(said), depends_on)
+    states = [state for _, state in setting_states]
+    kind = kind_of(states)
+    clear_states = [pair for pair in setting_states if pair[1] in (State.YES, State.NO)]
+    depends_on = _deciding_parameters(clear_states, free) if kind == VerdictKind.DEPENDS else ()
+    return Verdict(kind, counts_of(states), depends_on)
 
 
-def counts_of(said: Sequence[State]) -> Counts:
+def counts_of(states: Sequence[State]) -> Counts:
     """How many settings have each state."""
-    return Counts(*map(said.count, (State.YES, State.NO, State.BISTABLE, State.UNDEFINED)))
+    return Counts(*map(states.count, (State.YES, State.NO, State.BISTABLE, State.UNDEFINED)))
 
 
-def kind_of(said: Sequence[State]) -> VerdictKind:
+def kind_of(states: Sequence[State]) -> VerdictKind:
     """The verdict's kind; `bistable` if counting bistable settings as yes or no decides it."""
-    yes, no, bistable, undefined = counts_of(said)
-    if not said:
+    yes, no, bistable, undefined = counts_of(states)
+    if not states:
         return VerdictKind.NOT_SIMULATED
-    if undefined == len(said):
+    if undefined == len(states):
         return VerdictKind.UNDEFINED
     none_against = VerdictKind.WHERE_DEFINED if undefined else VerdictKind.HOLDS
-    found = set()
+    kinds = set()
     for with_it, against in ((yes + bistable, no), (yes, no + bistable)):
         some = VerdictKind.DEPENDS if with_it else VerdictKind.FAILS
-        found.add(some if against else none_against)
-    return found.pop() if len(found) == 1 else VerdictKind.BISTABLE
+        kinds.add(some if against else none_against)
+    return kinds.pop() if len(kinds) == 1 else VerdictKind.BISTABLE
 
 
-def _deciding(given: Sequence[Stated], free: str) -> tuple[str, ...]:
+def _deciding_parameters(setting_states: Sequence[SettingState], free: str) -> tuple[str, ...]:
     """Parameters that foretell the answer, best first; where none does, all that change it alone.
 
     One foretells it if Goodman and Kruskal's lambda, the share of wrong guesses that knowing it
@@ -303,24 +307,24 @@ def _deciding(given: Sequence[Stated], free: str) -> tuple[str, ...]:
     axes = {
         name: get
         for name, get in zip(fields, map(attrgetter, fields.values()), strict=True)
-        if len({get(place) for place, _ in given}) > 1
+        if len({get(place) for place, _ in setting_states}) > 1
     }
-    blind = _wrong_guesses(given, lambda place: None)
-    saved = {name: 1 - _wrong_guesses(given, get) / blind for name, get in axes.items()}
+    blind = _wrong_guesses(setting_states, lambda place: None)
+    saved = {name: 1 - _wrong_guesses(setting_states, get) / blind for name, get in axes.items()}
     telling = sorted((name for name in axes if saved[name] >= FORETELLS), key=lambda n: -saved[n])
     if telling:
         return tuple(telling)
     alone = set[str]()
-    for (one, said), (other, against) in combinations(given, 2):
-        if said != against:
-            differing = [name for name, get in axes.items() if get(one) != get(other)]
+    for (first, first_state), (second, second_state) in combinations(setting_states, 2):
+        if first_state != second_state:
+            differing = [name for name, get in axes.items() if get(first) != get(second)]
             alone.update(differing if len(differing) == 1 else ())
     return tuple(name for name in axes if name in (alone or axes))
 
 
-def _wrong_guesses(given: Sequence[Stated], get: Callable[[Place], object]) -> int:
+def _wrong_guesses(setting_states: Sequence[SettingState], get: Callable[[Place], object]) -> int:
     """Wrong guesses if the most frequent state is guessed for each value of a parameter."""
     by_value: dict[object, list[State]] = {}
-    for place, said in given:
-        by_value.setdefault(get(place), []).append(said)
-    return sum(min(said.count(State.YES), said.count(State.NO)) for said in by_value.values())
+    for place, states in setting_states:
+        by_value.setdefault(get(place), []).append(states)
+    return sum(min(states.count(State.YES), states.count(State.NO)) for states in by_value.values())

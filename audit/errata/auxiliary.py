@@ -16,10 +16,10 @@ from crosscheck.analytic.paper import mesh_frequency
 from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
 from crosscheck.analytic.paper.kinematics import gear_angles
 from crosscheck.analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
-from crosscheck.audit.errata.erratum import Erratum, ErratumPair, PhysicalSide, tex
-from crosscheck.audit.measures.stage import PaperStage, paper_stage, without_backlash
+from crosscheck.audit.errata.erratum import Erratum, ErratumPair, PhysicalModelFactory, tex
+from crosscheck.audit.measures.stage import PaperStage, paper_stage, remove_backlash
 from crosscheck.audit.statics import teeth
-from crosscheck.audit.statics.surroundings import virtual_work
+from crosscheck.audit.statics.base_and_gravity import virtual_work
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.experiment.scenario import SinusoidDrive, switches
 from crosscheck.models.loading import load_scenario
@@ -27,19 +27,19 @@ from crosscheck.models.loading import load_scenario
 TORQUE_N_M = 100.0  # Section 3.1's
 
 
-def equation_errata(arm: Arm) -> Iterator[Erratum]:
+def find_equation_errata(arm: Arm) -> Iterator[Erratum]:
     """Errata of Eqs. 2 to 15, 22 and of the drives, for this arm."""
     stage = paper_stage(arm)
-    yield from displacements(arm, stage)
-    yield from sense_of_the_gears(stage)
-    yield from ring_mesh_frequency(arm, stage)
-    yield from phases(arm, stage)
-    yield from force_without_clearance(arm)
-    yield from force_of_time(stage)
-    yield from slope_of_the_root()
+    yield from find_displacement_errata(arm, stage)
+    yield from find_gear_sense_errata(stage)
+    yield from find_ring_rate_errata(arm, stage)
+    yield from find_phase_errata(arm, stage)
+    yield from find_clearance_errata(arm)
+    yield from find_time_force_errata(stage)
+    yield from find_drive_errata()
 
 
-def displacements(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
+def find_displacement_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
     """Errata of Eqs. 2 to 8: what presses the teeth, their clearance and their stiffness."""
     # Eqs. 2, 3 hold for one way to count theta_p, which the paper does not name.
     errors = [teeth.conversion_error(stage.joint, stage.geometry, how) for how in teeth.COUNTED]
@@ -59,10 +59,12 @@ def displacements(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             "eq6-attracts",
             size=pull * stage.mesh_stiffness_N_per_m,
             quoted={"pull": pull * sigma, "sigma": sigma},
-            trial=ErratumPair(PhysicalSide(arm, switches(dead_zone="tanh")), PhysicalSide(arm)),
+            trial=ErratumPair(
+                PhysicalModelFactory(arm, switches(dead_zone="tanh")), PhysicalModelFactory(arm)
+            ),
         )
     # Eq. 8 against the fundamental of Eq. 7 at the contact ratio of the ring mesh.
-    error = teeth.stiffness_wave(stage)["eq8_error_of the ring mesh"]
+    error = teeth.compare_stiffness_wave(stage)["eq8_error_of the ring mesh"]
     if error:
         ratios = {
             "sun": teeth.sun_contact_ratio(stage.joint),
@@ -71,7 +73,7 @@ def displacements(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
         yield Erratum("eq8-no-phase", size=error, quoted=ratios)
 
 
-def sense_of_the_gears(stage: PaperStage) -> Iterator[Erratum]:
+def find_gear_sense_errata(stage: PaperStage) -> Iterator[Erratum]:
     """Erratum of Eq. 10 if its three gears, in the sense of Eqs. 2-3, give one mesh three rates.
 
     Rates are over theta_c', rolling without slip.
@@ -88,7 +90,7 @@ def sense_of_the_gears(stage: PaperStage) -> Iterator[Erratum]:
         yield Erratum("eq10-sense", size=spread, quoted=rates)
 
 
-def ring_mesh_frequency(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
+def find_ring_rate_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
     """Erratum of Eqs. 12, 13 against the rate of teeth through a mesh, seen from the carrier.
 
     Rolling without slip turns the planet against the carrier (Eq. 3 with x_pr = 0), so its rate
@@ -101,7 +103,7 @@ def ring_mesh_frequency(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
     numbers = {z_p: joint.planet_teeth, r_p: geometry.r_p, r_cp: geometry.r_cp, dtheta: 1}
     stated, true = (float(e.subs(numbers)) for e in (printed, derived))
     sun = mesh_frequency.sun_mesh_rate(joint, geometry)
-    own, right = (
+    printed_rate, corrected_rate = (
         mesh_frequency.ring_mesh_rate(joint, geometry, rate) for rate in ("eq13", "corrected")
     )
     if not np.isclose(stated, sun) and np.isclose(true, sun):
@@ -109,15 +111,15 @@ def ring_mesh_frequency(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             "eq13-rate",
             printed_tex=tex(printed),
             derived_tex=tex(derived),
-            size=right - own,
+            size=corrected_rate - printed_rate,
             trial=ErratumPair(
-                PhysicalSide(arm, switches(phase="omega_t", ring_rate="eq13")),
-                PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
+                PhysicalModelFactory(arm, switches(phase="omega_t", ring_rate="eq13")),
+                PhysicalModelFactory(arm, switches(phase="omega_t", ring_rate="corrected")),
             ),
         )
 
 
-def phases(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
+def find_phase_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
     """Errata of Eqs. 8, 14: the sine must advance at the mesh's frequency, and every mesh's own.
 
     Both have no phase, Fig. 5 a gamma: what the numbers of teeth say of it.
@@ -131,8 +133,8 @@ def phases(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",
             quoted={"work": virtual_work(stage, TORQUE_N_M), "torque": TORQUE_N_M},
             trial=ErratumPair(
-                PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
-                PhysicalSide(arm, switches(phase="angle", ring_rate="corrected")),
+                PhysicalModelFactory(arm, switches(phase="omega_t", ring_rate="corrected")),
+                PhysicalModelFactory(arm, switches(phase="angle", ring_rate="corrected")),
             ),
         )
     joint = stage.joint
@@ -150,11 +152,11 @@ def phases(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             "eq8-eq14-one-phase",
             size=behind,
             quoted={"between_planets": between_planets},
-            trial=ErratumPair(PhysicalSide(arm), PhysicalSide(phased)),
+            trial=ErratumPair(PhysicalModelFactory(arm), PhysicalModelFactory(phased)),
         )
 
 
-def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
+def find_clearance_errata(arm: Arm) -> Iterator[Erratum]:
     """Erratum of Eq. 15 against Eq. 4: inside the clearance no contact, hence no force."""
     stage = paper_stage(arm)
     force_at_edge = stage.mesh_stiffness_N_per_m * stage.backlash_m
@@ -164,18 +166,20 @@ def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
             printed_tex=r"F = k \, (x - e)",
             derived_tex=r"F = k \, f_k(x - e, b)",
             size=force_at_edge,
-            trial=ErratumPair(PhysicalSide(without_backlash(arm)), PhysicalSide(arm)),
+            trial=ErratumPair(
+                PhysicalModelFactory(remove_backlash(arm)), PhysicalModelFactory(arm)
+            ),
         )
 
 
-def force_of_time(stage: PaperStage) -> Iterator[Erratum]:
+def find_time_force_errata(stage: PaperStage) -> Iterator[Erratum]:
     """Erratum of Eq. 21's F(q, q'): how far its mesh force swings with time, by e alone."""
     swing = 2 * stage.mesh_stiffness_N_per_m * stage.tooth_error_m
     if swing > 0:
         yield Erratum("eq21-time", size=swing)
 
 
-def slope_of_the_root() -> Iterator[Erratum]:
+def find_drive_errata() -> Iterator[Erratum]:
     """Erratum of sin(20 pi sqrt(t)) at 0: what RK4's quadrature misses of its first step."""
     scenario = load_scenario("back-and-forth")
     drive = scenario.drive

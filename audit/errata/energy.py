@@ -10,19 +10,19 @@ import sympy as sp
 from crosscheck.analytic.derivation import symbols
 from crosscheck.analytic.derivation.bodies import Body, carried_bodies, link_bodies, spinning_bodies
 from crosscheck.analytic.derivation.forms import mass_matrix
-from crosscheck.analytic.derivation.lagrange import mass_terms
-from crosscheck.analytic.paper.energies import JOINTS, kinetic_energies, without_sine_squares
-from crosscheck.audit.errata.compare import same
+from crosscheck.analytic.derivation.lagrange import build_mass_terms
+from crosscheck.analytic.paper.energies import JOINTS, kinetic_energies, remove_sine_squares
+from crosscheck.audit.errata.entry_differences import are_equal_entries
 
-CHAIN = symbols.symbolic_chain([True] * JOINTS)  # the paper's arm
+CHAIN = symbols.build_symbolic_chain([True] * JOINTS)  # the paper's arm
 
 
 @dataclass(frozen=True)
 class EnergyDifference:
     """A kinetic energy that the paper gives and what its bodies have.
 
-    missing: derived minus printed energy [J], in the rates of the paper's coordinates; body: the
-    body concerned.
+    missing_energy: derived minus printed energy [J], in the rates of the paper's coordinates; body:
+    the body concerned.
     """
 
     where: str
@@ -31,7 +31,7 @@ class EnergyDifference:
     derived: sp.Expr
 
     @property
-    def missing(self) -> sp.Expr:
+    def missing_energy(self) -> sp.Expr:
         """What the paper leaves out [J]."""
         return sp.expand(self.derived - self.printed)
 
@@ -70,20 +70,20 @@ def true_energies() -> dict[str, dict[str, sp.Expr]]:
     }
 
 
-def differences() -> Iterator[EnergyDifference]:
+def find_energy_differences() -> Iterator[EnergyDifference]:
     """Every body whose share of an energy is not in the paper's expression for it.
 
     A printed term belongs to the body whose inertia parameters it holds, and no other's; what
     belongs to none is reported as a body that does not exist.
     """
     for where, printed in kinetic_energies().items():
-        unclaimed = set(sp.Add.make_args(without_sine_squares(printed)))
+        unclaimed = set(sp.Add.make_args(remove_sine_squares(printed)))
         for body, derived in true_energies()[where].items():
             inertias = _parameters(derived)
-            own = {x for x in unclaimed if _parameters(x) and _parameters(x) <= inertias}
-            unclaimed -= own
-            stated = sp.Add(*own)
-            if not same(stated, derived):
+            body_terms = {x for x in unclaimed if _parameters(x) and _parameters(x) <= inertias}
+            unclaimed -= body_terms
+            stated = sp.Add(*body_terms)
+            if not are_equal_entries(stated, derived):
                 yield EnergyDifference(where, body, stated, derived)
         if unclaimed:
             yield EnergyDifference(where, "no body", sp.Add(*unclaimed), sp.S.Zero)
@@ -92,8 +92,19 @@ def differences() -> Iterator[EnergyDifference]:
 def _parameters(expression: sp.Expr) -> frozenset[sp.Symbol]:
     """The masses and inertias of stages, links and payload in an expression."""
     inertial = {symbols.m_payload}
-    for of in map(symbols.stage_symbols, (1, 2)):
-        inertial |= {of.M_s, of.M_p, of.M_c, of.m, of.I_l, of.m_s, of.m_p, of.m_c, of.m_r, of.J_r}
+    for stage in map(symbols.stage_symbols, (1, 2)):
+        inertial |= {
+            stage.M_s,
+            stage.M_p,
+            stage.M_c,
+            stage.m,
+            stage.I_l,
+            stage.m_s,
+            stage.m_p,
+            stage.m_c,
+            stage.m_r,
+            stage.J_r,
+        }
     return frozenset(expression.free_symbols & inertial)
 
 
@@ -103,7 +114,7 @@ def _energies(bodies: list[Body]) -> dict[str, sp.Expr]:
     rates = sp.Matrix(variables.v)
     shares: dict[str, sp.Expr] = {}
     for body in bodies:
-        mass = sp.Matrix(mass_matrix(mass_terms([body], CHAIN.angles[1:]), variables.q))
+        mass = sp.Matrix(mass_matrix(build_mass_terms([body], CHAIN.angles[1:]), variables.q))
         energy = sp.expand((rates.T * mass * rates)[0] / 2)
         if energy != 0:
             shares[body.name] = shares.get(body.name, sp.S.Zero) + energy

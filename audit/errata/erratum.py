@@ -14,24 +14,24 @@ import xarray as xr
 from crosscheck.analytic.derivation.forms import Form
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.model import FormModel
-from crosscheck.audit.measures.undefined import defined
+from crosscheck.audit.measures.undefined import float_or_none
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario, Switches, switches
 from crosscheck.models.interface import Model
 
-Side = Callable[[Scenario], Model]  # equal ones make equal models
+ModelFactory = Callable[[Scenario], Model]  # equal ones make equal models
 # An error of an equation, with its effect; a statement or a number without support; notation.
-Class = Literal["equation", "statement", "notation"]
-CLASSES: tuple[Class, ...] = get_args(Class)
+ErratumClass = Literal["equation", "statement", "notation"]
+CLASSES: tuple[ErratumClass, ...] = get_args(ErratumClass)
 
 
 @dataclass(frozen=True)
 class ErratumPair:
     """Two models of any scenario that differ in the erratum alone: as printed, and put right."""
 
-    as_printed: Side
-    put_right: Side
+    as_printed: ModelFactory
+    put_right: ModelFactory
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Erratum:
     """
 
     id: str
-    kind: Class = "equation"
+    kind: ErratumClass = "equation"
     where: str = ""
     printed: str = ""
     derived: str = ""
@@ -73,25 +73,27 @@ class Erratum:
     derived_tex: str = ""
 
 
-def simulated(side: Side, scenario: Scenario) -> xr.Dataset:
+def run_model(make_model: ModelFactory, scenario: Scenario) -> xr.Dataset:
     """The run of a side's model. Raises Diverged."""
-    return side(scenario).simulate()
+    return make_model(scenario).simulate()
 
 
-def effect_of(
-    trial: ErratumPair, scenario: Scenario, run: Callable[[Side, Scenario], xr.Dataset] = simulated
+def compute_effect(
+    trial: ErratumPair,
+    scenario: Scenario,
+    run: Callable[[ModelFactory, Scenario], xr.Dataset] = run_model,
 ) -> Effect:
     """The effect of an erratum on the runs of both models in a scenario. Raises Diverged.
 
     run: may give again what it has given.
     """
-    printed, right = (run(side, scenario) for side in (trial.as_printed, trial.put_right))
+    printed, corrected = (run(side, scenario) for side in (trial.as_printed, trial.put_right))
     sizes, impulses = list[float](), list[float]()
     for force in ("F_sp", "F_pr"):
-        sizes.append(largest_difference(printed, right, force))
-        impulse = (printed[force] - right[force]).cumulative_integrate("time")
+        sizes.append(largest_difference(printed, corrected, force))
+        impulse = (printed[force] - corrected[force]).cumulative_integrate("time")
         impulses.append(float(np.abs(impulse).max()))
-    angle = largest_difference(printed, right, "theta")
+    angle = largest_difference(printed, corrected, "theta")
     return Effect(angle, float(np.max(sizes)), float(np.max(impulses)))
 
 
@@ -108,15 +110,15 @@ class SimulatedErratum:
         return max((effect.theta_rad for effect in self.effects.values()), default=0.0)
 
 
-def tried(erratum: Erratum, effects: Mapping[str, Effect]) -> SimulatedErratum:
+def attach_effects(erratum: Erratum, effects: Mapping[str, Effect]) -> SimulatedErratum:
     """The erratum without its trial, with its effects; a size that is not finite becomes None."""
-    size, relative = defined(erratum.size), defined(erratum.relative)
+    size, relative = float_or_none(erratum.size), float_or_none(erratum.relative)
     plain = replace(erratum, size=size, relative=relative, trial=None)
     return SimulatedErratum(plain, dict(effects))
 
 
 @dataclass(frozen=True)
-class PhysicalSide:
+class PhysicalModelFactory:
     """A side that makes the physical model of an arm, by default with the default switches."""
 
     arm: Arm
@@ -127,7 +129,7 @@ class PhysicalSide:
 
 
 @dataclass(frozen=True)
-class FormSide:
+class FormModelFactory:
     """A side that makes the model of a form of the paper's equations, in symbols."""
 
     arm: Arm

@@ -12,38 +12,38 @@ import sympy as sp
 
 from crosscheck.analytic.derivation.forms import Form, christoffel_bias
 from crosscheck.analytic.derivation.symbols import parameter_values, stage_symbols
-from crosscheck.analytic.paper.energies import JOINTS, energies_form
+from crosscheck.analytic.paper.energies import JOINTS, build_energies_form
 from crosscheck.analytic.paper.model import PrintedModel
-from crosscheck.analytic.paper.printed import printed_form
-from crosscheck.audit.errata import compare, energy
-from crosscheck.audit.errata.auxiliary import equation_errata
+from crosscheck.analytic.paper.printed import build_printed_form
+from crosscheck.audit.errata import energy, entry_differences
+from crosscheck.audit.errata.auxiliary import find_equation_errata
 from crosscheck.audit.errata.erratum import (
     Erratum,
     ErratumPair,
-    FormSide,
+    FormModelFactory,
     SimulatedErratum,
-    effect_of,
-    simulated,
+    attach_effects,
+    compute_effect,
+    run_model,
     tex,
-    tried,
 )
-from crosscheck.audit.errata.statements import statement_errata
+from crosscheck.audit.errata.statements import find_statement_errata
 from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import layout_of
+from crosscheck.models.arm.layout import make_layout
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 
 SCHEMA_VERSION = 3
 Values = dict[sp.Symbol, Fraction]  # of a form's parameters
 THIN_RING = "Table I gives the ring's mass alone: size and effects are those of a thin ring"
-LAYOUT = layout_of([True] * JOINTS)  # of Eq. 20
+LAYOUT = make_layout([True] * JOINTS)  # of Eq. 20
 EFFECT_S = 0.5
 RECORD_EVERY = 2  # 50 kHz: ten records in a cycle of the fastest mesh mode
 
 
 @dataclass(frozen=True)
-class Errata(Question[list[SimulatedErratum]]):
+class ErrataQuestion(Question[list[SimulatedErratum]]):
     """A question: the errata of a built-in arm, their effects simulated for so long [s]."""
 
     cost = 15.0
@@ -56,7 +56,7 @@ class Errata(Question[list[SimulatedErratum]]):
         return load_arm(self.arm), *map(load_scenario, scenarios)
 
     def answer(self) -> list[SimulatedErratum]:
-        return errata_records(load_arm(self.arm), lambda where: None, self.duration_s)
+        return simulate_errata(load_arm(self.arm), lambda where: None, self.duration_s)
 
 
 def find_errata(
@@ -68,19 +68,24 @@ def find_errata(
     that the paper's equations do not cover.
     """
     PrintedModel(arm, load_scenario("pd"))  # refuses arms other than the paper's kind
-    given = printed or printed_form()
-    entries = entry_errata(arm, given, derived or energies_form())
-    return [*entries, *energy_errata(arm), *equation_errata(arm), *statement_errata(arm)]
+    printed_equations = printed or build_printed_form()
+    entries = find_entry_errata(arm, printed_equations, derived or build_energies_form())
+    return [
+        *entries,
+        *find_energy_errata(arm),
+        *find_equation_errata(arm),
+        *find_statement_errata(arm),
+    ]
 
 
-def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
+def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
     """Errata of entries of M and F, and of rows of C q', that do not follow from the energies.
 
     Size: derived minus printed at theta = 0 and unit rates, forces and torques, and over the entry;
     its unit by whether rows and columns are displacements [m] or angles.
     """
     at_zero = parameter_values(arm) | dict.fromkeys(derived.q, Fraction(0))
-    for difference in compare.differences(printed, derived):
+    for difference in entry_differences.find_entry_differences(printed, derived):
         row, column = difference.entries[0]
         whole = _number(getattr(derived, difference.matrix)[row, column], at_zero)
         size = _number(difference.derived - difference.printed, at_zero)
@@ -88,10 +93,10 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
             unit = ("kg", "kg m", "kg m^2")[int(LAYOUT.angular[[row, column]].sum())]
         else:
             unit = ("N", "N m")[int(LAYOUT.angular[row])]
-        right = compare.corrected(printed, derived, difference)
+        corrected_form = entry_differences.replace_entries(printed, derived, difference)
         yield Erratum(
-            id=_slug(difference.where),
-            where=difference.where,
+            id=_slug(difference.location),
+            where=difference.location,
             printed=f"... {difference.printed}",
             derived=f"... {difference.derived}",
             printed_tex=tex(difference.printed),
@@ -99,7 +104,9 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
             size=size,
             unit=unit,
             relative=size / abs(whole) if whole else None,
-            trial=ErratumPair(FormSide(arm, printed), FormSide(arm, right)),
+            trial=ErratumPair(
+                FormModelFactory(arm, printed), FormModelFactory(arm, corrected_form)
+            ),
         )
 
 
@@ -109,25 +116,27 @@ def _slug(where: str) -> str:
 
 
 def _number(expression: sp.Expr, values: Values) -> float:
-    known = expression.subs(values)
-    return float(known.subs(dict.fromkeys(known.free_symbols, 1.0)))
+    value = expression.subs(values)
+    return float(value.subs(dict.fromkeys(value.free_symbols, 1.0)))
 
 
-def energy_errata(arm: Arm) -> Iterator[Erratum]:
+def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
     """Errata of bodies whose kinetic energy Eqs. 16-19 do not state.
 
     Size: what is missing of M_33 [kg m^2], and that over M_33 with the arm stretched.
     """
-    values, form = parameter_values(arm), energies_form()
+    values, form = parameter_values(arm), build_energies_form()
     shoulder, elbow = LAYOUT.theta
     stretched = form.mass_matrix[shoulder, shoulder].subs(form.q[elbow], 0)
-    for difference in energy.differences():
-        missing = difference.missing
-        stated = _thin_ring_if_unknown(values, missing)
+    for difference in energy.find_energy_differences():
+        missing = difference.missing_energy
+        stated = _add_thin_ring(values, missing)
         size = _number(sp.diff(missing, form.v[shoulder], 2), stated)
         mass = sp.Matrix(form.mass_matrix) + sp.hessian(missing.subs(stated), form.v)
         mass = sp.ImmutableMatrix(mass.applyfunc(sp.expand))
-        right = replace(form, mass_matrix=mass, bias=christoffel_bias(mass, form.q, form.v))
+        corrected_form = replace(
+            form, mass_matrix=mass, bias=christoffel_bias(mass, form.q, form.v)
+        )
         printed, derived = map(energy.as_printed, (difference.printed, difference.derived))
         where = f"{difference.where}, {difference.body}"
         yield Erratum(
@@ -141,11 +150,11 @@ def energy_errata(arm: Arm) -> Iterator[Erratum]:
             size=size,
             unit="kg m^2 in M_33",
             relative=size / _number(stretched, stated),
-            trial=ErratumPair(FormSide(arm, form), FormSide(arm, right)),
+            trial=ErratumPair(FormModelFactory(arm, form), FormModelFactory(arm, corrected_form)),
         )
 
 
-def _thin_ring_if_unknown(values: Values, missing: sp.Expr) -> Values:
+def _add_thin_ring(values: Values, missing: sp.Expr) -> Values:
     """The values, with a ring's inertia where it matters: a thin ring at its base radius."""
     guessed = dict(values)
     for joint in range(1, JOINTS + 1):
@@ -156,26 +165,26 @@ def _thin_ring_if_unknown(values: Values, missing: sp.Expr) -> Values:
     return guessed
 
 
-def errata_records(
-    arm: Arm, told: Callable[[str], None], duration_s: float = EFFECT_S
+def simulate_errata(
+    arm: Arm, progress: Callable[[str], None], duration_s: float = EFFECT_S
 ) -> list[SimulatedErratum]:
     """Every erratum with the simulated effects of those of equations, the largest effect first.
 
-    ``told`` hears of each trial.
+    ``progress`` hears of each trial.
     """
-    found, run = [], cache(simulated)
+    simulated_errata, run = [], cache(run_model)
     for erratum in find_errata(arm):
-        told(erratum.id)
+        progress(erratum.id)
         effects = {
-            scenario.name: effect_of(erratum.trial, scenario, run)
-            for scenario in effect_scenarios(duration_s)
+            scenario.name: compute_effect(erratum.trial, scenario, run)
+            for scenario in load_effect_scenarios(duration_s)
             if erratum.trial is not None
         }
-        found.append(tried(erratum, effects))
-    return sorted(found, key=lambda one: -one.largest_theta_rad)
+        simulated_errata.append(attach_effects(erratum, effects))
+    return sorted(simulated_errata, key=lambda one: -one.largest_theta_rad)
 
 
-def effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:
+def load_effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:
     """The constant torque, which stays on one flank, and PD, which in 0.5 s does not."""
     names = ("constant-torque", "pd")
     update = {"duration_s": duration_s, "record_every": RECORD_EVERY}

@@ -11,19 +11,19 @@ import matplotlib as mpl
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from crosscheck.audit.errata.erratum import CLASSES, Class, SimulatedErratum
-from crosscheck.audit.errata.finder import EFFECT_S, Errata
-from crosscheck.audit.errata.words import Contradiction, Gap, in_words, notes
-from crosscheck.audit.experiments.cells import LABELLED, READINGS
+from crosscheck.audit.errata.errata_texts import Contradiction, Gap, add_errata_texts, load_notes
+from crosscheck.audit.errata.erratum import CLASSES, ErratumClass, SimulatedErratum
+from crosscheck.audit.errata.finder import EFFECT_S, ErrataQuestion
+from crosscheck.audit.experiments.paper_conditions import LABELLED, READINGS
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
-from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import html, text
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.text import render_template, to_markup
 from crosscheck.report.plots.figures import to_svg
 
 ID, TITLE = "errata", "Errata sheet"
 QUICK_S = 0.05
-HEADINGS: dict[Class, str] = {
+HEADINGS: dict[ErratumClass, str] = {
     "equation": "Errors of equations",
     "statement": "Statements and data without support",
     "notation": "Notation",
@@ -32,89 +32,113 @@ HEADINGS: dict[Class, str] = {
 
 @dataclass(frozen=True)
 class ErrataSheet(AuditChapter):
-    """The chapter with the errata sheet; found: the errata of the first arm."""
+    """The chapter with the errata sheet; errata: the errata of the first arm."""
 
-    found: tuple[SimulatedErratum, ...] = ()
+    errata: tuple[SimulatedErratum, ...] = ()
 
 
-def chapter(material: Material) -> ErrataSheet:
+def build_chapter(context: AuditContext) -> ErrataSheet:
     """The chapter of errata for both readings of Table I (quick: for the first alone)."""
-    quick = material.scale.quick
+    quick = context.scale.quick
     arms = [LABELLED] if quick else list(READINGS)
-    duration = material.scale.seconds(QUICK_S if quick else EFFECT_S)
-    answers = material.study.answers([Errata(name, duration) for name in arms], "errata sheet")
-    by_arm = {arm: in_words(found) for arm, found in zip(arms, answers, strict=True)}
-    return errata_sheet(by_arm, duration)
+    duration = context.scale.limit_duration(QUICK_S if quick else EFFECT_S)
+    answers = context.study.answer_questions(
+        [ErrataQuestion(name, duration) for name in arms], "errata sheet"
+    )
+    by_arm = {arm: add_errata_texts(errata) for arm, errata in zip(arms, answers, strict=True)}
+    return build_errata_sheet(by_arm, duration)
 
 
-def errata_sheet(
+def build_errata_sheet(
     by_arm: Mapping[str, Sequence[SimulatedErratum]], duration_s: float
 ) -> ErrataSheet:
     """The chapter made of errata in words by arm, the first arm's as tables.
 
     duration_s: of the runs behind their effects.
     """
-    first, noted = next(iter(by_arm)), notes()
-    own = by_arm[first]
-    rows = [ArmErratum(arm, one) for arm, found in by_arm.items() for one in found]
-    page = text(
+    first, noted = next(iter(by_arm)), load_notes()
+    first_errata = by_arm[first]
+    rows = [
+        ArmErratum(arm, simulated_erratum)
+        for arm, errata in by_arm.items()
+        for simulated_erratum in errata
+    ]
+    page = render_template(
         "errata/sheet",
         duration_s=duration_s,
         arm=first,
-        tables={HEADINGS[kind]: html(BY_CLASS[kind].html(_rows(own, kind))) for kind in CLASSES},
-        counts=counted(own),
-        apart=_apart(by_arm),
-        contradictions=html(CONTRADICTIONS.html(noted.contradictions)),
-        gaps=html(GAPS.html(noted.gaps)),
+        tables={
+            HEADINGS[kind]: to_markup(BY_CLASS[kind].html(_errata_of_class(first_errata, kind)))
+            for kind in CLASSES
+        },
+        counts=count_errata(first_errata),
+        apart=_reading_specific_places(by_arm),
+        contradictions=to_markup(CONTRADICTIONS.html(noted.contradictions)),
+        gaps=to_markup(GAPS.html(noted.gaps)),
     )
     notes_json = [*CONTRADICTIONS.json(noted.contradictions), *GAPS.json(noted.gaps)]
     records = [*WHOLE.json(rows), *notes_json]
-    outcome = text("errata/outcome", counts=counted(own))
-    return ErrataSheet(ID, TITLE, page, records, outcome, tuple(own))
+    outcome = render_template("errata/outcome", counts=count_errata(first_errata))
+    return ErrataSheet(ID, TITLE, page, records, outcome, tuple(first_errata))
 
 
 @dataclass(frozen=True)
 class SheetCounts:
     """How many errata of each class, how many read alone, contradictions and gaps."""
 
-    by_class: Mapping[Class, int]
+    by_class: Mapping[ErratumClass, int]
     read: int
     contradictions: int
     gaps: int
 
 
-def counted(found: Sequence[SimulatedErratum]) -> SheetCounts:
+def count_errata(errata: Sequence[SimulatedErratum]) -> SheetCounts:
     """The counts of a sheet's errata, contradictions and gaps."""
-    noted, kinds = notes(), Counter(one.erratum.kind for one in found)
+    noted, class_counts = (
+        load_notes(),
+        Counter(simulated_erratum.erratum.kind for simulated_erratum in errata),
+    )
     read = {misprint.id for misprint in noted.misprints}
     return SheetCounts(
-        {kind: kinds[kind] for kind in CLASSES},
-        sum(one.erratum.id in read for one in found),
+        {kind: class_counts[kind] for kind in CLASSES},
+        sum(simulated_erratum.erratum.id in read for simulated_erratum in errata),
         len(noted.contradictions),
         len(noted.gaps),
     )
 
 
-def _rows(found: Sequence[SimulatedErratum], kind: Class) -> list[ArmErratum]:
-    return [ArmErratum(LABELLED, one) for one in found if one.erratum.kind == kind]
+def _errata_of_class(errata: Sequence[SimulatedErratum], kind: ErratumClass) -> list[ArmErratum]:
+    return [
+        ArmErratum(LABELLED, simulated_erratum)
+        for simulated_erratum in errata
+        if simulated_erratum.erratum.kind == kind
+    ]
 
 
-def _apart(by_arm: Mapping[str, Sequence[SimulatedErratum]]) -> dict[str, list[str]]:
+def _reading_specific_places(
+    by_arm: Mapping[str, Sequence[SimulatedErratum]],
+) -> dict[str, list[str]]:
     """The places of the errata that one reading of Table I has and no other, by reading."""
-    places = {arm: {one.erratum.where for one in found} for arm, found in by_arm.items()}
+    places = {
+        arm: {simulated_erratum.erratum.where for simulated_erratum in errata}
+        for arm, errata in by_arm.items()
+    }
     return {
-        arm: sorted(own.difference(*(p for other, p in places.items() if other != arm)))
-        for arm, own in places.items()
+        arm: sorted(arm_places.difference(*(p for other, p in places.items() if other != arm)))
+        for arm, arm_places in places.items()
         if len(places) > 1
     }
 
 
-def markdown(found: Sequence[SimulatedErratum]) -> str:
+def format_markdown(errata: Sequence[SimulatedErratum]) -> str:
     """The sheet as Markdown, formulas as TeX; the errata are the chapter's."""
-    noted = notes()
-    parts = ["# Errata sheet", text("errata/introduction", counts=counted(found)).strip()]
+    noted = load_notes()
+    parts = [
+        "# Errata sheet",
+        render_template("errata/introduction", counts=count_errata(errata)).strip(),
+    ]
     for kind in CLASSES:
-        parts += [f"## {HEADINGS[kind]}", BY_CLASS[kind].markdown(_rows(found, kind))]
+        parts += [f"## {HEADINGS[kind]}", BY_CLASS[kind].markdown(_errata_of_class(errata, kind))]
     parts += [
         "## Where the text contradicts itself",
         CONTRADICTIONS.markdown(noted.contradictions),
@@ -129,7 +153,7 @@ class ArmErratum:
     """An erratum with its size and effects for one arm."""
 
     arm: str
-    found: SimulatedErratum
+    simulated_erratum: SimulatedErratum
 
 
 @dataclass(frozen=True)
@@ -137,80 +161,82 @@ class FormulaColumn(TableColumn[ArmErratum]):
     """A column of what is printed or derived: a formula where there is one, else words."""
 
     def value(self, row: ArmErratum) -> str:
-        words: str = getattr(row.found.erratum, self.name)
+        words: str = getattr(row.simulated_erratum.erratum, self.name)
         return words
 
     def tex(self, row: ArmErratum) -> str:
         """The formula as TeX; empty where there is none."""
-        formula: str = getattr(row.found.erratum, f"{self.name}_tex")
+        formula: str = getattr(row.simulated_erratum.erratum, f"{self.name}_tex")
         return formula
 
     def html(self, row: ArmErratum) -> str:
-        return _drawn(self.tex(row)) if self.tex(row) else self.text(row)
+        return _draw_formula(self.tex(row)) if self.tex(row) else self.text(row)
 
     def markdown(self, row: ArmErratum) -> str:
         return f"${self.tex(row)}$" if self.tex(row) else super().markdown(row)
 
 
 @lru_cache
-def _drawn(tex: str) -> Markup:
+def _draw_formula(tex: str) -> Markup:
     """A TeX formula as an <svg> element, set by Matplotlib's own typesetter."""
     with mpl.rc_context({"mathtext.fontset": "cm"}):
         figure = Figure(figsize=(0.1, 0.1))
         # The typesetter does not know these two commands.
-        known = tex.replace(r"\left", "").replace(r"\right", "")
-        drawn = figure.text(0, 0, f"${known}$", fontsize=13)
+        supported_tex = tex.replace(r"\left", "").replace(r"\right", "")
+        drawn = figure.text(0, 0, f"${supported_tex}$", fontsize=13)
         box = drawn.get_window_extent()
         figure.set_size_inches((box.width + 8) / figure.dpi, (box.height + 8) / figure.dpi)
         drawn.set_position((4 / (box.width + 8), 4 / (box.height + 8) - box.y0 / (box.height + 8)))
         return Markup(to_svg(figure))  # of this package's own
 
 
-def _of(name: str, title: str | None, attribute: str = "") -> TableColumn[ArmErratum]:
+def _erratum_column(name: str, title: str | None, attribute: str = "") -> TableColumn[ArmErratum]:
     """A column of an erratum's attribute, which has the column's name unless another is given."""
-    return TableColumn(name, title, f"found.erratum.{attribute or name}")
+    return TableColumn(name, title, f"simulated_erratum.erratum.{attribute or name}")
 
 
-def _effect(name: str, title: str | None, scenario: str, part: str) -> TableColumn[ArmErratum]:
+def _effect_column(
+    name: str, title: str | None, scenario: str, part: str
+) -> TableColumn[ArmErratum]:
     """A column of one part of an erratum's effect in a scenario; None without that effect."""
 
-    def of(row: ArmErratum) -> float | None:
-        effect = row.found.effects.get(scenario)
+    def effect_value(row: ArmErratum) -> float | None:
+        effect = row.simulated_erratum.effects.get(scenario)
         return None if effect is None else getattr(effect, part)
 
-    return TableColumn(name, title, of, ".2g")
+    return TableColumn(name, title, effect_value, ".2g")
 
 
 _TEXTS = (
-    _of("where", "where"),
+    _erratum_column("where", "where"),
     FormulaColumn("printed", "printed"),
     FormulaColumn("derived", "should read"),
-    _of("remark", "remark"),
+    _erratum_column("remark", "remark"),
 )
-_SIZES = (_of("size", "size"), _of("unit", "in"))
+_SIZES = (_erratum_column("size", "size"), _erratum_column("unit", "in"))
 _TORQUE, _PD = "effect under 100 N m: angle [rad]", "effect under PD control: angle [rad]"
 _EFFECTS = (
-    _of("relative", "over its own size"),
-    _effect("constant_torque_theta_rad", _TORQUE, "constant-torque", "theta_rad"),
-    _effect("constant_torque_force_N", "mesh force [N]", "constant-torque", "mesh_force_N"),
-    _effect("pd_theta_rad", _PD, "pd", "theta_rad"),
-    _effect("pd_impulse_N_s", "impulse of a mesh [N s]", "pd", "impulse_N_s"),
+    _erratum_column("relative", "over its own size"),
+    _effect_column("constant_torque_theta_rad", _TORQUE, "constant-torque", "theta_rad"),
+    _effect_column("constant_torque_force_N", "mesh force [N]", "constant-torque", "mesh_force_N"),
+    _effect_column("pd_theta_rad", _PD, "pd", "theta_rad"),
+    _effect_column("pd_impulse_N_s", "impulse of a mesh [N s]", "pd", "impulse_N_s"),
 )
 _UNSEEN = (
-    _of("class", None, "kind"),
-    _of("printed_tex", None),
-    _of("derived_tex", None),
-    _effect("constant_torque_impulse_N_s", None, "constant-torque", "impulse_N_s"),
-    _effect("pd_force_N", None, "pd", "mesh_force_N"),
+    _erratum_column("class", None, "kind"),
+    _erratum_column("printed_tex", None),
+    _erratum_column("derived_tex", None),
+    _effect_column("constant_torque_impulse_N_s", None, "constant-torque", "impulse_N_s"),
+    _effect_column("pd_force_N", None, "pd", "mesh_force_N"),
 )
 
 
 def _id(row: ArmErratum) -> str:
-    return f"erratum/{row.arm}/{row.found.erratum.id}"
+    return f"erratum/{row.arm}/{row.simulated_erratum.erratum.id}"
 
 
 WHOLE = Columns[ArmErratum](_id, (*_UNSEEN, *_TEXTS, *_SIZES, *_EFFECTS))  # all of an erratum
-BY_CLASS: dict[Class, Columns[ArmErratum]] = {
+BY_CLASS: dict[ErratumClass, Columns[ArmErratum]] = {
     "equation": WHOLE,
     "statement": Columns(_id, (*_TEXTS, *_SIZES)),
     "notation": Columns(_id, _TEXTS),

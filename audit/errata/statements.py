@@ -29,11 +29,11 @@ CONSIDERABLE = 0.05  # overshoot of a step; a well damped loop (damping ratio 0.
 NEARLY_ALWAYS = 0.95
 
 
-def statement_errata(arm: Arm) -> Iterator[Erratum]:
+def find_statement_errata(arm: Arm) -> Iterator[Erratum]:
     """Every erratum outside the equations, for this arm."""
     stage = paper_stage(arm)
-    yield from initial_values()
-    yield from masses_and_inertias(stage)
+    yield from find_initial_value_errata()
+    yield from find_mass_errata(stage)
     if "m_r2" in transcript.MADE_OF["m_j"]:  # Table I gives the ring under M, m_j asks for m
         yield Erratum("table-ring", size=1.0)
     link = arm.links[0]
@@ -45,23 +45,23 @@ def statement_errata(arm: Arm) -> Iterator[Erratum]:
     if not math.isclose(share, transcript.THICKNESS_SHARE, rel_tol=0.1):
         size = share - transcript.THICKNESS_SHARE
         yield Erratum("six-millimetres", size=size, quoted={"share": share})
-    yield from two_errors_at_the_tip(arm)
-    yield from speeding_up(arm)
-    yield from overshoot(arm)
+    yield from find_tip_errata(arm)
+    yield from find_speed_errata(arm)
+    yield from find_overshoot_errata(arm)
     # Damping ends vibrations, not a clearance: times of decay to a tenth at two damping ratios.
     slow, quick = (decay_s(stage, zeta) for zeta in (0.005, 0.05))
     if slow > quick:
         for name in ("damping-converges", "clearance-converges"):
             numbers = {"slow": 1e3 * slow, "quick": 1e3 * quick}
             yield Erratum(name, size=slow - quick, quoted=numbers)
-    yield from where_nothing_was_run()
-    yield from unused_abbreviations()
-    yield from used_twice()
+    yield from find_extrapolation_errata()
+    yield from find_unused_abbreviations()
+    yield from find_ambiguous_symbols()
     if transcript.MADE_OF["r_cip"] == ("r_c",):  # the joint's index, which r_c has not
         yield Erratum("index-r_cip", size=1.0)
 
 
-def initial_values() -> Iterator[Erratum]:
+def find_initial_value_errata() -> Iterator[Erratum]:
     """Erratum if the paper does not give as many initial values as there are first-order states."""
     printed = len(transcript.INITIAL_VALUES)
     derived = 2 * len(geared_variables(JOINTS).q)
@@ -70,7 +70,7 @@ def initial_values() -> Iterator[Erratum]:
         yield Erratum("initial-values", size=float(derived - printed), quoted=numbers)
 
 
-def masses_and_inertias(stage: PaperStage) -> Iterator[Erratum]:
+def find_mass_errata(stage: PaperStage) -> Iterator[Erratum]:
     """Errata of Table I: no gear's mass can lie, on average, beyond its pitch circle."""
     joint, geometry = stage.joint, stage.geometry
     sun = stage.sun_equivalent_mass_kg, joint.sun_mass_kg, geometry.r_s, joint.sun_teeth
@@ -84,9 +84,9 @@ def masses_and_inertias(stage: PaperStage) -> Iterator[Erratum]:
             yield Erratum(f"table-{name}", size=float(gyration - pitch), quoted=numbers)
 
 
-def overshoot(arm: Arm) -> Iterator[Erratum]:
+def find_overshoot_errata(arm: Arm) -> Iterator[Erratum]:
     """Erratum if the gains of Section 3.2 carry the shoulder far past its goal, gears rigid."""
-    run = _rigid(arm, "pd")
+    run = _run_rigid_arm(arm, "pd")
     drive = load_scenario("pd").drive
     assert isinstance(drive, PdDrive)
     beyond = float(run["theta"].values[:, 0].max() / np.max(drive.target_rad) - 1)
@@ -94,22 +94,22 @@ def overshoot(arm: Arm) -> Iterator[Erratum]:
         yield Erratum("overshoot", size=beyond, quoted={"percent": 100 * beyond})
 
 
-def speeding_up(arm: Arm) -> Iterator[Erratum]:
+def find_speed_errata(arm: Arm) -> Iterator[Erratum]:
     """Erratum if the shoulder gets faster in too small a share of the constant torque's run."""
-    speed = np.abs(_rigid(arm, "constant-torque")["theta_dot"].values[:, 0])
+    speed = np.abs(_run_rigid_arm(arm, "constant-torque")["theta_dot"].values[:, 0])
     share = float((np.diff(speed) > 0).mean())
     if share < NEARLY_ALWAYS:
         yield Erratum("speeding-up", size=share, quoted={"percent": 100 * share})
 
 
-def _rigid(arm: Arm, scenario: str) -> xr.Dataset:
+def _run_rigid_arm(arm: Arm, scenario: str) -> xr.Dataset:
     """Run of the rigid arm with all inertia of its gears, which shakes nowhere: theta is smooth."""
     update = {"step_s": RIGID_STEP_S, "record_every": 1}
-    own = load_scenario(scenario).model_copy(update=update)
-    return RigidCoupled(arm, own).simulate()
+    smooth_scenario = load_scenario(scenario).model_copy(update=update)
+    return RigidCoupled(arm, smooth_scenario).simulate()
 
 
-def two_errors_at_the_tip(arm: Arm) -> Iterator[Erratum]:
+def find_tip_errata(arm: Arm) -> Iterator[Erratum]:
     """Erratum if 0.02 and 0.01 rad, carried to the tip of the straight arm, are not 0.03 m."""
     inner, outer = (link.length_m for link in arm.links)
     first, second = transcript.DEVIATIONS_RAD
@@ -126,14 +126,14 @@ def decay_s(stage: PaperStage, zeta: float) -> float:
     mass = np.array([[sun, sun], [sun, sun + planets]])
     stiffness = np.diag([count * k, count * k])
     damping = np.diag([2 * zeta * math.sqrt(count * k * m) for m in (sun, planets)])
-    still, one = np.zeros((2, 2)), np.eye(2)
+    still, identity = np.zeros((2, 2)), np.eye(2)
     states = np.block(
-        [[still, one], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]]
+        [[still, identity], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]]
     )
     return float(math.log(10) / -np.linalg.eigvals(states).real.max())
 
 
-def where_nothing_was_run() -> Iterator[Erratum]:
+def find_extrapolation_errata() -> Iterator[Erratum]:
     """Errata of conclusions between and beyond the sizes that were simulated."""
     sizes = transcript.BACKLASHES_UM
     widest = max(larger / smaller for smaller, larger in pairwise(sizes))
@@ -144,7 +144,7 @@ def where_nothing_was_run() -> Iterator[Erratum]:
         yield Erratum("below-1-um", size=least - transcript.QUIET_UM, quoted={"least": least})
 
 
-def unused_abbreviations() -> Iterator[Erratum]:
+def find_unused_abbreviations() -> Iterator[Erratum]:
     """Errata of abbreviations below Eq. 21 that no entry names, directly or through another."""
     used, waiting = set[str](), list(transcript.ENTRIES)
     while waiting:
@@ -157,18 +157,21 @@ def unused_abbreviations() -> Iterator[Erratum]:
         yield Erratum(f"unused-{name}", size=1.0, quoted={"name": name})
 
 
-def used_twice() -> Iterator[Erratum]:
+def find_ambiguous_symbols() -> Iterator[Erratum]:
     """Errata of symbols with several quantities, and of quantities with several symbols."""
     for kind, other, between in (("symbol", "quantity", "; "), ("quantity", "symbol", ", ")):
         groups: dict[str, list[transcript.SymbolDefinition]] = defaultdict(list)
         for definition in transcript.DEFINITIONS:
             groups[getattr(definition, kind)].append(definition)
         for name, definitions in groups.items():
-            others = list(dict.fromkeys(getattr(one, other) for one in definitions))
+            others = list(dict.fromkeys(getattr(entry, other) for entry in definitions))
             if len(others) > 1:
-                told = {"where": "; ".join(one.where for one in definitions), "name": name}
+                quoted_texts = {
+                    "where": "; ".join(entry.where for entry in definitions),
+                    "name": name,
+                }
                 yield Erratum(
                     f"symbol-{name}" if kind == "symbol" else f"symbols-{'-'.join(others)}",
                     size=float(len(others)),
-                    quoted={**told, "others": between.join(others)},
+                    quoted={**quoted_texts, "others": between.join(others)},
                 )

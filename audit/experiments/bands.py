@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.audit.experiments.starts import Perturbed
-from crosscheck.audit.measures.course import Course
+from crosscheck.audit.experiments.ensembles import EnsembleQuestion
+from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.models.errors import Diverged
 from crosscheck.signals import envelope
 
@@ -22,7 +22,7 @@ class Band(NamedTuple):
     high: list[float]
 
 
-class Between(NamedTuple):
+class ShoulderBands(NamedTuple):
     """Bands of the shoulder's runs. time (bins,) [s]; bands: by name in a Course; starts: how many.
 
     Starts that diverged are not among them.
@@ -34,27 +34,27 @@ class Between(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Bands(Perturbed[Between]):
+class BandsQuestion(EnsembleQuestion[ShoulderBands]):
     """A question: bands in which the runs from these starts lie, so many bins over each run."""
 
     bins: int
 
-    def answer(self) -> Between:
+    def answer(self) -> ShoulderBands:
         times, lows, highs = list[np.ndarray](), [], []
         for run in self._runs(self.seeds):
             if not isinstance(run, Diverged):
-                binned = [envelope(run.time, shoulder(run, n), self.bins) for n in SHOULDER]
+                binned = [envelope(run.time, shoulder_signal(run, n), self.bins) for n in SHOULDER]
                 times.append(binned[SHOULDER.index("torque")][0])
                 lows.append([low for _, low, _ in binned])
                 highs.append([high for _, _, high in binned])
         if not times:
-            return Between([], {name: Band([], []) for name in SHOULDER}, 0)
+            return ShoulderBands([], {name: Band([], []) for name in SHOULDER}, 0)
         low, high = np.min(lows, axis=0).tolist(), np.max(highs, axis=0).tolist()
         bands = dict(zip(SHOULDER, map(Band, low, high), strict=True))
-        return Between(times[0].tolist(), bands, len(times))
+        return ShoulderBands(times[0].tolist(), bands, len(times))
 
 
-def shoulder(run: Course, name: str) -> np.ndarray:
+def shoulder_signal(run: RunSignals, name: str) -> np.ndarray:
     """A quantity of the shoulder, (times,)."""
     values = getattr(run, name)
     return values[:, 0] if values.ndim > 1 else values

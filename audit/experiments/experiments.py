@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.audit.experiments import starts
-from crosscheck.audit.experiments.cells import Cell
-from crosscheck.audit.experiments.lyapunov import Lyapunov
-from crosscheck.audit.experiments.starts import Measured, Perturbed
+from crosscheck.audit.experiments import ensembles
+from crosscheck.audit.experiments.ensembles import EnsembleNumbers, EnsembleQuestion
+from crosscheck.audit.experiments.lyapunov import LyapunovQuestion
+from crosscheck.audit.experiments.paper_conditions import Condition
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.models.interface import Model
 from crosscheck.registry import build
@@ -33,21 +33,21 @@ INSIDE_M = 1e-6  # so far into contact that a mesh's force is a straight line
 
 
 @dataclass(frozen=True)
-class Source:
+class PaperExperiment:
     """An experiment: what it changes in a setting's scenario, and how it is measured.
 
-    words: what it changes; size_um: of a family, what makes this member; asked: None where no run
-    is made; meshes: fields of all meshes, with their values; harmonics: of the square wave that is
-    the meshes' stiffness; preloaded: whether teeth carry the load from the start.
+    words: what it changes; size_um: of a family, what makes this member; question_class: None where
+    no run is made; meshes: fields of all meshes, with their values; harmonics: of the square wave
+    that is the meshes' stiffness; preloaded: whether teeth carry the load from the start.
     """
 
     kind: str
     words: str = ""
     size_um: float | None = None
-    asked: type[Perturbed[Measured]] | None = starts.TransientPd
+    question_class: type[EnsembleQuestion[EnsembleNumbers]] | None = ensembles.TransientPdQuestion
     scenario: str = "pd"
     duration_s: float | None = SHORT_S
-    every_s: float = starts.RECORDED_S
+    every_s: float = ensembles.RECORDED_S
     meshes: tuple[tuple[str, float], ...] = ()
     settings: tuple[str, ...] = ()
     harmonics: int = 0
@@ -57,15 +57,15 @@ class Source:
         return self.kind if self.size_um is None else f"{self.kind} {self.size_um:g} um"
 
 
-class Family(NamedTuple):
+class ExperimentSeries(NamedTuple):
     """Experiments that differ in one size [um]. symbol: the paper's for it; field: the meshes'."""
 
     kind: str
     symbol: str
     field: str
-    plain: Source = Source("")
+    plain: PaperExperiment = PaperExperiment("")
 
-    def __call__(self, size_um: float) -> Source:
+    def __call__(self, size_um: float) -> PaperExperiment:
         """The family's member of this size [um]."""
         size_um, words = float(size_um), f"at {self.symbol} = {size_um:g} µm"
         meshes = ((self.field, size_um * 1e-6), *self.plain.meshes)
@@ -73,30 +73,30 @@ class Family(NamedTuple):
 
 
 _BACKLASH, _ERROR, _AMPLITUDE = "backlash_m", "tooth_error_m", "stiffness.amplitude_N_per_m"
-PD = Source("pd", asked=starts.WholePd, duration_s=None)
-CONSTANT = Source(
+PD = PaperExperiment("pd", question_class=ensembles.WholePdQuestion, duration_s=None)
+CONSTANT = PaperExperiment(
     "constant torque",
     scenario="constant-torque",
-    asked=starts.ConstantTorque,
+    question_class=ensembles.ConstantTorqueQuestion,
     duration_s=None,
     every_s=SLOW_RECORD_S,
 )
 # One effect of the gears left out.
-NO_BACKLASH = Source("no backlash", "without backlash", meshes=((_BACKLASH, 0),))
-NO_ERROR = Source("no error", "without tooth error", meshes=((_ERROR, 0),))
-CONSTANT_STIFFNESS = Source(
+NO_BACKLASH = PaperExperiment("no backlash", "without backlash", meshes=((_BACKLASH, 0),))
+NO_ERROR = PaperExperiment("no error", "without tooth error", meshes=((_ERROR, 0),))
+CONSTANT_STIFFNESS = PaperExperiment(
     "constant stiffness", "with constant stiffness", meshes=((_AMPLITUDE, 0),)
 )
 # Two planets, the meshes as they are or together as stiff as three.
-TWO_SOFTER = Source(
+TWO_SOFTER = PaperExperiment(
     "two planets as they are", "with two planets, each mesh as it is", settings=_TWO
 )
 _STIFFER = "with two planets, each mesh 1.5 times as stiff"
-TWO_PLANETS = Source("two planets", _STIFFER, settings=(*_TWO, *_AS_STIFF))
+TWO_PLANETS = PaperExperiment("two planets", _STIFFER, settings=(*_TWO, *_AS_STIFF))
 # Fig. 5's wave in place of Eq. 8, its fundamental.
-SQUARE = Source("square wave", "with the square wave of Fig. 5", harmonics=HARMONICS)
+SQUARE = PaperExperiment("square wave", "with the square wave of Fig. 5", harmonics=HARMONICS)
 _LOADED = "from teeth that already carry the load"
-PRELOADED = Source("preloaded", _LOADED, duration_s=START_ONLY_S, preloaded=True)
+PRELOADED = PaperExperiment("preloaded", _LOADED, duration_s=START_ONLY_S, preloaded=True)
 # The same under constant torque.
 CONSTANT_NO_ERROR, CONSTANT_SQUARE, CONSTANT_PRELOADED = (
     replace(
@@ -119,42 +119,48 @@ TURNING = replace(
     words="at b = 3000 µm, links turning back",
     settings=(f"scenario.start.theta_dot_rad_per_s={TURNING_RAD_PER_S!r}",),
 )
-NEIGHBOURS = Source(
+NEIGHBOURS = PaperExperiment(
     "neighbouring motions, b = 1000 um",
     "at b = 1000 µm",
-    asked=Lyapunov,
+    question_class=LyapunovQuestion,
     meshes=((_BACKLASH, 1e-6 * CHAOTIC_UM),),
 )
-STATIC = Source("static", asked=None)  # follows from the arm's data alone
-PLANTED = Source("planted slips", asked=None)  # likewise
-BACKLASH = Family("backlash", "b", _BACKLASH)  # Figs. 16-18
-ERROR = Family("tooth error", "E", _ERROR)  # Figs. 19-20
+STATIC = PaperExperiment("static", question_class=None)  # follows from the arm's data alone
+PLANTED = PaperExperiment("planted slips", question_class=None)  # likewise
+BACKLASH = ExperimentSeries("backlash", "b", _BACKLASH)  # Figs. 16-18
+ERROR = ExperimentSeries("tooth error", "E", _ERROR)  # Figs. 19-20
 DEFAULTS = (BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM))  # the PD run as a member of both sweeps
-BACKLASH_NO_ERROR = Family("backlash, no error", "b", _BACKLASH, NO_ERROR)
-_BACK = replace(CONSTANT, scenario="back-and-forth", asked=starts.BackAndForth)
+BACKLASH_NO_ERROR = ExperimentSeries("backlash, no error", "b", _BACKLASH, NO_ERROR)
+_BACK = replace(CONSTANT, scenario="back-and-forth", question_class=ensembles.SwingQuestion)
 _EVENLY = replace(_BACK, settings=("scenario.drive.argument=time",))
 # Fig. 15, by sin(20 pi sqrt(t)) as printed and by sin(20 pi t).
-BACK = Family("back and forth, backlash", "b", _BACKLASH, _BACK)
-BACK_EVEN = Family("back and forth evenly, backlash", "b", _BACKLASH, _EVENLY)
+BACK = ExperimentSeries("back and forth, backlash", "b", _BACKLASH, _BACK)
+BACK_EVEN = ExperimentSeries("back and forth evenly, backlash", "b", _BACKLASH, _EVENLY)
 
 
-def question(source: Source, cell: Cell, seeds: tuple[int, ...]) -> Perturbed[Measured]:
+def build_question(
+    experiment: PaperExperiment, condition: Condition, seeds: tuple[int, ...]
+) -> EnsembleQuestion[EnsembleNumbers]:
     """The experiment in a setting, as a question. Raises KeyError for one that has no run."""
-    if source.asked is None:
-        raise KeyError(source)
-    plain = cell.variant(source.scenario)
+    if experiment.question_class is None:
+        raise KeyError(experiment)
+    plain = condition.variant(experiment.scenario)
     variant = replace(
         plain,
-        duration_s=source.duration_s,
-        record_every=round(source.every_s / plain.case().scenario.step_s),
-        meshes=tuple(f"arm.joints.*.*_mesh.{field}={value!r}" for field, value in source.meshes),
-        settings=source.settings,
-        harmonics=source.harmonics,
+        duration_s=experiment.duration_s,
+        record_every=round(experiment.every_s / plain.case().scenario.step_s),
+        meshes=tuple(
+            f"arm.joints.*.*_mesh.{field}={value!r}" for field, value in experiment.meshes
+        ),
+        settings=experiment.settings,
+        harmonics=experiment.harmonics,
     )
-    return source.asked(preloaded(variant) if source.preloaded else variant, seeds)
+    return experiment.question_class(
+        make_preloaded_variant(variant) if experiment.preloaded else variant, seeds
+    )
 
 
-def preloaded(variant: Variant) -> Variant:
+def make_preloaded_variant(variant: Variant) -> Variant:
     """The experiment started from meshes that do not accelerate at t = 0: the teeth bear the drive.
 
     All planets alike: they share the load.

@@ -14,13 +14,13 @@ import numpy as np
 
 from crosscheck import signals
 from crosscheck.analytic.paper.kinematics import stage_geometry
-from crosscheck.audit.experiments.torque import RING_CYCLES, correlation, decay, fast
+from crosscheck.audit.experiments.torque import RING_CYCLES, correlation, decay_time, fast_part
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.measures import events
-from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import geared_joint
 from crosscheck.audit.measures.thresholds import MINOR
-from crosscheck.audit.measures.undefined import finite, quotient
+from crosscheck.audit.measures.undefined import floats_or_none, quotient
 from crosscheck.models.experiment.scenario import PdDrive
 
 FIRST_S = (0.0, 0.25)
@@ -32,14 +32,14 @@ MULTIPLES = (2, 3, 4)  # of a frequency, that may stand out as well
 # Over the median around it: of eleven lines of pure noise one does so in 2 of 10 000 spectra.
 STANDS_OUT = 4.0
 PEAKS_S = 0.01  # the largest magnitudes of so long each make an envelope
-Found = dict[str, float | None]
+OptionalNumbers = dict[str, float | None]
 
 
 @dataclass(frozen=True)
-class _Looked:
+class _Fluctuations:
     """A run with the windows of its first three fluctuations. excess (times, joints)."""
 
-    run: Course
+    run: RunSignals
     excess: np.ndarray
 
     @cached_property
@@ -57,82 +57,91 @@ class _Looked:
         return events.side_change(self.run.time, self.run.F_sp)
 
     @cached_property
-    def third(self) -> slice:
-        return events.third_after(self.run.time, self.run.F_sp, self.run.F_outer[:, 0])
+    def third_window(self) -> slice:
+        return events.third_window_after_changes(
+            self.run.time, self.run.F_sp, self.run.F_outer[:, 0]
+        )
 
     @cached_property
-    def near(self) -> slice:
+    def peak_window(self) -> slice:
         """The samples of PEAK_S around the third fluctuation's peak; empty without one."""
-        if self.third.stop <= self.third.start:
+        if self.third_window.stop <= self.third_window.start:
             return slice(0, 0)
-        return events.third_peak(self.run.time, self.excess[:, 0], self.third)
+        return events.third_peak(self.run.time, self.excess[:, 0], self.third_window)
 
-    def within(self, begin_s: float, end_s: float) -> slice:
+    def window_after_contact(self, begin_s: float, end_s: float) -> slice:
         """The samples between two times after the side change's contact; empty without a change."""
         return signals.window(self.run.time, self.met_s + begin_s, self.met_s + end_s)
 
 
-def transient(run: Course, rigid: Course) -> Numbers:
+def measure_transient_pd(run: RunSignals, rigid: RunSignals) -> Numbers:
     """Numbers of Figs. 11-14 and 16-20: the fluctuations of the first 1.2 s."""
-    looked = _Looked(run, run.theta_ddot - rigid.theta_ddot)
+    fluctuations = _Fluctuations(run, run.theta_ddot - rigid.theta_ddot)
     gap = run.theta - rigid.theta
-    return finite(
+    return floats_or_none(
         {
-            **_impacts(looked),
-            **_third(looked),
-            **_spectra(looked),
-            **_loads(looked),
-            **_contacts(looked, rigid),
+            **_impacts(fluctuations),
+            **_third_fluctuation(fluctuations),
+            **_spectra(fluctuations),
+            **_loads(fluctuations),
+            **_contacts(fluctuations, rigid),
             **_mesh_rates(run),
             "deviation_rad": signals.amplitude(gap),
-            "theta_fast_rad": signals.amplitude(fast(run.time, gap[:, 0], part=looked.third)),
-            "planets_apart_m": run.planets_apart_m,
+            "theta_fast_rad": signals.amplitude(
+                fast_part(run.time, gap[:, 0], part=fluctuations.third_window)
+            ),
+            "planets_apart_m": run.planet_spread_m,
         }
     )
 
 
-def whole(run: Course, rigid: Course) -> Numbers:
+def measure_whole_pd(run: RunSignals, rigid: RunSignals) -> Numbers:
     """Numbers of Figs. 10-14: all of the 3 s."""
-    more = {**_positioning(run), **_fourth(run, rigid)}
+    more = {**_positioning(run), **_fourth_fluctuation(run, rigid)}
     more["gap_end_rad"] = signals.amplitude(run.theta[-1] - rigid.theta[-1])
-    return {**transient(run, rigid), **finite(more)}
+    return {**measure_transient_pd(run, rigid), **floats_or_none(more)}
 
 
-def _impacts(looked: _Looked) -> Found:
+def _impacts(fluctuations: _Fluctuations) -> OptionalNumbers:
     """Numbers of the fluctuations at the start and at a side change, and the teeth's way across."""
-    run, left_s, met_s = looked.run, looked.left_s, looked.met_s
-    time, force, excess = run.time, run.F_sp, looked.excess[:, 0]
+    run, left_s, met_s = fluctuations.run, fluctuations.left_s, fluctuations.met_s
+    time, force, excess = run.time, run.F_sp, fluctuations.excess[:, 0]
     start = signals.window(time, 0.0, CONVERGED_S)
     first = signals.amplitude(excess[signals.window(time, *FIRST_S)])
     later = signals.amplitude(excess[signals.window(time, FIRST_S[1], events.THIRD_S[1])])
-    change, impact = looked.within(0.0, events.IMPACT_S), looked.within(0.0, CONVERGED_S)
+    change, impact = (
+        fluctuations.window_after_contact(0.0, events.IMPACT_S),
+        fluctuations.window_after_contact(0.0, CONVERGED_S),
+    )
     second = signals.amplitude(excess[change])
     parted_s = met_s if np.isnan(left_s) else left_s
     before = excess[signals.window(time, parted_s - events.IMPACT_S / 2, parted_s)]
     onset = signals.onset(time[change], excess[change])
-    after = force[looked.within(0.0, events.THIRD_S[1] - met_s)]
+    after = force[fluctuations.window_after_contact(0.0, events.THIRD_S[1] - met_s)]
     # Without the last time nan is a place, too: that of the last sample.
     parting, meeting = run.x_sp[np.searchsorted(time[:-1], (left_s, met_s))]
     return {
         "first": first,
-        "first_decay_s": decay(time[start], excess[start]),
+        "first_decay_s": decay_time(time[start], excess[start]),
         "after_start": later,
         "side_change_s": met_s,
         "second": second,
         "second_over_before": quotient(second, signals.amplitude(before)),
-        "second_decay_s": decay(time[impact], excess[impact]),
+        "second_decay_s": decay_time(time[impact], excess[impact]),
         "second_delay_s": None if onset is None else onset - met_s,
-        "second_force_N": signals.amplitude(force[looked.within(0.0, events.AT_ONCE_S)]),
-        "bouncing_s": None if np.isnan(met_s) else events.bouncing(time, force, met_s),
-        "opposite_share": signals.mean(after[after != 0] < 0),
+        "second_force_N": signals.amplitude(
+            force[fluctuations.window_after_contact(0.0, events.AT_ONCE_S)]
+        ),
+        "bouncing_s": None if np.isnan(met_s) else events.bounce_duration(time, force, met_s),
+        "opposite_share": signals.mean_value(after[after != 0] < 0),
         "jump_um": None if np.isnan(left_s) else 1e6 * (parting - meeting),
         "flight_s": met_s - left_s,
     }
 
 
-def _third(looked: _Looked) -> Found:
+def _third_fluctuation(fluctuations: _Fluctuations) -> OptionalNumbers:
     """Numbers of the third fluctuation: sizes [rad/s^2] and course."""
-    time, part, excess = looked.run.time, looked.third, looked.excess
+    time, part, excess = fluctuations.run.time, fluctuations.third_window, fluctuations.excess
     size, elbow = (signals.amplitude(excess[part, joint]) for joint in (0, 1))
     soon_s = time[part].min(initial=np.inf) + events.PEAK_S
     beginning = signals.amplitude(excess[part, 0][time[part] < soon_s])
@@ -142,33 +151,33 @@ def _third(looked: _Looked) -> Found:
         "third_elbow": elbow,
         "third_growth": quotient(size, beginning),
         "third_onset_s": onset,
-        "third_gap_s": None if onset is None else onset - looked.met_s,
+        "third_gap_s": None if onset is None else onset - fluctuations.met_s,
     }
 
 
-def _spectra(looked: _Looked) -> Found:
+def _spectra(fluctuations: _Fluctuations) -> OptionalNumbers:
     """Spectral numbers of both joints' excess in the 0.1 s around the third fluctuation's peak.
 
     Where the excess is below MINOR, only how little it is.
     """
-    near, numbers = looked.near, Found()
+    near, numbers = fluctuations.peak_window, OptionalNumbers()
     for joint, name in enumerate(("", "_elbow")):
-        values = looked.excess[near, joint]
-        frequency, lines = signals.spectrum(looked.run.time[near], values)
-        peak = signals.largest_of(frequency, lines, signals.VIBRATION_HZ).frequency_Hz
+        values = fluctuations.excess[near, joint]
+        frequency, lines = signals.spectrum(fluctuations.run.time[near], values)
+        peak = signals.find_largest_line(frequency, lines, signals.VIBRATION_HZ).frequency_Hz
         line = _line(frequency, lines, peak)
-        static = abs(signals.mean(looked.run.theta_ddot[near, joint]))
-        told = signals.amplitude(values) >= MINOR
-        multiples = [n * peak for n in MULTIPLES] if told else []
-        overtones = float(sum(_stands_out(frequency, lines, at, peak) for at in multiples))
+        static = abs(signals.mean_value(fluctuations.run.theta_ddot[near, joint]))
+        is_evident = signals.amplitude(values) >= MINOR
+        multiples = [n * peak for n in MULTIPLES] if is_evident else []
+        overtones = float(sum(_is_prominent(frequency, lines, at, peak) for at in multiples))
         numbers |= {
             f"line{name}": line,
             f"static_over_line{name}": quotient(static, line),
-            f"frequency{name}_Hz": peak if told else None,
-            f"overtones{name}": overtones if told else None,
-            f"low_share{name}": _share(frequency, lines, LOWEST_HZ, LOW_HZ) if told else None,
+            f"frequency{name}_Hz": peak if is_evident else None,
+            f"overtones{name}": overtones if is_evident else None,
+            f"low_share{name}": _share(frequency, lines, LOWEST_HZ, LOW_HZ) if is_evident else None,
             f"line_share{name}": (
-                _share(frequency, lines, peak - LINE_HZ, peak + LINE_HZ) if told else None
+                _share(frequency, lines, peak - LINE_HZ, peak + LINE_HZ) if is_evident else None
             ),
         }
     return numbers
@@ -179,7 +188,7 @@ def _line(frequency: np.ndarray, lines: np.ndarray, at: float) -> float:
     return signals.amplitude(lines[np.abs(frequency - at) <= LINE_HZ])
 
 
-def _stands_out(frequency: np.ndarray, lines: np.ndarray, at: float, fundamental: float) -> bool:
+def _is_prominent(frequency: np.ndarray, lines: np.ndarray, at: float, fundamental: float) -> bool:
     """Whether a line is at least STANDS_OUT times the median within half a fundamental."""
     around = lines[np.abs(frequency - at) <= fundamental / 2]
     return _line(frequency, lines, at) >= STANDS_OUT * np.median(around)
@@ -192,70 +201,72 @@ def _share(frequency: np.ndarray, lines: np.ndarray, low: float, high: float) ->
     return quotient(float(energy[inside].sum()), float(energy.sum()))
 
 
-def _loads(looked: _Looked) -> Found:
+def _loads(fluctuations: _Fluctuations) -> OptionalNumbers:
     """Numbers of mesh force, torque and speed in the third fluctuation."""
-    run, part, near = looked.run, looked.third, looked.near
+    run, part, near = fluctuations.run, fluctuations.third_window, fluctuations.peak_window
     time, speed, force = run.time, run.theta_dot[:, 0], run.F_sp
-    shaken = [fast(time, column, part=part) for column in run.torque.T]
+    shaken = [fast_part(time, column, part=part) for column in run.torque.T]
     of_largest = [
         quotient(signals.amplitude(quick), signals.amplitude(column))
         for quick, column in zip(shaken, run.torque.T, strict=True)
     ]
     frequency = None
-    if signals.amplitude(looked.excess[near, 0]) >= MINOR:
+    if signals.amplitude(fluctuations.excess[near, 0]) >= MINOR:
         inside = shaken[0][near.start - part.start : near.stop - part.start]
         frequency = signals.dominant_frequency(time[near], inside, LOWEST_HZ)
-    slow = signals.mean(np.abs(speed[part]))
-    changes = events.passages(force[part][force[part] != 0])
+    slow = signals.mean_value(np.abs(speed[part]))
+    changes = events.zero_crossings(force[part][force[part] != 0])
     return {
         "third_force_N": signals.amplitude(force[part]),
-        "third_force_fast_N": signals.amplitude(fast(time, force, part=part)),
+        "third_force_fast_N": signals.amplitude(fast_part(time, force, part=part)),
         "torque_fast_1": of_largest[0],
         "torque_fast_2": of_largest[1],
-        "torque_follows": _envelopes_correlate(time, shaken[0], looked.excess[part, 0]),
+        "torque_follows": _envelope_correlation(time, shaken[0], fluctuations.excess[part, 0]),
         "torque_frequency_Hz": frequency,
-        "speed_fast": quotient(signals.amplitude(fast(time, speed, part=part)), slow),
+        "speed_fast": quotient(signals.amplitude(fast_part(time, speed, part=part)), slow),
         "side_changes": float(changes.size) if force[part].size else None,
     }
 
 
-def _envelopes_correlate(time: np.ndarray, one: np.ndarray, other: np.ndarray) -> float:
+def _envelope_correlation(time: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
     """Correlation of two signals' largest magnitudes in every 10 ms; nan for empty signals."""
-    if not one.size:
+    if not first.size:
         return np.nan
-    bins = np.arange(0, one.size, round(PEAKS_S / (time[1] - time[0])))
-    return correlation(*(np.maximum.reduceat(np.abs(values), bins) for values in (one, other)))
+    bins = np.arange(0, first.size, round(PEAKS_S / (time[1] - time[0])))
+    return correlation(*(np.maximum.reduceat(np.abs(values), bins) for values in (first, second)))
 
 
-def _contacts(looked: _Looked, rigid: Course) -> Found:
+def _contacts(fluctuations: _Fluctuations, rigid: RunSignals) -> OptionalNumbers:
     """Numbers of zero acceleration and open teeth in the three fluctuations, if there are all.
 
     Accelerations that pass zero count where the excess, not the rigid arm's own course, brings
     them there. The second fluctuation's window begins with the flight before the impact.
     """
-    run, time = looked.run, looked.run.time
-    apart = run.F_sp == 0
-    flight_s = 0.0 if np.isnan(looked.left_s) else looked.met_s - looked.left_s
+    run, time = fluctuations.run, fluctuations.run.time
+    is_open = run.F_sp == 0
+    flight_s = 0.0 if np.isnan(fluctuations.left_s) else fluctuations.met_s - fluctuations.left_s
     windows = (
         signals.window(time, START_S, FIRST_S[1]),
-        looked.within(-flight_s, events.IMPACT_S),
-        looked.third,
+        fluctuations.window_after_contact(-flight_s, events.IMPACT_S),
+        fluctuations.third_window,
     )
-    shares: Found = {"apart_share": signals.mean(apart[signals.window(time, START_S, np.inf)])}
+    shares: OptionalNumbers = {
+        "apart_share": signals.mean_value(is_open[signals.window(time, START_S, np.inf)])
+    }
     if any(window.stop <= window.start for window in windows):
         return shares | dict.fromkeys(("zero_windows", "apart_windows", "apart_at_zero"))
-    own, shaken = run.theta_ddot[:, 0], np.abs(looked.excess[:, 0]) > MINOR
-    reversed_ = shaken & (own * rigid.theta_ddot[:, 0] < 0)
-    zeros = np.concatenate([w.start + events.passages(own[w]) for w in windows])
+    acceleration, shaken = run.theta_ddot[:, 0], np.abs(fluctuations.excess[:, 0]) > MINOR
+    reversed_ = shaken & (acceleration * rigid.theta_ddot[:, 0] < 0)
+    zeros = np.concatenate([w.start + events.zero_crossings(acceleration[w]) for w in windows])
     zeros = zeros[shaken[zeros]]
     return shares | {
         "zero_windows": float(sum(reversed_[w].any() for w in windows)),
-        "apart_windows": float(sum(apart[w].any() for w in windows)),
-        "apart_at_zero": signals.mean(apart[zeros] | apart[zeros + 1]),
+        "apart_windows": float(sum(is_open[w].any() for w in windows)),
+        "apart_at_zero": signals.mean_value(is_open[zeros] | is_open[zeros + 1]),
     }
 
 
-def _mesh_rates(run: Course) -> Found:
+def _mesh_rates(run: RunSignals) -> OptionalNumbers:
     """Numbers of what Eq. 11 neglects, how far teeth move, and how far omega t is off its integral.
 
     Rates by central differences of the recorded displacements, once the start is over: there the
@@ -275,9 +286,9 @@ def _mesh_rates(run: Course) -> Found:
     }
 
 
-def _positioning(run: Course) -> Found:
+def _positioning(run: RunSignals) -> OptionalNumbers:
     """Numbers of Fig. 10: both joints' way to 30 degrees, and how near they are late."""
-    drive, numbers = run.case.scenario.drive, Found()
+    drive, numbers = run.case.scenario.drive, OptionalNumbers()
     assert isinstance(drive, PdDrive)
     target = float(np.mean(drive.target_rad))
     for joint, angle in enumerate(run.theta.T, start=1):
@@ -291,7 +302,7 @@ def _positioning(run: Course) -> Found:
     return numbers
 
 
-def _fourth(run: Course, rigid: Course) -> Found:
+def _fourth_fluctuation(run: RunSignals, rigid: RunSignals) -> OptionalNumbers:
     """Numbers of what happens when the teeth return to their first side."""
     back = events.teeth_return(run.time, run.F_sp)
     back = np.nan if back is None else back
@@ -309,5 +320,5 @@ def _fourth(run: Course, rigid: Course) -> Found:
         "return_s": back,
         "fourth": fourth,
         "fourth_over_before": quotient(after, before),
-        "speed_at_return": signals.mean(speed[there][:1]) / speed.max(),
+        "speed_at_return": signals.mean_value(speed[there][:1]) / speed.max(),
     }

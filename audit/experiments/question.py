@@ -24,14 +24,14 @@ class Question(ABC, Generic[Answer]):
     def cost(self) -> float: ...
 
     @property
-    def run_by(self) -> tuple[str, ...]:
+    def model_names(self) -> tuple[str, ...]:
         """Names of the models that the question runs and its module does not import."""
         return ()
 
     @property
     def inputs(self) -> str:
         """All that the answer depends on besides code, as text."""
-        return spelled_out(self.records(), repr(self))
+        return describe_inputs(self.records(), repr(self))
 
     @abstractmethod
     def records(self) -> Records:
@@ -41,6 +41,6 @@ class Question(ABC, Generic[Answer]):
     def answer(self) -> Answer: ...
 
 
-def spelled_out(records: Records, *more: str) -> str:
+def describe_inputs(records: Records, *more: str) -> str:
     """What a result depends on as text, a line each: records with all their fields, and more."""
     return "\n".join([*more, *(record.model_dump_json() for record in records)])

@@ -28,20 +28,20 @@ class Scale:
         """The seeds of a sample's starts."""
         return tuple(range(self.first_seed, self.first_seed + self.most_starts))
 
-    def seconds(self, wanted_s: float) -> float:
+    def limit_duration(self, duration_s: float) -> float:
         """A duration [s], cut to longest_s."""
-        return min(wanted_s, self.longest_s)
+        return min(duration_s, self.longest_s)
 
-    def starts(self, wanted: int) -> int:
+    def limit_starts(self, count: int) -> int:
         """A number of starts, cut to most_starts."""
-        return min(wanted, self.most_starts)
+        return min(count, self.most_starts)
 
     def cut(self, variant: Variant) -> Variant:
         """The variant with its run cut to longest_s."""
         if math.isinf(self.longest_s):
             return variant
-        own_s = variant.case().scenario.duration_s
-        return replace(variant, duration_s=self.seconds(own_s))
+        duration_s = variant.case().scenario.duration_s
+        return replace(variant, duration_s=self.limit_duration(duration_s))
 
 
 FULL, QUICK = Scale(), Scale(quick=True, most_starts=QUICK_STARTS)

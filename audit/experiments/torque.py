@@ -15,9 +15,9 @@ from scipy.signal import find_peaks
 from crosscheck import signals
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.audit.experiments.variant import Numbers
-from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import geared_joint
-from crosscheck.audit.measures.undefined import finite, quotient
+from crosscheck.audit.measures.undefined import floats_or_none, quotient
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.registry import RIGID_LEVELS
@@ -37,15 +37,15 @@ FEWEST = 3  # samples that a straight trend can be taken off
 RING_CYCLES = 99.0  # Eq. 12 over the carrier's rate
 
 
-def constant_torque(run: Course, *rigid: Course) -> Numbers:
+def measure_constant_torque(run: RunSignals, *rigid: RunSignals) -> Numbers:
     """Numbers of Figs. 6-9: deviations from the rigid levels, mesh displacement and force."""
     time, x, force = run.time, run.x_sp, run.F_sp
     late = signals.window(time, SETTLED_S, np.inf)
     start = slice(0, late.start)
     speed = np.abs(run.theta_dot[:, 0])
     others = (run.F_pr, *run.F_outer.T)  # pairs that the paper does not show, of first planets
-    error = geared_joint(run.case.arm).sun_mesh.of_planet(0).tooth_error_m
-    return finite(
+    error = geared_joint(run.case.arm).sun_mesh.planet_mesh(0).tooth_error_m
+    return floats_or_none(
         {
             **_deviations(run, dict(zip(RIGID_LEVELS, rigid, strict=True))),
             "x_middle_um": 1e6 * signals.middle(x[late]),
@@ -53,7 +53,7 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
             "vibration_decay_s": _ringing_s(time, force),
             "x_ripple_over_2E": quotient(signals.peak_to_peak(x[late]), 2 * error),
             "force_at_start_N": abs(force[0]),
-            "ringing_N": signals.amplitude(fast(time, force, RINGING_S, start)),
+            "ringing_N": signals.amplitude(fast_part(time, force, RINGING_S, start)),
             "force_decay": _calming(force, start, late),
             "others_decay": np.min([_calming(pair, start, late) for pair in others]),
             "others_decay_s": np.max([_ringing_s(time, pair) for pair in others]),
@@ -71,7 +71,7 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
 
 def _ringing_s(time: np.ndarray, force: np.ndarray) -> float:
     """Time [s] in which a mesh force's own vibration falls to a tenth."""
-    return decay(time, fast(time, force, RINGING_S))
+    return decay_time(time, fast_part(time, force, RINGING_S))
 
 
 def _calming(force: np.ndarray, start: slice, late: slice) -> float:
@@ -79,7 +79,7 @@ def _calming(force: np.ndarray, start: slice, late: slice) -> float:
     return quotient(ripple(force[start]), ripple(force[late]))
 
 
-def back_and_forth(run: Course, rigid: Course, shifted: Course) -> Numbers:
+def measure_back_and_forth(run: RunSignals, rigid: RunSignals, shifted: RunSignals) -> Numbers:
     """Numbers of Fig. 15: the shoulder's largest distance [rad] from the rigid arm in every window.
 
     ``own``: that of the rigid arm ``shifted``, which starts a little away: its own sensitivity.
@@ -88,7 +88,7 @@ def back_and_forth(run: Course, rigid: Course, shifted: Course) -> Numbers:
         "error": run.theta[:, 0] - rigid.theta[:, 0],
         "own": shifted.theta[:, 0] - rigid.theta[:, 0],
     }
-    return finite(
+    return floats_or_none(
         {
             f"{kind}_{name}": signals.amplitude(gap[signals.window(run.time, *limits)])
             for kind, gap in gaps.items()
@@ -97,14 +97,14 @@ def back_and_forth(run: Course, rigid: Course, shifted: Course) -> Numbers:
     )
 
 
-def _deviations(run: Course, levels: Mapping[str, Course]) -> dict[str, float]:
+def _deviations(run: RunSignals, levels: Mapping[str, RunSignals]) -> dict[str, float]:
     """Numbers of detailed less rigid, at every level: joints [rad], tip [mm], late over early."""
     arm, half = run.case.arm, run.time.size // 2
-    own_tip = _tip(run.theta, arm)
+    tip = _tip(run.theta, arm)
     numbers: dict[str, float] = {}
     for level, rigid in levels.items():
         gap = np.abs(run.theta - rigid.theta)
-        distance = np.abs(own_tip - _tip(rigid.theta, arm))
+        distance = np.abs(tip - _tip(rigid.theta, arm))
         numbers |= {
             f"deviation_1_{level}_rad": gap[:, 0].max(),
             f"deviation_2_{level}_rad": gap[:, 1].max(),
@@ -133,45 +133,45 @@ def _turns_gained(time: np.ndarray, values: np.ndarray) -> float:
         return np.nan
     counts = []
     for part in (signals.window(time, HALFWAY_S, np.inf), signals.window(time, 0, HALFWAY_S)):
-        slow = values[part] - fast(time, values, part=part)
+        slow = values[part] - fast_part(time, values, part=part)
         turns = [find_peaks(sign * slow, prominence=TURN_M)[0] for sign in (1, -1)]
         counts.append(sum(map(len, turns)))
     return counts[0] - counts[1]
 
 
-def _stiffness_follows(run: Course, part: slice) -> float:
+def _stiffness_follows(run: RunSignals, part: slice) -> float:
     """Relative change of the mesh force over the stiffness's; nan if that is not Eq. 8's.
 
     1 where the deflection decides, 0 where the load does: the slope of both, each over its mean
     and less its straight trend.
     """
-    law = geared_joint(run.case.arm).sun_mesh.of_planet(0).stiffness
+    law = geared_joint(run.case.arm).sun_mesh.planet_mesh(0).stiffness
     if not isinstance(law, SineStiffness):
         return np.nan
     depth = law.amplitude_N_per_m / law.mean_N_per_m
-    stiffness = _flat(depth * np.sin(mesh_phase(run)[part]))
-    force = quotient(1.0, signals.mean(run.F_sp[part])) * _flat(run.F_sp[part])
+    stiffness = _remove_trend(depth * np.sin(mesh_phase(run)[part]))
+    force = quotient(1.0, signals.mean_value(run.F_sp[part])) * _remove_trend(run.F_sp[part])
     return quotient(float(stiffness @ force), float(stiffness @ stiffness))
 
 
-def _torque_gain(run: Course, part: slice) -> float:
+def _torque_gain(run: RunSignals, part: slice) -> float:
     """The meshes' torque on the shoulder's carrier over the motor's torque T / n."""
     joint = geared_joint(run.case.arm)
     geometry = stage_geometry(joint)
     forces = run.F_sp[part] + run.F_pr[part]
     motor = run.torque[part, 0] / geometry.n
-    on_carrier = joint.planet_count * geometry.r_cp * signals.mean(forces)
-    return quotient(on_carrier, signals.mean(motor))
+    on_carrier = joint.planet_count * geometry.r_cp * signals.mean_value(forces)
+    return quotient(on_carrier, signals.mean_value(motor))
 
 
-def mesh_phase(run: Course) -> np.ndarray:
+def mesh_phase(run: RunSignals) -> np.ndarray:
     """The shoulder's sun mesh phase [rad], (times,), by the run's own law."""
     if run.case.switches.phase == "omega_t":
         return RING_CYCLES * run.theta_dot[:, 0] * run.time
     return RING_CYCLES * run.theta[:, 0]
 
 
-def fast(
+def fast_part(
     time: np.ndarray, values: np.ndarray, over_s: float = SMOOTHING_S, part: slice = slice(None)
 ) -> np.ndarray:
     """Values (times,) less their moving average over ``over_s``, taken twice; 0 at the very ends.
@@ -182,14 +182,14 @@ def fast(
     half = int(over_s / (time[1] - time[0]) / 2)
     begin, end, _ = part.indices(values.size)
     quick = np.zeros(max(end - begin, 0))
-    known = min(end, values.size - (2 * half + 1))
-    if known > begin:
+    average_end = min(end, values.size - (2 * half + 1))
+    if average_end > begin:
         first = begin - 2 * half
-        around = values[max(first, 0) : known + 2 * half]
+        around = values[max(first, 0) : average_end + 2 * half]
         if first < 0:
             around = np.concatenate([values[:-first][::-1], around])
         slow = _moving_average(_moving_average(around, 2 * half + 1), 2 * half + 1)
-        quick[: known - begin] = values[begin:known] - slow
+        quick[: average_end - begin] = values[begin:average_end] - slow
     return quick
 
 
@@ -200,7 +200,7 @@ def _moving_average(values: np.ndarray, samples: int) -> np.ndarray:
     return sums[samples - 1 :] / samples
 
 
-def decay(time: np.ndarray, values: np.ndarray) -> float:
+def decay_time(time: np.ndarray, values: np.ndarray) -> float:
     """Time [s] from the first sample until values stay below a tenth of the largest; nan if all 0.
 
     Counted from the event, not from the largest value, so that a vibration that grows does not
@@ -215,10 +215,10 @@ def decay(time: np.ndarray, values: np.ndarray) -> float:
 
 def ripple(values: np.ndarray) -> float:
     """Peak to peak of values less their straight trend, so that a slow drift does not count."""
-    return signals.peak_to_peak(_flat(values))
+    return signals.peak_to_peak(_remove_trend(values))
 
 
-def _flat(values: np.ndarray) -> np.ndarray:
+def _remove_trend(values: np.ndarray) -> np.ndarray:
     """Values less their straight trend; empty if they are too few to have one."""
     if values.size < FEWEST:
         return np.empty(0)
@@ -227,8 +227,8 @@ def _flat(values: np.ndarray) -> np.ndarray:
     return values - values.mean() - slope * step
 
 
-def correlation(one: np.ndarray, other: np.ndarray) -> float:
+def correlation(first: np.ndarray, second: np.ndarray) -> float:
     """Pearson's correlation of two signals; nan where one does not vary or is too short."""
-    if one.size < FEWEST or np.ptp(one) == 0 or np.ptp(other) == 0:
+    if first.size < FEWEST or np.ptp(first) == 0 or np.ptp(second) == 0:
         return np.nan
-    return float(np.corrcoef(one, other)[0, 1])
+    return float(np.corrcoef(first, second)[0, 1])

@@ -11,12 +11,12 @@ from typing import Literal
 
 import xarray as xr
 
-from crosscheck.models.arm.meshes import damped, squared
+from crosscheck.models.arm.meshes import replace_by_square_wave, replace_damping
 from crosscheck.models.errors import Diverged
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import Case, load_case
 from crosscheck.registry import build
-from crosscheck.studies.members.starts import perturbed
+from crosscheck.studies.members.starts import perturb_start
 
 Planets = Literal["lumped", "free"]
 
@@ -65,24 +65,24 @@ def _state(folder: str, name: str) -> tuple[int, ...] | None:
 
 
 @lru_cache(maxsize=2048)  # about 17 kB each; everyone asks several times
-def _case(of: Variant, *files: tuple[int, ...] | None) -> Case:
+def _case(variant: Variant, *files: tuple[int, ...] | None) -> Case:
     """The arm, scenario and switches of a variant while its files are in these states."""
-    switches = {"phase": of.phase}
-    if of.ring_rate is not None:
-        switches["ring_rate"] = of.ring_rate
-    if of.planets == "free":
-        switches["planets"] = of.planets
-    if of.mesh_work != "paper":
-        switches["mesh_work"] = of.mesh_work
-    settings = [*of.settings, *of.meshes, f"scenario.record_every={of.record_every}"]
-    if of.duration_s is not None:
-        settings.append(f"scenario.duration_s={of.duration_s!r}")
-    case = load_case(of.arm, of.scenario, switches, settings)
-    if of.zeta is not None:
-        case = case._replace(arm=damped(case.arm, of.zeta))
-    if of.harmonics:
-        case = case._replace(arm=squared(case.arm, of.harmonics))
-    return case if of.seed is None else perturbed(case, of.seed)
+    switches = {"phase": variant.phase}
+    if variant.ring_rate is not None:
+        switches["ring_rate"] = variant.ring_rate
+    if variant.planets == "free":
+        switches["planets"] = variant.planets
+    if variant.mesh_work != "paper":
+        switches["mesh_work"] = variant.mesh_work
+    settings = [*variant.settings, *variant.meshes, f"scenario.record_every={variant.record_every}"]
+    if variant.duration_s is not None:
+        settings.append(f"scenario.duration_s={variant.duration_s!r}")
+    case = load_case(variant.arm, variant.scenario, switches, settings)
+    if variant.zeta is not None:
+        case = case._replace(arm=replace_damping(case.arm, variant.zeta))
+    if variant.harmonics:
+        case = case._replace(arm=replace_by_square_wave(case.arm, variant.harmonics))
+    return case if variant.seed is None else perturb_start(case, variant.seed)
 
 
 def simulate(variant: Variant) -> xr.Dataset:

@@ -8,18 +8,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.audit.experiments.cells import INTEGRAL, Cell
 from crosscheck.audit.experiments.experiments import BACK, CONSTANT, DEFAULT_B_UM, PD
-from crosscheck.audit.figures.plate import Drawing, Plate
-from crosscheck.audit.figures.shelf import SMOOTH_RECORD, ZETA, Shelf, drawn, rigid_run
-from crosscheck.audit.figures.views import Curve, Panel, conditions, panels
+from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
+from crosscheck.audit.figures.figure_data import (
+    SMOOTH_RECORD,
+    ZETA,
+    FigureData,
+    make_rigid_variant,
+    make_start_variant,
+)
+from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
+from crosscheck.audit.figures.plotting import Curve, Panel, describe_run, draw_panels
 from crosscheck.audit.measures import events
-from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.rigid import COUPLED
+from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.fragments import COLOURS
-from crosscheck.report.plots.figures import new_figure, to_svg
+from crosscheck.report.plots.figures import make_figure, to_svg
 
 SMALLEST, SMALLEST_RAD = 1e-9, 1e-8  # of what is drawn on a logarithmic scale: Figs. 6 and 7; 15
 PROPORTIONAL = (500.0, 1000.0, 2000.0)  # Fig. 10, with D = 400; only 1000 is the paper's
@@ -30,14 +36,18 @@ TARGET_RAD = np.pi / 6
 BANDS = (0.02, 0.01)
 
 
-def deviations(shelf: Shelf, number: int, quantity: str, symbol: str, unit: str) -> Plate:
+def draw_deviations(
+    data: FigureData, number: int, quantity: str, symbol: str, unit: str
+) -> PaperFigure:
     """The plate of how far a joint quantity of the detailed arm is off that of every rigid one.
 
     Drawn on a plain scale, and on a logarithmic one.
     """
-    own = drawn(CONSTANT, Cell(INTEGRAL, ZETA), shelf.seed, SMOOTH_RECORD)
-    levels = {level: rigid_run("constant-torque", level) for level in RIGID_LEVELS}
-    runs = shelf.courses({"geared": own, **levels}, number)
+    geared_variant = make_start_variant(
+        CONSTANT, Condition(INTEGRAL, ZETA), data.seed, SMOOTH_RECORD
+    )
+    levels = {level: make_rigid_variant("constant-torque", level) for level in RIGID_LEVELS}
+    runs = data.load_courses({"geared": geared_variant, **levels}, number)
     geared = runs.pop("geared")
     plain, sizes = list[Curve](), list[Curve]()
     largest = {}
@@ -49,27 +59,29 @@ def deviations(shelf: Shelf, number: int, quantity: str, symbol: str, unit: str)
             label = f"{level}, joint {joint + 1}"
             plain.append(Curve(geared.time, gap[:, joint], colour, style=style))
             sizes.append(Curve(geared.time, size, colour, label, style))
-    caption = conditions(geared, shelf.seed, "Δ: detailed less rigid, one curve per rigid arm.")
-    drawing = Drawing(_on_both_scales(3.0, plain, sizes, symbol, unit), caption)
-    return Plate(number, [drawing], ZETA, shelf.seed, {"largest": largest})
+    caption = describe_run(geared, data.seed, "Δ: detailed less rigid, one curve per rigid arm.")
+    drawing = Drawing(_draw_both_scales(3.0, plain, sizes, symbol, unit), caption)
+    return PaperFigure(number, [drawing], ZETA, data.seed, {"largest": largest})
 
 
-def _on_both_scales(
+def _draw_both_scales(
     height: float, plain: list[Curve], sizes: list[Curve], symbol: str, unit: str
 ) -> str:
     """Differences over time, and their magnitudes on a logarithmic scale, as svg."""
     left = {"xlabel": "time [s]", "ylabel": f"{symbol} [{unit}]"}
     right = {"xlabel": "time [s]", "ylabel": f"|{symbol}| [{unit}]", "yscale": "log"}
-    return panels(height, Panel(plain, left), Panel(sizes, right))
+    return draw_panels(height, Panel(plain, left), Panel(sizes, right))
 
 
-def figure_15(shelf: Shelf) -> Plate:
+def draw_figure_15(data: FigureData) -> PaperFigure:
     """The plate of Fig. 15: the shoulder angle's error when both joints go back and forth."""
-    cell = Cell(INTEGRAL, ZETA)
-    variants = {b: drawn(BACK(b), cell, shelf.seed, SMOOTH_RECORD) for b in shelf.plan.back}
-    rigid_arm = {"rigid": rigid_run("back-and-forth", COUPLED)}
-    runs = shelf.courses(variants, 15)
-    rigid = shelf.courses(rigid_arm, 15)["rigid"]
+    condition = Condition(INTEGRAL, ZETA)
+    variants = {
+        b: make_start_variant(BACK(b), condition, data.seed, SMOOTH_RECORD) for b in data.plan.back
+    }
+    rigid_arm = {"rigid": make_rigid_variant("back-and-forth", COUPLED)}
+    runs = data.load_courses(variants, 15)
+    rigid = data.load_courses(rigid_arm, 15)["rigid"]
     plain, sizes = list[Curve](), list[Curve]()
     for (b, run), colour in zip(runs.items(), COLOURS, strict=False):
         error = run.theta[:, 0] - rigid.theta[:, 0]
@@ -77,12 +89,12 @@ def figure_15(shelf: Shelf) -> Plate:
         plain.append(Curve(rigid.time, error, colour, f"b {b:g} µm"))
         sizes.append(Curve(rigid.time, size, colour, width=0.8))
     more = "b as in the legend; Δ: detailed less rigid (coupled)."
-    caption = conditions(runs[DEFAULT_B_UM], shelf.seed, more)
-    svg = _on_both_scales(2.8, plain, sizes, "Δθ_1", "rad")
-    return Plate(15, [Drawing(svg, caption)], ZETA, shelf.seed)
+    caption = describe_run(runs[DEFAULT_B_UM], data.seed, more)
+    svg = _draw_both_scales(2.8, plain, sizes, "Δθ_1", "rad")
+    return PaperFigure(15, [Drawing(svg, caption)], ZETA, data.seed)
 
 
-class Gain(NamedTuple):
+class StepResponse(NamedTuple):
     """A joint's step with gains: overshoot over the step, when [s] within BANDS for good."""
 
     proportional: float
@@ -92,7 +104,7 @@ class Gain(NamedTuple):
     within_s: tuple[float | None, ...]
 
 
-GAIN_COLUMNS = Columns[Gain](
+GAIN_COLUMNS = Columns[StepResponse](
     lambda row: f"P {row.proportional:g} D {row.derivative:g} joint {row.joint}",
     (
         TableColumn("proportional", "P [N m/rad]", form="g"),
@@ -105,9 +117,9 @@ GAIN_COLUMNS = Columns[Gain](
 )
 
 
-def figure_10(shelf: Shelf) -> Plate:
+def draw_figure_10(data: FigureData) -> PaperFigure:
     """The plate of Fig. 10: joint angles under PD control with several gains."""
-    paper = drawn(PD, Cell(INTEGRAL, ZETA), shelf.seed, SMOOTH_RECORD)
+    paper = make_start_variant(PD, Condition(INTEGRAL, ZETA), data.seed, SMOOTH_RECORD)
     gains = [*((p, GAINS[1]) for p in PROPORTIONAL), *((GAINS[0], d) for d in DERIVATIVE)]
     variants = {}
     for gain in gains:
@@ -118,31 +130,31 @@ def figure_10(shelf: Shelf) -> Plate:
             f"scenario.drive.derivative_N_m_s_per_rad={derivative!r}",
         )
         variants[gain] = replace(paper, settings=settings)
-    runs = shelf.courses(variants, 10)
+    runs = data.load_courses(variants, 10)
     rows = [
-        Gain(
+        StepResponse(
             *gain,
             joint,
             max(0.0, events.overshoot(angle, TARGET_RAD)),
-            tuple(events.settling(run.time, angle, TARGET_RAD, band) for band in BANDS),
+            tuple(events.settling_time(run.time, angle, TARGET_RAD, band) for band in BANDS),
         )
         for gain, run in runs.items()
         for joint, angle in enumerate(run.theta.T, start=1)
     ]
-    caption = conditions(runs[GAINS], shelf.seed, "Other gains as in the legend.")
-    return Plate(
+    caption = describe_run(runs[GAINS], data.seed, "Other gains as in the legend.")
+    return PaperFigure(
         10,
-        [Drawing(_gains_svg(runs), caption)],
+        [Drawing(_draw_gains(runs), caption)],
         ZETA,
-        shelf.seed,
+        data.seed,
         {"gains": list(GAIN_COLUMNS.json(rows))},
         {"gains": GAIN_COLUMNS.html(rows)},
     )
 
 
-def _gains_svg(runs: Mapping[tuple[float, float], Course]) -> str:
+def _draw_gains(runs: Mapping[tuple[float, float], RunSignals]) -> str:
     """Joint angles as svg: (a), (b): P varies, shoulder and elbow; (c), (d): D varies."""
-    figure, grid = new_figure(2, 2, 2.3)
+    figure, grid = make_figure(2, 2, 2.3)
     panel = iter("abcd")
     for varied, row in enumerate(grid):
         fixed = GAINS[1 - varied]

@@ -5,91 +5,95 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import partial
 
-from crosscheck.audit.experiments.cells import LABELLED, LAWS, Law
 from crosscheck.audit.experiments.experiments import PD
-from crosscheck.audit.figures import angles, laws, over_laws, sweeps
-from crosscheck.audit.figures.plate import Plate, Row, rows
-from crosscheck.audit.figures.shelf import LOW_ZETA, ZETA, Shelf
-from crosscheck.audit.figures.views import severe_over_zeta
+from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS, Law
+from crosscheck.audit.figures import angles, law_figures, laws, sweeps
+from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA, FigureData
+from crosscheck.audit.figures.paper_figure import FigureClaim, PaperFigure, find_figure_claims
+from crosscheck.audit.figures.plotting import draw_severe_shares
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.page.chapter import AuditChapter
-from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import html, text
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.text import render_template, to_markup
 from crosscheck.models.errors import Diverged
 
-PLATES: dict[int, Callable[[Shelf], Plate]] = {
-    4: laws.figure_4,
-    5: laws.figure_5,
-    6: partial(angles.deviations, number=6, quantity="theta", symbol="Δθ", unit="rad"),
-    7: partial(angles.deviations, number=7, quantity="theta_dot", symbol="Δω", unit="rad/s"),
-    **{number: partial(over_laws.over_laws, number=number) for number in (8, 9)},
-    10: angles.figure_10,
-    **{number: partial(over_laws.over_laws, number=number) for number in (11, 12, 13)},
-    14: over_laws.figure_14,
-    15: angles.figure_15,
-    16: partial(sweeps.over_sizes, number=16),
-    17: sweeps.figure_17,
-    **{number: partial(sweeps.over_sizes, number=number) for number in (18, 19, 20)},
+FIGURE_FUNCTIONS: dict[int, Callable[[FigureData], PaperFigure]] = {
+    4: laws.draw_figure_4,
+    5: laws.draw_figure_5,
+    6: partial(angles.draw_deviations, number=6, quantity="theta", symbol="Δθ", unit="rad"),
+    7: partial(angles.draw_deviations, number=7, quantity="theta_dot", symbol="Δω", unit="rad/s"),
+    **{number: partial(law_figures.draw_law_figure, number=number) for number in (8, 9)},
+    10: angles.draw_figure_10,
+    **{number: partial(law_figures.draw_law_figure, number=number) for number in (11, 12, 13)},
+    14: law_figures.draw_figure_14,
+    15: angles.draw_figure_15,
+    16: partial(sweeps.draw_sweep_figure, number=16),
+    17: sweeps.draw_figure_17,
+    **{number: partial(sweeps.draw_sweep_figure, number=number) for number in (18, 19, 20)},
 }
-NUMBERS = tuple(PLATES)
+NUMBERS = tuple(FIGURE_FUNCTIONS)
 ID, TITLE = "figures", "Figures 4 to 20"
 QUICK_NUMBERS = (4, 5, 6, 8, 14, 17)
 
 
-def chapter(material: Material) -> AuditChapter:
+def build_chapter(context: AuditContext) -> AuditChapter:
     """The chapter with all figures, or with six of them if quick."""
-    shelf = Shelf(material)
-    numbers = QUICK_NUMBERS if material.scale.quick else NUMBERS
-    made = [(_made(shelf, number), _rows(shelf, number)) for number in numbers]
-    drawn = [plate.html(found) for plate, found in made]
+    data = FigureData(context)
+    numbers = QUICK_NUMBERS if context.scale.quick else NUMBERS
+    figures = [(_draw_figure(data, number), _figure_claims(data, number)) for number in numbers]
+    drawn = [figure.to_html(claims) for figure, claims in figures]
     return AuditChapter(
         ID,
         TITLE,
-        "\n".join([_introduction(material), *drawn]),
-        [plate.to_dict(found) for plate, found in made],
-        text("figures/outcome", count=len(made), claims=sum(len(found) for _, found in made)),
+        "\n".join([_introduction(context), *drawn]),
+        [figure.to_dict(claims) for figure, claims in figures],
+        render_template(
+            "figures/outcome", count=len(figures), claims=sum(len(claims) for _, claims in figures)
+        ),
     )
 
 
-def alone(material: Material, numbers: Iterable[int]) -> str:
+def draw_figures(context: AuditContext, numbers: Iterable[int]) -> str:
     """Some figures as html, without verdicts. Raises KeyError for a number not in NUMBERS."""
-    shelf = Shelf(material, whole=False)
-    return "\n".join(_made(shelf, number).html(_rows(shelf, number)) for number in numbers)
+    data = FigureData(context, has_verdicts=False)
+    return "\n".join(
+        _draw_figure(data, number).to_html(_figure_claims(data, number)) for number in numbers
+    )
 
 
-def _made(shelf: Shelf, number: int) -> Plate:
+def _draw_figure(data: FigureData, number: int) -> PaperFigure:
     """The plate of a figure; one without a drawing if a run behind it diverges."""
-    told = shelf.material.study.told
-    told(f"figure {number}", 0, 1)
+    progress = data.context.study.progress
+    progress(f"figure {number}", 0, 1)
     try:
-        plate = PLATES[number](shelf)
+        figure = FIGURE_FUNCTIONS[number](data)
     except Diverged as error:
-        plate = Plate(number, [], reason=str(error))
-    told(f"figure {number}", 1, 1)
-    return plate
+        figure = PaperFigure(number, [], reason=str(error))
+    progress(f"figure {number}", 1, 1)
+    return figure
 
 
-def _rows(shelf: Shelf, number: int) -> list[Row]:
-    return rows(shelf, number, ZETAS.get(number, ZETA))
+def _figure_claims(data: FigureData, number: int) -> list[FigureClaim]:
+    return find_figure_claims(data, number, ZETAS.get(number, ZETA))
 
 
 ZETAS = dict.fromkeys((8, 9, 11, 12, 13, 14, 16, 17, 18, 19, 20), LOW_ZETA)
 
 
-def _introduction(material: Material) -> str:
+def _introduction(context: AuditContext) -> str:
     """The chapter's introduction, with what other damping does to the third fluctuation."""
     shares: dict[Law, dict[float, Share | None]] = {law: {} for law in LAWS}
-    for cell, known in material.settings:
-        if cell.arm == LABELLED:
-            shares[cell.law][cell.zeta] = Third.of(known[PD]).share
-    return text(
+    for condition, results in context.settings:
+        if condition.arm == LABELLED:
+            shares[condition.law][condition.zeta] = ThirdFluctuation.from_samples(results[PD]).share
+    return render_template(
         "figures/introduction",
-        svg=html(severe_over_zeta(shares)),
+        svg=to_markup(draw_severe_shares(shares)),
         zeta=ZETA,
         low_zeta=LOW_ZETA,
         severe=SEVERE,
-        starts=material.scale.most_starts,
-        seed=material.scale.first_seed,
+        starts=context.scale.most_starts,
+        seed=context.scale.first_seed,
     )

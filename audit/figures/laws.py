@@ -7,10 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
-from crosscheck.analytic.paper.stiffness import fundamental, square_wave, square_wave_series
-from crosscheck.audit.figures.plate import Drawing, Plate
-from crosscheck.audit.figures.shelf import Shelf
-from crosscheck.audit.figures.views import MICRO, Curve, Panel, panels
+from crosscheck.analytic.paper.stiffness import (
+    fundamental_stiffness,
+    square_wave,
+    square_wave_series,
+)
+from crosscheck.audit.figures.figure_data import FigureData
+from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
+from crosscheck.audit.figures.plotting import MICRO, Curve, Panel, draw_panels
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.models.loading import load_arm
 from crosscheck.report import fragments
@@ -26,7 +30,7 @@ SAME = 1e-12  # two printed expressions of one harmonic: rounding alone may diff
 AWAY = 0.02  # of a period: this far from its jumps a truncated series can be asked to converge
 
 
-def figure_4(shelf: Shelf) -> Plate:
+def draw_figure_4(data: FigureData) -> PaperFigure:
     """The plate of Fig. 4: Eq. 6 for several sigma against Eq. 5."""
     b = paper_stage(load_arm(ARM)).backlash_m
     x = np.linspace(-3 * b, 3 * b, 3001)
@@ -38,20 +42,20 @@ def figure_4(shelf: Shelf) -> Plate:
     labels = {"xlabel": "x [µm]", "ylabel": "f_k [µm]"}
     closely = {"xlim": (0.4 * edge, 1.6 * edge), "ylim": (-0.2 * edge, 0.6 * edge)}
     close = Panel(curves, {**labels, **closely, "title": "the edge of the clearance"})
-    rows = [sharpness(x, b, sigma) for sigma in SHARPNESS_PER_M]
+    rows = [tanh_sharpness(x, b, sigma) for sigma in SHARPNESS_PER_M]
     deviations = ("largest deviation [µm]", "deviation times sigma", "pull outside contact [µm]")
-    told = [(r.sigma, MICRO * r.gap_m, r.gap_m * r.sigma, MICRO * r.pull_m) for r in rows]
-    cells = [[f"{value:.3g}" for value in row] for row in told]
+    scaled_rows = [(r.sigma, MICRO * r.gap_m, r.gap_m * r.sigma, MICRO * r.pull_m) for r in rows]
+    cells = [[f"{value:.3g}" for value in row] for row in scaled_rows]
     caption = f"b {edge:g} µm; sigma as in the legend, the paper gives none."
-    return Plate(
+    return PaperFigure(
         4,
-        [Drawing(panels(2.8, Panel(curves, labels), close), caption)],
-        tables={"sharpness": fragments.table(["sigma [1/m]", *deviations], cells)},
+        [Drawing(draw_panels(2.8, Panel(curves, labels), close), caption)],
+        tables={"sharpness": fragments.render_table(["sigma [1/m]", *deviations], cells)},
         numbers={"deviation_um": {f"{row.sigma:g}": MICRO * row.gap_m for row in rows}},
     )
 
 
-class Sharpness(NamedTuple):
+class TanhSharpness(NamedTuple):
     """Eq. 6 at a sigma [1/m]: largest deviation from Eq. 5, largest pull outside contact [m]."""
 
     sigma: float
@@ -59,21 +63,21 @@ class Sharpness(NamedTuple):
     pull_m: float
 
 
-def sharpness(x: np.ndarray, b: float, sigma: float) -> Sharpness:
+def tanh_sharpness(x: np.ndarray, b: float, sigma: float) -> TanhSharpness:
     """How sharp Eq. 6 is at a sigma [1/m], over displacements x [m] with the backlash b [m]."""
     smooth = dead_zone_tanh(x, b, sigma)
     gap = np.abs(smooth - dead_zone(x, b)).max()
-    return Sharpness(sigma, float(gap), float(-smooth[x > 0].min()))
+    return TanhSharpness(sigma, float(gap), float(-smooth[x > 0].min()))
 
 
-def figure_5(shelf: Shelf) -> Plate:
+def draw_figure_5(data: FigureData) -> PaperFigure:
     """The plate of Fig. 5: Eq. 7 with n harmonics, its fundamental, and Eq. 8."""
     stage = paper_stage(load_arm(ARM))
     k_m, k_a = stage.mesh_stiffness_N_per_m, stage.mesh_stiffness_amplitude_N_per_m
-    low, high = limits(k_m, k_a, CONTACT_RATIO)
+    low, high = stiffness_limits(k_m, k_a, CONTACT_RATIO)
     cycle = np.linspace(0, 2, 2001)
     series = {n: square_wave_series(cycle, low, high, CONTACT_RATIO, n) for n in (*HARMONICS, MANY)}
-    eq8 = fundamental(np.sin(2 * np.pi * cycle), k_m, k_a)
+    eq8 = fundamental_stiffness(np.sin(2 * np.pi * cycle), k_m, k_a)
     wave = square_wave(cycle, low, high, CONTACT_RATIO)
     square = Curve(cycle, wave, "k", "square wave", "--", 1.6)
     shown = [
@@ -90,10 +94,10 @@ def figure_5(shelf: Shelf) -> Plate:
         for ratio, phase, swing, mean in (ratio_row(ratio, k_m, k_a) for ratio in OTHER_RATIOS)
     ]
     caption = f"k_m {k_m:g} N/m, k_a {k_a:g} N/m; all pairs in phase (gamma = 0)."
-    return Plate(
+    return PaperFigure(
         5,
-        [Drawing(panels(2.8, *drawn), caption)],
-        tables={"ratios": fragments.table(head, ratios)},
+        [Drawing(draw_panels(2.8, *drawn), caption)],
+        tables={"ratios": fragments.render_table(head, ratios)},
         numbers={
             "k_max_N_per_m": high,
             "k_min_N_per_m": low,
@@ -104,7 +108,7 @@ def figure_5(shelf: Shelf) -> Plate:
     )
 
 
-def limits(k_m: float, k_a: float, contact_ratio: float) -> tuple[float, float]:
+def stiffness_limits(k_m: float, k_a: float, contact_ratio: float) -> tuple[float, float]:
     """The stiffnesses k_min and k_max [N/m] with mean k_m and a fundamental of amplitude k_a.
 
     Eq. 7, i = 1: sin(2 pi (e - 1) - u) + sin(u) has the amplitude 2 |sin(pi (e - 1))|.
@@ -114,7 +118,7 @@ def limits(k_m: float, k_a: float, contact_ratio: float) -> tuple[float, float]:
     return float(low), float(low + swing)
 
 
-class Ratio(NamedTuple):
+class ContactRatioRow(NamedTuple):
     """A row on Eq. 7 at a contact ratio: its fundamental's phase, k_max - k_min, mean."""
 
     contact_ratio: float
@@ -123,11 +127,11 @@ class Ratio(NamedTuple):
     mean_N_per_m: float
 
 
-def ratio_row(contact_ratio: float, k_m: float, k_a: float) -> Ratio:
+def ratio_row(contact_ratio: float, k_m: float, k_a: float) -> ContactRatioRow:
     """The row of a contact ratio, with mean k_m and a fundamental of amplitude k_a [N/m]."""
-    low, high = limits(k_m, k_a, contact_ratio)
+    low, high = stiffness_limits(k_m, k_a, contact_ratio)
     cycle = np.arange(360) / 360
     wave = square_wave_series(cycle, low, high, contact_ratio, 1)
     sine = np.fft.rfft(wave)[1] * 1j  # of amplitude x sin(u + phase)
     phase = float(np.round(np.degrees(np.angle(sine)), 9)) + 0.0
-    return Ratio(contact_ratio, phase, high - low, float(wave.mean()))
+    return ContactRatioRow(contact_ratio, phase, high - low, float(wave.mean()))

@@ -10,27 +10,39 @@ import numpy as np
 import xarray as xr
 
 from crosscheck import signals
-from crosscheck.audit.experiments.cells import INTEGRAL, LAWS, Cell, Law
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     DEFAULT_B_UM,
     DEFAULT_E_UM,
     ERROR,
-    Family,
+    ExperimentSeries,
 )
-from crosscheck.audit.figures.plate import Drawing, Plate
-from crosscheck.audit.figures.shelf import LOW_ZETA, Shelf, drawn
-from crosscheck.audit.figures.views import KILO, LAW_COLOURS, conditions, line, same_scale
+from crosscheck.audit.experiments.paper_conditions import INTEGRAL, LAWS, Condition, Law
+from crosscheck.audit.figures.figure_data import LOW_ZETA, FigureData, make_start_variant
+from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
+from crosscheck.audit.figures.plotting import (
+    KILO,
+    LAW_COLOURS,
+    describe_run,
+    draw_line,
+    set_same_scale,
+)
 from crosscheck.audit.measures import events
-from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.reading import arm_of
+from crosscheck.audit.measures.reading import read_arm
 from crosscheck.audit.measures.rigid import rigid_arm
+from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.page.words import LAW_NAMES
+from crosscheck.audit.page.labels import LAW_NAMES
 from crosscheck.report import fragments
 from crosscheck.report.fragments import COLOURS
-from crosscheck.report.plots.figures import legend, log_y, new_figure, not_reached, to_svg
+from crosscheck.report.plots.figures import (
+    draw_legend,
+    make_figure,
+    mark_not_reached,
+    set_log_scale,
+    to_svg,
+)
 from crosscheck.signals import envelope
 
 SMALL_BINS = 350
@@ -55,7 +67,7 @@ class Sweep(NamedTuple):
     F_sp1 is drawn in a window [s]; without one the spectra of both joints' accelerations are drawn.
     """
 
-    family: Family
+    series: ExperimentSeries
     default_um: float
     numbers: tuple[Axis, ...]
     window: tuple[float, float] | None = None
@@ -88,87 +100,89 @@ FIGURES = {
 }
 
 
-def figure_17(shelf: Shelf) -> Plate:
+def draw_figure_17(data: FigureData) -> PaperFigure:
     """The plate of Fig. 17: F_sp1 over b in the third fluctuation; runs with too much energy."""
-    plate = over_sizes(shelf, 17)
+    figure = draw_sweep_figure(data, 17)
     fed = []
-    for (law, b_um), run in shelf.runs(shelf.members(BACKLASH, LOW_ZETA), 17).items():
+    for (law, b_um), run in data.load_runs(data.series_variants(BACKLASH, LOW_ZETA), 17).items():
         peak_J, work_J = energy_peak(run)
         if peak_J > work_J:
             fed.append([LAW_NAMES[law], f"{b_um:g}", f"{peak_J:.4g}", f"{work_J:.4g}"])
     energies = ("largest kinetic energy [J]", "work of the drive until then [J]")
-    table = fragments.table(["phase law", "b [µm]", *energies], fed)
-    return replace(plate, tables={"energy": table} if fed else {})
+    table = fragments.render_table(["phase law", "b [µm]", *energies], fed)
+    return replace(figure, tables={"energy": table} if fed else {})
 
 
-def over_sizes(shelf: Shelf, number: int) -> Plate:
+def draw_sweep_figure(data: FigureData, number: int) -> PaperFigure:
     """The plate of one of FIGURES: numbers of all starts, then what one start gives."""
-    family, default_um, shown, window = FIGURES[number]
-    sweep = shelf.sweep(number, family, LOW_ZETA)
-    own = sweep[INTEGRAL][default_um]
+    series, default_um, shown, window = FIGURES[number]
+    sweep = data.sweep(number, series, LOW_ZETA)
+    default_run = sweep[INTEGRAL][default_um]
     if window is None:
         where = "in the legend"
-        plain = drawn(family(default_um), Cell(INTEGRAL, LOW_ZETA), None)
+        plain = make_start_variant(series(default_um), Condition(INTEGRAL, LOW_ZETA), None)
         beside = {"rigid": rigid_arm(replace(plain, duration_s=None))}
-        rigid = shelf.courses(beside, number)["rigid"]
+        rigid = data.load_courses(beside, number)["rigid"]
         lines = {
-            law: {size: spectra(run, rigid) for size, run in row.items()}
+            law: {size: excess_spectra(run, rigid) for size, run in row.items()}
             for law, row in sweep.items()
         }
-        svg = _spectra_svg(lines, family.symbol)
+        svg = _draw_spectra(lines, series.symbol)
     else:
         where = "at the panels"
-        svg = _force_svg(sweep, family.symbol, window)
-    caption = conditions(own, shelf.seed, f"{family.symbol} as {where}.")
-    drawings = [_numbers_of_all(shelf, family, shown), Drawing(svg, caption)]
-    return Plate(number, drawings, LOW_ZETA, shelf.seed)
+        svg = _draw_forces(sweep, series.symbol, window)
+    caption = describe_run(default_run, data.seed, f"{series.symbol} as {where}.")
+    drawings = [_draw_start_numbers(data, series, shown), Drawing(svg, caption)]
+    return PaperFigure(number, drawings, LOW_ZETA, data.seed)
 
 
-def _numbers_of_all(shelf: Shelf, family: Family, shown: Sequence[Axis]) -> Drawing:
+def _draw_start_numbers(
+    data: FigureData, series: ExperimentSeries, shown: Sequence[Axis]
+) -> Drawing:
     """A drawing of all starts' numbers, a dot each, laws side by side, sizes by rank."""
-    figure, grid = new_figure(1, len(shown), 2.9)
-    known = shelf.known(LOW_ZETA)
-    for axes, one in zip(grid[0], shown, strict=True):
-        for place, law in enumerate(known):
-            members = known[law].members(family)
+    figure, grid = make_figure(1, len(shown), 2.9)
+    results = data.results_by_law(LOW_ZETA)
+    for axes, axis in zip(grid[0], shown, strict=True):
+        for place, law in enumerate(results):
+            members = results[law].members(series)
             for at, member in enumerate(members):
-                values = known[law][member][one.name]
-                values = one.scale * np.sort(values[np.isfinite(values)])
+                values = results[law][member][axis.name]
+                values = axis.scale * np.sort(values[np.isfinite(values)])
                 x = at + 0.27 * (place - 1) + np.linspace(-0.1, 0.1, values.size)
                 label = None if at else LAW_NAMES[law]
                 axes.plot(x, values, ".", ms=3.5, color=LAW_COLOURS[law], label=label)
         ticks = [f"{member.size_um:g}" for member in members]
         axes.set_xticks(range(len(members)), ticks, fontsize=7)
-        axes.set(xlabel=f"{family.symbol} [µm]", ylabel=one.label)
-        if one.log:
-            log_y(axes)
-    legend(figure, grid[0, 0])
-    count = shelf.material.scale.most_starts
+        axes.set(xlabel=f"{series.symbol} [µm]", ylabel=axis.label)
+        if axis.log:
+            set_log_scale(axes)
+    draw_legend(figure, grid[0, 0])
+    count = data.context.scale.most_starts
     caption = (
         f"Every dot is one of {count} starts that differ by 1e-12 m, at zeta {LOW_ZETA:g};"
-        f" {family.symbol} in µm, not to scale."
+        f" {series.symbol} in µm, not to scale."
     )
     return Drawing(to_svg(figure), caption)
 
 
-def _force_svg(
-    sweep: Mapping[Law, Mapping[float, Course]], symbol: str, window: tuple[float, float]
+def _draw_forces(
+    sweep: Mapping[Law, Mapping[float, RunSignals]], symbol: str, window: tuple[float, float]
 ) -> str:
     """F_sp1 [kN] in a window [s] from one start, a row per size, the laws side by side; svg."""
     sizes = list(sweep[INTEGRAL])
-    figure, grid = new_figure(len(sizes), len(sweep), 1.15)
+    figure, grid = make_figure(len(sizes), len(sweep), 1.15)
     for column, (law, row) in enumerate(sweep.items()):
         grid[0, column].set_title(LAW_NAMES[law])
         grid[-1, column].set_xlabel("time [s]")
         for axes, (size, run) in zip(grid[:, column], row.items(), strict=True):
             part = signals.window(run.time, *window)
             time, force = run.time[part], run.F_sp[part]
-            line(axes, time, KILO * force, LAW_NAMES[law], LAW_COLOURS[law], SMALL_BINS)
+            draw_line(axes, time, KILO * force, LAW_NAMES[law], LAW_COLOURS[law], SMALL_BINS)
             if not time.size:
-                not_reached(axes)
+                mark_not_reached(axes)
             axes.set(xlim=window, ylabel=f"{symbol} {size:g} µm\nF_sp1 [kN]")
             axes.tick_params(labelbottom=axes is grid[-1, column])
-    same_scale(grid)
+    set_same_scale(grid)
     return to_svg(figure)
 
 
@@ -178,7 +192,7 @@ def energy_peak(run: xr.Dataset) -> tuple[float, float]:
     The drive turns the sun: T theta_s' / n = T (theta' + (x_sp' + x_pr') / (2 r_cp)), summed over
     recorded intervals.
     """
-    arm, energy = arm_of(run), run["kinetic_energy"].values
+    arm, energy = read_arm(run), run["kinetic_energy"].values
     radii = [paper_stage(arm, place).geometry.r_cp for place in range(len(arm.joints))]
     last = int(np.argmax(energy))
     meshes = run["x_sp"].values[:, :, 0] + run["x_pr"].values[:, :, 0]
@@ -188,35 +202,35 @@ def energy_peak(run: xr.Dataset) -> tuple[float, float]:
     return float(energy[last]), float(work[:last].sum())
 
 
-def spectra(run: Course, rigid: Course) -> list[Spectrum]:
+def excess_spectra(run: RunSignals, rigid: RunSignals) -> list[Spectrum]:
     """The spectra of both joints in the part of the run that the claims' numbers look at."""
-    third = events.third_after(run.time, run.F_sp, run.F_outer[:, 0])
+    third = events.third_window_after_changes(run.time, run.F_sp, run.F_outer[:, 0])
     if not run.time[third].size:
         return [(np.empty(0), np.empty(0))] * 2
-    own = run.theta_ddot - rigid.at(run.time).theta_ddot
-    near = events.third_peak(run.time, own[:, 0], third)
-    return [signals.spectrum(run.time[near], own[near, joint]) for joint in (0, 1)]
+    excess = run.theta_ddot - rigid.at(run.time).theta_ddot
+    near = events.third_peak(run.time, excess[:, 0], third)
+    return [signals.spectrum(run.time[near], excess[near, joint]) for joint in (0, 1)]
 
 
-def _spectra_svg(lines: Mapping[Law, Mapping[float, list[Spectrum]]], symbol: str) -> str:
-    figure, grid = new_figure(2, len(LAWS), 2.4)
+def _draw_spectra(lines: Mapping[Law, Mapping[float, list[Spectrum]]], symbol: str) -> str:
+    figure, grid = make_figure(2, len(LAWS), 2.4)
     for column, (law, row) in enumerate(lines.items()):
         grid[0, column].set_title(LAW_NAMES[law])
         grid[-1, column].set_xlabel("frequency [Hz]")
         for joint, axes in enumerate(grid[:, column]):
-            for (size, found), colour in zip(row.items(), COLOURS, strict=False):
+            for (size, spectra), colour in zip(row.items(), COLOURS, strict=False):
                 label = f"{symbol} {size:g} µm"
-                axes.plot(*_highest(*found[joint]), color=colour, label=label, linewidth=0.8)
+                axes.plot(*_bin_maxima(*spectra[joint]), color=colour, label=label, linewidth=0.8)
             axes.set(xlim=(0, HIGHEST_HZ), ylabel=f"{('shoulder', 'elbow')[joint]} [rad/s²]")
-            log_y(axes)
-    same_scale(grid)
+            set_log_scale(axes)
+    set_same_scale(grid)
     for axes in grid.flat:
         axes.set_ylim(bottom=max(FAINTEST, axes.get_ylim()[0]))
-    legend(figure, grid[0, 0])
+    draw_legend(figure, grid[0, 0])
     return to_svg(figure)
 
 
-def _highest(frequency: np.ndarray, amplitudes: np.ndarray) -> Spectrum:
+def _bin_maxima(frequency: np.ndarray, amplitudes: np.ndarray) -> Spectrum:
     """The largest amplitude of every bin of a drawing, with the bins' frequencies."""
     kept = frequency <= HIGHEST_HZ
     if not kept.any():

@@ -13,10 +13,10 @@ from crosscheck.audit.hypotheses.evidence import shaking
 from crosscheck.audit.measures.undefined import UNDEFINED, JsonObject
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
-from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import html, text
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.text import render_template, to_markup
 from crosscheck.report.fragments import COLOURS
-from crosscheck.report.plots.figures import legend, new_figure, to_svg
+from crosscheck.report.plots.figures import draw_legend, make_figure, to_svg
 
 ID, TITLE = "accumulation", "Errors that accumulate back and forth (H3)"
 DURATION_S = 2.0  # the paper's Fig. 15 does not say
@@ -37,64 +37,70 @@ class DriveVerdict(NamedTuple):
     ordered: State | None
 
 
-def chapter(material: Material) -> AuditChapter:
+def build_chapter(context: AuditContext) -> AuditChapter:
     """The chapter on growth, prediction, linearity and order of the backlash error, both drives."""
-    found = shaken(material)
-    sizes = _sizes(found)
-    verdicts = {drive: verdict([x for x in found if x.drive == drive]) for drive in shaking.DRIVES}
-    first = {one.drive: one for one in reversed(found)}  # at the larger damping
-    own = verdicts["sqrt_time"].own
-    page = text(
+    results = run_shaking(context)
+    sizes = _error_ranges(results)
+    verdicts = {
+        drive: judge_drive([x for x in results if x.drive == drive]) for drive in shaking.DRIVES
+    }
+    first = {entry.drive: entry for entry in reversed(results)}  # at the larger damping
+    sensitivity_state = verdicts["sqrt_time"].own
+    page = render_template(
         "hypotheses/accumulation",
         printed=first["sqrt_time"],
         even=first["time"],
-        largest=largest,
+        largest=largest_error,
         verdicts=verdicts,
         shaking=shaking,
-        starts=len(material.scale.seeds),
-        picture=html(drawing(list(first.values())[::-1])),
-        summary=SUMMARY.html(found),
+        starts=len(context.scale.seeds),
+        picture=to_markup(draw_errors(list(first.values())[::-1])),
+        summary=SUMMARY.html(results),
         sizes=SIZES.html(sizes),
     )
     record: JsonObject = {
         "id": "H3",
-        "verdict": _WORDS.get(own, "depends on the damping"),
-        "by_drive": {drive: dict(one._asdict()) for drive, one in verdicts.items()},
+        "verdict": _WORDS.get(sensitivity_state, "depends on the damping"),
+        "by_drive": {drive: dict(entry._asdict()) for drive, entry in verdicts.items()},
     }
-    outcome = text("hypotheses/accumulation_outcome", own=own, found=first["sqrt_time"])
-    records = [record, *SUMMARY.json(found), *SIZES.json(sizes)]
+    outcome = render_template(
+        "hypotheses/accumulation_outcome", own=sensitivity_state, found=first["sqrt_time"]
+    )
+    records = [record, *SUMMARY.json(results), *SIZES.json(sizes)]
     return AuditChapter(ID, TITLE, page, records, outcome)
 
 
-def shaken(material: Material) -> list[shaking.Shaken]:
+def run_shaking(context: AuditContext) -> list[shaking.ShakingResult]:
     """The results of both drives at every damping ratio."""
-    scale = material.scale
-    asked = [
-        shaking.Shaking(drive, zeta, scale.seeds, scale.seconds(DURATION_S))
+    scale = context.scale
+    questions = [
+        shaking.ShakingQuestion(drive, zeta, scale.seeds, scale.limit_duration(DURATION_S))
         for drive in shaking.DRIVES
         for zeta in shaking.ZETAS
     ]
-    return material.study.answers(asked, "H3, back and forth")
+    return context.study.answer_questions(questions, "H3, back and forth")
 
 
-def verdict(found: Sequence[shaking.Shaken]) -> DriveVerdict:
+def judge_drive(results: Sequence[shaking.ShakingResult]) -> DriveVerdict:
     """The verdict on one drive from its results at every damping ratio."""
-    answers = ({state(getattr(one, name)) for one in found} for name in DriveVerdict._fields)
+    answers = (
+        {state(getattr(result, name)) for result in results} for name in DriveVerdict._fields
+    )
     return DriveVerdict(*(states.pop() if len(states) == 1 else None for states in answers))
 
 
-def largest(found: shaking.Shaken, backlash_m: float = shaking.REFERENCE_M) -> float:
+def largest_error(result: shaking.ShakingResult, backlash_m: float = shaking.REFERENCE_M) -> float:
     """The largest error [rad] of a backlash in any start."""
     place = shaking.BACKLASHES_M.index(backlash_m)
-    return max(start.largest_rad[place] for start in found.starts)
+    return max(start.largest_rad[place] for start in result.starts)
 
 
-def _percent(name: str) -> Callable[[shaking.Shaken], tuple[float | None, ...]]:
+def _percent_range(name: str) -> Callable[[shaking.ShakingResult], tuple[float | None, ...]]:
     """A function from a result to the least and largest value of a share over the starts [%]."""
     return lambda found: tuple(None if x is None else 100 * x for x in found.span(name))
 
 
-SUMMARY = Columns[shaking.Shaken](
+SUMMARY = Columns[shaking.ShakingResult](
     "{0.id}",
     [
         TableColumn("drive", "drive [N m]", lambda one: WORDS[one.drive]),
@@ -105,15 +111,17 @@ SUMMARY = Columns[shaking.Shaken](
         ),
         TableColumn("rigid_growth_per_s", "of the nudged rigid arm"),
         TableColumn(
-            "misfit_percent", "rigid arm's forecast misses by [%]", _percent("misfit"), ".2g"
+            "misfit_percent", "rigid arm's forecast misses by [%]", _percent_range("misfit"), ".2g"
         ),
         TableColumn("own_sensitivity", "own sensitivity in", "own.yes"),
         TableColumn(
-            "nonlinearity_percent", "not linear in b by [%]", _percent("nonlinearity"), ".2g"
+            "nonlinearity_percent", "not linear in b by [%]", _percent_range("nonlinearity"), ".2g"
         ),
         TableColumn("linear", "linear in", "linear.yes"),
-        TableColumn("ordered_before_percent", None, _percent("ordered_before")),
-        TableColumn("ordered_percent", "later in order [% of 0.2 s]", _percent("ordered_after")),
+        TableColumn("ordered_before_percent", None, _percent_range("ordered_before")),
+        TableColumn(
+            "ordered_percent", "later in order [% of 0.2 s]", _percent_range("ordered_after")
+        ),
         TableColumn("ordered", "ordered in", "ordered.yes"),
         TableColumn("sensitivity_small", None),
         TableColumn("largest_sensitivity", "largest dθ₁/dθ₂(0)"),
@@ -122,30 +130,30 @@ SUMMARY = Columns[shaking.Shaken](
 )
 
 
-class BacklashErrors(NamedTuple):
+class BacklashErrorRange(NamedTuple):
     """The errors [rad] of one backlash [um], least and largest of the starts."""
 
-    found: shaking.Shaken
+    found: shaking.ShakingResult
     b_um: float
     largest: tuple[float, float]
     end: tuple[float, float]
 
 
-def _sizes(found: Sequence[shaking.Shaken]) -> list[BacklashErrors]:
+def _error_ranges(results: Sequence[shaking.ShakingResult]) -> list[BacklashErrorRange]:
     """The errors of every drive, damping ratio and backlash."""
     return [
-        BacklashErrors(one, 1e6 * b, (min(most), max(most)), (min(last), max(last)))
-        for one in found
+        BacklashErrorRange(result, 1e6 * b, (min(most), max(most)), (min(last), max(last)))
+        for result in results
         for b, most, last in zip(
             shaking.BACKLASHES_M,
-            zip(*(start.largest_rad for start in one.starts), strict=True),
-            zip(*(start.end_rad for start in one.starts), strict=True),
+            zip(*(start.largest_rad for start in result.starts), strict=True),
+            zip(*(start.end_rad for start in result.starts), strict=True),
             strict=True,
         )
     ]
 
 
-SIZES = Columns[BacklashErrors](
+SIZES = Columns[BacklashErrorRange](
     "{0.found.id}/{0.b_um:g}",
     [
         TableColumn("drive", "drive [N m]", lambda size: WORDS[size.found.drive]),
@@ -157,24 +165,34 @@ SIZES = Columns[BacklashErrors](
 )
 
 
-def drawing(found: Sequence[shaking.Shaken]) -> str:
+def draw_errors(results: Sequence[shaking.ShakingResult]) -> str:
     """Errors of the first start over time, and over b, a row for each result, as svg."""
-    picture, grid = new_figure(len(found), 2, 2.9)
-    for row, case in zip(grid, found, strict=True):
+    picture, grid = make_figure(len(results), 2, 2.9)
+    for row, case in zip(grid, results, strict=True):
         time, predicted = (np.array(x, float) for x in (case.curves.time, case.curves.predicted))
         for b, values, colour in zip(
             shaking.BACKLASHES_M, case.curves.errors, COLOURS, strict=True
         ):
             error = np.array(values)
-            row[0].plot(time, shaking.running(error), color=colour, label=f"b {1e6 * b:g} µm")
+            row[0].plot(
+                time, shaking.running_maximum(error), color=colour, label=f"b {1e6 * b:g} µm"
+            )
             row[1].plot(time, error / b, color=colour, lw=0.9)
-        row[0].plot(time, shaking.running(predicted), "k--", lw=1, label="rigid arm's own, b 50 µm")
+        row[0].plot(
+            time, shaking.running_maximum(predicted), "k--", lw=1, label="rigid arm's own, b 50 µm"
+        )
         row[1].plot(time, predicted / shaking.REFERENCE_M, "k--", lw=1)
-        own = np.array(case.curves.errors[shaking.BACKLASHES_M.index(shaking.REFERENCE_M)])
-        bound = 1.3 * signals.amplitude(own[time <= shaking.SMALL_S[1]]) / shaking.REFERENCE_M
+        reference_error = np.array(
+            case.curves.errors[shaking.BACKLASHES_M.index(shaking.REFERENCE_M)]
+        )
+        bound = (
+            1.3
+            * signals.amplitude(reference_error[time <= shaking.SMALL_S[1]])
+            / shaking.REFERENCE_M
+        )
         row[0].set(yscale="log", ylim=(1e-10, 10), xlabel="time [s]", ylabel="|Δθ₁| [rad]",
                    title=f"T = {WORDS[case.drive]}, ζ = {case.zeta:g}")  # fmt: skip
         row[1].set(xlim=(0, shaking.SMALL_S[1]), ylim=(-bound, bound), xlabel="time [s]",
                    ylabel="Δθ₁ / b [rad/m]")  # fmt: skip
-    legend(picture, grid[0, 0])
+    draw_legend(picture, grid[0, 0])
     return to_svg(picture)

@@ -16,21 +16,21 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.audit.claims import catalogue, quantities, rule
-from crosscheck.audit.claims.settings import plan_of
-from crosscheck.audit.experiments.cells import LAWS, READINGS, Cell
+from crosscheck.audit.claims.study_plan import plan_of
 from crosscheck.audit.experiments.experiments import CONSTANT, NO_ERROR, PD
+from crosscheck.audit.experiments.paper_conditions import LAWS, READINGS, Condition
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Planets, Variant
 from crosscheck.audit.measures.rigid import rigid_model
-from crosscheck.audit.measures.undefined import recorded
+from crosscheck.audit.measures.undefined import to_json
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
-from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import html, text
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.text import render_template, to_markup
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.fragments import COLOURS
-from crosscheck.report.plots.figures import legend, new_figure, to_svg
+from crosscheck.report.plots.figures import draw_legend, make_figure, to_svg
 
 ID, TITLE = "damping_fit", "The unknown damping"
 _LAW_WORDS = ("as printed", "printed, ring rate repaired", "integral")
@@ -43,57 +43,57 @@ PLANETS: tuple[Planets, ...] = ("free", "lumped")
 ALPHA = 0.05  # that one setting or more is left out although it explains as much as the best
 
 
-def chapter(material: Material) -> AuditChapter:
+def build_chapter(context: AuditContext) -> AuditChapter:
     """The chapter on the set of settings that explain the printed numbers equally well."""
     claims = [catalogue.BY_ID[name] for name in NUMBERS]
-    found = fits(material, claims)
-    chosen = equally_good(found)
-    whole, left_out = span(chosen), each_left_out(found)
-    silent = tells_nothing(found)
+    fits = fit_conditions(context, claims)
+    chosen = select_best_fits(fits)
+    whole, left_out = summarize_settings(chosen), summarize_without_each(fits)
+    silent = find_uninformative_claims(fits)
     table = _columns(claims, chosen)
-    rigid = reversals(material.study, material.scale)
+    rigid = find_reversals(context.study, context.scale)
     given = {
         "claims": claims,
         "chosen": whole,
         "laws": [LAW_WORDS[law] for law in whole.laws],
         "most": {  # numbers that a law's best setting explains
-            LAW_WORDS[law.id]: max(fit.mean for fit in found if fit.cell.law == law) for law in LAWS
+            LAW_WORDS[law.id]: max(fit.mean for fit in fits if fit.cell.law == law) for law in LAWS
         },
     }
-    page = text(
+    page = render_template(
         "hypotheses/damping_fit",
         always=[catalogue.BY_ID[name] for name in silent[rule.State.YES]],
         never=[catalogue.BY_ID[name] for name in silent[rule.State.NO]],
-        settings=len(found),
-        starts=len(material.scale.seeds),
+        settings=len(fits),
+        starts=len(context.scale.seeds),
         alpha=ALPHA,
-        picture=html(drawing(found, chosen)),
+        picture=to_markup(draw_explained_numbers(fits, chosen)),
         best=table.html(chosen),
         left_out=SPANS.html(left_out),
-        every=table.html(sorted(found, key=lambda fit: -fit.mean)),
+        every=table.html(sorted(fits, key=lambda fit: -fit.mean)),
         reversals=REVERSALS.html(rigid),
         **given,
     )
     verdict: dict[str, object] = {
         "id": "damping",
-        **recorded(vars(whole)),
-        "without": [recorded(vars(one)) for one in left_out],
+        **to_json(vars(whole)),
+        "without": [to_json(vars(summary)) for summary in left_out],
         "true_in_all": silent[rule.State.YES],
         "false_in_all": silent[rule.State.NO],
     }
-    records: list[Mapping[str, object]] = [verdict, *REVERSALS.json(rigid), *table.json(found)]
-    outcome = text("hypotheses/damping_fit_outcome", **given)
+    records: list[Mapping[str, object]] = [verdict, *REVERSALS.json(rigid), *table.json(fits)]
+    outcome = render_template("hypotheses/damping_fit_outcome", **given)
     return AuditChapter(ID, TITLE, page, records, outcome)
 
 
 def _columns(claims: Sequence[rule.Claim], chosen: Sequence[DampingFit]) -> Columns[DampingFit]:
     """The columns of a setting's fit; claims: whose shares of starts are shown."""
 
-    def share(claim: rule.Claim) -> TableColumn[DampingFit]:
-        def of(fit: DampingFit) -> float:
+    def share_column(claim: rule.Claim) -> TableColumn[DampingFit]:
+        def explained_share(fit: DampingFit) -> float:
             return float(np.mean(fit.explained[claim.id]))
 
-        return TableColumn(claim.id, claim.id, of, ".2f")
+        return TableColumn(claim.id, claim.id, explained_share, ".2f")
 
     return Columns(
         "damping_fit/{0.cell.id}",
@@ -103,13 +103,13 @@ def _columns(claims: Sequence[rule.Claim], chosen: Sequence[DampingFit]) -> Colu
             TableColumn("planets", "planets", "cell.planets"),
             TableColumn("zeta", "ζ", "cell.zeta", "g"),
             TableColumn("explained", "numbers explained", "mean", ".2f"),
-            *map(share, claims),
+            *map(share_column, claims),
             TableColumn("equally_good", None, lambda fit: fit in chosen),
         ],
     )
 
 
-SPANS: Columns[Span] = Columns(
+SPANS: Columns[SettingsSummary] = Columns(
     "damping_fit/without/{0.left_out}",
     [
         TableColumn("left_out", "without"),
@@ -131,28 +131,28 @@ REVERSALS: Columns[Reversals] = Columns(
 )
 
 
-def drawing(found: Sequence[DampingFit], chosen: Sequence[DampingFit]) -> str:
+def draw_explained_numbers(fits: Sequence[DampingFit], chosen: Sequence[DampingFit]) -> str:
     """Numbers explained over zeta, a panel for each reading and planets' treatment, as svg."""
-    picture, grid = new_figure(len(PLANETS), len(READINGS), 2.4)
+    picture, grid = make_figure(len(PLANETS), len(READINGS), 2.4)
     for (row, column), axes in np.ndenumerate(grid):
         arm, planets = tuple(READINGS)[column], PLANETS[row]
         for law, colour in zip(LAWS, COLOURS, strict=False):
-            mine = [
-                fit for fit in found
+            law_fits = [
+                fit for fit in fits
                 if (fit.cell.law, fit.cell.arm, fit.cell.planets) == (law, arm, planets)
             ]  # fmt: skip
-            best = [fit for fit in mine if fit in chosen]
-            axes.plot([fit.cell.zeta for fit in mine], [fit.mean for fit in mine], "o-",
+            best = [fit for fit in law_fits if fit in chosen]
+            axes.plot([fit.cell.zeta for fit in law_fits], [fit.mean for fit in law_fits], "o-",
                       color=colour, ms=3, label=LAW_WORDS[law.id])  # fmt: skip
             axes.plot([fit.cell.zeta for fit in best], [fit.mean for fit in best], "o",
                       mfc="none", mec="k", ms=8, label="equally good")  # fmt: skip
-        axes.set(xscale="log", ylim=(0, len(found[0].explained)),
+        axes.set(xscale="log", ylim=(0, len(fits[0].explained)),
                  title=f"{READINGS[arm]}, planets {planets}")  # fmt: skip
     for axes in grid[-1]:
         axes.set_xlabel("ζ")
     for axes in grid[:, 0]:
         axes.set_ylabel("numbers explained [1]")
-    legend(picture, grid[0, 0])
+    draw_legend(picture, grid[0, 0])
     return to_svg(picture)
 
 
@@ -160,7 +160,7 @@ def drawing(found: Sequence[DampingFit], chosen: Sequence[DampingFit]) -> str:
 class DampingFit:
     """What a setting explains: by claim, (starts,), whether each start explains its number."""
 
-    cell: Cell
+    cell: Condition
     explained: Mapping[str, np.ndarray]
     answers: Mapping[str, rule.Answer]
 
@@ -174,38 +174,43 @@ class DampingFit:
         """The mean count of printed numbers that a start explains."""
         return float(self.counts.mean())
 
-    def without(self, claim: str) -> DampingFit:
+    def drop_claim(self, claim: str) -> DampingFit:
         """The fit with one number left out."""
         left = {name: yes for name, yes in self.explained.items() if name != claim}
         return DampingFit(self.cell, left, self.answers)
 
 
-def fits(material: Material, claims: Sequence[rule.Claim]) -> list[DampingFit]:
+def fit_conditions(context: AuditContext, claims: Sequence[rule.Claim]) -> list[DampingFit]:
     """The fits of every setting; quick: of the claims' own quick settings."""
-    plan = plan_of(material.scale)
+    plan = plan_of(context.scale)
     cells = [
-        Cell(law, zeta, arm, planets)
+        Condition(law, zeta, arm, planets)
         for planets, law, arm, zeta in product(PLANETS, LAWS, plan.readings, plan.zetas)
     ]
-    wanted = [(cell, source) for cell in cells for source in SOURCES]
-    found = material.samples(wanted, "damping fit")
-    return [fit_of(c, quantities.Known({s: found[c, s] for s in SOURCES}), claims) for c in cells]
+    requests = [(cell, source) for cell in cells for source in SOURCES]
+    samples = context.samples(requests, "damping fit")
+    return [
+        fit_condition(c, quantities.ConditionResults({s: samples[c, s] for s in SOURCES}), claims)
+        for c in cells
+    ]
 
 
-def fit_of(cell: Cell, known: quantities.Known, claims: Sequence[rule.Claim]) -> DampingFit:
+def fit_condition(
+    cell: Condition, results: quantities.ConditionResults, claims: Sequence[rule.Claim]
+) -> DampingFit:
     """The fit of a setting to claims about one quantity each, from the setting's experiments."""
     explained, given = {}, {}
     for claim in claims:
         (quantity,) = claim.choices.values()
-        explained[claim.id] = claim.limits.yes(quantity(known))
-        (given[claim.id],) = rule.answers(claim, [(cell, known)])
+        explained[claim.id] = claim.limits.contains(quantity(results))
+        (given[claim.id],) = rule.evaluate_claim(claim, [(cell, results)])
     return DampingFit(cell, explained, given)
 
 
-def equally_good(found: Sequence[DampingFit]) -> list[DampingFit]:
+def select_best_fits(fits: Sequence[DampingFit]) -> list[DampingFit]:
     """The best fit, and every one that is not told apart from it (Holm's procedure)."""
-    best = max(found, key=lambda fit: fit.mean)
-    others = [fit for fit in found if fit is not best]
+    best = max(fits, key=lambda fit: fit.mean)
+    others = [fit for fit in fits if fit is not best]
     chances = {id(fit): chance(best.counts, fit.counts) for fit in others}
     worse = sorted(others, key=lambda fit: chances[id(fit)])
     for place, fit in enumerate(worse):
@@ -228,7 +233,7 @@ def chance(best: np.ndarray, other: np.ndarray) -> float:
 
 
 @dataclass(frozen=True)
-class Span:
+class SettingsSummary:
     """What the settings of a set have in common; left_out: the claim that it does without."""
 
     left_out: str | None
@@ -240,11 +245,13 @@ class Span:
     mean: float
 
 
-def span(chosen: Sequence[DampingFit], left_out: str | None = None) -> Span:
+def summarize_settings(
+    chosen: Sequence[DampingFit], left_out: str | None = None
+) -> SettingsSummary:
     """The span of a set of settings."""
     cells = [fit.cell for fit in chosen]
     zetas = [cell.zeta for cell in cells]
-    return Span(
+    return SettingsSummary(
         left_out=left_out,
         laws=tuple(dict.fromkeys(cell.law.id for cell in cells)),
         readings=tuple(dict.fromkeys(cell.reading for cell in cells)),
@@ -255,19 +262,19 @@ def span(chosen: Sequence[DampingFit], left_out: str | None = None) -> Span:
     )
 
 
-def each_left_out(found: Sequence[DampingFit]) -> list[Span]:
+def summarize_without_each(fits: Sequence[DampingFit]) -> list[SettingsSummary]:
     """The spans of the sets that are found without one of the numbers, each left out in turn."""
     return [
-        span(equally_good([fit.without(claim) for fit in found]), claim)
-        for claim in found[0].explained
+        summarize_settings(select_best_fits([fit.drop_claim(claim) for fit in fits]), claim)
+        for claim in fits[0].explained
     ]
 
 
-def tells_nothing(found: Sequence[DampingFit]) -> dict[rule.State, list[str]]:
+def find_uninformative_claims(fits: Sequence[DampingFit]) -> dict[rule.State, list[str]]:
     """The claims on which all settings agree, by what they say: these choose no damping."""
     silent: dict[rule.State, list[str]] = {rule.State.YES: [], rule.State.NO: []}
-    for claim in found[0].explained:
-        states = {fit.answers[claim].state for fit in found}
+    for claim in fits[0].explained:
+        states = {fit.answers[claim].state for fit in fits}
         if len(states) == 1 and (state := states.pop()) in silent:
             silent[state].append(claim)
     return silent
@@ -286,14 +293,16 @@ class Reversals:
     return_s: float | None
 
 
-def reversals(study: Study, scale: Scale) -> list[Reversals]:
+def find_reversals(study: Study, scale: Scale) -> list[Reversals]:
     """The torque's reversals at every rigid level. Raises Diverged."""
     variants = {
         level: scale.cut(Variant(model=rigid_model(level), record_every=100))
         for level in RIGID_LEVELS
     }
-    runs = study.runs(variants.values(), "damping fit, rigid arm")
-    return [Reversals(level, *torque_reversals(runs[one])) for level, one in variants.items()]
+    runs = study.run_variants(variants.values(), "damping fit, rigid arm")
+    return [
+        Reversals(level, *torque_reversals(runs[variant])) for level, variant in variants.items()
+    ]
 
 
 def torque_reversals(run: xr.Dataset) -> tuple[float | None, float | None]:

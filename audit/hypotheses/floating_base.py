@@ -8,66 +8,72 @@ import numpy as np
 
 from crosscheck.audit.hypotheses.evidence import flights
 from crosscheck.audit.hypotheses.evidence.flights import LIMIT_M, RATIOS, SCENARIOS, SIDES_M, Flight
-from crosscheck.audit.hypotheses.words import SCENARIOS as TITLES
+from crosscheck.audit.hypotheses.labels import SCENARIOS as TITLES
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
-from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import html, text
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.text import render_template, to_markup
 from crosscheck.models.loading import load_scenario
 from crosscheck.report.fragments import COLOURS
-from crosscheck.report.plots.figures import legend, new_figure, to_svg
+from crosscheck.report.plots.figures import draw_legend, make_figure, to_svg
 
 ID, TITLE = "floating_base", "A base that is free to fly (H5)"
 
 
-def chapter(material: Material) -> AuditChapter:
+def build_chapter(context: AuditContext) -> AuditChapter:
     """The chapter on the fixed base's tip error over the mass of the free base."""
     cubes = [(name, side) for name in SCENARIOS for side in SIDES_M]
     tasks = {
-        (name, side): flights.Flights(
-            name, side, material.scale.seconds(load_scenario(name).duration_s)
+        (name, side): flights.FlightSweep(
+            name, side, context.scale.limit_duration(load_scenario(name).duration_s)
         )
         for name, side in cubes
     }
-    flown = material.study.answered(tasks, "H5, free-flying base")
+    flown = context.study.answer_by_key(tasks, "H5, free-flying base")
     every = [flight for rows in flown.values() for flight in rows]
-    needs = [flights.need(rows) for rows in flown.values()]
-    ratios = [one.ratio for one in needs]
-    found = [ratio for ratio in ratios if ratio is not None]
-    enough = flights.larger_is_enough(ratios)
-    said = {
+    needs = [flights.find_required_ratio(rows) for rows in flown.values()]
+    ratios = [row.ratio for row in needs]
+    required_ratios = [ratio for ratio in ratios if ratio is not None]
+    enough = flights.is_larger_base_enough(ratios)
+    summary = {
         "enough": enough,
         "needed": {
-            TITLES[name]: _needed([one.ratio for one in needs if one.scenario == name])
+            TITLES[name]: _format_required_ratios(
+                [row.ratio for row in needs if row.scenario == name]
+            )
             for name in SCENARIOS
         },
         "limit_m": LIMIT_M,
     }
-    lightest = [one for one in every if one.ratio == RATIOS[0]]
-    page = text(
+    lightest = [row for row in every if row.ratio == RATIOS[0]]
+    page = render_template(
         "hypotheses/floating_base",
         arm_kg=every[0].base_mass_kg / every[0].ratio,
         drift=max(flight.momentum_drift for flight in every),
         ratios=RATIOS,
-        lightest_turn_rad=max(abs(one.base_turn_rad) for one in lightest),
-        lightest_joint_rad=max(one.joint_error_rad for one in lightest),
-        picture=html(drawing(flown)),
+        lightest_turn_rad=max(abs(row.base_turn_rad) for row in lightest),
+        lightest_joint_rad=max(row.joint_error_rad for row in lightest),
+        picture=to_markup(draw_tip_errors(flown)),
         needs=NEEDS.html(needs),
-        flights=FLIGHTS.html(one for one in every if one.side_m == SIDES_M[0]),
-        **said,
+        flights=FLIGHTS.html(row for row in every if row.side_m == SIDES_M[0]),
+        **summary,
     )
     verdict: JsonObject = {
         "id": "H5",
         "verdict": "a larger base suffices" if enough else "a merely larger base does not suffice",
-        "lowest_needed_ratio": min(found, default=None),
-        "highest_needed_ratio": max(found) if len(found) == len(needs) else None,
+        "lowest_needed_ratio": min(required_ratios, default=None),
+        "highest_needed_ratio": max(required_ratios)
+        if len(required_ratios) == len(needs)
+        else None,
     }
     records = [verdict, *NEEDS.json(needs), *FLIGHTS.json(every)]
-    return AuditChapter(ID, TITLE, page, records, text("hypotheses/floating_base_outcome", **said))
+    return AuditChapter(
+        ID, TITLE, page, records, render_template("hypotheses/floating_base_outcome", **summary)
+    )
 
 
-def _needed(ratios: Sequence[float | None]) -> str:
+def _format_required_ratios(ratios: Sequence[float | None]) -> str:
     """The smallest and largest needed mass ratio over the cubes, in words."""
     enough = [ratio for ratio in ratios if ratio is not None]
     if len(enough) < len(ratios):
@@ -76,7 +82,7 @@ def _needed(ratios: Sequence[float | None]) -> str:
     return " to ".join(ends) + (" or fewer" if max(enough) == RATIOS[0] else "")
 
 
-NEEDS = Columns[flights.Need](
+NEEDS = Columns[flights.RequiredMassRatio](
     "floating_base/needed/{0.scenario}/cube {0.side_m:g} m",
     [
         TableColumn("scenario", "experiment", lambda one: TITLES[one.scenario]),
@@ -103,9 +109,9 @@ FLIGHTS = Columns[Flight](
 )
 
 
-def drawing(flown: Mapping[tuple[str, float], Sequence[Flight]]) -> str:
+def draw_tip_errors(flown: Mapping[tuple[str, float], Sequence[Flight]]) -> str:
     """Tip errors, a panel per experiment, a line per cube, as svg; by experiment and side [m]."""
-    picture, grid = new_figure(1, len(SCENARIOS), 2.9)
+    picture, grid = make_figure(1, len(SCENARIOS), 2.9)
     for axes, scenario in zip(grid[0], SCENARIOS, strict=True):
         for side, colour in zip(SIDES_M, COLOURS, strict=False):
             points = [(f.ratio, 1000 * f.largest_m) for f in flown[scenario, side]]
@@ -113,5 +119,5 @@ def drawing(flown: Mapping[tuple[str, float], Sequence[Flight]]) -> str:
         axes.axhline(1000 * LIMIT_M, color="#555555", linestyle=":")
         axes.set(xscale="log", yscale="log", xlabel="base mass / arm mass",
                  ylabel="largest tip error [mm]", title=TITLES[scenario])  # fmt: skip
-    legend(picture, grid[0, 0])
+    draw_legend(picture, grid[0, 0])
     return to_svg(picture)

@@ -2,36 +2,47 @@
 
 from __future__ import annotations
 
-from crosscheck.audit.experiments.cells import READINGS
-from crosscheck.audit.hypotheses.evidence.spin import CONSIDERABLE_M, Difference, SpinCost, matters
+from crosscheck.audit.experiments.paper_conditions import READINGS
+from crosscheck.audit.hypotheses.evidence.spin import (
+    CONSIDERABLE_M,
+    Difference,
+    SpinCost,
+    is_considerable,
+)
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
-from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import text
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.text import render_template
 
 ID, TITLE = "planet_spin", "The elbow planets' spin (H4)"
 DURATIONS_S = {"constant-torque": 0.5, "pd": 3.0}
 
 
-def chapter(material: Material) -> AuditChapter:
+def build_chapter(context: AuditContext) -> AuditChapter:
     """The chapter on the spin's cost in both readings and scenarios."""
-    wanted = [
-        SpinCost(arm, scenario, material.scale.seconds(duration_s))
+    questions = [
+        SpinCost(arm, scenario, context.scale.limit_duration(duration_s))
         for arm in READINGS
         for scenario, duration_s in DURATIONS_S.items()
     ]
-    found = material.study.answers(wanted, "H4, planet spin")
-    largest = max(found, key=lambda difference: difference.tip_m)
-    said = {"largest": largest, "matters": matters(largest.tip_m), "limit_m": CONSIDERABLE_M}
-    page = text("hypotheses/planet_spin", first=found[0], table=COSTS.html(found), **said)
+    differences = context.study.answer_questions(questions, "H4, planet spin")
+    largest = max(differences, key=lambda difference: difference.tip_m)
+    summary = {
+        "largest": largest,
+        "matters": is_considerable(largest.tip_m),
+        "limit_m": CONSIDERABLE_M,
+    }
+    page = render_template(
+        "hypotheses/planet_spin", first=differences[0], table=COSTS.html(differences), **summary
+    )
     verdict = {
         "id": "H4",
-        "verdict": "considerable" if matters(largest.tip_m) else "not considerable",
+        "verdict": "considerable" if is_considerable(largest.tip_m) else "not considerable",
         "largest_tip_m": largest.tip_m,
         "where": f"{largest.arm}, {largest.scenario}",
     }
-    outcome = text("hypotheses/planet_spin_outcome", **said)
-    return AuditChapter(ID, TITLE, page, [verdict, *COSTS.json(found)], outcome)
+    outcome = render_template("hypotheses/planet_spin_outcome", **summary)
+    return AuditChapter(ID, TITLE, page, [verdict, *COSTS.json(differences)], outcome)
 
 
 COSTS = Columns[Difference](

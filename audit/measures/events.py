@@ -55,7 +55,7 @@ def third_peak(time: np.ndarray, excess: np.ndarray, window: slice) -> slice:
 def opposite_contact(time: np.ndarray, force: np.ndarray, after_s: float) -> float | None:
     """Time [s] of the first contact of the opposite flanks after a time."""
     later = signals.window(time, after_s, np.inf)
-    return signals.first_below(time[later], force[later], 0.0)
+    return signals.crossing_time_below(time[later], force[later], 0.0)
 
 
 def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
@@ -75,7 +75,7 @@ def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
     return SideChange(float(time[held[-1]]) if held.size else None, met)
 
 
-def third_after(time: np.ndarray, *forces: np.ndarray) -> slice:
+def third_window_after_changes(time: np.ndarray, *forces: np.ndarray) -> slice:
     """The third fluctuation's samples once none of these sun meshes' side changes plays a part.
 
     With a wide clearance the teeth's way takes long, the elbow's longer than the shoulder's.
@@ -85,14 +85,14 @@ def third_after(time: np.ndarray, *forces: np.ndarray) -> slice:
     return third_window(time, max(met, default=None))
 
 
-def bouncing(time: np.ndarray, force: np.ndarray, met_s: float) -> float:
+def bounce_duration(time: np.ndarray, force: np.ndarray, met_s: float) -> float:
     """How long [s] after flanks met they last part again, or touch the others, within IMPACT_S."""
     part = signals.window(time, met_s, met_s + IMPACT_S)
-    apart = np.flatnonzero(force[part] >= 0)
-    return float(time[part][apart[-1]] - met_s) if apart.size else 0.0
+    open_samples = np.flatnonzero(force[part] >= 0)
+    return float(time[part][open_samples[-1]] - met_s) if open_samples.size else 0.0
 
 
-def passages(values: np.ndarray) -> np.ndarray:
+def zero_crossings(values: np.ndarray) -> np.ndarray:
     """Indices of the samples that are the last before values pass zero."""
     return np.flatnonzero(np.diff(np.signbit(values)))
 
@@ -104,10 +104,10 @@ def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:
     if not opposite.size:
         return None
     after = slice(part.start + int(opposite[-1]), part.stop)
-    return signals.first_above(time[after], force[after], 0.0)
+    return signals.crossing_time_above(time[after], force[after], 0.0)
 
 
-def settling(time: np.ndarray, angle: np.ndarray, target: float, band: float) -> float | None:
+def settling_time(time: np.ndarray, angle: np.ndarray, target: float, band: float) -> float | None:
     """Time [s] from which an angle [rad] is near its target for good.
 
     Near is within a share ``band`` of the angle's step from 0 to ``target``.

@@ -11,22 +11,22 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
 
 
-def arm_of(run: xr.Dataset) -> Arm:
+def read_arm(run: xr.Dataset) -> Arm:
     """The arm that a run was made with."""
     return Arm.model_validate(json.loads(run.attrs["arm"]))
 
 
-def case_of(run: xr.Dataset) -> Case:
+def read_case(run: xr.Dataset) -> Case:
     """Arm, scenario and switches that a run was made with."""
     scenario, switches = (json.loads(run.attrs[name]) for name in ("scenario", "switches"))
-    return Case(arm_of(run), Scenario.model_validate(scenario), Switches.model_validate(switches))
+    return Case(read_arm(run), Scenario.model_validate(scenario), Switches.model_validate(switches))
 
 
-def first_planets(run: xr.Dataset) -> xr.Dataset:
+def select_first_planets(run: xr.Dataset) -> xr.Dataset:
     """The run with one planet per joint: the paper's model moves all of a joint alike."""
     return run.isel(planet=[0]) if "planet" in run.dims else run
 
 
-def angles(run: xr.Dataset) -> xr.Dataset:
+def select_angles(run: xr.Dataset) -> xr.Dataset:
     """The run with nothing but the joints' angles."""
     return run[["theta"]]

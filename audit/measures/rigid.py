@@ -21,13 +21,13 @@ def rigid_arm(variant: Variant, level: str = COUPLED) -> Variant:
     Nothing is left that concerns the meshes alone, so geared runs share one rigid arm.
     """
     return replace(
-        without_gears(variant, level),
+        remove_gears(variant, level),
         settings=(*variant.settings, f"scenario.step_s={RIGID_STEP_S!r}"),
         record_every=1,
     )
 
 
-def without_gears(variant: Variant, level: str = COUPLED) -> Variant:
+def remove_gears(variant: Variant, level: str = COUPLED) -> Variant:
     """The rigid arm at a level in the same experiment, at the geared run's step and records."""
     fields = Variant()
     return replace(

@@ -33,11 +33,11 @@ class Share(NamedTuple):
 
 def share_of(answers: Iterable[bool | None]) -> Share | None:
     """The share of yes among the answers that are known; None if none is."""
-    known = [answer for answer in answers if answer is not None]
-    return Share(sum(known), len(known)) if known else None
+    defined_answers = [answer for answer in answers if answer is not None]
+    return Share(sum(defined_answers), len(defined_answers)) if defined_answers else None
 
 
 @cache
 def _interval(yes: int, of: int) -> tuple[float, float]:
-    found = binomtest(yes, of).proportion_ci(CONFIDENCE, "exact")
-    return float(found.low), float(found.high)
+    interval = binomtest(yes, of).proportion_ci(CONFIDENCE, "exact")
+    return float(interval.low), float(interval.high)

@@ -8,8 +8,8 @@ from crosscheck.analytic.derivation.stage import equivalent_masses
 from crosscheck.analytic.paper.kinematics import StageGeometry, stage_geometry
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.mesh import Mesh
-from crosscheck.models.arm.meshes import with_meshes
-from crosscheck.models.arm.planets import unlike
+from crosscheck.models.arm.meshes import change_meshes
+from crosscheck.models.arm.planets import find_unlike_planets
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
 
@@ -50,13 +50,13 @@ def paper_stage(arm: Arm, place: int = 0) -> PaperStage:
     Raises InputError for a joint that is not as the paper's.
     """
     joint, where = geared_joint(arm, place), f"joints[{place}]"
-    mesh, law = joint.sun_mesh.of_planet(0), joint.sun_mesh.of_planet(0).stiffness
+    mesh, law = joint.sun_mesh.planet_mesh(0), joint.sun_mesh.planet_mesh(0).stiffness
     if not isinstance(law, SineStiffness):
         field = f"{where}.sun_mesh.stiffness"
         raise InputError(arm.name, field, law.law, "must be sine, the paper's Eq. 8")
-    if _teeth(joint.sun_mesh) != _teeth(joint.ring_mesh):
+    if _strip_phase_and_damping(joint.sun_mesh) != _strip_phase_and_damping(joint.ring_mesh):
         raise InputError(arm.name, f"{where}.ring_mesh", None, "must be as sun_mesh, in the paper")
-    for field, value in unlike(arm):
+    for field, value in find_unlike_planets(arm):
         raise InputError(arm.name, field, value, "must be one for all planets, as in the paper")
     sun, planet, _ = equivalent_masses(joint)
     return PaperStage(
@@ -73,26 +73,26 @@ def paper_stage(arm: Arm, place: int = 0) -> PaperStage:
     )
 
 
-def _teeth(mesh: Mesh) -> Mesh:
+def _strip_phase_and_damping(mesh: Mesh) -> Mesh:
     """The mesh without phase and damping: for the rest the paper has one value in both meshes."""
     return mesh.model_copy(
         update={"phase_rad": 0.0, "damping_ratio": None, "damping_N_s_per_m": None}
     )
 
 
-def without_backlash(arm: Arm) -> Arm:
+def remove_backlash(arm: Arm) -> Arm:
     """The arm whose teeth leave no clearance in any mesh."""
-    return with_meshes(arm, lambda mesh: mesh.model_copy(update={"backlash_m": 0.0}))
+    return change_meshes(arm, lambda mesh: mesh.model_copy(update={"backlash_m": 0.0}))
 
 
-def with_steady_stiffness(arm: Arm) -> Arm:
+def set_constant_stiffness(arm: Arm) -> Arm:
     """The arm with k_a = 0 in every mesh. Raises InputError for another law than Eq. 8."""
 
-    def steady(mesh: Mesh) -> Mesh:
-        law = mesh.of_planet(0).stiffness
+    def replace_stiffness(mesh: Mesh) -> Mesh:
+        law = mesh.planet_mesh(0).stiffness
         if not isinstance(law, SineStiffness):
             raise InputError(arm.name, "stiffness", law.law, "must be sine, the paper's Eq. 8")
-        own = law.model_copy(update={"amplitude_N_per_m": 0.0})
-        return mesh.model_copy(update={"stiffness": own})
+        constant_law = law.model_copy(update={"amplitude_N_per_m": 0.0})
+        return mesh.model_copy(update={"stiffness": constant_law})
 
-    return with_meshes(arm, steady)
+    return change_meshes(arm, replace_stiffness)

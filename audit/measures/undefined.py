@@ -21,22 +21,22 @@ JsonObject = dict[str, JsonValue]
 Quantity = float | np.floating | np.ndarray | Sequence[float | None] | None
 
 
-def known(*values: Quantity) -> bool:
+def is_defined(*values: Quantity) -> bool:
     """Whether all numbers, alone or in sequences, are there and finite."""
     return all(bool(np.isfinite(np.asarray(value, dtype=float)).all()) for value in values)
 
 
-def where_known(decide: Callable[..., bool]) -> Callable[..., bool | None]:
+def propagate_undefined(decide: Callable[..., bool]) -> Callable[..., bool | None]:
     """The decision, made to give None without asking if a number that it rests on is undefined."""
 
     @wraps(decide)
-    def decided(*numbers: Quantity) -> bool | None:
-        return bool(decide(*numbers)) if known(*numbers) else None
+    def decide_if_defined(*numbers: Quantity) -> bool | None:
+        return bool(decide(*numbers)) if is_defined(*numbers) else None
 
-    return decided
+    return decide_if_defined
 
 
-def all_of(answers: Iterable[bool | None]) -> bool | None:
+def combine_answers(answers: Iterable[bool | None]) -> bool | None:
     """False if one answer is False, else None if one is None, else True."""
     given = list(answers)
     if any(answer is False for answer in given):
@@ -44,64 +44,64 @@ def all_of(answers: Iterable[bool | None]) -> bool | None:
     return None if None in given else True
 
 
-def word(answer: bool | None, yes: str = "yes", no: str = "no") -> str:
+def format_answer(answer: bool | None, yes: str = "yes", no: str = "no") -> str:
     """A decision in words."""
     return UNDEFINED if answer is None else yes if answer else no
 
 
-def shown(value: float | None, form: str = ".3g", otherwise: str = UNDEFINED) -> str:
+def format_number(value: float | None, form: str = ".3g", otherwise: str = UNDEFINED) -> str:
     """A number in a format, or the word for one that is undefined."""
     return format(value, form) if value is not None and math.isfinite(value) else otherwise
 
 
-def percent(share: float | None, form: str = ".1f") -> str:
+def format_percent(share: float | None, form: str = ".1f") -> str:
     """A share as so many per cent, or the word for an undefined one."""
     return f"{100 * share:{form}} %" if share is not None and math.isfinite(share) else UNDEFINED
 
 
-def extreme(values: Iterable[float | None], choose: Callable[[list[float]], float]) -> float:
+def extreme_value(values: Iterable[float | None], choose: Callable[[list[float]], float]) -> float:
     """The largest or smallest (``max``, ``min``) of the defined values; nan if none is."""
-    found = [value for value in values if value is not None and math.isfinite(value)]
-    return choose(found) if found else math.nan
+    defined_values = [value for value in values if value is not None and math.isfinite(value)]
+    return choose(defined_values) if defined_values else math.nan
 
 
 @overload
-def recorded(value: Mapping[str, object]) -> JsonObject: ...
+def to_json(value: Mapping[str, object]) -> JsonObject: ...
 
 
 @overload
-def recorded(value: object) -> JsonValue: ...
+def to_json(value: object) -> JsonValue: ...
 
 
-def recorded(value: object) -> JsonValue:
+def to_json(value: object) -> JsonValue:
     """A value for JSON: everything inside as it is, but None for every float that is not finite.
 
     Raises TypeError for what JSON has no word for.
     """
     plain = value.item() if isinstance(value, np.generic) else value
     if isinstance(plain, float):
-        return defined(plain)
+        return float_or_none(plain)
     if plain is None or isinstance(plain, bool | int | str):
         return plain
     if isinstance(plain, Mapping):
-        return {name: recorded(inner) for name, inner in plain.items()}
+        return {name: to_json(inner) for name, inner in plain.items()}
     if isinstance(plain, Sequence):
-        return [recorded(inner) for inner in plain]
+        return [to_json(inner) for inner in plain]
     raise TypeError(f"not JSON: {value!r}")
 
 
-def quotient(one: float | None, other: float | None) -> float:
+def quotient(numerator: float | None, denominator: float | None) -> float:
     """One number over another; nan if either is undefined or the other is 0."""
-    if one is None or other is None or other == 0:
+    if numerator is None or denominator is None or denominator == 0:
         return math.nan
-    return one / other
+    return numerator / denominator
 
 
-def defined(value: float | np.floating | None) -> float | None:
+def float_or_none(value: float | np.floating | None) -> float | None:
     """A plain float, or None for what is undefined."""
     return float(value) if value is not None and math.isfinite(value) else None
 
 
-def finite(numbers: Mapping[str, float | None]) -> Numbers:
+def floats_or_none(numbers: Mapping[str, float | None]) -> Numbers:
     """The numbers as plain floats, None for what is undefined."""
-    return {name: defined(value) for name, value in numbers.items()}
+    return {name: float_or_none(value) for name, value in numbers.items()}

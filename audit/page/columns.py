@@ -11,7 +11,7 @@ from markupsafe import Markup
 from pydantic import JsonValue
 
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.undefined import JsonObject, recorded
+from crosscheck.audit.measures.undefined import JsonObject, to_json
 from crosscheck.report import fragments
 
 Row = TypeVar("Row")
@@ -36,16 +36,16 @@ class TableColumn(Generic[Row]):
 
     def value(self, row: Row) -> Value:
         """The value of a row in this column."""
-        return along(row, self.of or self.name) if isinstance(self.of, str) else self.of(row)
+        return resolve_path(row, self.of or self.name) if isinstance(self.of, str) else self.of(row)
 
     def json(self, row: Row) -> JsonValue:
         """The value for JSON; None for what is undefined."""
         value = self.value(row)
-        return str(value) if isinstance(value, Share) else recorded(value)
+        return str(value) if isinstance(value, Share) else to_json(value)
 
     def text(self, row: Row) -> str:
         """The value in words or digits, as it is read."""
-        return _text(self.value(row), self.form)
+        return _format_value(self.value(row), self.form)
 
     def html(self, row: Row) -> str:
         """The cell of a table: text, or Markup that is html already."""
@@ -56,7 +56,7 @@ class TableColumn(Generic[Row]):
         return self.text(row).replace("|", r"\|")
 
 
-def along(row: object, path: str) -> Value:
+def resolve_path(row: object, path: str) -> Value:
     """The value to which a path of attributes and places leads from a row; None if one is None."""
     value: Any = row
     for name in path.split("."):
@@ -82,30 +82,30 @@ class Columns(Generic[Row]):
 
     def html(self, rows: Iterable[Row], caption: str = "") -> Markup:
         """The rows as a table of the page."""
-        body = [[column.html(row) for column in self._shown()] for row in rows]
-        return Markup(fragments.table(self._head(), body, caption))
+        body = [[column.html(row) for column in self._visible_columns()] for row in rows]
+        return Markup(fragments.render_table(self._head(), body, caption))
 
     def markdown(self, rows: Iterable[Row]) -> str:
         """The rows as a table in Markdown."""
         head = self._head()
-        body = [[column.markdown(row) for column in self._shown()] for row in rows]
+        body = [[column.markdown(row) for column in self._visible_columns()] for row in rows]
         lines = [head, ["---"] * len(head), *body]
         return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
-    def _shown(self) -> list[TableColumn[Row]]:
+    def _visible_columns(self) -> list[TableColumn[Row]]:
         return [column for column in self.columns if column.title is not None]
 
     def _head(self) -> list[str]:
-        return [column.title or "" for column in self._shown()]
+        return [column.title or "" for column in self._visible_columns()]
 
 
-def _text(value: Value, form: str) -> str:
+def _format_value(value: Value, form: str) -> str:
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return NONE
     if isinstance(value, Share):
         return str(value)
     if isinstance(value, tuple):
-        return " … ".join(_text(part, form) for part in value)
+        return " … ".join(_format_value(part, form) for part in value)
     if isinstance(value, bool):
         return "yes" if value else "no"
     return format(value, form) if isinstance(value, float) else str(value)

@@ -8,28 +8,36 @@ from pathlib import Path
 
 from rich.console import Console
 
+from crosscheck.audit.errata.errata_texts import add_errata_texts
 from crosscheck.audit.errata.erratum import CLASSES
-from crosscheck.audit.errata.finder import EFFECT_S, SCHEMA_VERSION, errata_records
-from crosscheck.audit.errata.lines import errata_lines
-from crosscheck.audit.errata.sheet import WHOLE, ArmErratum, errata_sheet, markdown
-from crosscheck.audit.errata.words import in_words
+from crosscheck.audit.errata.finder import EFFECT_S, SCHEMA_VERSION, simulate_errata
+from crosscheck.audit.errata.lines import format_errata
+from crosscheck.audit.errata.sheet import WHOLE, ArmErratum, build_errata_sheet, format_markdown
 from crosscheck.audit.experiments.scale import FULL
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.report import ERRATA as ERRATA_SHEET
-from crosscheck.audit.page.report import PAGE, page_of, paper_files, write_figures, write_paper
-from crosscheck.kinds import ERRATA, PAPER_PAGE, SHEET, Kind
+from crosscheck.audit.page.report import (
+    PAGE,
+    list_paper_files,
+    render_chapters,
+    write_figures,
+    write_paper,
+)
+from crosscheck.file_types import ERRATA, PAPER_PAGE, SHEET, FileType
+from crosscheck.models.directories import cache_folder
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
-from crosscheck.models.places import cache_folder
 from crosscheck.output import require_files, write_files
-from crosscheck.provenance import provenance
+from crosscheck.provenance import record_provenance
 from crosscheck.runner.progress import progress_bar
 
 FIGURES = tuple(range(4, 21))
 ERRATA_PAGE = "errata.html"
 
 
-def errata_command(arm_name: str, json_file: Path | None, out: Path | None, whole: bool) -> None:
+def run_errata_command(
+    arm_name: str, json_file: Path | None, out: Path | None, whole: bool
+) -> None:
     """Print the errata of an arm; write them as JSON and as a sheet if asked. Raises InputError.
 
     whole: whether statements and notation are printed too.
@@ -38,27 +46,31 @@ def errata_command(arm_name: str, json_file: Path | None, out: Path | None, whol
     sheets = {} if out is None else {out / ERRATA_SHEET: SHEET, out / ERRATA_PAGE: PAPER_PAGE}
     require_files((json_file, ERRATA), *sheets.items())
     with Console(stderr=True).status("errata") as status:
-        found = in_words(errata_records(arm, lambda one: status.update(f"effect of {one}")))
-    for line in errata_lines(found, arm.name, CLASSES if whole else CLASSES[:1]):
+        errata = add_errata_texts(
+            simulate_errata(arm, lambda one: status.update(f"effect of {one}"))
+        )
+    for line in format_errata(errata, arm.name, CLASSES if whole else CLASSES[:1]):
         print(line)
-    record = provenance(arm, 0, False).model_dump(mode="json")
+    record = record_provenance(arm, 0, False).model_dump(mode="json")
     contents: dict[Path, str | bytes] = {}
     if json_file is not None:
         document = {
             "schema_version": SCHEMA_VERSION,
-            "errata": WHOLE.json(ArmErratum(arm.name, one) for one in found),
+            "errata": WHOLE.json(ArmErratum(arm.name, erratum) for erratum in errata),
             "provenance": record,
         }
         contents[json_file] = json.dumps(document, indent=1, allow_nan=False) + "\n"
     if out is not None:
-        sheet = errata_sheet({arm.name: found}, EFFECT_S)
-        contents |= dict(zip(sheets, (markdown(found), page_of([sheet], record)), strict=True))
+        sheet = build_errata_sheet({arm.name: errata}, EFFECT_S)
+        contents |= dict(
+            zip(sheets, (format_markdown(errata), render_chapters([sheet], record)), strict=True)
+        )
     write_files(contents)
     if out is not None:
         print(f"wrote {' and '.join(map(str, sheets))}")
 
 
-def paper_command(figures: list[int], out: Path, jobs: int, first_seed: int = 1) -> None:
+def run_paper_command(figures: list[int], out: Path, jobs: int, first_seed: int = 1) -> None:
     """Write the paper's page, or some of its figures alone. Raises InputError."""
     if first_seed < 0:
         raise InputError("--first-seed", "", first_seed, "must be 0 or more")
@@ -66,14 +78,19 @@ def paper_command(figures: list[int], out: Path, jobs: int, first_seed: int = 1)
     if unknown:
         raise InputError("--figure", "", unknown[0], f"must be {FIGURES[0]} to {FIGURES[-1]}")
     scale = replace(FULL, first_seed=first_seed)
-    files: dict[Path, Kind] = {out / PAGE: PAPER_PAGE} if figures else paper_files(out, scale)
+    files: dict[Path, FileType] = (
+        {out / PAGE: PAPER_PAGE} if figures else list_paper_files(out, scale)
+    )
     require_files(*files.items())
-    with progress_bar() as told:
-        study = Study(cache_folder(), jobs, told)
+    with progress_bar() as progress:
+        study = Study(cache_folder(), jobs, progress)
         if figures:
             made = write_figures(study, figures, out, scale)
         else:
             made = write_paper(study, out, scale)
     for chapter in made:
         print(f"{chapter.title}: {len(chapter.records)} records")
-    print(f"wrote {out / PAGE}; {study.made} simulations made, {study.found} from the cache")
+    print(
+        f"wrote {out / PAGE}; {study.computed_count} simulations made, {study.cached_count} from"
+        " the cache"
+    )

@@ -10,32 +10,35 @@ from pathlib import Path
 
 import numpy as np
 
-from crosscheck import kinds
+from crosscheck import file_types
 from crosscheck.audit.claims.sentences.table import load_sentences
-from crosscheck.audit.errata.sheet import ErrataSheet, markdown
+from crosscheck.audit.errata.sheet import ErrataSheet, format_markdown
 from crosscheck.audit.experiments.scale import FULL, Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.figures.store import stored_runs, trajectories
+from crosscheck.audit.figures.trajectory_reduction import (
+    reduce_trajectories,
+    select_stored_variants,
+)
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page.chapter import AuditChapter
-from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.context import AuditContext
 from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import load_arm
-from crosscheck.models.trajectory import netcdf
+from crosscheck.models.trajectory import encode_netcdf
 from crosscheck.output import write_files, write_text
-from crosscheck.provenance import provenance
+from crosscheck.provenance import record_provenance
 from crosscheck.report import rendering
-from crosscheck.report.fragments import paragraph
-from crosscheck.report.plots.figures import sound_links
+from crosscheck.report.fragments import render_paragraph
+from crosscheck.report.plots.figures import fix_links
 
 SCHEMA_VERSION = 3
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
 # In reading order; each module has a function chapter(material) -> AuditChapter.
 CHAPTERS = (
     "front.chapter",
-    "front.words",
+    "front.terms",
     "phase.chapter",
-    "hypotheses.ladder",
+    "hypotheses.h2_ablation",
     "hypotheses.accumulation",
     "hypotheses.planet_spin",
     "hypotheses.floating_base",
@@ -48,36 +51,46 @@ CHAPTERS = (
 )
 
 
-def paper_files(out: Path, scale: Scale = FULL) -> dict[Path, kinds.Kind]:
+def list_paper_files(out: Path, scale: Scale = FULL) -> dict[Path, file_types.FileType]:
     """The files that ``write_paper`` writes, each with its kind."""
-    own = {PAGE: kinds.PAPER_PAGE, CLAIMS: kinds.CLAIMS, ERRATA: kinds.SHEET}
-    runs = {f"{name}.nc": kinds.TRAJECTORY for name in stored_runs(scale)}
-    return {out / name: kind for name, kind in {**own, **runs}.items()}
+    report_files = {
+        PAGE: file_types.PAPER_PAGE,
+        CLAIMS: file_types.CLAIMS,
+        ERRATA: file_types.SHEET,
+    }
+    runs = {f"{name}.nc": file_types.TRAJECTORY for name in select_stored_variants(scale)}
+    return {out / name: kind for name, kind in {**report_files, **runs}.items()}
 
 
-def _chapter(material: Material, name: str) -> AuditChapter:
+def _build_chapter(context: AuditContext, name: str) -> AuditChapter:
     """A chapter of CHAPTERS; one that says so if a run that it cannot do without diverges."""
     module = importlib.import_module(f"crosscheck.audit.{name}")
     try:
-        made: AuditChapter = module.chapter(material)
+        made: AuditChapter = module.build_chapter(context)
     except Diverged as error:
-        said = f"Undefined: a run that this chapter rests on has no result ({error})."
+        message = f"Undefined: a run that this chapter rests on has no result ({error})."
         record = {"id": module.ID, "verdict": UNDEFINED}
-        return AuditChapter(module.ID, module.TITLE, paragraph(said), [record], said)
+        return AuditChapter(module.ID, module.TITLE, render_paragraph(message), [record], message)
     return made
 
 
 def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[AuditChapter]:
     """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
-    material = Material(study, scale)
-    made = [_chapter(material, name) for name in CHAPTERS]
-    errata = [one for chapter in made if isinstance(chapter, ErrataSheet) for one in chapter.found]
+    context = AuditContext(study, scale)
+    made = [_build_chapter(context, name) for name in CHAPTERS]
+    errata = [
+        erratum
+        for chapter in made
+        if isinstance(chapter, ErrataSheet)
+        for erratum in chapter.errata
+    ]
     contents: dict[Path, str | bytes] = {
-        out / f"{name}.nc": netcdf(run) for name, run in trajectories(study, scale).items()
+        out / f"{name}.nc": encode_netcdf(run)
+        for name, run in reduce_trajectories(study, scale).items()
     }
-    contents[out / PAGE] = page(made, study)
-    contents[out / CLAIMS] = records_json(made, study)
-    contents[out / ERRATA] = markdown(errata)
+    contents[out / PAGE] = render_page(made, study)
+    contents[out / CLAIMS] = format_records(made, study)
+    contents[out / ERRATA] = format_markdown(errata)
     write_files(contents)
     return made
 
@@ -87,23 +100,23 @@ def write_figures(
 ) -> list[AuditChapter]:
     """Write paper.html with these figures alone."""
     figures = importlib.import_module("crosscheck.audit.figures.chapter")
-    html = figures.alone(Material(study, scale), sorted(set(numbers)))
+    html = figures.draw_figures(AuditContext(study, scale), sorted(set(numbers)))
     made = [AuditChapter(figures.ID, "Figures", html)]
-    write_text(out / PAGE, page(made, study))
+    write_text(out / PAGE, render_page(made, study))
     return made
 
 
-def page(made: Sequence[AuditChapter], study: Study) -> str:
+def render_page(made: Sequence[AuditChapter], study: Study) -> str:
     """The self-contained page of a study as html."""
-    return page_of(made, _provenance(study))
+    return render_chapters(made, _provenance(study))
 
 
-def page_of(made: Sequence[AuditChapter], provenance: Mapping[str, object]) -> str:
+def render_chapters(made: Sequence[AuditChapter], provenance: Mapping[str, object]) -> str:
     """The self-contained page of chapters as html, with where they come from."""
-    return sound_links(rendering.page("paper", chapters=made, provenance=provenance))
+    return fix_links(rendering.render_page("paper", chapters=made, provenance=provenance))
 
 
-def records_json(made: Sequence[AuditChapter], study: Study) -> str:
+def format_records(made: Sequence[AuditChapter], study: Study) -> str:
     """All chapters' records and the paper's sentences as JSON, the same for the same inputs.
 
     Only the provenance differs.
@@ -114,10 +127,10 @@ def records_json(made: Sequence[AuditChapter], study: Study) -> str:
         "sentences": [asdict(sentence) for sentence in load_sentences()],
         "provenance": _provenance(study),
     }
-    return json.dumps(document, indent=1, allow_nan=False, default=_plain) + "\n"
+    return json.dumps(document, indent=1, allow_nan=False, default=_to_plain) + "\n"
 
 
-def _plain(value: object) -> object:
+def _to_plain(value: object) -> object:
     """A NumPy scalar as Python's own. Raises TypeError for anything else."""
     if isinstance(value, np.generic):
         return value.item()
@@ -125,6 +138,6 @@ def _plain(value: object) -> object:
 
 
 def _provenance(study: Study) -> dict[str, object]:
-    cache = {"simulations_made": study.made, "simulations_from_cache": study.found}
-    own = provenance(load_arm("paper-labelled"), 0, False)
-    return own.model_dump(mode="json") | cache
+    cache = {"simulations_made": study.computed_count, "simulations_from_cache": study.cached_count}
+    record = record_provenance(load_arm("paper-labelled"), 0, False)
+    return record.model_dump(mode="json") | cache

@@ -4,75 +4,82 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, REPAIRED_RATE, Cell
+from crosscheck.audit.experiments.paper_conditions import (
+    INTEGRAL,
+    PRINTED,
+    REPAIRED_RATE,
+    Condition,
+)
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page.chapter import AuditChapter
-from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import text
-from crosscheck.audit.phase.maps import Maps, Presence, maps
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.text import render_template
+from crosscheck.audit.phase.maps import Maps, Presence, build_maps
 from crosscheck.audit.phase.page import sections
 
 ZETA = 0.005  # of Figs. 11-14 and 16-20: where the start decides
 ID, TITLE = "phase", "The phase of the teeth (H1)"
 BESIDE = "what vibrates without tooth error"  # told, and no evidence
 # In reading order.
-SECTIONS: dict[str, Callable[[Maps, Material], sections.Section]] = {
-    "the clock test": sections.of_clock,
-    "simulation": sections.of_maps,
-    "a second engine": sections.of_engines,
-    "stability": sections.of_stability,
-    "the handover": sections.of_handover,
-    "resonance": sections.of_resonance,
-    BESIDE: sections.of_dampers,
-    "the repair with the springs' own work": sections.of_repair,
-    "objections": sections.of_objections,
+SECTIONS: dict[str, Callable[[Maps, AuditContext], sections.Section]] = {
+    "the clock test": sections.build_clock_section,
+    "simulation": sections.build_maps_section,
+    "a second engine": sections.build_engines_section,
+    "stability": sections.build_stability_section,
+    "the handover": sections.build_handover_section,
+    "resonance": sections.build_resonance_section,
+    BESIDE: sections.build_dampers_section,
+    "the repair with the springs' own work": sections.build_repair_section,
+    "objections": sections.build_objections_section,
 }
 QUICK = ("the clock test", "simulation", "stability")
 
 
-def chapter(material: Material) -> AuditChapter:
+def build_chapter(context: AuditContext) -> AuditChapter:
     """The chapter on H1: kinds of evidence and a referee's objections; quick: three kinds alone."""
-    simulated = maps(material)
-    asked = [name for name in SECTIONS if name in QUICK or not material.scale.quick]
-    found = {name: SECTIONS[name](simulated, material) for name in asked}
-    told = sorted(asked, key=lambda name: name not in QUICK)  # first what every page has
-    supports = {name: found[name].supports for name in told if name != BESIDE}
+    simulated = build_maps(context)
+    section_names = [name for name in SECTIONS if name in QUICK or not context.scale.quick]
+    section_results = {name: SECTIONS[name](simulated, context) for name in section_names}
+    ordered_names = sorted(
+        section_names, key=lambda name: name not in QUICK
+    )  # first what every page has
+    supports = {name: section_results[name].supports for name in ordered_names if name != BESIDE}
     h1 = {
         "id": "H1",
-        "verdict": h1_verdict(simulated.visible, supports),
+        "verdict": judge_h1(simulated.visible, supports),
         "visible": simulated.visible,
         "severe": simulated.severe,
         "evidence": supports,  # whether each kind of it that was run speaks for H1
     }
-    said = {"verdict": h1, **_shares(simulated)}
-    introduction = text(
+    summary = {"verdict": h1, **_shares(simulated)}
+    introduction = render_template(
         "phase/introduction",
         maps=simulated,
         settings=len(simulated.settings),
-        starts=material.scale.most_starts,
-        **said,
+        starts=context.scale.most_starts,
+        **summary,
     )
-    records = [record for section in found.values() for record in section.records]
-    page = "\n".join([introduction, *(section.html for section in found.values())])
-    outcome = text("phase/outcome", **said)
+    records = [record for section in section_results.values() for record in section.records]
+    page = "\n".join([introduction, *(section.html for section in section_results.values())])
+    outcome = render_template("phase/outcome", **summary)
     return AuditChapter(ID, TITLE, page, [h1, *records], outcome)
 
 
 def _shares(simulated: Maps) -> dict[str, Share | None]:
     """The shares of severe starts under the three laws, and by the first with planets lumped."""
-    plain = [one for one in simulated.settings if one.setting.is_paper]
-    found = {one.setting.cell: one.third.share for one in (*plain, *simulated.lumped)}
+    plain = [point for point in simulated.settings if point.setting.is_paper]
+    shares = {point.setting.cell: point.third.share for point in (*plain, *simulated.lumped)}
     cells = {
-        "printed": Cell(PRINTED, ZETA),
-        "repaired": Cell(REPAIRED_RATE, ZETA),
-        "integral": Cell(INTEGRAL, ZETA),
-        "alike": Cell(PRINTED, ZETA, planets="lumped"),
+        "printed": Condition(PRINTED, ZETA),
+        "repaired": Condition(REPAIRED_RATE, ZETA),
+        "integral": Condition(INTEGRAL, ZETA),
+        "alike": Condition(PRINTED, ZETA, planets="lumped"),
     }
-    return {name: found.get(cell) for name, cell in cells.items()}
+    return {name: shares.get(cell) for name, cell in cells.items()}
 
 
-def h1_verdict(maps: Presence, supports: Mapping[str, bool | None]) -> str:
+def judge_h1(maps: Presence, supports: Mapping[str, bool | None]) -> str:
     """The verdict: `holds` if simulations say so and no evidence that was run speaks against it.
 
     maps: where the tooth error makes a fluctuation; supports: the other kinds of evidence.

@@ -10,14 +10,20 @@ import numpy as np
 
 from crosscheck import signals
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.audit.experiments.cells import LAWS, Cell, Law
+from crosscheck.audit.experiments.paper_conditions import LAWS, Condition, Law
 from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
-from crosscheck.audit.measures.undefined import defined
-from crosscheck.audit.phase.linear import base_motion
-from crosscheck.audit.phase.runs import models_of, motion, pd_run, plant_of, shoulder_excess
+from crosscheck.audit.measures.undefined import float_or_none
+from crosscheck.audit.phase.linear import compute_base_motion
+from crosscheck.audit.phase.runs import (
+    build_models,
+    build_pd_variant,
+    build_plant,
+    shoulder_excess,
+    simulate_motion,
+)
 from crosscheck.signals import envelope
 
 CLOCKS_S = (0.0, 1.0, 5.0, 20.0)
@@ -38,13 +44,13 @@ class SignalEnvelope(NamedTuple):
     high: tuple[float, ...]
 
     @classmethod
-    def of(cls, time: np.ndarray, values: np.ndarray) -> SignalEnvelope:
+    def from_signal(cls, time: np.ndarray, values: np.ndarray) -> SignalEnvelope:
         """The envelope of values (times,) at times [s]."""
         return cls(*(tuple(map(float, part)) for part in envelope(time, values, BINS)))
 
 
 @dataclass(frozen=True)
-class Delayed:
+class DelayResult:
     """Results of the clock test at one delay: one motion, and runs from one set of starts.
 
     largest_change_N: of any mesh force along the motion, against the clock from 0; largest_force_N:
@@ -63,7 +69,7 @@ class Delayed:
 
 
 @dataclass(frozen=True)
-class ClockTest(Question[list[Delayed]]):
+class ClockTest(Question[list[DelayResult]]):
     """A question: what a law makes of every delay of CLOCKS_S. It needs no knowledge of D."""
 
     cost = 8.0
@@ -76,74 +82,74 @@ class ClockTest(Question[list[Delayed]]):
     @property
     def run(self) -> Variant:
         """The variant whose runs start from rest, planets free."""
-        return pd_run(Cell(self.law, RUN_ZETA), self.run_s)
+        return build_pd_variant(Condition(self.law, RUN_ZETA), self.run_s)
 
     def records(self) -> Records:
         return self.run.case()
 
-    def answer(self) -> list[Delayed]:
+    def answer(self) -> list[DelayResult]:
         # The controlled arm's own motion under this law from clock 0, without vibration: teeth are
         # pressed in as it needs, all planets of a stage alike. Damping is no part of it.
         lumped = Variant(
             phase=self.law.phase, ring_rate=self.law.ring_rate, duration_s=self.motion_s
         )
-        plant = plant_of(PhysicalModel(*lumped.case()))
-        along = base_motion(lumped.case(), plant, EVERY)
+        plant = build_plant(PhysicalModel(*lumped.case()))
+        along = compute_base_motion(lumped.case(), plant, EVERY)
         forces = []  # elastic, per planet [N], (times, meshes), by clock
         for clock in CLOCKS_S:
             states = zip(along.time + clock, along.q, along.v, strict=True)
-            forces.append(np.array([plant.states.at(*state).mesh_forces for state in states]))
-        models = models_of(self.run, self.seeds)
-        runs = [motion(models, clock) for clock in CLOCKS_S]
+            forces.append(np.array([plant.states.evaluate(*state).mesh_forces for state in states]))
+        models = build_models(self.run, self.seeds)
+        runs = [simulate_motion(models, clock) for clock in CLOCKS_S]
         excess = [
-            shoulder_excess(self.run, x.elapsed, x.shoulder)[
-                signals.window(x.elapsed, *RUN_WINDOW_S)
+            shoulder_excess(self.run, x.elapsed_s, x.shoulder)[
+                signals.window(x.elapsed_s, *RUN_WINDOW_S)
             ]
             for x in runs
         ]
         return [
-            Delayed(
+            DelayResult(
                 clock_s=clock,
                 largest_change_N=float(np.abs(force - forces[0]).max()),
                 largest_force_N=float(np.abs(forces[0]).max()),
-                vibration_rad_per_s2=tuple(defined(signals.amplitude(x)) for x in left.T),
+                vibration_rad_per_s2=tuple(float_or_none(signals.amplitude(x)) for x in left.T),
                 same=bool(np.array_equal(run.shoulder, runs[0].shoulder)),
-                force_N=SignalEnvelope.of(along.time, force[:, 0]),
-                shoulder=SignalEnvelope.of(run.elapsed, run.shoulder[:, 0]),
+                force_N=SignalEnvelope.from_signal(along.time, force[:, 0]),
+                shoulder=SignalEnvelope.from_signal(run.elapsed_s, run.shoulder[:, 0]),
             )
             for clock, force, run, left in zip(CLOCKS_S, forces, runs, excess, strict=True)
         ]
 
 
 @dataclass(frozen=True)
-class LawsClock:
+class LawClockTest:
     """The results of one law at every delay."""
 
     law: Law
-    delays: Sequence[Delayed]
+    delays: Sequence[DelayResult]
 
     @property
     def blind(self) -> bool:
         """Whether no mesh force depends on the time."""
-        return all(one.largest_change_N <= CLOCK_N for one in self.delays)
+        return all(delay.largest_change_N <= CLOCK_N for delay in self.delays)
 
 
 @dataclass(frozen=True)
-class Clocks:
+class ClockTestResult:
     """The clock test of all three laws."""
 
-    laws: Sequence[LawsClock]
+    laws: Sequence[LawClockTest]
 
     @property
     def supports(self) -> bool:
         """Whether both of the paper's laws know the time and the integral does not."""
-        return all(one.blind == (one.law.phase == "angle") for one in self.laws)
+        return all(law_test.blind == (law_test.law.phase == "angle") for law_test in self.laws)
 
 
-def clocks(study: Study, scale: Scale) -> Clocks:
+def run_clock_test(study: Study, scale: Scale) -> ClockTestResult:
     """The clock test: forces along one motion and runs from rest, clock at 0, 1, 5 and 20 s."""
-    lasting = scale.seconds(MOTION_S), scale.seconds(RUN_S)
-    seeds = scale.seeds[: scale.starts(RUN_STARTS)]
-    asked = {law: ClockTest(law, *lasting, seeds) for law in LAWS}
-    found = study.answered(asked, "phase: clock test")
-    return Clocks([LawsClock(law, delays) for law, delays in found.items()])
+    lasting = scale.limit_duration(MOTION_S), scale.limit_duration(RUN_S)
+    seeds = scale.seeds[: scale.limit_starts(RUN_STARTS)]
+    questions = {law: ClockTest(law, *lasting, seeds) for law in LAWS}
+    delays_by_law = study.answer_by_key(questions, "phase: clock test")
+    return ClockTestResult([LawClockTest(law, delays) for law, delays in delays_by_law.items()])

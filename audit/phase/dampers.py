@@ -14,17 +14,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from crosscheck import signals
-from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, ZETAS, Cell, Law
-from crosscheck.audit.experiments.experiments import PD, question
-from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.ensembles import EnsembleQuestion, TransientPdQuestion
+from crosscheck.audit.experiments.experiments import PD, build_question
+from crosscheck.audit.experiments.paper_conditions import INTEGRAL, PRINTED, ZETAS, Condition, Law
+from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.starts import Perturbed, TransientPd
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers
-from crosscheck.audit.measures import course, events, shares
-from crosscheck.audit.measures.third import Quantiles, Third, quantiles
+from crosscheck.audit.measures import events, run_signals, shares
+from crosscheck.audit.measures.third_fluctuation import Quantiles, ThirdFluctuation, quantiles
 from crosscheck.audit.measures.thresholds import EVIDENT
-from crosscheck.audit.measures.undefined import defined
+from crosscheck.audit.measures.undefined import float_or_none
 from crosscheck.audit.phase import runs
 
 QUIET_S = 0.45  # with dampers always at work all vibration but rounding is gone by then
@@ -63,16 +63,16 @@ STILL = 0.1  # rad/s^2: a hundredth of what counts as a fluctuation
 
 
 @dataclass(frozen=True)
-class Ablated:
+class DamperAblation:
     """The third fluctuation without tooth error under a change of the arm, at a damping ratio."""
 
     ablation: runs.Change
     zeta: float
-    third: Third
+    third: ThirdFluctuation
 
 
 @dataclass(frozen=True)
-class LaidToRest(Perturbed[list[float | None]]):
+class DecayTest(EnsembleQuestion[list[float | None]]):
     """A question: vibration [rad/s^2] with dampers in contact alone, begun without any.
 
     The variant's run is quiet until its end, QUIET_S, dampers always at work; its states go on for
@@ -84,32 +84,34 @@ class LaidToRest(Perturbed[list[float | None]]):
     duration_s: float
 
     def answer(self) -> list[float | None]:
-        before = runs.motion(runs.models_of(self.variant, self.seeds))
+        before = runs.simulate_motion(runs.build_models(self.variant, self.seeds))
         whole = replace(self.variant, duration_s=events.THIRD_S[1])
         after = replace(whole, settings=(runs.CONTACT,), duration_s=self.duration_s).case()
         states = zip(before.q[-1].T.copy(), before.v[-1].T.copy(), strict=True)
-        run = runs.motion([runs.Continued(after, q, v) for q, v in states], QUIET_S)
+        run = runs.simulate_motion([runs.ContinuedModel(after, q, v) for q, v in states], QUIET_S)
         excess = runs.shoulder_excess(whole, run.time, run.shoulder)
-        part = signals.window(run.elapsed, *LATE_S)
-        return [defined(signals.amplitude(column)) for column in excess[part].T]
+        part = signals.window(run.elapsed_s, *LATE_S)
+        return [float_or_none(signals.amplitude(column)) for column in excess[part].T]
 
 
 @dataclass(frozen=True)
-class Dampers:
+class DamperResult:
     """Third fluctuations without tooth error, over damping and with other things left out.
 
     over_zeta: dampers in contact alone; ablated: at QUIET_ZETA; rest: begun without vibration
     there [rad/s^2]; fluttering: dampers always at work, at FLUTTER_ZETA.
     """
 
-    over_zeta: Sequence[Ablated]
-    ablated: Sequence[Ablated]
+    over_zeta: Sequence[DamperAblation]
+    ablated: Sequence[DamperAblation]
     rest: Quantiles
-    fluttering: Sequence[Ablated]
+    fluttering: Sequence[DamperAblation]
 
     def median(self, name: str) -> float | None:
         """The median size [rad/s^2] with one thing left out, by its name; None where undefined."""
-        return next(one for one in self.ablated if one.ablation.name == name).third.quantiles[1]
+        return next(
+            result for result in self.ablated if result.ablation.name == name
+        ).third.quantiles[1]
 
     @property
     def excited_hard(self) -> bool | None:
@@ -117,8 +119,10 @@ class Dampers:
 
         And does not need a varying stiffness.
         """
-        needed = [self.median(one.name) for one in (PLAYED_BACK, TIGHT, ALWAYS)] + [self.rest[1]]
-        kept = [self.median(one.name) for one in (AS_IT_STANDS, STEADY)]
+        needed = [self.median(change.name) for change in (PLAYED_BACK, TIGHT, ALWAYS)] + [
+            self.rest[1]
+        ]
+        kept = [self.median(change.name) for change in (AS_IT_STANDS, STEADY)]
         gone = [None if size is None else size < STILL for size in needed]
         there = [None if size is None else size > EVIDENT for size in kept]
         return None if None in (*gone, *there) else all((*gone, *there))
@@ -126,31 +130,46 @@ class Dampers:
     @property
     def largest_zeta(self) -> float | None:
         """Largest damping ratio at which half of the starts vibrate evidently, E = 0; or None."""
-        found = [one.zeta for one in self.over_zeta if (one.third.quantiles[1] or 0.0) > EVIDENT]
-        return max(found, default=None)
+        zetas = [
+            result.zeta for result in self.over_zeta if (result.third.quantiles[1] or 0.0) > EVIDENT
+        ]
+        return max(zetas, default=None)
 
 
-def dampers(study: Study, scale: Scale) -> Dampers:
+def run_damper_tests(study: Study, scale: Scale) -> DamperResult:
     """The vibrations without tooth error, the phase an integral, planets free."""
-    wanted = [(AS_IT_STANDS, zeta) for zeta in ZETAS]
-    wanted += [(one, QUIET_ZETA) for one in ABLATIONS if one != AS_IT_STANDS]
-    wanted += [(one, FLUTTER_ZETA) for one in FLUTTERING]
-    asked = {(one, zeta): one.question(Cell(INTEGRAL, zeta), scale) for one, zeta in wanted}
-    answers = study.answered(asked, "phase: dampers")
-    found = [Ablated(*pair, Third.of(Sample.of(one))) for pair, one in answers.items()]
-    own = [one for one in found if one.ablation == AS_IT_STANDS]
-    at_quiet = [one for one in found if one.zeta == QUIET_ZETA]
-    seconds = scale.seconds(events.THIRD_S[1] - QUIET_S)
-    quiet = runs.pd_run(Cell(INTEGRAL, QUIET_ZETA), QUIET_S, runs.NO_ERROR)
-    (rest,) = study.answers([LaidToRest(quiet, scale.seeds, seconds)], "phase: laid to rest")
-    fluttering = [one for one in found if one.ablation in FLUTTERING and one.zeta == FLUTTER_ZETA]
-    return Dampers(own, at_quiet, quantiles(np.array(rest, dtype=float)), fluttering)
+    cases = [(AS_IT_STANDS, zeta) for zeta in ZETAS]
+    cases += [(item, QUIET_ZETA) for item in ABLATIONS if item != AS_IT_STANDS]
+    cases += [(item, FLUTTER_ZETA) for item in FLUTTERING]
+    questions = {
+        (item, zeta): item.question(Condition(INTEGRAL, zeta), scale) for item, zeta in cases
+    }
+    answers = study.answer_by_key(questions, "phase: dampers")
+    results = [
+        DamperAblation(*pair, ThirdFluctuation.from_samples(Sample.from_numbers(item)))
+        for pair, item in answers.items()
+    ]
+    contact_results = [item for item in results if item.ablation == AS_IT_STANDS]
+    at_quiet = [item for item in results if item.zeta == QUIET_ZETA]
+    seconds = scale.limit_duration(events.THIRD_S[1] - QUIET_S)
+    quiet = runs.build_pd_variant(Condition(INTEGRAL, QUIET_ZETA), QUIET_S, runs.NO_ERROR)
+    (rest,) = study.answer_questions(
+        [DecayTest(quiet, scale.seeds, seconds)], "phase: laid to rest"
+    )
+    fluttering = [
+        item for item in results if item.ablation in FLUTTERING and item.zeta == FLUTTER_ZETA
+    ]
+    return DamperResult(
+        contact_results, at_quiet, quantiles(np.array(rest, dtype=float)), fluttering
+    )
 
 
-class TopSpeed(TransientPd):
+class TopSpeed(TransientPdQuestion):
     """A question: top speeds [rad/s] of either joint over the whole run, and the rigid arm's."""
 
-    def numbers(self, run: course.Course, rigid: tuple[course.Course, ...]) -> Numbers:
+    def numbers(
+        self, run: run_signals.RunSignals, rigid: tuple[run_signals.RunSignals, ...]
+    ) -> Numbers:
         return {
             "top_rad_per_s": float(np.abs(run.theta_dot).max()),
             "asked_rad_per_s": float(np.abs(rigid[0].theta_dot).max()),
@@ -172,27 +191,29 @@ class Runaway:
     asked_rad_per_s: float
 
 
-def runaways(study: Study, scale: Scale) -> list[Runaway]:
+def find_runaways(study: Study, scale: Scale) -> list[Runaway]:
     """The runaways of each law among many starts of 3 s with free planets."""
-    count = scale.starts(RUNAWAY_STARTS) if scale.most_starts < AT_ONCE else RUNAWAY_STARTS
+    count = scale.limit_starts(RUNAWAY_STARTS) if scale.most_starts < AT_ONCE else RUNAWAY_STARTS
     seeds = range(scale.first_seed, scale.first_seed + count)
     parts = [tuple(seeds[k : k + AT_ONCE]) for k in range(0, count, AT_ONCE)]
-    asked = {
-        (law, part): TopSpeed(scale.cut(question(PD, Cell(law, RUNAWAY_ZETA), ()).variant), part)
+    questions = {
+        (law, part): TopSpeed(
+            scale.cut(build_question(PD, Condition(law, RUNAWAY_ZETA), ()).variant), part
+        )
         for law in RUNAWAY_LAWS
         for part in parts
     }
-    answers = study.answered(asked, "phase: runaways")
-    found = []
+    answers = study.answer_by_key(questions, "phase: runaways")
+    runaways = []
     for law in RUNAWAY_LAWS:
-        samples = [Sample.of(answers[law, part]) for part in parts]
+        samples = [Sample.from_numbers(answers[law, part]) for part in parts]
         top, rigid = (
             np.concatenate([sample[name] for sample in samples])
             for name in ("top_rad_per_s", "asked_rad_per_s")
         )
         fast, calm = top[top > FAST_RAD_PER_S], top[top <= FAST_RAD_PER_S]
         diverged = int(np.isnan(top).sum())
-        one = Runaway(
+        runaway = Runaway(
             law=law,
             share=shares.Share(int(fast.size) + diverged, int(top.size)),
             diverged=diverged,
@@ -200,5 +221,5 @@ def runaways(study: Study, scale: Scale) -> list[Runaway]:
             calm_rad_per_s=float(calm.max()) if calm.size else np.nan,
             asked_rad_per_s=float(np.nanmax(rigid)) if diverged < top.size else np.nan,
         )
-        found.append(one)
-    return found
+        runaways.append(runaway)
+    return runaways

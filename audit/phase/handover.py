@@ -9,22 +9,22 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from crosscheck import signals
-from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
+from crosscheck.audit.experiments.ensembles import EnsembleQuestion
+from crosscheck.audit.experiments.paper_conditions import PRINTED, REPAIRED_RATE, Condition, Law
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.measures import events, shares, third, thresholds
+from crosscheck.audit.measures import events, shares, third_fluctuation, thresholds
 from crosscheck.audit.phase import runs
 from crosscheck.audit.phase.clock import SignalEnvelope
 
 # At the smallest damping the controller itself flutters; with the paper's ring rate few starts are
 # severe, with the other all.
 CELLS = (
-    Cell(PRINTED, 0.003),
-    Cell(PRINTED, 0.005),
-    Cell(REPAIRED_RATE, 0.005),
-    Cell(REPAIRED_RATE, 0.007),
-    Cell(REPAIRED_RATE, 0.02),
+    Condition(PRINTED, 0.003),
+    Condition(PRINTED, 0.005),
+    Condition(REPAIRED_RATE, 0.005),
+    Condition(REPAIRED_RATE, 0.007),
+    Condition(REPAIRED_RATE, 0.02),
 )
 SHOWN = CELLS[2]
 AFTER_S = 0.4
@@ -34,7 +34,7 @@ Phase = Literal["omega_t", "angle"]
 DEAD = 0.1  # of the vibration handed over
 
 
-class Heir(NamedTuple):
+class LawAfterSwitch(NamedTuple):
     """A law under which the vibration goes on, with the tooth error or without."""
 
     phase: Phase
@@ -46,11 +46,15 @@ class Heir(NamedTuple):
         return self.phase if self.with_error else f"{self.phase}, E = 0"
 
 
-PRINTED_HEIR, INTEGRATED, ERROR_FREE = Heir("omega_t"), Heir("angle"), Heir("angle", False)
-HEIRS = (PRINTED_HEIR, INTEGRATED, ERROR_FREE)
+PRINTED_AFTER_SWITCH, INTEGRATED, ERROR_FREE = (
+    LawAfterSwitch("omega_t"),
+    LawAfterSwitch("angle"),
+    LawAfterSwitch("angle", False),
+)
+LAWS_AFTER_SWITCH = (PRINTED_AFTER_SWITCH, INTEGRATED, ERROR_FREE)
 
 
-class Left(NamedTuple):
+class DecayAfterSwitch(NamedTuple):
     """The vibration [rad/s^2] of one start under one heir: handed over, left soon, left late."""
 
     before: float
@@ -64,30 +68,30 @@ class Left(NamedTuple):
 
 
 @dataclass(frozen=True)
-class HandedOver:
+class LawSwitch:
     """A setting's severe starts, each continued at the height of its vibration.
 
-    asked: starts that do not diverge; at_s: of every severe one; left: by heir, in their order;
-    drawn: the first severe start's acceleration under every heir.
+    start_count: starts that do not diverge; at_s: of every severe one; decays: by heir, in their
+    order; drawn: the first severe start's acceleration under every heir.
     """
 
-    asked: int
+    start_count: int
     at_s: tuple[float, ...]
-    left: tuple[tuple[Left, ...], ...]
+    decays: tuple[tuple[DecayAfterSwitch, ...], ...]
     drawn: tuple[SignalEnvelope, ...]
 
 
 @dataclass(frozen=True)
-class Handover(Perturbed[HandedOver]):
+class Handover(EnsembleQuestion[LawSwitch]):
     """A question: what becomes of a setting's severe starts; variant: up to the third's end."""
 
     cost = 16.0
 
-    cell: Cell
+    cell: Condition
     after_s: float
 
-    def answer(self) -> HandedOver:
-        run = runs.motion(runs.models_of(self.variant, self.seeds))
+    def answer(self) -> LawSwitch:
+        run = runs.simulate_motion(runs.build_models(self.variant, self.seeds))
         excess = self._excess(run)
         sound = np.isfinite(excess).all(axis=0)
         part, size = signals.window(run.time, *events.THIRD_S), np.where(sound, np.abs(excess), 0.0)
@@ -98,35 +102,37 @@ class Handover(Perturbed[HandedOver]):
             if part.stop > part.start and size[part, start].max() > thresholds.SEVERE
         }
         continued = [
-            [self._continued(run, start, peak, heir) for start, peak in peaks.items()]
-            for heir in HEIRS
+            [self._resume_run(run, start, peak, law) for start, peak in peaks.items()]
+            for law in LAWS_AFTER_SWITCH
         ]
-        return HandedOver(
-            asked=int(sound.sum()),
+        return LawSwitch(
+            start_count=int(sound.sum()),
             at_s=tuple(float(run.time[peak]) for peak in peaks.values()),
-            left=tuple(tuple(self._left(one) for one in each) for each in continued),
+            decays=tuple(
+                tuple(self._measure_decay(motion) for motion in each) for each in continued
+            ),
             drawn=tuple(
-                SignalEnvelope.of(each[0].time, each[0].shoulder[:, 0])
+                SignalEnvelope.from_signal(each[0].time, each[0].shoulder[:, 0])
                 for each in continued
                 if each
             ),
         )
 
-    def _continued(
-        self, run: runs.RecordedMotion, start: int, record: int, heir: Heir
+    def _resume_run(
+        self, run: runs.RecordedMotion, start: int, record: int, law: LawAfterSwitch
     ) -> runs.RecordedMotion:
         """The run under an heir from a start's state at a record, the clock going on."""
-        rate = self.cell.law.ring_rate if heir.phase == "omega_t" else "corrected"
-        cell = Cell(Law(heir.phase, rate), self.cell.zeta, self.cell.arm)
-        meshes = () if heir.with_error else (runs.NO_ERROR,)
-        case = runs.pd_run(cell, self.after_s, *meshes).case()
+        rate = self.cell.law.ring_rate if law.phase == "omega_t" else "corrected"
+        cell = Condition(Law(law.phase, rate), self.cell.zeta, self.cell.arm)
+        meshes = () if law.with_error else (runs.NO_ERROR,)
+        case = runs.build_pd_variant(cell, self.after_s, *meshes).case()
         state = run.q[record, :, start].copy(), run.v[record, :, start].copy()
-        return runs.motion([runs.Continued(case, *state)], float(run.time[record]))
+        return runs.simulate_motion([runs.ContinuedModel(case, *state)], float(run.time[record]))
 
-    def _left(self, run: runs.RecordedMotion) -> Left:
+    def _measure_decay(self, run: runs.RecordedMotion) -> DecayAfterSwitch:
         excess = self._excess(run)
-        sizes = (signals.amplitude(excess[signals.window(run.elapsed, *w)]) for w in WINDOWS_S)
-        return Left(*sizes)
+        sizes = (signals.amplitude(excess[signals.window(run.elapsed_s, *w)]) for w in WINDOWS_S)
+        return DecayAfterSwitch(*sizes)
 
     def _excess(self, run: runs.RecordedMotion) -> np.ndarray:
         """Shoulder acceleration [rad/s^2] less the whole rigid run's, (times, members)."""
@@ -134,54 +140,59 @@ class Handover(Perturbed[HandedOver]):
         return runs.shoulder_excess(whole, run.time, run.shoulder)
 
 
-class Fate(NamedTuple):
+class SwitchOutcome(NamedTuple):
     """The vibration [rad/s^2] of a setting's severe starts under an heir; dying: how many do."""
 
-    cell: Cell
-    heir: Heir
+    cell: Condition
+    heir: LawAfterSwitch
     asked: int
-    before: third.Quantiles
-    soon: third.Quantiles
-    late: third.Quantiles
+    before: third_fluctuation.Quantiles
+    soon: third_fluctuation.Quantiles
+    late: third_fluctuation.Quantiles
     dying: shares.Share | None
 
     @property
-    def all_die(self) -> bool:
+    def is_decaying_in_all(self) -> bool:
         """Whether there are severe starts, and the vibration of every one dies."""
         return self.dying is not None and self.dying.yes == self.dying.of
 
 
 @dataclass(frozen=True)
-class Handovers:
+class HandoverResult:
     """The fates of every setting under every heir."""
 
-    fates: Sequence[Fate]
-    shown: HandedOver
+    outcomes: Sequence[SwitchOutcome]
+    shown: LawSwitch
 
-    def under(self, heir: Heir) -> dict[Cell, Fate]:
+    def select_law(self, law: LawAfterSwitch) -> dict[Condition, SwitchOutcome]:
         """The fates under one heir, by setting."""
-        return {fate.cell: fate for fate in self.fates if fate.heir == heir}
+        return {fate.cell: fate for fate in self.outcomes if fate.heir == law}
 
     @property
     def supports(self) -> bool | None:
         """Whether vibrations all die under `angle` wherever all do without tooth error, or None."""
-        with_error, without = self.under(INTEGRATED), self.under(ERROR_FREE)
-        dying = [with_error[cell].all_die for cell in without if without[cell].all_die]
+        with_error, without = self.select_law(INTEGRATED), self.select_law(ERROR_FREE)
+        dying = [
+            with_error[cell].is_decaying_in_all
+            for cell in without
+            if without[cell].is_decaying_in_all
+        ]
         return all(dying) if dying else None
 
 
-def handover(study: Study, scale: Scale) -> Handovers:
+def run_handover(study: Study, scale: Scale) -> HandoverResult:
     """The fates of states at the height of the vibration, continued under each law."""
-    third_s, after_s = scale.seconds(events.THIRD_S[1]), scale.seconds(AFTER_S)
-    asked = {
-        cell: Handover(runs.pd_run(cell, third_s), scale.seeds, cell, after_s) for cell in CELLS
+    third_s, after_s = scale.limit_duration(events.THIRD_S[1]), scale.limit_duration(AFTER_S)
+    questions = {
+        cell: Handover(runs.build_pd_variant(cell, third_s), scale.seeds, cell, after_s)
+        for cell in CELLS
     }
-    found = study.answered(asked, "phase: handover")
-    fates = []
-    for cell, one in found.items():
-        for heir, left in zip(HEIRS, one.left, strict=True):
-            numbers = np.array(left, dtype=float).reshape(-1, len(WINDOWS_S))
-            before, soon, late = map(third.quantiles, numbers.T)
-            dying = shares.share_of(each.dies for each in left)
-            fates.append(Fate(cell, heir, one.asked, before, soon, late, dying))
-    return Handovers(fates, found[SHOWN])
+    results = study.answer_by_key(questions, "phase: handover")
+    outcomes = []
+    for cell, result in results.items():
+        for law, decays in zip(LAWS_AFTER_SWITCH, result.decays, strict=True):
+            numbers = np.array(decays, dtype=float).reshape(-1, len(WINDOWS_S))
+            before, soon, late = map(third_fluctuation.quantiles, numbers.T)
+            dying = shares.share_of(each.dies for each in decays)
+            outcomes.append(SwitchOutcome(cell, law, result.start_count, before, soon, late, dying))
+    return HandoverResult(outcomes, results[SHOWN])

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from crosscheck.analytic.derivation.terms import Terms
-from crosscheck.audit.phase.runs import Plant, rigid_motion
+from crosscheck.audit.phase.runs import Plant, simulate_rigid_arm
 from crosscheck.models.experiment.drive import PD
 from crosscheck.models.loading import Case
 
@@ -22,7 +22,7 @@ BASE_STEP_S = 1e-4
 LARGEST_FOLDS = 200.0  # e^200: an amplitude beyond meaning, but finite
 
 
-class Base(NamedTuple):
+class BaseMotion(NamedTuple):
     """The motion to linearise about: time (times,) [s]; q, v (times, n); force (times, meshes)."""
 
     time: np.ndarray
@@ -31,53 +31,55 @@ class Base(NamedTuple):
     force: np.ndarray
 
 
-def base_motion(case: Case, plant: Plant, every: int) -> Base:
+def compute_base_motion(case: Case, plant: Plant, every: int) -> BaseMotion:
     """The rigid arm's motion, every mesh pressed in just as far as it has to be to carry it.
 
     theta from the rigid level `coupled`; the mesh force from the rows of Eq. 21 for x, in which
     x'' = x' = 0; then x = e(phi) +- b + F / k(phi). No vibration, hence independent of damping.
     """
-    rigid = rigid_motion(case, BASE_STEP_S, every)
+    rigid = simulate_rigid_arm(case, BASE_STEP_S, every)
     time, n = rigid["time"].values, plant.weights.shape[1]
     q, v, a = (np.zeros((time.size, n)) for _ in range(3))
     for state, name in ((q, "theta"), (v, "theta_dot"), (a, "theta_ddot")):
         state[:, plant.terms.theta] = rigid[name].values
-    gears, force = plant.gears, np.empty((time.size, plant.gears.where.size))
+    gears, force = plant.gears, np.empty((time.size, plant.gears.x_index.size))
     for k, torque in enumerate(rigid["torque"].values):
-        at = plant.states.at(0.0, q[k], v[k])
-        wanted = at.mass_matrix @ a[k] + at.bias - plant.terms.drive_map @ torque
-        force[k] = np.linalg.solve(plant.terms.mesh_map[gears.where], wanted[gears.where])
+        at = plant.states.evaluate(0.0, q[k], v[k])
+        required_force = at.mass_matrix @ a[k] + at.bias - plant.terms.drive_map @ torque
+        force[k] = np.linalg.solve(
+            plant.terms.mesh_map[gears.x_index], required_force[gears.x_index]
+        )
     sine = np.sin(phases(plant, time, q, v))
     stiffness = gears.k_m + gears.k_a * sine
-    q[:, gears.where] = gears.E * sine + np.sign(force) * gears.b + force / stiffness
-    return Base(time, q, v, force)
+    q[:, gears.x_index] = gears.E * sine + np.sign(force) * gears.b + force / stiffness
+    return BaseMotion(time, q, v, force)
 
 
 def phases(plant: Plant, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """The mesh phase phi [rad], (times, meshes), along a motion q, v (times, n)."""
-    moving = v * time[:, None] if plant.timed else q
+    moving = v * time[:, None] if plant.is_clock_driven else q
     return plant.gears.offset + moving @ plant.weights.T
 
 
 def jacobian(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """The Jacobian d(q', q'') / d(q, q') with every mesh in contact, (2 n, 2 n)."""
     n, gears = q.size, plant.gears
-    at = plant.states.at(t, q, v)
+    at = plant.states.evaluate(t, q, v)
     position = -_inertia_by_q(plant.terms, q, v, at.acceleration)
     rate = -_bias_by_v(plant.terms, q, v)
     # Per mesh, of F = k(phi) f_k(x - e(phi)): dF/dx = k, dF/dphi = k_a cos f_k - k E cos.
     phi = phases(plant, np.array([t]), q[None], v[None])[0]
     stiffness = gears.k_m + gears.k_a * np.sin(phi)
-    gap = q[gears.where] - gears.E * np.sin(phi)
+    gap = q[gears.x_index] - gears.E * np.sin(phi)
     pressed = gap - np.sign(gap) * gears.b
     by_phase = (gears.k_a * pressed - stiffness * gears.E) * np.cos(phi)
-    position[:, gears.where] += plant.terms.mesh_map * stiffness
+    position[:, gears.x_index] += plant.terms.mesh_map * stiffness
     turned = plant.terms.mesh_map @ (by_phase[:, None] * plant.weights)
-    if plant.timed:
+    if plant.is_clock_driven:
         rate += turned * t
     else:
         position += turned
-    rate[gears.where, gears.where] -= gears.d
+    rate[gears.x_index, gears.x_index] -= gears.d
     if plant.drive.code == PD:
         sensed, drive_map = plant.terms.theta, plant.terms.drive_map
         position[:, sensed] -= drive_map * plant.drive.gains[:, 1]
@@ -88,17 +90,17 @@ def jacobian(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray
 
 def _inertia_by_q(terms: Terms, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
     """The derivative d(M a + C v) / dq at constant v and a, (n, n)."""
-    out, angle = np.zeros((q.size, q.size)), terms.waves @ q
+    out, angle = np.zeros((q.size, q.size)), terms.angle_sums @ q
     for (row, column, wave), coeff in zip(terms.mass, terms.mass_coeff, strict=True):
-        out[row] -= coeff * np.sin(angle[wave]) * a[column] * terms.waves[wave]
+        out[row] -= coeff * np.sin(angle[wave]) * a[column] * terms.angle_sums[wave]
     for (row, wave, i, j), coeff in zip(terms.bias, terms.bias_coeff, strict=True):
-        out[row] += coeff * np.cos(angle[wave]) * v[i] * v[j] * terms.waves[wave]
+        out[row] += coeff * np.cos(angle[wave]) * v[i] * v[j] * terms.angle_sums[wave]
     return out
 
 
 def _bias_by_v(terms: Terms, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """The derivative d(C v) / dv, (n, n)."""
-    out, angle = np.zeros((q.size, q.size)), terms.waves @ q
+    out, angle = np.zeros((q.size, q.size)), terms.angle_sums @ q
     for (row, wave, i, j), coeff in zip(terms.bias, terms.bias_coeff, strict=True):
         factor = coeff * np.sin(angle[wave])
         out[row, i] += factor * v[j]
@@ -106,7 +108,7 @@ def _bias_by_v(terms: Terms, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     return out
 
 
-def jacobian_error(plant: Plant, base: Base, samples: int) -> float:
+def jacobian_error(plant: Plant, base: BaseMotion, samples: int) -> float:
     """Largest error of ``jacobian`` along the motion against central differences.
 
     Relative to the largest derivative with respect to the same coordinate; the differences keep
@@ -127,14 +129,14 @@ def _differences(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.nda
     """The derivative d q'' / d(q, v) by fourth-order central differences, (n, 2 n)."""
     n = q.size
     steps = np.full(2 * n, 1e-6)  # rad and rad/s; phi = 99 theta needs 1e-4 rad to change by 1 %
-    steps[plant.gears.where] = 1e-9  # far less than the 1e-5 m by which a mesh is pressed in
+    steps[plant.gears.x_index] = 1e-9  # far less than the 1e-5 m by which a mesh is pressed in
     columns = []
     for i, h in enumerate(steps):
         sums = np.zeros(n)
         for place, weight in ((-2, 1 / 12), (-1, -8 / 12), (1, 8 / 12), (2, -1 / 12)):
             state = np.concatenate((q, v))
             state[i] += place * h
-            sums += weight * plant.states.at(t, state[:n], state[n:]).acceleration
+            sums += weight * plant.states.evaluate(t, state[:n], state[n:]).acceleration
         columns.append(sums / h)
     return np.array(columns).T
 
@@ -146,19 +148,19 @@ class Modes(NamedTuple):
     frequency: np.ndarray
 
     @property
-    def largest(self) -> np.ndarray:
+    def largest_growth(self) -> np.ndarray:
         """Growth rate [1/s] of the least stable mode, (times,)."""
         return self.growth.max(axis=1)
 
 
-def mesh_modes(plant: Plant, base: Base) -> Modes:
+def compute_mesh_modes(plant: Plant, base: BaseMotion) -> Modes:
     """The oscillating eigenvalues of the Jacobian along the motion, each mode in its own column.
 
     A mode continues as the one whose shape, in rates, is most like its own at the instant before.
     """
     along = zip(base.time, base.q, base.v, strict=True)
     poles, shapes = np.linalg.eig(np.array([jacobian(plant, float(t), q, v) for t, q, v in along]))
-    order = np.argsort(poles.imag, axis=1)[:, -plant.gears.where.size :]
+    order = np.argsort(poles.imag, axis=1)[:, -plant.gears.x_index.size :]
     poles = np.take_along_axis(poles, order, axis=1)
     shapes = np.take_along_axis(shapes, order[:, None, :], axis=2)
     rates = shapes[:, shapes.shape[1] // 2 :]
@@ -196,17 +198,17 @@ class Interval(NamedTuple):
     frequency: float
 
 
-def unstable_intervals(time: np.ndarray, modes: Modes, least_folds: float) -> list[Interval]:
+def find_unstable_intervals(time: np.ndarray, modes: Modes, least_folds: float) -> list[Interval]:
     """The stretches of positive growth rate that amplify by e^least_folds or more, by begin."""
-    found = []
+    intervals = []
     for growth, frequency in zip(modes.growth.T, modes.frequency.T, strict=True):
         edges = np.flatnonzero(np.diff(np.concatenate(([False], growth > 0, [False])).astype(int)))
         for begin, end in edges.reshape(-1, 2):
             folds = float(np.trapezoid(growth[begin:end], time[begin:end]))
             if folds >= least_folds:
                 mean = float(frequency[begin:end].mean())
-                found.append(Interval(float(time[begin]), float(time[end - 1]), folds, mean))
-    return sorted(found)
+                intervals.append(Interval(float(time[begin]), float(time[end - 1]), folds, mean))
+    return sorted(intervals)
 
 
 def linear_step(

@@ -8,8 +8,7 @@ from enum import StrEnum
 from itertools import product
 
 from crosscheck.audit.claims.rule import State
-from crosscheck.audit.claims.settings import plan_of
-from crosscheck.audit.experiments.cells import CONSERVATIVE, INTEGRAL, LAWS, Cell, Law
+from crosscheck.audit.claims.study_plan import plan_of
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     BACKLASH_NO_ERROR,
@@ -18,12 +17,19 @@ from crosscheck.audit.experiments.experiments import (
     ERROR,
     NO_ERROR,
     PD,
-    Source,
+    PaperExperiment,
 )
-from crosscheck.audit.experiments.pool import Wanted
-from crosscheck.audit.measures.third import Third
-from crosscheck.audit.measures.twosamples import WithAndWithout
-from crosscheck.audit.page.material import Material
+from crosscheck.audit.experiments.paper_conditions import (
+    CONSERVATIVE,
+    INTEGRAL,
+    LAWS,
+    Condition,
+    Law,
+)
+from crosscheck.audit.experiments.samples import SampleRequest
+from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
+from crosscheck.audit.measures.twosamples import ToothErrorComparison
+from crosscheck.audit.page.context import AuditContext
 
 # The integral with Eq. 13's ring rate: the one combination that no claim is judged with.
 FOUR = (*LAWS, Law("angle", "eq13"))
@@ -37,7 +43,7 @@ BACKLASHES_UM = (5.0, 25.0, DEFAULT_B_UM, 500.0)  # of Figs. 16-17
 class MapSetting:
     """A setting at one tooth error and one backlash [um]."""
 
-    cell: Cell
+    cell: Condition
     error_um: float = DEFAULT_E_UM
     backlash_um: float = DEFAULT_B_UM
 
@@ -47,7 +53,7 @@ class MapSetting:
         return (self.error_um, self.backlash_um) == (DEFAULT_E_UM, DEFAULT_B_UM)
 
     @property
-    def sources(self) -> tuple[Source, Source]:
+    def sources(self) -> tuple[PaperExperiment, PaperExperiment]:
         """The experiment of the setting, and the same without tooth error."""
         if self.backlash_um != DEFAULT_B_UM:
             return BACKLASH(self.backlash_um), BACKLASH_NO_ERROR(self.backlash_um)
@@ -55,7 +61,7 @@ class MapSetting:
 
 
 @dataclass(frozen=True)
-class Mapped(WithAndWithout):
+class MapPoint(ToothErrorComparison):
     """The third fluctuation with and without tooth error in a setting of the maps."""
 
     setting: MapSetting
@@ -71,15 +77,17 @@ class Presence(StrEnum):
     UNKNOWN = "undefined"
 
 
-def where_present(states: Mapping[str, Sequence[State]]) -> Presence:
+def find_presence(states: Mapping[str, Sequence[State]]) -> Presence:
     """The laws under which the fluctuation is present, from all settings' states by phase law.
 
     Present where one setting says yes or that the start decides; unknown if a law has no setting
     that says anything.
     """
-    if any(all(one == State.UNDEFINED for one in said) for said in states.values()):
+    if any(all(state == State.UNDEFINED for state in law_states) for law_states in states.values()):
         return Presence.UNKNOWN
-    present = {phase: {State.YES, State.BISTABLE} & set(said) for phase, said in states.items()}
+    present = {
+        phase: {State.YES, State.BISTABLE} & set(law_states) for phase, law_states in states.items()
+    }
     if present["omega_t"]:
         return Presence.BOTH if present["angle"] else Presence.PRINTED
     return Presence.INTEGRATED if present["angle"] else Presence.NEITHER
@@ -89,44 +97,47 @@ def where_present(states: Mapping[str, Sequence[State]]) -> Presence:
 class Maps:
     """The settings with free planets, those with lumped ones, those of the conservative law."""
 
-    settings: Sequence[Mapped]
-    lumped: Sequence[Mapped]
-    conservative: Sequence[Mapped]
+    settings: Sequence[MapPoint]
+    lumped: Sequence[MapPoint]
+    conservative: Sequence[MapPoint]
 
-    def of(self, *phases: str) -> list[Mapped]:
+    def select(self, *phases: str) -> list[MapPoint]:
         """The settings under these phase laws."""
-        return [one for one in self.settings if one.setting.cell.law.phase in phases]
+        return [point for point in self.settings if point.setting.cell.law.phase in phases]
 
     @property
     def visible(self) -> Presence:
         """The laws under which the tooth error makes any fluctuation that counts: H1 itself."""
-        return _presence([(one, one.made_visible.state) for one in self.settings])
+        return _presence([(point, point.made_visible.state) for point in self.settings])
 
     @property
     def severe(self) -> Presence:
         """The laws under which the tooth error makes a severe fluctuation."""
-        return _presence([(one, one.made.state) for one in self.settings])
+        return _presence([(point, point.made.state) for point in self.settings])
 
     @property
     def severe_alike(self) -> Presence:
         """The laws under which the tooth error makes a severe fluctuation with lumped planets."""
-        return _presence([(one, one.made.state) for one in self.lumped])
+        return _presence([(point, point.made.state) for point in self.lumped])
 
     @property
     def repairs(self) -> list[RepairedSetting]:
         """What the conservative law changes, by setting."""
-        plain = {one.setting: one for one in self.settings}
+        plain = {point.setting: point for point in self.settings}
         return [
-            RepairedSetting(plain[integral], one)
-            for one in self.conservative
-            if (integral := integral_of(one.setting)) in plain
+            RepairedSetting(plain[integral], point)
+            for point in self.conservative
+            if (integral := integral_of(point.setting)) in plain
         ]
 
 
-def _presence(said: Sequence[tuple[Mapped, State]]) -> Presence:
+def _presence(point_states: Sequence[tuple[MapPoint, State]]) -> Presence:
     """The laws under which the fluctuation is present, from settings with their states."""
-    return where_present(
-        {p: [state for one, state in said if one.setting.cell.law.phase == p] for p in PHASES}
+    return find_presence(
+        {
+            p: [state for point, state in point_states if point.setting.cell.law.phase == p]
+            for p in PHASES
+        }
     )
 
 
@@ -134,8 +145,8 @@ def _presence(said: Sequence[tuple[Mapped, State]]) -> Presence:
 class RepairedSetting:
     """A setting under `angle` without and with the virtual work of k(theta) and e(theta)."""
 
-    plain: Mapped
-    conservative: Mapped
+    plain: MapPoint
+    conservative: MapPoint
 
 
 def integral_of(setting: MapSetting) -> MapSetting:
@@ -143,40 +154,47 @@ def integral_of(setting: MapSetting) -> MapSetting:
     return replace(setting, cell=replace(setting.cell, law=INTEGRAL))
 
 
-def maps(material: Material) -> Maps:
+def build_maps(context: AuditContext) -> Maps:
     """The maps from every start of every setting; few settings if quick."""
-    plan = plan_of(material.scale)
+    plan = plan_of(context.scale)
     over_zeta = [
-        MapSetting(Cell(law, zeta, arm))
+        MapSetting(Condition(law, zeta, arm))
         for arm, law, zeta in product(plan.readings, FOUR, plan.zetas)
     ]
-    if material.scale.quick:
-        return Maps(mapped(material, over_zeta), [], [])
+    if context.scale.quick:
+        return Maps(sample_settings(context, over_zeta), [], [])
     over_error = [
-        MapSetting(Cell(law, zeta), error_um)
+        MapSetting(Condition(law, zeta), error_um)
         for law, zeta, error_um in product(FOUR, plan.zetas, ERRORS_UM)
     ]
     over_backlash = [
-        MapSetting(Cell(law, zeta), backlash_um=b)
+        MapSetting(Condition(law, zeta), backlash_um=b)
         for law, zeta, b in product(FOUR, BACKLASH_ZETAS, BACKLASHES_UM)
     ]
-    asked = list(dict.fromkeys([*over_zeta, *over_error, *over_backlash]))
-    lumped = [MapSetting(replace(one.cell, planets="lumped")) for one in over_zeta]
+    settings = list(dict.fromkeys([*over_zeta, *over_error, *over_backlash]))
+    lumped = [MapSetting(replace(item.cell, planets="lumped")) for item in over_zeta]
     conservative = [
-        MapSetting(replace(one.cell, law=CONSERVATIVE))
-        for one in over_zeta
-        if one.cell.law == INTEGRAL
+        MapSetting(replace(item.cell, law=CONSERVATIVE))
+        for item in over_zeta
+        if item.cell.law == INTEGRAL
     ]
-    found = {one.setting: one for one in mapped(material, [*asked, *lumped, *conservative])}
-    return Maps(*([found[one] for one in part] for part in (asked, lumped, conservative)))
+    points = {
+        item.setting: item for item in sample_settings(context, [*settings, *lumped, *conservative])
+    }
+    return Maps(*([points[item] for item in part] for part in (settings, lumped, conservative)))
 
 
-def mapped(material: Material, settings: Sequence[MapSetting]) -> list[Mapped]:
+def sample_settings(context: AuditContext, settings: Sequence[MapSetting]) -> list[MapPoint]:
     """The settings with their samples; experiments that claims have asked for are only read."""
-    wanted: list[Wanted] = [(one.cell, source) for one in settings for source in one.sources]
-    found = material.samples(wanted, "phase: maps")
+    requests: list[SampleRequest] = [
+        (setting.cell, source) for setting in settings for source in setting.sources
+    ]
+    samples = context.samples(requests, "phase: maps")
     made = []
-    for one in settings:
-        third, without = (Third.of(found[one.cell, source]) for source in one.sources)
-        made.append(Mapped(one, third=third, without=without))
+    for setting in settings:
+        third, without = (
+            ThirdFluctuation.from_samples(samples[setting.cell, source])
+            for source in setting.sources
+        )
+        made.append(MapPoint(setting, third=third, without=without))
     return made

@@ -9,17 +9,17 @@ import numpy as np
 
 from crosscheck import signals
 from crosscheck.audit.claims.rule import State
-from crosscheck.audit.experiments.cells import Cell
-from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.ensembles import EnsembleQuestion
+from crosscheck.audit.experiments.paper_conditions import Condition
 from crosscheck.audit.experiments.question import Question, Records
+from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.third import Third
-from crosscheck.audit.measures.twosamples import WithAndWithout
-from crosscheck.audit.measures.undefined import defined
+from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
+from crosscheck.audit.measures.twosamples import ToothErrorComparison
+from crosscheck.audit.measures.undefined import float_or_none
 from crosscheck.audit.phase import linear, runs
 from crosscheck.models.experiment.drive import CONSTANT
 
@@ -50,7 +50,7 @@ IN_FULL = runs.Change("phases from Eq. 11 in full, planets alike")
 
 
 @dataclass(frozen=True)
-class InFull(Perturbed[list[float | None]]):
+class FullEquationQuestion(EnsembleQuestion[list[float | None]]):
     """A question: size of the third fluctuation [rad/s^2] of every start with Eq. 11 in full.
 
     Planets alike, for which alone Eq. 11 is written out there. None for a start that diverges.
@@ -61,31 +61,31 @@ class InFull(Perturbed[list[float | None]]):
         return 4.0 * len(self.seeds)
 
     def answer(self) -> list[float | None]:
-        case, models = self.variant.case(), runs.models_of(self.variant, self.seeds)
-        full = [runs.plant_of(model, full_rate=True).equations for model in models]
+        case, models = self.variant.case(), runs.build_models(self.variant, self.seeds)
+        full = [runs.build_plant(model, full_rate=True).equations for model in models]
         starts = [model.start() for model in models]
-        run = runs.motion(
-            [runs.Continued(case, *x, one) for x, one in zip(starts, full, strict=True)]
+        run = runs.simulate_motion(
+            [runs.ContinuedModel(case, *x, item) for x, item in zip(starts, full, strict=True)]
         )
         excess = runs.shoulder_excess(replace(self.variant, settings=()), run.time, run.shoulder)
         part = signals.window(run.time, *THIRD_S)
         return [
-            defined(signals.amplitude(one[part])) if np.isfinite(one).all() else None
-            for one in excess.T
+            float_or_none(signals.amplitude(item[part])) if np.isfinite(item).all() else None
+            for item in excess.T
         ]
 
 
 @dataclass(frozen=True)
-class Objected(WithAndWithout):
+class ObjectionResult(ToothErrorComparison):
     """The third fluctuation in a setting with something changed that a referee would change."""
 
     objection: str
     change: runs.Change
-    cell: Cell
+    cell: Condition
 
 
 @dataclass(frozen=True)
-class Rates:
+class GrowthRates:
     """Largest growth rates [1/s] in 0.5 to 1.2 s under `omega_t`; None in a run that ends before.
 
     Of the arm as it stands, and with one thing changed.
@@ -99,45 +99,46 @@ class Rates:
 
 
 @dataclass(frozen=True)
-class RateGrowth(Question[Rates]):
-    """A question: the ``Rates`` of a setting, as far as the duration [s] lets them be seen."""
+class GrowthRateQuestion(Question[GrowthRates]):
+    """A question: the ``GrowthRates`` of a setting, as far as the duration [s] lets them be seen.
+    """
 
     cost = 2.0
 
-    cell: Cell
+    cell: Condition
     duration_s: float
 
     def variant(self, *meshes: str) -> Variant:
         """The PD run with planets alike: differences between them obey another equation."""
-        return replace(runs.pd_run(self.cell, self.duration_s, *meshes), planets="lumped")
+        return replace(runs.build_pd_variant(self.cell, self.duration_s, *meshes), planets="lumped")
 
     def records(self) -> Records:
         return self.variant().case()
 
-    def answer(self) -> Rates:
-        (model,) = runs.models_of(self.variant(), (0,))
-        (bare,) = runs.models_of(self.variant(runs.NO_ERROR), (0,))
+    def answer(self) -> GrowthRates:
+        (model,) = runs.build_models(self.variant(), (0,))
+        (bare,) = runs.build_models(self.variant(runs.NO_ERROR), (0,))
         plain, full, no_error = (
-            runs.plant_of(model),
-            runs.plant_of(model, full_rate=True),
-            runs.plant_of(bare),
+            runs.build_plant(model),
+            runs.build_plant(model, full_rate=True),
+            runs.build_plant(bare),
         )
-        free = plain.changed(drive=plain.drive._replace(code=CONSTANT))
-        still = plain.changed(gears=plain.gears._replace(k_a=np.zeros_like(plain.gears.k_a)))
-        found = []
+        free = plain.replace_parts(drive=plain.drive._replace(code=CONSTANT))
+        still = plain.replace_parts(gears=plain.gears._replace(k_a=np.zeros_like(plain.gears.k_a)))
+        growth_rates = []
         for plant in (plain, free, full, no_error, still):
-            base = linear.base_motion(self.variant().case(), plant, THIRD_EVERY)
-            growth = linear.mesh_modes(plant, base).largest[base.time >= THIRD_S[0]]
-            found.append(float(growth.max()) if growth.size else None)
-        return Rates(*found)
+            base = linear.compute_base_motion(self.variant().case(), plant, THIRD_EVERY)
+            growth = linear.compute_mesh_modes(plant, base).largest_growth[base.time >= THIRD_S[0]]
+            growth_rates.append(float(growth.max()) if growth.size else None)
+        return GrowthRates(*growth_rates)
 
 
 @dataclass(frozen=True)
 class Objections:
     """Every change in both settings under both laws, and the growth rates by setting."""
 
-    objected: Sequence[Objected]
-    rates: dict[Cell, Rates]
+    results: Sequence[ObjectionResult]
+    rates: dict[Condition, GrowthRates]
 
     @property
     def supports(self) -> bool | None:
@@ -145,41 +146,49 @@ class Objections:
 
         Settings that vibrate without it say nothing of that.
         """
-        under_angle = [one for one in self.objected if one.cell.law.phase == "angle"]
-        states = {one.made_visible.state for one in under_angle}
+        under_angle = [result for result in self.results if result.cell.law.phase == "angle"]
+        states = {result.made_visible.state for result in under_angle}
         if states & {State.YES, State.BISTABLE}:
             return False
         return True if State.NO in states else None
 
 
-def objections(study: Study, scale: Scale) -> Objections:
+def run_objections(study: Study, scale: Scale) -> Objections:
     """Results of runs for every objection, with and without tooth error, under both laws."""
-    cells = [cell for one in runs.DECISIVE for cell in (one, runs.integrated(one))]
+    cells = [cell for item in runs.DECISIVE for cell in (item, runs.use_integral_phase(item))]
     meshes = ((), (runs.NO_ERROR,))  # with tooth error and without
     changes = [(name, change) for name, some in BY_OBJECTION.items() for change in some]
-    asked = {
+    questions = {
         (change, cell, more): change.question(cell, scale, *more)
         for _, change in changes
         for cell in cells
         for more in meshes
     }
-    answers = study.answered(asked, "phase: objections")
-    third = {key: Third.of(Sample.of(one)) for key, one in answers.items()}
-    seeds, seconds = scale.seeds[: scale.starts(FULL_STARTS)], scale.seconds(DURATION_S)
+    answers = study.answer_by_key(questions, "phase: objections")
+    third = {
+        key: ThirdFluctuation.from_samples(Sample.from_numbers(item))
+        for key, item in answers.items()
+    }
+    seeds, seconds = (
+        scale.seeds[: scale.limit_starts(FULL_STARTS)],
+        scale.limit_duration(DURATION_S),
+    )
     in_full = {
-        (IN_FULL, cell, more): InFull(
-            replace(runs.pd_run(cell, seconds, *more), planets="lumped", settings=(FULL_STEP,)),
+        (IN_FULL, cell, more): FullEquationQuestion(
+            replace(
+                runs.build_pd_variant(cell, seconds, *more), planets="lumped", settings=(FULL_STEP,)
+            ),
             seeds,
         )
         for cell in cells
         for more in meshes
     }
     nothing = np.full(len(seeds), np.nan)  # but sizes is known
-    for key, sizes in study.answered(in_full, "phase: Eq. 11 in full").items():
+    for key, sizes in study.answer_by_key(in_full, "phase: Eq. 11 in full").items():
         size = np.array(sizes, dtype=float)
-        third[key] = Third(size, nothing, nothing, nothing, int(np.isnan(size).sum()))
-    objected = [
-        Objected(
+        third[key] = ThirdFluctuation(size, nothing, nothing, nothing, int(np.isnan(size).sum()))
+    results = [
+        ObjectionResult(
             name,
             change,
             cell,
@@ -189,5 +198,5 @@ def objections(study: Study, scale: Scale) -> Objections:
         for name, change in (*changes, (FULL, IN_FULL))
         for cell in cells
     ]
-    growth = {cell: RateGrowth(cell, seconds) for cell in runs.DECISIVE}
-    return Objections(objected, study.answered(growth, "phase: growth rates"))
+    growth = {cell: GrowthRateQuestion(cell, seconds) for cell in runs.DECISIVE}
+    return Objections(results, study.answer_by_key(growth, "phase: growth rates"))

@@ -13,15 +13,21 @@ from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.question import Answer, Question, Records
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.measures.stage import with_steady_stiffness
-from crosscheck.audit.measures.undefined import defined
+from crosscheck.audit.measures.stage import set_constant_stiffness
+from crosscheck.audit.measures.undefined import float_or_none
 from crosscheck.audit.phase.linear import linear_step
-from crosscheck.audit.phase.runs import RIGID_STEP_S, Plant, motion, plant_of, rigid_motion
+from crosscheck.audit.phase.runs import (
+    RIGID_STEP_S,
+    Plant,
+    build_plant,
+    simulate_motion,
+    simulate_rigid_arm,
+)
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive
 from crosscheck.models.loading import Case, load_case
 from crosscheck.signals import envelope
-from crosscheck.studies.members.starts import perturbed
+from crosscheck.studies.members.starts import perturb_start
 
 FASTEST_RAD_PER_S, RAMP_S = 330.0, 2.0  # the highest mode is met at some 290 rad/s
 RAMP_ZETAS = (0.005, 0.02)
@@ -57,7 +63,7 @@ class Peak(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Resonances:
+class RunUpResult:
     """What run-ups of several starts show: of each a peak per mode, and the vibration below them.
 
     below: [rad/s^2] of every start; drawn_speed [rad/s], drawn_size [rad/s^2]: the first start's
@@ -70,7 +76,7 @@ class Resonances:
     drawn_size: tuple[float, ...]
 
 
-class _OfStage(Question[Answer]):
+class _StageQuestion(Question[Answer]):
     """A question that is asked of the shoulder's stage at a damping ratio."""
 
     def records(self) -> Records:
@@ -79,7 +85,7 @@ class _OfStage(Question[Answer]):
 
 
 @dataclass(frozen=True)
-class RunUp(_OfStage[Resonances]):
+class RunUp(_StageQuestion[RunUpResult]):
     """A question: the stage run up through its modes, or as far as the duration lets it.
 
     Planets free.
@@ -91,7 +97,7 @@ class RunUp(_OfStage[Resonances]):
     duration_s: float
     seeds: tuple[int, ...]
 
-    def answer(self) -> Resonances:
+    def answer(self) -> RunUpResult:
         speeds, vibrations = (x.T for x in _run_up(self.zeta, self.duration_s, self.seeds))
         pairs = list(zip(speeds, vibrations, strict=True))
         slow = [size[signals.window(speed, *BELOW_RAD_PER_S)] for speed, size in pairs]
@@ -100,9 +106,9 @@ class RunUp(_OfStage[Resonances]):
             _, low, high = envelope(*pairs[0], BINS)
             drawn_speed = np.linspace(speeds[0][0], speeds[0][-1], low.size)
             drawn_size = np.maximum(np.abs(low), np.abs(high))
-        return Resonances(
+        return RunUpResult(
             peaks=tuple(tuple(_peak(*pair, met) for met in stage_modes().speeds) for pair in pairs),
-            below=tuple(defined(signals.amplitude(sizes)) for sizes in slow),
+            below=tuple(float_or_none(signals.amplitude(sizes)) for sizes in slow),
             drawn_speed=tuple(drawn_speed.tolist()),
             drawn_size=tuple(drawn_size.tolist()),
         )
@@ -129,7 +135,7 @@ class FloquetRates:
 
 
 @dataclass(frozen=True)
-class Tongue(_OfStage[FloquetRates]):
+class Tongue(_StageQuestion[FloquetRates]):
     """A question: the ``FloquetRates`` at a damping ratio and one slow speed [rad/s]."""
 
     cost = 1.0
@@ -138,8 +144,8 @@ class Tongue(_OfStage[FloquetRates]):
     slow: float
 
     def answer(self) -> FloquetRates:
-        (slow,) = tongues(self.zeta, np.array([self.slow]))
-        return FloquetRates(tuple(tongues(self.zeta, SPEEDS).tolist()), float(slow))
+        (slow,) = compute_floquet_growth(self.zeta, np.array([self.slow]))
+        return FloquetRates(tuple(compute_floquet_growth(self.zeta, SPEEDS).tolist()), float(slow))
 
 
 @dataclass(frozen=True)
@@ -157,7 +163,7 @@ class Resonance:
 
     modes: StageModes
     speeds: Speeds
-    run_ups: dict[float, Resonances]
+    run_ups: dict[float, RunUpResult]
     tongues: dict[float, FloquetRates]
 
     @property
@@ -168,30 +174,34 @@ class Resonance:
     @property
     def lowest_open(self) -> float | None:
         """Lowest speed [rad/s] at which stiffness alone makes a vibration grow; None for none."""
-        found = [one.lowest_open for one in self.tongues.values()]
-        return min((speed for speed in found if speed is not None), default=None)
+        lowest_speeds = [rates.lowest_open for rates in self.tongues.values()]
+        return min((speed for speed in lowest_speeds if speed is not None), default=None)
 
 
-def resonance(study: Study, scale: Scale) -> Resonance:
+def run_resonance_test(study: Study, scale: Scale) -> Resonance:
     """Results of run-ups of one stage, Floquet theory of the stiffness, and the paper's speeds."""
-    speeds = Speeds(fastest("pd"), fastest("constant-torque"), fastest("back-and-forth"))
-    seeds = scale.seeds[: scale.starts(STARTS)]
-    ramps = {zeta: RunUp(zeta, scale.seconds(RAMP_S), seeds) for zeta in RAMP_ZETAS}
+    speeds = Speeds(
+        largest_carrier_speed("pd"),
+        largest_carrier_speed("constant-torque"),
+        largest_carrier_speed("back-and-forth"),
+    )
+    seeds = scale.seeds[: scale.limit_starts(STARTS)]
+    ramps = {zeta: RunUp(zeta, scale.limit_duration(RAMP_S), seeds) for zeta in RAMP_ZETAS}
     growth = {zeta: Tongue(zeta, speeds.pd) for zeta in ZETAS}
-    run_ups = study.answered(ramps, "phase: run-up")
-    return Resonance(stage_modes(), speeds, run_ups, study.answered(growth, "phase: tongues"))
+    run_ups = study.answer_by_key(ramps, "phase: run-up")
+    return Resonance(stage_modes(), speeds, run_ups, study.answer_by_key(growth, "phase: tongues"))
 
 
 def stage_modes() -> StageModes:
     """The mesh modes of the labelled arm's shoulder; its damping has no say."""
-    plant = plant_of(_model(_one_stage(RAMP_ZETAS[0]), 0.0, 1.0))
-    mass, stiffness = _meshes(plant)
+    plant = build_plant(_model(_single_stage_arm(RAMP_ZETAS[0]), 0.0, 1.0))
+    mass, stiffness = _mass_and_stiffness(plant)
     squares = np.linalg.eigvals(np.linalg.solve(mass, np.diag(stiffness)))
     modes_Hz = np.sort(np.sqrt(squares.real)) / (2 * np.pi)
     return StageModes(tuple(map(float, modes_Hz)), float(plant.gears.rate[0]))
 
 
-def _one_stage(zeta: float) -> Arm:
+def _single_stage_arm(zeta: float) -> Arm:
     """The labelled arm cut to its shoulder and first link, the payload at the link's end."""
     arm = load_case("paper-labelled", "pd", {}, [f"arm.joints.*.*_mesh.damping_ratio={zeta!r}"]).arm
     return arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]})
@@ -206,18 +216,18 @@ def _model(arm: Arm, torque: float, duration_s: float) -> PhysicalModel:
     return PhysicalModel(*case)
 
 
-def _meshes(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
+def _mass_and_stiffness(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
     """M (2, 2) [kg] and N k_m (2,) [N/m] of the mesh displacements, carrier locked."""
-    where, n = plant.gears.where, plant.weights.shape[1]
+    where, n = plant.gears.x_index, plant.weights.shape[1]
     mass = plant.model.mass_matrix(np.zeros(n))
     planets = -plant.terms.mesh_map[where].diagonal()
     return mass[np.ix_(where, where)], planets * plant.gears.k_m
 
 
-def fastest(scenario: str) -> float:
+def largest_carrier_speed(scenario: str) -> float:
     """Largest carrier speed against the ring [rad/s] of either joint in a scenario of the paper."""
     case = load_case("paper-labelled", scenario)
-    rigid = rigid_motion(case, RIGID_STEP_S, case.scenario.record_every)
+    rigid = simulate_rigid_arm(case, RIGID_STEP_S, case.scenario.record_every)
     return float(np.abs(rigid["theta_dot"]).max())
 
 
@@ -227,7 +237,7 @@ def _run_up(zeta: float, duration_s: float, seeds: Sequence[int]) -> tuple[np.nd
     The torque is constant, so the rigid arm's acceleration is, which is subtracted. Stiffness is
     constant so that tooth error is all that excites: k_a has tongues of its own.
     """
-    arm = with_steady_stiffness(_one_stage(zeta))
+    arm = set_constant_stiffness(_single_stage_arm(zeta))
     still = _model(arm, 0.0, 1.0)
     (theta,) = still.layout.theta
     inertia = float(still.mass_matrix(np.zeros(len(still.layout)))[theta, theta])
@@ -235,18 +245,18 @@ def _run_up(zeta: float, duration_s: float, seeds: Sequence[int]) -> tuple[np.nd
     lumped = _model(arm, inertia * steady, duration_s)
     switches = lumped.switches.model_copy(update={"planets": "free"})
     case = Case(arm, lumped.scenario, switches)
-    run = motion([PhysicalModel(*perturbed(case, seed)) for seed in seeds])
+    run = simulate_motion([PhysicalModel(*perturb_start(case, seed)) for seed in seeds])
     return run.v[:, run.theta[0]], run.shoulder - steady
 
 
-def tongues(zeta: float, speeds: np.ndarray) -> np.ndarray:
+def compute_floquet_growth(zeta: float, speeds: np.ndarray) -> np.ndarray:
     """Growth rate [1/s] of the mesh vibration at constant carrier speeds [rad/s], (speeds,).
 
     Floquet theory of M x'' + D x' + N k(phi) x = 0, phi = c theta_c' t, carrier locked to its
     speed: the largest multiplier of the monodromy, (speeds, 4, 4), by RK4 in the phase.
     """
-    plant = plant_of(_model(_one_stage(zeta), 0.0, 1.0))
-    mass, stiffness = _meshes(plant)
+    plant = build_plant(_model(_single_stage_arm(zeta), 0.0, 1.0))
+    mass, stiffness = _mass_and_stiffness(plant)
     swing = plant.gears.k_a / plant.gears.k_m
     damped = -np.linalg.solve(mass, np.diag(plant.gears.d))
     sprung, swinging = (-np.linalg.solve(mass, np.diag(k)) for k in (stiffness, stiffness * swing))

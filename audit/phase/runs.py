@@ -22,9 +22,9 @@ from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.kernel.states import StateEvaluator
 from crosscheck.analytic.model import AnalyticModel, PhysicalModel
 from crosscheck.analytic.paper.mesh_frequency import OMEGA_T
-from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
+from crosscheck.audit.experiments.ensembles import TransientPdQuestion
+from crosscheck.audit.experiments.paper_conditions import PRINTED, REPAIRED_RATE, Condition, Law
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.starts import TransientPd
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.rigid import rigid_arm
@@ -33,7 +33,7 @@ from crosscheck.models.experiment.drive import DriveData
 from crosscheck.models.experiment.scenario import TableDrive
 from crosscheck.models.loading import Case
 from crosscheck.registry import build
-from crosscheck.studies.members.starts import perturbed
+from crosscheck.studies.members.starts import perturb_start
 
 CHUNK = 2000  # records at a time, which stay in a processor's cache
 HIGH_PASS_HZ = 600.0  # between the controlled arm's motion and the mesh modes
@@ -45,7 +45,7 @@ RECORD_EVERY = 5  # steps of 10 us
 CONTACT = "switches.damping=contact"
 NO_ERROR = "arm.joints.*.*_mesh.tooth_error_m=0.0"
 # Where every start with the law's ring rate, or some with the paper's, is severe.
-DECISIVE = (Cell(PRINTED, 0.005), Cell(REPAIRED_RATE, 0.02))
+DECISIVE = (Condition(PRINTED, 0.005), Condition(REPAIRED_RATE, 0.02))
 
 
 @dataclass(frozen=True)
@@ -72,11 +72,11 @@ class Plant:
         return self.equations.drive
 
     @property
-    def timed(self) -> bool:
+    def is_clock_driven(self) -> bool:
         """Whether the phases go by the clock: law `omega_t`."""
         return self.gears.phase == OMEGA_T
 
-    def changed(self, **parts: DriveData | Gears) -> Plant:
+    def replace_parts(self, **parts: DriveData | Gears) -> Plant:
         """The plant with other parts of its equations."""
         equations = replace(self.equations, **parts)  # type: ignore[arg-type]
         return replace(self, equations=equations)
@@ -87,11 +87,11 @@ class Plant:
         return StateEvaluator(self.equations)
 
 
-def plant_of(model: AnalyticModel, full_rate: bool = False) -> Plant:
+def build_plant(model: AnalyticModel, full_rate: bool = False) -> Plant:
     """The model's plant; ``full_rate`` keeps the terms of Eq. 11 that Eq. 12 neglects."""
     meshes = model.gears
-    weights = np.zeros((meshes.where.size, len(model.coordinates)))
-    weights[np.arange(meshes.where.size), meshes.theta] = meshes.rate
+    weights = np.zeros((meshes.x_index.size, len(model.coordinates)))
+    weights[np.arange(meshes.x_index.size), meshes.theta] = meshes.rate
     if not full_rate:
         return Plant(model, weights, model.term_equations)
     more = neglected_weights(model)
@@ -104,9 +104,9 @@ def neglected_weights(model: AnalyticModel) -> np.ndarray:
 
     Those of a sun mesh are z_s / r_s on x_sp and x_pr, those of a ring mesh z_p / r_p on x_pr.
     """
-    weights = np.zeros((model.gears.where.size, len(model.coordinates)))
+    weights = np.zeros((model.gears.x_index.size, len(model.coordinates)))
     layout = model.layout
-    for number, joint in enumerate(layout.meshing):
+    for number, joint in enumerate(layout.mesh_joints):
         stage = paper_stage(model.arm, joint)
         x_sp, x_pr = layout.at("x_sp", joint), layout.at("x_pr", joint)
         weights[2 * number, [x_sp, x_pr]] = stage.joint.sun_teeth / stage.geometry.r_s
@@ -114,7 +114,7 @@ def neglected_weights(model: AnalyticModel) -> np.ndarray:
     return weights
 
 
-def rigid_motion(case: Case, step_s: float, every: int) -> xr.Dataset:
+def simulate_rigid_arm(case: Case, step_s: float, every: int) -> xr.Dataset:
     """The run of the rigid arm at level `coupled`, recorded ``every`` so many steps."""
     scenario = case.scenario.model_copy(update={"step_s": step_s, "record_every": every})
     return build("analytic:coupled", case.arm, scenario).simulate()
@@ -133,7 +133,7 @@ class RecordedMotion(NamedTuple):
     theta: np.ndarray
 
     @property
-    def elapsed(self) -> np.ndarray:
+    def elapsed_s(self) -> np.ndarray:
         """Time since the motion's start, (times,) [s]."""
         return self.time - self.time[0]
 
@@ -143,7 +143,7 @@ class RecordedMotion(NamedTuple):
         return self.a[:, self.theta[0]]
 
 
-class Continued(PhysicalModel):
+class ContinuedModel(PhysicalModel):
     """A model that starts from any state q, v (n,), and runs by other equations if given."""
 
     def __init__(
@@ -158,13 +158,13 @@ class Continued(PhysicalModel):
         return self.state
 
 
-def motion(models: Sequence[PhysicalModel], clock_s: float = 0.0) -> RecordedMotion:
+def simulate_motion(models: Sequence[PhysicalModel], clock_s: float = 0.0) -> RecordedMotion:
     """The runs of models of one structure, the clock at ``clock_s``, whole steps, at the start.
 
     States after one that is not finite are not either.
     """
     batch, scenario = Batch(models), models[0].scenario
-    batch.done = begun = round(clock_s / scenario.step_s)
+    batch.step_count = begun = round(clock_s / scenario.step_s)
     with np.errstate(invalid="ignore", over="ignore"):  # of runs that diverge
         parts = list(batch.run(scenario.steps // scenario.stride, scenario.stride, CHUNK))
     steps = begun + scenario.stride * np.arange(scenario.steps // scenario.stride + 1)
@@ -172,25 +172,25 @@ def motion(models: Sequence[PhysicalModel], clock_s: float = 0.0) -> RecordedMot
     return RecordedMotion(scenario.step_s * steps, q, v, a, np.array(models[0].layout.theta))
 
 
-def integrated(cell: Cell) -> Cell:
+def use_integral_phase(cell: Condition) -> Condition:
     """The setting with the phase as an integral, at its own ring rate."""
     return replace(cell, law=Law("angle", cell.law.ring_rate))
 
 
-def pd_run(cell: Cell, duration_s: float, *meshes: str) -> Variant:
+def build_pd_variant(cell: Condition, duration_s: float, *meshes: str) -> Variant:
     """The PD run of a setting with these changes of its meshes, recorded at 20 kHz."""
-    one = cell.variant()
-    return replace(one, duration_s=duration_s, record_every=RECORD_EVERY, meshes=meshes)
+    variant = cell.variant()
+    return replace(variant, duration_s=duration_s, record_every=RECORD_EVERY, meshes=meshes)
 
 
-def models_of(variant: Variant, seeds: Sequence[int]) -> list[PhysicalModel]:
+def build_models(variant: Variant, seeds: Sequence[int]) -> list[PhysicalModel]:
     """The analytic models of a variant from the starts with these seeds."""
     case = variant.case()
-    return [PhysicalModel(*perturbed(case, seed)) for seed in seeds]
+    return [PhysicalModel(*perturb_start(case, seed)) for seed in seeds]
 
 
 @dataclass(frozen=True)
-class Changed(TransientPd):
+class ChangeQuestion(TransientPdQuestion):
     """A question: numbers of ``transient`` of the PD run with other dampers or another drive.
 
     damping: factors on the dampers of sun and ring meshes; recorded: the rigid arm's torque played
@@ -202,20 +202,20 @@ class Changed(TransientPd):
 
     def case(self) -> Case:
         case = super().case()
-        return played_back(case) if self.recorded else case
+        return replace_drive_by_rigid_torque(case) if self.recorded else case
 
     def models(self, seeds: Sequence[int]) -> list[PhysicalModel]:
         case = self.case()
-        found = [PhysicalModel(*perturbed(case, seed)) for seed in seeds]
-        for model in found:
+        models = [PhysicalModel(*perturb_start(case, seed)) for seed in seeds]
+        for model in models:
             factors = np.resize(self.damping, model.gears.d.size)
             model.gears = model.gears._replace(d=model.gears.d * factors)
-        return found
+        return models
 
 
 @dataclass(frozen=True)
 class Change:
-    """A change of one thing in the PD run; damping, recorded: as in ``Changed``."""
+    """A change of one thing in the PD run; damping, recorded: as in ``ChangeQuestion``."""
 
     name: str
     meshes: tuple[str, ...] = ()
@@ -223,21 +223,23 @@ class Change:
     damping: tuple[float, float] = (1.0, 1.0)
     recorded: bool = False
 
-    def question(self, cell: Cell, scale: Scale, *meshes: str) -> Changed:
+    def question(self, cell: Condition, scale: Scale, *meshes: str) -> ChangeQuestion:
         """The changed run until the third fluctuation ends, as a question; meshes: more changes."""
-        variant = replace(pd_run(cell, THIRD_S[1], *self.meshes, *meshes), settings=self.settings)
-        return Changed(scale.cut(variant), scale.seeds, self.damping, self.recorded)
+        variant = replace(
+            build_pd_variant(cell, THIRD_S[1], *self.meshes, *meshes), settings=self.settings
+        )
+        return ChangeQuestion(scale.cut(variant), scale.seeds, self.damping, self.recorded)
 
 
-def played_back(case: Case) -> Case:
+def replace_drive_by_rigid_torque(case: Case) -> Case:
     """The case with its drive replaced by the torque that the rigid arm needs in it."""
-    rigid = rigid_motion(case, RIGID_STEP_S, round(TABLE_STEP_S / RIGID_STEP_S))
+    rigid = simulate_rigid_arm(case, RIGID_STEP_S, round(TABLE_STEP_S / RIGID_STEP_S))
     time = rigid["time"].values.copy()
     time[-1] = max(time[-1], case.scenario.duration_s)
-    return with_torque(case, time, rigid["torque"].values)
+    return set_drive_torque(case, time, rigid["torque"].values)
 
 
-def with_torque(case: Case, time: np.ndarray, torque: np.ndarray) -> Case:
+def set_drive_torque(case: Case, time: np.ndarray, torque: np.ndarray) -> Case:
     """The case driven by torques (times, joints) [N m], by straight lines between times [s]."""
     drive = TableDrive(
         kind="table",
@@ -249,12 +251,12 @@ def with_torque(case: Case, time: np.ndarray, torque: np.ndarray) -> Case:
 
 def shoulder_excess(variant: Variant, elapsed: np.ndarray, theta_ddot: np.ndarray) -> np.ndarray:
     """Shoulder accelerations (times, members) [rad/s^2] less the rigid arm's at these times."""
-    rigid = _simulated(rigid_arm(variant))
-    own = np.interp(elapsed, rigid["time"].values, rigid["theta_ddot"].values[:, 0])
-    return theta_ddot - own[:, None]
+    rigid = _cached_simulate(rigid_arm(variant))
+    rigid_acceleration = np.interp(elapsed, rigid["time"].values, rigid["theta_ddot"].values[:, 0])
+    return theta_ddot - rigid_acceleration[:, None]
 
 
-_simulated = lru_cache(maxsize=8)(simulate)
+_cached_simulate = lru_cache(maxsize=8)(simulate)
 
 
 def vibration(time: np.ndarray, values: np.ndarray, above_hz: float = HIGH_PASS_HZ) -> np.ndarray:

@@ -14,9 +14,9 @@ from scipy.ndimage import maximum_filter1d
 
 from crosscheck import signals
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.audit.experiments.cells import Cell
+from crosscheck.audit.experiments.ensembles import EnsembleQuestion
+from crosscheck.audit.experiments.paper_conditions import Condition
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.shares import Share, share_of
@@ -24,7 +24,7 @@ from crosscheck.audit.measures.undefined import quotient
 from crosscheck.audit.phase import linear, runs
 from crosscheck.audit.phase.clock import SignalEnvelope
 
-CELLS = tuple(cell for one in runs.DECISIVE for cell in (one, runs.integrated(one)))
+CELLS = tuple(cell for one in runs.DECISIVE for cell in (one, runs.use_integral_phase(one)))
 DURATION_S = THIRD_S[1]
 BEGIN_S = 0.45  # after the teeth have changed sides; from here on contact is assumed
 BETWEEN_MODES_HZ = 3000.0  # each joint has a mesh mode below and one above
@@ -47,7 +47,7 @@ class LargestGrowth(NamedTuple):
     frequency_Hz: float
 
 
-class Begun(NamedTuple):
+class Onset(NamedTuple):
     """Times [s] at which one start's vibration begins, predicted and simulated; None: never."""
 
     predicted_s: float | None
@@ -68,23 +68,23 @@ class TimeCurve(NamedTuple):
     values: tuple[float, ...]
 
     @classmethod
-    def of(cls, time: np.ndarray, values: np.ndarray) -> TimeCurve:
+    def from_values(cls, time: np.ndarray, values: np.ndarray) -> TimeCurve:
         """The curve of values (times,) at times [s]."""
         return cls(tuple(map(float, time)), tuple(map(float, values)))
 
 
 @dataclass(frozen=True)
-class Linearised:
+class LinearisationResult:
     """What linear theory says of a setting, and what its starts do.
 
-    largest: None for a run that ends before; begun: of every start that does not diverge and lasts
+    largest: None for a run that ends before; onsets: of every start that does not diverge and lasts
     long enough. Drawn: growth of the least stable mode [1/s], frequencies [Hz] and where they grow,
     the first start's vibration, simulated and predicted [rad/s^2], and its acceleration.
     """
 
     largest: LargestGrowth | None
     intervals: tuple[linear.Interval, ...]
-    begun: tuple[Begun, ...]
+    onsets: tuple[Onset, ...]
     jacobian_error: float
     growth: TimeCurve
     frequencies: tuple[TimeCurve, ...]
@@ -96,56 +96,56 @@ class Linearised:
     @property
     def as_predicted(self) -> Share | None:
         """The share of starts whose onset is foretold."""
-        return share_of(one.as_predicted for one in self.begun)
+        return share_of(onset.as_predicted for onset in self.onsets)
 
     @property
     def begins(self) -> Share | None:
         """The share of starts in which a vibration begins."""
-        return share_of(one.simulated_s is not None for one in self.begun)
+        return share_of(onset.simulated_s is not None for onset in self.onsets)
 
 
 @dataclass(frozen=True)
-class Linearisation(Perturbed[Linearised]):
+class Linearisation(EnsembleQuestion[LinearisationResult]):
     """A question: the modes along the variant's motion, all planets alike, and its runs."""
 
     cost = 4.0
 
     every: int
 
-    def answer(self) -> Linearised:
+    def answer(self) -> LinearisationResult:
         case = replace(self.variant, planets="lumped").case()
-        plant = runs.plant_of(PhysicalModel(*case))
-        base = linear.base_motion(case, plant, self.every)
-        modes = linear.mesh_modes(plant, base)
-        unstable = linear.unstable_intervals(base.time, modes, WORTH_TELLING)
-        run = runs.motion(runs.models_of(self.variant, self.seeds))
-        followed = [_follow(base, modes, run.time, one) for one in run.shoulder.T]
+        plant = runs.build_plant(PhysicalModel(*case))
+        base = linear.compute_base_motion(case, plant, self.every)
+        modes = linear.compute_mesh_modes(plant, base)
+        unstable = linear.find_unstable_intervals(base.time, modes, WORTH_TELLING)
+        run = runs.simulate_motion(runs.build_models(self.variant, self.seeds))
+        followed = [_follow(base, modes, run.time, item) for item in run.shoulder.T]
         (_, simulated, predicted), thin = followed[0], max(1, base.time.size // DRAWN)
         largest, part = None, signals.window(base.time, *THIRD_S)
         if part.stop > part.start:
-            peak = part.start + int(np.argmax(modes.largest[part]))
+            peak = part.start + int(np.argmax(modes.largest_growth[part]))
             mode = int(np.argmax(modes.growth[peak]))
-            numbers = modes.largest[peak], base.time[peak], modes.frequency[peak, mode]
+            numbers = modes.largest_growth[peak], base.time[peak], modes.frequency[peak, mode]
             largest = LargestGrowth(*map(float, numbers))
-        return Linearised(
+        return LinearisationResult(
             largest=largest,
-            intervals=tuple(one for one in unstable if one.end > THIRD_S[0]),
-            begun=tuple(begun for begun, _, _ in followed if begun is not None),
+            intervals=tuple(item for item in unstable if item.end > THIRD_S[0]),
+            onsets=tuple(begun for begun, _, _ in followed if begun is not None),
             jacobian_error=linear.jacobian_error(plant, base, SAMPLES),
-            growth=TimeCurve.of(base.time[::thin], modes.largest[::thin]),
+            growth=TimeCurve.from_values(base.time[::thin], modes.largest_growth[::thin]),
             frequencies=tuple(
-                TimeCurve.of(base.time[::thin], x[::thin]) for x in modes.frequency.T
+                TimeCurve.from_values(base.time[::thin], x[::thin]) for x in modes.frequency.T
             ),
             unstable=tuple(tuple(map(bool, grows[::thin])) for grows in (modes.growth > 0).T),
             simulated=simulated,
             predicted=predicted,
-            shoulder=SignalEnvelope.of(run.time, run.shoulder[:, 0]),
+            shoulder=SignalEnvelope.from_signal(run.time, run.shoulder[:, 0]),
         )
 
 
 def _follow(
-    base: linear.Base, modes: linear.Modes, time: np.ndarray, shoulder: np.ndarray
-) -> tuple[Begun | None, TimeCurve, TimeCurve]:
+    base: linear.BaseMotion, modes: linear.Modes, time: np.ndarray, shoulder: np.ndarray
+) -> tuple[Onset | None, TimeCurve, TimeCurve]:
     """Onset of one start, its vibration simulated, and predicted from BEGIN_S on.
 
     Every mode starts from the simulated vibration at BEGIN_S and never falls below its smallest
@@ -160,12 +160,12 @@ def _follow(
     fast = modes.frequency.mean(axis=0) > BETWEEN_MODES_HZ
     whole, high = simulated[seen], vibration_envelope(time, shoulder, BETWEEN_MODES_HZ)[seen]
     if not whole.size or not np.isfinite((whole[0], high[0])).all():
-        return None, _highest(time, simulated), TimeCurve((), ())
+        return None, _peak_curve(time, simulated), TimeCurve((), ())
     first = np.where(fast, high[0], whole[0])
     floor = np.where(fast, high.min(), whole.min())
     predicted = linear.predicted_amplitude(ahead, modes.growth[part], first, floor)
-    begun = Begun(_onset(ahead, predicted), _onset(time, simulated))
-    return begun, _highest(time, simulated), _highest(ahead, predicted)
+    begun = Onset(_onset(ahead, predicted), _onset(time, simulated))
+    return begun, _peak_curve(time, simulated), _peak_curve(ahead, predicted)
 
 
 def vibration_envelope(
@@ -179,14 +179,14 @@ def vibration_envelope(
 def _onset(time: np.ndarray, values: np.ndarray) -> float | None:
     """Time [s] from 0.5 s on at which a vibration first counts as begun; None for never."""
     part = signals.window(time, THIRD_S[0], DURATION_S - runs.FILTER_EDGE_S)
-    return signals.first_above(time[part], values[part], ONSET_RAD_PER_S2)
+    return signals.crossing_time_above(time[part], values[part], ONSET_RAD_PER_S2)
 
 
-def _highest(time: np.ndarray, values: np.ndarray) -> TimeCurve:
+def _peak_curve(time: np.ndarray, values: np.ndarray) -> TimeCurve:
     """The largest value of every bin as a curve; empty where the signal is undefined."""
     if not time.size or not np.isfinite(values).all():
         return TimeCurve((), ())
-    band = SignalEnvelope.of(time, values)
+    band = SignalEnvelope.from_signal(time, values)
     return TimeCurve(band.time_s, band.high)
 
 
@@ -194,30 +194,37 @@ def _highest(time: np.ndarray, values: np.ndarray) -> TimeCurve:
 class Stability:
     """The results of every setting, linearised and simulated."""
 
-    cells: dict[Cell, Linearised]
+    cells: dict[Condition, LinearisationResult]
 
     def largest_growth(self, phase: str) -> float | None:
         """The largest growth [1/s] over all settings of a phase law; None if undefined in all."""
-        found = [one.largest for cell, one in self.cells.items() if cell.law.phase == phase]
-        return max((one.growth_per_s for one in found if one is not None), default=None)
+        peaks = [item.largest for cell, item in self.cells.items() if cell.law.phase == phase]
+        return max((item.growth_per_s for item in peaks if item is not None), default=None)
 
     @property
     def supports(self) -> bool | None:
         """Whether onsets are foretold, and are in all starts of `omega_t`, in none of `angle`."""
         answers: list[bool] = []
-        for cell, one in self.cells.items():
-            if one.as_predicted is None or one.begins is None:
+        for cell, linearised in self.cells.items():
+            if linearised.as_predicted is None or linearised.begins is None:
                 return None
-            begun = one.begins.yes == (one.begins.of if cell.law.phase == "omega_t" else 0)
-            answers += [one.as_predicted.yes == one.as_predicted.of, begun]
+            begun = linearised.begins.yes == (
+                linearised.begins.of if cell.law.phase == "omega_t" else 0
+            )
+            answers += [linearised.as_predicted.yes == linearised.as_predicted.of, begun]
         return all(answers)
 
 
-def stability(study: Study, scale: Scale) -> Stability:
+def run_stability_test(study: Study, scale: Scale) -> Stability:
     """Growth rates against time under both laws, with predicted and simulated onsets."""
-    every, seeds = (QUICK_EVERY if scale.quick else EVERY), scale.seeds[: scale.starts(STARTS)]
-    asked = {}
+    every, seeds = (
+        (QUICK_EVERY if scale.quick else EVERY),
+        scale.seeds[: scale.limit_starts(STARTS)],
+    )
+    questions = {}
     for cell in CELLS:
-        variant = replace(runs.pd_run(cell, scale.seconds(DURATION_S)), record_every=RUNS_EVERY)
-        asked[cell] = Linearisation(variant, seeds, every)
-    return Stability(study.answered(asked, "phase: stability"))
+        variant = replace(
+            runs.build_pd_variant(cell, scale.limit_duration(DURATION_S)), record_every=RUNS_EVERY
+        )
+        questions[cell] = Linearisation(variant, seeds, every)
+    return Stability(study.answer_by_key(questions, "phase: stability"))

@@ -8,21 +8,21 @@ from dataclasses import fields
 
 import numpy as np
 
-from crosscheck.audit.experiments.cells import LAWS, READINGS
-from crosscheck.audit.measures.third import APART_M
+from crosscheck.audit.experiments.paper_conditions import LAWS, READINGS
+from crosscheck.audit.measures.third_fluctuation import PARTING_SPREAD_M
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.twosamples import SIGNIFICANT
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
-from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import text
-from crosscheck.audit.phase.engines import engines
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.text import render_template
+from crosscheck.audit.phase.engines import compare_engines
+from crosscheck.audit.phase.page.drawings import law_name
 from crosscheck.audit.phase.page.tables import cell_columns, third_columns
-from crosscheck.audit.phase.page.views import law_name
 from crosscheck.audit.planets import parting, verdict
 from crosscheck.report.fragments import COLOURS
-from crosscheck.report.plots.figures import legend, new_figure, not_reached, to_svg
+from crosscheck.report.plots.figures import draw_legend, make_figure, mark_not_reached, to_svg
 
 MOSTLY = 0.5  # of the starts
 ID, TITLE = "planets", "Three planets counted as one (H7)"
@@ -38,58 +38,61 @@ COURSES = (
 LOWEST, HIGHEST = -20.5, -2.0  # log10 of metres: what is drawn
 
 
-def chapter(material: Material) -> AuditChapter:
+def build_chapter(context: AuditContext) -> AuditChapter:
     """The chapter on H7: samples, growth of differences, another engine, the figures' claims."""
-    sampled, grown = verdict.freed(material), parting.growth(material.study, material.scale)
-    compared, seen = engines(material), verdict.features(material)
-    effects = [one.effect for one in sampled]
+    sampled, grown = (
+        verdict.compare_planets(context),
+        parting.compare_partings(context.study, context.scale),
+    )
+    compared, seen = compare_engines(context), verdict.compare_claims(context)
+    effects = [entry.effect for entry in sampled]
     h7: JsonObject = {
         "id": "H7",
-        "verdict": verdict.h7_verdict(effects),
+        "verdict": verdict.judge_h7(effects),
         "settings": len(effects),
         "weaker": effects.count(verdict.PlanetsEffect.WEAKER),
         "stronger": effects.count(verdict.PlanetsEffect.STRONGER),
         "foretold": grown.free.all_right,
         "engines_agree": compared.same,
-        "claims_changed": sum(one.changed is True for one in seen),
+        "claims_changed": sum(entry.changed is True for entry in seen),
     }
-    pressed = [one.pressed_largest_m for one in grown.joints]
+    pressed = [entry.pressed_largest_m for entry in grown.joints]
     largest = max((size for size in pressed if size is not None), default=None)
-    changed = [one for one in seen if one.changed]
+    changed = [entry for entry in seen if entry.changed]
     shown = [
-        text("planets/introduction", verdict=h7),
-        text(
+        render_template("planets/introduction", verdict=h7),
+        render_template(
             "planets/sizes",
-            starts=material.scale.most_starts,
+            starts=context.scale.most_starts,
             significant=SIGNIFICANT,
-            drawing=sizes(sampled),
+            drawing=draw_sizes(sampled),
             table=FREED.html(sampled),
-            effects={law.id: counts for law, counts in verdict.effects_by_law(sampled).items()},
+            effects={law.id: counts for law, counts in verdict.count_effects(sampled).items()},
             PlanetsEffect=verdict.PlanetsEffect,
         ),
-        text(
+        render_template(
             "planets/parting",
             planets=parting,
-            starts=material.scale.starts(parting.STARTS),
-            apart_um=1e6 * APART_M,
+            starts=context.scale.limit_starts(parting.STARTS),
+            apart_um=1e6 * PARTING_SPREAD_M,
             breaking=BREAKING.html(grown.breaking),
             early=list(
                 dict.fromkeys(b.cell.zeta for b in grown.breaking if b.early.value > MOSTLY)
             ),
-            drawing=partings(grown.starts),
+            drawing=draw_partings(grown.starts),
             table=PREDICTIONS.html(grown.joints),
             grown=grown,
             pressed=largest,
-            by_contact=None if largest is None else largest < APART_M,
+            by_contact=None if largest is None else largest < PARTING_SPREAD_M,
         ),
-        text("planets/engines", compared=compared.compared, same=compared.same),
-        text(
+        render_template("planets/engines", compared=compared.compared, same=compared.same),
+        render_template(
             "planets/features",
             table=FEATURE.html(seen),
             turned=FEATURE.html(changed),
             changed=len(changed),
             asked=len(seen),
-            counts=Counter(one.survives for one in seen),
+            counts=Counter(entry.survives for entry in seen),
             Survival=verdict.Survival,
         ),
     ]
@@ -101,10 +104,12 @@ def chapter(material: Material) -> AuditChapter:
         *PREDICTIONS.json(grown.joints),
         *FEATURE.json(seen),
     ]
-    return AuditChapter(ID, TITLE, "\n".join(shown), records, text("planets/outcome", verdict=h7))
+    return AuditChapter(
+        ID, TITLE, "\n".join(shown), records, render_template("planets/outcome", verdict=h7)
+    )
 
 
-FREED = Columns[verdict.Freed](
+FREED = Columns[verdict.PlanetsComparison](
     "planets/{0.cell.id}",
     [
         *cell_columns(),
@@ -116,7 +121,7 @@ FREED = Columns[verdict.Freed](
         TableColumn("effect", "freeing makes it", "effect.value"),
     ],
 )
-BREAKING = Columns[parting.Breaking](
+BREAKING = Columns[parting.BreakingTimes](
     "planets/breaking/{0.cell.id}",
     [
         *cell_columns(),
@@ -130,7 +135,7 @@ BREAKING = Columns[parting.Breaking](
         ),
     ],
 )
-PREDICTIONS = Columns[parting.Predictions](
+PREDICTIONS = Columns[parting.JointPrediction](
     "planets/parting/{0.joint}",
     [
         TableColumn("joint", "joint"),
@@ -148,14 +153,18 @@ PREDICTIONS = Columns[parting.Predictions](
         ),
     ],
 )
-FORETOLD = Columns[parting.Foretold](
+FORETOLD = Columns[parting.PartingPrediction](
     "planets/parting/first/{0.along}",
     [
-        *(TableColumn(one.name, None) for one in fields(parting.Foretold) if one.name != "along"),
+        *(
+            TableColumn(one.name, None)
+            for one in fields(parting.PartingPrediction)
+            if one.name != "along"
+        ),
         TableColumn("predicted", None, "all_right"),
     ],
 )
-FEATURE = Columns[verdict.Feature](
+FEATURE = Columns[verdict.ClaimComparison](
     lambda row: (
         f"planets/claim/{row.claim.id}/{row.place.law.id if row.place.law else ''}"
         f"/{row.place.zeta}/{row.place.choice}"
@@ -175,22 +184,36 @@ FEATURE = Columns[verdict.Feature](
 )
 
 
-def sizes(found: Sequence[verdict.Freed]) -> str:
+def draw_sizes(comparisons: Sequence[verdict.PlanetsComparison]) -> str:
     """A dot for every start, a row for every law, a column for every reading, as svg."""
-    arms = [arm for arm in READINGS if any(one.cell.arm == arm for one in found)]
-    drawing, grid = new_figure(len(LAWS), len(arms), 2.1)
+    arms = [
+        arm for arm in READINGS if any(comparison.cell.arm == arm for comparison in comparisons)
+    ]
+    drawing, grid = make_figure(len(LAWS), len(arms), 2.1)
     for (row, column), axes in np.ndenumerate(grid):
         law, arm = LAWS[row], arms[column]
-        chosen = [one for one in found if (one.cell.law, one.cell.arm) == (law, arm)]
-        for place, one in enumerate(chosen):
-            pairs = zip(SHIFTS, (one.lumped, one.free), COLOURS, ("lumped", "free"), strict=False)
+        chosen = [
+            comparison
+            for comparison in comparisons
+            if (comparison.cell.law, comparison.cell.arm) == (law, arm)
+        ]
+        for place, comparison in enumerate(chosen):
+            pairs = zip(
+                SHIFTS,
+                (comparison.lumped, comparison.free),
+                COLOURS,
+                ("lumped", "free"),
+                strict=False,
+            )
             for shift, third, colour, name in pairs:
                 label = f"planets {name}" if place == 0 else None
                 across = place + shift + np.linspace(-0.12, 0.12, third.sizes.size)
                 clipped = np.clip(third.sizes, *LIMITS[law.phase])
                 axes.plot(across, clipped, ".", color=colour, markersize=2.5, label=label)
         axes.axhline(SEVERE, color="black", lw=0.8, ls="--")
-        axes.set_xticks(range(len(chosen)), [f"{one.cell.zeta:g}" for one in chosen], fontsize=6.5)
+        axes.set_xticks(
+            range(len(chosen)), [f"{comparison.cell.zeta:g}" for comparison in chosen], fontsize=6.5
+        )
         axes.set_ylim(*LIMITS[law.phase])
         axes.set_yscale("log")
         axes.set_title(f"{READINGS[arm]}, {law_name(law)}", fontsize=8)
@@ -198,35 +221,35 @@ def sizes(found: Sequence[verdict.Freed]) -> str:
         axes.set_ylabel("size [rad/s²]")
     for axes in grid[-1]:
         axes.set_xlabel("ζ")
-    legend(drawing, grid[0, 0])
+    draw_legend(drawing, grid[0, 0])
     return to_svg(drawing)
 
 
-def partings(found: Sequence[parting.Parted]) -> str:
+def draw_partings(partings: Sequence[parting.SymmetryBreaking]) -> str:
     """The spread of a stage's planets, measured and as Hill's equation has it, as svg.
 
     Left one start; right median and range over the starts, measured and along the lumped run.
     """
-    drawing, grid = new_figure(len(parting.JOINTS), 2, 2.4)
+    drawing, grid = make_figure(len(parting.JOINTS), 2, 2.4)
     for joint, (left, right) in enumerate(grid):
         left.set(title=f"{parting.JOINTS[joint]}, first start", ylabel="log10 of the spread [m]")
-        right.set(title=f"{parting.JOINTS[joint]}, {len(found)} starts")
+        right.set(title=f"{parting.JOINTS[joint]}, {len(partings)} starts")
         for (name, label, style, width), colour in zip(COURSES, COLOURS, strict=False):
-            every = [parting.levels(getattr(one, name), joint) for one in found]
+            every = [parting.log_spread(getattr(start, name), joint) for start in partings]
             if every:
-                time_s = found[0].time_s
+                time_s = partings[0].time_s
                 left.plot(time_s, every[0], style, lw=width, color=colour, label=label)
                 if name in ("measured", "by_lumped"):
                     low, high = np.min(every, axis=0), np.max(every, axis=0)
                     right.fill_between(time_s, low, high, color=colour, alpha=0.25)
                     right.plot(time_s, np.median(every, axis=0), color=colour, ls=style)
         for axes in (left, right):
-            axes.axhline(np.log10(APART_M), color="black", lw=0.8, ls="--")
+            axes.axhline(np.log10(PARTING_SPREAD_M), color="black", lw=0.8, ls="--")
             axes.set_ylim(LOWEST, HIGHEST)
-            if not found:
-                not_reached(axes)
+            if not partings:
+                mark_not_reached(axes)
     for axes in grid[-1]:
         axes.set_xlabel("time [s]")
-    if found:
-        legend(drawing, grid[0, 0], grid[0, 1])
+    if partings:
+        draw_legend(drawing, grid[0, 0], grid[0, 1])
     return to_svg(drawing)

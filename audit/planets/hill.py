@@ -21,10 +21,10 @@ from crosscheck.analytic.derivation.gears import Gears
 from crosscheck.analytic.derivation.stage import equivalent_masses
 from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.analytic.paper.mesh_force import in_contact
+from crosscheck.analytic.paper.mesh_force import is_in_contact
 from crosscheck.analytic.paper.mesh_frequency import mesh_phase
 from crosscheck.analytic.paper.stiffness import stiffness
-from crosscheck.analytic.paper.tooth_error import whole_error
+from crosscheck.analytic.paper.tooth_error import total_error
 from crosscheck.audit.phase.linear import linear_step
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.trajectory import recorded_times
@@ -77,17 +77,19 @@ class FollowedPlanets(NamedTuple):
     pressed: Differences
 
 
-def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[FollowedPlanets | None]:
+def follow_planets(
+    models: Sequence[PhysicalModel], start_m: np.ndarray
+) -> list[FollowedPlanets | None]:
     """How far planets that start so far apart get along the models' own runs, at their records.
 
     models: alike but for their starts, no table for a drive; start_m (models, stages). Planets
     lumped or free; free ones count as all at their mean, so that what the other stages' planets do
     is in it. Exact dead zone. None for a run that diverges.
     """
-    first, stages = models[0], stages_of(models[0])
+    first, stages = models[0], build_stages(models[0])
     time = recorded_times(first.scenario)
     with np.errstate(invalid="ignore", over="ignore"):  # of runs that diverge
-        q, part, size = _along(models, stages, np.asarray(start_m, dtype=float))
+        q, part, size = _integrate_differences(models, stages, np.asarray(start_m, dtype=float))
     finite = np.isfinite(q).all(axis=(0, 2))
     ends = stages.ring + stages.planets
     return [
@@ -102,7 +104,7 @@ def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[Follo
     ]
 
 
-def stages_of(model: PhysicalModel) -> Stages:
+def build_stages(model: PhysicalModel) -> Stages:
     """The geared stages of a model, planets lumped or free."""
     layout, gears = model.layout, model.gears
     joints = [joint for joint in model.arm.joints if isinstance(joint, Planetary)]
@@ -113,7 +115,7 @@ def stages_of(model: PhysicalModel) -> Stages:
     first = 0 if layout.free else None
     return Stages(
         mesh,
-        np.array([layout.at("x_pr", joint, first) for joint in layout.meshing]),
+        np.array([layout.at("x_pr", joint, first) for joint in layout.mesh_joints]),
         np.array(counts),
         mass,
         np.sqrt((gears.k_m[mesh] + gears.k_m[mesh + 1]) / mass),
@@ -144,17 +146,19 @@ def coefficients(
         phase = mesh_phase(gears.phase, gears.rate[i], gears.offset[i], t, *turning)
         k = stiffness(gears.law, i, phase, gears.k_m[i], gears.k_a[i])
         d = gears.d[i] / gears.planets[i]
-        x = q[..., gears.where[i]] - (q[..., gears.less[i]] if gears.less[i] >= 0 else 0.0)
-        error = whole_error(phase, gears.E[i], gears.lead[i], gears.static[i])
-        touching = in_contact(x - error, gears.b[i])
+        x = q[..., gears.x_index[i]] - (
+            q[..., gears.subtract_index[i]] if gears.subtract_index[i] >= 0 else 0.0
+        )
+        error = total_error(phase, gears.E[i], gears.error_phase[i], gears.static_error[i])
+        touching = is_in_contact(x - error, gears.b[i])
         pressed += k
         damped += d
         spring += np.where(touching, k, 0.0)
-        damper += np.where(touching | gears.damps_apart, d, 0.0)
+        damper += np.where(touching | gears.damps_without_contact, d, 0.0)
     return spring, damper, pressed, damped
 
 
-def _along(
+def _integrate_differences(
     models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray
 ) -> tuple[np.ndarray, ...]:
     """Step the models and their differences; return q, ``part`` and ``size`` at the records.
@@ -170,7 +174,7 @@ def _along(
     x = np.tile((1.0, 0.0), (*shape, 1))  # delta and delta' over exp(scale)
     scale = np.repeat(np.log(start_m)[:, None], LAWS, axis=1)
     for begin in range(0, scenario.steps + 1, CHUNK):
-        q, v = _states(models, batch.staged(min(CHUNK, scenario.steps + 1 - begin)))
+        q, v = _states(models, batch.run_stages(min(CHUNK, scenario.steps + 1 - begin)))
         transfers = _transfers(models[0], of, begin, q, v)
         for step, transfer in enumerate(transfers, start=begin):
             whole = np.hypot(x[..., 0], x[..., 1] / of.frequency)
@@ -190,10 +194,12 @@ def _along(
 def _states(models: Sequence[PhysicalModel], passed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """q and v (steps, 4, members, n) in the layout's coordinates, of what ``staged`` returns."""
     steps, stages, _, rows, _ = passed.shape
-    recorded = models[0].equations.recorded()
+    recorded = models[0].equations.record_map()
     members = passed.transpose(0, 1, 3, 2, 4).reshape(steps * stages, rows, -1)[..., : len(models)]
     q, v = (
-        np.stack([half[:, one] - sum(half[:, k] for k in less) for one, *less in recorded], axis=1)
+        np.stack(
+            [half[:, index] - sum(half[:, k] for k in less) for index, *less in recorded], axis=1
+        )
         for half in (members[:, : rows // 2], members[:, rows // 2 :])
     )
     shape = (steps, stages, rows // 2, len(models))
@@ -213,8 +219,10 @@ def _transfers(
         together[..., places] = q[..., places].mean(axis=-1, keepdims=True)
     h, parts = model.scenario.step_s, np.array([0.0, 0.5, 0.5, 1.0])
     t = h * (begin + np.arange(len(q))[:, None] + parts)[:, :, None]
-    found = [np.stack(coefficients(model.gears, mesh, t, together, v), -1) for mesh in of.mesh]
-    by_stage = np.stack(found, axis=3)
+    stage_coefficients = [
+        np.stack(coefficients(model.gears, mesh, t, together, v), -1) for mesh in of.mesh
+    ]
+    by_stage = np.stack(stage_coefficients, axis=3)
     # Stiffness and damping at the four stages of a step.
     by_law = by_stage.reshape(*by_stage.shape[:-1], LAWS, 2).swapaxes(3, 4)
     rates = np.zeros((*by_law.shape, 2))

@@ -14,10 +14,9 @@ from functools import cached_property
 import numpy as np
 
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.quantities import Known
-from crosscheck.audit.claims.rule import Answer, Claim, Place, State, answers
-from crosscheck.audit.claims.settings import Settings, plan_of
-from crosscheck.audit.experiments.cells import LAWS, Cell, Law
+from crosscheck.audit.claims.quantities import ConditionResults
+from crosscheck.audit.claims.rule import Answer, Claim, Place, State, evaluate_claim
+from crosscheck.audit.claims.study_plan import ResultsByCondition, plan_of
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     CONSTANT_STIFFNESS,
@@ -28,12 +27,13 @@ from crosscheck.audit.experiments.experiments import (
     NO_ERROR,
     PD,
 )
+from crosscheck.audit.experiments.paper_conditions import LAWS, Condition, Law
 from crosscheck.audit.experiments.variant import Planets
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import EVIDENT
-from crosscheck.audit.measures.twosamples import TwoTests, shares_p, told_apart, two_tests
-from crosscheck.audit.page.material import Material
+from crosscheck.audit.measures.twosamples import PValues, compare_samples, is_significant, shares_p
+from crosscheck.audit.page.context import AuditContext
 
 TESTS = 2  # of every setting: of the shares and of the sizes
 FIGURES = (*range(11, 15), *range(16, 21))  # of the PD run
@@ -49,7 +49,9 @@ class PlanetsEffect(StrEnum):
     UNKNOWN = "undefined"
 
 
-def effect(lumped: Third, free: Third, p: TwoTests, family: int) -> PlanetsEffect:
+def judge_effect(
+    lumped: ThirdFluctuation, free: ThirdFluctuation, p: PValues, family: int
+) -> PlanetsEffect:
     """The effect of freeing the planets, from both samples and the p of both tests on them.
 
     family: tests that share the 5 %. The samples are told apart by the shares of severe starts; or
@@ -59,9 +61,9 @@ def effect(lumped: Third, free: Third, p: TwoTests, family: int) -> PlanetsEffec
     if p.by_share is None or p.by_size is None or lumped.share is None or free.share is None:
         return PlanetsEffect.UNKNOWN
     high = max(quantiles[-1] or 0.0 for quantiles in (lumped.quantiles, free.quantiles))
-    if told_apart(p.by_share, family):
+    if is_significant(p.by_share, family):
         weaker = free.share.value < lumped.share.value
-    elif high > EVIDENT and told_apart(p.by_size, family):
+    elif high > EVIDENT and is_significant(p.by_size, family):
         weaker = bool(np.sign(free.sizes[:, None] - lumped.sizes).sum() < 0)
     else:
         return PlanetsEffect.NONE
@@ -79,7 +81,7 @@ class Survival(StrEnum):
     UNKNOWN = "undefined"
 
 
-def survival(lumped: State, free: State) -> Survival:
+def judge_survival(lumped: State, free: State) -> Survival:
     """What becomes of a statement, from what a setting says of it with either kind of planets."""
     if State.UNDEFINED in (lumped, free):
         return Survival.UNKNOWN
@@ -98,56 +100,63 @@ def is_changed(lumped: Share | None, free: Share | None, family: int) -> bool | 
     if lumped is None or free is None:
         return None
     least = shares_p(Share(lumped.of, lumped.of), Share(0, free.of))
-    return told_apart(shares_p(lumped, free), family) if told_apart(least, family) else None
+    return is_significant(shares_p(lumped, free), family) if is_significant(least, family) else None
 
 
-def h7_verdict(effects: Sequence[PlanetsEffect]) -> str:
+def judge_h7(effects: Sequence[PlanetsEffect]) -> str:
     """`holds` if freeing the planets changes the third fluctuation in any setting."""
-    if any(one in (PlanetsEffect.WEAKER, PlanetsEffect.STRONGER) for one in effects):
+    if any(effect in (PlanetsEffect.WEAKER, PlanetsEffect.STRONGER) for effect in effects):
         return "holds"
     return "not seen" if PlanetsEffect.NONE in effects else "undefined"
 
 
 @dataclass(frozen=True)
-class Freed:
+class PlanetsComparison:
     """Third fluctuations in a setting, planets lumped and free; family: tests sharing the 5 %."""
 
-    cell: Cell
-    lumped: Third
-    free: Third
+    cell: Condition
+    lumped: ThirdFluctuation
+    free: ThirdFluctuation
     family: int
 
     @cached_property
-    def tests(self) -> TwoTests:
+    def tests(self) -> PValues:
         """The tests of whether the samples differ."""
-        return two_tests(self.lumped, self.free)
+        return compare_samples(self.lumped, self.free)
 
     @cached_property
     def effect(self) -> PlanetsEffect:
         """The effect of freeing the planets."""
-        return effect(self.lumped, self.free, self.tests, self.family)
+        return judge_effect(self.lumped, self.free, self.tests, self.family)
 
 
-def freed(material: Material) -> list[Freed]:
+def compare_planets(context: AuditContext) -> list[PlanetsComparison]:
     """Every setting of the claims with lumped and free planets, from the same starts."""
-    plan = plan_of(material.scale)
-    cells = plan.settings()
+    plan = plan_of(context.scale)
+    cells = plan.claim_conditions()
     alike = {cell: replace(cell, planets="lumped") for cell in cells}
-    wanted = [(one, PD) for cell in cells for one in (cell, alike[cell])]
-    found = material.samples(wanted, "planets: free and alike")
+    requests = [
+        (compared_condition, PD) for cell in cells for compared_condition in (cell, alike[cell])
+    ]
+    samples = context.samples(requests, "planets: free and alike")
     return [
-        Freed(cell, Third.of(found[alike[cell], PD]), Third.of(found[cell, PD]), TESTS * len(cells))
+        PlanetsComparison(
+            cell,
+            ThirdFluctuation.from_samples(samples[alike[cell], PD]),
+            ThirdFluctuation.from_samples(samples[cell, PD]),
+            TESTS * len(cells),
+        )
         for cell in cells
     ]
 
 
-def effects_by_law(records: Sequence[Freed]) -> dict[Law, Counter[PlanetsEffect]]:
+def count_effects(records: Sequence[PlanetsComparison]) -> dict[Law, Counter[PlanetsEffect]]:
     """How often each effect is seen, by law."""
     return {law: Counter(r.effect for r in records if r.cell.law == law) for law in LAWS}
 
 
 @dataclass(frozen=True)
-class Feature:
+class ClaimComparison:
     """A claim in a setting with lumped and with free planets; family: tests that share the 5 %."""
 
     claim: Claim
@@ -159,7 +168,7 @@ class Feature:
     @property
     def survives(self) -> Survival:
         """What becomes of the claim once planets are free."""
-        return survival(self.lumped.state, self.free.state)
+        return judge_survival(self.lumped.state, self.free.state)
 
     @property
     def changed(self) -> bool | None:
@@ -167,27 +176,27 @@ class Feature:
         return is_changed(self.lumped.share, self.free.share, self.family)
 
 
-def features(material: Material) -> list[Feature]:
+def compare_claims(context: AuditContext) -> list[ClaimComparison]:
     """Every claim about these figures, at a small and at a larger damping under all laws."""
-    plan = plan_of(material.scale)
+    plan = plan_of(context.scale)
     sources = [PD, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS]  # of the claims' under PD control
     sources += [BACKLASH(size) for size in plan.backlashes]
     sources += [ERROR(size) for size in plan.errors]
-    cells = [Cell(law, zeta) for law in LAWS for zeta in ZETAS]
-    known: dict[Planets, Settings] = {}
+    cells = [Condition(law, zeta) for law in LAWS for zeta in ZETAS]
+    results: dict[Planets, ResultsByCondition] = {}
     for planets in ("lumped", "free"):
-        own = {cell: replace(cell, planets=planets) for cell in cells}
-        wanted = [(one, source) for one in own.values() for source in sources]
-        sampled = material.samples(wanted, "planets: the figures' statements")
-        known[planets] = []
-        for cell, one in own.items():
-            each = Known({source: sampled[one, source] for source in sources})
+        conditions = {cell: replace(cell, planets=planets) for cell in cells}
+        requests = [(item, source) for item in conditions.values() for source in sources]
+        sampled = context.samples(requests, "planets: the figures' statements")
+        results[planets] = []
+        for cell, item in conditions.items():
+            each = ConditionResults({source: sampled[item, source] for source in sources})
             each[BACKLASH(DEFAULT_B_UM)] = each[ERROR(DEFAULT_E_UM)] = each[PD]
-            known[planets].append((cell, each))
-    found = []
+            results[planets].append((cell, each))
+    comparisons = []
     for claim in CLAIMS:
         if claim.figure in FIGURES:  # none of its answers where it is about other experiments
-            alike = {one.place: one for one in answers(claim, known["lumped"])}
-            free = answers(claim, known["free"])
-            found += [(claim, one.place, alike[one.place], one) for one in free]
-    return [Feature(*each, len(found)) for each in found]
+            alike = {item.place: item for item in evaluate_claim(claim, results["lumped"])}
+            free = evaluate_claim(claim, results["free"])
+            comparisons += [(claim, item.place, alike[item.place], item) for item in free]
+    return [ClaimComparison(*each, len(comparisons)) for each in comparisons]

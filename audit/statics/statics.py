@@ -13,8 +13,12 @@ from crosscheck.audit.errata import transcript
 from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.measures.stage import PaperStage, paper_stage
-from crosscheck.audit.statics.surroundings import free_base, neglected_torques
-from crosscheck.audit.statics.teeth import clearance, gearing, stiffness_wave
+from crosscheck.audit.statics.base_and_gravity import compute_base_errors, compute_neglected_torques
+from crosscheck.audit.statics.teeth import (
+    compare_stiffness_wave,
+    compute_clearance,
+    compute_gearing,
+)
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_scenario
@@ -27,7 +31,7 @@ BENDS = ("0", "45", "90", "135")  # elbow angle [deg] at which joint errors are 
 
 @dataclass(frozen=True)
 class Statics(Question[Numbers]):
-    """A question: the ``statics`` of a built-in arm, and the flights of its free base."""
+    """A question: the ``compute_statics`` of a built-in arm, and the flights of its free base."""
 
     cost = 5.0
 
@@ -37,23 +41,23 @@ class Statics(Question[Numbers]):
         return load_arm(self.arm), load_scenario(SCENARIO), load_scenario("pd")
 
     def answer(self) -> Numbers:
-        return {**statics(load_arm(self.arm)), **free_base(self.arm)}
+        return {**compute_statics(load_arm(self.arm)), **compute_base_errors(self.arm)}
 
 
-def statics(arm: Arm) -> Numbers:
+def compute_statics(arm: Arm) -> Numbers:
     """The numbers of an arm that follow from its data without a run."""
     stage = paper_stage(arm)
     return {
-        **gearing(stage),
-        **clearance(stage),
-        **stiffness_wave(stage),
-        **neglected_torques(arm, stage),
-        **equations(arm),
-        **of_data(arm, stage),
+        **compute_gearing(stage),
+        **compute_clearance(stage),
+        **compare_stiffness_wave(stage),
+        **compute_neglected_torques(arm, stage),
+        **compare_equations(arm),
+        **compute_data_numbers(arm, stage),
     }
 
 
-def of_data(arm: Arm, stage: PaperStage) -> Numbers:
+def compute_data_numbers(arm: Arm, stage: PaperStage) -> Numbers:
     """Numbers on sizes that Table I and the text give, and what follows from them at once."""
     joint, (inner, outer) = stage.joint, (link.length_m for link in arm.links)
     sun_pitch_m = joint.module_m * joint.sun_teeth / 2
@@ -70,7 +74,7 @@ def of_data(arm: Arm, stage: PaperStage) -> Numbers:
     }
 
 
-def equations(arm: Arm) -> Numbers:
+def compare_equations(arm: Arm) -> Numbers:
     """Numbers of Eqs. 16-22 at random states: printed against energies against true velocities."""
     scenario = load_scenario(SCENARIO)
     chosen = switches(phase="omega_t")
@@ -98,6 +102,6 @@ def equations(arm: Arm) -> Numbers:
     }
 
 
-def _largest_gap(one: list[np.ndarray], other: list[np.ndarray]) -> float:
+def _largest_gap(first: list[np.ndarray], second: list[np.ndarray]) -> float:
     """The largest difference of two lists of arrays, over the largest entry of the second."""
-    return float(np.abs(np.subtract(one, other)).max() / np.abs(other).max())
+    return float(np.abs(np.subtract(first, second)).max() / np.abs(second).max())

@@ -17,7 +17,11 @@ from crosscheck.analytic.paper.mesh_frequency import (
     sun_mesh_frequency,
     sun_mesh_rate,
 )
-from crosscheck.analytic.paper.stiffness import fundamental, square_wave, square_wave_series
+from crosscheck.analytic.paper.stiffness import (
+    fundamental_stiffness,
+    square_wave,
+    square_wave_series,
+)
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.measures.stage import PaperStage
 from crosscheck.models.arm.arm import Planetary
@@ -35,7 +39,7 @@ HARMONICS = 400
 ADDENDUM = 1.0  # over the module: the standard tooth, uncorrected
 
 
-def gearing(stage: PaperStage) -> Numbers:
+def compute_gearing(stage: PaperStage) -> Numbers:
     """Numbers of ratio, conversion and frequencies against rolling without slip; contact ratios."""
     joint, geometry = stage.joint, stage.geometry
     radii = geometry.r_s, geometry.r_p, geometry.r_cp
@@ -71,11 +75,13 @@ def conversion_error(joint: Planetary, geometry: StageGeometry, counted: str) ->
     for sun, planet, carrier in np.eye(3):
         theta_p = COUNTED[counted](planet, carrier)
         printed = mesh_displacements(sun, theta_p, carrier, *radii)
-        errors += np.abs(np.subtract(printed, approach(joint, sun, planet, carrier))).tolist()
+        errors += np.abs(np.subtract(printed, approach_rates(joint, sun, planet, carrier))).tolist()
     return max(errors) / geometry.r_s
 
 
-def approach(joint: Planetary, sun: float, planet: float, carrier: float) -> tuple[float, float]:
+def approach_rates(
+    joint: Planetary, sun: float, planet: float, carrier: float
+) -> tuple[float, float]:
     """Rates [m/s] at which the driving flanks of sun and planet, planet and ring are pressed.
 
     From absolute rates [rad/s], ring at rest, by the velocities of material points at the pitch
@@ -93,23 +99,23 @@ def approach(joint: Planetary, sun: float, planet: float, carrier: float) -> tup
     at_ring = -planet_point(outer)
     # The sun pushes the planet forwards, the planet the ring backwards.
     along_sun, along_ring = np.exp(1j * (np.pi / 2 + alpha)), np.exp(1j * (np.pi / 2 - alpha))
-    return _along(at_sun, along_sun), _along(at_ring, along_ring)
+    return _component(at_sun, along_sun), _component(at_ring, along_ring)
 
 
-def _along(velocity: complex, direction: complex) -> float:
+def _component(velocity: complex, direction: complex) -> float:
     return float((velocity * np.conj(direction)).real)
 
 
 def sun_contact_ratio(joint: Planetary) -> float:
     """Contact ratio of the sun mesh, external, with a standard addendum: path over base pitch."""
     sun, planet = (_reach(joint, teeth, 1) for teeth in (joint.sun_teeth, joint.planet_teeth))
-    return (sun + planet - _between_bases(joint)) / _base_pitch(joint)
+    return (sun + planet - _base_circle_distance(joint)) / _base_pitch(joint)
 
 
 def ring_contact_ratio(joint: Planetary) -> float:
     """Contact ratio of the ring mesh, internal: the ring's tips lie inside its pitch circle."""
     planet, ring = _reach(joint, joint.planet_teeth, 1), _reach(joint, joint.ring_teeth, -1)
-    return (planet - ring + _between_bases(joint)) / _base_pitch(joint)
+    return (planet - ring + _base_circle_distance(joint)) / _base_pitch(joint)
 
 
 def _reach(joint: Planetary, teeth: int, side: int) -> float:
@@ -119,7 +125,7 @@ def _reach(joint: Planetary, teeth: int, side: int) -> float:
     return math.sqrt(tip**2 - (pitch * math.cos(math.radians(joint.pressure_angle_deg))) ** 2)
 
 
-def _between_bases(joint: Planetary) -> float:
+def _base_circle_distance(joint: Planetary) -> float:
     """Length [m] of the line of action between the base circles: both meshes have one distance."""
     distance = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
     return distance * math.sin(math.radians(joint.pressure_angle_deg))
@@ -129,7 +135,7 @@ def _base_pitch(joint: Planetary) -> float:
     return math.pi * joint.module_m * math.cos(math.radians(joint.pressure_angle_deg))
 
 
-def clearance(stage: PaperStage) -> Numbers:
+def compute_clearance(stage: PaperStage) -> Numbers:
     """Numbers of Eqs. 4-6, 15: free play, the smooth stand-in's error, the force Eq. 15 invents."""
     b = stage.backlash_m
     x = np.linspace(-3 * b, 3 * b, 60001)
@@ -160,7 +166,7 @@ def _eq6_operations() -> int:
     return int(sp.count_ops([expression for _, expression in shared]) + sp.count_ops(rest))
 
 
-def stiffness_wave(stage: PaperStage) -> Numbers:
+def compare_stiffness_wave(stage: PaperStage) -> Numbers:
     """Numbers of Eqs. 7-8 against the wave of Fig. 5, swing such that the fundamental is k_a.
 
     Errors of Eq. 7 over the swing, and of Eq. 8 over its own sine, at every contact ratio.
@@ -169,7 +175,7 @@ def stiffness_wave(stage: PaperStage) -> Numbers:
     k_m, k_a = stage.mesh_stiffness_N_per_m, stage.mesh_stiffness_amplitude_N_per_m
     swing = math.pi * k_a
     # d ln F / d ln k from the softest to the stiffest, the teeth pressed together by E.
-    ends, b = fundamental(np.array([-1.0, 1.0]), k_m, k_a), stage.backlash_m
+    ends, b = fundamental_stiffness(np.array([-1.0, 1.0]), k_m, k_a), stage.backlash_m
     force = mesh_force(EXACT, b + stage.tooth_error_m, ends, b, stage.tanh_sharpness_per_m)
     elasticity = float(np.diff(np.log(force))[0] / np.diff(np.log(ends))[0])
     numbers: Numbers = {"force_at_one_deflection": elasticity}
@@ -181,7 +187,7 @@ def stiffness_wave(stage: PaperStage) -> Numbers:
         first, many = (
             square_wave_series(cycle, low, low + swing, ratio, count) for count in (1, HARMONICS)
         )
-        eq8 = fundamental(np.sin(2 * np.pi * cycle), k_m, np.ptp(first) / 2)
+        eq8 = fundamental_stiffness(np.sin(2 * np.pi * cycle), k_m, np.ptp(first) / 2)
         numbers[f"series_error_{text}"] = _rms(many - wave) / swing
         numbers[f"eq8_error_{text}"] = _rms(eq8 - first) / _rms(first - first.mean())
     return numbers

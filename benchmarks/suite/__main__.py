@@ -11,8 +11,8 @@ import importlib
 import sys
 import time
 
-from benchmarks.suite.machine import machine
-from benchmarks.suite.report import markdown, write
+from benchmarks.suite.machine import describe_machine
+from benchmarks.suite.report import format_markdown, write
 from benchmarks.suite.rows import Row
 
 # Name of every part, and its module here: a part whose packages are missing is not imported.
@@ -27,7 +27,7 @@ PARTS = {
     "robots": "robots",
     "paper": "paper",
 }
-ASKED_FOR = "paper"  # takes as long as all others
+OPTIONAL_PART = "paper"  # takes as long as all others
 REPEATS = 7
 
 
@@ -39,13 +39,13 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="every run once, fewer points")
     chosen = parser.parse_args()
     repeats, rows = 1 if chosen.quick else REPEATS, list[Row]()
-    for part in chosen.part or [each for each in PARTS if each != ASKED_FOR or chosen.paper]:
+    for part in chosen.part or [each for each in PARTS if each != OPTIONAL_PART or chosen.paper]:
         print(part, file=sys.stderr, flush=True)
         began = time.perf_counter()
         rows += importlib.import_module(f"benchmarks.suite.{PARTS[part]}").measure(repeats)
         print(f"{part}: {time.perf_counter() - began:.0f} s", file=sys.stderr)
-    here = machine(repeats)
-    print(markdown(rows, here))
+    here = describe_machine(repeats)
+    print(format_markdown(rows, here))
     if not (chosen.part or chosen.quick):
         write(rows, here)
 

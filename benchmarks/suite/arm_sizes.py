@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from benchmarks.suite.cases import Counted
 from benchmarks.suite.rows import Row
-from benchmarks.suite.timing import in_turn, per_unit, processor, progress, seconds_of
+from benchmarks.suite.timing import (
+    divide_times,
+    measure_seconds,
+    print_progress,
+    processor_s,
+    run_in_turn,
+)
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.cli.template import example_arm
 from crosscheck.models.experiment.scenario import switches
@@ -21,28 +27,28 @@ def measure(repeats: int) -> list[Row]:
     """Arms of one to six joints with three planets each; then two joints of two to six planets."""
     sizes = [(joints, USUAL_PLANETS, counted) for joints in JOINTS for counted in COUNTED]
     sizes += [(USUAL_JOINTS, planets, "free") for planets in PLANETS]
-    models = {_name(*size): model_of(*size) for size in sizes}
+    models = {_name(*size): build_model(*size) for size in sizes}
     for name, model in models.items():
-        progress(f"{name}: {seconds_of(model.simulate):.1f} s with what it compiles")
+        print_progress(f"{name}: {measure_seconds(model.simulate):.1f} s with what it compiles")
     runs = {name: model.simulate for name, model in models.items()}
-    times = per_unit(in_turn(runs, repeats, processor), dict.fromkeys(runs, STEPS))
+    times = divide_times(run_in_turn(runs, repeats, processor_s), dict.fromkeys(runs, STEPS))
     first = _name(*sizes[0])
     return [
         Row(
             TABLE,
             name,
             "simulate(), per step",
-            found.median * 1e9,
+            name_times.median * 1e9,
             "ns",
             first,
-            found.over(times[first]),
-            spread=found.spread,
+            name_times.median_ratio(times[first]),
+            spread=name_times.spread,
         )
-        for name, found in times.items()
+        for name, name_times in times.items()
     ]
 
 
-def model_of(joints: int, planets: int, counted: Counted) -> PhysicalModel:
+def build_model(joints: int, planets: int, counted: Counted) -> PhysicalModel:
     """The template's arm with as many planets in every joint, whether or not they would clear."""
     arm = example_arm("sizes", joints)
     stages = tuple(joint.model_copy(update={"planet_count": planets}) for joint in arm.joints)

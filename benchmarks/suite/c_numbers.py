@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.analytic.derivation.bodies import carried_bodies, link_bodies
-from crosscheck.analytic.derivation.chain import exact_chain
+from crosscheck.analytic.derivation.chain import build_exact_chain
 from crosscheck.analytic.derivation.gears import Gears
 from crosscheck.analytic.derivation.stage import equivalent_masses
 from crosscheck.analytic.model import AnalyticModel
@@ -59,10 +59,10 @@ class Phases(NamedTuple):
     places: list[int]
 
 
-def structure_of(model: AnalyticModel) -> Structure:
+def make_structure(model: AnalyticModel) -> Structure:
     """Raises NotCovered."""
     _require_covered(model)
-    phases = phases_of(model.gears)
+    phases = group_phases(model.gears)
     drive = {PD: "PD", CONSTANT: "CONSTANT"}[model.drive.code]
     return Structure(
         planet_bodies(model),
@@ -80,9 +80,9 @@ def _require_covered(model: AnalyticModel) -> None:
         all(isinstance(joint, Planetary) for joint in arm.joints)
         and model.drive.code in (PD, CONSTANT)
         and (gears.law.code == SINE).all()
-        and not gears.lead.any()
+        and not gears.error_phase.any()
         and gears.dead_zone == 0
-        and gears.damps_apart
+        and gears.damps_without_contact
         and not gears.conservative
         and not any(arm.gravity_m_per_s2)
     )
@@ -95,26 +95,26 @@ def planet_bodies(model: AnalyticModel) -> tuple[int, ...]:
     return tuple(j.planet_count if model.layout.free else 1 for j in model.arm.joints)
 
 
-def phases_of(gears: Gears) -> Phases:
+def group_phases(gears: Gears) -> Phases:
     """Meshes of one joint whose rate and constant agree share a sine."""
     values: list[tuple[int, float, float]] = []
     for joint in dict.fromkeys(gears.theta):
         of_joint = np.flatnonzero(gears.theta == joint)
         values += dict.fromkeys((joint, gears.rate[i], gears.offset[i]) for i in of_joint)
-    own = zip(gears.theta, gears.rate, gears.offset, strict=True)
+    mesh_phases = zip(gears.theta, gears.rate, gears.offset, strict=True)
     counts = tuple(sum(v[0] == joint for v in values) for joint in dict.fromkeys(gears.theta))
-    return Phases([v[1:] for v in values], counts, [values.index(each) for each in own])
+    return Phases([v[1:] for v in values], counts, [values.index(each) for each in mesh_phases])
 
 
-def numbers_of(model: AnalyticModel) -> np.ndarray:
+def collect_numbers(model: AnalyticModel) -> np.ndarray:
     """All numbers of `arm` of arm.h, in its order."""
-    gears, phases = model.gears, phases_of(model.gears)
+    gears, phases = model.gears, group_phases(model.gears)
     rate, offset = np.array(phases.values).T / TURN
     offset = offset - QUARTER  # a sine is the cosine of a quarter turn before
     masses, diagonal = _inertia(model.arm, model)
     gains = model.drive.gains if model.drive.code == PD else model.drive.gains * [1, 0, 0]
     meshes = (gears.planets * gears.k_m, gears.planets * gears.k_a)
-    laws = (gears.E, gears.static, gears.b, gears.d)
+    laws = (gears.E, gears.static_error, gears.b, gears.d)
     friction = [joint.friction_N_m_s_per_rad for joint in model.arm.joints]
     return np.concatenate(
         [
@@ -146,7 +146,7 @@ def _inertia(arm: Arm, model: AnalyticModel) -> tuple[np.ndarray, np.ndarray]:
 
     Everything but the spin of suns and planets, which has coordinates of its own.
     """
-    chain, joints = exact_chain(arm, model.layout), len(arm.joints)
+    chain, joints = build_exact_chain(arm, model.layout), len(arm.joints)
     masses, constant = np.zeros((joints, joints)), np.zeros(joints)
     absolute = np.array(chain.angles[1:], dtype=float)
     for joint in chain.numbers:
@@ -161,15 +161,15 @@ def _inertia(arm: Arm, model: AnalyticModel) -> tuple[np.ndarray, np.ndarray]:
 
 def state_of(model: AnalyticModel, q: np.ndarray) -> np.ndarray:
     """Coordinates q (..., n) of the layout as (Theta, x_s, x_pr) of arm.h."""
-    return q @ _change(model).T
+    return q @ _change_matrix(model).T
 
 
 def layout_of(model: AnalyticModel, y: np.ndarray) -> np.ndarray:
     """The reverse."""
-    return y @ np.linalg.inv(_change(model)).T
+    return y @ np.linalg.inv(_change_matrix(model)).T
 
 
-def _change(model: AnalyticModel) -> np.ndarray:
+def _change_matrix(model: AnalyticModel) -> np.ndarray:
     layout, joints = model.layout, range(len(model.arm.joints))
     rows = [np.zeros(len(layout)) for _ in joints]
     for j in joints:

@@ -12,7 +12,7 @@ from crosscheck.models.loading import load_arm, load_case, load_scenario
 Counted = Literal["lumped", "free"]
 
 
-def long_run(joints: int, counted: Counted, steps: int, records: int = 10) -> PhysicalModel:
+def build_long_run(joints: int, counted: Counted, steps: int, records: int = 10) -> PhysicalModel:
     """The paper's arm under PD control, or the template's of so many joints under constant torque.
 
     Steps of 1 us, so that every mesh is resolved and nothing grows.
@@ -29,7 +29,7 @@ def long_run(joints: int, counted: Counted, steps: int, records: int = 10) -> Ph
     return PhysicalModel(arm, scenario, switches(planets=counted))
 
 
-def pd_run(damping_ratio: float, start_moved_m: float = 0.0) -> PhysicalModel:
+def build_pd_run(damping_ratio: float, start_moved_m: float = 0.0) -> PhysicalModel:
     """PD control of the paper's arm for 3 s by steps of 10 us, recorded every 100.
 
     start_moved_m [m]: what every sun mesh is displaced at the start.

@@ -11,11 +11,11 @@ from contextlib import contextmanager
 
 from benchmarks.suite.machine import ROOT
 
-PATIENCE_S = 60
+START_TIMEOUT_S = 60
 
 
 @contextmanager
-def cluster(workers: int) -> Iterator[str]:
+def start_cluster(workers: int) -> Iterator[str]:
     """Address of a scheduler that has so many workers of one thread. Raises ImportError."""
     from distributed import Client
 
@@ -27,8 +27,8 @@ def cluster(workers: int) -> Iterator[str]:
     try:
         worker = "worker", address, "--nthreads", "1", "--no-nanny", quiet
         started += [_dask(*worker) for _ in range(workers)]
-        with Client(address, timeout=PATIENCE_S, set_as_default=False) as client:
-            client.wait_for_workers(workers, timeout=PATIENCE_S)
+        with Client(address, timeout=START_TIMEOUT_S, set_as_default=False) as client:
+            client.wait_for_workers(workers, timeout=START_TIMEOUT_S)
         yield address
     finally:
         for process in reversed(started):

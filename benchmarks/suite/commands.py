@@ -13,16 +13,16 @@ from pathlib import Path
 from statistics import median
 
 from benchmarks.suite.machine import ROOT
-from benchmarks.suite.profiled import KINDS, WAITING
-from benchmarks.suite.rows import Row, absent
-from benchmarks.suite.timing import Times, in_turn, progress, seconds_of
+from benchmarks.suite.profiled import CATEGORIES, WAITING
+from benchmarks.suite.rows import Row, absent_row
+from benchmarks.suite.timing import Times, measure_seconds, print_progress, run_in_turn
 
 TABLE = "commands"
 LIMIT_S = 90.0
 MOST = 5  # repeats
-SHARES = (*(kind for kind in KINDS if kind != WAITING), "imports", "other")
+SHARES = (*(kind for kind in CATEGORIES if kind != WAITING), "imports", "other")
 SIMULATE = ("simulate", "paper-labelled", "--model", "analytic:physical", "--scenario", "pd")
-ENDED = (0, 1)  # that some check differs is an answer, too
+ANSWER_CODES = (0, 1)  # that some check differs is an answer, too
 PROFILER = str(Path(__file__).with_name("profiled.py"))
 
 
@@ -34,13 +34,15 @@ def measure(repeats: int) -> list[Row]:
         folder = Path(place)
         brief = {"list": ("list",), "simulate": (*SIMULATE, "--out", str(folder / "run.nc"))}
         runs = {name: _run(words) for name, words in brief.items()}
-        rows = [_wall(name, found) for name, found in in_turn(runs, min(repeats, MOST)).items()]
+        rows = [_wall(name, times) for name, times in run_in_turn(runs, min(repeats, MOST)).items()]
         for name, words in brief.items():
             rows += _shares(name, words, folder, min(repeats, 3))
-        return [*rows, *long_command("run", run, folder, LIMIT_S)]
+        return [*rows, *measure_long_command("run", run, folder, LIMIT_S)]
 
 
-def long_command(name: str, words: Sequence[str], folder: Path, limit_s: float) -> list[Row]:
+def measure_long_command(
+    name: str, words: Sequence[str], folder: Path, limit_s: float
+) -> list[Row]:
     """Once with nothing kept from before, and once in one process, watched, with all that is kept;
     each within a time limit [s]."""
     written, rows = (*words, "--out", str(folder / "out")), list[Row]()
@@ -52,21 +54,21 @@ def long_command(name: str, words: Sequence[str], folder: Path, limit_s: float) 
         try:
             rows += step()
         except subprocess.TimeoutExpired:
-            rows.append(absent(TABLE, f"crosscheck {name}", f"it took more than {limit_s:g} s"))
-        progress(f"crosscheck {name}: {rows[-1].quantity}")
+            rows.append(absent_row(TABLE, f"crosscheck {name}", f"it took more than {limit_s:g} s"))
+        print_progress(f"crosscheck {name}: {rows[-1].quantity}")
     return rows
 
 
 def _run(words: Sequence[str], limit_s: float = LIMIT_S, **more: str) -> Callable[[], None]:
     command = [sys.executable, "-m", "crosscheck", *words]
-    return lambda: _ended(command, limit_s, more)
+    return lambda: _run_to_end(command, limit_s, more)
 
 
-def _ended(command: Sequence[str], limit_s: float, more: dict[str, str]) -> None:
+def _run_to_end(command: Sequence[str], limit_s: float, more: dict[str, str]) -> None:
     """Runs a command to its end. Raises TimeoutExpired."""
     around = environment() | more
     done = subprocess.run(command, cwd=ROOT, env=around, capture_output=True, timeout=limit_s)
-    assert done.returncode in ENDED, done.stderr.decode()
+    assert done.returncode in ANSWER_CODES, done.stderr.decode()
 
 
 def environment() -> dict[str, str]:
@@ -80,7 +82,7 @@ def _wall(name: str, times: Times) -> Row:
 
 def _cold(name: str, words: Sequence[str], folder: Path, limit_s: float) -> Row:
     kept = {"XDG_CACHE_HOME": str(folder / f"{name}-cache")}
-    return _wall(f"{name}, cold", Times((seconds_of(_run(words, limit_s, **kept)),)))
+    return _wall(f"{name}, cold", Times((measure_seconds(_run(words, limit_s, **kept)),)))
 
 
 def _shares(
@@ -88,20 +90,20 @@ def _shares(
 ) -> list[Row]:
     """Seconds of all processes by what they are for, results kept from before; waiting for another
     process apart."""
-    found = [_watched(words, folder, limit_s) for _ in range(repeats)]
-    whole = median(sum(each.values()) for each in found)
+    profiles = [_run_profiled(words, folder, limit_s) for _ in range(repeats)]
+    whole = median(sum(each.values()) for each in profiles)
     case, rows = f"crosscheck {name}, its processes", []
     for kind in SHARES:
-        seconds = median(each.get(kind, 0.0) for each in found)
+        seconds = median(each.get(kind, 0.0) for each in profiles)
         rows.append(Row(TABLE, case, kind, seconds, "s", "all of them", seconds / whole))
     return rows
 
 
-def _watched(words: Sequence[str], folder: Path, limit_s: float) -> dict[str, float]:
+def _run_profiled(words: Sequence[str], folder: Path, limit_s: float) -> dict[str, float]:
     kept = {"XDG_CACHE_HOME": str(folder / "watched-cache")}
     with tempfile.TemporaryDirectory() as place:
         command = [sys.executable, PROFILER, place, "crosscheck", *words]
-        _ended(command, limit_s, kept)
+        _run_to_end(command, limit_s, kept)
         seconds: Counter[str] = Counter()
         for file in Path(place).glob("*.json"):
             seconds.update(json.loads(file.read_text()))

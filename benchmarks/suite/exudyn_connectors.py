@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from functools import cached_property
 
 from benchmarks.suite.rows import Row
-from benchmarks.suite.timing import in_turn, per_unit, progress
+from benchmarks.suite.timing import divide_times, print_progress, run_in_turn
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.exudyn.engine import Engine
-from crosscheck.models.exudyn.tree.parts import bodies_of
+from crosscheck.models.exudyn.tree.parts import build_bodies
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from crosscheck.models.loading import load_case
 
@@ -26,25 +26,25 @@ CASES: tuple[tuple[str, dict[str, str]], ...] = (
 )
 
 
-class MotorsAlone(ExudynTree):
+class MotorTree(ExudynTree):
     """The tree with motors and friction, and no mesh: one call into Python each time, as ever."""
 
     @cached_property
-    def _driven(self) -> Engine:
+    def _driven_engine(self) -> Engine:
         return self._engine([])
 
 
-class Bare(ExudynTree):
+class ForceFreeTree(ExudynTree):
     """The tree without any force but gravity: the engine never calls into Python."""
 
     @cached_property
-    def _driven(self) -> Engine:
-        return Engine(bodies_of(self.arm), None, [0.0], self.arm.gravity_m_per_s2)
+    def _driven_engine(self) -> Engine:
+        return Engine(build_bodies(self.arm), None, [0.0], self.arm.gravity_m_per_s2)
 
 
-WITHOUT: dict[str, type[ExudynTree]] = {
-    "the tree without any force": Bare,
-    "the tree with its motors alone": MotorsAlone,
+REDUCED_TREES: dict[str, type[ExudynTree]] = {
+    "the tree without any force": ForceFreeTree,
+    "the tree with its motors alone": MotorTree,
 }
 
 
@@ -56,11 +56,11 @@ def measure(repeats: int) -> list[Row]:
 def _rows(arm: str, chosen: dict[str, str], repeats: int) -> Iterator[Row]:
     case = load_case(arm, "pd", settings=SETTINGS)
     case = case._replace(switches=usual_switches(case.arm, **chosen))
-    kinds = {FULL: ExudynTree, **WITHOUT}
-    runs = {name: kind(*case).simulate for name, kind in kinds.items()}
-    times = per_unit(in_turn(runs, repeats), dict.fromkeys(runs, case.scenario.steps))
+    tree_classes = {FULL: ExudynTree, **REDUCED_TREES}
+    runs = {name: kind(*case).simulate for name, kind in tree_classes.items()}
+    times = divide_times(run_in_turn(runs, repeats), dict.fromkeys(runs, case.scenario.steps))
     full, name = times[FULL], f"{arm}, {', '.join(chosen.values())}, PD 0.2 s"
-    progress(f"{name}: {1e6 * full.median:.3g} us a step")
+    print_progress(f"{name}: {1e6 * full.median:.3g} us a step")
     row = Row(TABLE, name, "time per step of RK44", 1e6 * full.median, "us", spread=full.spread)
-    for against in WITHOUT:
-        yield row._replace(against=against, ratio=full.over(times[against]), target=TARGET)
+    for against in REDUCED_TREES:
+        yield row._replace(against=against, ratio=full.median_ratio(times[against]), target=TARGET)

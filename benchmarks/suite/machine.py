@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from benchmarks.suite.c_reference import FLAGS, NoCompiler, compiler_version
-from crosscheck.provenance import PACKAGES, version
+from crosscheck.provenance import PACKAGES, find_version
 
 MORE = ("llvmlite", "scikit-sundae", "heyoka", "distributed")
 ROOT = Path(__file__).parent.parent.parent
@@ -30,9 +30,9 @@ class Machine(NamedTuple):
     repeats: int
 
 
-def machine(repeats: int) -> Machine:
+def describe_machine(repeats: int) -> Machine:
     """Of now and here; load: processes that wanted a processor in the last minute."""
-    versions = {name: version(name) or "absent" for name in (*PACKAGES, *MORE)}
+    versions = {name: find_version(name) or "absent" for name in (*PACKAGES, *MORE)}
     return Machine(
         made=datetime.now(UTC).isoformat(timespec="seconds"),
         revision=_revision(),

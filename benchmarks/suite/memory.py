@@ -29,16 +29,18 @@ class PeakMemory:
 
     def _look(self) -> None:
         while not self._over.wait(LOOK_S):
-            self.bytes = max(self.bytes, float(sum(map(_shared_out, _descendants(os.getpid())))))
+            self.bytes = max(
+                self.bytes, float(sum(map(_proportional_size, _descendants(os.getpid()))))
+            )
 
 
 def _descendants(of: int) -> list[int]:
     """Their ids."""
     parents = {int(p.name): _parent(p) for p in PROCESSES.iterdir() if p.name.isdigit()}
-    found = [of]
-    for one in found:  # which grows meanwhile
-        found += [process for process, parent in parents.items() if parent == one]
-    return found[1:]
+    processes = [of]
+    for ancestor in processes:  # which grows meanwhile
+        processes += [process for process, parent in parents.items() if parent == ancestor]
+    return processes[1:]
 
 
 def _parent(process: Path) -> int:
@@ -48,7 +50,7 @@ def _parent(process: Path) -> int:
         return -1
 
 
-def _shared_out(process: int) -> int:
+def _proportional_size(process: int) -> int:
     """Bytes of a process, with its part of what it shares."""
     try:
         lines = (PROCESSES / str(process) / "smaps_rollup").read_text().splitlines()

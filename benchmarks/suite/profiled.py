@@ -19,7 +19,7 @@ LOOK_S, TELL_S = 0.002, 0.1
 IMPORTING = "<frozen importlib"
 WAITING = "waiting for processes"
 # Of the innermost frame that belongs to one; a stack within an import is importing, whatever runs.
-KINDS = {
+CATEGORIES = {
     "drawing": ("/matplotlib/", "/PIL/", "crosscheck/report/", "/figures/", "/jinja2/"),
     "compiling": ("/numba/", "/llvmlite/", "analytic/kernel/"),
     "derivation": (
@@ -36,32 +36,34 @@ KINDS = {
 }
 
 
-def kind_of(frame: FrameType | None) -> str:
+def classify_stack(frame: FrameType | None) -> str:
     """Of a stack, from its innermost frame outwards."""
-    found = "other"
+    category = "other"
     while frame is not None:
         file = frame.f_code.co_filename
         if IMPORTING in file:
             return "imports"
-        if found == "other":
-            kinds = (kind for kind, words in KINDS.items() if any(w in file for w in words))
-            found = next(kinds, "other")
+        if category == "other":
+            categories = (
+                kind for kind, words in CATEGORIES.items() if any(w in file for w in words)
+            )
+            category = next(categories, "other")
         frame = frame.f_back
-    return found
+    return category
 
 
-def watch(thread: int, folder: str) -> None:
+def record_stacks(thread: int, folder: str) -> None:
     """Keep what each kind took in a file of this process, as long as it lasts."""
-    seconds, last, told = dict[str, float](), time.perf_counter(), 0.0
+    seconds, last, written_s = dict[str, float](), time.perf_counter(), 0.0
     while True:
         time.sleep(LOOK_S)
         frame, now = sys._current_frames().get(thread), time.perf_counter()
         if frame is not None and frame.f_code.co_filename != __file__:  # the command has ended
-            kind = kind_of(frame)
+            kind = classify_stack(frame)
             seconds[kind] = seconds.get(kind, 0.0) + now - last
         last = now
-        if now - told > TELL_S:  # a worker is stopped without a word
-            told = now
+        if now - written_s > TELL_S:  # a worker is stopped without a word
+            written_s = now
             draft = f"{folder}/{os.getpid()}.draft"
             with open(draft, "w") as file:
                 json.dump(seconds, file)
@@ -71,7 +73,7 @@ def watch(thread: int, folder: str) -> None:
 def start_watching(folder: str) -> None:
     """This process's main thread, from a thread that ends with it."""
     watched = threading.main_thread().ident
-    threading.Thread(target=watch, args=(watched, folder), daemon=True).start()
+    threading.Thread(target=record_stacks, args=(watched, folder), daemon=True).start()
 
 
 def main() -> None:

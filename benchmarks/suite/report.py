@@ -23,7 +23,7 @@ def write(rows: Sequence[Row], machine: Machine, folder: Path = FOLDER) -> None:
     content = {
         "schema_version": SCHEMA_VERSION,
         "machine": machine._asdict(),
-        "rows": [_plain(row) for row in rows],
+        "rows": [_json_fields(row) for row in rows],
     }
     (folder / "results.json").write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
     draw(rows, folder / "results.png")
@@ -40,7 +40,7 @@ def read(file: Path) -> tuple[list[Row], Machine]:
     return rows, Machine(**content["machine"])
 
 
-def _plain(row: Row) -> dict[str, object]:
+def _json_fields(row: Row) -> dict[str, object]:
     """Numbers that are none as null."""
     return {
         name: None if isinstance(value, float) and not math.isfinite(value) else value
@@ -48,7 +48,7 @@ def _plain(row: Row) -> dict[str, object]:
     }
 
 
-def markdown(rows: Sequence[Row], machine: Machine) -> str:
+def format_markdown(rows: Sequence[Row], machine: Machine) -> str:
     """One table a part, ratios first."""
     versions = ", ".join(f"{name} {version}" for name, version in machine.versions.items())
     lines = [
@@ -68,7 +68,7 @@ def markdown(rows: Sequence[Row], machine: Machine) -> str:
 
 
 def _line(row: Row) -> str:
-    verdict = {True: "reached", False: "**not reached**", None: ""}[row.reached]
+    verdict = {True: "reached", False: "**not reached**", None: ""}[row.is_within_target]
     value = "" if math.isnan(row.value) else f"{row.value:.4g}"
     spread = f"{row.spread:.0%}" if row.spread else ""
     ratio, target = _number(row.ratio), _number(row.target)
@@ -82,20 +82,20 @@ def _number(value: float | None) -> str:
 
 def draw(rows: Sequence[Row], path: Path) -> None:
     """Ratios beside their targets, and what work buys which precision."""
-    from benchmarks.suite.work_precision import curves
+    from benchmarks.suite.work_precision import collect_curves
 
     # A count that should be 0 has no place on a logarithmic axis; the table has it.
-    asked = [row for row in rows if row.ratio and row.target]
-    found = curves(rows)
+    target_rows = [row for row in rows if row.ratio and row.target]
+    curves_by_case = collect_curves(rows)
     figure, axes = plt.subplots(
         1,
-        1 + len(found),
-        figsize=(11 + 5 * len(found), 1 + max(4, 0.25 * len(asked))),
+        1 + len(curves_by_case),
+        figsize=(11 + 5 * len(curves_by_case), 1 + max(4, 0.25 * len(target_rows))),
         squeeze=False,
     )
-    _draw_ratios(axes[0, 0], asked)
-    for axis, (title, lines) in zip(axes[0, 1:], found.items(), strict=True):
-        for (solver, (errors, seconds)), look in zip(lines.items(), looks(), strict=False):
+    _draw_ratios(axes[0, 0], target_rows)
+    for axis, (title, lines) in zip(axes[0, 1:], curves_by_case.items(), strict=True):
+        for (solver, (errors, seconds)), look in zip(lines.items(), line_styles(), strict=False):
             axis.loglog(errors, seconds, label=solver, color=look.color, marker=look.marker)
         axis.set(title=title, xlabel="largest error", ylabel="wall time [s]")
         axis.legend(fontsize=7)
@@ -104,27 +104,27 @@ def draw(rows: Sequence[Row], path: Path) -> None:
     plt.close(figure)
 
 
-class Look(NamedTuple):
+class LineStyle(NamedTuple):
     """Of a line."""
 
     color: str
     marker: str
 
 
-def looks() -> Iterator[Look]:
+def line_styles() -> Iterator[LineStyle]:
     """Of lines, no two alike: colours, and a marker for every round of them."""
     for marker in "os^vDP":
         for number in range(10):
-            yield Look(f"C{number}", marker)
+            yield LineStyle(f"C{number}", marker)
 
 
-def _draw_ratios(axis: plt.Axes, asked: Sequence[Row]) -> None:
-    places = range(len(asked))
-    over = [row.ratio / row.target for row in asked if row.ratio and row.target]
+def _draw_ratios(axis: plt.Axes, target_rows: Sequence[Row]) -> None:
+    places = range(len(target_rows))
+    over = [row.ratio / row.target for row in target_rows if row.ratio and row.target]
     colours = ["tab:green" if value <= 1 else "tab:red" for value in over]
     axis.barh(places, over, color=colours)
     axis.axvline(1, color="black")
-    names = [f"{row.case}: {row.quantity} / {row.against}" for row in asked]
+    names = [f"{row.case}: {row.quantity} / {row.against}" for row in target_rows]
     axis.set_yticks(places, names, fontsize=7)
     axis.invert_yaxis()
     axis.set_xlabel("ratio over its target")

@@ -15,23 +15,23 @@ RightSide = Callable[[float, np.ndarray], np.ndarray]
 MESH_SIZES = 1e-4, 1e-1
 
 
-def compiled_in_place(model: AnalyticModel) -> Any:
+def compile_in_place(model: AnalyticModel) -> Any:
     """f(t, y, out) by the model's machine code."""
     states, n = model.states, len(model.layout)
 
-    def in_place(t: float, y: np.ndarray, out: np.ndarray) -> None:
+    def evaluate_in_place(t: float, y: np.ndarray, out: np.ndarray) -> None:
         out[:n] = y[n:]
-        out[n:] = states.at(t, y[:n], y[n:]).acceleration
+        out[n:] = states.evaluate(t, y[:n], y[n:]).acceleration
 
-    return in_place
+    return evaluate_in_place
 
 
-def compiled(model: AnalyticModel) -> RightSide:
+def compile_right_side(model: AnalyticModel) -> RightSide:
     """f(t, y) as a new array (2 n,)."""
     states, n = model.states, len(model.layout)
 
     def right_side(t: float, y: np.ndarray) -> np.ndarray:
-        return np.concatenate([y[n:], states.at(t, y[:n], y[n:]).acceleration])
+        return np.concatenate([y[n:], states.evaluate(t, y[:n], y[n:]).acceleration])
 
     return right_side
 

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from benchmarks.suite.rows import Row, absent
-from benchmarks.suite.timing import in_turn, per_unit, processor, progress
-from crosscheck.cost.agreement import drawn
-from crosscheck.cost.engines import model_of
-from crosscheck.models.robot.file import RobotFile, load_robot, robot_of
+from benchmarks.suite.rows import Row, absent_row
+from benchmarks.suite.timing import divide_times, print_progress, processor_s, run_in_turn
+from crosscheck.cost.agreement import sample_states
+from crosscheck.cost.engines import build_model
+from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
-from crosscheck.trial.robots.trial import try_equations
+from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots.test_trial import equations, is_named, planted
 
 TABLE = "robots"
@@ -28,31 +28,41 @@ ERRORS, UNNAMED = 200, 0.05  # that change equations, and the share that may sta
 UR5 = Path(sysconfig.get_path("purelib")) / (
     "cmeel.prefix/share/example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"
 )
-OWN, ADAM, PIN = "analytic", "adam with NumPy", "pin.crba, one by one"
+ANALYTIC, ADAM, PIN = "analytic", "adam with NumPy", "pin.crba, one by one"
 
 
 def measure(repeats: int) -> list[Row]:
     """Per state, at the level links; then errors planted in two robots of six joints."""
     rows = []
     for name in ROBOTS:
-        progress(name)
+        print_progress(name)
         rows += _speeds(load_robot(name), repeats)
-    progress(f"{ERRORS} planted errors")
-    rows += _planted(load_robot("six-joint"))
+    print_progress(f"{ERRORS} planted errors")
+    rows += _measure_planted_errors(load_robot("six-joint"))
     if not UR5.exists():
-        return [*rows, absent(TABLE, "UR5", "example-robot-data is not installed")]
+        return [*rows, absent_row(TABLE, "UR5", "example-robot-data is not installed")]
     file = RobotFile(schema_version=1, name="UR5", urdf=UR5.name)
-    return [*rows, *_planted(robot_of(file, UR5.read_text("utf-8"), "UR5", str(UR5)))]
+    return [
+        *rows,
+        *_measure_planted_errors(build_robot(file, UR5.read_text("utf-8"), "UR5", str(UR5))),
+    ]
 
 
 def _speeds(robot: Robot, repeats: int) -> list[Row]:
-    states = drawn(robot, TOGETHER, 0).q
-    own, tree = model_of("analytic", robot, "links"), pin.buildModelFromXML(robot.urdf)
+    states = sample_states(robot, TOGETHER, 0).q
+    analytic_model, tree = (
+        build_model("analytic", robot, "links"),
+        pin.buildModelFromXML(robot.urdf),
+    )
     data, home = tree.createData(), pin.neutral(tree)
     places = [pin.integrate(tree, home, at) for at in states]
     runs: dict[str, Callable[[], object]] = {
-        f"{OWN}, {TOGETHER} at once": lambda: [own.mass_matrix(states) for _ in range(LONGER)],
-        f"{OWN}, one by one": lambda: [own.mass_matrix(at[None]) for at in states[:CALLS]],
+        f"{ANALYTIC}, {TOGETHER} at once": lambda: [
+            analytic_model.mass_matrix(states) for _ in range(LONGER)
+        ],
+        f"{ANALYTIC}, one by one": lambda: [
+            analytic_model.mass_matrix(at[None]) for at in states[:CALLS]
+        ],
         PIN: lambda: [pin.crba(tree, data, at) for _ in range(LONGER) for at in places],
     }
     units = dict(zip(runs, (TOGETHER * LONGER, CALLS, TOGETHER * LONGER), strict=True))
@@ -60,13 +70,13 @@ def _speeds(robot: Robot, repeats: int) -> list[Row]:
     try:
         adams = _adam(robot, states)
     except ImportError:
-        rows.append(absent(TABLE, robot.name, "adam-robotics is not installed"))
+        rows.append(absent_row(TABLE, robot.name, "adam-robotics is not installed"))
     else:
         runs |= {f"{ADAM}, {TOGETHER} at once": adams[0], f"{ADAM}, one by one": adams[1]}
         units |= {f"{ADAM}, {TOGETHER} at once": TOGETHER, f"{ADAM}, one by one": CALLS}
-    times = per_unit(in_turn(runs, repeats, processor), units)
-    for name, found in times.items():
-        rival = name.replace(OWN, ADAM) if name.startswith(OWN) else PIN
+    times = divide_times(run_in_turn(runs, repeats, processor_s), units)
+    for name, name_times in times.items():
+        rival = name.replace(ANALYTIC, ADAM) if name.startswith(ANALYTIC) else PIN
         against = rival if rival in times else PIN
         target = 1.0 if against.startswith(ADAM) else None
         rows.append(
@@ -74,12 +84,12 @@ def _speeds(robot: Robot, repeats: int) -> list[Row]:
                 TABLE,
                 robot.name,
                 f"mass matrix: {name}",
-                found.median * 1e6,
+                name_times.median * 1e6,
                 "us",
                 against,
-                found.over(times[against]),
+                name_times.median_ratio(times[against]),
                 target,
-                found.spread,
+                name_times.spread,
             )
         )
     return rows
@@ -95,9 +105,9 @@ def _adam(robot: Robot, states: np.ndarray) -> tuple[Callable[[], object], Calla
         model = KinDynComputations(str(path), [joint.name for joint in robot.joints])
     base = np.eye(4)
     free = len(robot.coordinates)
-    found = model.mass_matrix(base, states[0])[-free:, -free:]
-    expected = model_of("analytic", robot, "links").mass_matrix(states[:1])[0]
-    if not np.allclose(found, expected, rtol=1e-9, atol=1e-12):
+    mass_matrix = model.mass_matrix(base, states[0])[-free:, -free:]
+    expected = build_model("analytic", robot, "links").mass_matrix(states[:1])[0]
+    if not np.allclose(mass_matrix, expected, rtol=1e-9, atol=1e-12):
         raise ValueError("adam's mass matrix is another")
     bases = np.tile(base, (len(states), 1, 1))
     return (
@@ -106,23 +116,25 @@ def _adam(robot: Robot, states: np.ndarray) -> tuple[Callable[[], object], Calla
     )
 
 
-def _planted(own: Robot) -> list[Row]:
+def _measure_planted_errors(robot: Robot) -> list[Row]:
     """How many of the errors that change equations are named, and whether right ones are blamed."""
-    named, asked = 0, 0
+    named, total = 0, 0
     for seed in count():
-        if asked == ERRORS:
+        if total == ERRORS:
             break
-        error = planted(own, seed)
-        trial = try_equations(equations(error.robot), own, seed=seed)
+        error = planted(robot, seed)
+        trial = run_robot_trial(equations(error.robot), robot, seed=seed)
         if not trial.agrees:
-            asked += 1
+            total += 1
             named += is_named(error, trial)
-    unnamed = 1 - named / asked
-    blamed = sum(not try_equations(equations(own), own, seed=seed).agrees for seed in range(20))
+    unnamed = 1 - named / total
+    blamed = sum(
+        not run_robot_trial(equations(robot), robot, seed=seed).agrees for seed in range(20)
+    )
     return [
         Row(
             TABLE,
-            own.name,
+            robot.name,
             f"not named, of {ERRORS} planted errors that change its equations",
             100 * unnamed,
             "%",
@@ -130,5 +142,5 @@ def _planted(own: Robot) -> list[Row]:
             unnamed / UNNAMED,
             1.0,
         ),
-        Row(TABLE, own.name, "right equations blamed, of 20", float(blamed), ""),
+        Row(TABLE, robot.name, "right equations blamed, of 20", float(blamed), ""),
     ]

@@ -27,13 +27,13 @@ class Row(NamedTuple):
     spread: float = 0.0
 
     @property
-    def reached(self) -> bool | None:
+    def is_within_target(self) -> bool | None:
         """Whether the ratio is within the target; None where nothing is asked."""
         if self.ratio is None or self.target is None:
             return None
         return self.ratio <= self.target
 
 
-def absent(table: str, case: str, why: str) -> Row:
+def absent_row(table: str, case: str, why: str) -> Row:
     """A part that cannot be measured here."""
     return Row(table, case, f"not measured: {why}", math.nan, "")

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.suite.c_numbers import NotCovered
-from benchmarks.suite.c_reference import NoCompiler, Scalar
-from benchmarks.suite.cases import Counted, long_run
-from benchmarks.suite.rows import Row, absent
-from benchmarks.suite.timing import Times, in_turn, per_unit, processor
+from benchmarks.suite.c_reference import NoCompiler, ScalarRun
+from benchmarks.suite.cases import Counted, build_long_run
+from benchmarks.suite.rows import Row, absent_row
+from benchmarks.suite.timing import Times, divide_times, processor_s, run_in_turn
 from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.model import PhysicalModel
 
 TABLE = "single kernel"
 TARGETS: dict[Counted, float] = {"lumped": 1.15, "free": 1.3}
 STEPS = {2: 500_000, 6: 100_000}  # long beside what a run costs before its first step
-SHORTER = 25  # their share of a run whose states are compared
+SHORT_RATIO = 25  # their share of a run whose states are compared
 C, FAST = "scalar C", "simulate()"
 
 
@@ -24,7 +24,9 @@ def measure(repeats: int) -> list[Row]:
     rows = []
     for joints, steps in STEPS.items():
         for counted, target in TARGETS.items():
-            model, short = (long_run(joints, counted, n) for n in (steps, steps // SHORTER))
+            model, short = (
+                build_long_run(joints, counted, n) for n in (steps, steps // SHORT_RATIO)
+            )
             rows += _case(model, short, target, repeats)
     return rows
 
@@ -34,30 +36,30 @@ def _case(model: PhysicalModel, short: PhysicalModel, target: float, repeats: in
     steps = dict.fromkeys((FAST, C), model.scenario.steps)
     runs = {FAST: model.simulate}
     try:
-        reference = Scalar(model)
+        reference = ScalarRun(model)
     except (NoCompiler, NotCovered) as reason:
-        times = per_unit(in_turn(runs, repeats, processor), steps)
-        return [*(_per_step(case, n, times[n]) for n in runs), absent(TABLE, case, str(reason))]
-    times = per_unit(in_turn({**runs, C: reference.run}, repeats, processor), steps)
-    ours = _per_step(case, FAST, times[FAST])._replace(
-        against=C, ratio=times[FAST].over(times[C]), target=target
+        times = divide_times(run_in_turn(runs, repeats, processor_s), steps)
+        return [*(_step_row(case, n, times[n]) for n in runs), absent_row(TABLE, case, str(reason))]
+    times = divide_times(run_in_turn({**runs, C: reference.run}, repeats, processor_s), steps)
+    kernel_row = _step_row(case, FAST, times[FAST])._replace(
+        against=C, ratio=times[FAST].median_ratio(times[C]), target=target
     )
-    return [ours, _per_step(case, C, times[C]), *_differences(case, short)]
+    return [kernel_row, _step_row(case, C, times[C]), *_differences(case, short)]
 
 
-def _per_step(case: str, who: str, times: Times) -> Row:
+def _step_row(case: str, who: str, times: Times) -> Row:
     return Row(TABLE, case, f"{who}, per step", times.median * 1e9, "ns", spread=times.spread)
 
 
 def _differences(case: str, model: PhysicalModel) -> list[Row]:
     """Of the C reference's states from those of ``simulate``."""
-    reference = Scalar(model)
+    reference = ScalarRun(model)
     reference.run()
-    by_c = largest_difference(model, reference.states()[0], states_of(model))
+    by_c = largest_difference(model, reference.states()[0], simulate_states(model))
     return [Row(TABLE, case, f"{C}: largest difference from {FAST}", by_c, "of size")]
 
 
-def states_of(model: PhysicalModel) -> np.ndarray:
+def simulate_states(model: PhysicalModel) -> np.ndarray:
     """Coordinates (records, n) of a model's own run."""
     parts = Batch([model], lanes=1).run(
         model.scenario.steps // model.scenario.stride, model.scenario.stride, 10**6
@@ -68,6 +70,6 @@ def states_of(model: PhysicalModel) -> np.ndarray:
 def largest_difference(model: PhysicalModel, q: np.ndarray, reference: np.ndarray) -> float:
     """Of angles over the largest of them, or of displacements over the play: the larger."""
     angular, play = model.layout.angular, float(model.gears.b.min())
-    apart = np.abs(q - reference)
-    of_angles = apart[:, angular].max() / np.abs(reference[:, angular]).max()
-    return float(max(of_angles, apart[:, ~angular].max() / play))
+    difference = np.abs(q - reference)
+    of_angles = difference[:, angular].max() / np.abs(reference[:, angular]).max()
+    return float(max(of_angles, difference[:, ~angular].max() / play))

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from benchmarks.suite.solver import Solver
-from benchmarks.suite.solver_own import coordinates
+from benchmarks.suite.solver_project import coordinates
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.models.exudyn.engine import Engine, exudyn
 from crosscheck.models.exudyn.tree.tree import ExudynTree
@@ -16,25 +16,25 @@ from crosscheck.models.exudyn.tree.tree import ExudynTree
 SMALLEST_S = 1e-12  # step of DOPRI5: at its default it may halve one for ever
 
 
-class Integrated(ExudynTree):
+class ExudynIntegrator(ExudynTree):
     """By an integrator of the engine."""
 
     method: ClassVar[str]
 
 
-class RungeKutta(Integrated):
+class RungeKutta(ExudynIntegrator):
     """RK44, fixed step: the model as it is."""
 
     method = "RK44"
 
 
-class DormandPrince(Integrated):
+class DormandPrince(ExudynIntegrator):
     """DOPRI5, fixed step."""
 
     method = "DOPRI5"
 
     @cached_property
-    def _driven(self) -> Engine:
+    def _driven_engine(self) -> Engine:
         engine = self._engine(self.gears)
         time = engine.settings.timeIntegration
         time.solverType = exudyn.DynamicSolverType.DOPRI5
@@ -42,20 +42,22 @@ class DormandPrince(Integrated):
         return engine
 
 
-class GeneralizedAlpha(Integrated):
+class GeneralizedAlpha(ExudynIntegrator):
     """Generalized-alpha, fixed step, Newton's method in every step."""
 
     method = "generalized-alpha"
 
     @cached_property
-    def _driven(self) -> Engine:
+    def _driven_engine(self) -> Engine:
         engine = self._engine(self.gears)
         engine.solver = exudyn.MainSolverImplicitSecondOrder()
         engine.solver.InitializeSolver(engine.system, engine.settings)
         return engine
 
 
-def tree(model: PhysicalModel, grid: np.ndarray, made: type[Integrated]) -> Solver:
+def make_tree_solver(
+    model: PhysicalModel, grid: np.ndarray, made: type[ExudynIntegrator]
+) -> Solver:
     """By one of the classes above, at a step [s]."""
     grid_s = float(grid[1] - grid[0])
 

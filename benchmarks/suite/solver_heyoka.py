@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.suite.refined import refined, sides_of
+from benchmarks.suite.refined_solution import contact_sides, solve_refined
 from benchmarks.suite.solver import Solver
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.models.experiment.drive import PD
@@ -27,7 +27,7 @@ class Equations(NamedTuple):
     gaps: list[Any]
 
 
-def equations(model: AnalyticModel, by_events: bool) -> Equations:
+def build_equations(model: AnalyticModel, by_events: bool) -> Equations:
     """Of an arm of two joints under PD drive, phase by angle, gears by Eq. 8.
 
     by_events: contact is a parameter of every mesh that events change; else a `select`.
@@ -57,10 +57,10 @@ def _forces(
             forces[row] += float(terms.drive_map[row, joint]) * effort
         forces[place] -= float(terms.friction[joint]) * v[place]
     gaps = []
-    for i, where in enumerate(gears.where):
+    for i, where in enumerate(gears.x_index):
         phase = float(gears.rate[i]) * q[gears.theta[i]] + float(gears.offset[i])
         sine, b = hy.sin(phase), float(gears.b[i])
-        gap = q[where] - (float(gears.static[i]) + float(gears.E[i]) * sine)
+        gap = q[where] - (float(gears.static_error[i]) + float(gears.E[i]) * sine)
         gaps.append(gap)
         beyond = hy.par[2 * i] * (gap - hy.par[2 * i + 1]) if by_events else _dead_zone(hy, gap, b)
         force = (float(gears.k_m[i]) + float(gears.k_a[i]) * sine) * beyond
@@ -81,7 +81,7 @@ def _accelerations(
     """q'' (n,), the gears eliminated: M_ll changes with the pose alone."""
     terms, links = model.terms, list(model.layout.theta)
     gears = [i for i in range(len(q)) if i not in links]
-    angles = [_sum(float(w) * q[k] for k, w in enumerate(wave) if w) for wave in terms.waves]
+    angles = [_sum(float(w) * q[k] for k, w in enumerate(wave) if w) for wave in terms.angle_sums]
     right = [*forces]
     for (row, wave, a, b), coeff in zip(terms.bias, terms.bias_coeff, strict=True):
         right[row] -= float(coeff) * hy.sin(angles[wave]) * v[a] * v[b]
@@ -91,7 +91,7 @@ def _accelerations(
     matrix = [[hy.expression(0.0) for _ in links] for _ in links]
     for (row, col, wave), coeff in zip(terms.mass, terms.mass_coeff, strict=True):
         if row in links and col in links:
-            turned = hy.cos(angles[wave]) if terms.waves[wave].any() else 1.0
+            turned = hy.cos(angles[wave]) if terms.angle_sums[wave].any() else 1.0
             matrix[links.index(row)][links.index(col)] += float(coeff) * turned
     lost = onto @ constant[np.ix_(gears, links)]
     reduced = [[matrix[i][j] - float(lost[i, j]) for j in range(2)] for i in range(2)]
@@ -104,14 +104,14 @@ def _accelerations(
         (driving[0] * reduced[1][1] - driving[1] * reduced[0][1]) / determinant,
         (driving[1] * reduced[0][0] - driving[0] * reduced[1][0]) / determinant,
     ]
-    found: list[Any] = [None] * len(q)
+    accelerations: list[Any] = [None] * len(q)
     for i, link in enumerate(links):
-        found[link] = of_links[i]
+        accelerations[link] = of_links[i]
     back = inverse @ constant[np.ix_(gears, links)]
     for k, g in enumerate(gears):
         pushed = _sum(float(inverse[k, m]) * right[h] for m, h in enumerate(gears) if inverse[k, m])
-        found[g] = pushed - _sum(float(back[k, i]) * of_links[i] for i in range(2))
-    return found
+        accelerations[g] = pushed - _sum(float(back[k, i]) * of_links[i] for i in range(2))
+    return accelerations
 
 
 def _sum(parts: Any) -> Any:
@@ -121,13 +121,17 @@ def _sum(parts: Any) -> Any:
     return total
 
 
-def by_select(model: AnalyticModel, grid: np.ndarray) -> Solver:
+def make_select_solver(model: AnalyticModel, grid: np.ndarray) -> Solver:
     """Scalar; the dead zone is a `select`, which a Taylor step leaps over: the setting is the
     longest step [s] that it may take. Raises ImportError."""
     import heyoka as hy
 
-    own, n, start = equations(model, False), len(model.layout), np.concatenate(model.start())
-    system = list(zip(own.variables, own.rates, strict=True))
+    expressions, n, start = (
+        build_equations(model, False),
+        len(model.layout),
+        np.concatenate(model.start()),
+    )
+    system = list(zip(expressions.variables, expressions.rates, strict=True))
     engine = hy.taylor_adaptive(system, start, tol=SELECT_TOLERANCE)
 
     def run(longest_s: float) -> np.ndarray:
@@ -137,27 +141,31 @@ def by_select(model: AnalyticModel, grid: np.ndarray) -> Solver:
     return Solver("heyoka, select", "longest step", run)
 
 
-def by_batches(model: AnalyticModel, grid: np.ndarray) -> Solver:
+def make_batch_solver(model: AnalyticModel, grid: np.ndarray) -> Solver:
     """The same of as many equal trajectories at once as the machine has lanes."""
     import heyoka as hy
 
-    own, n, start = equations(model, False), len(model.layout), np.concatenate(model.start())
+    expressions, n, start = (
+        build_equations(model, False),
+        len(model.layout),
+        np.concatenate(model.start()),
+    )
     lanes = hy.recommended_simd_size()
     starts = np.repeat(start[:, None], lanes, axis=1)
-    system = list(zip(own.variables, own.rates, strict=True))
+    system = list(zip(expressions.variables, expressions.rates, strict=True))
     engine = hy.taylor_adaptive_batch(system, starts, tol=SELECT_TOLERANCE)
 
     def run(longest_s: float) -> np.ndarray:
         engine.set_time(0.0)
         engine.state[:] = starts
         grids = np.repeat(grid[:, None], lanes, axis=1)
-        found = engine.propagate_grid(grids, max_delta_t=[longest_s] * lanes)
-        return (found[-1] if isinstance(found, tuple) else found)[:, :n, 0]
+        result = engine.propagate_grid(grids, max_delta_t=[longest_s] * lanes)
+        return (result[-1] if isinstance(result, tuple) else result)[:, :n, 0]
 
     return Solver(f"heyoka, select, batch of {lanes}", "longest step", run, lanes)
 
 
-def by_contact_events(model: AnalyticModel, grid: np.ndarray) -> Solver:
+def make_event_solver(model: AnalyticModel, grid: np.ndarray) -> Solver:
     """Scalar; contact changes are terminal events. Raises ImportError.
 
     At the start the teeth rest at the very edge of contact, where no event can be told: heyoka
@@ -166,18 +174,18 @@ def by_contact_events(model: AnalyticModel, grid: np.ndarray) -> Solver:
     import heyoka as hy
 
     hy.set_logger_level_critical()  # it warns of every event in a long line
-    own, n = equations(model, True), len(model.layout)
-    start, contacts = _moment_later(model)
+    expressions, n = build_equations(model, True), len(model.layout)
+    start, contacts = _state_after_start(model)
     made: dict[float, Any] = {}
     events = [
         hy.t_event(gap - side * float(model.gears.b[i]), callback=_Change(i, side, model))
-        for i, gap in enumerate(own.gaps)
+        for i, gap in enumerate(expressions.gaps)
         for side in (1, -1)
     ]
 
     def run(tolerance: float) -> np.ndarray:
         if tolerance not in made:
-            system = list(zip(own.variables, own.rates, strict=True))
+            system = list(zip(expressions.variables, expressions.rates, strict=True))
             pars = [0.0] * contacts.size
             made[tolerance] = hy.taylor_adaptive(
                 system, start, pars=pars, tol=tolerance, t_events=events
@@ -191,11 +199,11 @@ def by_contact_events(model: AnalyticModel, grid: np.ndarray) -> Solver:
     return Solver("heyoka, contact events", "tol", run)
 
 
-def _moment_later(model: AnalyticModel) -> tuple[np.ndarray, np.ndarray]:
+def _state_after_start(model: AnalyticModel) -> tuple[np.ndarray, np.ndarray]:
     """y (2 n,) shortly after the start, and the parameters of every mesh's contact there."""
-    moment = refined(model, np.array([0.0, MOMENT_S]), MOMENT_S)
+    moment = solve_refined(model, np.array([0.0, MOMENT_S]), MOMENT_S)
     q, v = moment.q[-1], moment.v[-1]
-    sides = sides_of(model, MOMENT_S, q, v)
+    sides = contact_sides(model, MOMENT_S, q, v)
     contacts = np.stack([abs(sides), sides * model.gears.b], axis=1)
     return np.concatenate([q, v]), contacts.ravel()
 

@@ -5,30 +5,30 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import odeint, solve_ivp
 
-from benchmarks.suite.right_side import compiled, compiled_in_place, sizes
+from benchmarks.suite.right_side import compile_in_place, compile_right_side, sizes
 from benchmarks.suite.solver import Solver
 from crosscheck.analytic.model import AnalyticModel
 
 MOST_STEPS = 10_000_000  # between two records: the tolerance decides, no count of steps
 
 
-def scipy_solver(model: AnalyticModel, grid: np.ndarray, method: str) -> Solver:
+def make_scipy_solver(model: AnalyticModel, grid: np.ndarray, method: str) -> Solver:
     """DOP853 or Radau of solve_ivp, at a relative tolerance."""
-    right_side, start, size = compiled(model), np.concatenate(model.start()), sizes(model)
+    right_side, start, size = compile_right_side(model), np.concatenate(model.start()), sizes(model)
 
     def run(tolerance: float) -> np.ndarray:
         span = grid[0], grid[-1]
-        found = solve_ivp(
+        solution = solve_ivp(
             right_side, span, start, method, grid, rtol=tolerance, atol=tolerance * size
         )
-        return found.y.T[:, : start.size // 2]
+        return solution.y.T[:, : start.size // 2]
 
     return Solver(f"SciPy {method}", "rtol", run)
 
 
-def lsoda(model: AnalyticModel, grid: np.ndarray) -> Solver:
+def make_lsoda_solver(model: AnalyticModel, grid: np.ndarray) -> Solver:
     """LSODA by odeint, whose loop over the records is compiled (that of solve_ivp is not)."""
-    right_side, start, size = compiled(model), np.concatenate(model.start()), sizes(model)
+    right_side, start, size = compile_right_side(model), np.concatenate(model.start()), sizes(model)
 
     def run(tolerance: float) -> np.ndarray:
         options = {"rtol": tolerance, "atol": tolerance * size, "mxstep": MOST_STEPS}
@@ -37,11 +37,11 @@ def lsoda(model: AnalyticModel, grid: np.ndarray) -> Solver:
     return Solver("SciPy LSODA", "rtol", run)
 
 
-def cvode(model: AnalyticModel, grid: np.ndarray, method: str) -> Solver:
+def make_cvode_solver(model: AnalyticModel, grid: np.ndarray, method: str) -> Solver:
     """CVODE of scikit-sundae, Adams or BDF. Raises ImportError."""
     from sksundae.cvode import CVODE
 
-    in_place, start, size = compiled_in_place(model), np.concatenate(model.start()), sizes(model)
+    in_place, start, size = compile_in_place(model), np.concatenate(model.start()), sizes(model)
 
     def run(tolerance: float) -> np.ndarray:
         engine = CVODE(

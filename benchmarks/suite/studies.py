@@ -15,13 +15,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from benchmarks.suite.cluster import cluster
-from benchmarks.suite.lanes import dropped
+from benchmarks.suite.cluster import start_cluster
+from benchmarks.suite.lanes import run_and_discard
 from benchmarks.suite.machine import ROOT
 from benchmarks.suite.memory import PeakMemory
-from benchmarks.suite.rows import Row, absent
-from benchmarks.suite.timing import Times, progress, seconds_of
-from crosscheck.studies.batches.batch import models_of
+from benchmarks.suite.rows import Row, absent_row
+from benchmarks.suite.timing import Times, measure_seconds, print_progress
+from crosscheck.studies.batches.batch import build_models
 from crosscheck.studies.definition.files import read_study
 
 TABLE = "studies"
@@ -77,17 +77,17 @@ def _rows(size: Size) -> Iterator[Row]:
         bare = _bare(file, cores)
         next(bare)  # compiles
         here = [(next(bare), _study(file, "--jobs", str(cores))) for _ in range(size.repeats)]
-        yield from _told(size, f"--jobs {cores}", here)
+        yield from _study_rows(size, f"--jobs {cores}", here)
         try:
-            with cluster(WORKERS) as address:
+            with start_cluster(WORKERS) as address:
                 there = [(next(bare), _study(file, "--scheduler", address))]
-                yield from _told(size, f"Dask, {WORKERS} workers over TCP", there)
+                yield from _study_rows(size, f"Dask, {WORKERS} workers over TCP", there)
         except ImportError as reason:
-            yield absent(TABLE, f"{size.name}, Dask", str(reason))
+            yield absent_row(TABLE, f"{size.name}, Dask", str(reason))
         yield _bare_row(size, cores, [kernel for kernel, _ in here])
 
 
-class Ran(NamedTuple):
+class StudyRun(NamedTuple):
     """A study by the command line: its time [s] and the most memory [bytes]."""
 
     seconds: float
@@ -98,23 +98,23 @@ def _bare(file: Path, threads: int) -> Iterator[float]:
     """Seconds that the ensemble kernel takes for the same members, again and again; the first time
     some of them alone."""
     study = read_study(file, run_code=False)
-    models = models_of(list(study.cases(0, study.count)))
-    dropped(models[:threads], threads)
+    models = build_models(list(study.cases(0, study.count)))
+    run_and_discard(models[:threads], threads)
     yield math.nan
     while True:
-        seconds = seconds_of(lambda: dropped(models, threads))
-        progress(f"bare kernel: {study.count / seconds:.0f} members a second")
+        seconds = measure_seconds(lambda: run_and_discard(models, threads))
+        print_progress(f"bare kernel: {study.count / seconds:.0f} members a second")
         yield seconds
 
 
-def _study(file: Path, *more: str) -> Ran:
+def _study(file: Path, *more: str) -> StudyRun:
     out = file.with_name("study.nc")
     out.unlink(missing_ok=True)
     words = ("sweep", str(file), "--out", str(out), *more)
     with PeakMemory() as memory:
-        seconds = seconds_of(_command(words))
-    progress(f"{' '.join(more)}: {seconds:.1f} s")
-    return Ran(seconds, memory.bytes)
+        seconds = measure_seconds(_command(words))
+    print_progress(f"{' '.join(more)}: {seconds:.1f} s")
+    return StudyRun(seconds, memory.bytes)
 
 
 def _command(words: tuple[str, ...]) -> Callable[[], object]:
@@ -124,15 +124,15 @@ def _command(words: tuple[str, ...]) -> Callable[[], object]:
     )
 
 
-def _told(size: Size, how: str, runs: list[tuple[float, Ran]]) -> Iterator[Row]:
+def _study_rows(size: Size, how: str, runs: list[tuple[float, StudyRun]]) -> Iterator[Row]:
     """Of runs of a study, each with the bare kernel's time beside it."""
     case = f"{size.name}, {how}"
     kernel = Times(tuple(seconds for seconds, _ in runs))
     times = Times(tuple(run.seconds for _, run in runs))
-    within, over = times.median / size.within_s, times.over(kernel)
+    within, over = times.median / size.within_s, times.median_ratio(kernel)
     row = Row(TABLE, case, "wall time of the command", times.median, "s", spread=times.spread)
-    asked = {"against": f"{size.within_s:g} s", "ratio": within, "target": 1.0}
-    yield row._replace(**asked) if math.isfinite(size.within_s) else row
+    target_fields = {"against": f"{size.within_s:g} s", "ratio": within, "target": 1.0}
+    yield row._replace(**target_fields) if math.isfinite(size.within_s) else row
     yield Row(TABLE, case, "rate", size.members / times.median, "members/s")
     target = OVER_KERNEL if size.checked else None
     yield row._replace(

@@ -12,14 +12,14 @@ from typing import Any
 from pydantic import ValidationError
 
 from crosscheck import __version__
-from crosscheck.baseline.record import SCHEMA_VERSION, Baseline, Provenance, differences
+from crosscheck.baseline.record import SCHEMA_VERSION, Baseline, Provenance, find_differences
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
-from crosscheck.models.inputs import content_of
+from crosscheck.models.inputs import read_content
 from crosscheck.output import write_text
-from crosscheck.planning.plan import Wanted
+from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.provenance import arm_digest, changed_files, is_versioned
-from crosscheck.report.words import counted
+from crosscheck.report.formatting import format_count
 
 WIDTH = 100
 # A number of more digits than this comes out of a computation and is written with all 17.
@@ -28,7 +28,7 @@ SHORT = 10
 LARGEST_BYTES = 20_000_000
 
 
-class Misfit(ValueError):
+class InvalidRecord(ValueError):
     """An error for what a record must not hold: dotted field, value, allowed."""
 
     def __init__(self, field: str, value: object, allowed: str) -> None:
@@ -36,18 +36,18 @@ class Misfit(ValueError):
         super().__init__(allowed)
 
 
-def baseline_path(folder: Path, wanted: Wanted) -> Path:
+def baseline_path(folder: Path, request: CrossCheckRequest) -> Path:
     """Path of an arm's baseline, such as paper-labelled-quick.json.
 
     Scenarios of the user's own are named behind a ``+`` each, equations on trial behind an ``@``.
     """
-    names = (wanted.arm.name, *(scenario.name for scenario in wanted.scenarios))
-    tried = f"@{_plain(wanted.model)}" if wanted.model else ""
-    kind = "quick" if wanted.quick else "full"
-    return folder / f"{'+'.join(map(_plain, names))}{tried}-{kind}.json"
+    names = (request.arm.name, *(scenario.name for scenario in request.scenarios))
+    tried = f"@{_encode_name(request.model)}" if request.model else ""
+    kind = "quick" if request.quick else "full"
+    return folder / f"{'+'.join(map(_encode_name, names))}{tried}-{kind}.json"
 
 
-def _plain(name: str) -> str:
+def _encode_name(name: str) -> str:
     """A name as part of a file's name.
 
     A name that is not plain lower case gets a digest behind a ``~``, which plain names have not:
@@ -64,19 +64,19 @@ def write_baseline(path: Path, baseline: Baseline) -> None:
     write_text(path, "\n".join(_lines(baseline.model_dump(mode="json"))) + "\n")
 
 
-def read_baseline(path: Path, wanted: Wanted, renew: str) -> Baseline:
+def read_baseline(path: Path, request: CrossCheckRequest, renew: str) -> Baseline:
     """The baseline in a file, if it can be held against what is wanted, by this version.
 
     renew: the command that makes it anew, for the message. Raises InputError.
     """
     try:
-        data = _parsed(_bytes(path))
+        data = _parse_json(_read_bytes(path))
         _require_version(data)
-        baseline = _validated(data)
-        _require_same_plan(baseline.provenance, wanted)
+        baseline = _validate(data)
+        _require_same_plan(baseline.provenance, request)
     except FileNotFoundError:
         raise InputError(str(path), "", None, f"no such file; make it: {renew}") from None
-    except Misfit as error:
+    except InvalidRecord as error:
         allowed = f"{error.allowed}; renew it: {renew}"
         raise InputError(str(path), error.field, error.value, allowed) from None
     return baseline
@@ -88,10 +88,10 @@ def require_replaceable(path: Path, arm: Arm) -> None:
     A damaged record that names no arm may be replaced: that is how it is renewed.
     """
     try:
-        name: Any = _parsed(_bytes(path, remembered=False))
+        name: Any = _parse_json(_read_bytes(path, remembered=False))
         for key in ("provenance", "arm", "name"):
             name = name.get(key) if isinstance(name, dict) else None
-    except (FileNotFoundError, Misfit):
+    except (FileNotFoundError, InvalidRecord):
         return
     if isinstance(name, str) and name != arm.name:
         allowed = f"another arm than {arm.name!r} is on record here; move that file away first"
@@ -104,16 +104,16 @@ def require_committed(path: Path) -> None:
     A record elsewhere, or one that git ignores, is nobody's reference: its revision is marked.
     """
     if is_versioned(path) and (changed := changed_files()):
-        more = f" and {counted(len(changed) - 1, 'other file')}" if changed[1:] else ""
+        more = f" and {format_count(len(changed) - 1, 'other file')}" if changed[1:] else ""
         allowed = f"{changed[0]}{more} in this checkout: no revision names what would be recorded"
         advice = "commit or stash first, or record elsewhere with --dir"
         raise InputError(str(path), "", None, f"uncommitted changes of {allowed}; {advice}")
 
 
-def _bytes(path: Path, remembered: bool = True) -> bytes:
+def _read_bytes(path: Path, remembered: bool = True) -> bytes:
     """Content of a file. Raises FileNotFoundError, or InputError where it can be no record."""
     try:
-        return content_of(path, LARGEST_BYTES, remembered)
+        return read_content(path, LARGEST_BYTES, remembered)
     except FileNotFoundError:
         raise
     except ValueError as error:
@@ -122,24 +122,24 @@ def _bytes(path: Path, remembered: bool = True) -> bytes:
         raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
 
 
-def _parsed(content: bytes) -> dict[str, Any]:
+def _parse_json(content: bytes) -> dict[str, Any]:
     """The JSON object that a record's content is. Raises Misfit."""
     try:
-        data = json.loads(content.decode("utf-8"), object_pairs_hook=_without_twins)
-    except Misfit:
+        data = json.loads(content.decode("utf-8"), object_pairs_hook=_reject_duplicates)
+    except InvalidRecord:
         raise
     except (ValueError, RecursionError) as error:  # not UTF-8, truncated, garbled, bottomless
-        raise Misfit("", None, f"is not JSON: {error}") from None
+        raise InvalidRecord("", None, f"is not JSON: {error}") from None
     if not isinstance(data, dict):
-        raise Misfit("", data, "must be a JSON object")
+        raise InvalidRecord("", data, "must be a JSON object")
     return data
 
 
-def _without_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _reject_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     data: dict[str, Any] = {}
     for key, value in pairs:
         if key in data:
-            raise Misfit(key, value, "is given twice")
+            raise InvalidRecord(key, value, "is given twice")
         data[key] = value
     return data
 
@@ -148,13 +148,15 @@ def _require_version(data: dict[str, Any]) -> None:
     schema, version = data.get("schema_version"), data.get("project_version")
     if type(schema) is not int or schema != SCHEMA_VERSION:
         older = ", this is an older one" if type(schema) is int and schema < SCHEMA_VERSION else ""
-        raise Misfit("schema_version", schema, f"only format {SCHEMA_VERSION} is read{older}")
+        raise InvalidRecord(
+            "schema_version", schema, f"only format {SCHEMA_VERSION} is read{older}"
+        )
     major = __version__.split(".", 1)[0]
     if not isinstance(version, str) or version.split(".", 1)[0] != major:
-        raise Misfit("project_version", version, f"major version {major} is allowed")
+        raise InvalidRecord("project_version", version, f"major version {major} is allowed")
 
 
-def _validated(data: dict[str, Any]) -> Baseline:
+def _validate(data: dict[str, Any]) -> Baseline:
     try:
         return Baseline.model_validate(data)
     except ValidationError as error:
@@ -162,33 +164,33 @@ def _validated(data: dict[str, Any]) -> Baseline:
     location = [str(part) for part in details["loc"]]
     if details["type"] == "value_error":  # of what belongs together: field|allowed
         field, _, allowed = str(details["ctx"]["error"]).rpartition("|")
-        raise Misfit(".".join([*location, field]), None, allowed)
+        raise InvalidRecord(".".join([*location, field]), None, allowed)
     if details["type"] == "missing":
-        raise Misfit(".".join(location), None, "is missing; a value is required")
-    raise Misfit(".".join(location), details["input"], details["msg"])
+        raise InvalidRecord(".".join(location), None, "is missing; a value is required")
+    raise InvalidRecord(".".join(location), details["input"], details["msg"])
 
 
-def _require_same_plan(provenance: Provenance, wanted: Wanted) -> None:
-    arm = wanted.arm
-    if provenance.quick != wanted.quick:
-        needed = f"{'a --quick' if wanted.quick else 'a full'} record is needed here"
-        raise Misfit("provenance.quick", provenance.quick, needed)
-    if provenance.model != wanted.model:
-        needed = f"a record of {wanted.model or 'all models'} is needed here"
-        raise Misfit("provenance.model", provenance.model or None, needed)
-    for field, ours, theirs in (
-        ("scenarios", wanted.scenarios, provenance.scenarios),
-        ("switches", wanted.chosen, provenance.switches),
+def _require_same_plan(provenance: Provenance, request: CrossCheckRequest) -> None:
+    arm = request.arm
+    if provenance.quick != request.quick:
+        needed = f"{'a --quick' if request.quick else 'a full'} record is needed here"
+        raise InvalidRecord("provenance.quick", provenance.quick, needed)
+    if provenance.model != request.model:
+        needed = f"a record of {request.model or 'all models'} is needed here"
+        raise InvalidRecord("provenance.model", provenance.model or None, needed)
+    for field, requested_value, recorded_value in (
+        ("scenarios", request.scenarios, provenance.scenarios),
+        ("switches", request.chosen, provenance.switches),
     ):
-        if ours != theirs:
-            raise Misfit(f"provenance.{field}", None, f"made with other {field} than these")
+        if requested_value != recorded_value:
+            raise InvalidRecord(f"provenance.{field}", None, f"made with other {field} than these")
     if provenance.arm == arm:
         return
-    then, now = (one.model_dump(mode="json") for one in (provenance.arm, arm))
-    moved = next(differences(then, now), None)
+    then, now = (each_arm.model_dump(mode="json") for each_arm in (provenance.arm, arm))
+    moved = next(find_differences(then, now), None)
     what = f": {moved[0]} was {moved[1]!r}, is {moved[2]!r}" if moved else ""
     allowed = f"another arm than {arm.name}, which has {arm_digest(arm)[:12]}{what}"
-    raise Misfit("provenance.arm_sha256", provenance.arm_sha256[:12], allowed)
+    raise InvalidRecord("provenance.arm_sha256", provenance.arm_sha256[:12], allowed)
 
 
 def _lines(value: Any, indent: int = 0, head: str = "", tail: str = "") -> Iterator[str]:

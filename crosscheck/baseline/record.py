@@ -26,7 +26,7 @@ Row = Annotated[tuple[Finite, ...], Field(min_length=2, strict=False)]
 SAME_TIME_S = 1e-9
 
 
-class Bounded(Data):
+class BoundedRecord(Data):
     """What a repetition may differ by, in ``unit``, and why; None: it is not compared.
 
     ``uncertainty``: numerical uncertainty by step refinement, None where it was not measured.
@@ -47,13 +47,13 @@ class Bounded(Data):
         return self
 
 
-class Measurement(Bounded):
+class Measurement(BoundedRecord):
     """The number of a Finding."""
 
     measured: Finite
 
 
-class RecordedTable(Bounded):
+class RecordedTable(BoundedRecord):
     """Numbers of one quantity of a run (planet 1); a row's first entry says what it is about.
 
     joints: the numbers of the joints that have the quantity, in their order.
@@ -75,7 +75,7 @@ class SampledQuantity(RecordedTable):
         """Where a value is in the run, in words, such as ``joint 1 at 0.5 s``."""
         return f"joint {self.joints[column - 1]} at {self.rows[row][0]:g} s"
 
-    def needed(self, duration_s: float) -> str:
+    def find_row_fault(self, duration_s: float) -> str:
         """What the rows must be in a run of so many seconds, and are not; empty if nothing."""
         if any(len(row) != len(self.joints) + 1 for row in self.rows):
             return f"a time and {len(self.joints)} numbers in every row"
@@ -100,7 +100,7 @@ class Extremes(RecordedTable):
         """Where a value is in the run, in words, such as ``minimum of joint 1``."""
         return f"{'minimum' if column == 1 else 'maximum'} of joint {self.joints[row]}"
 
-    def needed(self, duration_s: float) -> str:
+    def find_row_fault(self, duration_s: float) -> str:
         """What the rows must be in a run of so many seconds, and are not; empty if nothing."""
         if any(len(row) != 5 or row[1] > row[3] for row in self.rows):
             return "joint, minimum, its time, maximum, its time in every row"
@@ -136,12 +136,12 @@ class RecordedRun(Data):
                 raise ValueError(f"{where}.unit|must be {UNITS[quantity]}")
             if table.joints != joints or list(joints) != sorted(set(joints)):
                 raise ValueError(f"{where}.joints|must be those of the other quantities, in order")
-            if needed := table.needed(self.scenario.duration_s):
+            if needed := table.find_row_fault(self.scenario.duration_s):
                 raise ValueError(f"{where}.rows|must be {needed}")
         return self
 
 
-class KnownFailure(Data):
+class AcceptedFailure(Data):
     """A check that was red when it was accepted: what it said, and its number, if it had one."""
 
     said: str
@@ -154,30 +154,32 @@ class Baseline(Data):
     schema_version: Literal[4] = 4
     project_version: str
     checks: dict[str, CheckVerdict]
-    known: dict[str, KnownFailure]
+    known: dict[str, AcceptedFailure]
     measurements: dict[str, Measurement]
     runs: dict[str, RecordedRun]
     provenance: Provenance
 
     @model_validator(mode="after")
-    def _every_red_check_is_known(self) -> Self:
+    def _require_accepted_failures(self) -> Self:
         for name in sorted({*self.checks, *self.known}):
-            verdict, known = self.checks.get(name), self.known.get(name)
-            if (verdict in (None, "agree")) != (known is None):
+            verdict, failure = self.checks.get(name), self.known.get(name)
+            if (verdict in (None, "agree")) != (failure is None):
                 allowed = "a check is agree, or red and in known: one of the two"
                 raise ValueError(f"checks.{name}|{allowed}")
-            if known is not None and (known.number is None) != (verdict == "failed"):
+            if failure is not None and (failure.number is None) != (verdict == "failed"):
                 raise ValueError(f"known.{name}.number|a number, unless failed ({verdict})")
         return self
 
 
-def differences(one: Any, other: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
+def find_differences(left: Any, right: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
     """Each (dotted path, left, right) where two trees of JSON values differ; None where missing."""
-    if isinstance(one, dict) and isinstance(other, dict):
-        for key in sorted({*one, *other}):
-            yield from differences(one.get(key), other.get(key), f"{path}.{key}" if path else key)
-    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
-        for index, (left, right) in enumerate(zip(one, other, strict=True)):
-            yield from differences(left, right, f"{path}[{index}]")
-    elif one != other:
-        yield path, one, other
+    if isinstance(left, dict) and isinstance(right, dict):
+        for key in sorted({*left, *right}):
+            yield from find_differences(
+                left.get(key), right.get(key), f"{path}.{key}" if path else key
+            )
+    elif isinstance(left, list) and isinstance(right, list) and len(left) == len(right):
+        for index, (left_item, right_item) in enumerate(zip(left, right, strict=True)):
+            yield from find_differences(left_item, right_item, f"{path}[{index}]")
+    elif left != right:
+        yield path, left, right

@@ -22,7 +22,7 @@ from crosscheck import __version__
 from crosscheck.baseline import record
 from crosscheck.checks import trajectories
 from crosscheck.checks.records import BY_PLANET
-from crosscheck.checks.scales import ReasonedLimit, meaningful
+from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
 from crosscheck.checks.states import LOOSEST
 from crosscheck.checks.trajectories import Pair, size
 from crosscheck.findings import Agreement, Finding
@@ -30,7 +30,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import Case
 from crosscheck.planning.run_suite import ONE_ROUNDING
 from crosscheck.registry import reference_model
-from crosscheck.report.words import outcome
+from crosscheck.report.formatting import describe_outcome
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
@@ -65,18 +65,18 @@ class Bound(NamedTuple):
 Bounds = dict[RunKey, dict[str, Bound]]
 
 
-def baseline_of(result: CrossCheck) -> record.Baseline:
+def make_baseline(result: CrossCheck) -> record.Baseline:
     """The Baseline of a cross-check. Runs that failed and checks not judged are left out."""
     agreement = result.agreement
     assert agreement.provenance is not None  # as cross_check gives it
     runs: dict[str, record.RecordedRun] = {}
     bounds: Bounds = {}
     for key in filter(is_recorded, result.runs):
-        reduced = reduced_run(key, result)
+        reduced = reduce_run(key, result)
         if not isinstance(reduced, Failure):
             runs[str(key)], bounds[key] = reduced
 
-    def number(finding: Finding) -> record.Measurement:
+    def make_measurement(finding: Finding) -> record.Measurement:
         assert finding.measured is not None  # a measurement always has a number
         bound = _measurement_bound(finding, bounds, result.arm)._asdict()
         return record.Measurement(unit=finding.unit, measured=finding.measured, **bound)
@@ -90,12 +90,14 @@ def baseline_of(result: CrossCheck) -> record.Baseline:
             name: cast(record.CheckVerdict, finding.verdict) for name, finding in checks.items()
         },
         known={
-            name: record.KnownFailure(
-                said=outcome(f), number=None if f.measured is None else number(f)
+            name: record.AcceptedFailure(
+                said=describe_outcome(f), number=None if f.measured is None else make_measurement(f)
             )
             for name, f in red.items()
         },
-        measurements={name: number(f) for name, f in measurements_by_id(agreement).items()},
+        measurements={
+            name: make_measurement(f) for name, f in measurements_by_id(agreement).items()
+        },
         runs=runs,
         provenance=agreement.provenance,
     )
@@ -114,7 +116,7 @@ def measurements_by_id(agreement: Agreement) -> dict[str, Finding]:
     return {f.id: f for f in agreement.findings if f.kind == "measurement"}
 
 
-def reduced_run(
+def reduce_run(
     key: RunKey, result: CrossCheck
 ) -> tuple[record.RecordedRun, dict[str, Bound]] | Failure:
     """The record of a run, and how far each quantity may move; or why it has no record.
@@ -125,8 +127,8 @@ def reduced_run(
     if isinstance(run, Failure):
         return run
     try:
-        bounds = bounds_of(key, result)
-        return _reduced(run, result.cases[key], bounds), bounds
+        bounds = compute_bounds(key, result)
+        return _make_record(run, result.cases[key], bounds), bounds
     except ValidationError as error:
         first = error.errors()[0]
         what = f"{'.'.join(map(str, first['loc']))} = {first['input']!r:.60}: {first['msg']}"
@@ -135,11 +137,11 @@ def reduced_run(
     return Failure("cannot be recorded", what)
 
 
-def unrecorded(result: CrossCheck) -> Iterator[str]:
+def find_unrecorded_runs(result: CrossCheck) -> Iterator[str]:
     """Runs that have a trajectory of which nothing can be recorded, as ``run: reason``."""
     for key, run in result.runs.items():
         if is_recorded(key) and not isinstance(run, Failure):
-            reduced = reduced_run(key, result)
+            reduced = reduce_run(key, result)
             if isinstance(reduced, Failure):
                 yield f"{key} {reduced}"
 
@@ -149,53 +151,57 @@ def is_recorded(key: RunKey) -> bool:
     return key.variant in COARSER
 
 
-def bounds_of(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
+def compute_bounds(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
     """How far a repetition of this run may move, by quantity."""
     runs = {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
     case = result.cases[key]
     run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
-    pair = _pair(key.experiment, runs)
+    pair = _find_pair(key.experiment, runs)
     # A coarser run at the same step is one whose integrator chooses its own, as references do.
-    own_steps = key.variant == "reference" or (
+    adaptive_steps = key.variant == "reference" or (
         coarse is not None and coarse.attrs["step_s"] == run.attrs["step_s"]
     )
     bounds = {}
     for quantity in (name for name in (*SAMPLED, *EXTREMES) if name in run):
-        measured = _refined(run, coarse, quantity)
-        limit = _repeated(pair, run, quantity)
-        if own_steps:
-            limit = _adaptive(limit, measured)
-        widest = meaningful(quantity, case.arm, case.scenario, size(run, quantity))
-        tolerance, basis = _short(limit.value), limit.basis
+        measured = _refinement_uncertainty(run, coarse, quantity)
+        limit = _repetition_limit(pair, run, quantity)
+        if adaptive_steps:
+            limit = _adaptive_limit(limit, measured)
+        widest = acceptance_limit(quantity, case.arm, case.scenario, size(run, quantity))
+        tolerance, basis = _round_up(limit.value), limit.basis
         if not limit.value <= widest.value:
             tolerance, basis = None, f"not compared: {limit.basis}"
             if math.isfinite(limit.value):
                 basis += f", {limit.value:.2g}; {widest.value:.2g} at most, {widest.basis}"
-        bounds[quantity] = Bound(tolerance, basis, _short(measured), _short(widest.value))
+        bounds[quantity] = Bound(tolerance, basis, _round_up(measured), _round_up(widest.value))
     return bounds
 
 
-def _pair(experiment: str, runs: Datasets) -> Pair | None:
+def _find_pair(experiment: str, runs: Datasets) -> Pair | None:
     """The reference model's run of an experiment, and the one that started a rounding away.
 
     Their planets are counted as the experiment does, or free. None where there are no such two.
     """
-    for kinds in (("", "nudged"), ("free", "free-nudged")):
-        one, other = (runs.get(RunKey(experiment, reference_model(), kind)) for kind in kinds)
-        if one is not None and other is not None:
-            return Pair(one, other)
+    for variants in (("", "nudged"), ("free", "free-nudged")):
+        run, perturbed_run = (
+            runs.get(RunKey(experiment, reference_model(), variant)) for variant in variants
+        )
+        if run is not None and perturbed_run is not None:
+            return Pair(run, perturbed_run)
     return None
 
 
-def _refined(run: xr.Dataset, coarse: xr.Dataset | None, quantity: str) -> float | None:
+def _refinement_uncertainty(
+    run: xr.Dataset, coarse: xr.Dataset | None, quantity: str
+) -> float | None:
     """Uncertainty by a coarser run; None where that is missing, or one of the two is spoilt."""
     try:
         return None if coarse is None else trajectories.uncertainty(run, coarse, quantity)
-    except trajectories.Incomparable:
+    except trajectories.RunMismatch:
         return None
 
 
-def _adaptive(floor: ReasonedLimit, measured: float | None) -> ReasonedLimit:
+def _adaptive_limit(floor: ReasonedLimit, measured: float | None) -> ReasonedLimit:
     """The limit of a run whose integrator chooses its own steps.
 
     Rounding differs between processors (SciPy's sums are BLAS's) and may choose other steps.
@@ -209,19 +215,19 @@ def _adaptive(floor: ReasonedLimit, measured: float | None) -> ReasonedLimit:
     return ReasonedLimit(measured, basis)
 
 
-def _repeated(pair: Pair | None, run: xr.Dataset, quantity: str) -> ReasonedLimit:
+def _repetition_limit(pair: Pair | None, run: xr.Dataset, quantity: str) -> ReasonedLimit:
     """The limit of what rounding alone makes of the same steps again, in whichever engine."""
     try:
         if pair is not None and quantity in pair.run:
-            return ReasonedLimit(trajectories.repeatable(pair, quantity).value, BY_ROUNDING)
-    except trajectories.Incomparable:
+            return ReasonedLimit(trajectories.repetition_limit(pair, quantity).value, BY_ROUNDING)
+    except trajectories.RunMismatch:
         pass
-    value = UNMEASURED_ROUNDINGS * trajectories.rounding_of(run, quantity)
+    value = UNMEASURED_ROUNDINGS * trajectories.run_rounding(run, quantity)
     basis = f"{UNMEASURED_ROUNDINGS} x rounding, whose growth could not be measured"
     return ReasonedLimit(value, basis)
 
 
-def _short(value: float | None) -> float | None:
+def _round_up(value: float | None) -> float | None:
     """A value rounded up to three digits; None for what is no number."""
     if value is None or not math.isfinite(value) or value == 0:
         return 0.0 if value == 0 else None
@@ -229,7 +235,7 @@ def _short(value: float | None) -> float | None:
     return digits if digits >= value else float(f"{value * 1.005:.2e}")
 
 
-def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> record.RecordedRun:
+def _make_record(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> record.RecordedRun:
     """The record of a run: planet 1, and the joints that have a quantity (direct: no teeth)."""
     times = run["time"].values.round(10)
     # About 20 equally spaced records, first and last among them.
@@ -239,8 +245,8 @@ def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> record.Re
     tables: dict[str, dict[str, Any]] = {"sampled": {}, "extremes": {}}
     for quantity, bound in bounds.items():
         joints = toothed if quantity in BY_PLANET else every
-        found = run[quantity].sel(joint=joints)
-        values = np.asarray(found.isel(planet=0) if "planet" in found.dims else found)
+        selection = run[quantity].sel(joint=joints)
+        values = np.asarray(selection.isel(planet=0) if "planet" in selection.dims else selection)
         if quantity in SAMPLED:
             rows, section = np.column_stack([times[at], values[at]]), "sampled"
         else:
@@ -264,28 +270,28 @@ def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:
         return Bound(LOOSEST, "states repeat to rounding: the loosest tolerance of state checks")
     quantity = "theta" if finding.quantity == "tip" else finding.quantity
     sides = [bounds.get(RunKey(key.case, model), {}) for model in (key.left, key.right)]
-    own = [side[quantity].tolerance for side in sides if quantity in side]
-    if len(own) < 2:
+    tolerances = [side[quantity].tolerance for side in sides if quantity in side]
+    if len(tolerances) < 2:
         reference = bounds.get(RunKey(key.case, key.left, "reference"), {})
         if reference and all(bound.tolerance is None for bound in reference.values()):
             return Bound(None, "not compared: neither is the run that it measures")
         value = abs(finding.measured or 0.0)
         size = value / finding.relative if finding.relative else 0.0
         by = f"{UNKNOWN:g} of it, or {UNKNOWN_OF_SIZE:g} of the quantity"
-        tolerance = _short(max(UNKNOWN * value, UNKNOWN_OF_SIZE * size))
+        tolerance = _round_up(max(UNKNOWN * value, UNKNOWN_OF_SIZE * size))
         return Bound(tolerance, f"no uncertainty measured: {by}")
-    known = [value for value in own if value is not None]
-    if len(known) < 2:
+    defined_tolerances = [value for value in tolerances if value is not None]
+    if len(defined_tolerances) < 2:
         return Bound(None, "not compared: neither are the runs that it compares")
     if finding.quantity != "tip":
-        return Bound(_short(sum(known)), "sum of both runs' tolerances")
+        return Bound(_round_up(sum(defined_tolerances)), "sum of both runs' tolerances")
     # How far the tip moves [m] at most if every joint turns by one radian.
     reach = sum(number * link.length_m for number, link in enumerate(arm.links, start=1))
     basis = "sum of both runs' tolerances in theta, along the links"
-    return Bound(_short(sum(known) * reach), basis)
+    return Bound(_round_up(sum(defined_tolerances) * reach), basis)
 
 
-def uncompared(baseline: record.Baseline) -> Iterator[str]:
+def find_uncompared(baseline: record.Baseline) -> Iterator[str]:
     """Quantities that are recorded but not comparable, as ``run quantity: reason``."""
     for key, run in baseline.runs.items():
         for quantity, table in run.tables.items():

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.first_principles.christoffel import christoffel_force
-from crosscheck.checks.scales import arm_reach, geared, meshes
+from crosscheck.checks.scales import arm_reach, geared_joints, meshes
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
-from crosscheck.models.experiment.scenario import per_joint
+from crosscheck.models.experiment.scenario import expand_to_joints
 from crosscheck.models.interface import Model
 
 # Quantities that no method of a model gives by itself.
@@ -36,10 +36,10 @@ class States(NamedTuple):
     v: np.ndarray
 
 
-def random_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
+def sample_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
     """Random states on both flanks, in free play, at any pose, moving briskly."""
     generator = np.random.default_rng(seed)
-    contacts = [mesh for _, joint in geared(arm) for mesh in meshes(joint)]
+    contacts = [mesh for _, joint in geared_joints(arm) for mesh in meshes(joint)]
     play = 3 * max((mesh.backlash_m for mesh in contacts), default=0.0)
     play = max(play, 3 * LEAST_PLAY_M)
     play += max((abs(mesh.static_error_m) for mesh in contacts), default=0.0)
@@ -51,7 +51,9 @@ def random_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
     return States(t, q, v)
 
 
-def answers(model: Model, expected: Layout, quantity: str, count: int, seed: int) -> np.ndarray:
+def evaluate_at_states(
+    model: Model, expected: Layout, quantity: str, count: int, seed: int
+) -> np.ndarray:
     """A model's answers at random states, the states along the first axis.
 
     expected: the coordinates that it must have. Raises BadAnswer, and whatever the model raises.
@@ -60,12 +62,12 @@ def answers(model: Model, expected: Layout, quantity: str, count: int, seed: int
         raise BadAnswer(f"coordinates are {model.layout.names}, must be {expected.names}")
     if quantity in WITHOUT_STATE:
         return np.array(WITHOUT_STATE[quantity](model))
-    states = random_states(expected, model.arm, count, seed)
+    states = sample_states(expected, model.arm, count, seed)
     answer = AT_STATE[quantity]
     return np.array([answer(model, *state) for state in zip(*states, strict=True)])
 
 
-def _numbers(answer: object, what: str, shape: tuple[int, ...] | None) -> np.ndarray:
+def _require_numbers(answer: object, what: str, shape: tuple[int, ...] | None) -> np.ndarray:
     """The answer, if it is an array of finite float64 of this shape. Raises BadAnswer."""
     if not isinstance(answer, np.ndarray):
         raise BadAnswer(f"{what} is a {type(answer).__name__}, must be an array")
@@ -79,16 +81,16 @@ def _numbers(answer: object, what: str, shape: tuple[int, ...] | None) -> np.nda
 
 
 def _mass_matrix(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return _numbers(model.mass_matrix(q.copy()), "mass_matrix", (q.size, q.size))
+    return _require_numbers(model.mass_matrix(q.copy()), "mass_matrix", (q.size, q.size))
 
 
 def _generalized_force(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     answer = model.generalized_force(t, q.copy(), v.copy())
-    return _numbers(answer, "generalized_force", q.shape)
+    return _require_numbers(answer, "generalized_force", q.shape)
 
 
 def _acceleration(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return _numbers(model.acceleration(t, q.copy(), v.copy()), "acceleration", q.shape)
+    return _require_numbers(model.acceleration(t, q.copy(), v.copy()), "acceleration", q.shape)
 
 
 def _christoffel(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -110,24 +112,24 @@ def _widest_gap(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> float:
     sizes = [max(1.0, reach * float(np.abs(vector[angular]).max())) for vector in (v * 0, v, a)]
     size = np.array(sizes)[:, None]
     opened = OPENED * size * np.cos(np.arange(closed.size)).reshape(closed.shape)
-    told = _gaps(model.constraint_residual(q.copy(), v.copy(), a.copy(), opened.copy()))
-    if told.shape != opened.shape:
+    opened_residuals = _gaps(model.constraint_residual(q.copy(), v.copy(), a.copy(), opened.copy()))
+    if opened_residuals.shape != opened.shape:
         raise BadAnswer("constraint_residual has other joints once they are opened")
-    return float(max(np.abs(closed / size).max(), np.abs((told - opened) / size).max()))
+    return float(max(np.abs(closed / size).max(), np.abs((opened_residuals - opened) / size).max()))
 
 
 def _gaps(residuals: object) -> np.ndarray:
     """Gaps, rates and accelerations of joints, shape (3, gaps). Raises BadAnswer."""
     if not isinstance(residuals, tuple) or len(residuals) != 3:
         raise BadAnswer("constraint_residual is not gaps, rates and accelerations")
-    gaps, *others = (_numbers(r, "constraint_residual", None) for r in residuals)
+    gaps, *others = (_require_numbers(r, "constraint_residual", None) for r in residuals)
     if gaps.size == 0 or any(other.shape != gaps.shape for other in others):
         raise BadAnswer("constraint_residual is empty, or its parts are of unequal shapes")
     return np.array([gaps.ravel(), *(other.ravel() for other in others)])
 
 
 def _mesh_modes(model: Model) -> np.ndarray:
-    modes = _numbers(model.mesh_modes(), "mesh_modes", None)
+    modes = _require_numbers(model.mesh_modes(), "mesh_modes", None)
     if modes.ndim != 1 or (modes <= 0).any() or (np.diff(modes) < 0).any():
         raise BadAnswer("mesh_modes are not positive frequencies in ascending order")
     return modes
@@ -138,7 +140,7 @@ def _contact_poles(model: Model) -> np.ndarray:
     if not isinstance(poles, np.ndarray) or poles.shape != (2 * len(model.layout),):
         raise BadAnswer("contact_poles are not two for every coordinate")
     parts = np.array([poles.real, poles.imag])
-    _numbers(parts, "contact_poles", parts.shape)
+    _require_numbers(parts, "contact_poles", parts.shape)
     return parts[0] + 1j * parts[1]
 
 
@@ -152,7 +154,9 @@ def _largest_stable_step(model: Model) -> float:
 def _start_pose(model: Model) -> np.ndarray:
     """Coordinates of the scenario's angles, the teeth centred, shape (n,)."""
     pose = np.zeros(len(model.layout))
-    pose[model.layout.theta] = per_joint(model.scenario.start.theta_rad, len(model.arm.joints))
+    pose[model.layout.theta] = expand_to_joints(
+        model.scenario.start.theta_rad, len(model.arm.joints)
+    )
     return pose
 
 
@@ -167,7 +171,7 @@ def _force_slopes(model: Model) -> np.ndarray:
     The first are by differences of one size, the second by differences of twice that.
     """
     pose = _start_pose(model)
-    start, found = np.append(pose, 0 * pose), []
+    start, slopes = np.append(pose, 0 * pose), []
     once = np.tile(np.where(model.layout.angular, TURN, SHIFT), 2)
 
     def force(state: np.ndarray) -> np.ndarray:
@@ -175,14 +179,16 @@ def _force_slopes(model: Model) -> np.ndarray:
         return _generalized_force(model, 0.0, q, v)
 
     for sizes in (once, 2 * once):
-        apart = [force(start + step) - force(start - step) for step in np.diag(sizes)]
-        found.append(np.stack(apart, axis=1) / (2 * sizes))
-    return np.array(found)
+        differences = [force(start + step) - force(start - step) for step in np.diag(sizes)]
+        slopes.append(np.stack(differences, axis=1) / (2 * sizes))
+    return np.array(slopes)
 
 
 AT_STATE: dict[str, Callable[[Model, float, np.ndarray, np.ndarray], np.ndarray | float]] = {
     "mass_matrix": _mass_matrix,
-    "bias": lambda model, t, q, v: _numbers(model.bias(q.copy(), v.copy()), "bias", q.shape),
+    "bias": lambda model, t, q, v: _require_numbers(
+        model.bias(q.copy(), v.copy()), "bias", q.shape
+    ),
     "generalized_force": _generalized_force,
     "acceleration": _acceleration,
     CHRISTOFFEL: _christoffel,

@@ -8,14 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from crosscheck.checks import invariants
-from crosscheck.checks.first_principles.mesh_energy import MeshSpring, energy_of, springs, waves
+from crosscheck.checks.first_principles.mesh_energy import (
+    MeshSpring,
+    highest_harmonic,
+    mesh_springs,
+    spring_energy,
+)
 from crosscheck.checks.first_principles.weights import weight_energy
-from crosscheck.checks.scales import geared, meshes
+from crosscheck.checks.scales import geared_joints, meshes
 from crosscheck.checks.states import Setting
-from crosscheck.findings import About, Finding, measured_only, within_share
+from crosscheck.findings import Finding, Subject, make_measurement, make_share_check
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
-from crosscheck.models.experiment.scenario import ConstantDrive, Switches, per_joint
+from crosscheck.models.experiment.scenario import ConstantDrive, Switches, expand_to_joints
 from crosscheck.models.loading import Case
 
 if TYPE_CHECKING:
@@ -31,23 +36,25 @@ ALONG_RAD, ALONG_S = 3e-4, 1e-6
 CLOSES = 1e-9
 
 
-def rate_closes(about: About, given: invariants.Answered, setting: Setting, case: Case) -> Finding:
+def check_energy_rate(
+    about: Subject, given: invariants.StateValues, setting: Setting, case: Case
+) -> Finding:
     """Check that kinetic and spring energy gain what motors, weight and friction put in."""
     arm, layout, drawn = setting
-    found = invariants.motions(given, setting, case.scenario)
+    forced_states = invariants.compute_forced_states(given, setting, case.scenario)
     pairs = []
-    for motion, q, v in zip(found, drawn.q, drawn.v, strict=True):
+    for motion, q, v in zip(forced_states, drawn.q, drawn.v, strict=True):
         rate = _spring_rate(arm, case.switches, layout, q, v)
-        pairs.append(motion.unbalanced([*invariants.outside_powers(arm, motion), -rate]))
-    return invariants.balanced(about, pairs)
+        pairs.append(motion.power_residual([*invariants.external_powers(arm, motion), -rate]))
+    return invariants.check_balance(about, pairs)
 
 
 def _spring_rate(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray, v: np.ndarray) -> float:
     """dV/dt of the springs [W], fourth-order central differences, teeth on the state's flank."""
     rates = np.abs(v[layout.theta])
     fastest = max(  # wave of any mesh [rad/s]
-        joint.ring_teeth * rates[number] * waves(mesh.stiffness)
-        for number, joint in geared(arm)
+        joint.ring_teeth * rates[number] * highest_harmonic(mesh.stiffness)
+        for number, joint in geared_joints(arm)
         for mesh in meshes(joint)
     )
     step = min(ALONG_S, ALONG_RAD / fastest) if fastest else ALONG_S  # half a difference's length
@@ -65,32 +72,32 @@ def springs_at(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray) -> Ite
     """The springs of all meshes at states q (times, n)."""
     planets = max(joint.planet_count for joint in arm.joints)
     x = np.zeros((2, len(q), len(arm.joints), planets))
-    for joint in layout.meshing:
+    for joint in layout.mesh_joints:
         for side, mesh in enumerate(MESHES):
             for planet in range(arm.joints[joint].planet_count):
                 x[side, :, joint, planet] = q @ layout.displacement(mesh, joint, planet)
-    return springs(arm, chosen, q[:, layout.theta], x[0], x[1])
+    return mesh_springs(arm, chosen, q[:, layout.theta], x[0], x[1])
 
 
-def stays(about: About, run: xr.Dataset, case: Case) -> Finding:
+def check_energy_conservation(about: Subject, run: xr.Dataset, case: Case) -> Finding:
     """Check that the energy of a run without losses, under constant torques, stays what it was."""
     strayed, turned = _balance(run, case)
-    return within_share(about, strayed, CLOSES, turned, "the work turned over")
+    return make_share_check(about, strayed, CLOSES, turned, "the work turned over")
 
 
-def strays(about: About, run: xr.Dataset, case: Case) -> Finding:
+def measure_energy_drift(about: Subject, run: xr.Dataset, case: Case) -> Finding:
     """Measure the energy's change with the springs' work on angles left out, as in the paper."""
     strayed, turned = _balance(run, case)
     basis = f"of the work turned over, {turned:.3g} J"
     share = strayed / turned if turned else None
-    return measured_only(about, measured=strayed, basis=basis, relative=share)
+    return make_measurement(about, measured=strayed, basis=basis, relative=share)
 
 
 def _balance(run: xr.Dataset, case: Case) -> tuple[float, float]:
     """Largest change of the energy since its start, and the work turned over by its parts [J]."""
     arm, theta = case.arm, run["theta"].values
     x_sp, x_pr = (run[mesh].values for mesh in MESHES)
-    held = [energy_of(spring) for spring in springs(arm, case.switches, theta, x_sp, x_pr)]
+    held = [spring_energy(spring) for spring in mesh_springs(arm, case.switches, theta, x_sp, x_pr)]
     work = _motors_work(arm, case, theta, (x_sp + x_pr)[:, :, 0])
     kinetic, weight = run["kinetic_energy"].values, weight_energy(arm, theta)
     parts = np.array([kinetic, weight, -work, *held])
@@ -107,10 +114,10 @@ def _motors_work(arm: Arm, case: Case, theta: np.ndarray, advance: np.ndarray) -
     drive = case.scenario.drive
     assert isinstance(drive, ConstantDrive)  # as these experiments have
     work = np.zeros(len(theta))
-    for number, torque in enumerate(per_joint(drive.torque_N_m, len(arm.joints))):
+    for number, torque in enumerate(expand_to_joints(drive.torque_N_m, len(arm.joints))):
         joint, angle = arm.joints[number], theta[:, number]
         if isinstance(joint, Planetary):
-            radius, ratio = invariants.sun_of(joint)
+            radius, ratio = invariants.sun_radius_and_ratio(joint)
             angle = advance[:, number] / (radius * ratio) + angle
         work += torque * (angle - angle[0])
     return work

@@ -12,9 +12,9 @@ import numpy as np
 
 from crosscheck.checks import states
 from crosscheck.checks.first_principles.weights import weight_moments
-from crosscheck.checks.scales import base_radius, geared
-from crosscheck.checks.states import LOOSEST, Setting, scaled, usable
-from crosscheck.findings import About, Finding, checked, failed, within_share
+from crosscheck.checks.scales import base_radius, geared_joints
+from crosscheck.checks.states import LOOSEST, Setting, is_usable, scale_mass_matrix
+from crosscheck.findings import Finding, Subject, make_check, make_failed_check, make_share_check
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Coordinate, Layout
 from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque
@@ -35,7 +35,7 @@ GAP_TOLERANCE = 1e-12
 SYMMETRY = 1e-12
 
 
-class Answered(NamedTuple):
+class StateValues(NamedTuple):
     """One model's values at states: M (count, n, n); bias, force and acceleration (count, n)."""
 
     mass_matrix: np.ndarray
@@ -59,7 +59,7 @@ class ForcedState(NamedTuple):
     torques: np.ndarray
     passive: np.ndarray
 
-    def unbalanced(self, powers: list[float]) -> tuple[float, float]:
+    def power_residual(self, powers: list[float]) -> tuple[float, float]:
         """What kinetic energy gains beyond these powers [W], and the size of what is summed [W].
 
         v . (M a + bias) is the rate of v . M v / 2.
@@ -68,41 +68,49 @@ class ForcedState(NamedTuple):
         return float(self.v @ self.inertial - np.sum(powers)), float(size)
 
 
-Balance = Callable[[About, Answered, Setting, Case], Finding]
+Balance = Callable[[Subject, StateValues, Setting, Case], Finding]
 
 
-def power(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
+def check_power_balance(
+    about: Subject, given: StateValues, setting: Setting, case: Case
+) -> Finding:
     """Check d(kinetic)/dt = sum of T theta_s' / n + powers of meshes, dampers, weight, friction.
 
     A motor turns its sun n times as fast as the link, and by the mesh displacements; its torque
     reaches a mesh row of the force as T / (n r_s).
     """
     pairs = []
-    for motion in motions(given, setting, case.scenario):
-        terms = outside_powers(setting.arm, motion)
-        for number, joint in geared(setting.arm):
-            radius, ratio = sun_of(joint)
+    for motion in compute_forced_states(given, setting, case.scenario):
+        terms = external_powers(setting.arm, motion)
+        for number, joint in geared_joints(setting.arm):
+            radius, ratio = sun_radius_and_ratio(joint)
             motor = motion.torques[number] / ratio * sun_advance(motion.layout, number) / radius
-            rows = [k for k, c in enumerate(motion.layout.coordinates) if moves(c, number)]
+            rows = [
+                k for k, c in enumerate(motion.layout.coordinates) if is_displacement_of(c, number)
+            ]
             terms += [*((motion.force - motor) * motion.v)[rows]]
-        pairs.append(motion.unbalanced(terms))
-    return balanced(about, pairs)
+        pairs.append(motion.power_residual(terms))
+    return check_balance(about, pairs)
 
 
-def angular_momentum(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
+def check_angular_momentum(
+    about: Subject, given: StateValues, setting: Setting, case: Case
+) -> Finding:
     """Check that the whole arm's angular momentum changes by what the ground exerts."""
-    found = motions(given, setting, case.scenario)
-    return balanced(about, [_angular_momentum_residual(setting.arm, m) for m in found])
+    forced_states = compute_forced_states(given, setting, case.scenario)
+    return check_balance(about, [_angular_momentum_residual(setting.arm, m) for m in forced_states])
 
 
-def balanced(about: About, pairs: list[tuple[float, float]]) -> Finding:
+def check_balance(about: Subject, pairs: list[tuple[float, float]]) -> Finding:
     """The Finding of a balance, from its residual and its terms' size at every state."""
     gaps, sizes = np.array(pairs).T
     size, measured = float(np.sqrt((sizes**2).mean())), float(np.abs(gaps).max())
-    return within_share(about, measured, TOLERANCE, size, "the terms' size", f": {BASIS}")
+    return make_share_check(about, measured, TOLERANCE, size, "the terms' size", f": {BASIS}")
 
 
-def motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[ForcedState]:
+def compute_forced_states(
+    given: StateValues, setting: Setting, scenario: Scenario
+) -> Iterator[ForcedState]:
     """A ForcedState for each state: what moves it and how it moves."""
     drive = drive_data(scenario, len(setting.arm.joints))
     mass, a, bias = given.mass_matrix, given.acceleration, given.bias
@@ -125,14 +133,14 @@ def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndar
     )
 
 
-def outside_powers(arm: Arm, motion: ForcedState) -> list[float]:
+def external_powers(arm: Arm, motion: ForcedState) -> list[float]:
     """Powers that motors, weight and friction put in [W], term by term."""
     dtheta = motion.v[motion.layout.theta]
     powers = [*(motion.passive * dtheta)]
     for number, (joint, torque) in enumerate(zip(arm.joints, motion.torques, strict=True)):
         turning = dtheta[number]
         if isinstance(joint, Planetary):
-            radius, ratio = sun_of(joint)
+            radius, ratio = sun_radius_and_ratio(joint)
             slides = sun_advance(motion.layout, number) @ motion.v
             torque, turning = torque / ratio, slides / radius + ratio * turning
         powers.append(torque * turning)
@@ -150,9 +158,9 @@ def _angular_momentum_residual(arm: Arm, motion: ForcedState) -> tuple[float, fl
     if not isinstance(joint, Planetary):
         size = motion.summed[shoulder] + abs(torque) + abs(outside)
         return float(motion.inertial[shoulder] - torque - outside), float(size)
-    radius, ratio = sun_of(joint)
+    radius, ratio = sun_radius_and_ratio(joint)
     ring, motor = radius * joint.ring_teeth / joint.sun_teeth, torque / ratio
-    slides = [k for k, c in enumerate(motion.layout.coordinates) if moves(c, 0)]
+    slides = [k for k, c in enumerate(motion.layout.coordinates) if is_displacement_of(c, 0)]
     slides = [k for k in slides if motion.layout.coordinates[k].meaning != "x_sp"]
     rate = motion.inertial[shoulder] - ring * motion.inertial[slides].sum()
     on_teeth = (motor / radius - motion.force[slides].sum()) * ring
@@ -167,61 +175,67 @@ def sun_advance(layout: Layout, joint: int) -> np.ndarray:
     return x_sp + x_pr
 
 
-def moves(coordinate: Coordinate, joint: int) -> bool:
+def is_displacement_of(coordinate: Coordinate, joint: int) -> bool:
     """Whether a coordinate is a displacement of the teeth of a joint, counted from 0."""
     return not coordinate.is_angle and coordinate.joint == joint + 1
 
 
-def sun_of(joint: Planetary) -> tuple[float, float]:
+def sun_radius_and_ratio(joint: Planetary) -> tuple[float, float]:
     """(base radius of the sun [m], speed ratio) from the joint's own numbers."""
     ratio = (joint.sun_teeth + joint.ring_teeth) / joint.sun_teeth
     return base_radius(joint, joint.sun_teeth), ratio
 
 
-def bias_follows(
-    about: About, bias: np.ndarray, christoffel: np.ndarray, mass: np.ndarray, setting: Setting
+def check_bias(
+    about: Subject, bias: np.ndarray, christoffel: np.ndarray, mass: np.ndarray, setting: Setting
 ) -> Finding:
     """Check the bias against Christoffel's symbols of the model's own M, both (count, n)."""
-    if not usable(mass[0]):
-        return failed(about, "the mass matrix has a diagonal that is not positive")
+    if not is_usable(mass[0]):
+        return make_failed_check(about, "the mass matrix has a diagonal that is not positive")
     size = states.component_sizes(bias, states.natural_sizes("bias", bias, mass[0], setting))
     least = states.bias_rounding(mass[0], setting) / LOOSEST
     measured = float((np.abs(bias - christoffel) / np.maximum(size, least)).max())
     basis = f"{LOOSEST:g}, as for state checks: differences of M that are exact but for rounding"
     if (least > size).any():
         basis += f"; or, where more, {states.CANCELLING['bias']}"
-    return checked(about, measured=measured, tolerance=LOOSEST, basis=basis, relative=measured)
+    return make_check(about, measured=measured, tolerance=LOOSEST, basis=basis, relative=measured)
 
 
-def is_inertia(about: About, mass: np.ndarray) -> Finding:
+def check_inertia(about: Subject, mass: np.ndarray) -> Finding:
     """Check that M (count, n, n) is symmetric and positive definite at every state."""
     for state, matrix in enumerate(mass):
-        lowest = float(np.linalg.eigvalsh(scaled(matrix)).min()) if usable(matrix) else -1.0
+        lowest = (
+            float(np.linalg.eigvalsh(scale_mass_matrix(matrix)).min())
+            if is_usable(matrix)
+            else -1.0
+        )
         if lowest <= 0:
-            return failed(about, f"not positive definite at state {state + 1} of {len(mass)}")
+            return make_failed_check(
+                about, f"not positive definite at state {state + 1} of {len(mass)}"
+            )
     size = np.sqrt(np.einsum("kii,kjj->kij", mass, mass))
     measured = float((np.abs(mass - mass.swapaxes(1, 2)) / size).max())
     basis = "rounding of sums over bodies; positive definite at every state"
-    return checked(about, measured=measured, tolerance=SYMMETRY, basis=basis, relative=measured)
+    return make_check(about, measured=measured, tolerance=SYMMETRY, basis=basis, relative=measured)
 
 
-def constraints(about: About, gaps: np.ndarray) -> Finding:
+def check_constraints(about: Subject, gaps: np.ndarray) -> Finding:
     """Check that joints closed by constraint equations stay closed, at the model's own motion.
 
     gaps (count,): the largest gap, rate or acceleration over its size at each state, or how far it
     is from what it must be once the joints are opened on purpose.
     """
     basis = "rounding of places of a metre, rates and accelerations of their own size"
-    return checked(about, measured=float(gaps.max()), tolerance=GAP_TOLERANCE, basis=basis)
+    return make_check(about, measured=float(gaps.max()), tolerance=GAP_TOLERANCE, basis=basis)
 
 
-def energy_over_run(about: About, run: xr.Dataset) -> Finding:
+def check_energy_over_run(about: Subject, run: xr.Dataset) -> Finding:
     """Check kinetic energy gained against work done, over a run that integrated the work along."""
     absent = [name for name in ("work", "work_turned_over") if name not in run]
     if absent:
-        return failed(about, f"the run has no {absent[0]}")
+        return make_failed_check(about, f"the run has no {absent[0]}")
     gained = run["kinetic_energy"].values - run["kinetic_energy"].values[0]
     work = run["work"].values
     size = float(run["work_turned_over"].values[-1])
     measured = float(np.abs(gained - work).max())
-    return within_share(about, measured, WORK_TOLERANCE, size, "the work turned over")
+    return make_share_check(about, measured, WORK_TOLERANCE, size, "the work turned over")

@@ -8,10 +8,10 @@ from typing import Literal
 import numpy as np
 
 from crosscheck.checks.scales import base_radius
-from crosscheck.findings import About, Finding, checked
+from crosscheck.findings import Finding, Subject, make_check
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.mesh import Mesh
-from crosscheck.models.arm.meshes import with_meshes
+from crosscheck.models.arm.meshes import change_meshes
 from crosscheck.models.arm.stiffness import (
     SineStiffness,
     SquareStiffness,
@@ -35,7 +35,7 @@ POLE_BASIS = (
 )
 
 
-def modes_among(about: About, few: np.ndarray, many: np.ndarray) -> Finding:
+def check_modes(about: Subject, few: np.ndarray, many: np.ndarray) -> Finding:
     """Check that each of some modes [Hz] is one of the others; of as many, each its own."""
     if len(few) == len(many):
         distance = np.abs(np.sort(few) - np.sort(many)) / np.sort(few)
@@ -43,7 +43,7 @@ def modes_among(about: About, few: np.ndarray, many: np.ndarray) -> Finding:
         distance = np.abs(few[:, None] - many[None, :]).min(axis=1) / few
     measured = float(distance.max())
     note = "modes [Hz]: " + ", ".join(f"{mode:.2f}" for mode in few)
-    return checked(
+    return make_check(
         about, measured=measured, tolerance=TOLERANCE, basis=BASIS, relative=measured, note=note
     )
 
@@ -55,7 +55,7 @@ def closed_form_modes(joint: Planetary) -> np.ndarray:
     N M_p w'' = K_s (u - w) - K_r w, K = N k of sun and ring mesh, so omega^2 solves a quadratic.
     """
     sun, planet = equivalent_mass(joint, "sun"), equivalent_mass(joint, "planet")
-    first = joint.sun_mesh.of_planet(0), joint.ring_mesh.of_planet(0)
+    first = joint.sun_mesh.planet_mesh(0), joint.ring_mesh.planet_mesh(0)
     K_s, K_r = (joint.planet_count * mean_stiffness(mesh.stiffness) for mesh in first)
     planets = joint.planet_count * planet
     mean = (K_s / sun + (K_s + K_r) / planets) / 2
@@ -73,8 +73,8 @@ def free_modes(joint: Planetary) -> np.ndarray:
     roots = np.sqrt([equivalent_mass(joint, "sun"), *[equivalent_mass(joint, "planet")] * count])
     matrix = np.zeros((count + 1, count + 1))
     for n in range(count):
-        k_s = mean_stiffness(joint.sun_mesh.of_planet(n).stiffness)
-        k_r = mean_stiffness(joint.ring_mesh.of_planet(n).stiffness)
+        k_s = mean_stiffness(joint.sun_mesh.planet_mesh(n).stiffness)
+        k_r = mean_stiffness(joint.ring_mesh.planet_mesh(n).stiffness)
         matrix[0, 0] += k_s
         matrix[n + 1, n + 1] = k_s + k_r
         matrix[0, n + 1] = matrix[n + 1, 0] = -k_s
@@ -103,23 +103,25 @@ def equivalent_mass(joint: Planetary, gear: Literal["sun", "planet"]) -> float:
     return mass if mass is not None else (inertia or 0.0) / base_radius(joint, teeth) ** 2
 
 
-def linear_teeth(arm: Arm, stiffness: Callable[[StiffnessLaw], float] = mean_stiffness) -> Arm:
+def linearize_teeth(arm: Arm, stiffness: Callable[[StiffnessLaw], float] = mean_stiffness) -> Arm:
     """The arm with teeth that never part, without errors, at a stiffness [N/m] of each law."""
 
-    def linear(mesh: Mesh) -> Mesh:
+    def linearize_mesh(mesh: Mesh) -> Mesh:
         laws = mesh.stiffness
-        constant = tuple(map(held, laws)) if isinstance(laws, tuple) else held(laws)
+        constant = (
+            tuple(map(make_constant, laws)) if isinstance(laws, tuple) else make_constant(laws)
+        )
         clean = {"backlash_m": 0.0, "tooth_error_m": 0.0, "static_error_m": 0.0}
         return mesh.model_copy(update={"stiffness": constant, **clean})
 
-    def held(law: StiffnessLaw) -> SineStiffness:
+    def make_constant(law: StiffnessLaw) -> SineStiffness:
         mean = stiffness(law)  # of a law within its range it may be beyond that of a mean
         return SineStiffness.model_construct(law="sine", mean_N_per_m=mean, amplitude_N_per_m=0.0)
 
-    return with_meshes(arm, linear)
+    return change_meshes(arm, linearize_mesh)
 
 
-def poles_follow(about: About, poles: np.ndarray, mass: np.ndarray, slopes: np.ndarray) -> Finding:
+def check_poles(about: Subject, poles: np.ndarray, mass: np.ndarray, slopes: np.ndarray) -> Finding:
     """Check that poles [1/s], (2 n,), are those of M (n, n) and the force's slopes by q and v.
 
     Each pole is held against the nearest of the others, both ways. slopes (2, n, 2 n): by
@@ -127,9 +129,9 @@ def poles_follow(about: About, poles: np.ndarray, mass: np.ndarray, slopes: np.n
     curvature do.
     """
     expected, again = (_poles(mass, each) for each in slopes)
-    measured, moved = (_distance(found, expected) for found in (poles, again))
+    measured, moved = (_distance(candidate, expected) for candidate in (poles, again))
     tolerance = POLE_TOLERANCE + SAFETY * moved
-    return checked(
+    return make_check(
         about,
         measured=measured,
         tolerance=tolerance,
@@ -139,7 +141,9 @@ def poles_follow(about: About, poles: np.ndarray, mass: np.ndarray, slopes: np.n
     )
 
 
-def step_follows(about: About, limit: np.ndarray, mass: np.ndarray, slopes: np.ndarray) -> Finding:
+def check_step_limit(
+    about: Subject, limit: np.ndarray, mass: np.ndarray, slopes: np.ndarray
+) -> Finding:
     """Check a model's largest stable step [s], (), against that of Runge and Kutta at its poles.
 
     mass, slopes: of one pose with the teeth at their largest stiffness, as in poles_follow.
@@ -147,14 +151,14 @@ def step_follows(about: About, limit: np.ndarray, mass: np.ndarray, slopes: np.n
     poles = _poles(mass, slopes[0])
     # The first step at which |1 + z + ... + z^4 / 24| > 1, z = h p, of any mode. The method must
     # follow a growing mode's frequency too, so its growth alone is left out.
-    own = np.minimum(poles.real, 0.0) + 1j * poles.imag
-    steps = np.linspace(0.0, REACH / np.abs(own).max(), STEPS)[1:]
-    grows = (np.abs(np.polyval(STABILITY, np.outer(steps, own))) > 1 + 1e-6).any(axis=1)
+    bounded_poles = np.minimum(poles.real, 0.0) + 1j * poles.imag
+    steps = np.linspace(0.0, REACH / np.abs(bounded_poles).max(), STEPS)[1:]
+    grows = (np.abs(np.polyval(STABILITY, np.outer(steps, bounded_poles))) > 1 + 1e-6).any(axis=1)
     limit_s, expected = float(limit), float(steps[np.argmax(grows)] if grows.any() else steps[-1])
     measured = max(limit_s / expected, expected / limit_s)
     basis = f"{OTHER_POSES:g}: other poses, and bounds of a stiffness that overshoots"
     note = f"{limit_s:.4g} s, by the poles {expected:.4g} s"
-    return checked(about, measured=measured, tolerance=OTHER_POSES, basis=basis, note=note)
+    return make_check(about, measured=measured, tolerance=OTHER_POSES, basis=basis, note=note)
 
 
 def _poles(mass: np.ndarray, slopes: np.ndarray) -> np.ndarray:
@@ -164,8 +168,8 @@ def _poles(mass: np.ndarray, slopes: np.ndarray) -> np.ndarray:
 
 def _distance(poles: np.ndarray, expected: np.ndarray) -> float:
     """Largest distance of a pole to the nearest of the others, over its size, both ways."""
-    apart = np.abs(poles[:, None] - expected[None, :])
+    differences = np.abs(poles[:, None] - expected[None, :])
     size = np.maximum(np.abs(expected), SLOW * np.abs(expected).max())
     with np.errstate(divide="ignore", invalid="ignore"):  # a system without a motion has no poles
-        relative = apart / size
+        relative = differences / size
     return max(float(relative.min(axis=side).max()) for side in (0, 1))

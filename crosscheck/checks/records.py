@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crosscheck.checks.invariants import sun_advance, sun_of, torques_at
+from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio, torques_at
 from crosscheck.checks.scales import (
     EPS,
     PLACE_ROUNDINGS,
     arm_reach,
     gear_arc,
-    geared,
+    geared_joints,
     largest_stiffness,
 )
 from crosscheck.models.arm.layout import MESHES, Layout
@@ -41,7 +41,7 @@ TOLERANCE, TOLERANCE_OF_CONSTRAINTS = 1e-9, 1e-8
 ALIKE_ROUNDINGS, ALIKE_RATES = 1000, 1e-9
 
 
-class Incomplete(ValueError):
+class IncompleteRun(ValueError):
     """An error for a run that lacks something, or has it in another form."""
 
 
@@ -54,16 +54,16 @@ def require_complete(run: object, model: str, case: Case, *, meshing: bool) -> N
     import xarray as xr
 
     if not isinstance(run, xr.Dataset):
-        raise Incomplete(f"the run is a {type(run).__name__}, must be a Dataset")
-    missing = next(_missing(run, case, GEARED if meshing else RIGID), None)
+        raise IncompleteRun(f"the run is a {type(run).__name__}, must be a Dataset")
+    missing = next(_find_faults(run, case, GEARED if meshing else RIGID), None)
     if missing is not None:
-        raise Incomplete(missing)
-    told, step = run.attrs.get("model"), run.attrs.get("step_s")
-    if told != model or step != case.scenario.step_s:
-        raise Incomplete(f"the run says it is of model {told!r} and step {step!r}")
+        raise IncompleteRun(missing)
+    model_name, step = run.attrs.get("model"), run.attrs.get("step_s")
+    if model_name != model or step != case.scenario.step_s:
+        raise IncompleteRun(f"the run says it is of model {model_name!r} and step {step!r}")
 
 
-def _missing(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Iterator[str]:
+def _find_faults(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Iterator[str]:
     """What of a run is not as it must be, in words, the gravest first."""
     yield from (f"the run has no {name}" for name in ("time", "joint") if name not in run.coords)
     yield from (f"the run has no {name}" for name in variables if name not in run)
@@ -72,22 +72,24 @@ def _missing(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Iterato
         yield f"the run has {len(time)} times, the scenario asks for {len(expected)}"
     elif time.dtype != np.float64 or not (np.abs(time - expected) <= SAME_TIME_S).all():
         yield "the run's times are not those that the scenario asks for"
-    yield from _other_labels(run, "joint", len(case.arm.joints))
+    yield from _find_label_faults(run, "joint", len(case.arm.joints))
     if "x_sp" in variables:
         planets = max(joint.planet_count for joint in case.arm.joints)
-        yield from _other_labels(run, "planet", planets)
-    yield from (_misshapen(run, name) for name in variables if _misshapen(run, name))
+        yield from _find_label_faults(run, "planet", planets)
+    yield from (
+        _describe_shape_fault(run, name) for name in variables if _describe_shape_fault(run, name)
+    )
     counts = np.array([[joint.planet_count] for joint in case.arm.joints])
     for name in variables:
-        known = np.isfinite(run[name].values)
-        own = np.arange(known.shape[2]) < counts if name in BY_PLANET else True
-        wrong = known != own
+        finite = np.isfinite(run[name].values)
+        required = np.arange(finite.shape[2]) < counts if name in BY_PLANET else True
+        wrong = finite != required
         if wrong.any():
             first = time[np.argwhere(wrong)[0, 0]]
             yield f"{name} is not finite at t = {first:.6g} s"
 
 
-def _other_labels(run: xr.Dataset, name: str, count: int) -> Iterator[str]:
+def _find_label_faults(run: xr.Dataset, name: str, count: int) -> Iterator[str]:
     expected = list(range(1, count + 1))
     labels = run[name].values.tolist() if name in run.coords else []
     if labels != expected:
@@ -95,7 +97,7 @@ def _other_labels(run: xr.Dataset, name: str, count: int) -> Iterator[str]:
         yield f"the run has {name} {labels}, must be {expected}; missing {lost}"
 
 
-def _misshapen(run: xr.Dataset, name: str) -> str:
+def _describe_shape_fault(run: xr.Dataset, name: str) -> str:
     """Why a variable is not an array of float64 over its dimensions; empty if it is."""
     dims = ("time", "joint", "planet")[: 3 if name in BY_PLANET else 2 if name in BY_JOINT else 1]
     if run[name].dims != dims:
@@ -105,7 +107,7 @@ def _misshapen(run: xr.Dataset, name: str) -> str:
     return ""
 
 
-class Inconsistent(ValueError):
+class InconsistentRun(ValueError):
     """An error for a run whose accelerations, torques, forces or energies belie its states."""
 
 
@@ -122,21 +124,23 @@ def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> N
     if not model.layout.free:
         at = at[_planets_move_alike(run, at, model, PLACE_ROUNDINGS * EPS * reach)]
         if not at.size:
-            raise Inconsistent("planets that count as one are apart at the start, and ever after")
+            raise InconsistentRun(
+                "planets that count as one are apart at the start, and ever after"
+            )
     q, v = (_states(run, model.layout, suffix) for suffix in ("", "_dot"))
     times = run["time"].values
-    again = [_worked_out(model, float(times[k]), q[k], v[k]) for k in at]
+    again = [_compute_variables(model, float(times[k]), q[k], v[k]) for k in at]
     placed = EPS * reach * largest_stiffness(model.arm) / tolerance
     for name, size in _sizes(run, model, q[0], placed).items():
-        recorded = _recorded(run, at, name, model)
-        apart = float(np.abs(recorded - np.array([values[name] for values in again])).max())
-        if not apart <= tolerance * size:
+        recorded = _recorded_values(run, at, name, model)
+        difference = float(np.abs(recorded - np.array([values[name] for values in again])).max())
+        if not difference <= tolerance * size:
             units = run[name].attrs.get("units", "") if name in run else "N"
-            off = f"{apart:.3g} of {size:.3g} {units}"
-            raise Inconsistent(f"{name} does not follow from the recorded states: off by {off}")
+            off = f"{difference:.3g} of {size:.3g} {units}"
+            raise InconsistentRun(f"{name} does not follow from the recorded states: off by {off}")
 
 
-def _recorded(run: xr.Dataset, at: np.ndarray, name: str, model: Model) -> np.ndarray:
+def _recorded_values(run: xr.Dataset, at: np.ndarray, name: str, model: Model) -> np.ndarray:
     """Values of a variable at these records; of the teeth, their forces on the displacements.
 
     These are per planet, by the virtual work of F_sp and F_pr, shape (records, displacements).
@@ -146,14 +150,14 @@ def _recorded(run: xr.Dataset, at: np.ndarray, name: str, model: Model) -> np.nd
     layout, on_coordinates = model.layout, np.zeros((at.size, len(model.layout)))
     for mesh, force in zip(MESHES, FORCES, strict=True):
         values = run[force].values[at]
-        for number, joint in geared(model.arm):
+        for number, joint in geared_joints(model.arm):
             for planet in range(joint.planet_count):
                 row = layout.displacement(mesh, number, planet)
                 on_coordinates -= row * values[:, number, planet, None]
-    return on_coordinates[:, ~layout.angular] / _planets_together(model)
+    return on_coordinates[:, ~layout.angular] / _planet_counts(model)
 
 
-def _planets_together(model: Model) -> np.ndarray:
+def _planet_counts(model: Model) -> np.ndarray:
     """Number of planets that each displacement is of, shape (displacements,)."""
     planets = [joint.planet_count for joint in model.arm.joints]
     moving = [c for c in model.layout.coordinates if not c.is_angle]
@@ -168,15 +172,17 @@ def _sizes(run: xr.Dataset, model: Model, q: np.ndarray, placed: float) -> dict[
     rounding of the arcs from which displacements are read; an acceleration is what forces of that
     size do to the links.
     """
-    sizes = {name: _largest(run[name]) for name in ("theta_ddot", "torque", "kinetic_energy")}
-    if not model.layout.meshing:
+    sizes = {
+        name: _largest_magnitude(run[name]) for name in ("theta_ddot", "torque", "kinetic_energy")
+    }
+    if not model.layout.mesh_joints:
         return sizes
-    joints = [joint for _, joint in geared(model.arm)]
-    suns = [sun_of(joint) for joint in joints]
+    joints = [joint for _, joint in geared_joints(model.arm)]
+    suns = [sun_radius_and_ratio(joint) for joint in joints]
     motor = max(sizes["torque"] / (radius * ratio) for radius, ratio in suns)
-    arc = 2 * gear_arc(model.arm) * (1 + _largest(run["theta"]))
+    arc = 2 * gear_arc(model.arm) * (1 + _largest_magnitude(run["theta"]))
     force = motor + max(EPS * arc * largest_stiffness(model.arm) / TOLERANCE, placed)
-    teeth = max(_largest(run[name]) for name in FORCES) + force
+    teeth = max(_largest_magnitude(run[name]) for name in FORCES) + force
     teeth *= max(joint.planet_count for joint in joints) if model.layout.free else 1
     sizes |= {TEETH: teeth}
     lever = max(
@@ -187,7 +193,7 @@ def _sizes(run: xr.Dataset, model: Model, q: np.ndarray, placed: float) -> dict[
     return sizes | {"theta_ddot": sizes["theta_ddot"] + moved}
 
 
-def _largest(values: xr.DataArray) -> float:
+def _largest_magnitude(values: xr.DataArray) -> float:
     return float(np.nanmax(np.abs(values.values)))
 
 
@@ -199,14 +205,17 @@ def _planets_move_alike(
     placed_m: rounding of the places [m] from which displacements are read, 0 where none are.
     """
     alike = np.ones(at.size, dtype=bool)
-    arcs = gear_arc(model.arm) * (1 + _largest(run["theta"]))
-    read, swept = max(ALIKE_ROUNDINGS * EPS * arcs, placed_m), placed_m * _largest(run["theta_dot"])
-    for mesh in MESHES if model.layout.meshing else ():
-        rates = max(ALIKE_RATES * _largest(run[f"{mesh}_dot"]), swept)
+    arcs = gear_arc(model.arm) * (1 + _largest_magnitude(run["theta"]))
+    read, swept = (
+        max(ALIKE_ROUNDINGS * EPS * arcs, placed_m),
+        placed_m * _largest_magnitude(run["theta_dot"]),
+    )
+    for mesh in MESHES if model.layout.mesh_joints else ():
+        rates = max(ALIKE_RATES * _largest_magnitude(run[f"{mesh}_dot"]), swept)
         for name, limit in ((mesh, read), (f"{mesh}_dot", rates)):
-            values = run[name].values[at][:, model.layout.meshing]
-            apart = np.nanmax(values, axis=2) - np.nanmin(values, axis=2)
-            alike &= ~(apart.max(axis=1) > limit)
+            values = run[name].values[at][:, model.layout.mesh_joints]
+            spreads = np.nanmax(values, axis=2) - np.nanmin(values, axis=2)
+            alike &= ~(spreads.max(axis=1) > limit)
     return alike
 
 
@@ -214,7 +223,7 @@ def _states(run: xr.Dataset, layout: Layout, suffix: str) -> np.ndarray:
     """States q, or with ``_dot`` v, (times, n), in a model's coordinates; lumped, of planet 1."""
     states = np.empty((run.sizes["time"], len(layout)))
     states[:, layout.theta] = run[f"theta{suffix}"].values
-    if not layout.meshing:
+    if not layout.mesh_joints:
         return states
     x_sp, x_pr = (run[f"{mesh}{suffix}"].values for mesh in MESHES)
     for place, coordinate in enumerate(layout.coordinates):
@@ -227,7 +236,7 @@ def _states(run: xr.Dataset, layout: Layout, suffix: str) -> np.ndarray:
     return states
 
 
-def _worked_out(
+def _compute_variables(
     model: Model, t: float, q: np.ndarray, v: np.ndarray
 ) -> dict[str, np.ndarray | float]:
     """Variables of one state by name, worked out by the model's functions."""
@@ -239,20 +248,20 @@ def _worked_out(
         "torque": torque,
         "kinetic_energy": float(v @ model.mass_matrix(q) @ v / 2),
     }
-    if layout.meshing:
+    if layout.mesh_joints:
         # With meshes that do not slide no damper acts, and what is left are motor and springs.
         force = model.generalized_force(t, q, np.where(layout.angular, v, 0.0))
-        values[TEETH] = _on_displacements(model, force, torque)
+        values[TEETH] = _tooth_forces(model, force, torque)
     return values
 
 
-def _on_displacements(model: Model, force: np.ndarray, torque: np.ndarray) -> np.ndarray:
+def _tooth_forces(model: Model, force: np.ndarray, torque: np.ndarray) -> np.ndarray:
     """Forces of the teeth alone on the displacements, per planet [N], shape (displacements,).
 
     The motor turns the sun, by x_sp + x_pr of any planet (Eq. 22).
     """
     layout, left = model.layout, force.copy()
-    for number, joint in geared(model.arm):
-        radius, ratio = sun_of(joint)
+    for number, joint in geared_joints(model.arm):
+        radius, ratio = sun_radius_and_ratio(joint)
         left -= torque[number] / (radius * ratio) * sun_advance(layout, number)
-    return left[~layout.angular] / _planets_together(model)
+    return left[~layout.angular] / _planet_counts(model)

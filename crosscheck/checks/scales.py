@@ -22,7 +22,7 @@ from crosscheck.models.experiment.scenario import (
     PdDrive,
     Scenario,
     SinusoidDrive,
-    per_joint,
+    expand_to_joints,
 )
 
 EPS = float(np.finfo(float).eps)
@@ -40,14 +40,14 @@ class ReasonedLimit(NamedTuple):
     basis: str
 
 
-def geared(arm: Arm) -> list[tuple[int, Planetary]]:
+def geared_joints(arm: Arm) -> list[tuple[int, Planetary]]:
     """The joints with gears, by number from 0."""
     return [(n, joint) for n, joint in enumerate(arm.joints) if isinstance(joint, Planetary)]
 
 
 def gear_arc(arm: Arm) -> float:
     """Arc of the largest ring per radian [m]: displacements are differences of such arcs."""
-    return max((j.module_m * j.ring_teeth / 2 for _, j in geared(arm)), default=0.0)
+    return max((j.module_m * j.ring_teeth / 2 for _, j in geared_joints(arm)), default=0.0)
 
 
 def arm_reach(arm: Arm) -> float:
@@ -57,21 +57,21 @@ def arm_reach(arm: Arm) -> float:
 
 def largest_stiffness(arm: Arm) -> float:
     """Upper bound of the stiffness of any mesh at any phase [N/m]."""
-    return max((_largest(joint) for _, joint in geared(arm)), default=0.0)
+    return max((_joint_stiffness_bound(joint) for _, joint in geared_joints(arm)), default=0.0)
 
 
 def meshes(joint: Planetary) -> list[PlanetMesh]:
     """The meshes of every planet, with the sun and with the ring in turn."""
     planets, sides = range(joint.planet_count), (joint.sun_mesh, joint.ring_mesh)
-    return [side.of_planet(planet) for planet in planets for side in sides]
+    return [side.planet_mesh(planet) for planet in planets for side in sides]
 
 
-def _largest(joint: Planetary) -> float:
+def _joint_stiffness_bound(joint: Planetary) -> float:
     """Upper bound of the stiffness of a joint's stiffest mesh [N/m]."""
-    return max(largest_of(mesh.stiffness) for mesh in meshes(joint))
+    return max(stiffness_bound(mesh.stiffness) for mesh in meshes(joint))
 
 
-def largest_of(law: StiffnessLaw) -> float:
+def stiffness_bound(law: StiffnessLaw) -> float:
     """Upper bound of a law's stiffness [N/m]."""
     if isinstance(law, SineStiffness):
         return law.mean_N_per_m + law.amplitude_N_per_m
@@ -87,14 +87,17 @@ def largest_torques(arm: Arm, scenario: Scenario) -> np.ndarray:
     """Largest torque of the drive plus moment of weight, of every joint [N m], (joints,)."""
     drive, joints = scenario.drive, len(arm.joints)
     if isinstance(drive, ConstantDrive):
-        torques = np.abs(per_joint(drive.torque_N_m, joints))
+        torques = np.abs(expand_to_joints(drive.torque_N_m, joints))
     elif isinstance(drive, PdDrive):
         away = np.subtract(
-            per_joint(drive.target_rad, joints), per_joint(scenario.start.theta_rad, joints)
+            expand_to_joints(drive.target_rad, joints),
+            expand_to_joints(scenario.start.theta_rad, joints),
         )
-        torques = np.abs(np.multiply(per_joint(drive.proportional_N_m_per_rad, joints), away))
+        torques = np.abs(
+            np.multiply(expand_to_joints(drive.proportional_N_m_per_rad, joints), away)
+        )
     elif isinstance(drive, SinusoidDrive):
-        torques = np.abs(per_joint(drive.amplitude_N_m, joints))
+        torques = np.abs(expand_to_joints(drive.amplitude_N_m, joints))
     else:
         torques = np.abs(drive.torque_N_m).max(axis=1)
     return torques + largest_weights(arm)
@@ -107,13 +110,13 @@ def largest_weights(arm: Arm) -> np.ndarray:
     return weight_moments(across, np.zeros(len(arm.joints)))
 
 
-def travels(arm: Arm, scenario: Scenario) -> Iterator[tuple[Planetary, float]]:
+def mesh_travels(arm: Arm, scenario: Scenario) -> Iterator[tuple[Planetary, float]]:
     """Each geared joint, and how far a mesh of it moves [m]: half the play, or what bends it."""
     torques = largest_torques(arm, scenario)
-    for number, joint in geared(arm):
+    for number, joint in geared_joints(arm):
         ratio = joint.ring_teeth / joint.sun_teeth + 1
         force = torques[number] / (ratio * base_radius(joint, joint.sun_teeth))
-        stiffness = joint.planet_count * _largest(joint)
+        stiffness = joint.planet_count * _joint_stiffness_bound(joint)
         play = max(mesh.backlash_m for mesh in meshes(joint))
         yield joint, max(play, force / stiffness)
 
@@ -123,16 +126,16 @@ def base_radius(joint: Planetary, teeth: int) -> float:
     return joint.module_m * teeth / 2 * math.cos(math.radians(joint.pressure_angle_deg))
 
 
-def meaningful(quantity: str, arm: Arm, scenario: Scenario, size: float) -> ReasonedLimit:
+def acceptance_limit(quantity: str, arm: Arm, scenario: Scenario, size: float) -> ReasonedLimit:
     """The limit below which an uncertainty means something; size: the quantity's in its run."""
     if quantity in ("x_sp", "x_pr"):
-        travel = min(travel for _, travel in travels(arm, scenario))
+        travel = min(travel for _, travel in mesh_travels(arm, scenario))
         return ReasonedLimit(OF_TRAVEL * travel, f"a hundredth of a mesh's travel, {travel:.2g} m")
     if quantity != "theta":
         return ReasonedLimit(OF_SIZE * size, f"a hundredth of its largest value, {size:.3g}")
     lost = [
         2 * travel / base_radius(joint, joint.sun_teeth + joint.planet_teeth)
-        for joint, travel in travels(arm, scenario)
+        for joint, travel in mesh_travels(arm, scenario)
     ]
     if not lost:
         return ReasonedLimit(WITHOUT_GEARS_RAD, "a millionth of a radian")

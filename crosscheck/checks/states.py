@@ -15,7 +15,7 @@ from crosscheck.checks.scales import (
     gear_arc,
     largest_stiffness,
 )
-from crosscheck.findings import About, Finding, checked, failed, measured_only
+from crosscheck.findings import Finding, Subject, make_check, make_failed_check, make_measurement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 
@@ -50,11 +50,11 @@ class Setting(NamedTuple):
         return EPS if arm_reach(self.arm) > UNLIKE_LENGTHS * shortest else 0.0
 
 
-Judge = Callable[[About, np.ndarray, np.ndarray, np.ndarray | None, Setting], Finding]
+Judge = Callable[[Subject, np.ndarray, np.ndarray, np.ndarray | None, Setting], Finding]
 
 
 def compare_values(
-    about: About, one: np.ndarray, other: np.ndarray, masses: np.ndarray | None, setting: Setting
+    about: Subject, left: np.ndarray, right: np.ndarray, masses: np.ndarray | None, setting: Setting
 ) -> Finding:
     """Check two models' values of a quantity at the same states, (count, n) or (count, n, n).
 
@@ -63,10 +63,12 @@ def compare_values(
     model at these states.
     """
     if masses is None:
-        return failed(about, "no size to measure against: neither model has a usable mass matrix")
-    compared = relative_differences(about.key.quantity, one, other, masses, setting)
+        return make_failed_check(
+            about, "no size to measure against: neither model has a usable mass matrix"
+        )
+    compared = relative_differences(about.key.quantity, left, right, masses, setting)
     measured, limit = float(compared.values.max()), compared.limit
-    return checked(
+    return make_check(
         about, measured=measured, tolerance=limit.value, basis=limit.basis, relative=measured
     )
 
@@ -79,35 +81,35 @@ class RelativeDifferences(NamedTuple):
 
 
 def relative_differences(
-    quantity: str, one: np.ndarray, other: np.ndarray, masses: np.ndarray, setting: Setting
+    quantity: str, left: np.ndarray, right: np.ndarray, masses: np.ndarray, setting: Setting
 ) -> RelativeDifferences:
     """The differences that ``compare_values`` judges by the largest of them.
 
     Where a size is 0 they are not finite.
     """
     limit = _tolerance(quantity, masses[0], setting)
-    size = _sizes(quantity, one, masses[0], setting)
+    size = _sizes(quantity, left, masses[0], setting)
     if quantity in CANCELLING:
-        least = _rounding(quantity, one, masses, setting) / limit.value
+        least = _rounding(quantity, left, masses, setting) / limit.value
         if (least > size).any():
             reason = f"{limit.basis}; or, where more, {CANCELLING[quantity]}"
             limit = limit._replace(basis=reason)
         size = np.maximum(size, least)
     with np.errstate(divide="ignore", invalid="ignore"):  # a size of 0 gives no number, so no check
-        return RelativeDifferences(np.abs(one - other) / size, limit)
+        return RelativeDifferences(np.abs(left - right) / size, limit)
 
 
 def measure_values(
-    about: About, one: np.ndarray, other: np.ndarray, masses: np.ndarray | None, setting: Setting
+    about: Subject, left: np.ndarray, right: np.ndarray, masses: np.ndarray | None, setting: Setting
 ) -> Finding:
     """Measure the difference that ``compare_values`` checks, for models known to differ."""
-    found = compare_values(about, one, other, masses, setting)
-    if found.measured is None:
-        return found
-    return measured_only(about, measured=found.measured, relative=found.relative)
+    finding = compare_values(about, left, right, masses, setting)
+    if finding.measured is None:
+        return finding
+    return make_measurement(about, measured=finding.measured, relative=finding.relative)
 
 
-def usable(mass: np.ndarray) -> bool:
+def is_usable(mass: np.ndarray) -> bool:
     """Whether sizes can be taken from a mass matrix (n, n): its diagonal is positive."""
     return bool((np.diag(mass) > 0).all())
 
@@ -118,8 +120,8 @@ def component_sizes(values: np.ndarray, natural: np.ndarray) -> np.ndarray:
     A component that vanishes at all states (no centrifugal force on a mesh, none at all on an arm
     of one joint) has no size of its own: it gets its natural one.
     """
-    own = np.sqrt((values**2).mean(axis=0))
-    return np.where(own > ROUNDINGS * EPS * natural, own, natural)
+    rms = np.sqrt((values**2).mean(axis=0))
+    return np.where(rms > ROUNDINGS * EPS * natural, rms, natural)
 
 
 def natural_sizes(
@@ -163,14 +165,14 @@ def _rounding(
         return bias_rounding(masses[0], setting)
     if quantity == "generalized_force":
         return _force_rounding(values, setting)
-    forces, found = _place_rounding(setting), []
+    forces, roundings = _position_rounding(setting), []
     for mass, value in zip(masses, values, strict=True):
         scale = 1 / np.sqrt(np.abs(np.diag(mass)))
-        inverse = np.abs(np.linalg.pinv(scaled(mass))) * scale[:, None] * scale
+        inverse = np.abs(np.linalg.pinv(scale_mass_matrix(mass))) * scale[:, None] * scale
         summed = TERM_ROUNDINGS * setting.rounding * np.abs(mass) @ np.abs(value)
         felt = np.where(setting.layout.angular, 0.0, inverse @ forces)  # no work on the angles
-        found.append(inverse @ summed + felt)
-    return np.max(found, axis=0)  # of the pose in which M is worst conditioned
+        roundings.append(inverse @ summed + felt)
+    return np.max(roundings, axis=0)  # of the pose in which M is worst conditioned
 
 
 def bias_rounding(inertia: np.ndarray, setting: Setting) -> np.ndarray:
@@ -197,10 +199,10 @@ def _force_rounding(values: np.ndarray, setting: Setting) -> np.ndarray:
     angular = setting.layout.angular
     forces = np.sqrt((values[:, ~angular] ** 2).mean(axis=0)).max(initial=0.0)
     cancelling = np.where(angular, forces * gear_arc(setting.arm), 0.0)
-    return np.maximum(ROUNDINGS * EPS * cancelling, _place_rounding(setting))
+    return np.maximum(ROUNDINGS * EPS * cancelling, _position_rounding(setting))
 
 
-def _place_rounding(setting: Setting) -> np.ndarray:
+def _position_rounding(setting: Setting) -> np.ndarray:
     """What rounding of bodies' places leaves of the forces of teeth [N], (n,), 0 on the angles.
 
     A mesh that is found from places on the ground is known to a rounding of the arm's reach.
@@ -222,14 +224,14 @@ def _tolerance(quantity: str, inertia: np.ndarray, setting: Setting) -> Reasoned
             conditioning = float(arcs / np.sqrt((q[:, ~angular] ** 2).mean()))
         reason = f"{conditioning:.0f} (arcs of the gears against the play between their teeth)"
     if quantity == "acceleration":
-        inverse = float(np.linalg.cond(scaled(inertia)))
+        inverse = float(np.linalg.cond(scale_mass_matrix(inertia)))
         conditioning *= inverse
         reason += f" x {inverse:.0f} (scaled mass matrix)"
     basis = f"{ROUNDINGS} eps x conditioning {reason}, at most {LOOSEST:g}"
     return ReasonedLimit(min(LOOSEST, ROUNDINGS * EPS * conditioning), basis)
 
 
-def scaled(inertia: np.ndarray) -> np.ndarray:
+def scale_mass_matrix(inertia: np.ndarray) -> np.ndarray:
     """A mass matrix (n, n) with ones on its diagonal."""
     scale = 1 / np.sqrt(np.abs(np.diag(inertia)))
     return inertia * scale[:, None] * scale

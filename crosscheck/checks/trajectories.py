@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from crosscheck.checks.scales import EPS, ReasonedLimit
-from crosscheck.findings import About, Finding, checked, measured_only
+from crosscheck.findings import Finding, Subject, make_check, make_measurement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.trajectory import VARIABLES, unit_of
 
@@ -33,27 +33,27 @@ SAFETY = 3.0
 ORDER_TOLERANCE = 0.2
 
 
-class Incomparable(ValueError):
+class RunMismatch(ValueError):
     """An error for two runs that are not of the same times, joints and planets."""
 
 
-def largest_difference(one: xr.Dataset, other: xr.Dataset, quantity: str) -> float:
+def largest_difference(run: xr.Dataset, other_run: xr.Dataset, quantity: str) -> float:
     """max over time, joints and planets of |one - other|, in the quantity's unit.
 
     Raises Incomparable unless both runs have the quantity at the very same times, joints and
     planets.
     """
-    for side in (one, other):
+    for side in (run, other_run):
         if quantity not in side:
-            raise Incomparable(f"the run of {side.attrs.get('model')} has no {quantity}")
-    left, right = one[quantity], other[quantity]
+            raise RunMismatch(f"the run of {side.attrs.get('model')} has no {quantity}")
+    left, right = run[quantity], other_run[quantity]
     if left.dims != right.dims:
-        raise Incomparable(f"{quantity} is over {left.dims} in one run, {right.dims} in the other")
+        raise RunMismatch(f"{quantity} is over {left.dims} in one run, {right.dims} in the other")
     for name in map(str, left.dims):
         if not np.array_equal(_labels(left, name), _labels(right, name)):
-            raise Incomparable(f"the runs have {quantity} at other values of {name}")
+            raise RunMismatch(f"the runs have {quantity} at other values of {name}")
     if (np.isnan(left.values) != np.isnan(right.values)).any():
-        raise Incomparable(f"{quantity} has values in one run where the other has none")
+        raise RunMismatch(f"{quantity} has values in one run where the other has none")
     return float(np.fmax.reduce(np.abs(left.values - right.values), axis=None))
 
 
@@ -80,63 +80,63 @@ class Pair(NamedTuple):
     nudged: xr.Dataset
 
 
-def same_step(
-    about: About, left: xr.Dataset, right: xr.Dataset, pair: Pair, widest: ReasonedLimit
+def check_same_step(
+    about: Subject, left: xr.Dataset, right: xr.Dataset, pair: Pair, widest: ReasonedLimit
 ) -> Finding:
     """Check runs of two models through the same integrator and step, over the whole run."""
     quantity = about.key.quantity
-    limit = repeatable(pair, quantity)
+    limit = repetition_limit(pair, quantity)
     measured = largest_difference(left, right, quantity)
-    return checked(
+    return make_check(
         about,
         measured=measured,
         tolerance=limit.value,
         resolved=limit.value <= widest.value,
-        basis=f"{limit.basis}; {accepted(widest)}",
-        relative=_relative(measured, left, quantity),
+        basis=f"{limit.basis}; {describe_acceptance(widest)}",
+        relative=_relative_value(measured, left, quantity),
     )
 
 
-def repeatable(pair: Pair, quantity: str) -> ReasonedLimit:
+def repetition_limit(pair: Pair, quantity: str) -> ReasonedLimit:
     """The limit of how far the same steps may lead apart by rounding alone."""
-    grown, own = largest_difference(*pair, quantity), EPS * size(pair.run, quantity)
-    steps = steps_of(pair.run)
+    grown, rounding = largest_difference(*pair, quantity), EPS * size(pair.run, quantity)
+    steps = step_count(pair.run)
     basis = (
         f"{ROUNDINGS_AT_ONCE} sqrt(N) (g + eps s), N = {steps:.0f} steps, g = {grown:.1e} (what one"
-        f" rounding in the start grows to), eps s = {own:.1e} (rounding of the quantity)"
+        f" rounding in the start grows to), eps s = {rounding:.1e} (rounding of the quantity)"
     )
-    return ReasonedLimit(ROUNDINGS_AT_ONCE * math.sqrt(steps) * (grown + own), basis)
+    return ReasonedLimit(ROUNDINGS_AT_ONCE * math.sqrt(steps) * (grown + rounding), basis)
 
 
-def accepted(widest: ReasonedLimit) -> str:
+def describe_acceptance(widest: ReasonedLimit) -> str:
     """The limit that an uncertainty must stay below for a verdict, in words."""
     return f"acceptance limit of the uncertainty {widest.value:.2g}, {widest.basis}"
 
 
-def steps_of(run: xr.Dataset) -> float:
+def step_count(run: xr.Dataset) -> float:
     """Number of steps that a run has taken, at least 1."""
     return max(float(run["time"][-1]) / float(run.attrs["step_s"]), 1.0)
 
 
-def at_time(
-    about: About,
+def check_at_time(
+    about: Subject,
     left: xr.Dataset,
     right: xr.Dataset,
     pair: Pair,
     widest: ReasonedLimit,
     time_s: float,
 ) -> Finding:
-    """Check like ``same_step``, at one instant: the record there and the one before."""
+    """Check like ``check_same_step``, at one instant: the record there and the one before."""
 
-    def at(run: xr.Dataset) -> xr.Dataset:
+    def select_records(run: xr.Dataset) -> xr.Dataset:
         index = int(np.argmin(np.abs(run["time"].values - time_s)))
         return run.isel(time=slice(max(index - 1, 0), index + 1))
 
-    return same_step(about, at(left), at(right), pair, widest)
+    return check_same_step(about, select_records(left), select_records(right), pair, widest)
 
 
-def refined(
-    about: About,
+def check_refined_runs(
+    about: Subject,
     left: Sequence[xr.Dataset],
     right: Sequence[xr.Dataset],
     widest: ReasonedLimit,
@@ -148,41 +148,46 @@ def refined(
     that one pair may be close together by chance.
     """
     quantity = about.key.quantity
-    own = [
+    uncertainties = [
         max(uncertainty(*pair, quantity) for pair in zip(side[::2], side[1::2], strict=True))
         for side in (left, right)
     ]
-    rounding = max(rounding_of(side[0], quantity) for side in (left, right))
-    combined = float(np.hypot(own[0], own[1]))
+    rounding = max(run_rounding(side[0], quantity) for side in (left, right))
+    combined = float(np.hypot(uncertainties[0], uncertainties[1]))
     measured = largest_difference(left[0], right[0], quantity)
-    return checked(
+    return make_check(
         about,
         measured=measured,
         tolerance=combined + rounding,
         resolved=combined <= widest.value,
         basis=(
-            f"sqrt(u1^2 + u2^2) + eps s sqrt(N), u1 = {own[0]:.2g} and u2 = {own[1]:.2g} by step"
-            f" refinement, eps s sqrt(N) = {rounding:.1g}; {accepted(widest)}"
+            f"sqrt(u1^2 + u2^2) + eps s sqrt(N), u1 = {uncertainties[0]:.2g} and u2 ="
+            f" {uncertainties[1]:.2g} by step"
+            f" refinement, eps s sqrt(N) = {rounding:.1g}; {describe_acceptance(widest)}"
         ),
-        relative=_relative(measured, left[0], quantity),
+        relative=_relative_value(measured, left[0], quantity),
     )
 
 
-def rounding_of(run: xr.Dataset, quantity: str) -> float:
+def run_rounding(run: xr.Dataset, quantity: str) -> float:
     """Rounding alone of a quantity over a run: half an ulp a step, added up at random.
 
     Every step rounds the state that it adds to; over N steps that is sqrt(N) roundings of its
     size. No refinement can measure less.
     """
-    return float(EPS * size(run, quantity) * math.sqrt(steps_of(run)))
+    return float(EPS * size(run, quantity) * math.sqrt(step_count(run)))
 
 
-def sensitivity(about: About, run: xr.Dataset, nudged: xr.Dataset) -> Finding:
+def measure_sensitivity(about: Subject, run: xr.Dataset, nudged: xr.Dataset) -> Finding:
     """Measure how far a run moves when its start is changed by a rounding."""
-    return deviation(about, nudged, run, "every angle and displacement started a rounding away")
+    return measure_deviation(
+        about, nudged, run, "every angle and displacement started a rounding away"
+    )
 
 
-def deviation(about: About, left: xr.Dataset, right: xr.Dataset, basis: str = "") -> Finding:
+def measure_deviation(
+    about: Subject, left: xr.Dataset, right: xr.Dataset, basis: str = ""
+) -> Finding:
     """Measure how far runs are apart that nobody expects to agree; of one joint, where named.
 
     The relative difference is over the size of the quantity in the right run.
@@ -191,14 +196,14 @@ def deviation(about: About, left: xr.Dataset, right: xr.Dataset, basis: str = ""
     if joint is not None:
         left, right = (run.sel(joint=[joint]) for run in (left, right))
     measured = largest_difference(right, left, quantity)
-    relative = _relative(measured, right, quantity)
-    return measured_only(about, measured=measured, basis=basis, relative=relative)
+    relative = _relative_value(measured, right, quantity)
+    return make_measurement(about, measured=measured, basis=basis, relative=relative)
 
 
-def tip_deviation(about: About, left: xr.Dataset, right: xr.Dataset, arm: Arm) -> Finding:
+def measure_tip_deviation(about: Subject, left: xr.Dataset, right: xr.Dataset, arm: Arm) -> Finding:
     """Measure how far the tips of two runs are apart."""
-    one, other = (run.assign(tip=tip_position(run, arm)) for run in (left, right))
-    return deviation(about, one, other)
+    left_run, right_run = (run.assign(tip=tip_position(run, arm)) for run in (left, right))
+    return measure_deviation(about, left_run, right_run)
 
 
 def tip_position(run: xr.Dataset, arm: Arm) -> xr.DataArray:
@@ -211,7 +216,7 @@ def tip_position(run: xr.Dataset, arm: Arm) -> xr.DataArray:
     return xr.concat(axes, "axis").transpose("time", "axis")
 
 
-def _relative(measured: float, run: xr.Dataset, quantity: str) -> float | None:
+def _relative_value(measured: float, run: xr.Dataset, quantity: str) -> float | None:
     largest = size(run, quantity)
     return measured / largest if largest > 0 and np.isfinite(measured) else None
 
@@ -224,24 +229,30 @@ def observed_order(runs: Sequence[xr.Dataset], quantity: str) -> float:
     return math.log2(first / second) if first > 0 and second > 0 else math.nan
 
 
-def formal_order(about: About, runs: Sequence[xr.Dataset], formal: int, quantity: str) -> Finding:
+def check_formal_order(
+    about: Subject, runs: Sequence[xr.Dataset], formal: int, quantity: str
+) -> Finding:
     """Check that the formal order shows in smooth motion."""
     observed = observed_order(runs, quantity)
-    apart, basis = abs(observed - formal), "three grids in the asymptotic range"
+    difference, basis = abs(observed - formal), "three grids in the asymptotic range"
     note = f"observed order {observed:.3f} from steps h, h/2, h/4"
-    return checked(about, measured=apart, tolerance=ORDER_TOLERANCE, basis=basis, note=note)
+    return make_check(about, measured=difference, tolerance=ORDER_TOLERANCE, basis=basis, note=note)
 
 
-def order_through_impacts(about: About, runs: Sequence[xr.Dataset], quantity: str) -> Finding:
+def measure_impact_order(about: Subject, runs: Sequence[xr.Dataset], quantity: str) -> Finding:
     """Measure the order of convergence through impacts."""
     note = "the dead zone's kink leaves less than the formal order"
-    return measured_only(about, measured=observed_order(runs, quantity), note=note)
+    return make_measurement(about, measured=observed_order(runs, quantity), note=note)
 
 
-def stable_step(about: About, limit: np.ndarray, step_s: float) -> Finding:
+def check_stable_step(about: Subject, limit: np.ndarray, step_s: float) -> Finding:
     """Check the largest step that a plan takes against the model's own limit [s], ()."""
     limit_s = float(limit)
-    known = math.isfinite(limit_s)
-    said = f"at most {limit_s:.3g} s are stable" if known else "and steps of any length are stable"
-    basis = f"steps of {step_s:.3g} s, {said}"
-    return checked(about, measured=step_s / limit_s, tolerance=1.0, basis=basis)
+    is_limited = math.isfinite(limit_s)
+    limit_text = (
+        f"at most {limit_s:.3g} s are stable"
+        if is_limited
+        else "and steps of any length are stable"
+    )
+    basis = f"steps of {step_s:.3g} s, {limit_text}"
+    return make_check(about, measured=step_s / limit_s, tolerance=1.0, basis=basis)

@@ -15,17 +15,17 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from crosscheck import LARGEST_SEED, __version__
-from crosscheck.cli.surroundings import closing_code, enough_memory, prepare
-from crosscheck.entry import load_command, unusable
+from crosscheck.cli.environment import closing_code, prepare, require_memory
+from crosscheck.entry import entry_point_error, load_command
 from crosscheck.models.errors import (
     PROGRAM,
     Diverged,
     InputError,
     Unfinished,
     describe_error,
-    one_line,
+    format_line,
 )
-from crosscheck.runner.interruption import exit_code, farewell, was_stopped
+from crosscheck.runner.interruption import exit_code, exit_message, was_stopped
 
 app = typer.Typer(
     add_completion=False,
@@ -60,7 +60,7 @@ Settings = Annotated[
     ),
 ]
 Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]
-Tried = Annotated[
+TrialModel = Annotated[
     str | None,
     typer.Option("--model", help="Equations to try instead, file.py:name; their code is run."),
 ]
@@ -81,8 +81,8 @@ class RingRate(StrEnum):
     corrected = "corrected"
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(show_version: bool) -> None:
+    if show_version:
         print(f"crosscheck {__version__}")
         raise typer.Exit
 
@@ -107,12 +107,12 @@ def run(
     seed: Seed = 0,
 ) -> None:
     """Cross-check all models of an arm; write index.html and agreement.json."""
-    from crosscheck.runner.progress import starting
+    from crosscheck.runner.progress import show_starting_status
 
-    with starting():
-        from crosscheck.cli.commands import run_command, wanted
+    with show_starting_status():
+        from crosscheck.cli.commands import make_request, run_command
 
-        chosen = wanted(arm, scenario, settings, quick, seed)
+        chosen = make_request(arm, scenario, settings, quick, seed)
     raise typer.Exit(run_command(chosen, out, jobs or os.cpu_count() or 1))
 
 
@@ -128,12 +128,12 @@ def validate(
     junit: JUnit = None,
 ) -> None:
     """Cross-check all models of an arm, without the report page."""
-    from crosscheck.runner.progress import starting
+    from crosscheck.runner.progress import show_starting_status
 
-    with starting():
-        from crosscheck.cli.commands import validate_command, wanted
+    with show_starting_status():
+        from crosscheck.cli.commands import make_request, validate_command
 
-        chosen = wanted(arm, scenario, settings, quick, seed)
+        chosen = make_request(arm, scenario, settings, quick, seed)
     raise typer.Exit(validate_command(chosen, jobs or os.cpu_count() or 1, json_file, junit))
 
 
@@ -146,15 +146,15 @@ def accept(
     quick: Quick = False,
     jobs: Jobs = None,
     junit: JUnit = None,
-    model: Tried = None,
+    model: TrialModel = None,
     with_differences: Annotated[
         bool, typer.Option("--with-differences", help="Record failed checks as known differences.")
     ] = False,
 ) -> None:
     """Cross-check an arm and record the result, unless a check fails."""
-    from crosscheck.cli.commands import accept_command, recorded
+    from crosscheck.cli.commands import accept_command, prepare_recording
 
-    chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
+    chosen, made = prepare_recording(arm, scenario or [], settings or [], quick, model or "")
     processes = jobs or os.cpu_count() or 1
     raise typer.Exit(accept_command(chosen, folder, processes, junit, with_differences, made))
 
@@ -168,12 +168,12 @@ def check(
     quick: Quick = False,
     jobs: Jobs = None,
     junit: JUnit = None,
-    model: Tried = None,
+    model: TrialModel = None,
 ) -> None:
     """Repeat a recorded cross-check and show what changed; exit code 1 if anything did."""
-    from crosscheck.cli.commands import check_command, recorded, renewal
+    from crosscheck.cli.commands import check_command, prepare_recording, renewal
 
-    chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
+    chosen, made = prepare_recording(arm, scenario or [], settings or [], quick, model or "")
     renew = renewal(arm, folder, scenario or [], settings or [], quick, model or "")
     processes = jobs or os.cpu_count() or 1
     raise typer.Exit(check_command(chosen, folder, processes, junit, renew, made))
@@ -373,7 +373,7 @@ def sweep(
     ] = False,
 ) -> None:
     """Run a study, many members of one arm and experiment; write a NetCDF file."""
-    with enough_memory():
+    with require_memory():
         from crosscheck.cli.studies import sweep_command
 
         sweep_command(study, out, jobs or os.cpu_count() or 1, scheduler, resume, run_code)
@@ -390,7 +390,7 @@ def plot(
     ] = None,
 ) -> None:
     """Draw the result of a study: maps, curves and distributions."""
-    with enough_memory():
+    with require_memory():
         from crosscheck.cli.studies import plot_command
 
         plot_command(file, quantity or [], out)
@@ -464,16 +464,16 @@ PARSERS_INTERRUPTED = 130  # its own way to say that there was a KeyboardInterru
 
 
 @lru_cache
-def add_installed() -> None:
+def add_installed_commands() -> None:
     """Add the commands of installed packages, once.
 
     Each command is a function as Typer takes it, which imports nothing heavy before it is called.
     Raises InputError for one that cannot be used.
     """
-    own: Any = typer.main.get_command(app)
+    group: Any = typer.main.get_command(app)
     for offer in sorted(entry_points(group=COMMANDS), key=lambda each: each.name):
-        if offer.name in own.commands:
-            raise unusable(offer, "a command of this name exists already")
+        if offer.name in group.commands:
+            raise entry_point_error(offer, "a command of this name exists already")
         command = load_command(offer, USAGE_ERRORS)
         alone = typer.Typer(add_completion=False)
         alone.command(offer.name)(command)
@@ -481,7 +481,7 @@ def add_installed() -> None:
             typer.main.get_command(alone)
         except Exception as error:  # whatever Typer makes of its arguments
             reason = f"is no function that Typer takes: {describe_error(error)}"
-            raise unusable(offer, reason) from None
+            raise entry_point_error(offer, reason) from None
         app.command(offer.name)(command)
 
 
@@ -489,7 +489,7 @@ def main() -> NoReturn:
     """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (no verdict), 130, 143."""
     try:
         prepare()
-        add_installed()
+        add_installed_commands()
         code: Any = app(standalone_mode=False)
     except (typer.Abort, KeyboardInterrupt):
         code = PARSERS_INTERRUPTED
@@ -500,7 +500,7 @@ def main() -> NoReturn:
     except BaseException as error:  # of no command of ours: code that one of them ran has left
         _fail(f"came to no verdict: code that was run raised {describe_error(error)}", 3)
     if code == PARSERS_INTERRUPTED:
-        _fail(farewell(), exit_code())
+        _fail(exit_message(), exit_code())
     sys.exit(closing_code(code if isinstance(code, int) else 0))
 
 
@@ -520,5 +520,5 @@ def _explain(error: Exception) -> NoReturn:
 
 
 def _fail(line: str, code: int) -> NoReturn:
-    print(one_line(f"{PROGRAM}{line}"), file=sys.stderr)
+    print(format_line(f"{PROGRAM}{line}"), file=sys.stderr)
     sys.exit(code)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from crosscheck.cli.answer import answer
-from crosscheck.kinds import MEASURED, MEASURED_PAGE
-from crosscheck.measured.compare import RecordComparison, compare
-from crosscheck.measured.output import comparison_json, comparison_page, lines
-from crosscheck.measured.record import read_record
+from crosscheck.cli.output import print_and_write
+from crosscheck.file_types import MEASURED, MEASURED_PAGE
 from crosscheck.models.errors import InputError
-from crosscheck.models.loading import load_chosen
+from crosscheck.models.loading import load_selection
 from crosscheck.output import require_files, require_writable
+from crosscheck.recordings.compare import RecordComparison, compare
+from crosscheck.recordings.output import comparison_json, comparison_page, describe_comparison
+from crosscheck.recordings.record import read_record
 from crosscheck.runner.progress import progress_bar
 
 PAGE = "compare.html"
@@ -33,19 +33,22 @@ def compare_command(
     It is 0 if the engines agree and the likeliest level leaves noise alone, else 1. Raises
     InputError.
     """
-    chosen = load_chosen(arm, scenarios, settings)
+    chosen = load_selection(arm, scenarios, settings)
     tolerances = dict(_tolerance(text) for text in stated)
     page = None if out is None else out / PAGE
     if out is not None:
         require_writable(out)
     require_files((json_file, MEASURED), (page, MEASURED_PAGE))
-    own = read_record(record, len(chosen.arm.joints), topic, joints)
+    recording = read_record(record, len(chosen.arm.joints), topic, joints)
     scenario = chosen.scenarios[0] if chosen.scenarios else None
-    with progress_bar() as on_progress:
-        found = compare(own, chosen.arm, scenario, tolerances, on_progress)
-    made = (json_file, lambda: comparison_json(found)), (page, lambda: comparison_page(found))
-    answer(lines(found), *made)
-    return 0 if isinstance(found, RecordComparison) and found.explained else 1
+    with progress_bar() as progress:
+        comparison = compare(recording, chosen.arm, scenario, tolerances, progress)
+    requests = (
+        (json_file, lambda: comparison_json(comparison)),
+        (page, lambda: comparison_page(comparison)),
+    )
+    print_and_write(describe_comparison(comparison), *requests)
+    return 0 if isinstance(comparison, RecordComparison) and comparison.explained else 1
 
 
 def _tolerance(text: str) -> tuple[str, float]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from crosscheck.cli.answer import answer
-from crosscheck.cost.cost import FULL, QUICK, cost_of
-from crosscheck.cost.motion import given
-from crosscheck.cost.output import cost_json, cost_page, lines
-from crosscheck.kinds import COST, COST_PAGE
-from crosscheck.measured.record import read_record
+from crosscheck.cli.output import print_and_write
+from crosscheck.cost.motion import fit_motion
+from crosscheck.cost.output import cost_json, cost_page, describe_result
+from crosscheck.cost.shortcuts import FULL, QUICK, compute_costs
+from crosscheck.file_types import COST, COST_PAGE
 from crosscheck.models.robot.file import load_robot
 from crosscheck.output import require_files, require_writable
+from crosscheck.recordings.record import read_record
 from crosscheck.runner.progress import progress_bar
 
 PAGE = "cost.html"
@@ -34,9 +34,9 @@ def cost_command(
     if out is not None:
         require_writable(out)
     require_files((json_file, COST), (page, COST_PAGE))
-    along = None if motion is None else given(read_record(motion, len(robot.coordinates)))
-    with progress_bar() as told:
-        found = cost_of(robot, seed, QUICK if quick else FULL, told, along)
-    made = (json_file, lambda: cost_json(found)), (page, lambda: cost_page(found))
-    answer(lines(found), *made)
-    return 0 if found.agrees else 1
+    along = None if motion is None else fit_motion(read_record(motion, len(robot.coordinates)))
+    with progress_bar() as progress:
+        costs = compute_costs(robot, seed, QUICK if quick else FULL, progress, along)
+    requests = (json_file, lambda: cost_json(costs)), (page, lambda: cost_page(costs))
+    print_and_write(describe_result(costs), *requests)
+    return 0 if costs.agrees else 1

@@ -21,15 +21,15 @@ from crosscheck.checks.first_principles.weights import joint_mass, link_mass
 from crosscheck.checks.scales import largest_weights
 from crosscheck.models.arm.arm import Arm, Direct, Planetary
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
-from crosscheck.models.arm.planets import unlike_fields
+from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.plan import is_the_papers
-from crosscheck.planning.sizing import Sizes, pd_scenario, sizes_of, step_scenario
-from crosscheck.registry import usable_numbers
-from crosscheck.schema import described
+from crosscheck.planning.sizing import Sizes, compute_sizes, make_pd_scenario, make_step_scenario
+from crosscheck.registry import require_usable_numbers
+from crosscheck.schema import describe_fields
 
 MOST_LISTED = 6  # of a list of numbers
 OF_THE_FILE = ("schema_version", "name", "title")
@@ -39,7 +39,7 @@ RIGID = 1e-3  # of the fastest eigenvalue: slower ones are the arm's own, or the
 def show_command(name: str) -> None:
     """Print an arm, once all of it is worked out. Raises InputError."""
     arm = load_arm(name)
-    with usable_numbers("show", arm):
+    with require_usable_numbers("show", arm):
         tables = list(_tables(arm))
     print(f"{arm.name}: {arm.title}")
     Console().print(*tables, sep="\n")
@@ -49,31 +49,31 @@ def _tables(arm: Arm) -> Iterator[Table]:
     """Tables of each joint, its meshes and the link behind it; the arm's; its experiments'."""
     for place, joint in enumerate(arm.joints):
         title = f"joint {place + 1}"
-        yield _table(title, _given(joint))
+        yield _table(title, _stated_quantities(joint))
         if isinstance(joint, Planetary):
             for named in named_meshes(joint):
-                given = (*_given(named.mesh.stiffness), *_given(named.mesh))
+                given = (*_stated_quantities(named.mesh.stiffness), *_stated_quantities(named.mesh))
                 rows = [*given, *derived_mesh(joint, named)]
                 yield _table(f"{title}, {named.title}", rows)
         yield _table(f"{title}, derived", derived_joint(joint))
         values = stage_values(joint, arm.links[place])
         mass, inertia = float(values.m), float(values.I_l)
-        rows = [*_given(arm.links[place]), DerivedQuantity("mass", mass, "kg")]
+        rows = [*_stated_quantities(arm.links[place]), DerivedQuantity("mass", mass, "kg")]
         rows.append(DerivedQuantity("inertia about its centre of mass", inertia, "kg m^2"))
         yield _table(f"link {place + 1}", rows)
-    yield _table("arm", [*_given(arm), *derived_arm(arm)])
+    yield _table("arm", [*_stated_quantities(arm), *derived_arm(arm)])
     if is_the_papers(arm):
         return
     try:
-        rows = list(derived_experiments(sizes_of(arm)))
+        rows = list(derived_experiments(compute_sizes(arm)))
     except InputError as error:
         rows = [DerivedQuantity("none", error.allowed)]
     yield _table("experiments of its size", rows)
 
 
-def _given(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
+def _stated_quantities(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
     """The values of a record itself, not of what it holds, nor of the file around it."""
-    for field in described(Mesh if isinstance(record, PlanetMesh) else type(record)):
+    for field in describe_fields(Mesh if isinstance(record, PlanetMesh) else type(record)):
         value = getattr(record, field.name)
         if value is not None and not field.records and field.name not in OF_THE_FILE:
             yield DerivedQuantity(field.name, value, field.unit)
@@ -82,11 +82,11 @@ def _given(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
 def _table(title: str, rows: Iterator[DerivedQuantity] | list[DerivedQuantity]) -> Table:
     table = Table("quantity", "value", "unit", title=title, title_justify="left", box=None)
     for quantity in rows:
-        table.add_row(quantity.name, _shown(quantity.value), quantity.unit)
+        table.add_row(quantity.name, _format_value(quantity.value), quantity.unit)
     return table
 
 
-def _shown(value: float | str | tuple[float, ...]) -> str:
+def _format_value(value: float | str | tuple[float, ...]) -> str:
     """A value as text; of a long list its first values and their number."""
     if isinstance(value, str):
         return value
@@ -124,12 +124,12 @@ def named_meshes(joint: Planetary) -> Iterator[NamedMesh]:
     """The meshes with sun and ring: of all planets, or of each where they differ."""
     sun, planet, _ = equivalent_masses(joint)
     masses = sun, joint.planet_count * planet
-    alike = next(unlike_fields(joint), None) is None
+    alike = next(find_unlike_fields(joint), None) is None
     for n in range(1 if alike else joint.planet_count):
         suffix = "" if alike else f" of planet {n + 1}"
         d, phases = damping(joint, n), mesh_phases(joint, n)
         for k, (side, pair) in enumerate((("sun", "sp"), ("ring", "pr"))):
-            mesh = (joint.sun_mesh, joint.ring_mesh)[k].of_planet(n)
+            mesh = (joint.sun_mesh, joint.ring_mesh)[k].planet_mesh(n)
             yield NamedMesh(f"{side} mesh{suffix}", pair, mesh, masses[k], d[k], phases[k])
 
 
@@ -181,12 +181,12 @@ def _stage(joint: Planetary) -> Iterator[DerivedQuantity]:
     for (index, part), mass, radius in zip(parts, masses, radii, strict=True):
         yield DerivedQuantity(f"M_{index}, equivalent mass of {part}", mass, "kg")
         yield DerivedQuantity(f"I_{index}, inertia of {part}", mass * radius**2, "kg m^2")
-    for part, own, mass in (
+    for part, equivalent_mass, mass in (
         ("sun", masses[0], joint.sun_mass_kg),
         ("planet", masses[1], joint.planet_mass_kg),
     ):
         if mass:
-            ratio = math.sqrt(own / mass)
+            ratio = math.sqrt(equivalent_mass / mass)
             yield DerivedQuantity(f"{part}: radius of gyration over base radius", ratio)
 
 
@@ -218,8 +218,12 @@ def _mesh_poles(model: PhysicalModel) -> list[complex]:
 def derived_experiments(sizes: Sizes) -> Iterator[DerivedQuantity]:
     """Quantities of the experiments that a cross-check makes for an arm not the paper's."""
     yield DerivedQuantity("rate of the controller", sizes.rate, "rad/s")
-    yield DerivedQuantity("duration of the step of torque", step_scenario(sizes).duration_s, "s")
-    yield DerivedQuantity("duration of the controlled motion", pd_scenario(sizes).duration_s, "s")
+    yield DerivedQuantity(
+        "duration of the step of torque", make_step_scenario(sizes).duration_s, "s"
+    )
+    yield DerivedQuantity(
+        "duration of the controlled motion", make_pd_scenario(sizes).duration_s, "s"
+    )
     columns = (
         ("inertia of the rigid arm, stretched out", sizes.inertia, "kg m^2"),
         ("step of torque", sizes.step, "N m"),

@@ -8,18 +8,18 @@ from pathlib import Path
 from rich.console import Console
 from rich.markup import escape
 
-from crosscheck.kinds import TRAJECTORY
+from crosscheck.file_types import TRAJECTORY
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.loading import Case, load_case
 from crosscheck.output import require_file, write_files
-from crosscheck.provenance import provenance
-from crosscheck.registry import build, entry_of, usable_numbers
-from crosscheck.runner.outcomes import Failure, OwnKey
+from crosscheck.provenance import record_provenance
+from crosscheck.registry import build, get_entry, require_usable_numbers
+from crosscheck.runner.outcomes import Failure, SelfKeyedTask
 from crosscheck.runner.workers import perform_all
 
 
 @dataclass(frozen=True)
-class Request(OwnKey):
+class SimulationRequest(SelfKeyedTask):
     """A run that a user asks for by name; see ``api.simulate``."""
 
     model: str
@@ -31,19 +31,19 @@ class Request(OwnKey):
     def perform(self) -> tuple[bytes, str] | InputError | Diverged:
         """The content of the run's file and what is said of it; or what is wrong."""
         from crosscheck.api import simulate
-        from crosscheck.models.trajectory import netcdf
+        from crosscheck.models.trajectory import encode_netcdf
 
         try:
-            with usable_numbers(self.model, self.case.arm):
+            with require_usable_numbers(self.model, self.case.arm):
                 model = build(self.model, *self.case)
                 run = simulate(model, force=self.force, rtol=self.rtol)
         except (InputError, Diverged) as error:
             return error
-        packages = entry_of(self.model).versioned
-        record = provenance(self.case.arm, 0, False, packages=packages)
+        packages = get_entry(self.model).versioned_packages
+        record = record_provenance(self.case.arm, 0, False, packages=packages)
         run.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
         final = ", ".join(f"{angle:.9g}" for angle in run["theta"].values[-1])
-        return netcdf(run), f"{run.sizes['time']} times, theta at the end {final} rad"
+        return encode_netcdf(run), f"{run.sizes['time']} times, theta at the end {final} rad"
 
 
 def simulate_command(
@@ -58,9 +58,9 @@ def simulate_command(
 ) -> None:
     """Simulate one model into a NetCDF file."""
     case = load_case(arm, scenario, switches, settings)
-    entry_of(model)
+    get_entry(model)
     require_file(out, TRAJECTORY, "--out")
-    request = Request(model, case, force, rtol)
+    request = SimulationRequest(model, case, force, rtol)
     about = escape(f"{model}, {case.scenario.name}, {case.scenario.duration_s:g} s")
     with Console(stderr=True).status(about):
         written = perform_all([request], 1, lambda key: None)[request]
@@ -68,6 +68,6 @@ def simulate_command(
         raise Unfinished(f"{model}: {written}")
     if isinstance(written, Exception):
         raise written
-    content, said = written
+    content, summary = written
     write_files({out: content})
-    print(f"wrote {out}: {said}")
+    print(f"wrote {out}: {summary}")

@@ -12,16 +12,16 @@ import xarray as xr
 from rich.console import Console
 from rich.table import Table
 
-from crosscheck.kinds import PICTURE
+from crosscheck.file_types import PICTURE
 from crosscheck.models.inputs import remember
 from crosscheck.output import require_file, write_files
-from crosscheck.report.words import printable
+from crosscheck.report.formatting import make_printable
 from crosscheck.runner.progress import members_bar
-from crosscheck.studies.batches.opened import used
+from crosscheck.studies.batches.netcdf_file import use_file
 from crosscheck.studies.batches.result_file import CHECKED
-from crosscheck.studies.batches.run import How, run_study
+from crosscheck.studies.batches.run import ExecutionSettings, run_study
 from crosscheck.studies.definition.files import read_study
-from crosscheck.studies.measures.columns import DIVERGED, columns
+from crosscheck.studies.measures.columns import DIVERGED, list_columns
 from crosscheck.studies.members.members import PreparedStudy
 
 
@@ -31,25 +31,25 @@ def sweep_command(
     """Run a study into a NetCDF file and print what it found. Raises InputError."""
     study = read_study(file, run_code)
     began = time.monotonic()
-    with members_bar() as told:
-        ran = run_study(study, out, How(jobs, scheduler, resume, told))
+    with members_bar() as progress:
+        ran = run_study(study, out, ExecutionSettings(jobs, scheduler, resume, progress))
     taken = time.monotonic() - began
-    _print(study, out)
+    _print_ranges(study, out)
     rate = f", {ran:,} run in {taken:.1f} s, {ran / taken:.3g} a second" if ran else ""
     print(f"wrote {out}: {study.count:,} members{rate}" if ran else f"{out}: is complete")
 
 
 def plot_command(file: Path, quantities: Sequence[str], out: Path | None) -> None:
     """Draw quantities of a result into a PNG file. Raises InputError."""
-    from crosscheck.studies.plot import picture  # Matplotlib, which a study needs not
+    from crosscheck.studies.plot import draw_selected  # Matplotlib, which a study needs not
 
     remember(file)
     target = require_file(out or file.with_suffix(".png"), PICTURE, "--out")
-    write_files({target: used(file, partial(picture, list(quantities)))})
-    print(f"wrote {printable(str(target))}")
+    write_files({target: use_file(file, partial(draw_selected, list(quantities)))})
+    print(f"wrote {make_printable(str(target))}")
 
 
-def _print(study: PreparedStudy, out: Path) -> None:
+def _print_ranges(study: PreparedStudy, out: Path) -> None:
     """Print the range of every number, and how near a second engine came."""
     with xr.open_dataset(out, engine="h5netcdf", decode_times=False) as result:
         checked = CHECKED in result.dims
@@ -58,30 +58,36 @@ def _print(study: PreparedStudy, out: Path) -> None:
         gone = int(np.isfinite(result[DIVERGED].values).sum())
         if gone:
             print(f"{gone:,} of {study.count:,} members diverged and have no numbers")
-        for column in columns(study):
+        for column in list_columns(study):
             if "time" in column.dims or column.name == DIVERGED:
                 continue
-            known, size = _known(result, column.name), result[column.name].size
-            row = [column.name, column.unit, f"{size - known.size:,} of {size:,}"]
-            if known.size:
-                row += [f"{n:.6g}" for n in (known.min(), np.median(known), known.max())]
+            defined_values, size = _defined_values(result, column.name), result[column.name].size
+            row = [column.name, column.unit, f"{size - defined_values.size:,} of {size:,}"]
+            if defined_values.size:
+                row += [
+                    f"{n:.6g}"
+                    for n in (defined_values.min(), np.median(defined_values), defined_values.max())
+                ]
             else:
                 row += [""] * 3
-            table.add_row(*map(printable, row), *([_off(result, column.name)] * checked))
+            table.add_row(
+                *map(make_printable, row),
+                *([_format_engine_difference(result, column.name)] * checked),
+            )
         Console().print(table)
 
 
-def _off(result: xr.Dataset, name: str) -> str:
+def _format_engine_difference(result: xr.Dataset, name: str) -> str:
     """The second engine's largest distance, and that over the spread of all members, as text."""
-    worst = _known(result, f"{name}_difference")
-    relative = _known(result, f"{name}_difference_over_spread")
+    worst = _defined_values(result, f"{name}_difference")
+    relative = _defined_values(result, f"{name}_difference_over_spread")
     if not worst.size:
         return "undefined"
     of_spread = f" ({relative.max():.1g} of the spread)" if relative.size else ""
     return f"{worst.max():.2g}{of_spread}"
 
 
-def _known(result: xr.Dataset, name: str) -> np.ndarray:
+def _defined_values(result: xr.Dataset, name: str) -> np.ndarray:
     """The values of a variable that are defined; none where there is no such variable."""
     values = result[name].values if name in result else np.empty(0)
     return values[np.isfinite(values)]

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.arm.mesh import Mesh
-from crosscheck.models.arm.quantities import Data, Printable, short
+from crosscheck.models.arm.quantities import Data, PrintableText, format_number
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
 from crosscheck.output import require_file, write_text
-from crosscheck.report.words import printable
-from crosscheck.schema import described
+from crosscheck.report.formatting import make_printable
+from crosscheck.schema import describe_fields
 
 if TYPE_CHECKING:
     from crosscheck.models.robot.robot import Robot
@@ -89,8 +89,8 @@ def init_command(path: Path, joints: int) -> None:
     """Write the template of an arm with 1 to 7 joints. Raises InputError, also if it exists."""
     require_new(path)
     write_text(path, template(path.stem, joints))
-    name, word = printable(str(path)), printable(shlex.quote(str(path)))
-    print(f"wrote {name}: {_counted(joints)}, every number an example; edit it, then")
+    name, word = make_printable(str(path)), make_printable(shlex.quote(str(path)))
+    print(f"wrote {name}: {_format_joint_count(joints)}, every number an example; edit it, then")
     for command in ("show", "validate"):
         print(f"  crosscheck {command} {word}")
 
@@ -104,8 +104,8 @@ def require_new(path: Path) -> None:
 
 def template(name: str, joints: int) -> str:
     """The text of an arm's file, TOML; an unprintable name is left to the user."""
-    arm = example_arm(name if Printable(80).allows(name) else "my-arm", joints)
-    lines = [HEAD.format(joints=_counted(joints)), *_fields(arm, True)]
+    arm = example_arm(name if PrintableText(80).allows(name) else "my-arm", joints)
+    lines = [HEAD.format(joints=_format_joint_count(joints)), *_fields(arm, True)]
     for number, joint in enumerate(arm.joints):
         lines += ["", f"# {_place(number, joints)}", *_joint_lines(joint, number == 0)]
     numbers = {"motor_mass_kg": 4.0, "rotor_inertia_kg_m2": 0.02, "friction_N_m_s_per_rad": 1.2}
@@ -125,9 +125,9 @@ def example_arm(name: str, joints: int) -> Arm:
     return Arm(
         schema_version=2,
         name=name,
-        title=f"An arm of {_counted(joints)}",
+        title=f"An arm of {_format_joint_count(joints)}",
         payload_mass_kg=5.0,
-        joints=tuple(_joint(size) for size in chosen),
+        joints=tuple(_make_joint(size) for size in chosen),
         links=tuple(  # aluminium rods, thinner the shorter they are
             Link(
                 length_m=size.length_m,
@@ -140,7 +140,7 @@ def example_arm(name: str, joints: int) -> Arm:
     )
 
 
-def _joint(size: JointSize) -> Planetary:
+def _make_joint(size: JointSize) -> Planetary:
     scale = size.module_m / SIZES[0].module_m
     area, volume = scale**2, scale**3
     return Planetary(
@@ -160,12 +160,12 @@ def _joint(size: JointSize) -> Planetary:
         ring_mass_kg=_two_digits(9.5 * volume),
         ring_inertia_kg_m2=_two_digits(0.18 * volume * area),
         friction_N_m_s_per_rad=_two_digits(5 * volume),
-        sun_mesh=_mesh(1e8, 45e-6, 6e-6, 0.0, scale),
-        ring_mesh=_mesh(1.2e8, 50e-6, 5e-6, 0.4 + scale, scale),
+        sun_mesh=_make_mesh(1e8, 45e-6, 6e-6, 0.0, scale),
+        ring_mesh=_make_mesh(1.2e8, 50e-6, 5e-6, 0.4 + scale, scale),
     )
 
 
-def _mesh(stiffness: float, backlash: float, error: float, phase: float, scale: float) -> Mesh:
+def _make_mesh(stiffness: float, backlash: float, error: float, phase: float, scale: float) -> Mesh:
     """A mesh from the shoulder's: stiffness as the module times its root, lengths as the module."""
     mean = _two_digits(stiffness * scale**1.5)
     law = SineStiffness(law="sine", mean_N_per_m=mean, amplitude_N_per_m=_two_digits(0.15 * mean))
@@ -184,7 +184,7 @@ def _joint_lines(joint: Planetary | Direct, explained: bool) -> list[str]:
     if isinstance(joint, Planetary):
         lines += ["", "[joints.sun_mesh]", *_fields(joint.sun_mesh, explained)]
         if explained:
-            law = joint.sun_mesh.of_planet(0).stiffness
+            law = joint.sun_mesh.planet_mesh(0).stiffness
             lines += ["", "[joints.sun_mesh.stiffness]", *_fields(law, True)]
         lines += ["", "[joints.ring_mesh]", *_fields(joint.ring_mesh, False)]
     return lines
@@ -193,10 +193,12 @@ def _joint_lines(joint: Planetary | Direct, explained: bool) -> list[str]:
 def _fields(record: Data, explained: bool) -> list[str]:
     """Lines of a record's own numbers and texts, with meaning and unit if ``explained``."""
     lines = []
-    for field in described(type(record)):
+    for field in describe_fields(type(record)):
         value = getattr(record, field.name)
-        apart = field.lists or isinstance(value, Mesh) or (explained and isinstance(value, Data))
-        if value is None or apart:
+        is_section = (
+            field.lists or isinstance(value, Mesh) or (explained and isinstance(value, Data))
+        )
+        if value is None or is_section:
             continue
         is_gravity = field.name == "gravity_m_per_s2"
         line = GRAVITY if is_gravity else f"{field.name} = {_toml(value)}"
@@ -214,7 +216,7 @@ def _toml(value: object) -> str:
     if isinstance(value, int):
         return str(value)
     assert isinstance(value, float)
-    text = short(value)
+    text = format_number(value)
     return text if "." in text or "e" in text else f"{text}.0"
 
 
@@ -222,7 +224,7 @@ def _two_digits(value: float) -> float:
     return float(f"{value:.2g}")
 
 
-def _counted(joints: int) -> str:
+def _format_joint_count(joints: int) -> str:
     return f"{joints} geared joint{'s' * (joints > 1)}"
 
 
@@ -235,20 +237,22 @@ def _place(number: int, joints: int) -> str:
 
 def init_robot_command(path: Path, urdf: Path) -> None:
     """Write a file for the robot of a URDF. Raises InputError, also if the file exists."""
-    from crosscheck.models.robot.file import RobotFile, read_text, robot_of  # NumPy
+    from crosscheck.models.robot.file import RobotFile, build_robot, read_text  # NumPy
 
     require_new(path)
-    own = os.path.relpath(urdf, path.parent)
-    if not Printable(400).allows(own):
-        allowed = f"must have {Printable(400)} from the folder of {path}"
-        raise InputError("--urdf", "", own, allowed)
-    name = path.stem if Printable(80).allows(path.stem) else "my-robot"
-    file = RobotFile(schema_version=1, name=name, urdf=own)
-    robot = robot_of(file, read_text(urdf), str(path), str(urdf))
-    write_text(path, robot_template(robot, own))
+    relative_path = os.path.relpath(urdf, path.parent)
+    if not PrintableText(400).allows(relative_path):
+        allowed = f"must have {PrintableText(400)} from the folder of {path}"
+        raise InputError("--urdf", "", relative_path, allowed)
+    name = path.stem if PrintableText(80).allows(path.stem) else "my-robot"
+    file = RobotFile(schema_version=1, name=name, urdf=relative_path)
+    robot = build_robot(file, read_text(urdf), str(path), str(urdf))
+    write_text(path, robot_template(robot, relative_path))
     count = len(robot.coordinates)
-    print(f"wrote {printable(str(path))}: {count} joints, all direct; state their rotors, then")
-    print(f"  crosscheck cost {printable(shlex.quote(str(path)))}")
+    print(
+        f"wrote {make_printable(str(path))}: {count} joints, all direct; state their rotors, then"
+    )
+    print(f"  crosscheck cost {make_printable(shlex.quote(str(path)))}")
 
 
 def robot_template(robot: Robot, urdf: str) -> str:

@@ -10,56 +10,76 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from crosscheck.cli.answer import answer, write_asked
-from crosscheck.kinds import AGREEMENT, EXPLAINED, JUNIT, ROBOT_JUNIT, TRIAL, TRIAL_PAGE
+from crosscheck.cli.output import print_and_write, write_requested
+from crosscheck.file_types import AGREEMENT, JUNIT, ROBOT_JUNIT, ROBOT_TRIAL, TRIAL, TRIAL_PAGE
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import is_robot
 from crosscheck.models.inputs import remember
-from crosscheck.models.loading import Chosen, load_chosen
+from crosscheck.models.loading import ArmSelection, load_selection
 from crosscheck.models.robot.file import load_robot
 from crosscheck.output import require_files, require_writable, write_files
-from crosscheck.planning.plan import Wanted
-from crosscheck.report.answers import agreement_json
-from crosscheck.report.junit import junit_xml
+from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.report.answers import format_agreement_json
+from crosscheck.report.formatting import format_count, make_printable
+from crosscheck.report.junit import format_junit
 from crosscheck.report.terminal import print_agreement
-from crosscheck.report.words import counted, printable
 from crosscheck.run import CrossCheck
-from crosscheck.runner.progress import shown_progress
-from crosscheck.trial.fmu.archive import MappedUnit, described, drafted, mapped_unit, unpacked
-from crosscheck.trial.fmu.unit import beside, fmu_equations, require_comparable, require_running
-from crosscheck.trial.input.equations import Coordinates, Equations, coordinates_of
-from crosscheck.trial.input.loading import handed_over, robot_equations
-from crosscheck.trial.model import switches_of
+from crosscheck.runner.progress import show_progress
+from crosscheck.trial.fmu.archive import (
+    MappedUnit,
+    draft_mapping,
+    load_unit,
+    read_description,
+    unpack_fmu,
+)
+from crosscheck.trial.fmu.unit import (
+    build_fmu_equations,
+    compare_unit_runs,
+    require_comparable,
+    require_running,
+)
+from crosscheck.trial.input.equations import Coordinates, Equations, load_coordinates
+from crosscheck.trial.input.loading import load_equations, load_robot_equations
+from crosscheck.trial.model import select_switches
 from crosscheck.trial.robots.output import (
-    lines,
-    robot_trial_json,
+    format_lines,
+    format_robot_trial,
     robot_trial_junit,
     robot_trial_page,
 )
-from crosscheck.trial.robots.trial import try_equations
-from crosscheck.trial.tables.answers import answered, equations_of, following
-from crosscheck.trial.tables.asked import TableTrial, asked_apart, asked_on_probes, asked_states
-from crosscheck.trial.tables.folder import ask_files, probe_files
-from crosscheck.trial.trial import Asked, Trial, tried
+from crosscheck.trial.robots.trial import run_robot_trial
+from crosscheck.trial.tables.answers import build_table_equations, next_row, read_trial_answers
+from crosscheck.trial.tables.folder import render_probe_files, render_request_files
+from crosscheck.trial.tables.state_requests import (
+    TableTrial,
+    collect_inverse_requests,
+    collect_probe_requests,
+    collect_state_request,
+)
+from crosscheck.trial.trial import Trial, TrialRequest, run_trial
 
 
-def asked_of(
+def make_trial_request(
     model: str, arm: str, scenarios: list[str], settings: list[str], *, quick: bool, seed: int
-) -> Asked:
+) -> TrialRequest:
     """What a command line asks to be tried; this runs the model's code. Raises InputError."""
-    chosen = load_chosen(arm, scenarios, settings)
+    chosen = load_selection(arm, scenarios, settings)
     remember(Path(model.rpartition(":")[0]))
-    equations = handed_over(model, chosen.arm, chosen.scenarios[0] if chosen.scenarios else None)
+    equations = load_equations(model, chosen.arm, chosen.scenarios[0] if chosen.scenarios else None)
     name = model.replace(os.sep, "/").rpartition("/")[2]
-    return Asked(
+    return TrialRequest(
         name, equations, chosen.arm, chosen.scenarios, chosen.switches, quick=quick, seed=seed
     )
 
 
-def tried_aloud(asked: Asked, chosen: Wanted, jobs: int) -> CrossCheck:
+def run_trial_with_progress(
+    request: TrialRequest, chosen: CrossCheckRequest, jobs: int
+) -> CrossCheck:
     """Try equations at the seed of what is wanted, with progress; returns the cross-check."""
-    with shown_progress(f"trying {printable(asked.name)}") as told:
-        return tried(replace(asked, seed=chosen.seed), jobs=jobs, told=told).cross_check
+    with show_progress(f"trying {make_printable(request.name)}") as progress:
+        return run_trial(
+            replace(request, seed=chosen.seed), jobs=jobs, progress=progress
+        ).cross_check
 
 
 @dataclass(frozen=True)
@@ -97,22 +117,22 @@ class TrialOptions:
     @property
     def fmu(self) -> Path | None:
         """Path of the FMU, where MODEL is one."""
-        own = bool(self.names) and self.names[0].endswith(".fmu")
-        return Path(self.names[0]) if own else None
+        is_fmu = bool(self.names) and self.names[0].endswith(".fmu")
+        return Path(self.names[0]) if is_fmu else None
 
     @property
     def arm(self) -> str:
         """Name or file of the arm."""
-        own = 0 if self.answers or (self.ask and not self.fmu) else 1
-        return self.names[own] if len(self.names) > own else "paper-labelled"
+        index = 0 if self.answers or (self.ask and not self.fmu) else 1
+        return self.names[index] if len(self.names) > index else "paper-labelled"
 
     def table(self) -> TableTrial:
         """The trial of a table of answers. Raises InputError."""
-        chosen = load_chosen(self.arm, [], self.settings)
-        coordinates, level = coordinates_of(self.coordinates)
+        chosen = load_selection(self.arm, [], self.settings)
+        coordinates, level = load_coordinates(self.coordinates)
         return TableTrial(chosen.arm, coordinates, level, chosen.switches, self.quick, self.seed)
 
-    def as_written(self) -> str:
+    def format_shared_options(self) -> str:
         """The options that --ask and --answers must share."""
         words = [self.arm, *(word for setting in self.settings for word in ("--set", setting))]
         words += ["--coordinates", str(self.coordinates)] if self.coordinates else []
@@ -122,7 +142,7 @@ class TrialOptions:
 
 def trial_command(options: TrialOptions) -> int:
     """Put equations on trial, or write what is asked of them; returns the exit code."""
-    _require_meant(options)
+    _require_compatible(options)
     if is_robot(options.arm):
         _require_for_robots(options)
         return _try_robot(options)
@@ -130,55 +150,64 @@ def trial_command(options: TrialOptions) -> int:
         ask(options)
         return 0
     with tempfile.TemporaryDirectory() as folder:
-        chosen = load_chosen(options.arm, options.scenarios, options.settings)
+        chosen = load_selection(options.arm, options.scenarios, options.settings)
         unit = None
         if options.fmu is not None:
             assert options.coordinates is not None  # as was required
-            unit = mapped_unit(options.fmu, options.coordinates, chosen.arm, Path(folder))
+            unit = load_unit(options.fmu, options.coordinates, chosen.arm, Path(folder))
             require_running(unit, str(options.fmu))
         if unit is not None and unit.description.kind == "co-simulation":
-            return _beside(options, unit, chosen)
-        asked = _asked(options, unit, chosen)
+            return _run_beside_engines(options, unit, chosen)
+        request = _make_request(options, unit, chosen)
         require_files(
             (options.json_file, TRIAL), (options.junit, JUNIT), (options.page, TRIAL_PAGE)
         )
-        with shown_progress(f"trying {printable(asked.name)}") as told:
-            trial = tried(asked, jobs=options.processes, told=told)
-    return _told(trial, options)
+        with show_progress(f"trying {make_printable(request.name)}") as progress:
+            trial = run_trial(request, jobs=options.processes, progress=progress)
+    return _report_trial(trial, options)
 
 
 def _try_robot(options: TrialOptions) -> int:
     """Judge a user's equations of a robot; returns the exit code. Raises InputError."""
     text, robot = options.names[0], load_robot(options.arm)
     files = options.json_file, options.junit, options.page
-    require_files(*zip(files, (EXPLAINED, ROBOT_JUNIT, TRIAL_PAGE), strict=True))
+    require_files(*zip(files, (ROBOT_TRIAL, ROBOT_JUNIT, TRIAL_PAGE), strict=True))
     remember(Path(text.rpartition(":")[0]))
-    equations = robot_equations(text, robot)
-    with shown_progress(f"trying {printable(text)}") as told:
-        trial = try_equations(
-            equations, robot, name=text, seed=options.seed, jobs=options.processes, told=told
+    equations = load_robot_equations(text, robot)
+    with show_progress(f"trying {make_printable(text)}") as progress:
+        trial = run_robot_trial(
+            equations,
+            robot,
+            name=text,
+            seed=options.seed,
+            jobs=options.processes,
+            progress=progress,
         )
-    texts = robot_trial_json, robot_trial_junit, robot_trial_page
-    answer(lines(trial), *zip(files, (partial(text, trial) for text in texts), strict=True))
+    texts = format_robot_trial, robot_trial_junit, robot_trial_page
+    print_and_write(
+        format_lines(trial), *zip(files, (partial(text, trial) for text in texts), strict=True)
+    )
     return trial.exit_code
 
 
-def _asked(options: TrialOptions, unit: MappedUnit | None, chosen: Chosen) -> Asked:
+def _make_request(
+    options: TrialOptions, unit: MappedUnit | None, chosen: ArmSelection
+) -> TrialRequest:
     """The equations to be tried: a table's, an FMU's or the model's. Raises InputError."""
     quick, seed = options.quick, options.seed
     if options.answers:
         table = options.table()
-        equations = equations_of(answered(table, options.answers))
-        return table.asked(options.answers[0].name, equations)
+        equations = build_table_equations(read_trial_answers(table, options.answers))
+        return table.make_request(options.answers[0].name, equations)
     if unit is None:
         given = options.names[0], options.arm, options.scenarios, options.settings
-        return asked_of(*given, quick=quick, seed=seed)
+        return make_trial_request(*given, quick=quick, seed=seed)
     assert options.fmu is not None  # whose unit it is
-    equations, laws = fmu_equations(unit, chosen.arm), (chosen.scenarios, chosen.switches)
-    return Asked(options.fmu.name, equations, chosen.arm, *laws, quick=quick, seed=seed)
+    equations, laws = build_fmu_equations(unit, chosen.arm), (chosen.scenarios, chosen.switches)
+    return TrialRequest(options.fmu.name, equations, chosen.arm, *laws, quick=quick, seed=seed)
 
 
-def _beside(options: TrialOptions, unit: MappedUnit, chosen: Chosen) -> int:
+def _run_beside_engines(options: TrialOptions, unit: MappedUnit, chosen: ArmSelection) -> int:
     """Run a unit for Co-Simulation beside the engines; returns the exit code. Raises InputError."""
     assert options.fmu is not None  # whose unit it is
     require_comparable(unit, str(options.coordinates))
@@ -186,15 +215,15 @@ def _beside(options: TrialOptions, unit: MappedUnit, chosen: Chosen) -> int:
         reason = "for Co-Simulation is run beside the engines: needs --scenario, and has no page"
         raise InputError(str(options.fmu), "", None, reason)
     require_files((options.json_file, AGREEMENT), (options.junit, JUNIT))
-    own = Coordinates(gearing=unit.coordinates.gearing)
-    laws = switches_of(Equations(coordinates=own), chosen.arm, chosen.switches)
+    coordinates = Coordinates(gearing=unit.coordinates.gearing)
+    laws = select_switches(Equations(coordinates=coordinates), chosen.arm, chosen.switches)
     experiment = chosen.arm, chosen.scenarios, laws
     name = options.fmu.name
-    with shown_progress(f"running {printable(name)}") as told:
-        agreement = beside(unit, name, *experiment, options.processes, told)
-    named = write_asked(
-        (options.json_file, lambda: agreement_json(agreement, chosen.arm)),
-        (options.junit, lambda: junit_xml(agreement, f"trial {name} {chosen.arm.name}")),
+    with show_progress(f"running {make_printable(name)}") as progress:
+        agreement = compare_unit_runs(unit, name, *experiment, options.processes, progress)
+    named = write_requested(
+        (options.json_file, lambda: format_agreement_json(agreement, chosen.arm)),
+        (options.junit, lambda: format_junit(agreement, f"trial {name} {chosen.arm.name}")),
     )
     print_agreement(agreement)
     for line in named:
@@ -202,20 +231,20 @@ def _beside(options: TrialOptions, unit: MappedUnit, chosen: Chosen) -> int:
     return agreement.exit_code
 
 
-def _told(trial: Trial, options: TrialOptions) -> int:
+def _report_trial(trial: Trial, options: TrialOptions) -> int:
     """Write and print what was found; returns the exit code."""
-    from crosscheck.report.trial import print_trial, trial_json
+    from crosscheck.report.trial import format_trial_json, print_trial
 
-    def drawn() -> str:
-        from crosscheck.report.trial_page import trial_page  # Matplotlib, for a page alone
+    def draw_page() -> str:
+        from crosscheck.report.trial_page import render_trial_page  # Matplotlib, for a page alone
 
-        return trial_page(trial)
+        return render_trial_page(trial)
 
     title = f"trial {trial.problem.name} {trial.problem.case.arm.name}"
-    named = write_asked(
-        (options.json_file, lambda: trial_json(trial)),
-        (options.junit, lambda: junit_xml(trial.agreement, title)),
-        (options.page, drawn),
+    named = write_requested(
+        (options.json_file, lambda: format_trial_json(trial)),
+        (options.junit, lambda: format_junit(trial.agreement, title)),
+        (options.page, draw_page),
     )
     print_trial(trial)
     for line in named:
@@ -232,26 +261,28 @@ def ask(options: TrialOptions) -> None:
     assert options.out is not None  # as was required
     if options.fmu is not None:
         with tempfile.TemporaryDirectory() as folder:  # none of its code is run
-            unpacked(options.fmu, Path(folder))
-            variables = described(str(options.fmu), Path(folder))
-        _write_new(options.out, {"map.toml": drafted(printable(options.fmu.name), variables)})
-        print(f"wrote {printable(str(options.out / 'map.toml'))}: check every name in it")
+            unpack_fmu(options.fmu, Path(folder))
+            variables = read_description(str(options.fmu), Path(folder))
+        _write_new(
+            options.out, {"map.toml": draft_mapping(make_printable(options.fmu.name), variables)}
+        )
+        print(f"wrote {make_printable(str(options.out / 'map.toml'))}: check every name in it")
         return
     table = options.table()
     if options.after:
-        first = answered(table, options.after)
+        first = read_trial_answers(table, options.after)
         states = first.here[0]
-        after = following((states, *asked_apart(table, states)))
-        asked = asked_on_probes(table, first.parts, after)
-        files = probe_files(table, asked, options.as_written())
+        after = next_row((states, *collect_inverse_requests(table, states)))
+        state_sets = collect_probe_requests(table, first.parts, after)
+        files = render_probe_files(table, state_sets, options.format_shared_options())
     else:
-        states = asked_states(table)
-        asked = [states, *asked_apart(table, states)]
-        files = ask_files(table, asked, options.as_written())
+        states = collect_state_request(table)
+        state_sets = [states, *collect_inverse_requests(table, states)]
+        files = render_request_files(table, state_sets, options.format_shared_options())
     _write_new(options.out, files)
-    count = counted(sum(each.count for each in asked), "state")
-    readme = printable(str(options.out / "README.md"))
-    print(f"wrote {printable(str(options.out))}: {count}; {readme} says how to answer them")
+    count = format_count(sum(each.count for each in state_sets), "state")
+    readme = make_printable(str(options.out / "README.md"))
+    print(f"wrote {make_printable(str(options.out))}: {count}; {readme} says how to answer them")
 
 
 def _write_new(folder: Path, files: Mapping[str, str | bytes]) -> None:
@@ -279,7 +310,7 @@ def _require_for_robots(options: TrialOptions) -> None:
         raise InputError(name, "", value, f"is for arms; {options.arm} is a robot")
 
 
-def _require_meant(options: TrialOptions) -> None:
+def _require_compatible(options: TrialOptions) -> None:
     """Raise InputError for options that do not go together."""
     table = "--ask" if options.ask else "--answers" if options.answers else ""
     unlike = {

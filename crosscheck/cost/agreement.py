@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.cost.engines import engines, model_of
-from crosscheck.cost.runs import mesh_rates, run, too_unlike
-from crosscheck.cost.springs import springs, with_rotors_alone
+from crosscheck.cost.engines import build_model, load_engines
+from crosscheck.cost.runs import conditioning_error, mesh_rates, run
+from crosscheck.cost.springs import replace_stages_by_rotors, tooth_springs
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
-from crosscheck.runner.outcomes import Failure, or_failure
+from crosscheck.runner.outcomes import Failure, return_failures
 from crosscheck.runner.workers import perform_all
 
 # Of each quantity's size. Rounding explains 1e-15 times the reach over the smallest lever arm.
@@ -39,7 +39,7 @@ ANSWERS_S = 1.0  # rough cost of a model's answers
 FORCE, DEEPEST = 10.0, 0.01  # of a drawn mesh: N m or N at its joint, parts of its pinion's radius
 
 
-class DrawnStates(NamedTuple):
+class RandomStates(NamedTuple):
     """Random states: coordinates, rates, accelerations (states, n), torques (states, free)."""
 
     q: np.ndarray
@@ -72,7 +72,7 @@ class EngineDifference:
         return self.measured <= self.tolerance
 
 
-def drawn(robot: Robot, count: int, seed: int) -> DrawnStates:
+def sample_states(robot: Robot, count: int, seed: int) -> RandomStates:
     """Random states of a robot, `count` of them.
 
     Coordinates are within their limits and at most +-pi or 1 m about the middle of these, rates
@@ -84,7 +84,7 @@ def drawn(robot: Robot, count: int, seed: int) -> DrawnStates:
     most = [min(robot.joints[number].limits.velocity, 2.0) for number in robot.coordinates]
     q = rng.uniform(ranges[:, 0], ranges[:, 1], shape)
     v = rng.uniform(-1, 1, shape) * most
-    return DrawnStates(q, v, rng.uniform(-5, 5, shape), rng.uniform(-10, 10, shape))
+    return RandomStates(q, v, rng.uniform(-5, 5, shape), rng.uniform(-10, 10, shape))
 
 
 def motion_range(robot: Robot, number: int) -> tuple[float, float]:
@@ -99,7 +99,7 @@ def motion_range(robot: Robot, number: int) -> tuple[float, float]:
     return middle - half, middle + half
 
 
-def compared(robot: Robot, states: DrawnStates) -> list[EngineDifference]:
+def compare_engines(robot: Robot, states: RandomStates) -> list[EngineDifference]:
     """Compare every pair of engines at each level that they promise.
 
     One that raises, crashes or hangs fails there.
@@ -108,16 +108,16 @@ def compared(robot: Robot, states: DrawnStates) -> list[EngineDifference]:
     """
     tasks: list[EngineAnswers] = []
     for level in robot.levels:
-        own = with_meshes(robot, states) if level == "geared" else states
-        answering = [name for name, entry in engines().items() if entry.promises(level)]
-        tasks += [EngineAnswers(engine, robot, level, own) for engine in answering]
+        level_states = add_mesh_states(robot, states) if level == "geared" else states
+        answering = [name for name, entry in load_engines().items() if entry.has_level(level)]
+        tasks += [EngineAnswers(engine, robot, level, level_states) for engine in answering]
     answers = perform_all(tasks, os.cpu_count() or 1, lambda key: None)
-    found: list[EngineDifference] = []
+    differences: list[EngineDifference] = []
     for level in robot.levels:
-        own = next(task.states for task in tasks if task.level == level)
+        level_states = next(task.states for task in tasks if task.level == level)
         by_engine = {engine: each for (engine, at), each in answers.items() if at == level}
-        found += _comparisons(level, by_engine, robot, own)
-    return found
+        differences += _compare_answers(level, by_engine, robot, level_states)
+    return differences
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class EngineAnswers:
     engine: str
     robot: Robot
     level: Level
-    states: DrawnStates
+    states: RandomStates
     cost: float = ANSWERS_S
 
     @property
@@ -135,30 +135,30 @@ class EngineAnswers:
         """Name of the engine, and level."""
         return self.engine, self.level
 
-    @or_failure
+    @return_failures
     def perform(self) -> RobotAnswers:
         """The model's answers, or the Failure that says why there are none."""
-        return _answers(model_of(self.engine, self.robot, self.level), self.states)
+        return _evaluate_model(build_model(self.engine, self.robot, self.level), self.states)
 
 
-def with_meshes(robot: Robot, states: DrawnStates) -> DrawnStates:
+def add_mesh_states(robot: Robot, states: RandomStates) -> RandomStates:
     """The states with x of each mesh added: on either flank, or between where there is play."""
     rng, shape = np.random.default_rng(0), (len(states.q), 1)
     columns = []
-    for spring in springs(robot):
+    for spring in tooth_springs(robot):
         deep = min(FORCE / abs(spring.lever) / spring.stiffness, DEEPEST * spring.radius)
         rate = np.sqrt(spring.stiffness / spring.mass)  # of swings while the joint stands
         x = rng.choice((-1, 1), shape) * (spring.backlash + deep * rng.uniform(-1, 1, shape))
         v, a = (deep * rate**order * rng.uniform(-1, 1, shape) for order in (1, 2))
         columns.append((x, v, a))
     q, v, a = (
-        np.hstack([joints, *own])
-        for joints, own in zip(states[:3], zip(*columns, strict=True), strict=True)
+        np.hstack([joints, *mesh_values])
+        for joints, mesh_values in zip(states[:3], zip(*columns, strict=True), strict=True)
     )
-    return DrawnStates(q, v, a, states.torques)
+    return RandomStates(q, v, a, states.torques)
 
 
-def _answers(model: RobotModel, states: DrawnStates) -> RobotAnswers:
+def _evaluate_model(model: RobotModel, states: RandomStates) -> RobotAnswers:
     """A model's answers at states. Raises ValueError for what is not finite or of another shape."""
     q, v, a, torques = states
     masses = model.mass_matrix(q)
@@ -167,7 +167,7 @@ def _answers(model: RobotModel, states: DrawnStates) -> RobotAnswers:
         seconds = min(RUN_S, STEPS / 2 / mesh_rates(model, masses).fastest)
     count, size = q.shape
     runs = min(count, RUNS)
-    found = {
+    results = {
         "mass matrix": (masses, (count, size, size)),
         "bias": (model.bias(q, v), (count, size)),
         "gravity": (model.gravity(q), (count, size)),
@@ -181,42 +181,44 @@ def _answers(model: RobotModel, states: DrawnStates) -> RobotAnswers:
             (runs, size),
         ),
     }
-    for name, (value, shape) in found.items():
+    for name, (value, shape) in results.items():
         if value.shape != shape or not np.isfinite(value).all():
             raise ValueError(f"{name} is not finite, or not {shape}")
-    return {name: value for name, (value, _) in found.items()}
+    return {name: value for name, (value, _) in results.items()}
 
 
-def _comparisons(
-    level: Level, answers: Mapping[str, RobotAnswers | Failure], robot: Robot, states: DrawnStates
+def _compare_answers(
+    level: Level, answers: Mapping[str, RobotAnswers | Failure], robot: Robot, states: RandomStates
 ) -> list[EngineDifference]:
     given = [each for each in answers.values() if isinstance(each, dict)]
-    found: list[EngineDifference] = []
+    differences: list[EngineDifference] = []
     for left, right in combinations(answers, 2):
-        one, other = answers[left], answers[right]
-        if isinstance(one, dict) and isinstance(other, dict):
-            measured, condition = _measured(one, other, given[0], robot, states)
+        left_answers, right_answers = answers[left], answers[right]
+        if isinstance(left_answers, dict) and isinstance(right_answers, dict):
+            measured, condition = _measure_differences(
+                left_answers, right_answers, given[0], robot, states
+            )
             if ROUNDINGS * condition > LARGEST_TOLERANCE:
-                raise too_unlike(robot)
+                raise conditioning_error(robot)
             for quantity, value in measured.items():
                 harmed = ROUNDINGS * condition if quantity in SOLVED else 0.0
                 tolerance = max(TOLERANCE, harmed)
-                found.append(EngineDifference(quantity, level, left, right, value, tolerance))
+                differences.append(EngineDifference(quantity, level, left, right, value, tolerance))
             continue
         failed = " and ".join(
             f"{name} raised {each}"
-            for name, each in ((left, one), (right, other))
+            for name, each in ((left, left_answers), (right, right_answers))
             if isinstance(each, Failure)
         )
-        found += [
+        differences += [
             EngineDifference(quantity, level, left, right, float("inf"), TOLERANCE, failed)
             for quantity in QUANTITIES
         ]
-    return found
+    return differences
 
 
-def _measured(
-    one: RobotAnswers, other: RobotAnswers, scale: RobotAnswers, robot: Robot, states: DrawnStates
+def _measure_differences(
+    left: RobotAnswers, right: RobotAnswers, scale: RobotAnswers, robot: Robot, states: RandomStates
 ) -> tuple[dict[str, float], float]:
     """Difference of each quantity, in parts of its size by `scale`; condition number of scaled M.
 
@@ -233,7 +235,7 @@ def _measured(
     mass = sum(body.mass for body in robot.bodies)
     weight = np.full(len(bias), np.linalg.norm(robot.gravity) * np.sqrt(mass))
     inertia = sum(float(np.trace(body.inertia)) for body in robot.bodies)
-    inertia += sum(rotor.inertia for rotor in with_rotors_alone(robot).rotors)
+    inertia += sum(rotor.inertia for rotor in replace_stages_by_rotors(robot).rotors)
     free = len(turning)
     held, given = bias + weight, np.linalg.norm(states.torques / diagonal[:, :free], axis=1)
     if diagonal.shape[1] > free:
@@ -242,52 +244,59 @@ def _measured(
     reach += float(np.linalg.norm(robot.frames[robot.tip].placement.position))
     sliding = np.flatnonzero(~np.array(turning))
     reach += float(np.abs(states.q[:, sliding]).max(axis=0).sum())
-    apart = {name: np.abs(one[name] - other[name]) for name in QUANTITIES}
+    differences = {name: np.abs(left[name] - right[name]) for name in QUANTITIES}
     moved = np.abs(scale["run"] - states.q[:RUNS])
     farthest = reach + max(float(np.linalg.norm(body.com)) for body in robot.bodies)
     joined = np.sqrt(mass * farthest**2 + inertia)
-    momenta = np.split(apart["momentum"], 2, axis=1), (np.sqrt(mass), joined)
+    momenta = np.split(differences["momentum"], 2, axis=1), (np.sqrt(mass), joined)
     parts = {
-        "mass matrix": [(apart["mass matrix"] / roots).max(axis=(1, 2))],
-        "bias": [_share((apart["bias"] / diagonal).max(axis=1), bias)],
-        "gravity": [_share((apart["gravity"] / diagonal).max(axis=1), weight)],
+        "mass matrix": [(differences["mass matrix"] / roots).max(axis=(1, 2))],
+        "bias": [_share((differences["bias"] / diagonal).max(axis=1), bias)],
+        "gravity": [_share((differences["gravity"] / diagonal).max(axis=1), weight)],
         "inverse dynamics": [
-            _share((apart["inverse dynamics"] / diagonal).max(axis=1), held + accelerated)
+            _share((differences["inverse dynamics"] / diagonal).max(axis=1), held + accelerated)
         ],
         "forward dynamics": [
-            _share((apart["forward dynamics"] * diagonal).max(axis=1) * values[:, 0], held + given)
+            _share(
+                (differences["forward dynamics"] * diagonal).max(axis=1) * values[:, 0],
+                held + given,
+            )
         ],
-        "energy": [_share(apart["energy"], motion**2 / 2 + weight * np.sqrt(mass) * farthest)],
+        "energy": [
+            _share(differences["energy"], motion**2 / 2 + weight * np.sqrt(mass) * farthest)
+        ],
         "momentum": [
-            _share(own.max(axis=1), motion * most) for own, most in zip(*momenta, strict=True)
+            _share(part.max(axis=1), motion * most) for part, most in zip(*momenta, strict=True)
         ],
-        "tip": [_share(apart["tip"].max(axis=1), np.full(len(bias), reach))],
+        "tip": [_share(differences["tip"].max(axis=1), np.full(len(bias), reach))],
         "run": [
-            _share(apart["run"][:, own].max(axis=1), moved[:, own].max(axis=1))
-            for own in (slice(free), slice(free, None))
-            if moved[:, own].size
+            _share(differences["run"][:, part].max(axis=1), moved[:, part].max(axis=1))
+            for part in (slice(free), slice(free, None))
+            if moved[:, part].size
         ],
     }
-    return {name: float(max(each.max() for each in own)) for name, own in parts.items()}, condition
+    return {
+        name: float(max(each.max() for each in part)) for name, part in parts.items()
+    }, condition
 
 
-def _pushes(robot: Robot, states: DrawnStates) -> np.ndarray:
+def _pushes(robot: Robot, states: RandomStates) -> np.ndarray:
     """Bounds of what springs, dampers and motors do to x of each mesh (states, meshes) [N]."""
-    found, free = [], robot.coordinates
-    for place, spring in enumerate(springs(robot), len(free)):
+    bounds, free = [], robot.coordinates
+    for place, spring in enumerate(tooth_springs(robot), len(free)):
         force = spring.stiffest * (np.abs(states.q[:, place]) + spring.error)
         force += spring.damping * np.abs(states.v[:, place])
         if spring.joint in free:
             torque = np.abs(states.torques[:, free.index(spring.joint)])
             force += torque / abs(spring.lever)
-        found.append(force)
-    return np.stack(found, axis=1)
+        bounds.append(force)
+    return np.stack(bounds, axis=1)
 
 
 def _norm(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     return np.sqrt(np.einsum("si,sij,sj->s", vector, matrix, vector))
 
 
-def _share(apart: np.ndarray, size: np.ndarray) -> np.ndarray:
+def _share(difference: np.ndarray, size: np.ndarray) -> np.ndarray:
     """Part of a size that a difference is; 0 for none, huge where there is no size."""
-    return np.where(apart == 0, 0.0, apart / np.maximum(size, 1e-300))
+    return np.where(difference == 0, 0.0, difference / np.maximum(size, 1e-300))

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.cost.motion import RobotMotion, State
-from crosscheck.cost.runs import away, mesh_rates, run
-from crosscheck.cost.springs import springs
+from crosscheck.cost.runs import mesh_rates, run, tip_distances
+from crosscheck.cost.springs import tooth_springs
 from crosscheck.models.robot.interface import RobotModel
 
 RESOLVED = 0.4  # [rad] of the fastest swing in a step of a run
@@ -46,7 +46,7 @@ class GearedCost:
     distances: np.ndarray | None
 
 
-def geared_cost(
+def compute_geared_cost(
     coupled: RobotModel,
     geared: RobotModel,
     motion: RobotMotion,
@@ -59,7 +59,9 @@ def geared_cost(
     force = _forces(coupled, geared, state)
     masses = geared.mass_matrix(np.hstack([state[0], 0 * force]))
     rates, costs = mesh_rates(geared, masses), []
-    for own, swings, spring in zip(force.T, rates.swings.T, springs(geared.robot), strict=True):
+    for mesh_force, swings, spring in zip(
+        force.T, rates.swings.T, tooth_springs(geared.robot), strict=True
+    ):
         joint, lever = geared.robot.joints[spring.joint], abs(spring.lever)
         costs.append(
             MeshCost(
@@ -67,18 +69,18 @@ def geared_cost(
                 joint.name,
                 "rad" if joint.kind == "revolute" else "m",
                 2 * spring.backlash / lever,
-                float(np.abs(own).max()) / spring.stiffness / lever,
+                float(np.abs(mesh_force).max()) / spring.stiffness / lever,
                 float(swings.min()) / (2 * np.pi),
                 float(swings.max()) / (2 * np.pi),
             )
         )
     steps = int(np.ceil(rates.fastest / RESOLVED))
     able = steps <= most_steps
-    distances = _distances(coupled, geared, motion, runs, steps) if able else None
+    distances = _compute_distances(coupled, geared, motion, runs, steps) if able else None
     return GearedCost(tuple(costs), steps, distances)
 
 
-def _distances(
+def _compute_distances(
     coupled: RobotModel, geared: RobotModel, motion: RobotMotion, runs: int, steps: int
 ) -> np.ndarray:
     """The end effector's distances (runs,) [m] from the plan after a second at the level geared.
@@ -88,7 +90,7 @@ def _distances(
     starts = motion.instants(runs, before_end=1.0)
     state = motion.at(starts)
     x = _forces(coupled, geared, state)
-    for column, spring in zip(x.T, springs(geared.robot), strict=True):
+    for column, spring in zip(x.T, tooth_springs(geared.robot), strict=True):
         column[:] = np.sign(column) * spring.backlash + column / spring.stiffness
     ends = run(
         geared,
@@ -98,17 +100,17 @@ def _distances(
         1.0,
         steps,
     )
-    return away(geared, ends, coupled.tip(motion.at(starts + 1.0)[0]))
+    return tip_distances(geared, ends, coupled.tip(motion.at(starts + 1.0)[0]))
 
 
 def _forces(coupled: RobotModel, geared: RobotModel, state: State) -> np.ndarray:
     """Force (instants, meshes) [N] on each mesh's wheel, teeth rigid: motor's less inertia's."""
     torques, free = coupled.inverse_dynamics(*state), geared.robot.coordinates
-    still = np.zeros((len(torques), len(springs(geared.robot))))
+    still = np.zeros((len(torques), len(tooth_springs(geared.robot))))
     q, v, a = (np.hstack([each, still]) for each in state)
     needed = (geared.mass_matrix(q) @ a[:, :, None])[:, :, 0] + geared.bias(q, v)
     forces: np.ndarray = -needed[:, len(free) :]  # weights do no work on x
-    for column, spring in zip(forces.T, springs(geared.robot), strict=True):
+    for column, spring in zip(forces.T, tooth_springs(geared.robot), strict=True):
         if spring.joint in free:
             column += torques[:, free.index(spring.joint)] / spring.lever
     return forces

@@ -8,11 +8,11 @@ import numpy as np
 from scipy.interpolate import BSpline, make_lsq_spline
 
 from crosscheck.cost.agreement import motion_range
-from crosscheck.measured.record import Record
-from crosscheck.measured.smoothing import DEGREE, chosen_spacing, knots
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Robot
+from crosscheck.recordings.record import Record
+from crosscheck.recordings.smoothing import DEGREE, place_knots, select_spacing
 
 HARMONICS = 5
 PERIOD = 4.0  # [s], unless efforts ask for a longer one
@@ -25,7 +25,7 @@ State = tuple[np.ndarray, np.ndarray, np.ndarray]  # coordinates, rates, acceler
 
 
 @dataclass(frozen=True)
-class Sines:
+class SineMotion:
     """A periodic motion: of each joint a sum of sines about its middle.
 
     period [s]; middle (n,); sizes, phases (n, harmonics): of the sines; limited_by: the joint whose
@@ -60,7 +60,7 @@ class Sines:
 
 
 @dataclass(frozen=True)
-class Given:
+class GivenMotion:
     """A motion from a file, as a spline (n,) of fifth degree over times [s] from first to last."""
 
     where: str
@@ -80,21 +80,21 @@ class Given:
         return np.linspace(self.first, self.last - before_end, count)
 
 
-RobotMotion = Sines | Given
+RobotMotion = SineMotion | GivenMotion
 
 
-def given(record: Record) -> Given:
+def fit_motion(record: Record) -> GivenMotion:
     """The motion of a record's angles, their noise left out. Raises InputError if too short."""
     lasts = record.time[-1] - record.time[0]
     if lasts < LEAST_S:
         allowed = f"lasts {lasts:.3g} s; must last {LEAST_S:g} s at least"
         raise InputError(record.where, "", None, allowed)
-    places = knots(record.time, chosen_spacing(record))
+    places = place_knots(record.time, select_spacing(record))
     spline = make_lsq_spline(record.time, record.angles, places, DEGREE)
-    return Given(record.where, spline, float(record.time[0]), float(record.time[-1]))
+    return GivenMotion(record.where, spline, float(record.time[0]), float(record.time[-1]))
 
 
-def excitation(model: RobotModel, seed: int) -> Sines:
+def make_excitation(model: RobotModel, seed: int) -> SineMotion:
     """A random motion within limits of position, rate and effort; model: it gives the torques."""
     robot = model.robot
     rng = np.random.default_rng(seed)
@@ -104,19 +104,19 @@ def excitation(model: RobotModel, seed: int) -> Sines:
     shape = (len(ranges), HARMONICS)
     sizes = rng.uniform(0.3, 1, shape) / np.arange(1, HARMONICS + 1)
     phases = rng.uniform(0, 2 * np.pi, shape)
-    drawn = Sines(seed, PERIOD, np.zeros(len(ranges)), sizes, phases)
+    drawn = SineMotion(seed, PERIOD, np.zeros(len(ranges)), sizes, phases)
     time = PERIOD * np.arange(GRID) / GRID
     q, v, _ = drawn.at(time)
     lowest, highest = q.min(axis=0), q.max(axis=0)
     swept = SWEPT * (ranges[:, 1] - ranges[:, 0]) / (highest - lowest)
     factor = np.minimum(swept, fastest / np.abs(v).max(axis=0))
     middle = ranges.mean(axis=1) - factor * (lowest + highest) / 2
-    chosen = Sines(seed, PERIOD, middle, sizes * factor[:, None], phases)
-    slower, limited_by = _slower(model, chosen.at(time))
+    chosen = SineMotion(seed, PERIOD, middle, sizes * factor[:, None], phases)
+    slower, limited_by = _find_period_factor(model, chosen.at(time))
     return replace(chosen, period=PERIOD * slower, limited_by=limited_by)
 
 
-def _slower(model: RobotModel, motion: State) -> tuple[float, str]:
+def _find_period_factor(model: RobotModel, motion: State) -> tuple[float, str]:
     """By what factor the period has to be longer for the effort limits, and for which joint.
 
     In a period longer by a factor torques are those of the weight and 1 / factor^2 of the rest.
@@ -136,18 +136,20 @@ def _slower(model: RobotModel, motion: State) -> tuple[float, str]:
     return longest, limited_by
 
 
-def beyond_limits(robot: Robot, state: State, torques: np.ndarray) -> list[str]:
+def find_exceeded_limits(robot: Robot, state: State, torques: np.ndarray) -> list[str]:
     """A line for every limit of the URDF that a motion, or what it needs, exceeds."""
-    found = []
+    messages = []
     q, v, _ = state
     for column, number in enumerate(robot.coordinates):
-        joint, own = robot.joints[number], q[:, column]
+        joint, positions = robot.joints[number], q[:, column]
         for name, most, limit in (
             ("velocity", np.abs(v[:, column]).max(), joint.limits.velocity),
             ("effort", np.abs(torques[:, column]).max(), joint.limits.effort),
         ):
             if most > LEEWAY * limit:
-                found.append(f"{joint.name}: {name} of {most:.4g} is beyond its limit, {limit:g}")
-        if own.min() < joint.limits.lower or own.max() > joint.limits.upper:
-            found.append(f"{joint.name}: leaves its range")
-    return found
+                messages.append(
+                    f"{joint.name}: {name} of {most:.4g} is beyond its limit, {limit:g}"
+                )
+        if positions.min() < joint.limits.lower or positions.max() > joint.limits.upper:
+            messages.append(f"{joint.name}: leaves its range")
+    return messages

@@ -9,11 +9,11 @@ import numpy as np
 
 from crosscheck import __version__
 from crosscheck.cost.agreement import QUANTITIES
-from crosscheck.cost.cost import NEGLIGIBLE, Cost
 from crosscheck.cost.meshes import RESOLVED, GearedCost
-from crosscheck.cost.springs import with_rotors_alone
+from crosscheck.cost.shortcuts import NEGLIGIBLE, ShortcutCosts
+from crosscheck.cost.springs import replace_stages_by_rotors
 from crosscheck.models.robot.robot import LEVELS, Level
-from crosscheck.report.records import document, plain
+from crosscheck.report.records import format_json, to_json_value
 
 if TYPE_CHECKING:  # drawing libraries are slow to import, and most commands draw nothing
     from matplotlib.figure import Figure
@@ -32,98 +32,102 @@ PREFIXES = {"k": 1e3, "": 1.0, "m": 1e-3, "\u00b5": 1e-6, "n": 1e-9}
 LEAST_PERCENT = 0.001
 
 
-def first_lines(found: Cost) -> Iterator[str]:
+def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
     """Lines that answer: what shortcuts cost, do programs agree, what carries it, which ratio.
 
     Where programs disagree nothing else is said: a cost by one of them might be wrong.
     """
-    if not found.agrees:
-        yield from _disagreements(found)
+    if not costs.agrees:
+        yield from _describe_disagreements(costs)
         return
-    if not found.ratios:
-        yield f"No joint of {found.robot.name} is geared: there is no shortcut to take."
-        yield _agreement_line(found)
+    if not costs.ratios:
+        yield f"No joint of {costs.robot.name} is geared: there is no shortcut to take."
+        yield _describe_agreement(costs)
         return
-    yield from _cost_lines(found)
-    yield _agreement_line(found)
-    if found.pairs:
+    yield from _describe_costs(costs)
+    yield _describe_agreement(costs)
+    if costs.pairs:
         named = ", ".join(
-            f"{pair.at} by {pair.by} ({percent(pair.share)})" for pair in found.pairs[:3]
+            f"{pair.at} by {pair.by} ({format_percent(pair.share)})" for pair in costs.pairs[:3]
         )
         yield f"What armature leaves out, rms, of the largest torque: {named}."
-    limit = percent(NEGLIGIBLE)
-    if found.factor == 0:
+    limit = format_percent(NEGLIGIBLE)
+    if costs.factor == 0:
         yield f"At any ratio this coupling stays below {limit}, if the reflected inertia is kept."
     else:
-        largest = max(each.share for each in found.by_joint if each.level == "armature")
+        largest = max(each.share for each in costs.by_joint if each.level == "armature")
         verb = "would still be" if largest < NEGLIGIBLE else "would be"
         yield (
             f"This coupling {verb} below {limit} of every joint's largest torque with all ratios"
-            f" {plain_number(found.factor)} times as large, if the reflected inertias are kept."
+            f" {format_number(costs.factor)} times as large, if the reflected inertias are kept."
         )
-    if found.geared:
-        yield from _mesh_lines(found.geared)
+    if costs.geared:
+        yield from _describe_meshes(costs.geared)
 
 
-def _cost_lines(found: Cost) -> Iterator[str]:
+def _describe_costs(costs: ShortcutCosts) -> Iterator[str]:
     """A sentence for each shortcut: torques, and the end effector."""
     for level, head in SENTENCES.items():
-        shares = [each for each in found.by_joint if each.level == level]
+        shares = [each for each in costs.by_joint if each.level == level]
         most = max(each.share for each in shares)
         worst = [each.joint for each in shares if each.share >= ALIKE * most]
         torques = f"torque of {worst[0]} is"
         if len(worst) > 1:
-            named = "every joint" if len(worst) == len(shares) else joined(worst)
+            named = "every joint" if len(worst) == len(shares) else join_names(worst)
             torques = f"torques of {named} are"
-        (tip,) = (each for each in found.tips if each.level == level)
+        (tip,) = (each for each in costs.tips if each.level == level)
         yield (
-            f"{head.format(found.robot.name)}: the {torques} wrong by up to"
-            f" {percent(most)} of the largest, and after 1 s of feed-forward {found.robot.tip} is"
-            f" {off_words(tip.distances)}."
+            f"{head.format(costs.robot.name)}: the {torques} wrong by up to"
+            f" {format_percent(most)} of the largest, and after 1 s of feed-forward"
+            f" {costs.robot.tip} is"
+            f" {describe_distances(tip.distances)}."
         )
 
 
-def _mesh_lines(geared: GearedCost) -> Iterator[str]:
+def _describe_meshes(geared: GearedCost) -> Iterator[str]:
     for mesh in geared.meshes:
         yield (
             f"The {mesh.name}, rigid at coupled, has a backlash of"
-            f" {amount(mesh.backlash, mesh.unit)}, a wind-up of {amount(mesh.windup, mesh.unit)}"
-            f" at most, and swings at {amount(mesh.slowest, 'Hz')} or more."
+            f" {format_quantity(mesh.backlash, mesh.unit)}, a wind-up of"
+            f" {format_quantity(mesh.windup, mesh.unit)}"
+            f" at most, and swings at {format_quantity(mesh.slowest, 'Hz')} or more."
         )
     if geared.distances is None:
-        most = amount(geared.steps * RESOLVED / (2 * np.pi), "Hz")
+        most = format_quantity(geared.steps * RESOLVED / (2 * np.pi), "Hz")
         yield f"No run of the level geared: {most} ask for {geared.steps} steps a second."
     else:
-        off = off_words(geared.distances)
+        off = describe_distances(geared.distances)
         yield f"With teeth that give way, under the torques of coupled, the end effector is {off}."
 
 
-def _engines(found: Cost) -> list[str]:
+def _describe_engines(costs: ShortcutCosts) -> list[str]:
     """The engines' names; one that lacks a level is followed by the levels that it has."""
     levels: dict[str, dict[Level, None]] = {}
-    for each in found.agreement:
+    for each in costs.agreement:
         for name in (each.left, each.right):
             levels.setdefault(name, {})[each.level] = None
     return [
-        name if len(own) == len(found.robot.levels) else f"{name} ({', '.join(own)})"
-        for name, own in levels.items()
+        name
+        if len(engine_levels) == len(costs.robot.levels)
+        else f"{name} ({', '.join(engine_levels)})"
+        for name, engine_levels in levels.items()
     ]
 
 
-def _agreement_line(found: Cost) -> str:
-    names = _engines(found)
-    digits = digits_of(max(each.measured for each in found.agreement))
+def _describe_agreement(costs: ShortcutCosts) -> str:
+    names = _describe_engines(costs)
+    digits = digits_of(max(each.measured for each in costs.agreement))
     count = COUNTS.get(len(names), str(len(names)))
     return (
-        f"{count} programs agree on this robot to {digits} digits: {joined(names)}, on"
-        f" {len(QUANTITIES)} quantities, {len(found.robot.levels)} levels and"
-        f" {found.extent.states} states."
+        f"{count} programs agree on this robot to {digits} digits: {join_names(names)}, on"
+        f" {len(QUANTITIES)} quantities, {len(costs.robot.levels)} levels and"
+        f" {costs.extent.states} states."
     )
 
 
-def _disagreements(found: Cost) -> Iterator[str]:
-    wrong = [each for each in found.agreement if not each.agrees]
-    yield f"The programs do not agree on {found.robot.name}, so no cost is given."
+def _describe_disagreements(costs: ShortcutCosts) -> Iterator[str]:
+    wrong = [each for each in costs.agreement if not each.agrees]
+    yield f"The programs do not agree on {costs.robot.name}, so no cost is given."
     for failure in dict.fromkeys(each.failure for each in wrong if each.failure):
         yield f"engines: {failure}"
     for each in wrong:
@@ -134,57 +138,58 @@ def _disagreements(found: Cost) -> Iterator[str]:
             )
 
 
-def off_words(distances: np.ndarray) -> str:
+def describe_distances(distances: np.ndarray) -> str:
     """How far the end effector is off: median and largest of the runs, or how many diverge."""
     lost = int(np.isinf(distances).sum())
     middle, runs = float(np.median(distances)), f"median of {distances.size} runs"
     if np.isinf(middle):
         return f"lost: {lost} of {distances.size} runs diverge"
-    most = f"{lost} of them diverge" if lost else f"{length(float(distances.max()))} at most"
-    return f"{length(middle)} off ({runs}, {most})"
+    most = f"{lost} of them diverge" if lost else f"{format_length(float(distances.max()))} at most"
+    return f"{format_length(middle)} off ({runs}, {most})"
 
 
-def lines(found: Cost) -> Iterator[str]:
+def describe_result(costs: ShortcutCosts) -> Iterator[str]:
     """The first lines, then motion, joints, rotors, and what of the files is not used."""
-    yield from first_lines(found)
+    yield from describe_answers(costs)
     yield ""
-    if found.agrees:
-        yield from _details(found)
-    for told in (*direct_joints(found), *found.robot.told):
-        yield f"note: {told}"
+    if costs.agrees:
+        yield from _describe_details(costs)
+    for note in (*describe_direct_joints(costs), *costs.robot.notes):
+        yield f"note: {note}"
 
 
-def _details(found: Cost) -> Iterator[str]:
-    yield motion_line(found)
-    yield from found.beyond
-    for each in found.by_joint if found.ratios else ():
-        unit = unit_of(found, each.joint)
+def _describe_details(costs: ShortcutCosts) -> Iterator[str]:
+    yield describe_motion(costs)
+    yield from costs.beyond
+    for each in costs.by_joint if costs.ratios else ():
+        unit = unit_of(costs, each.joint)
         yield (
-            f"{each.level}, {each.joint}: {amount(each.largest, unit)} at most,"
-            f" {amount(each.rms, unit)} rms, {percent(each.share)} of its largest torque"
+            f"{each.level}, {each.joint}: {format_quantity(each.largest, unit)} at most,"
+            f" {format_quantity(each.rms, unit)} rms, {format_percent(each.share)} of its largest"
+            " torque"
         )
-    for pair in found.pairs[:MOST_PAIRS]:
-        rms = amount(pair.rms, unit_of(found, pair.at))
-        yield f"{pair.at} by the acceleration of {pair.by}: {rms} rms, {percent(pair.share)}"
-    for rotor in found.ratios:
-        said = "its spin is coupled to no other joint"
+    for pair in costs.pairs[:MOST_PAIRS]:
+        rms = format_quantity(pair.rms, unit_of(costs, pair.at))
+        yield f"{pair.at} by the acceleration of {pair.by}: {rms} rms, {format_percent(pair.share)}"
+    for rotor in costs.ratios:
+        coupling = "its spin is coupled to no other joint"
         if rotor.share != 0:
-            said = (
-                f"its coupling alone is {percent(rotor.share)} in {rotor.at}; below"
-                f" {percent(NEGLIGIBLE)} from a ratio of {plain_number(rotor.enough)} on"
+            coupling = (
+                f"its coupling alone is {format_percent(rotor.share)} in {rotor.at}; below"
+                f" {format_percent(NEGLIGIBLE)} from a ratio of {format_number(rotor.enough)} on"
             )
-        yield f"rotor of {rotor.joint}, ratio {rotor.ratio:g}: {said}"
+        yield f"rotor of {rotor.joint}, ratio {rotor.ratio:g}: {coupling}"
 
 
-def motion_line(found: Cost) -> str:
+def describe_motion(costs: ShortcutCosts) -> str:
     """The line that says how the robot is moved."""
-    return f"motion: {found.motion}; end effector: {found.robot.tip}"
+    return f"motion: {costs.motion}; end effector: {costs.robot.tip}"
 
 
-def direct_joints(found: Cost) -> Iterator[str]:
+def describe_direct_joints(costs: ShortcutCosts) -> Iterator[str]:
     """Lines on the joints without gears and on those that follow others, if there are any."""
-    geared = {rotor.joint for rotor in with_rotors_alone(found.robot).rotors}
-    joints = found.robot.joints
+    geared = {rotor.joint for rotor in replace_stages_by_rotors(costs.robot).rotors}
+    joints = costs.robot.joints
     direct = [joint.name for number, joint in enumerate(joints) if number not in geared]
     if direct:
         yield f"without gears: {', '.join(direct)}"
@@ -193,12 +198,12 @@ def direct_joints(found: Cost) -> Iterator[str]:
         yield f"follow other joints: {', '.join(follow)}"
 
 
-def unit_of(found: Cost, joint: str) -> str:
+def unit_of(costs: ShortcutCosts, joint: str) -> str:
     """The unit of a joint's torque."""
-    return found.units[found.names.index(joint)]
+    return costs.units[costs.names.index(joint)]
 
 
-def joined(names: Sequence[str]) -> str:
+def join_names(names: Sequence[str]) -> str:
     """Names as a sentence lists them."""
     *others, last = names
     return f"{', '.join(others)} and {last}" if others else last
@@ -209,62 +214,64 @@ def digits_of(difference: float) -> int:
     return 15 if difference < 1e-15 else int(-np.log10(difference))
 
 
-def plain_number(value: float) -> str:
+def format_number(value: float) -> str:
     """Three digits of a number, without an exponent."""
     return str(np.format_float_positional(float(f"{value:.3g}"), trim="-"))
 
 
-def amount(value: float, unit: str) -> str:
+def format_quantity(value: float, unit: str) -> str:
     """A quantity as people write it: three digits, and a prefix that keeps them short."""
     rounded = float(f"{value:.3g}")
     for prefix, factor in PREFIXES.items():
         if abs(rounded) >= factor:
-            return f"{plain_number(rounded / factor)} {prefix}{unit}"
+            return f"{format_number(rounded / factor)} {prefix}{unit}"
     return f"{'below 1' if rounded else '0'} {prefix if rounded else ''}{unit}"
 
 
-def length(metres: float) -> str:
+def format_length(metres: float) -> str:
     """A distance; infinite where a run diverged."""
-    return "diverged" if np.isinf(metres) else amount(metres, "m")
+    return "diverged" if np.isinf(metres) else format_quantity(metres, "m")
 
 
-def percent(share: float) -> str:
+def format_percent(share: float) -> str:
     """A share in per cent: two digits, three above 100."""
     value = 100 * share
     if 0 < value < LEAST_PERCENT:
         return f"below {LEAST_PERCENT:g} %"
-    return f"{plain_number(float(f'{value:.2g}') if share < 0.995 else value)} %"
+    return f"{format_number(float(f'{value:.2g}') if share < 0.995 else value)} %"
 
 
-def cost_json(found: Cost) -> str:
+def cost_json(costs: ShortcutCosts) -> str:
     """JSON text of all but the time histories, units in the names; what is infinite is null.
 
     Where the programs disagree there are no costs.
     """
     data = {
         "schema_version": SCHEMA_VERSION,
-        "robot": found.robot.name,
+        "robot": costs.robot.name,
         "program": f"geararm-crosscheck {__version__}",
-        "answers": list(first_lines(found)),
-        "engines_agree": found.agrees,
-        "engines": [{**plain(each), "size": QUANTITIES[each.quantity]} for each in found.agreement],
-        "states": found.extent.states,
-        "seed": found.seed,
-        **(_costs(found) if found.agrees else {}),
+        "answers": list(describe_answers(costs)),
+        "engines_agree": costs.agrees,
+        "engines": [
+            {**to_json_value(each), "size": QUANTITIES[each.quantity]} for each in costs.agreement
+        ],
+        "states": costs.extent.states,
+        "seed": costs.seed,
+        **(_costs(costs) if costs.agrees else {}),
         "negligible_share": NEGLIGIBLE,
-        "notes": [*direct_joints(found), *found.robot.told],
+        "notes": [*describe_direct_joints(costs), *costs.robot.notes],
     }
-    return document(data)
+    return format_json(data)
 
 
-def _costs(found: Cost) -> dict[str, object]:
-    robot = found.robot
-    names = zip(found.names, found.units, found.largest, found.by_rates, strict=True)
+def _costs(costs: ShortcutCosts) -> dict[str, object]:
+    robot = costs.robot
+    names = zip(costs.names, costs.units, costs.largest, costs.by_rates, strict=True)
     return {
         "motion": {
-            "from": str(found.motion),
-            "beyond_limits": found.beyond,
-            "instants": found.extent.instants,
+            "from": str(costs.motion),
+            "beyond_limits": costs.beyond,
+            "instants": costs.extent.instants,
         },
         "tip": robot.tip,
         "joints": [
@@ -279,67 +286,69 @@ def _costs(found: Cost) -> dict[str, object]:
                 robot.coordinates, names, strict=True
             )
         ],
-        "shortcuts": plain(
-            found.by_joint,
+        "shortcuts": to_json_value(
+            costs.by_joint,
             largest="largest_error",
             rms="rms_error",
             share="share_of_largest_torque",
         ),
-        "feed_forward": plain(found.tips, distances="distances_m"),
-        "pairs": plain(found.pairs, at="joint"),
-        "ratios": plain(found.ratios, joint="rotor_of", at="most_in", enough="negligible_from"),
-        "geared": plain(
-            found.geared,
+        "feed_forward": to_json_value(costs.tips, distances="distances_m"),
+        "pairs": to_json_value(costs.pairs, at="joint"),
+        "ratios": to_json_value(
+            costs.ratios, joint="rotor_of", at="most_in", enough="negligible_from"
+        ),
+        "geared": to_json_value(
+            costs.geared,
             name="mesh",
             slowest="slowest_Hz",
             fastest="fastest_Hz",
             distances="distances_m",
         ),
-        "negligible_with_ratios_times": found.factor,
+        "negligible_with_ratios_times": costs.factor,
     }
 
 
-def cost_page(found: Cost) -> str:
+def cost_page(costs: ShortcutCosts) -> str:
     """The page on a robot's costs: HTML text, figure inlined."""
     from crosscheck.report.plots.figures import to_svg
-    from crosscheck.report.rendering import page
+    from crosscheck.report.rendering import render_page
 
-    return page(
+    return render_page(
         "cost",
-        found=found,
-        answers=list(first_lines(found)),
-        motion=motion_line(found),
-        notes=[*direct_joints(found), *found.robot.told],
-        levels={level: LEVELS[level] for level in found.robot.levels},
-        engines=_engines(found),
+        found=costs,
+        answers=list(describe_answers(costs)),
+        motion=describe_motion(costs),
+        notes=[*describe_direct_joints(costs), *costs.robot.notes],
+        levels={level: LEVELS[level] for level in costs.robot.levels},
+        engines=_describe_engines(costs),
         quantities=QUANTITIES,
-        pairs=found.pairs[:MOST_PAIRS],
-        amount=amount,
+        pairs=costs.pairs[:MOST_PAIRS],
+        amount=format_quantity,
         unit_of=unit_of,
-        percent=percent,
-        length=length,
-        plain_number=plain_number,
-        negligible=percent(NEGLIGIBLE),
-        drawing=to_svg(torque_figure(found)) if found.agrees else "",
+        percent=format_percent,
+        length=format_length,
+        plain_number=format_number,
+        negligible=format_percent(NEGLIGIBLE),
+        drawing=to_svg(draw_torques(costs)) if costs.agrees else "",
     )
 
 
-def torque_figure(found: Cost) -> Figure:
+def draw_torques(costs: ShortcutCosts) -> Figure:
     """Torques on the left, what armature misses of them on the right; a colour for each level."""
     from matplotlib.figure import Figure
 
-    costs = np.abs(found.errors["armature"]).max(axis=0) / np.maximum(found.largest, 1e-300)
-    chosen = sorted(np.argsort(-costs, kind="stable")[:MOST_DRAWN])
+    error_shares = np.abs(costs.errors["armature"]).max(axis=0) / np.maximum(costs.largest, 1e-300)
+    chosen = sorted(np.argsort(-error_shares, kind="stable")[:MOST_DRAWN])
     figure = Figure(figsize=(9, 1.9 * len(chosen) + 0.4), layout="constrained")
     axes = figure.subplots(len(chosen), 2, sharex=True, squeeze=False)
     for (left, right), joint in zip(axes, chosen, strict=True):
-        torque = found.torques[:, joint]
-        without = torque + found.errors["links"][:, joint]
-        missed = found.errors["armature"][:, joint]
-        left.plot(found.time, torque, COLOURS["coupled"], lw=1.2, label="coupled")
-        left.plot(found.time, without, COLOURS["links"], lw=0.8, ls="--", label="links")
-        right.plot(found.time, missed, COLOURS["armature"], lw=0.8, label="armature less coupled")
-        named = f"{found.names[joint]}\n[{found.units[joint]}]"
+        torque = costs.torques[:, joint]
+        without = torque + costs.errors["links"][:, joint]
+        missed = costs.errors["armature"][:, joint]
+        left.plot(costs.time, torque, COLOURS["coupled"], lw=1.2, label="coupled")
+        left.plot(costs.time, without, COLOURS["links"], lw=0.8, ls="--", label="links")
+        right.plot(costs.time, missed, COLOURS["armature"], lw=0.8, label="armature less coupled")
+        named = f"{costs.names[joint]}\n[{costs.units[joint]}]"
         left.set_ylabel(named, parse_math=False)  # a name may hold a dollar
     for each, title in zip(axes[0], ("torque", "error of armature"), strict=True):
         each.legend(loc="upper right", fontsize="small")

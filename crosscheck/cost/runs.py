@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.cost.springs import springs
+from crosscheck.cost.springs import tooth_springs
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Robot
@@ -26,12 +26,12 @@ def run(
     alive, step = np.ones(len(q), dtype=bool), seconds / steps
 
     def slope(given: np.ndarray, at: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        found = np.zeros_like(at)
+        accelerations = np.zeros_like(at)
         try:
-            found[alive] = model.forward_dynamics(at[alive], rate[alive], given[alive])
+            accelerations[alive] = model.forward_dynamics(at[alive], rate[alive], given[alive])
         except np.linalg.LinAlgError:
-            raise too_unlike(model.robot) from None
-        return found
+            raise conditioning_error(model.robot) from None
+        return accelerations
 
     first = torques(0.0)
     for number in range(steps):
@@ -67,11 +67,11 @@ def classical_step(
     return q + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
 
 
-def away(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> np.ndarray:
+def tip_distances(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> np.ndarray:
     """Distances (runs,) [m] of the end effector from its plan (runs, 3), infinite where it left."""
-    found, alive = np.full(len(ends), np.inf), np.isfinite(ends).all(axis=1)
-    found[alive] = np.linalg.norm(model.tip(ends[alive]) - planned[alive], axis=1)
-    return found
+    distances, alive = np.full(len(ends), np.inf), np.isfinite(ends).all(axis=1)
+    distances[alive] = np.linalg.norm(model.tip(ends[alive]) - planned[alive], axis=1)
+    return distances
 
 
 class MeshRates(NamedTuple):
@@ -93,30 +93,33 @@ def mesh_rates(model: RobotModel, mass_matrices: np.ndarray) -> MeshRates:
     try:
         inverse = np.linalg.inv(mass_matrices)
     except np.linalg.LinAlgError:
-        raise too_unlike(model.robot) from None
+        raise conditioning_error(model.robot) from None
     free = len(model.robot.coordinates)
     inverse = inverse[:, free:, free:]
     if not (inverse.diagonal(axis1=1, axis2=2) > 0).all():
-        raise too_unlike(model.robot)
+        raise conditioning_error(model.robot)
     joints, stiffness, stiffest, damping = np.transpose(
-        [(own.joint, own.stiffness, own.stiffest, own.damping) for own in springs(model.robot)]
+        [
+            (mesh.joint, mesh.stiffness, mesh.stiffest, mesh.damping)
+            for mesh in tooth_springs(model.robot)
+        ]
     )
 
-    def modes(own: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    def modes(indices: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         """Eigenvalues (states, own), the smallest first, of springs, or dampers, at places."""
-        root = np.sqrt(sizes[own])
-        block = inverse[:, own[:, None], own] * np.outer(root, root)
+        root = np.sqrt(sizes[indices])
+        block = inverse[:, indices[:, None], indices] * np.outer(root, root)
         return np.maximum(np.linalg.eigvalsh(block), 0.0)
 
     swings, every = np.zeros((len(inverse), joints.size)), np.arange(joints.size)
     for joint in joints:
-        own = np.flatnonzero(joints == joint)
-        swings[:, own] = np.sqrt(modes(own, stiffness))[:, ::-1]
+        mesh = np.flatnonzero(joints == joint)
+        swings[:, mesh] = np.sqrt(modes(mesh, stiffness))[:, ::-1]
     fastest = max(np.sqrt(modes(every, stiffest).max()), modes(every, damping).max())
     return MeshRates(swings, float(fastest))
 
 
-def too_unlike(robot: Robot) -> InputError:
+def conditioning_error(robot: Robot) -> InputError:
     """The error for a robot whose mass matrix cannot be inverted."""
     allowed = "masses and inertias are too unlike for 16 digits: M cannot be inverted"
     return InputError(robot.name, "", None, allowed)

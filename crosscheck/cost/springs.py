@@ -35,21 +35,21 @@ class ToothSpring:
     mass: float
 
 
-def springs(robot: Robot) -> tuple[ToothSpring, ...]:
+def tooth_springs(robot: Robot) -> tuple[ToothSpring, ...]:
     """The tooth springs of a robot, in the order of their coordinates x."""
-    found = []
+    springs = []
     for rotor, mesh in robot.meshes:
         radius, k = mesh.pinion_base_radius_m, mesh.stiffness_N_per_m
         name = f"mesh of {robot.joints[rotor.joint].name}"
-        own = k, k, mesh.damping_N_s_per_m, mesh.backlash_m, 0.0
+        constants = k, k, mesh.damping_N_s_per_m, mesh.backlash_m, 0.0
         swinging = radius, rotor.inertia / radius**2
-        found.append(ToothSpring(name, rotor.joint, rotor.ratio * radius, *own, *swinging))
+        springs.append(ToothSpring(name, rotor.joint, rotor.ratio * radius, *constants, *swinging))
     for stage in robot.stages:
         gears, planets = stage.gears, stage.gears.planet_count
         geometry, (sun_mass, planet_mass) = stage_geometry(gears), gear_masses(gears)
         for side, teeth, d, mass in zip(
             ("sun", "ring"),
-            (gears.sun_mesh.of_planet(0), gears.ring_mesh.of_planet(0)),
+            (gears.sun_mesh.planet_mesh(0), gears.ring_mesh.planet_mesh(0)),
             damping(gears),
             (min(sun_mass, planets * planet_mass), planets * planet_mass),
             strict=True,
@@ -60,24 +60,24 @@ def springs(robot: Robot) -> tuple[ToothSpring, ...]:
             peak = float(peak_stiffness(law, np.array([mean]), np.array([amplitude]))[0])
             error = abs(teeth.static_error_m) + teeth.tooth_error_m
             name = f"{side} mesh of {robot.joints[stage.joint].name}"
-            own = planets * mean, planets * peak, d, teeth.backlash_m, error
+            constants = planets * mean, planets * peak, d, teeth.backlash_m, error
             swinging = min(geometry.r_s, geometry.r_p), mass
             lever = geometry.n * geometry.r_s
-            found.append(ToothSpring(name, stage.joint, lever, *own, *swinging))
-    return tuple(found)
+            springs.append(ToothSpring(name, stage.joint, lever, *constants, *swinging))
+    return tuple(springs)
 
 
-def with_rotors_alone(robot: Robot) -> Robot:
+def replace_stages_by_rotors(robot: Robot) -> Robot:
     """The robot, each stage as two rotors on the link of its ring, which rigid gears amount to."""
-    rotors = [rotor for stage in robot.stages for rotor in rotors_of(robot, stage)]
+    rotors = [rotor for stage in robot.stages for rotor in stage_rotors(robot, stage)]
     return replace(robot, rotors=(*robot.rotors, *rotors), stages=())
 
 
-def rotors_of(robot: Robot, stage: JointStage) -> tuple[Rotor, Rotor]:
+def stage_rotors(robot: Robot, stage: JointStage) -> tuple[Rotor, Rotor]:
     """The two rotors that stand for a stage: the sun, and the planets together."""
     gears, joint = stage.gears, robot.joints[stage.joint]
     geometry, (sun_mass, planet_mass) = stage_geometry(gears), gear_masses(gears)
-    stator, frame = next(own for own in robot.frames.items() if own[1].body == joint.parent)
+    stator, frame = next(entry for entry in robot.frames.items() if entry[1].body == joint.parent)
     axis = frame.placement.rotation.T @ joint.placement.rotation @ joint.axis
     inertia = gears.planet_count * planet_mass * geometry.r_p**2
     return (

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from crosscheck.findings import About, Finding, failed, unfinished
-from crosscheck.runner.outcomes import Failure, Task, failure
+from crosscheck.findings import Finding, Subject, make_failed_check, make_unfinished_check
+from crosscheck.runner.outcomes import Failure, Task, failure_from_error
 from crosscheck.runner.tasks import Outcome
 
 
@@ -18,7 +18,7 @@ class ModelTask(Task, Protocol):
     def model(self) -> str: ...
 
 
-class Unavailable(Exception):
+class MissingResult(Exception):
     """A result that a comparison needs does not exist; the text says which model failed, and why.
 
     unfinished: whether the model was stopped before it answered.
@@ -39,10 +39,10 @@ class Results:
         """A task's array or trajectory. Raises Unavailable."""
         outcome = self.outcomes.get(task.key, Failure("Lost", "no result came back"))
         if isinstance(outcome, Failure):
-            raise Unavailable(f"{task.model}: {outcome}", outcome.unfinished)
+            raise MissingResult(f"{task.model}: {outcome}", outcome.unfinished)
         return outcome
 
-    def settled(self, task: ModelTask) -> Any | None:
+    def get_if_finished(self, task: ModelTask) -> Any | None:
         """A task's array or trajectory, or None where it failed.
 
         Raises Unavailable where it is unfinished: what is done without it would hang on how long
@@ -50,16 +50,16 @@ class Results:
         """
         try:
             return self.need(task)
-        except Unavailable as error:
+        except MissingResult as error:
             if error.unfinished:
                 raise
             return None
 
-    def found(self, task: ModelTask) -> Any | None:
+    def get(self, task: ModelTask) -> Any | None:
         """A task's array or trajectory, or None for whatever reason there is none."""
         try:
             return self.need(task)
-        except Unavailable:
+        except MissingResult:
             return None
 
 
@@ -67,9 +67,9 @@ class Results:
 class Comparison:
     """A planned comparison: what it is about, the tasks it needs, how to judge their results."""
 
-    about: About
+    about: Subject
     needs: tuple[ModelTask, ...]
-    judge: Callable[[About, Results], Finding]
+    judge: Callable[[Subject, Results], Finding]
 
     def finding(self, results: Results) -> Finding:
         """The Finding; a failed check where a result is missing or cannot be compared.
@@ -78,28 +78,30 @@ class Comparison:
         """
         try:
             return self.judge(self.about, results)
-        except Unavailable as error:
-            missing = unfinished if error.unfinished else failed
+        except MissingResult as error:
+            missing = make_unfinished_check if error.unfinished else make_failed_check
             return missing(self.about, str(error))
         except Exception as error:  # a result that no comparison foresaw stays this check's affair
-            return failed(self.about, str(failure(error)))
+            return make_failed_check(self.about, str(failure_from_error(error)))
 
 
-def answered(about: About, tasks: Sequence[ModelTask], judge: Callable[..., Finding]) -> Comparison:
+def make_comparison(
+    about: Subject, tasks: Sequence[ModelTask], judge: Callable[..., Finding]
+) -> Comparison:
     """A comparison whose judge is handed ``about`` and the tasks' results, in their order."""
 
-    def judged(about: About, results: Results) -> Finding:
+    def judge_results(about: Subject, results: Results) -> Finding:
         return judge(about, *map(results.need, tasks))
 
-    return Comparison(about, tuple(tasks), judged)
+    return Comparison(about, tuple(tasks), judge_results)
 
 
-def tasks_of(comparisons: Sequence[Comparison]) -> list[ModelTask]:
+def collect_tasks(comparisons: Sequence[Comparison]) -> list[ModelTask]:
     """Every task that any of the comparisons needs, once."""
     return list(dict.fromkeys(task for each in comparisons for task in each.needs))
 
 
-def findings_of(comparisons: Sequence[Comparison], results: Results) -> Iterator[Finding]:
+def judge_comparisons(comparisons: Sequence[Comparison], results: Results) -> Iterator[Finding]:
     """Each comparison's Finding, in their order. Raises ValueError if two would have one id."""
     ids = [comparison.about.key.id for comparison in comparisons]
     twice = {id for id in ids if ids.count(id) > 1} if len(set(ids)) < len(ids) else set()

@@ -9,9 +9,16 @@ from typing import Literal
 import numpy as np
 
 from crosscheck.checks.first_principles.composite import Content
-from crosscheck.checks.scales import EPS, base_radius, geared, largest_torques, meshes, rounding
+from crosscheck.checks.scales import (
+    EPS,
+    base_radius,
+    geared_joints,
+    largest_torques,
+    meshes,
+    rounding,
+)
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.meshes import with_meshes
+from crosscheck.models.arm.meshes import change_meshes
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import (
@@ -19,11 +26,11 @@ from crosscheck.models.experiment.scenario import (
     SinusoidDrive,
     Start,
     Switches,
-    per_joint,
+    expand_to_joints,
     planet_offsets,
     switches,
 )
-from crosscheck.models.files import raw_arm
+from crosscheck.models.files import read_raw_arm
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning import sizing
 from crosscheck.registry import MODELS
@@ -51,7 +58,7 @@ PROBE_S = 0.05
 MOST_STEPS = 20_000_000
 PAPER_PHASE = switches(phase="omega_t")
 # Of the experiments that stand beside a user's own, those of energy_suite among them.
-OWN_NAMES = (
+RESERVED_NAMES = (
     *("probe", "order-smooth", "order-impact", "short-contact", "short-crossing"),
     *("energy", "energy-fine", "energy-impacts", "energy-paper"),
 )
@@ -60,7 +67,7 @@ Adaptive = Literal["reference", "reference-coarse", "precise", "precise-coarse"]
 Coarse = Literal["coarse", "coarse-2", "coarse-3"]
 Variant = Literal["", "nudged", "free", "free-nudged"] | Coarse | Adaptive
 # Steps of coarser runs, as shares of the fine run's. Each meets contacts elsewhere in a step.
-FEWER: dict[Coarse, float] = {"coarse": 0.5, "coarse-2": 0.465, "coarse-3": 0.435}
+COARSE_STEP_RATIOS: dict[Coarse, float] = {"coarse": 0.5, "coarse-2": 0.465, "coarse-3": 0.435}
 # Of runs that choose their own steps.
 RTOL: dict[str, float] = {
     **dict.fromkeys(("reference", "precise"), REFERENCE_RTOL),
@@ -89,15 +96,17 @@ class Experiment:
             return Simulation(key, self.case, RTOL[variant])
         if MODELS[model].order is None:
             return Simulation(key, self.case, RIGID_COARSE_RTOL if variant == "coarse" else None)
-        case = with_step(self.case, self._step(model))
-        if variant in FEWER:
+        case = set_step(self.case, self._step(model))
+        if variant in COARSE_STEP_RATIOS:
             scenario = case.scenario
-            steps = max(1, round(FEWER[variant] * scenario.stride))
-            case = with_step(case, scenario.step_s * scenario.stride / steps)
+            steps = max(1, round(COARSE_STEP_RATIOS[variant] * scenario.stride))
+            case = set_step(case, scenario.step_s * scenario.stride / steps)
         if variant in ("free", "free-nudged"):
             laws = self.case.switches.model_copy(update={"planets": "free"})
             case = case._replace(switches=laws)
-        return Simulation(key, nudged(case) if variant in ("nudged", "free-nudged") else case)
+        return Simulation(
+            key, perturb_start_by_one_ulp(case) if variant in ("nudged", "free-nudged") else case
+        )
 
     def _step(self, model: str) -> float:
         """Step of a model's run [s]; the rigid arm has no mesh to resolve."""
@@ -110,13 +119,13 @@ class Experiment:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class CrossCheckRequest:
     """What a user asks to be cross-checked.
 
     scenarios: their own experiments, in place of the plan's; chosen: laws of all of them, None for
     the plan's; model: name of equations that are tried in place of the cross-check of all models;
-    told: JSON of what the arm's file holds, settings applied, empty of an arm that is of no file.
-    Raises InputError for scenarios that cannot stand side by side.
+    arm_file_json: JSON of what the arm's file holds, settings applied, empty of an arm that is of
+    no file. Raises InputError for scenarios that cannot stand side by side.
     """
 
     arm: Arm
@@ -125,10 +134,10 @@ class Wanted:
     scenarios: tuple[Scenario, ...] = ()
     chosen: Switches | None = None
     model: str = ""
-    told: str = ""
+    arm_file_json: str = ""
 
     def __post_init__(self) -> None:
-        taken = [*OWN_NAMES]
+        taken = [*RESERVED_NAMES]
         for scenario in self.scenarios:
             if scenario.name in taken:
                 allowed = "must be a name that no other experiment of the cross-check has"
@@ -141,30 +150,30 @@ class Wanted:
         return not self.scenarios and not is_the_papers(self.arm)
 
     @property
-    def keeps_steps(self) -> bool:
+    def has_fixed_steps(self) -> bool:
         """Whether the experiments are the paper's, whose steps and durations are settled."""
         return not self.scenarios and is_the_papers(self.arm)
 
 
-def outlined(wanted: Wanted, sizes: sizing.Sizes | None) -> list[Experiment]:
+def draft_experiments(request: CrossCheckRequest, sizes: sizing.Sizes | None) -> list[Experiment]:
     """The experiments at the steps of their scenarios: what must be known before the plan."""
-    laws = wanted.chosen or usual_switches(wanted.arm)
-    scenarios = wanted.scenarios
+    laws = request.chosen or usual_switches(request.arm)
+    scenarios = request.scenarios
     if not scenarios and sizes is not None:
-        scenarios = (sizing.step_scenario(sizes), sizing.pd_scenario(sizes))
+        scenarios = (sizing.make_step_scenario(sizes), sizing.make_pd_scenario(sizes))
     if scenarios:
-        return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in scenarios]
-    found = []
-    for law, duration in (QUICK_S if wanted.quick else FULL_S).items():
+        return [Experiment(s.name, Case(request.arm, s, laws)) for s in scenarios]
+    experiments = []
+    for law, duration in (QUICK_S if request.quick else FULL_S).items():
         scenario = load_scenario(law).model_copy(update={"duration_s": duration})
-        found.append(Experiment(law, Case(wanted.arm, scenario, laws)))
-    if wanted.chosen is None:
-        name = f"{found[0].name}-{PAPER_PHASE.phase}"
-        found.append(Experiment(name, found[0].case._replace(switches=PAPER_PHASE)))
-    return found
+        experiments.append(Experiment(law, Case(request.arm, scenario, laws)))
+    if request.chosen is None:
+        name = f"{experiments[0].name}-{PAPER_PHASE.phase}"
+        experiments.append(Experiment(name, experiments[0].case._replace(switches=PAPER_PHASE)))
+    return experiments
 
 
-def resolved(experiment: Experiment, limit_s: float) -> Experiment:
+def set_stable_step(experiment: Experiment, limit_s: float) -> Experiment:
     """The experiment with its step halved until it is well within the limit of stability.
 
     It is also halved until twice the step meets every recorded time. limit_s: largest stable step
@@ -178,17 +187,17 @@ def resolved(experiment: Experiment, limit_s: float) -> Experiment:
         if duration / step > MOST_STEPS:
             allowed = f"the teeth need steps below {limit_s:.2g} s, too many in {duration:g} s"
             raise InputError(experiment.case.arm.name, "joints", None, allowed)
-    return replace(experiment, case=with_step(experiment.case, step)) if halvings else experiment
+    return replace(experiment, case=set_step(experiment.case, step)) if halvings else experiment
 
 
-def shortened(wanted: Wanted, experiment: Experiment) -> Experiment:
+def limit_duration(request: CrossCheckRequest, experiment: Experiment) -> Experiment:
     """The experiment, cut to as many of its first steps as a cross-check has time for.
 
     Its last state is on the recording grid.
     """
-    if wanted.keeps_steps:
+    if request.has_fixed_steps:
         return experiment
-    most = QUICK_STEPS if wanted.quick else FULL_STEPS if wanted.needs_sizes else MOST_STEPS
+    most = QUICK_STEPS if request.quick else FULL_STEPS if request.needs_sizes else MOST_STEPS
     scenario = experiment.case.scenario
     intervals = min(scenario.steps, max(most, scenario.stride)) // scenario.stride
     if intervals * scenario.stride == scenario.steps:
@@ -198,12 +207,12 @@ def shortened(wanted: Wanted, experiment: Experiment) -> Experiment:
     return replace(experiment, case=experiment.case._replace(scenario=shorter))
 
 
-def finer(experiment: Experiment) -> Experiment:
+def refine_step(experiment: Experiment) -> Experiment:
     """The experiment at half its step."""
-    return replace(experiment, case=with_step(experiment.case, experiment.case.scenario.step_s / 2))
+    return replace(experiment, case=set_step(experiment.case, experiment.case.scenario.step_s / 2))
 
 
-def probe_experiment() -> Experiment:
+def make_probe_experiment() -> Experiment:
     """An experiment of the probe arm: a drive that depends on time, differently on each joint."""
     sizes, rates = (150.0, 90.0), (300.0, 170.0)
     drive = SinusoidDrive(
@@ -215,7 +224,7 @@ def probe_experiment() -> Experiment:
     return Experiment("probe", case)
 
 
-def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Experiment]:
+def make_short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Experiment]:
     """Experiments of some thousand fine steps, for models with constraints: both tooth flanks.
 
     first: the experiment whose torques are tried; limit_s: largest stable step [s] of the arm's
@@ -226,17 +235,17 @@ def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Exper
     torques = np.maximum(
         largest_torques(arm, first.case.scenario), _crossing_torques(arm, duration / 3)
     )
-    found = []
+    experiments = []
     for name, sign in (("short-contact", 1.0), ("short-crossing", -1.0)):
-        scenario = sizing.bent(name, SHORT_STEPS, SHORT_RECORDS, step, sign * torques)
-        found.append(Experiment(name, Case(arm, scenario, usual_switches(arm))))
-    return found
+        scenario = sizing.make_bent_scenario(name, SHORT_STEPS, SHORT_RECORDS, step, sign * torques)
+        experiments.append(Experiment(name, Case(arm, scenario, usual_switches(arm))))
+    return experiments
 
 
 def _crossing_torques(arm: Arm, within_s: float) -> np.ndarray:
     """Torques [N m], (joints,), that take a sun's teeth across their play in this time."""
     torques = np.zeros(len(arm.joints))
-    for number, joint in geared(arm):
+    for number, joint in geared_joints(arm):
         play = 4 * max(mesh.backlash_m for mesh in meshes(joint))
         radius, ratio = base_radius(joint, joint.sun_teeth), 1 + joint.ring_teeth / joint.sun_teeth
         inertia = joint.sun_inertia_kg_m2 or (joint.sun_equivalent_mass_kg or 0.0) * radius**2
@@ -260,45 +269,45 @@ class OrderCase:
 
     def runs(self, model: str) -> tuple[Simulation, ...]:
         """A model's run at each of the steps, the largest first."""
-        found, step = [], self.case.scenario.step_s
+        simulations, step = [], self.case.scenario.step_s
         for level in range(ORDER_LEVELS):
             key = RunKey(self.name, model, f"level-{level}")
-            found.append(Simulation(key, with_step(self.case, step / 2**level)))
-        return tuple(found)
+            simulations.append(Simulation(key, set_step(self.case, step / 2**level)))
+        return tuple(simulations)
 
 
-def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
+def make_order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
     """Runs for the order: teeth without clearance, whose force has no kink, and with free play.
 
     An arm without teeth has none: its motion is so smooth that rounding hides the order.
     """
-    if not geared(arm):
+    if not geared_joints(arm):
         return []
     step = resolved_step(first, limit_s, ORDER_RESOLVED)
     stretched = np.zeros(len(arm.joints))
-    for number, joint in geared(arm):
+    for number, joint in geared_joints(arm):
         stretched[number] = ORDER_OFFSET * base_radius(joint, joint.sun_teeth)
     start = Start(mesh="centre", sun_planet_offset_m=tuple(map(float, stretched)))
-    scenario = sizing.made(
+    scenario = sizing.build_scenario(
         "order",
         duration_s=ORDER_STEPS * step,
         step_s=step,
         record_every=8,
         start=start,
-        drive=sizing.held_torques(largest_torques(arm, first.case.scenario)),
+        drive=sizing.make_torque_drive(largest_torques(arm, first.case.scenario)),
     )
     return [
-        OrderCase("order-smooth", Case(without_play(arm), scenario, usual_switches(arm)), True),
+        OrderCase("order-smooth", Case(remove_backlash(arm), scenario, usual_switches(arm)), True),
         OrderCase("order-impact", Case(arm, scenario, usual_switches(arm)), False),
     ]
 
 
-def without_play(arm: Arm) -> Arm:
+def remove_backlash(arm: Arm) -> Arm:
     """The arm with teeth that touch on both sides."""
-    return with_meshes(arm, lambda mesh: mesh.model_copy(update={"backlash_m": 0.0}))
+    return change_meshes(arm, lambda mesh: mesh.model_copy(update={"backlash_m": 0.0}))
 
 
-def with_step(case: Case, step_s: float) -> Case:
+def set_step(case: Case, step_s: float) -> Case:
     """The case at another step, recorded at the very same times.
 
     Raises ValueError unless the recording interval is a multiple of the step.
@@ -311,14 +320,14 @@ def with_step(case: Case, step_s: float) -> Case:
     return case._replace(scenario=scenario.model_copy(update=update))
 
 
-def nudged(case: Case) -> Case:
+def perturb_start_by_one_ulp(case: Case) -> Case:
     """The case with every angle and mesh displacement started one rounding further.
 
     Planets that are free start forth and back in turn.
     """
     joints, start = len(case.arm.joints), case.scenario.start
     update: dict[str, object] = {
-        name: tuple(value + by for value in per_joint(getattr(start, name), joints))
+        name: tuple(value + by for value in expand_to_joints(getattr(start, name), joints))
         for name, by in (
             ("theta_rad", EPS),
             ("sun_planet_offset_m", rounding(case.arm)),
@@ -337,21 +346,21 @@ def nudged(case: Case) -> Case:
     return case._replace(scenario=case.scenario.model_copy(update=moved))
 
 
-def readings(wanted: Wanted) -> list[tuple[Arm, Content]]:
+def arm_variants(request: CrossCheckRequest) -> list[tuple[Arm, Content]]:
     """The arms of state checks: both readings of the paper's table, or the user's arm alone.
 
     Each comes with what its file holds, or with its own fields where it is of none.
     """
-    if is_the_papers(wanted.arm):
-        return [(arm, raw_arm(arm.name)) for arm in papers_arms()]
-    return [(wanted.arm, json.loads(wanted.told or wanted.arm.model_dump_json()))]
+    if is_the_papers(request.arm):
+        return [(arm, read_raw_arm(arm.name)) for arm in load_paper_arms()]
+    return [(request.arm, json.loads(request.arm_file_json or request.arm.model_dump_json()))]
 
 
-def papers_arms() -> list[Arm]:
+def load_paper_arms() -> list[Arm]:
     """The paper's arm in both readings of Table I."""
     return [load_arm(f"paper-{name}") for name in ("labelled", "swapped")]
 
 
 def is_the_papers(arm: Arm) -> bool:
     """Whether this is the paper's arm, in either reading."""
-    return arm in papers_arms()
+    return arm in load_paper_arms()

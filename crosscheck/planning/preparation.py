@@ -7,20 +7,27 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
-from crosscheck.analytic.paper.covered import PAPERS_KIND
-from crosscheck.checks.scales import geared, meaningful
+from crosscheck.analytic.paper.coverage import PAPER_COVERAGE
+from crosscheck.checks.scales import acceptance_limit, geared_joints
 from crosscheck.checks.trajectories import size, uncertainty
-from crosscheck.findings import About, Key, failed
+from crosscheck.findings import ComparisonKey, Subject, make_failed_check
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import Diverged, Unfinished
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.planning import plan
-from crosscheck.planning.comparison import Comparison, answered
-from crosscheck.planning.plan import Experiment, Wanted
-from crosscheck.planning.sizing import Sizes, growth_of, sizes_of
-from crosscheck.registry import about, build, covering, names, reference_model, same_integrator
-from crosscheck.runner.outcomes import DIED, Failure, OwnKey, or_failure
+from crosscheck.planning.comparison import Comparison, make_comparison
+from crosscheck.planning.plan import CrossCheckRequest, Experiment
+from crosscheck.planning.sizing import Sizes, compute_sizes, find_growing_mode
+from crosscheck.registry import (
+    build,
+    find_covering_models,
+    find_same_integrator_models,
+    model_names,
+    reference_model,
+    select_covering,
+)
+from crosscheck.runner.outcomes import DIED, Failure, SelfKeyedTask, return_failures
 from crosscheck.runner.tasks import Evaluation, Simulation
 from crosscheck.runner.workers import Workers
 
@@ -33,24 +40,26 @@ MOST_HALVINGS = 4
 # By how much, judged by each of the runs that a comparison will judge by: where in a step contacts
 # are met hangs on the step, so that one of them may be close to the fine run by chance.
 MARGINS: dict[plan.Coarse, float] = {"coarse": 2.0, "coarse-2": 1.1, "coarse-3": 1.1}
-Known = TypeVar("Known")
+QueryResult = TypeVar("QueryResult")
 
 
-class Lost(NamedTuple):
+class FailedPreparation(NamedTuple):
     """A thing that could not be found out, of which experiment or arm, by which model; and why."""
 
-    key: Key
+    key: ComparisonKey
     why: Failure
 
     @property
     def comparison(self) -> Comparison:
         """The failed check for what is lost: the plan stands on what it knew without."""
-        what = About(self.key, "1", "whether it could be found out", "the plan")
-        return answered(what, (), partial(failed, note=f"{self.key.left}: {self.why}"))
+        what = Subject(self.key, "1", "whether it could be found out", "the plan")
+        return make_comparison(
+            what, (), partial(make_failed_check, note=f"{self.key.left}: {self.why}")
+        )
 
 
 @dataclass(frozen=True)
-class Prepared:
+class Preparation:
     """Experiments ready to run, largest stable step [s] of their models, remarks to the user.
 
     lost: what is not known because a model failed; each is a failed check.
@@ -59,33 +68,33 @@ class Prepared:
     experiments: Sequence[Experiment]
     limit_s: float
     remarks: tuple[str, ...]
-    lost: tuple[Lost, ...] = ()
+    lost: tuple[FailedPreparation, ...] = ()
 
 
 @dataclass(frozen=True)
-class Query(OwnKey, Generic[Known]):
+class Query(SelfKeyedTask, Generic[QueryResult]):
     """A task: a function that finds something out by asking models; ``cost``: estimated [s]."""
 
-    function: Callable[..., Known]
+    function: Callable[..., QueryResult]
     arguments: tuple[Any, ...]
     cost: float
 
-    @or_failure
-    def perform(self) -> Known:
+    @return_failures
+    def perform(self) -> QueryResult:
         """The function's answer, or what is wrong with a model that was asked."""
         return self.function(*self.arguments)
 
 
-def settled(wanted: Wanted, experiment: Experiment) -> Experiment:
+def refine_until_resolved(request: CrossCheckRequest, experiment: Experiment) -> Experiment:
     """The experiment at a step that its comparisons can mean something at, found by trying.
 
     It is tried on the reference model, a hundred times as fast as the engines that are to follow.
     """
-    experiment = plan.shortened(wanted, experiment)
+    experiment = plan.limit_duration(request, experiment)
     for _ in range(MOST_HALVINGS):
         if _is_fine(experiment):
             break
-        experiment = plan.shortened(wanted, plan.finer(experiment))
+        experiment = plan.limit_duration(request, plan.refine_step(experiment))
     return experiment
 
 
@@ -105,7 +114,7 @@ def _is_fine(experiment: Experiment) -> bool:
         except Diverged:
             return False
         for quantity in (name for name in ("theta", "x_sp", "x_pr") if name in fine):
-            widest = meaningful(quantity, arm, scenario, size(fine, quantity))
+            widest = acceptance_limit(quantity, arm, scenario, size(fine, quantity))
             if margin * uncertainty(fine, coarse, quantity) > widest.value:
                 return False
     return True
@@ -115,93 +124,106 @@ def _run(task: Simulation) -> xr.Dataset:
     return build(task.model, *task.case).simulate()
 
 
-def prepared(wanted: Wanted, workers: Workers) -> Prepared:
+def prepare_experiments(request: CrossCheckRequest, workers: Workers) -> Preparation:
     """What the plan needs to know: experiments, their largest stable step, remarks, what is lost.
 
     Raises InputError, and Unfinished where a model was stopped or its process died: what is then
     unknown hangs on the machine, and so would the plan.
     """
-    lost: list[Lost] = []
-    sizes, said = None, list[str]()
-    if wanted.needs_sizes:
-        query = Query(sizes_of, (wanted.arm,), 1.0)
-        (sizes,) = _answers({_key(wanted.arm.name, "sizes"): query}, workers, lost)
-        said = _of_sizes(sizes, lost)
-    outline = plan.outlined(wanted, sizes)
-    laws, what = usual_switches(wanted.arm), "largest_stable_step"
+    lost: list[FailedPreparation] = []
+    sizes, size_remarks = None, list[str]()
+    if request.needs_sizes:
+        query = Query(compute_sizes, (request.arm,), 1.0)
+        (sizes,) = _run_queries({_key(request.arm.name, "sizes"): query}, workers, lost)
+        size_remarks = _describe_sizes(sizes, lost)
+    outline = plan.draft_experiments(request, sizes)
+    laws, what = usual_switches(request.arm), "largest_stable_step"
     limits = {
         _key(each.name, what, model): Evaluation(model, each.case._replace(switches=laws), what)
-        for model in about(same_integrator(), wanted.arm, laws)
+        for model in select_covering(find_same_integrator_models(), request.arm, laws)
         for each in outline
     }
-    known = [float(limit) for limit in _answers(limits, workers, lost) if limit is not None]
-    limit = min(known, default=float("inf"))
-    started = [plan.resolved(each, limit) for each in outline]
-    growths: dict[Key, Query[Any]] = {
-        _key(each.name, "growth-rate"): Query(growth_of, (each.case.arm, each.case.scenario), 0.5)
+    step_limits = [
+        float(limit) for limit in _run_queries(limits, workers, lost) if limit is not None
+    ]
+    limit = min(step_limits, default=float("inf"))
+    started = [plan.set_stable_step(each, limit) for each in outline]
+    growths: dict[ComparisonKey, Query[Any]] = {
+        _key(each.name, "growth-rate"): Query(
+            find_growing_mode, (each.case.arm, each.case.scenario), 0.5
+        )
         for each in outline
     }
     steps = {
-        _key(each.name, "step"): Query(settled, (wanted, each), 5.0)
-        for each in ([] if wanted.keeps_steps else started)
+        _key(each.name, "step"): Query(refine_until_resolved, (request, each), 5.0)
+        for each in ([] if request.has_fixed_steps else started)
     }
-    answers = _answers(growths | steps, workers, lost)
+    answers = _run_queries(growths | steps, workers, lost)
     fine = answers[len(growths) :] or [None] * len(started)
-    found = [
-        replace(settling or plan.shortened(wanted, own), growth=growth)
-        for own, growth, settling in zip(started, answers, fine, strict=False)
+    experiments = [
+        replace(settling or plan.limit_duration(request, experiment), growth=growth)
+        for experiment, growth, settling in zip(started, answers, fine, strict=False)
     ]
-    remarks = [f"{each.name}: {each.growth}" for each in found if each.growth is not None]
-    remarks += _of_forms(wanted.arm)
-    return Prepared([*found, plan.probe_experiment()], limit, (*said, *remarks), tuple(lost))
+    remarks = [f"{each.name}: {each.growth}" for each in experiments if each.growth is not None]
+    remarks += _describe_forms(request.arm)
+    return Preparation(
+        [*experiments, plan.make_probe_experiment()], limit, (*size_remarks, *remarks), tuple(lost)
+    )
 
 
-def _key(case: str, quantity: str, model: str = "") -> Key:
+def _key(case: str, quantity: str, model: str = "") -> ComparisonKey:
     """Key of what a task finds out of an experiment or arm, by the reference model unless named."""
-    return Key("preparation", case, quantity, model or reference_model())
+    return ComparisonKey("preparation", case, quantity, model or reference_model())
 
 
-def _answers(
-    asked: Mapping[Key, Query[Any] | Evaluation], workers: Workers, lost: list[Lost]
+def _run_queries(
+    queries: Mapping[ComparisonKey, Query[Any] | Evaluation],
+    workers: Workers,
+    lost: list[FailedPreparation],
 ) -> list[Any]:
     """The answers in their order, None for one that is lost, which ``lost`` is told.
 
     Raises Unfinished where a model did not come back.
     """
-    outcomes = workers.perform(list(dict.fromkeys(asked.values())), lambda key: None)
-    found = []
-    for key, task in asked.items():
+    outcomes = workers.perform(list(dict.fromkeys(queries.values())), lambda key: None)
+    answers = []
+    for key, task in queries.items():
         outcome: Any = outcomes[task.key]
         if isinstance(outcome, Failure):
             if outcome.unfinished or outcome.kind == DIED:
                 what = f"preparing {key.case}: {key.quantity} by {key.left}"
                 raise Unfinished(f"{what}: {outcome}")
-            lost.append(Lost(key, outcome))
+            lost.append(FailedPreparation(key, outcome))
             outcome = None
-        found.append(outcome)
-    return found
+        answers.append(outcome)
+    return answers
 
 
-def _of_sizes(sizes: Sizes | None, lost: Sequence[Lost]) -> list[str]:
+def _describe_sizes(sizes: Sizes | None, lost: Sequence[FailedPreparation]) -> list[str]:
     """Remarks on the experiments that were made for the arm, or why there are none."""
     if sizes is None:
         return [f"experiments could not be sized to the arm: {each.why}" for each in lost]
     mode = "no gears" if sizes.mode_Hz is None else f"lowest mesh mode {sizes.mode_Hz:.4g} Hz"
     return [
         f"experiments sized to the arm: {mode}, controller at {sizes.rate:.3g} rad/s",
-        f"torque-step: {_listed(sizes.step)} N m",
-        f"pd-motion: to {_listed(sizes.target)} rad, P {_listed(sizes.proportional)} N m/rad,"
-        f" D {_listed(sizes.derivative)} N m s/rad",
+        f"torque-step: {_format_values(sizes.step)} N m",
+        f"pd-motion: to {_format_values(sizes.target)} rad, P"
+        f" {_format_values(sizes.proportional)} N m/rad,"
+        f" D {_format_values(sizes.derivative)} N m s/rad",
     ]
 
 
-def _of_forms(arm: Arm) -> list[str]:
+def _describe_forms(arm: Arm) -> list[str]:
     """A remark on the paper's own forms where they are not about an arm with gears."""
-    without = [name for name in names("form") if name not in covering("form", arm, switches())]
-    if not (without and geared(arm)):
+    without = [
+        name
+        for name in model_names("form")
+        if name not in find_covering_models("form", arm, switches())
+    ]
+    if not (without and geared_joints(arm)):
         return []
-    return [f"without {', '.join(without)}: each {PAPERS_KIND}"]
+    return [f"without {', '.join(without)}: each {PAPER_COVERAGE}"]
 
 
-def _listed(values: Sequence[float]) -> str:
+def _format_values(values: Sequence[float]) -> str:
     return ", ".join(f"{value:.4g}" for value in values)

@@ -14,29 +14,29 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.checks.first_principles.composite import inertia, parts_of, posed
+from crosscheck.checks.first_principles.composite import arm_pose, build_parts, inertia
 from crosscheck.checks.first_principles.weights import weight_moments
 from crosscheck.checks.modes import free_modes
 from crosscheck.checks.scales import (
     base_radius,
-    geared,
-    largest_of,
+    geared_joints,
     largest_weights,
     meshes,
+    stiffness_bound,
 )
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.arm.quantities import Duration, Gain, RateGain, Torque, Within
+from crosscheck.models.arm.quantities import Duration, Gain, NumberRange, RateGain, Torque
 from crosscheck.models.experiment.scenario import (
     ConstantDrive,
     Drive,
     PdDrive,
     Scenario,
     Start,
-    per_joint,
+    expand_to_joints,
 )
-from crosscheck.models.loading import load_scenario, validated
-from crosscheck.registry import build, of_level, reference_model
+from crosscheck.models.loading import load_scenario, validate_record
+from crosscheck.registry import build, find_level_models, reference_model
 
 # The controller's rate over that of the lowest mesh mode, and its rate [rad/s] without gears.
 SLOWER, WITHOUT_GEARS = 2000.0, 4.0
@@ -81,23 +81,27 @@ class Sizes:
         return tuple(SWING * (-1) ** joint for joint in range(len(self.inertia)))
 
 
-def sizes_of(arm: Arm) -> Sizes:
+def compute_sizes(arm: Arm) -> Sizes:
     """The Sizes of an arm; with the gentlest controller where none keeps its teeth stable."""
     still = ConstantDrive(kind="constant", torque_N_m=0.0)
-    modes = build(reference_model(), arm, scenario_of("sizing", still, 1.0, 1.0)).mesh_modes()
+    modes = build(
+        reference_model(), arm, make_sized_scenario("sizing", still, 1.0, 1.0)
+    ).mesh_modes()
     mode = float(modes[0]) if modes.size else None
     rate = WITHOUT_GEARS if mode is None else 2 * np.pi * mode / SLOWER
-    rigid = build(of_level("coupled")[0], arm, scenario_of("sizing", still, rate, 1.0))
+    rigid = build(
+        find_level_models("coupled")[0], arm, make_sized_scenario("sizing", still, rate, 1.0)
+    )
     inertia = np.diag(rigid.mass_matrix(np.zeros(len(arm.joints))))
     held = -weight_moments(arm, np.zeros(inertia.size))
     bearable = bearable_torques(arm)
-    step = _allowed(Torque, np.minimum(inertia * rate**2 * STEP_SWING, bearable) + held)
+    step = _limit_values(Torque, np.minimum(inertia * rate**2 * STEP_SWING, bearable) + held)
     for halvings in range(GENTLER):
         stiff, damped = _gains(inertia, rate / 2**halvings, bearable)
-        P = _allowed(Gain, stiff + 2 * largest_weights(arm))
-        D = _allowed(RateGain, damped)
+        P = _limit_values(Gain, stiff + 2 * largest_weights(arm))
+        D = _limit_values(RateGain, damped)
         sizes = Sizes(rate, tuple(map(float, inertia)), P, D, step, mode)
-        if growth_of(arm, pd_scenario(sizes)) is None:
+        if find_growing_mode(arm, make_pd_scenario(sizes)) is None:
             break
     return sizes
 
@@ -105,8 +109,8 @@ def sizes_of(arm: Arm) -> Sizes:
 def bearable_torques(arm: Arm) -> np.ndarray:
     """Torques [N m], (joints,), that bend teeth by MOST_BENT modules; inf without gears."""
     torques = np.full(len(arm.joints), np.inf)
-    for number, joint in geared(arm):
-        stiffest = joint.planet_count * max(largest_of(m.stiffness) for m in meshes(joint))
+    for number, joint in geared_joints(arm):
+        stiffest = joint.planet_count * max(stiffness_bound(m.stiffness) for m in meshes(joint))
         lever = base_radius(joint, joint.sun_teeth) * (1 + joint.ring_teeth / joint.sun_teeth)
         torques[number] = MOST_BENT * joint.module_m * stiffest * lever
     return torques
@@ -118,25 +122,25 @@ def _gains(inertia: np.ndarray, rate: float, bearable: np.ndarray) -> tuple[np.n
     return stiff, np.minimum(2 * DAMPING_RATIO * inertia * rate, bearable / FASTEST)
 
 
-def _allowed(kind: Any, values: Iterable[float], digits: int = DIGITS) -> tuple[float, ...]:
+def _limit_values(kind: Any, values: Iterable[float], digits: int = DIGITS) -> tuple[float, ...]:
     """The values, kept within the range of a kind of number, to so many digits.
 
     Eigenvalues, of which these are made, end in other digits on other processors.
     """
-    limit = next(each for each in kind.__metadata__ if isinstance(each, Within))
+    limit = next(each for each in kind.__metadata__ if isinstance(each, NumberRange))
     kept = (min(max(float(value), limit.least), limit.most) for value in values)
     return tuple(float(f"{value:.{digits}g}") for value in kept)
 
 
-def unequal_gains(arm: Arm) -> Scenario:
+def make_unequal_gains_scenario(arm: Arm) -> Scenario:
     """An experiment with unequal gains and targets at every joint, from the arm's data alone.
 
     The controller is slower than the lowest mode of a stage with its carrier locked, as that of
     Sizes is.
     """
     content, numbers = arm.model_dump(), np.arange(len(arm.joints))
-    turned = np.diag(inertia(parts_of(content), posed(content, 0.0 * numbers), locked=False))
-    lowest = [float(free_modes(joint)[0]) for _, joint in geared(arm)]
+    turned = np.diag(inertia(build_parts(content), arm_pose(content, 0.0 * numbers), locked=False))
+    lowest = [float(free_modes(joint)[0]) for _, joint in geared_joints(arm)]
     rate = 2 * np.pi * min(lowest) / SLOWER if lowest else WITHOUT_GEARS
     stiff, damped = _gains(turned, rate, bearable_torques(arm))
     proportional, derivative = (
@@ -146,25 +150,25 @@ def unequal_gains(arm: Arm) -> Scenario:
     drive = PdDrive(
         kind="pd",
         target_rad=tuple(map(float, SWING + FURTHER * numbers)),
-        proportional_N_m_per_rad=_allowed(Gain, proportional),
-        derivative_N_m_s_per_rad=_allowed(RateGain, derivative),
+        proportional_N_m_per_rad=_limit_values(Gain, proportional),
+        derivative_N_m_s_per_rad=_limit_values(RateGain, derivative),
     )
     return load_scenario("pd").model_copy(update={"drive": drive})
 
 
-def at_rest() -> Scenario:
+def make_rest_scenario() -> Scenario:
     """An experiment without any torque, for what no drive takes part in."""
     drive = ConstantDrive(kind="constant", torque_N_m=0.0)
     return load_scenario("constant-torque").model_copy(update={"drive": drive})
 
 
-def step_scenario(sizes: Sizes) -> Scenario:
+def make_step_scenario(sizes: Sizes) -> Scenario:
     """An experiment: a step of torque on every joint, beside what holds the stretched arm."""
     drive = ConstantDrive(kind="constant", torque_N_m=sizes.step)
-    return scenario_of("torque-step", drive, sizes.rate, STEP_S)
+    return make_sized_scenario("torque-step", drive, sizes.rate, STEP_S)
 
 
-def pd_scenario(sizes: Sizes) -> Scenario:
+def make_pd_scenario(sizes: Sizes) -> Scenario:
     """An experiment: a motion of every joint under its controller."""
     drive = PdDrive(
         kind="pd",
@@ -172,47 +176,51 @@ def pd_scenario(sizes: Sizes) -> Scenario:
         proportional_N_m_per_rad=sizes.proportional,
         derivative_N_m_s_per_rad=sizes.derivative,
     )
-    return scenario_of("pd-motion", drive, sizes.rate, PD_S)
+    return make_sized_scenario("pd-motion", drive, sizes.rate, PD_S)
 
 
-def scenario_of(name: str, drive: Drive, rate: float, times: float) -> Scenario:
+def make_sized_scenario(name: str, drive: Drive, rate: float, times: float) -> Scenario:
     """An experiment ``times`` / rate [s] long; a plan makes its steps as short as teeth need."""
-    (duration,) = _allowed(Duration, [times / rate], digits=3)
+    (duration,) = _limit_values(Duration, [times / rate], digits=3)
     fields = {"duration_s": duration, "step_s": duration / COARSEST_STEPS, "drive": drive}
     every = COARSEST_STEPS // RECORDS
-    return made(name, title="sized to the arm", record_every=every, start=Start(), **fields)
+    return build_scenario(
+        name, title="sized to the arm", record_every=every, start=Start(), **fields
+    )
 
 
-def made(name: str, **fields: Any) -> Scenario:
+def build_scenario(name: str, **fields: Any) -> Scenario:
     """An experiment sized to an arm.
 
     Raises InputError where a number that the arm asks for is outside of what a scenario may have.
     """
     data = {"schema_version": 1, "name": name, **fields}
-    return validated(Scenario, data, f"experiment {name}, sized to the arm")
+    return validate_record(Scenario, data, f"experiment {name}, sized to the arm")
 
 
-def bent(name: str, steps: int, records: int, step_s: float, torques: np.ndarray) -> Scenario:
+def make_bent_scenario(
+    name: str, steps: int, records: int, step_s: float, torques: np.ndarray
+) -> Scenario:
     """An experiment that starts bent; held torques [N m], (joints,), less from joint to joint."""
     numbers = np.arange(torques.size)
-    return made(
+    return build_scenario(
         name,
         duration_s=steps * step_s,
         step_s=step_s,
         record_every=steps // records,
-        start=bent_start(torques.size),
-        drive=held_torques(torques * (1 - 0.1 * numbers)),
+        start=make_bent_start(torques.size),
+        drive=make_torque_drive(torques * (1 - 0.1 * numbers)),
     )
 
 
-def bent_start(joints: int) -> Start:
+def make_bent_start(joints: int) -> Start:
     """A start at rest, every joint at another angle."""
     return Start(theta_rad=tuple(0.4 - 0.7 * number for number in range(joints)))
 
 
-def held_torques(torques: Iterable[float]) -> ConstantDrive:
+def make_torque_drive(torques: Iterable[float]) -> ConstantDrive:
     """A drive of these torques [N m], as large as a scenario's may be at most."""
-    return ConstantDrive(kind="constant", torque_N_m=_allowed(Torque, torques, digits=17))
+    return ConstantDrive(kind="constant", torque_N_m=_limit_values(Torque, torques, digits=17))
 
 
 @dataclass(frozen=True)
@@ -227,14 +235,14 @@ class GrowingMode:
         return f"the loop is unstable while teeth touch: {grows}"
 
 
-def growth_of(arm: Arm, scenario: Scenario) -> GrowingMode | None:
+def find_growing_mode(arm: Arm, scenario: Scenario) -> GrowingMode | None:
     """The fastest-growing vibration of a scenario's loop, at its start and its target.
 
     It is None if none grows to speak of within its duration. A fall is no vibration.
     """
     poses = [scenario]
     if isinstance(scenario.drive, PdDrive):
-        there = per_joint(scenario.drive.target_rad, len(arm.joints))
+        there = expand_to_joints(scenario.drive.target_rad, len(arm.joints))
         start = scenario.start.model_copy(update={"theta_rad": there})
         poses.append(scenario.model_copy(update={"start": start}))
     worst = GrowingMode(0.0, 0.0)

@@ -10,23 +10,23 @@ import markupsafe
 COLOURS = ("#1f5fa8", "#d1702c", "#2f8f5b", "#8a4fb0", "#b03050", "#5a6b7a", "#a08a20")
 
 
-def paragraph(text: str) -> str:
+def render_paragraph(text: str) -> str:
     """A paragraph of plain text."""
     return f"<p>{escape(text)}</p>"
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
+def render_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
     """A table of plain texts, or of Markup, that scrolls by itself where it is too wide."""
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
-    lines = "".join(_row(row, "td") for row in rows)
-    return f'<div class="wide" tabindex="0"><table>{title}{_row(head, "th")}{lines}</table></div>'
+    lines = "".join(_render_row(row, "td") for row in rows)
+    return f'<div class="wide" tabindex="0"><table>{title}{_render_row(head, "th")}{lines}</table></div>'
 
 
-def figure(svg: str, caption: str) -> str:
+def render_figure(svg: str, caption: str) -> str:
     """A drawing with what it shows."""
     return f'<figure tabindex="0">{svg}<figcaption>{escape(caption)}</figcaption></figure>'
 
 
-def _row(cells: Sequence[str], tag: str) -> str:
+def _render_row(cells: Sequence[str], tag: str) -> str:
     shown = (f"<{tag}>{markupsafe.escape(cell)}</{tag}>" for cell in cells)  # Markup as it is
     return "<tr>" + "".join(shown) + "</tr>"

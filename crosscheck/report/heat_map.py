@@ -10,7 +10,7 @@ import numpy as np
 
 from crosscheck.findings import EntryDifferences
 from crosscheck.registry import MODELS
-from crosscheck.report.words import percent
+from crosscheck.report.formatting import format_percent
 
 TICK = "\N{CHECK MARK}"
 DECADES = (1e-6, 1e-4, 1e-2)  # of relative differences, between the shades of a cell
@@ -47,7 +47,7 @@ class HeatMap:
         return f"{self.title}: {wrong} of {len(cells)} entries differ"
 
 
-def heat_map(
+def make_heat_map(
     title: str,
     rows: Sequence[str],
     columns: Sequence[str],
@@ -55,25 +55,25 @@ def heat_map(
     tolerance: float,
 ) -> HeatMap:
     """The map of relative differences, by row and column, of which a tolerance is allowed."""
-    cells = tuple(tuple(heat_cell(value, tolerance) for value in row) for row in relative)
+    cells = tuple(tuple(make_heat_cell(value, tolerance) for value in row) for row in relative)
     return HeatMap(title, tuple(rows), tuple(columns), cells)
 
 
 def entry_map(title: str, names: Sequence[str], relative: np.ndarray, tolerance: float) -> HeatMap:
     """The map of a matrix (n, n), or of a vector (n,), whose entries belong to n coordinates."""
     if relative.ndim == 2:
-        return heat_map(title, names, names, relative.tolist(), tolerance)
-    return heat_map(title, names, ("",), relative[:, None].tolist(), tolerance)
+        return make_heat_map(title, names, names, relative.tolist(), tolerance)
+    return make_heat_map(title, names, ("",), relative[:, None].tolist(), tolerance)
 
 
-def heat_cell(value: float, tolerance: float) -> HeatCell:
+def make_heat_cell(value: float, tolerance: float) -> HeatCell:
     """The cell of a relative difference; what is no number differs."""
     if value <= tolerance:
         return HeatCell(TICK, 0)
-    return HeatCell(percent(value), 1 + bisect.bisect_right(DECADES, value))
+    return HeatCell(format_percent(value), 1 + bisect.bisect_right(DECADES, value))
 
 
-def entry_maps(entries: Sequence[EntryDifferences]) -> list[HeatMap]:
+def make_entry_maps(entries: Sequence[EntryDifferences]) -> list[HeatMap]:
     """M of the printed equations beside the corrected ones; of arms without, M of the latter."""
     masses = {each.model: each for each in entries if each.quantity == "mass_matrix"}
     forms = [name for name in masses if MODELS[name].role == "form"]
@@ -81,7 +81,7 @@ def entry_maps(entries: Sequence[EntryDifferences]) -> list[HeatMap]:
     titles = dict.fromkeys(forms, "mass matrix, as printed")
     other = "mass matrix, corrected" if forms else "mass matrix"
     return [
-        heat_map(
+        make_heat_map(
             titles.get(name, other),
             masses[name].coordinates,
             masses[name].coordinates,

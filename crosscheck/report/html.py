@@ -7,42 +7,42 @@ from crosscheck.planning import plan
 from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import LEVELS, reference_model, second_engine
-from crosscheck.report.answers import QUANTITIES, QUESTIONS, answers, wrong_entries
-from crosscheck.report.heat_map import entry_maps
-from crosscheck.report.matrix import cells, groups
+from crosscheck.report.answers import QUANTITIES, QUESTIONS, answer_questions, find_wrong_entries
+from crosscheck.report.heat_map import make_entry_maps
+from crosscheck.report.matrix import collect_cells, group_models
 from crosscheck.report.plots.charts import Pictures
-from crosscheck.report.plots.figures import sound_links
-from crosscheck.report.plots.scheme import described, scheme
-from crosscheck.report.plots.signals import signals_json
-from crosscheck.report.rendering import page
-from crosscheck.report.vendor import vendored
+from crosscheck.report.plots.figures import fix_links
+from crosscheck.report.plots.scheme import describe_arm, draw_scheme
+from crosscheck.report.plots.signals import format_signals
+from crosscheck.report.rendering import render_page
+from crosscheck.report.vendor import read_vendored
 from crosscheck.run import CrossCheck
 
 HEADLINE, HEADLINE_CASES = (f"at-{MIDWAY_S:g}-s", "same-step"), ("pd", "pd-motion")
 
 
-def report_page(result: CrossCheck, pictures: Pictures) -> str:
+def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
     """HTML text of the report, figures inlined."""
     agreement = result.agreement
-    found = cells(agreement.findings)
+    matrix_cells = collect_cells(agreement.findings)
     # By experiment and rigid model, how far that is from the geared arm.
     deviations: dict[str, dict[str, list[Finding]]] = {}
     for finding in agreement.findings:
         key = finding.about.key
         if key.family == "deviation":
             deviations.setdefault(key.case, {}).setdefault(key.left, []).append(finding)
-    made = page(
+    made = render_page(
         "page",
         arm=result.arm,
         agreement=agreement,
         is_the_papers=plan.is_the_papers(result.arm),
-        answers=answers(agreement, result.arm),
-        maps=entry_maps(agreement.entries),
-        wrong=wrong_entries(agreement.entries),
+        answers=answer_questions(agreement, result.arm),
+        maps=make_entry_maps(agreement.entries),
+        wrong=find_wrong_entries(agreement.entries),
         questions=QUESTIONS,
         quantities=QUANTITIES,
-        cells=found,
-        groups=groups([cell for cell in found if cell.between_models]),
+        cells=matrix_cells,
+        groups=group_models([cell for cell in matrix_cells if cell.between_models]),
         headline=[
             f
             for f in agreement.checks
@@ -50,29 +50,29 @@ def report_page(result: CrossCheck, pictures: Pictures) -> str:
         ],
         deviations=deviations,
         pictures=pictures,
-        signals=signals_json(pictures.signals),
-        plot_style=vendored("uPlot.min.css"),
-        plot_script=vendored("uPlot.iife.min.js"),
-        scheme=scheme(result.arm),
-        described=list(described(result.arm)),
-        preliminary=preliminary(result.wanted),
+        signals=format_signals(pictures.signals),
+        plot_style=read_vendored("uPlot.min.css"),
+        plot_script=read_vendored("uPlot.iife.min.js"),
+        scheme=draw_scheme(result.arm),
+        described=list(describe_arm(result.arm)),
+        preliminary=describe_quick_limits(result.request),
         levels=LEVELS,
         reference=reference_model(),
         second=second_engine(),
         provenance=agreement.to_dict()["provenance"],
     )
-    return sound_links(made)
+    return fix_links(made)
 
 
-def preliminary(wanted: plan.Wanted) -> str:
+def describe_quick_limits(request: plan.CrossCheckRequest) -> str:
     """Sentences on what a quick cross-check leaves out."""
     runs = f"at most {plan.QUICK_STEPS} steps of each experiment are simulated"
-    if wanted.keeps_steps:
+    if request.has_fixed_steps:
         short = (
             f"{each:g} of {plan.FULL_S[name]:g} s of {name}" for name, each in plan.QUICK_S.items()
         )
         runs = f"{' and '.join(short)} are simulated"
-    elif wanted.needs_sizes:
+    elif request.needs_sizes:
         runs = f"{runs}, a full cross-check takes up to {plan.FULL_STEPS}"
     return (
         f"With --quick {runs}, and models are compared at {QUICK_COUNT} random states where a full"

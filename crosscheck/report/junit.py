@@ -8,13 +8,13 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 from crosscheck.findings import Agreement, Finding
-from crosscheck.report.words import outcome
+from crosscheck.report.formatting import describe_outcome
 
 # XML 1.0 has no way to write these; an exception's message may hold them.
 _UNWRITABLE = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def junit_xml(
+def format_junit(
     agreement: Agreement, suite: str = "crosscheck", named: Mapping[str, object] | None = None
 ) -> str:
     """XML text with a test case per check, which has an ``error`` where it was not judged.
@@ -47,7 +47,11 @@ def _case(finding: Finding) -> ElementTree.Element:
     name = replace(key, family="", case="").id
     named = {"classname": _clean(classname), "name": _clean(name), "time": "0"}
     case = ElementTree.Element("testcase", named)
-    summary = f"{outcome(finding)} ({finding.basis})" if finding.basis else outcome(finding)
+    summary = (
+        f"{describe_outcome(finding)} ({finding.basis})"
+        if finding.basis
+        else describe_outcome(finding)
+    )
     if finding.verdict != "agree":
         kind = "error" if finding.verdict in ("failed", "unfinished") else "failure"
         verdict = {"type": finding.verdict, "message": _clean(f"{finding.verdict}: {summary}")}
@@ -59,12 +63,14 @@ def _case(finding: Finding) -> ElementTree.Element:
 
 def _properties(agreement: Agreement, further: Mapping[str, object]) -> ElementTree.Element:
     """An XML element of the provenance, as far as it is text and numbers, and the measurements."""
-    own, named = agreement.provenance, list(further.items())
-    if own is not None:
-        named += [(name, value) for name, value in own if isinstance(value, str | int | None)]
-        named += [(f"version {name}", value) for name, value in own.versions.items()]
-    if agreement.known:
-        named.append(("known", ", ".join(key.id for key in agreement.known)))
+    provenance, named = agreement.provenance, list(further.items())
+    if provenance is not None:
+        named += [
+            (name, value) for name, value in provenance if isinstance(value, str | int | None)
+        ]
+        named += [(f"version {name}", value) for name, value in provenance.versions.items()]
+    if agreement.accepted_keys:
+        named.append(("known", ", ".join(key.id for key in agreement.accepted_keys)))
     for finding in agreement.findings:
         if finding.kind == "measurement":
             named.append((finding.id, f"{finding.measured!r} {finding.unit}"))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from crosscheck.findings import Finding, Verdict
 from crosscheck.registry import reference_model
-from crosscheck.report.words import counted
+from crosscheck.report.formatting import format_count
 
 WORST_FIRST: tuple[Verdict, ...] = ("failed", "differ", "unfinished", "unresolved", "agree")
 FAMILIES = {
@@ -38,7 +38,7 @@ class MatrixCell:
     digits: dict[str, float]
 
 
-def cells(findings: Sequence[Finding]) -> list[MatrixCell]:
+def collect_cells(findings: Sequence[Finding]) -> list[MatrixCell]:
     """One MatrixCell per pair that is compared, pairs of models first, else by appearance.
 
     Of measurements those of the paper's equations count.
@@ -51,37 +51,37 @@ def cells(findings: Sequence[Finding]) -> list[MatrixCell]:
             ends = (finding.left, finding.right)
             left, right = sorted(ends) if between else ends
             pairs.setdefault((left, right, between), []).append(finding)
-    found = [_cell(pair, checks, findings) for pair, checks in pairs.items()]
-    return sorted(found, key=lambda cell: not cell.between_models)
+    matrix_cells = [_make_cell(pair, checks, findings) for pair, checks in pairs.items()]
+    return sorted(matrix_cells, key=lambda cell: not cell.between_models)
 
 
-def folded(found: Sequence[MatrixCell]) -> list[MatrixCell]:
+def fold_cells(cells: Sequence[MatrixCell]) -> list[MatrixCell]:
     """The cells, with one for all models that are compared with one other thing and agree."""
-    alone = [cell for cell in found if cell.between_models or cell.verdict != "agree"]
+    alone = [cell for cell in cells if cell.between_models or cell.verdict != "agree"]
     rest: dict[str, list[MatrixCell]] = {}
-    for cell in found:
+    for cell in cells:
         if cell not in alone:
             rest.setdefault(cell.right, []).append(cell)
     for some in rest.values():
-        left = some[0].left if len(some) == 1 else counted(len(some), "model")
+        left = some[0].left if len(some) == 1 else format_count(len(some), "model")
         alone.append(replace(some[0], left=left, checks=sum(cell.checks for cell in some)))
     return alone
 
 
-def _cell(
-    pair: tuple[str, str, bool], found: list[Finding], everything: Sequence[Finding]
+def _make_cell(
+    pair: tuple[str, str, bool], findings: list[Finding], everything: Sequence[Finding]
 ) -> MatrixCell:
-    judged = [check.verdict for check in found if check.kind == "check"]
-    beyond = [is_beyond(f, everything) for f in found if f.kind == "measurement"]
-    known = [far for far in beyond if far is not None]
-    measured: Verdict = "measured" if not known else "differ" if any(known) else "agree"
+    judged = [check.verdict for check in findings if check.kind == "check"]
+    beyond = [is_beyond(f, everything) for f in findings if f.kind == "measurement"]
+    decided = [far for far in beyond if far is not None]
+    measured: Verdict = "measured" if not decided else "differ" if any(decided) else "agree"
     verdict: Verdict = min(judged, key=WORST_FIRST.index, default=measured)
     worst: dict[str, float] = {}
-    for check in found:
+    for check in findings:
         family = FAMILIES.get(check.about.key.family)
         if family is not None and check.relative is not None:
             worst[family] = max(worst.get(family, 0.0), check.relative)
-    common = {name: digits(value) for name, value in worst.items()}
+    common = {name: common_digits(value) for name, value in worst.items()}
     return MatrixCell(*pair, verdict, len(judged), common)
 
 
@@ -107,10 +107,10 @@ def is_beyond(finding: Finding, everything: Sequence[Finding]) -> bool | None:
     return finding.measured is None or finding.measured > max(allowed)
 
 
-def groups(found: Sequence[MatrixCell]) -> list[list[str]]:
+def group_models(cells: Sequence[MatrixCell]) -> list[list[str]]:
     """Models that checks connect, directly or through others, in order of appearance."""
     together: list[list[str]] = []
-    for cell in found:
+    for cell in cells:
         touched = [group for group in together if cell.left in group or cell.right in group]
         rest = [group for group in together if group not in touched]
         names = [name for group in touched for name in group]
@@ -118,6 +118,6 @@ def groups(found: Sequence[MatrixCell]) -> list[list[str]]:
     return together
 
 
-def digits(relative: float) -> float:
+def common_digits(relative: float) -> float:
     """Decimal digits that a relative difference leaves in common, at most a double's 16."""
     return 16.0 if relative <= 1e-16 else max(0.0, -math.log10(relative))

@@ -11,25 +11,25 @@ from typing import Any
 import numpy as np
 
 
-def plain(value: Any, **named: str) -> Any:
+def to_json_value(value: Any, **named: str) -> Any:
     """The form of a value that JSON takes: records as their fields, arrays as lists.
 
     named: other names for fields of records, wherever these stand. What is not finite is None.
     """
     if is_dataclass(value):
         return {
-            named.get(field.name, field.name): plain(getattr(value, field.name), **named)
+            named.get(field.name, field.name): to_json_value(getattr(value, field.name), **named)
             for field in fields(value)
         }
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, Mapping):
-        return {key: plain(each, **named) for key, each in value.items()}
+        return {key: to_json_value(each, **named) for key, each in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(each, **named) for each in value]
+        return [to_json_value(each, **named) for each in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def document(content: Mapping[str, Any]) -> str:
+def format_json(content: Mapping[str, Any]) -> str:
     """The content as readable JSON text, ending in a newline."""
-    return json.dumps(plain(content), indent=1, allow_nan=False) + "\n"
+    return json.dumps(to_json_value(content), indent=1, allow_nan=False) + "\n"

@@ -7,7 +7,13 @@ from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from crosscheck.report.words import counted, in_words, number, percent, tally
+from crosscheck.report.formatting import (
+    describe_tally,
+    format_count,
+    format_number,
+    format_percent,
+    format_unit,
+)
 
 
 class WrongRow(NamedTuple):
@@ -24,7 +30,7 @@ class WrongRow(NamedTuple):
 
 
 @cache
-def templates(package: str = "crosscheck.report", lean: bool = False) -> Environment:
+def load_templates(package: str = "crosscheck.report", lean: bool = False) -> Environment:
     """The templates of a package.
 
     Text in .html.j2 is escaped, and a name that is not given is an error. lean: a line of nothing
@@ -38,15 +44,15 @@ def templates(package: str = "crosscheck.report", lean: bool = False) -> Environ
         lstrip_blocks=lean,
     )
     made.filters |= {
-        "number": number,
-        "counted": counted,
-        "in_words": in_words,
-        "tally": tally,
-        "percent": percent,
+        "number": format_number,
+        "counted": format_count,
+        "in_words": format_unit,
+        "tally": describe_tally,
+        "percent": format_percent,
     }
     return made
 
 
-def page(template: str, **given: object) -> str:
+def render_page(template: str, **given: object) -> str:
     """A whole page: HTML text. Raises jinja2.UndefinedError for what it asks and is not given."""
-    return templates().get_template(f"{template}.html.j2").render(**given)
+    return load_templates().get_template(f"{template}.html.j2").render(**given)

@@ -8,12 +8,17 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from crosscheck.baseline.regression import changed_since, known_differences
+from crosscheck.baseline.regression import describe_changes, find_accepted_differences
 from crosscheck.findings import Agreement, Finding
 from crosscheck.models.arm.arm import Arm
-from crosscheck.report.answers import QUESTIONS, answers
-from crosscheck.report.matrix import cells, folded
-from crosscheck.report.words import counted, outcome, printable, tally
+from crosscheck.report.answers import QUESTIONS, answer_questions
+from crosscheck.report.formatting import (
+    describe_outcome,
+    describe_tally,
+    format_count,
+    make_printable,
+)
+from crosscheck.report.matrix import collect_cells, fold_cells
 
 MOST = 40  # lines; a real change concerns everything at once, and the largest say enough
 COLOURS = {
@@ -28,20 +33,20 @@ COLOURS = {
 
 def print_answers(agreement: Agreement, arm: Arm) -> None:
     """Print the verdict, the three questions with their answers, all checks, the verdict again."""
-    found = answers(agreement, arm)
-    print(printable(found.verdict))
-    texts = found.equations, found.rigid, found.trust
+    report_answers = answer_questions(agreement, arm)
+    print(make_printable(report_answers.verdict))
+    texts = report_answers.equations, report_answers.rigid, report_answers.trust
     for question, answer in zip(QUESTIONS, texts, strict=True):
-        print(printable(f"{question} {answer}"))
+        print(make_printable(f"{question} {answer}"))
     print()
     print_agreement(agreement)
-    print(printable(found.verdict))
+    print(make_printable(report_answers.verdict))
 
 
 def print_agreement(agreement: Agreement) -> None:
     """Print the verdict matrix, then every check that is not green, then the count."""
     table = Table("left", "right", "verdict", "checks", "digits in common", box=None)
-    for cell in folded(cells(agreement.findings)):
+    for cell in fold_cells(collect_cells(agreement.findings)):
         digits = ", ".join(f"{value:.1f} {family}" for family, value in cell.digits.items())
         verdict = Text(cell.verdict, COLOURS[cell.verdict])
         table.add_row(
@@ -50,10 +55,12 @@ def print_agreement(agreement: Agreement) -> None:
     console = Console()
     console.print(table)
     for finding in agreement.disagreeing:
-        told = printable(f" {finding.id}: {outcome(finding)}")
-        line = Text.assemble((finding.verdict, COLOURS[finding.verdict]), told)  # never markup
+        description = make_printable(f" {finding.id}: {describe_outcome(finding)}")
+        line = Text.assemble(
+            (finding.verdict, COLOURS[finding.verdict]), description
+        )  # never markup
         console.print(line, soft_wrap=True, highlight=False)
-    print(tally(agreement))
+    print(describe_tally(agreement))
 
 
 def print_changed(agreement: Agreement) -> None:
@@ -61,25 +68,31 @@ def print_changed(agreement: Agreement) -> None:
 
     agreement: as regression.compare returns it.
     """
-    beyond = sorted(agreement.disagreeing, key=lambda finding: -times_allowed(finding))
-    known = known_differences(agreement)
+    beyond = sorted(agreement.disagreeing, key=lambda finding: -tolerance_ratio(finding))
+    accepted_differences = find_accepted_differences(agreement)
     for finding in beyond[:MOST]:
-        said = ""
+        change = ""
         if finding.measured is not None and finding.tolerance:
-            times = f"{times_allowed(finding):.3g} x the allowed {finding.tolerance:.3g}"
-            said = f"changed by {finding.measured:.3g} {finding.unit}, {times}; "
-        print(printable(f"{finding.id}: {said}{finding.note}"))
+            times = f"{tolerance_ratio(finding):.3g} x the allowed {finding.tolerance:.3g}"
+            change = f"changed by {finding.measured:.3g} {finding.unit}, {times}; "
+        print(make_printable(f"{finding.id}: {change}{finding.note}"))
     if len(beyond) > MOST:
-        print(f"... and {counted(len(beyond) - MOST, 'smaller one')} (all are in --junit)")
-    for finding in known:
-        print(printable(f"{finding.id}: {finding.note}"))
-    changed = "; ".join(changed_since(agreement)) or "nothing"
-    print(printable(f"changed since the record: {changed}"))
-    left = f"; {counted(len(known), 'known difference')} left as accepted" if known else ""
-    print(f"{len(beyond)} of {counted(len(agreement.checks), 'recorded result')} changed{left}")
+        print(f"... and {format_count(len(beyond) - MOST, 'smaller one')} (all are in --junit)")
+    for finding in accepted_differences:
+        print(make_printable(f"{finding.id}: {finding.note}"))
+    changed = "; ".join(describe_changes(agreement)) or "nothing"
+    print(make_printable(f"changed since the record: {changed}"))
+    left = (
+        f"; {format_count(len(accepted_differences), 'known difference')} left as accepted"
+        if accepted_differences
+        else ""
+    )
+    print(
+        f"{len(beyond)} of {format_count(len(agreement.checks), 'recorded result')} changed{left}"
+    )
 
 
-def times_allowed(finding: Finding) -> float:
+def tolerance_ratio(finding: Finding) -> float:
     """How many tolerances a result changed by; inf for one that has gone, appeared or turned."""
     if finding.measured is None or not finding.tolerance:
         return math.inf

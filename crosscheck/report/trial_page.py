@@ -7,58 +7,71 @@ from collections.abc import Iterator
 
 from matplotlib.figure import Figure
 
-from crosscheck.report.heat_map import HeatMap, entry_map, heat_map
-from crosscheck.report.plots.scheme import described
-from crosscheck.report.rendering import WrongRow, page
-from crosscheck.report.trial import notes, summary, verdicts, why
-from crosscheck.trial.diagnose.words import told
-from crosscheck.trial.judge.places import named
+from crosscheck.report.heat_map import HeatMap, entry_map, make_heat_map
+from crosscheck.report.plots.scheme import describe_arm
+from crosscheck.report.rendering import WrongRow, render_page
+from crosscheck.report.trial import (
+    describe_errors,
+    describe_notes,
+    describe_trial,
+    explain_wrong_entry,
+)
+from crosscheck.trial.diagnose.messages import describe_term_error
+from crosscheck.trial.judge.entries import format_entry
 from crosscheck.trial.trial import Trial
 
 PART_NAMES = {"mass_matrix": "M", "rate_terms": "bias", "force": "force"}
 POINTS = 11
 
 
-def trial_page(trial: Trial) -> str:
+def render_trial_page(trial: Trial) -> str:
     """The page on a trial: HTML text, figures inlined."""
     names = trial.problem.frame.names
-    return page(
+    return render_page(
         "trial",
         name=trial.problem.name,
         subject=trial.problem.case.arm.name,
         agreement=trial.agreement,
         traces=trial.traces,
-        summary=list(summary(trial)),
+        summary=list(describe_trial(trial)),
         wrong=[
-            WrongRow(named(w.place, names), w.relative, why(w), w.latex, w.explanation)
-            for w in trial.wrong
+            WrongRow(
+                format_entry(w.place, names),
+                w.relative,
+                explain_wrong_entry(w),
+                w.latex,
+                w.explanation,
+            )
+            for w in trial.wrong_entries
         ],
-        verdicts=verdicts(trial),
-        notes=list(notes(trial)),
-        maps=list(_maps(trial)),
+        verdicts=describe_errors(trial),
+        notes=list(describe_notes(trial)),
+        maps=list(_make_maps(trial)),
         allowed={PART_NAMES.get(name, name): value for name, value in trial.allowed.items()},
-        described=list(described(trial.problem.case.arm)),
-        typeset=typeset,
-        words=lambda errors: " and ".join(map(told, errors)),
+        described=list(describe_arm(trial.problem.case.arm)),
+        typeset=render_formula,
+        words=lambda errors: " and ".join(map(describe_term_error, errors)),
         provenance=trial.agreement.to_dict()["provenance"],
     )
 
 
-def _maps(trial: Trial) -> Iterator[HeatMap]:
+def _make_maps(trial: Trial) -> Iterator[HeatMap]:
     """A heat map of each part; of the bias one for each row that deviates."""
     names = trial.problem.frame.names
-    for quantity, apart in trial.apart.items():
+    for quantity, relative_errors in trial.relative_errors.items():
         title, allowed = PART_NAMES.get(quantity, quantity), trial.allowed[quantity]
-        if apart.ndim == 3:
+        if relative_errors.ndim == 3:
             for row, name in enumerate(names):
-                if not (apart[row] <= allowed).all():
-                    said = f"{title} of {name}, by rates"
-                    yield heat_map(said, names, names, apart[row].tolist(), allowed)
+                if not (relative_errors[row] <= allowed).all():
+                    row_title = f"{title} of {name}, by rates"
+                    yield make_heat_map(
+                        row_title, names, names, relative_errors[row].tolist(), allowed
+                    )
         else:
-            yield entry_map(title, names, apart, allowed)
+            yield entry_map(title, names, relative_errors, allowed)
 
 
-def typeset(latex: str) -> str:
+def render_formula(latex: str) -> str:
     """A formula as SVG; '' for none, and for one that cannot be set."""
     if not latex:
         return ""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from crosscheck.models.directories import cache_folder
 from crosscheck.models.errors import InputError
-from crosscheck.models.places import cache_folder
-from crosscheck.output import in_one_line
-from crosscheck.report.words import printable
-from crosscheck.runner.store import clear, entries
+from crosscheck.output import convert_os_errors
+from crosscheck.report.formatting import make_printable
+from crosscheck.runner.store import clear, find_entries
 
 
 def clear_command() -> None:
@@ -14,20 +14,20 @@ def clear_command() -> None:
 
     Raises InputError.
     """
-    own = cache_folder()
-    machine_code, compiled = own / "machine-code", own / "compiled"
-    for folder in (own, machine_code, compiled):
+    cache_root = cache_folder()
+    machine_code, compiled = cache_root / "machine-code", cache_root / "compiled"
+    for folder in (cache_root, machine_code, compiled):
         if folder.is_symlink():  # it may lead to files of the user's own
             raise InputError(str(folder), "", None, "is a link; remove it")
-    for said, folder, paths in (
-        ("simulations", own, entries(own)),
+    for description, folder, paths in (
+        ("simulations", cache_root, find_entries(cache_root)),
         ("kernels", machine_code, sorted(machine_code.glob("*.o"))),
         ("compiled functions", compiled, sorted(compiled.glob("*/*.nb[ci]"))),
     ):
-        with in_one_line(folder):
+        with convert_os_errors(folder):
             size = sum(path.lstat().st_size for path in paths) / 1e6
             for path in paths:
                 path.unlink(missing_ok=True)
-        print(f"removed {len(paths)} {said}, {size:.1f} MB, {printable(str(folder))}")
+        print(f"removed {len(paths)} {description}, {size:.1f} MB, {make_printable(str(folder))}")
     clear(machine_code)
-    clear(own)
+    clear(cache_root)

@@ -17,12 +17,12 @@ from types import FrameType
 GRACE_S = 1.2
 SHOW_CURSOR = "\x1b[?25h"  # which a progress bar hides
 # What must not be left behind when the program is ended: worker processes, half-written files.
-leftovers: list[Callable[[], None]] = []
+cleanup_callbacks: list[Callable[[], None]] = []
 # How to go on later, where work is kept: what the one line says besides.
 advice: list[str] = []
-_received: list[int] = []
-_held: list[int] = []
-_holding: list[bool] = []
+_signals: list[int] = []
+_pending_signals: list[int] = []
+_hold_marks: list[bool] = []
 
 
 def listen() -> None:
@@ -31,7 +31,7 @@ def listen() -> None:
     signal.signal(signal.SIGTERM, _stop)
 
 
-def deaf() -> None:
+def ignore_signals() -> None:
     """Ignore SIGINT and SIGTERM from now on."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
@@ -39,7 +39,7 @@ def deaf() -> None:
 
 def exit_code() -> int:
     """Exit code that the shell expects of a program that a signal has ended: 130 or 143."""
-    return 128 + (_received[0] if _received else signal.SIGINT)
+    return 128 + (_signals[0] if _signals else signal.SIGINT)
 
 
 def was_stopped() -> bool:
@@ -47,7 +47,7 @@ def was_stopped() -> bool:
 
     Python makes another one of a KeyboardInterrupt in ``__set_name__``, which imports call.
     """
-    return bool(_received)
+    return bool(_signals)
 
 
 def leave_if_stopped() -> None:
@@ -56,52 +56,52 @@ def leave_if_stopped() -> None:
     Python itself ends by SIGINT, whatever the exit code, where a KeyboardInterrupt has once passed
     through code that a C extension had run, as some do while they are imported.
     """
-    if _received:
+    if _signals:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(exit_code())
 
 
-def farewell() -> str:
+def exit_message() -> str:
     """The one line that a program says when it is stopped."""
-    word = "terminated" if _received and _received[0] == signal.SIGTERM else "interrupted"
+    word = "terminated" if _signals and _signals[0] == signal.SIGTERM else "interrupted"
     return "; ".join([word, *advice])
 
 
 @contextmanager
-def finished_first() -> Iterator[None]:
+def finish_before_interrupt() -> Iterator[None]:
     """Finish what is done in this context before an interrupt counts; it must be short."""
-    _holding.append(True)
+    _hold_marks.append(True)
     try:
         yield
     finally:
-        _holding.pop()
-        if _held and not _holding:
-            _stop(_held[0], None)
+        _hold_marks.pop()
+        if _pending_signals and not _hold_marks:
+            _stop(_pending_signals[0], None)
 
 
 def _stop(number: int, _: FrameType | None) -> None:
-    if _holding:
-        _held.append(number)
+    if _hold_marks:
+        _pending_signals.append(number)
         return
-    deaf()
-    _received.append(number)
+    ignore_signals()
+    _signals.append(number)
     # Where Python can only report the interrupt (in a weak reference's callback, as imports have
     # them), it would be said in a traceback; _end_anyway says it in one line.
-    sys.unraisablehook = _unsaid
+    sys.unraisablehook = _ignore_unraisable
     threading.Thread(target=_end_anyway, daemon=True).start()
     raise KeyboardInterrupt
 
 
-def _unsaid(_: sys.UnraisableHookArgs) -> None:
+def _ignore_unraisable(_: sys.UnraisableHookArgs) -> None:
     """Say nothing more of a program that is being stopped."""
 
 
 def _end_anyway() -> None:
     """End the program where the interrupt was swallowed, or its way out takes too long."""
     threading.Event().wait(GRACE_S)
-    for clear in leftovers:
+    for clear in cleanup_callbacks:
         clear()
     shown = SHOW_CURSOR if os.isatty(2) else ""
-    os.write(2, f"{shown}crosscheck: {farewell()}\n".encode())
+    os.write(2, f"{shown}crosscheck: {exit_message()}\n".encode())
     os._exit(exit_code())

@@ -10,7 +10,7 @@ from typing import Any, Protocol, Self, TypeVar
 from crosscheck.models.errors import describe_error
 
 Worker = TypeVar("Worker")
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 DIED = "Died"  # of whatever has no result because its process ended
 
 
@@ -30,26 +30,26 @@ class Failure:
         return f"{self.kind}: {self.message}" if self.message else self.kind
 
 
-def failure(error: BaseException) -> Failure:
+def failure_from_error(error: BaseException) -> Failure:
     """The Failure of an exception, its text on one line."""
     kind, _, message = describe_error(error).partition(": ")
     return Failure(kind, message)
 
 
-def or_failure(work: Callable[[Worker], Found]) -> Callable[[Worker], Found | Failure]:
+def return_failures(work: Callable[[Worker], Result]) -> Callable[[Worker], Result | Failure]:
     """The work, made to return what it raises as a Failure: a failed check, not a crash."""
 
     @wraps(work)
-    def performed(self: Worker) -> Found | Failure:
+    def perform(self: Worker) -> Result | Failure:
         try:
             return work(self)
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
-            return failure(error)
+            return failure_from_error(error)
 
-    return performed
+    return perform
 
 
-class OwnKey:
+class SelfKeyedTask:
     """A task that is its own key: it is unlike all others by its fields."""
 
     @property

@@ -19,13 +19,13 @@ ROUNDS = 50  # at processes that start others while they are being ended
 ProcessorTimes = Mapping[int, float]  # [s], by number of the process
 
 
-def processor_times() -> ProcessorTimes:
+def measure_processor_times() -> ProcessorTimes:
     """Processor time of each child of this process, with all that the child has started."""
-    own, child_of, times = os.getpid(), dict[int, int](), defaultdict[int, float](float)
+    process_id, child_of, times = os.getpid(), dict[int, int](), defaultdict[int, float](float)
     for process in psutil.Process().children(recursive=True):  # parents before their children
         with suppress(psutil.Error), process.oneshot():  # it may have ended since
             parent, used = process.ppid(), process.cpu_times()
-            child = process.pid if parent == own else child_of.get(parent, process.pid)
+            child = process.pid if parent == process_id else child_of.get(parent, process.pid)
             child_of[process.pid] = child
             # What those used that it waited for is in no other process.
             times[child] += used.user + used.system + used.children_user + used.children_system
@@ -64,13 +64,13 @@ def limit_resources(memory: int, processor_s: int | None = None) -> None:
     """
     used = psutil.Process().memory_info().vms
     _, most = resource.getrlimit(resource.RLIMIT_AS)
-    wanted = used + memory if most == resource.RLIM_INFINITY else min(used + memory, most)
-    resource.setrlimit(resource.RLIMIT_AS, (wanted, most))
+    limit = used + memory if most == resource.RLIM_INFINITY else min(used + memory, most)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, most))
     if processor_s is not None:
         spent = int(sum(psutil.Process().cpu_times()[:2]))
         _, most = resource.getrlimit(resource.RLIMIT_CPU)
-        wanted = spent + processor_s
-        resource.setrlimit(resource.RLIMIT_CPU, (wanted, wanted if most < 0 else most))
+        limit = spent + processor_s
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit if most < 0 else most))
 
 
 def adopt_orphans() -> None:

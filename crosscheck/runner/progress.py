@@ -23,7 +23,7 @@ from rich.status import Status
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from crosscheck.runner.underway import Told, Underway
+    from crosscheck.runner.progress_update import ProgressCallback, ProgressUpdate
 
 # Where there is no terminal: the first line, unless work asks for an earlier one; how often others
 # follow at most [s].
@@ -55,14 +55,14 @@ def _bar(*more: ProgressColumn) -> Iterator[Bar]:
         task = progress.add_task("starting", total=None)
         doing = ""
 
-        def told(what: str, done: int, total: int) -> None:
+        def update_bar(what: str, done: int, total: int) -> None:
             nonlocal doing
             if what != doing and doing:  # another rate
                 progress.reset(task)
             doing = what
             progress.update(task, description=what, completed=done, total=total)
 
-        yield told
+        yield update_bar
 
 
 class _Rate(ProgressColumn):
@@ -72,12 +72,12 @@ class _Rate(ProgressColumn):
         return Text(f"{task.speed:,.0f}/s" if task.speed else "")
 
 
-def starting() -> Status:
+def show_starting_status() -> Status:
     """A status line while libraries load: what comes next shows its own progress."""
     return Console(stderr=True).status("starting")
 
 
-def shown_progress(about: str, quiet_s: float = QUIET_S) -> AbstractContextManager[Told]:
+def show_progress(about: str, quiet_s: float = QUIET_S) -> AbstractContextManager[ProgressCallback]:
     """A function for cross_check's ``told``: a bar on a terminal, elsewhere a line now and then.
 
     about: what is under way. The first line comes after ``quiet_s`` seconds: whoever keeps the
@@ -88,47 +88,49 @@ def shown_progress(about: str, quiet_s: float = QUIET_S) -> AbstractContextManag
 
 
 @contextmanager
-def _live(console: Console) -> Iterator[Told]:
+def _live(console: Console) -> Iterator[ProgressCallback]:
     words = TextColumn("{task.description}", markup=False)
-    columns = (BarColumn(), MofNCompleteColumn(), _Left(), words)
+    columns = (BarColumn(), MofNCompleteColumn(), _TimeLeft(), words)
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("starting", total=None, until=None)
 
-        def told(now: Underway) -> None:
+        def update_bar(now: ProgressUpdate) -> None:
             until = None if now.left_s is None else time.monotonic() + now.left_s
             total = now.total or None
             progress.update(
                 task, description=now.what, completed=now.done, total=total, until=until
             )
 
-        yield told
+        yield update_bar
 
 
-class _Left(ProgressColumn):
+class _TimeLeft(ProgressColumn):
     """Column of a progress bar: the time that is left, counted down since it was worked out."""
 
     def render(self, task: Task) -> Text:
         until = task.fields["until"]
-        return Text("" if until is None else f"{_about(until - time.monotonic())} left")
+        return Text("" if until is None else f"{_format_duration(until - time.monotonic())} left")
 
 
 @contextmanager
-def _lines(about: str, quiet_s: float) -> Iterator[Told]:
+def _lines(about: str, quiet_s: float) -> Iterator[ProgressCallback]:
     due = time.monotonic() + quiet_s
 
-    def told(now: Underway) -> None:
+    def print_progress(now: ProgressUpdate) -> None:
         nonlocal due
         if time.monotonic() >= due:
-            said = now.what
+            text = now.what
             if now.left_s is not None:
-                said = f"{now.done} of {now.total} done, {_about(now.left_s)} left, {said}"
-            print(f"{about}: {said}", file=sys.stderr)
+                text = (
+                    f"{now.done} of {now.total} done, {_format_duration(now.left_s)} left, {text}"
+                )
+            print(f"{about}: {text}", file=sys.stderr)
             due = time.monotonic() + EVERY_S
 
-    yield told
+    yield print_progress
 
 
-def _about(seconds: float) -> str:
+def _format_duration(seconds: float) -> str:
     """A rough time in words, such as ``about 20 s`` or ``about 3 min``."""
     if seconds < IN_MINUTES_S:
         return f"about {max(1, round(seconds))} s"

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
+from crosscheck.models.directories import make_private, require_private
 from crosscheck.models.errors import InputError
-from crosscheck.models.places import make_private, require_private
-from crosscheck.output import draft, in_one_line, remove_abandoned
+from crosscheck.output import convert_os_errors, draft, remove_abandoned
 
 Value = TypeVar("Value")
 MAGIC = b"geararm-crosscheck kept 1"
@@ -39,22 +39,24 @@ class Store:
     def give_up(self, error: OSError) -> None:
         """Keep nothing more, and say why; once."""
         if self.usable:
-            _say(f"{self.folder}: cannot be written: {error.strerror}; simulations are not kept")
+            _print_warning(
+                f"{self.folder}: cannot be written: {error.strerror}; simulations are not kept"
+            )
         self.usable = False
 
-    def get(self, key: str, decoded: Callable[[bytes], Value]) -> Value:
+    def get(self, key: str, decode: Callable[[bytes], Value]) -> Value:
         """The decoded content kept under a key. Raises KeyError unless there is a sound one.
 
         What is not sound costs one line on standard error.
         """
         try:
             if self.usable:
-                return decoded(self._content(key))
+                return decode(self._content(key))
         except FileNotFoundError:
             pass
         except Exception as error:
             reason = getattr(error, "strerror", None) or " ".join(str(error).split())
-            _say(f"{self._path(key)}: does not fit: {reason}; it is made again")
+            _print_warning(f"{self._path(key)}: does not fit: {reason}; it is made again")
         raise KeyError(key)
 
     def put(self, key: str, content: bytes) -> None:
@@ -71,7 +73,7 @@ class Store:
 
     def remove(self, keys: Iterable[str]) -> None:
         """Remove what is kept under these keys, if anything. Raises InputError."""
-        with in_one_line(self.folder):
+        with convert_os_errors(self.folder):
             for key in keys:
                 self._path(key).unlink(missing_ok=True)
 
@@ -97,26 +99,26 @@ def clear(folder: Path) -> int:
     Raises InputError.
     """
     try:
-        found = entries(folder)
-        for path in found:
+        paths = find_entries(folder)
+        for path in paths:
             path.unlink(missing_ok=True)
         remove_abandoned(folder)
         if folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
     except OSError as error:
         raise InputError(str(folder), "", None, f"cannot be cleared: {error.strerror}") from None
-    return len(found)
+    return len(paths)
 
 
-def entries(folder: Path) -> list[Path]:
+def find_entries(folder: Path) -> list[Path]:
     """Paths of all entries in a folder, sorted. Raises OSError."""
-    found = [path for path in folder.glob("*") if ENTRY.fullmatch(path.name)]
-    return sorted(path for path in found if path.is_symlink() or not path.is_dir())
+    paths = [path for path in folder.glob("*") if ENTRY.fullmatch(path.name)]
+    return sorted(path for path in paths if path.is_symlink() or not path.is_dir())
 
 
 def _digest(key: str, content: bytes) -> bytes:
     return hashlib.sha256(key.encode() + b"\n" + content).hexdigest().encode()
 
 
-def _say(line: str) -> None:
+def _print_warning(line: str) -> None:
     print(f"crosscheck: {' '.join(line.split())}", file=sys.stderr)

@@ -20,16 +20,16 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
-from crosscheck.cli.surroundings import occupy_streams
-from crosscheck.models.errors import PROGRAM, one_line
-from crosscheck.runner import patience
-from crosscheck.runner.interruption import SHOW_CURSOR, deaf
-from crosscheck.runner.patience import Patience
+from crosscheck.cli.environment import occupy_streams
+from crosscheck.models.errors import PROGRAM, format_line
+from crosscheck.runner import cpu_limit
+from crosscheck.runner.cpu_limit import CpuTimeLimit
+from crosscheck.runner.interruption import SHOW_CURSOR, ignore_signals
 from crosscheck.runner.process_tree import (
     adopt_orphans,
     end_descendants,
     end_with_parent,
-    processor_times,
+    measure_processor_times,
 )
 
 BAD_INPUT, NO_VERDICT = 2, 3
@@ -44,22 +44,22 @@ _lines: list[tuple[int, int]] = []
 
 
 @contextmanager
-def overseen(whose: str, cost: float = 5.0) -> Iterator[None]:
+def track_foreign_code(whose: str, cost: float = 5.0) -> Iterator[None]:
     """Run code that is not ours in this context: it is to blame if the process ends or hangs.
 
     Whatever it does to the working folder, the umask and the standard streams is undone. whose: how
     an error line begins; cost: estimated [s], see Patience.
     """
-    _say(begins=whose, cost=cost)
+    _send_message(begins=whose, cost=cost)
     try:
-        with _restored():
+        with _restore_streams():
             yield
     finally:
-        _say(ends=whose)
+        _send_message(ends=whose)
 
 
 @contextmanager
-def _restored() -> Iterator[None]:
+def _restore_streams() -> Iterator[None]:
     """Restore working folder, umask and standard streams, in which results are written."""
     streams, mask = (sys.stdin, sys.stdout, sys.stderr), os.umask(0o077)
     os.umask(mask)
@@ -73,14 +73,14 @@ def _restored() -> Iterator[None]:
         sys.stdin, sys.stdout, sys.stderr = streams
 
 
-def _say(**message: Any) -> None:
+def _send_message(**message: Any) -> None:
     for handle, maker in _lines:
         if os.getpid() == maker:
             with suppress(OSError):  # nobody waits any more
                 os.write(handle, json.dumps(message).encode() + b"\n")
 
 
-def supervised(command: Callable[[], NoReturn]) -> int:
+def run_supervised(command: Callable[[], NoReturn]) -> int:
     """Perform a command in a process of its own; returns the exit code of the program.
 
     The command leaves by SystemExit; it must listen to SIGINT and SIGTERM and unblock them.
@@ -106,7 +106,9 @@ def supervised(command: Callable[[], NoReturn]) -> int:
         try:
             command()
         except SystemExit as left:
-            _say(code=left.code if isinstance(left.code, int) else int(left.code is not None))
+            _send_message(
+                code=left.code if isinstance(left.code, int) else int(left.code is not None)
+            )
             raise
         raise AssertionError("a command leaves by SystemExit")
     os.close(there)
@@ -117,16 +119,17 @@ def supervised(command: Callable[[], NoReturn]) -> int:
 class _Supervision:
     """The watch over a command's process, until its end.
 
-    begun: whose code it runs; said: its verdict; status: of its end; stopped: the signal that came.
+    foreign_calls: whose code it runs; verdict_code: its verdict; status: of its end; stop_signal:
+    the signal that came.
     """
 
     child: int
     handle: int
-    begun: list[tuple[str, Patience]] = field(default_factory=list)
-    said: int | None = None
+    foreign_calls: list[tuple[str, CpuTimeLimit]] = field(default_factory=list)
+    verdict_code: int | None = None
     status: int | None = None
-    heard: bytes = b""
-    stopped: int | None = None
+    buffer: bytes = b""
+    stop_signal: int | None = None
 
     def exit_code(self) -> int:
         """The program's exit code, once the command's process has ended."""
@@ -138,45 +141,45 @@ class _Supervision:
             signal.signal(number, self._forward)
         signal.signal(signal.SIGCHLD, lambda number, frame: None)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
-        blame = self._waited_for(wakes)
-        deaf()  # nothing is left to interrupt
+        blame = self._wait_for_end(wakes)
+        ignore_signals()  # nothing is left to interrupt
         end_descendants(os.getpid())
-        self._reap()
+        self._collect_ended()
         if blame:
-            return self._blamed(blame, BAD_INPUT)
-        if self.said is not None:
-            return self.said
-        if self.stopped is not None:
-            return 128 + self.stopped
+            return self._report_blame(blame, BAD_INPUT)
+        if self.verdict_code is not None:
+            return self.verdict_code
+        if self.stop_signal is not None:
+            return 128 + self.stop_signal
         assert self.status is not None  # it has ended, by itself
         code = os.waitstatus_to_exitcode(self.status)
         how = f"its process ended with exit code {code}"
         if code < 0:
             how = f"its process was ended by {signal.Signals(-code).name}"
-        if self.begun:
-            return self._blamed(f"{self.begun[-1][0]}: {how}", BAD_INPUT)
-        return self._blamed(f"came to no verdict: {how}", NO_VERDICT)
+        if self.foreign_calls:
+            return self._report_blame(f"{self.foreign_calls[-1][0]}: {how}", BAD_INPUT)
+        return self._report_blame(f"came to no verdict: {how}", NO_VERDICT)
 
     def _forward(self, number: int, frame: object) -> None:
-        self.stopped = self.stopped or number
+        self.stop_signal = self.stop_signal or number
         with suppress(OSError):
             os.kill(self.child, number)
 
-    def _waited_for(self, wakes: int) -> str:
+    def _wait_for_end(self, wakes: int) -> str:
         """Wait for the process to end; returns whom to blame if it had to be stopped."""
         until, open_ = float("inf"), [self.handle, wakes]
         while self.status is None and time.monotonic() < until:
-            ready = select.select(open_, [], [], patience.LOOK_S)[0]
+            ready = select.select(open_, [], [], cpu_limit.LOOK_S)[0]
             if wakes in ready:
                 os.read(wakes, CHUNK)
             if self.handle in ready and not self._listen():
                 open_.remove(self.handle)
-            if self.said is not None:
+            if self.verdict_code is not None:
                 until = min(until, time.monotonic() + CLOSING_S)
-            elif not ready and (blame := self._impatient()):
+            elif not ready and (blame := self._overdue_message()):
                 self._end()
                 return blame
-            self._reap()
+            self._collect_ended()
         self._listen()
         self._end()
         return ""
@@ -185,29 +188,29 @@ class _Supervision:
         """Read what the command has said; returns whether anybody may say more."""
         with suppress(BlockingIOError):
             while content := os.read(self.handle, CHUNK):
-                *lines, self.heard = (self.heard + content).split(b"\n")
+                *lines, self.buffer = (self.buffer + content).split(b"\n")
                 for line in lines:
-                    self._hear(json.loads(line))
+                    self._handle_message(json.loads(line))
             return False
         return True
 
-    def _hear(self, message: dict[str, Any]) -> None:
+    def _handle_message(self, message: dict[str, Any]) -> None:
         if "code" in message:
-            self.said = message["code"]
+            self.verdict_code = message["code"]
         elif "begins" in message:
-            waiting = Patience(self.child, message["cost"], processor_times())
-            self.begun.append((message["begins"], waiting))
-        elif self.begun:
-            self.begun.pop()
+            waiting = CpuTimeLimit(self.child, message["cost"], measure_processor_times())
+            self.foreign_calls.append((message["begins"], waiting))
+        elif self.foreign_calls:
+            self.foreign_calls.pop()
 
-    def _impatient(self) -> str:
-        times = processor_times() if self.begun else {}
-        for whose, waiting in self.begun:
-            if why := waiting.at_its_end(times):
+    def _overdue_message(self) -> str:
+        times = measure_processor_times() if self.foreign_calls else {}
+        for whose, waiting in self.foreign_calls:
+            if why := waiting.stop_reason(times):
                 return f"{whose}: {why}"
         return ""
 
-    def _reap(self) -> None:
+    def _collect_ended(self) -> None:
         """Collect all processes that have ended; others than the command were left behind by it."""
         with suppress(ChildProcessError):
             while (ended := os.waitpid(-1, os.WNOHANG))[0]:
@@ -219,7 +222,7 @@ class _Supervision:
             with suppress(OSError):
                 os.kill(self.child, signal.SIGKILL)
 
-    def _blamed(self, line: str, code: int) -> int:
+    def _report_blame(self, line: str, code: int) -> int:
         shown = SHOW_CURSOR if os.isatty(2) else ""
-        print(f"{shown}{one_line(PROGRAM + line)}", file=sys.stderr)
+        print(f"{shown}{format_line(PROGRAM + line)}", file=sys.stderr)
         return code

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from crosscheck.checks.answers import answers
+from crosscheck.checks.answers import evaluate_at_states
 from crosscheck.checks.records import require_complete, require_consistent
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.registry import MODELS, Entry, build
-from crosscheck.runner.outcomes import Failure, OwnKey, or_failure
+from crosscheck.runner.outcomes import Failure, SelfKeyedTask, return_failures
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,18 +61,18 @@ class Simulation:
         steps = self.case.scenario.steps
         return steps * MODELS[self.model].call_s * (4 if self.rtol else 1)
 
-    @or_failure
+    @return_failures
     def perform(self) -> xr.Dataset:
         """The whole trajectory, or the Failure that says why there is none."""
-        entry, model = MODELS[self.model], built(self.model, self.case)
+        entry, model = MODELS[self.model], build_model(self.model, self.case)
         if self.rtol is None:
             run = model.simulate()
         else:
             run = (model.precise if self.is_precise else model.reference)(self.rtol)
-        own_teeth = entry.role != "supplied"
-        meshing = bool(entry.layout(self.case.arm, self.case.switches).meshing)
-        require_complete(run, self.model, self.case, meshing=meshing and own_teeth)
-        if own_teeth:
+        has_tooth_signals = entry.role != "supplied"
+        meshing = bool(entry.layout(self.case.arm, self.case.switches).mesh_joints)
+        require_complete(run, self.model, self.case, meshing=meshing and has_tooth_signals)
+        if has_tooth_signals:
             require_consistent(run, model, constrained="constraint_residual" in entry.promises)
         return run
 
@@ -83,7 +83,7 @@ class Simulation:
 
 
 @dataclass(frozen=True)
-class Evaluation(OwnKey):
+class Evaluation(SelfKeyedTask):
     """A task: one function of a model at ``count`` random states of a seed; see checks.answers."""
 
     model: str
@@ -97,23 +97,23 @@ class Evaluation(OwnKey):
         """Estimated cost [s]: building the model, then a few calls for every state."""
         return 0.01 + 10 * self.count * MODELS[self.model].call_s
 
-    @or_failure
+    @return_failures
     def perform(self) -> np.ndarray:
         """The answers, state by state along the first axis, or a Failure where there are none."""
-        model = built(self.model, self.case)
+        model = build_model(self.model, self.case)
         expected = MODELS[self.model].layout(self.case.arm, self.case.switches)
-        return answers(model, expected, self.quantity, self.count, self.seed)
+        return evaluate_at_states(model, expected, self.quantity, self.count, self.seed)
 
 
 Outcome: TypeAlias = "xr.Dataset | np.ndarray | Failure"
 
 
-def built(name: str, case: Case) -> Model:
+def build_model(name: str, case: Case) -> Model:
     """The named model of a case; every process remembers the last few."""
-    return _built(name, MODELS[name], case)
+    return _build_model(name, MODELS[name], case)
 
 
 @lru_cache(maxsize=8)
-def _built(name: str, entry: Entry, case: Case) -> Model:
+def _build_model(name: str, entry: Entry, case: Case) -> Model:
     """The model of a case, kept by its entry too: models on trial may follow under one name."""
     return build(name, *case)

@@ -26,16 +26,16 @@ from multiprocessing.context import ForkProcess
 from types import TracebackType
 from typing import Any, Self
 
-from crosscheck.runner import patience
-from crosscheck.runner.interruption import leftovers
-from crosscheck.runner.outcomes import DIED, Failure, Task, failure
-from crosscheck.runner.patience import Patience
+from crosscheck.runner import cpu_limit
+from crosscheck.runner.cpu_limit import CpuTimeLimit
+from crosscheck.runner.interruption import cleanup_callbacks
+from crosscheck.runner.outcomes import DIED, Failure, Task, failure_from_error
 from crosscheck.runner.process_tree import (
     ProcessorTimes,
     adopt_orphans,
     end_descendants,
     end_with_parent,
-    processor_times,
+    measure_processor_times,
 )
 
 FORK = multiprocessing.get_context("fork")
@@ -53,13 +53,14 @@ def perform_all(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -
 
 @dataclass
 class _Worker:
-    """A worker: its process, the pipe to it, and its task; over: why that must be stopped."""
+    """A worker: its process, the pipe to it, and its task; stop_reason: why that must be stopped.
+    """
 
     process: ForkProcess
     pipe: Connection
     task: Task | None = None
-    patience: Patience | None = None
-    over: str = ""
+    time_limit: CpuTimeLimit | None = None
+    stop_reason: str = ""
 
     @property
     def number(self) -> int:
@@ -67,13 +68,13 @@ class _Worker:
         assert self.process.pid is not None  # it has been started
         return self.process.pid
 
-    def is_over(self, times: ProcessorTimes) -> bool:
+    def is_overdue(self, times: ProcessorTimes) -> bool:
         """Whether the worker's task must be stopped; the first look at it begins to count."""
         assert self.task is not None  # those at work alone are looked at
-        if self.patience is None:
-            self.patience = Patience(self.number, self.task.cost, times)
-        self.over = self.patience.at_its_end(times)
-        return bool(self.over)
+        if self.time_limit is None:
+            self.time_limit = CpuTimeLimit(self.number, self.task.cost, times)
+        self.stop_reason = self.time_limit.stop_reason(times)
+        return bool(self.stop_reason)
 
     def kill(self) -> None:
         if self.process.is_alive():
@@ -94,7 +95,7 @@ class Workers:
         self.looks = 0.0  # when those at work are looked at next
 
     def __enter__(self) -> Self:
-        leftovers.append(self._dismiss)
+        cleanup_callbacks.append(self._dismiss)
         return self
 
     def __exit__(
@@ -103,7 +104,7 @@ class Workers:
         error: BaseException | None,
         at: TracebackType | None,
     ) -> None:
-        leftovers.remove(self._dismiss)
+        cleanup_callbacks.remove(self._dismiss)
         self._dismiss()
 
     def _dismiss(self) -> None:
@@ -113,22 +114,22 @@ class Workers:
     def perform(self, tasks: Sequence[Task], done: Callable[[Any], None]) -> dict[Any, Any]:
         """Results by key; ``done`` is told each key as its task ends."""
         results: dict[Any, Any] = {}
-        for key, result in self.each(tasks, lambda key: None):
+        for key, result in self.stream_longest_first(tasks, lambda key: None):
             results[key] = result
             done(key)
         return results
 
-    def each(
-        self, tasks: Sequence[Task], begun: Callable[[Any], None]
+    def stream_longest_first(
+        self, tasks: Sequence[Task], on_begin: Callable[[Any], None]
     ) -> Iterator[tuple[Any, Any]]:
         """Each task's key and result as it ends, the longest begun first; see ``stream``."""
         longest_first = sorted(tasks, key=lambda task: task.cost, reverse=True)
-        return self.stream(iter(longest_first), begun)
+        return self.stream(iter(longest_first), on_begin)
 
     def stream(
-        self, waiting: Iterator[Task], begun: Callable[[Any], None] = lambda key: None
+        self, waiting: Iterator[Task], on_begin: Callable[[Any], None] = lambda key: None
     ) -> Iterator[tuple[Any, Any]]:
-        """Each task's key and result as it ends; ``begun`` is told the key as it begins.
+        """Each task's key and result as it ends; ``on_begin`` is told the key as it begins.
 
         A task whose worker died or was too slow has a Failure. Whoever is handed a result may take
         some time over it: the workers go on meanwhile. A KeyboardInterrupt is raised once what has
@@ -137,19 +138,19 @@ class Workers:
         given = self._employ(waiting)
         while any(worker.task is not None for worker in self.crew):
             for key in given:
-                begun(key)
+                on_begin(key)
             try:
-                finished = self._finished()
+                finished = self._wait_for_finished()
             except KeyboardInterrupt:
                 done = [w for w in self.crew if w.task is not None and w.pipe.poll()]
-                yield from [*map(self._ended, done)]
+                yield from [*map(self._take_result, done)]
                 raise
-            ended = [*map(self._ended, finished)]
+            ended = [*map(self._take_result, finished)]
             given = self._employ(waiting)
             yield from ended
             given += self._employ(waiting)  # what whoever was handed a result has added
 
-    def _ended(self, worker: _Worker) -> tuple[Any, Any]:
+    def _take_result(self, worker: _Worker) -> tuple[Any, Any]:
         task = worker.task
         assert task is not None  # only those at work can have finished
         return task.key, self._result(worker)
@@ -162,14 +163,14 @@ class Workers:
             task = next(waiting, None)
             if task is None:
                 break
-            worker = idle.pop() if idle else self._hired()
-            worker.task, worker.patience, worker.over = task, None, ""
+            worker = idle.pop() if idle else self._start_worker()
+            worker.task, worker.time_limit, worker.stop_reason = task, None, ""
             with suppress(OSError):  # it has died idle, and will be found dead
                 worker.pipe.send(task)
             given.append(task.key)
         return given
 
-    def _hired(self) -> _Worker:
+    def _start_worker(self) -> _Worker:
         here, there = FORK.Pipe()
         process = FORK.Process(target=_serve, args=(there, os.getpid()), daemon=True)
         # No signal in between, when the child would still answer it as its parent does.
@@ -183,14 +184,14 @@ class Workers:
         self.crew.append(worker)
         return worker
 
-    def _finished(self) -> list[_Worker]:
+    def _wait_for_finished(self) -> list[_Worker]:
         """The workers that have a result, are dead, or must be stopped: at least one."""
         busy = [worker for worker in self.crew if worker.task is not None]
         events = [w.pipe for w in busy] + [w.process.sentinel for w in busy]
         while True:
             if time.monotonic() >= self.looks:
-                times, self.looks = processor_times(), time.monotonic() + patience.LOOK_S
-                if over := [worker for worker in busy if worker.is_over(times)]:
+                times, self.looks = measure_processor_times(), time.monotonic() + cpu_limit.LOOK_S
+                if over := [worker for worker in busy if worker.is_overdue(times)]:
                     return over
             ready = wait(events, timeout=max(0.0, self.looks - time.monotonic()))
             if ready:
@@ -205,12 +206,12 @@ class Workers:
         except (EOFError, OSError):
             pass
         except Exception as error:  # a result that cannot be put together again here
-            return failure(error)
+            return failure_from_error(error)
         self.crew.remove(worker)
-        worker.process.join(0 if worker.over else CLOSING_S)
+        worker.process.join(0 if worker.stop_reason else CLOSING_S)
         worker.kill()
-        if worker.over:
-            return Failure("TooSlow", worker.over, unfinished=True)
+        if worker.stop_reason:
+            return Failure("TooSlow", worker.stop_reason, unfinished=True)
         code = worker.process.exitcode
         if code is not None and code < 0:
             how = f"was ended by {signal.Signals(-code).name}"
@@ -230,11 +231,11 @@ def _serve(pipe: Connection, parent: int) -> None:
         try:
             result = task.perform()
         except BaseException as error:  # also what is no Exception ends a task, not a worker
-            result = failure(error)
+            result = failure_from_error(error)
         try:
             pipe.send(result)
         except Exception as error:  # a result that cannot be sent
-            pipe.send(failure(error))
+            pipe.send(failure_from_error(error))
 
 
 def settle_down(parent: int) -> None:

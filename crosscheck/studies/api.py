@@ -12,11 +12,11 @@ import xarray as xr
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.files import raw_arm, raw_scenario
-from crosscheck.models.loading import validated
-from crosscheck.studies.batches.run import How, run_study
-from crosscheck.studies.definition.definition import AxisOf, Definition
-from crosscheck.studies.definition.files import study_from
+from crosscheck.models.files import read_raw_arm, read_raw_scenario
+from crosscheck.models.loading import validate_record
+from crosscheck.studies.batches.run import ExecutionSettings, run_study
+from crosscheck.studies.definition.definition import AxisBase, Definition
+from crosscheck.studies.definition.files import build_study
 from crosscheck.studies.definition.quantities import MeasuredQuantity
 
 SCHEMA_VERSION = 1
@@ -24,7 +24,7 @@ SCHEMA_VERSION = 1
 
 def sweep(
     arm: Arm | str,
-    axes: Mapping[str, Sequence[Any]] | Sequence[AxisOf | Mapping[str, Any]],
+    axes: Mapping[str, Sequence[Any]] | Sequence[AxisBase | Mapping[str, Any]],
     *,
     scenario: Scenario | str,
     measures: Sequence[MeasuredQuantity | Mapping[str, Any]],
@@ -57,27 +57,29 @@ def sweep(
         "scenario": scenario if isinstance(scenario, str) else scenario.name,
         "switches": dict(switches or {}),
         "settings": dict(settings or {}),
-        "axes": [_plain(axis) for axis in axes],
-        "quantities": [_plain(measure) for measure in measures],
-        "samples": _counted(samples),
-        "starts": _counted(starts),
+        "axes": [_to_plain_fields(axis) for axis in axes],
+        "quantities": [_to_plain_fields(measure) for measure in measures],
+        "samples": _count_fields(samples),
+        "starts": _count_fields(starts),
         "spot_checks": spot_checks,
     }
-    definition = validated(Definition, given, "sweep")
+    definition = validate_record(Definition, given, "sweep")
     data = {
-        "arm": raw_arm(arm) if isinstance(arm, str) else _content(arm),
-        "scenario": raw_scenario(scenario) if isinstance(scenario, str) else _content(scenario),
+        "arm": read_raw_arm(arm) if isinstance(arm, str) else _content(arm),
+        "scenario": read_raw_scenario(scenario)
+        if isinstance(scenario, str)
+        else _content(scenario),
         "switches": dict(switches or {}),
     }
-    study = study_from(definition, data, Path(), "sweep")
+    study = build_study(definition, data, Path(), "sweep")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "study.nc") if out is None else Path(out)
-        run_study(study, file, How(jobs, scheduler, resume))
+        run_study(study, file, ExecutionSettings(jobs, scheduler, resume))
         with xr.open_dataset(file, engine="h5netcdf", decode_times=False) as result:
             return result.load()
 
 
-def _plain(record: Data | Mapping[str, Any]) -> dict[str, Any]:
+def _to_plain_fields(record: Data | Mapping[str, Any]) -> dict[str, Any]:
     """The fields of a record by name, with numbers of NumPy's as Python's."""
     return {
         name: [_number(each) for each in value] if isinstance(value, list) else _number(value)
@@ -90,7 +92,7 @@ def _number(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def _counted(given: int | Mapping[str, Any] | None) -> dict[str, Any] | None:
+def _count_fields(given: int | Mapping[str, Any] | None) -> dict[str, Any] | None:
     return {"count": given} if isinstance(given, int) else None if given is None else dict(given)
 
 

@@ -14,12 +14,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from crosscheck.models.errors import InputError
-from crosscheck.studies.batches.opened import Opened
+from crosscheck.studies.batches.netcdf_file import StudyResultFile
 from crosscheck.studies.batches.result_file import CHECKED
 from crosscheck.studies.definition.axes import SAMPLE, START
 from crosscheck.studies.measures.columns import DIVERGED
 
-REPEATED = (SAMPLE, START)  # dimensions along which a member is made again by chance
+REPEAT_DIMENSIONS = (SAMPLE, START)  # dimensions along which a member is made again by chance
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 FEW = 0.02
 TWO_STATES = 0.5  # of the range: a gap so wide, empty, parts members into two states
@@ -35,7 +35,7 @@ WIDTH, HEIGHT = 6.4, 3.6  # inches of a drawing
 DPI = 140
 
 
-def drawable(result: Opened) -> list[str]:
+def drawable_names(result: StudyResultFile) -> list[str]:
     """Names of the quantities of a result that can be drawn."""
     return [
         name
@@ -44,31 +44,31 @@ def drawable(result: Opened) -> list[str]:
     ]
 
 
-def picture(quantities: list[str], result: Opened) -> bytes:
+def draw_selected(quantities: list[str], result: StudyResultFile) -> bytes:
     """PNG content: drawings of these quantities, or of all that there are. Raises InputError."""
-    known = drawable(result)
+    available_names = drawable_names(result)
     for name in quantities:
-        if name not in known:
-            allowed = f"not in {result.path}; there are {', '.join(known)}"
+        if name not in available_names:
+            allowed = f"not in {result.path}; there are {', '.join(available_names)}"
             raise InputError("--quantity", "", name, allowed)
-    wanted = list(dict.fromkeys(quantities)) or known
-    panels = sum(result.joints(name) for name in wanted)
+    names = list(dict.fromkeys(quantities)) or available_names
+    panels = sum(result.joints(name) for name in names)
     if not 0 < panels <= MOST_DRAWN:
         allowed = f"{panels} drawings, 1 to {MOST_DRAWN} are possible; name some by --quantity"
         raise InputError(str(result.path), "", None, allowed)
-    return drawn(result.dataset(wanted), wanted)
+    return draw_png(result.dataset(names), names)
 
 
-def drawn(result: xr.Dataset, names: Sequence[str]) -> bytes:
+def draw_png(result: xr.Dataset, names: Sequence[str]) -> bytes:
     """PNG content: a drawing for each quantity, and for each joint of it."""
     stream = io.BytesIO()
     with mpl.rc_context(STYLE):
-        figure = study_figure(result, names)
+        figure = make_study_figure(result, names)
         figure.savefig(stream, format="png", dpi=DPI, metadata={"Software": "geararm-crosscheck"})
     return stream.getvalue()
 
 
-def study_figure(result: xr.Dataset, names: Sequence[str]) -> Figure:
+def make_study_figure(result: xr.Dataset, names: Sequence[str]) -> Figure:
     """The figure with a drawing for each quantity, and for each joint of it."""
     panels = list[xr.DataArray]()
     for values in (result[name] for name in names):
@@ -84,26 +84,28 @@ def study_figure(result: xr.Dataset, names: Sequence[str]) -> Figure:
 
 def _draw(axes: Axes, values: xr.DataArray) -> None:
     """Draw values as their dimensions ask for: one axis a curve, two a map, none a distribution."""
-    own = [str(dim) for dim in values.dims if dim not in REPEATED and values.sizes[dim] > 1]
-    single = [dim for dim in values.dims if dim not in (*own, *REPEATED)]
+    axis_dims = [
+        str(dim) for dim in values.dims if dim not in REPEAT_DIMENSIONS and values.sizes[dim] > 1
+    ]
+    single = [dim for dim in values.dims if dim not in (*axis_dims, *REPEAT_DIMENSIONS)]
     values = values.isel(dict.fromkeys(single, 0))
-    axes.set_title(_about(values), fontsize=9)
+    axes.set_title(_panel_title(values), fontsize=9)
     if not np.isfinite(values.values).any():
         axes.text(0.5, 0.5, "undefined in every member", transform=axes.transAxes, ha="center")
-    elif not own:
-        _distribution(axes, values)
-    elif len(own) == 1:
-        _curve(axes, values, own[0])
+    elif not axis_dims:
+        _draw_distribution(axes, values)
+    elif len(axis_dims) == 1:
+        _draw_curve(axes, values, axis_dims[0])
     else:
-        _map(axes, values, own)
+        _draw_map(axes, values, axis_dims)
 
 
-def _about(values: xr.DataArray) -> str:
+def _panel_title(values: xr.DataArray) -> str:
     joint = f", joint {int(values['joint'])}" if "joint" in values.coords else ""
     return f"{_cut(str(values.attrs.get('long_name', values.name)))}{joint}"
 
 
-def _labelled(values: xr.DataArray) -> str:
+def _axis_label(values: xr.DataArray) -> str:
     unit = values.attrs.get("units", "")
     return _cut(f"{values.name} [{unit}]" if unit not in ("", "1") else f"{values.name}")
 
@@ -114,27 +116,27 @@ def _cut(text: str) -> str:
     return short.replace("$", r"\$")
 
 
-def _repeats(values: xr.DataArray, *own: str) -> np.ndarray:
+def _stack_repetitions(values: xr.DataArray, *axis_dims: str) -> np.ndarray:
     """The values with all repetitions along the last axis, shape (*own, repetitions)."""
-    ordered = values.transpose(*own, ...).values
-    return ordered.reshape(*ordered.shape[: len(own)], -1)
+    ordered = values.transpose(*axis_dims, ...).values
+    return ordered.reshape(*ordered.shape[: len(axis_dims)], -1)
 
 
-def _distribution(axes: Axes, values: xr.DataArray) -> None:
+def _draw_distribution(axes: Axes, values: xr.DataArray) -> None:
     """Draw a histogram, and the share of members that are below each value."""
-    known = values.values[np.isfinite(values.values)]
-    axes.hist(known, bins=min(max(10, math.isqrt(known.size)), 100), color="0.75")
-    axes.set_xlabel(_labelled(values))
+    finite_values = values.values[np.isfinite(values.values)]
+    axes.hist(finite_values, bins=min(max(10, math.isqrt(finite_values.size)), 100), color="0.75")
+    axes.set_xlabel(_axis_label(values))
     axes.set_ylabel(f"members, of {values.size:,}")
     shares = axes.twinx()
-    shares.ecdf(known, color="C0")
+    shares.ecdf(finite_values, color="C0")
     shares.set_ylabel("share below")
     shares.spines["right"].set_visible(True)
 
 
-def _curve(axes: Axes, values: xr.DataArray, own: str) -> None:
+def _draw_curve(axes: Axes, values: xr.DataArray, axis_dim: str) -> None:
     """Draw the median and bands of repetitions over an axis, and the share of two states, if so."""
-    repeats, at = _repeats(values, own), values[own]
+    repeats, at = _stack_repetitions(values, axis_dim), values[axis_dim]
     x = _positions(at)
     with np.errstate(all="ignore"):
         low, lower, middle, upper, high = _quantiles(repeats)
@@ -143,70 +145,72 @@ def _curve(axes: Axes, values: xr.DataArray, own: str) -> None:
         axes.fill_between(x, low, high, color="C0", alpha=0.15, label="5 to 95 %")
         axes.fill_between(x, lower, upper, color="C0", alpha=0.25, label="25 to 75 %")
         axes.legend(fontsize=7)
-        _states(axes, x, repeats)
+        _draw_state_share(axes, x, repeats)
     _mark(at, axes.set_xscale, axes.set_xticks)
-    axes.set_xlabel(_labelled(at))
-    axes.set_ylabel(_labelled(values))
+    axes.set_xlabel(_axis_label(at))
+    axes.set_ylabel(_axis_label(values))
 
 
 def _quantiles(repeats: np.ndarray) -> np.ndarray:
     """QUANTILES of each row, (quantiles, rows); nan where nothing is defined."""
-    found = np.full((len(QUANTILES), len(repeats)), np.nan)
+    quantiles = np.full((len(QUANTILES), len(repeats)), np.nan)
     for place, row in enumerate(repeats):
-        known = row[np.isfinite(row)]
-        if known.size:
-            found[:, place] = np.quantile(known, QUANTILES)
-    return found
+        finite_values = row[np.isfinite(row)]
+        if finite_values.size:
+            quantiles[:, place] = np.quantile(finite_values, QUANTILES)
+    return quantiles
 
 
-def _states(axes: Axes, x: np.ndarray, repeats: np.ndarray) -> None:
+def _draw_state_share(axes: Axes, x: np.ndarray, repeats: np.ndarray) -> None:
     """Draw the share of members in the upper of two states, where they fall into two."""
-    between = two_states(repeats)
+    between = find_state_boundary(repeats)
     if between is None:
         return
-    known = np.isfinite(repeats).sum(axis=1)
-    above = np.where(known > 0, (repeats > between).sum(axis=1) / np.maximum(known, 1), np.nan)
+    finite_counts = np.isfinite(repeats).sum(axis=1)
+    above = np.where(
+        finite_counts > 0, (repeats > between).sum(axis=1) / np.maximum(finite_counts, 1), np.nan
+    )
     share = axes.twinx()
     share.plot(x, above, "s--", color="C1", markersize=3)
     share.set_ylim(-0.05, 1.05)
     share.set_ylabel(f"share above {between:.3g}", color="C1")
 
 
-def two_states(values: np.ndarray) -> float | None:
+def find_state_boundary(values: np.ndarray) -> float | None:
     """A number between two states that members fall into; None if there are no such two.
 
     What a few members do, fewer than FEW of all at either end, is no state.
     """
-    known = np.sort(values[np.isfinite(values)])
-    few = int(FEW * known.size)
-    known = known[few : known.size - few]
-    if known.size < 4 or known[-1] == known[0]:
+    finite_values = np.sort(values[np.isfinite(values)])
+    few = int(FEW * finite_values.size)
+    finite_values = finite_values[few : finite_values.size - few]
+    if finite_values.size < 4 or finite_values[-1] == finite_values[0]:
         return None
-    gaps = np.diff(known)
+    gaps = np.diff(finite_values)
     widest = int(gaps.argmax())
-    if gaps[widest] < TWO_STATES * (known[-1] - known[0]):
+    if gaps[widest] < TWO_STATES * (finite_values[-1] - finite_values[0]):
         return None
-    return float(known[widest] + known[widest + 1]) / 2
+    return float(finite_values[widest] + finite_values[widest + 1]) / 2
 
 
-def _map(axes: Axes, values: xr.DataArray, own: Sequence[str]) -> None:
+def _draw_map(axes: Axes, values: xr.DataArray, axis_dims: Sequence[str]) -> None:
     """Draw medians over the last two axes, at the first point of any other."""
-    down, across = own[-2:]
-    fixed = dict.fromkeys(own[:-2], 0)
+    down, across = axis_dims[-2:]
+    fixed = dict.fromkeys(axis_dims[:-2], 0)
     part = values.isel(fixed)
-    repeats = _repeats(part, down, across)
+    repeats = _stack_repetitions(part, down, across)
     grid = _quantiles(repeats.reshape(-1, repeats.shape[-1]))[2].reshape(repeats.shape[:2])
     x, y = _positions(part[across]), _positions(part[down])
     colours = axes.pcolormesh(x, y, grid, shading="nearest")
     _mark(part[across], axes.set_xscale, axes.set_xticks)
     _mark(part[down], axes.set_yscale, axes.set_yticks)
-    axes.set_xlabel(_labelled(part[across]))
-    axes.set_ylabel(_labelled(part[down]))
+    axes.set_xlabel(_axis_label(part[across]))
+    axes.set_ylabel(_axis_label(part[down]))
     if fixed:
         rest = ", ".join(_cut(f"{name} = {values[name].values[0]}") for name in fixed)
-        axes.set_title(f"{_about(values)}; {rest}", fontsize=9)
+        axes.set_title(f"{_panel_title(values)}; {rest}", fontsize=9)
     bar = axes.figure.colorbar(colours, ax=axes)
-    bar.set_label(_labelled(values))
+    bar.set_label(_axis_label(values))
 
 
 def _mark(at: xr.DataArray, scale: Callable[[str], Any], ticks: Callable[..., Any]) -> None:

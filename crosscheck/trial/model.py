@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.checks.invariants import torques_at
-from crosscheck.checks.scales import geared
+from crosscheck.checks.scales import geared_joints
 from crosscheck.cost.runs import classical_step
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES, Layout
@@ -17,9 +17,9 @@ from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
-from crosscheck.registry import Entry, build, of_level, reference_model
-from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import SuppliedEquations, supplied
+from crosscheck.registry import Entry, build, find_level_models, reference_model
+from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.input.calls import SuppliedEquations, bind_equations
 from crosscheck.trial.input.equations import Equations
 
 ABILITIES = {
@@ -39,13 +39,13 @@ class SuppliedModel(Model):
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
-        super().__init__(arm, scenario, switches_of(self.equations, arm, chosen_switches))
-        own = self.equations.on(arm, scenario)
-        self.frame = frame_of(own.coordinates, arm)
+        super().__init__(arm, scenario, select_switches(self.equations, arm, chosen_switches))
+        equations = self.equations.adapt_to_arm(arm, scenario)
+        self.frame = build_frame(equations.coordinates, arm)
         self.layout: Layout = self.frame.layout
-        self.supplied: SuppliedEquations = supplied(own, arm, self.frame)
-        again = own if own.table is None else own.table.again
-        self.asked_again: SuppliedEquations = supplied(again, arm, self.frame)
+        self.supplied: SuppliedEquations = bind_equations(equations, arm, self.frame)
+        again = equations if equations.table is None else equations.table.again
+        self.repeated_equations: SuppliedEquations = bind_equations(again, arm, self.frame)
         self.drive = drive_data(scenario, len(arm.joints))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -56,24 +56,26 @@ class SuppliedModel(Model):
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """h = J^-T h_x - M J' u, shape (n,)."""
-        x, u, jacobian = self._moving(q, v)
+        x, u, jacobian = self._user_state(q, v)
         curved = self.frame.drift(x, u)
         force = np.linalg.inv(jacobian).T @ self.supplied.bias(x, u)
         return force - self.mass_matrix(q) @ curved if curved.any() else force
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """f = J^-T f_x, shape (n,)."""
-        x, u, jacobian = self._moving(q, v)
-        own = self.supplied.force(t, x, u, self.torques(t, q, v))
-        return np.linalg.inv(jacobian).T @ own
+        x, u, jacobian = self._user_state(q, v)
+        user_force = self.supplied.force(t, x, u, self.torques(t, q, v))
+        return np.linalg.inv(jacobian).T @ user_force
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """q'' = J x'' + J' u, shape (n,)."""
-        x, u, jacobian = self._moving(q, v)
-        own = self.supplied.acceleration(t, x, u, self.torques(t, q, v))
-        return jacobian @ own + self.frame.drift(x, u)
+        x, u, jacobian = self._user_state(q, v)
+        user_acceleration = self.supplied.acceleration(t, x, u, self.torques(t, q, v))
+        return jacobian @ user_acceleration + self.frame.drift(x, u)
 
-    def _moving(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _user_state(
+        self, q: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """x (n,) and u (n,) in the user's coordinates, and J there (n, n)."""
         x = self.frame.place(q)
         jacobian = self.frame.jacobian(x)
@@ -86,11 +88,11 @@ class SuppliedModel(Model):
 
     def largest_stable_step(self) -> float:
         """Largest stable step [s] of the model that it is compared with: same integrator."""
-        return _reference_of(self).largest_stable_step()
+        return _build_reference(self).largest_stable_step()
 
     def simulate(self) -> xr.Dataset:
         """Trajectory by fixed-step RK4, from the start of the model that it is compared with."""
-        scenario, reference = self.scenario, _reference_of(self)
+        scenario, reference = self.scenario, _build_reference(self)
         q, v = reference.start()
         time = recorded_times(scenario)
         qs, vs = np.full((2, len(time), q.size), np.nan)
@@ -104,9 +106,9 @@ class SuppliedModel(Model):
                     break
                 qs[(k + 1) // scenario.stride], vs[(k + 1) // scenario.stride] = q, v
         require_finite(self.name, time, qs, vs)
-        return self._recorded(time, qs, vs)
+        return self._make_trajectory(time, qs, vs)
 
-    def _recorded(self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> xr.Dataset:
+    def _make_trajectory(self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> xr.Dataset:
         """The trajectory through states (times, n)."""
         theta = self.layout.theta
         moments = list(zip(time, qs, vs, strict=True))
@@ -118,10 +120,10 @@ class SuppliedModel(Model):
             "kinetic_energy": np.array([v @ self.mass_matrix(q) @ v / 2 for _, q, v in moments]),
         }
         planets = [joint.planet_count for joint in self.arm.joints]
-        for mesh in MESHES if self.layout.meshing else ():
+        for mesh in MESHES if self.layout.mesh_joints else ():
             # (joints, planets, n) of the displacements; NaN where there is no planet.
             rows = np.full((len(planets), max(planets), len(self.layout)), np.nan)
-            for number, _ in geared(self.arm):
+            for number, _ in geared_joints(self.arm):
                 for planet in range(planets[number]):
                     rows[number, planet] = self.layout.displacement(mesh, number, planet)
             for name, values in ((mesh, qs), (f"{mesh}_dot", vs)):
@@ -129,14 +131,14 @@ class SuppliedModel(Model):
         return trajectory(self, time, **variables)
 
 
-def _reference_of(supplied: SuppliedModel) -> Model:
+def _build_reference(supplied: SuppliedModel) -> Model:
     """The model that equations are compared with: it says where to start, which step is stable."""
     level = supplied.equations.level or "links"
-    name = reference_model() if supplied.layout.meshing else of_level(level)[0]
+    name = reference_model() if supplied.layout.mesh_joints else find_level_models(level)[0]
     return build(name, supplied.arm, supplied.scenario, supplied.switches)
 
 
-def switches_of(equations: Equations, arm: Arm, chosen: Switches | None) -> Switches:
+def select_switches(equations: Equations, arm: Arm, chosen: Switches | None) -> Switches:
     """The laws that equations follow: what was chosen, or their own; planets as they count them.
 
     A model with these raises InputError for an arm whose planets differ if they are counted as one.
@@ -148,10 +150,12 @@ def switches_of(equations: Equations, arm: Arm, chosen: Switches | None) -> Swit
     return laws.model_copy(update={"planets": gearing})
 
 
-def entry_for(name: str, equations: Equations, has: frozenset[str]) -> Entry:
+def make_registry_entry(name: str, equations: Equations, has: frozenset[str]) -> Entry:
     """The entry that stands for equations in the registry while they are on trial."""
-    found = {ABILITIES[part] for part in has if part in ABILITIES}
-    abilities = frozenset(found | ({"simulate"} if found >= {*STATE_ABILITIES} else set()))
+    part_abilities = {ABILITIES[part] for part in has if part in ABILITIES}
+    abilities = frozenset(
+        part_abilities | ({"simulate"} if part_abilities >= {*STATE_ABILITIES} else set())
+    )
     attributes = {"name": name, "equations": equations, "abilities": abilities}
     return Entry(
         module=__name__,

@@ -17,7 +17,7 @@ from crosscheck.models.arm.arm import Planetary
 from crosscheck.view.mesh_geometry import THICKNESS, Side, Wheel, mesh_geometry, tooth
 
 GAP = 0.07  # of a pitch, that half the clearance of a mesh is drawn as
-BESIDE = 2  # teeth on either side of the one in contact
+TEETH_BESIDE = 2  # teeth on either side of the one in contact
 
 
 def outline(wheel: Wheel) -> np.ndarray:
@@ -42,7 +42,7 @@ class Assembly:
     ring: float
 
 
-def assembly(joint: Planetary) -> Assembly:
+def gear_assembly(joint: Planetary) -> Assembly:
     """How the gears of a stage stand whose planets are equally spaced."""
     sun, planet, ring = joint.sun_teeth, joint.planet_teeth, joint.ring_teeth
     at = 2 * math.pi * np.arange(joint.planet_count) / joint.planet_count
@@ -96,17 +96,19 @@ class CloseUp:
     turn_per_m: float
 
 
-def close_up(joint: Planetary, side: Side, largest_m: float) -> CloseUp:
+def make_close_up(joint: Planetary, side: Side, largest_m: float) -> CloseUp:
     """The close-up of the first planet's mesh with sun or ring.
 
     largest_m: the displacement [m] that the drawing of a mesh without clearance is scaled by.
     """
     geometry = mesh_geometry(joint, side)
     pitch = math.pi * joint.module_m
-    own = (joint.sun_mesh if side == "sun" else joint.ring_mesh).of_planet(0).backlash_m
+    backlash_m = (joint.sun_mesh if side == "sun" else joint.ring_mesh).planet_mesh(0).backlash_m
     along = math.cos(geometry.pressure_angle_rad)
-    factor = GAP * pitch * along / (own or largest_m or joint.module_m)
-    clearance = factor * own / along if own else 0.0  # along the pitch circle, on either side
+    factor = GAP * pitch * along / (backlash_m or largest_m or joint.module_m)
+    clearance = (
+        factor * backlash_m / along if backlash_m else 0.0
+    )  # along the pitch circle, on either side
     return CloseUp(
         side,
         factor,
@@ -130,9 +132,9 @@ def _teeth(
     low, high = sorted(at + sign * ends / wheel.pitch_radius)
     single = tooth(wheel, float(low), float(high))
     foot, turn = wheel.radii[1], 2 * math.pi / wheel.teeth
-    span = np.exp(1j * (at + turn * (BESIDE + 0.8) * np.linspace(-1, 1, 24)))
+    span = np.exp(1j * (at + turn * (TEETH_BESIDE + 0.8) * np.linspace(-1, 1, 24)))
     depth = math.copysign(2 * wheel.pitch_radius / wheel.teeth, foot - wheel.pitch_radius)
     body = np.concatenate([foot * span, (foot + depth) * span[::-1]])
     yield np.asarray(wheel.centre + body - origin)
-    for number in range(-BESIDE, BESIDE + 1):
+    for number in range(-TEETH_BESIDE, TEETH_BESIDE + 1):
         yield np.asarray(wheel.centre + np.exp(1j * turn * number) * single - origin)

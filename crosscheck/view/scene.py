@@ -17,10 +17,10 @@ from crosscheck.analytic.paper.mesh_frequency import (
     sun_mesh_rate,
 )
 from crosscheck.analytic.paper.mesh_phasing import mesh_phases
-from crosscheck.analytic.paper.tooth_error import whole_error
+from crosscheck.analytic.paper.tooth_error import total_error
 from crosscheck.models.arm.arm import Planetary
-from crosscheck.report.plots.scheme import described
-from crosscheck.view.gears import assembly, close_up, gear_angles, outline
+from crosscheck.report.plots.scheme import describe_arm
+from crosscheck.view.gears import gear_angles, gear_assembly, make_close_up, outline
 from crosscheck.view.mesh_geometry import SIDES, Side, mesh_geometry
 from crosscheck.view.trajectory_file import Run
 
@@ -28,7 +28,7 @@ MOST_FRAMES = 20_000  # of the longest run; of more records every second, third,
 MESHES = {"sun": ("x_sp", "F_sp"), "ring": ("x_pr", "F_pr")}
 
 
-def scene(run: Run) -> dict[str, Any]:
+def build_scene(run: Run) -> dict[str, Any]:
     """What the page's script draws: lengths in m, angles in rad, numbers as base64 of float32."""
     every = -(-run.time.size // MOST_FRAMES)
     signals = {name: values[::every] for name, values in run.signals.items()}
@@ -36,26 +36,26 @@ def scene(run: Run) -> dict[str, Any]:
     return {
         "name": run.arm.name,
         "model": run.model,
-        "described": ". ".join(described(run.arm)),
+        "described": ". ".join(describe_arm(run.arm)),
         "frames": shown.time.size,
         "every": every,
         "start_s": float(shown.time[0]),
         "step_s": float(shown.time[1] - shown.time[0]) if shown.time.size > 1 else 0.0,
         "payload": run.arm.payload_mass_kg > 0,
         "teeth": "x_sp" in run.signals,
-        "joints": [_joint(shown, place) for place in range(len(run.arm.joints))],
+        "joints": [_build_joint(shown, place) for place in range(len(run.arm.joints))],
     }
 
 
-def _joint(run: Run, place: int) -> dict[str, Any]:
+def _build_joint(run: Run, place: int) -> dict[str, Any]:
     joint, angles = run.arm.joints[place], run.signals["theta"][:, place]
-    body = {"length_m": run.arm.links[place].length_m, "theta": packed(angles)}
+    body = {"length_m": run.arm.links[place].length_m, "theta": encode_numbers(angles)}
     if not isinstance(joint, Planetary):
         return body | {"kind": "direct"}
     # Of a run without teeth, gears that roll as if they were rigid.
-    x = [_of_planets(run, name, place, joint) for name in ("x_sp", "x_pr")]
+    x = [_planet_signal(run, name, place, joint) for name in ("x_sp", "x_pr")]
     x_sp, x_pr = (np.zeros((angles.size, 1)) if each is None else each for each in x)
-    gears, stand = gear_angles(joint, angles, x_sp, x_pr), assembly(joint)
+    gears, stand = gear_angles(joint, angles, x_sp, x_pr), gear_assembly(joint)
     wheels = {side: mesh_geometry(joint, side) for side in SIDES}
     return body | {
         "kind": "planetary",
@@ -72,13 +72,13 @@ def _joint(run: Run, place: int) -> dict[str, Any]:
             "spins": stand.spins.tolist(),
             "ring": stand.ring,
         },
-        "sun": packed(gears.sun),
-        "planets": [packed(column) for column in gears.planets.T],
+        "sun": encode_numbers(gears.sun),
+        "planets": [encode_numbers(column) for column in gears.planets.T],
         "meshes": dict(_meshes(run, place, joint)),
     }
 
 
-def _of_planets(run: Run, name: str, place: int, joint: Planetary) -> np.ndarray | None:
+def _planet_signal(run: Run, name: str, place: int, joint: Planetary) -> np.ndarray | None:
     """A signal (times, planets), or (times, 1) of planets counted as one; None if it is missing."""
     if name not in run.signals:
         return None
@@ -90,11 +90,11 @@ def _meshes(run: Run, place: int, joint: Planetary) -> Iterator[tuple[str, dict[
     """Close-ups of the first planet's meshes, by side; none of a run without teeth."""
     for side in SIDES:
         names = MESHES[side]
-        x, force = (_of_planets(run, name, place, joint) for name in names)
+        x, force = (_planet_signal(run, name, place, joint) for name in names)
         if x is None or force is None:
             continue
         gap = x[:, 0] - first_tooth_error(run, place, joint, side)
-        near = close_up(joint, side, float(np.abs(gap).max()))
+        near = make_close_up(joint, side, float(np.abs(gap).max()))
         mesh = joint.sun_mesh if side == "sun" else joint.ring_mesh
         yield (
             side,
@@ -104,10 +104,10 @@ def _meshes(run: Run, place: int, joint: Planetary) -> Iterator[tuple[str, dict[
                 "planet": [_points(each) for each in near.planet],
                 "centre": [near.centre.real, near.centre.imag],
                 "turn_per_m": near.turn_per_m,
-                "half_clearance_m": mesh.of_planet(0).backlash_m,
+                "half_clearance_m": mesh.planet_mesh(0).backlash_m,
                 "module_m": joint.module_m,
-                "gap": packed(gap),
-                "force": packed(force[:, 0]),
+                "gap": encode_numbers(gap),
+                "force": encode_numbers(force[:, 0]),
             },
         )
 
@@ -116,7 +116,7 @@ def first_tooth_error(run: Run, place: int, joint: Planetary, side: Side) -> np.
     """Tooth error e [m] of the first planet's mesh with sun or ring during a run, (times,)."""
     geometry, laws = stage_geometry(joint), run.laws
     sun, ring = mesh_phases(joint, 0)
-    mesh = (joint.sun_mesh if side == "sun" else joint.ring_mesh).of_planet(0)
+    mesh = (joint.sun_mesh if side == "sun" else joint.ring_mesh).planet_mesh(0)
     if side == "sun":
         offset, rate = sun, sun_mesh_rate(joint, geometry)
     else:
@@ -125,7 +125,7 @@ def first_tooth_error(run: Run, place: int, joint: Planetary, side: Side) -> np.
     rates = run.signals["theta_dot"][:, place] if laws.phase == "omega_t" else np.zeros_like(theta)
     law = OMEGA_T if laws.phase == "omega_t" else ANGLE
     phase = mesh_phase(law, rate, offset, run.time, theta, rates)
-    return whole_error(phase, mesh.tooth_error_m, mesh.tooth_error_phase_rad, mesh.static_error_m)
+    return total_error(phase, mesh.tooth_error_m, mesh.tooth_error_phase_rad, mesh.static_error_m)
 
 
 def _points(outline: np.ndarray) -> list[list[float]]:
@@ -133,6 +133,6 @@ def _points(outline: np.ndarray) -> list[list[float]]:
     return np.stack([outline.real, outline.imag], axis=1).round(6).tolist()
 
 
-def packed(values: np.ndarray) -> str:
+def encode_numbers(values: np.ndarray) -> str:
     """Numbers as base64 of little-endian float32."""
     return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()

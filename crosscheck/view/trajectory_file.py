@@ -12,10 +12,17 @@ from pydantic import ValidationError
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.trajectory import SCHEMA_VERSION
-from crosscheck.studies.batches.opened import SoundFile, used
+from crosscheck.studies.batches.netcdf_file import NetcdfFile, use_file
 
 LONGEST_ARM = 1_000_000  # characters
-DRAWN = {"theta": 2, "theta_dot": 2, "x_sp": 3, "x_pr": 3, "F_sp": 3, "F_pr": 3}  # by dimensions
+DRAWN_SIGNALS = {
+    "theta": 2,
+    "theta_dot": 2,
+    "x_sp": 3,
+    "x_pr": 3,
+    "F_sp": 3,
+    "F_pr": 3,
+}  # by dimensions
 
 
 class Run(NamedTuple):
@@ -33,15 +40,15 @@ class Run(NamedTuple):
     laws: Switches = switches()
 
 
-def run_of(path: Path) -> Run:
+def read_run(path: Path) -> Run:
     """The run that a file holds; HDF5 reads it in another process. Raises InputError."""
-    return used(path, TrajectoryFile.run, TrajectoryFile)
+    return use_file(path, TrajectoryFile.read_run, TrajectoryFile)
 
 
-class TrajectoryFile(SoundFile):
+class TrajectoryFile(NetcdfFile):
     """A file as `crosscheck simulate` writes it."""
 
-    said = "trajectory"
+    description = "trajectory"
 
     def __init__(self, path: Path, file: h5py.File) -> None:
         super().__init__(path, file)
@@ -49,11 +56,11 @@ class TrajectoryFile(SoundFile):
             self._require(name in file, f"has no {name}")
         self.require_version(SCHEMA_VERSION)
 
-    def run(self) -> Run:
+    def read_run(self) -> Run:
         """The run that the file holds. Raises InputError."""
-        names = [name for name in DRAWN if name in self.file]
+        names = [name for name in DRAWN_SIGNALS if name in self.file]
         for name in names:
-            dims = ("time", "joint", "planet")[: DRAWN[name]]
+            dims = ("time", "joint", "planet")[: DRAWN_SIGNALS[name]]
             self._require(self.dims(name) == dims, f"{name} is not over {', '.join(dims)}")
         data, arm = self.dataset(names), self._arm()
         time = data["time"].values
@@ -66,11 +73,13 @@ class TrajectoryFile(SoundFile):
         self._require(signals["theta"].shape[1] == len(arm.joints), "joints are not the arm's")
         geared = [n for n, joint in enumerate(arm.joints) if isinstance(joint, Planetary)]
         for name, values in signals.items():
-            own = values if values.ndim == 2 else values[:, geared, 0]
-            self._require(bool(np.isfinite(own).all()), f"{name} is not finite")
+            signal = values if values.ndim == 2 else values[:, geared, 0]
+            self._require(bool(np.isfinite(signal).all()), f"{name} is not finite")
         laws = self._laws()
-        known = laws.phase == "angle" or "theta_dot" in signals
-        self._require(known, "has no theta_dot, by which its switches count the mesh phase")
+        has_phase_rate = laws.phase == "angle" or "theta_dot" in signals
+        self._require(
+            has_phase_rate, "has no theta_dot, by which its switches count the mesh phase"
+        )
         return Run(self._text(self.file, "model"), arm, time, signals, laws)
 
     def _laws(self) -> Switches:
@@ -79,7 +88,7 @@ class TrajectoryFile(SoundFile):
         try:
             return Switches.model_validate_json(text)
         except ValidationError as error:
-            self._require(False, f"its switches cannot be used: {first_error(error)}")
+            self._require(False, f"its switches cannot be used: {describe_first_error(error)}")
             raise
 
     def _arm(self) -> Arm:
@@ -88,11 +97,11 @@ class TrajectoryFile(SoundFile):
         try:
             return Arm.model_validate_json(text)
         except ValidationError as error:
-            self._require(False, f"its arm cannot be used: {first_error(error)}")
+            self._require(False, f"its arm cannot be used: {describe_first_error(error)}")
             raise
 
 
-def first_error(error: ValidationError) -> str:
+def describe_first_error(error: ValidationError) -> str:
     """The first thing that is wrong with a record: its field, and why."""
     first = error.errors()[0]
     return f"{'.'.join(map(str, first['loc']))}: {first['msg']}"

@@ -10,8 +10,13 @@ import pytest
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm
-from crosscheck.planning.comparison import Results, findings_of, tasks_of
-from crosscheck.planning.state_suite import SampledModel, balances, pairs, unequal_gains
+from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
+from crosscheck.planning.state_suite import (
+    SampledModel,
+    make_unequal_gains_scenario,
+    plan_balances,
+    plan_pairs,
+)
 from crosscheck.registry import MODELS, reference_model
 
 ARMS = ("paper-labelled", "probe", "planets-apart", "three-unlike", "direct-between")
@@ -31,15 +36,15 @@ LAWS = [
 def red(arm_name: str, **chosen: str) -> list[str]:
     """The checks of states that are not green, and of power and momentum, at five states."""
     arm = load_arm(arm_name)
-    case = Case(arm, unequal_gains(arm), usual_switches(arm, **chosen))
+    case = Case(arm, make_unequal_gains_scenario(arm), usual_switches(arm, **chosen))
     sampled_models = [
         SampledModel("example", name, case, 5, 0) for name in (reference_model(), "mujoco:gears")
     ]
-    comparisons = list(pairs(sampled_models, STATE_ABILITIES))
+    comparisons = list(plan_pairs(sampled_models, STATE_ABILITIES))
     if case.switches.mesh_work == "paper":
-        comparisons += balances(sampled_models[1])
-    results = Results({task.key: task.perform() for task in tasks_of(comparisons)})
-    return [str(f) for f in findings_of(comparisons, results) if f.verdict != "agree"]
+        comparisons += plan_balances(sampled_models[1])
+    results = Results({task.key: task.perform() for task in collect_tasks(comparisons)})
+    return [str(f) for f in judge_comparisons(comparisons, results) if f.verdict != "agree"]
 
 
 def test_it_is_found_by_its_entry_point():

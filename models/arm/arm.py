@@ -14,7 +14,7 @@ from pydantic import FailFast, Field, model_validator
 
 from crosscheck.models.arm import quantities
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
-from crosscheck.models.arm.quantities import Data, UpToSeven, short
+from crosscheck.models.arm.quantities import Data, UpToSeven, format_number
 
 # Numbers of 16 digits must hold the parts of an arm beside each other. Within these limits each of
 # 6000 random arms over all ranges kept nine digits of its accelerations in every engine.
@@ -48,7 +48,7 @@ class StageMasses(PlanetaryGears):
     """c of the torque -c theta' on the link, and its reaction on the previous body."""
 
     @model_validator(mode="after")
-    def _one_form_of_the_carriers_inertia(self) -> Self:
+    def _check_carrier_inertia(self) -> Self:
         if (self.carrier_equivalent_mass_kg is None) == (self.carrier_inertia_kg_m2 is None):
             mass, inertia = "carrier_equivalent_mass_kg", "carrier_inertia_kg_m2"
             raise ValueError(f"{mass}|give either {mass} or {inertia}")
@@ -63,22 +63,27 @@ class Planetary(PlanetaryStage, StageMasses):
     """
 
     @model_validator(mode="after")
-    def _gears_have_inertia(self) -> Self:
+    def _check_gear_inertias(self) -> Self:
         sun, planet = _equivalent_mass(self, "sun"), _equivalent_mass(self, "planet")
-        for part, own, least, why in (
-            ("sun", sun, LEAST_GYRATION * self.sun_mass_kg, f"{short(LEAST_GYRATION)} sun_mass_kg"),
+        for part, mass, least, why in (
+            (
+                "sun",
+                sun,
+                LEAST_GYRATION * self.sun_mass_kg,
+                f"{format_number(LEAST_GYRATION)} sun_mass_kg",
+            ),
             (
                 "planet",
                 planet,
                 LEAST_GYRATION * self.planet_mass_kg,
-                f"{short(LEAST_GYRATION)} planet_mass_kg",
+                f"{format_number(LEAST_GYRATION)} planet_mass_kg",
             ),
-            ("planet", planet, LEAST_PLANET * sun, f"{short(LEAST_PLANET)} of the sun's"),
+            ("planet", planet, LEAST_PLANET * sun, f"{format_number(LEAST_PLANET)} of the sun's"),
         ):
-            if own < least:
+            if mass < least:
                 as_mass = getattr(self, f"{part}_equivalent_mass_kg") is not None
                 field = f"{part}_{'equivalent_mass_kg' if as_mass else 'inertia_kg_m2'}"
-                needed = least * getattr(self, field) / own
+                needed = least * getattr(self, field) / mass
                 raise ValueError(
                     f"{field}|must be at least {needed:.3g}, an equivalent mass of {why}"
                 )
@@ -130,7 +135,7 @@ class Link(Data):
     """J of that body about its centre of mass; 0 of a point mass."""
 
     @model_validator(mode="after")
-    def _rod_or_body_with_its_centre_on_it(self) -> Self:
+    def _check_rod_or_body(self) -> Self:
         rod = [name for name in ROD if getattr(self, name) is not None]
         body = [name for name in BODY if getattr(self, name) is not None]
         if rod and body:
@@ -170,13 +175,13 @@ class Arm(Data):
     """One after each joint, in the same order."""
 
     @model_validator(mode="after")
-    def _a_link_per_joint(self) -> Self:
+    def _check_link_count(self) -> Self:
         if len(self.joints) != len(self.links):
             raise ValueError(f"links|must be as many as joints, {len(self.joints)}")
         return self
 
     @model_validator(mode="after")
-    def _gears_suit_the_links(self) -> Self:
+    def _check_reach(self) -> Self:
         reach = sum(link.length_m for link in self.links)
         geared = [joint for joint in self.joints if isinstance(joint, Planetary)]
         radii = [j.module_m * min(j.sun_teeth, j.planet_teeth) / 2 for j in geared]
@@ -184,41 +189,43 @@ class Arm(Data):
         if reach > LONGEST_REACH * smallest:
             raise ValueError(
                 f"links|must not be longer together than {LONGEST_REACH * smallest:.3g} m,"
-                f" {short(LONGEST_REACH)} radii of the smallest gear; they are {reach:.3g} m"
+                f" {format_number(LONGEST_REACH)} radii of the smallest gear; they are"
+                f" {reach:.3g} m"
             )
         return self
 
     @model_validator(mode="after")
-    def _links_have_inertia(self) -> Self:
+    def _check_link_inertias(self) -> Self:
         for place in range(len(self.links)):
             link, is_last = self.links[place], place + 1 == len(self.links)
-            own = link.inertia_kg_m2
-            if own is None:
-                own = _link_mass(link) * link.length_m**2 / 12
-            own += _link_mass(link) * link.com_m**2
-            own += self.payload_mass_kg * link.length_m**2 if is_last else 0.0
-            load = _turned_inertia(self, place)
-            if own < LEAST_LINK * load:
+            inertia = link.inertia_kg_m2
+            if inertia is None:
+                inertia = _link_mass(link) * link.length_m**2 / 12
+            inertia += _link_mass(link) * link.com_m**2
+            inertia += self.payload_mass_kg * link.length_m**2 if is_last else 0.0
+            load = _load_inertia(self, place)
+            if inertia < LEAST_LINK * load:
                 raise ValueError(
-                    f"links[{place}]|must have at least {short(LEAST_LINK)} of the inertia that its"
-                    f" joint turns: it has {own:.3g} of {load:.3g} kg m^2 about that joint"
+                    f"links[{place}]|must have at least {format_number(LEAST_LINK)} of the"
+                    " inertia that its"
+                    f" joint turns: it has {inertia:.3g} of {load:.3g} kg m^2 about that joint"
                 )
         return self
 
 
-def _turned_inertia(arm: Arm, place: int) -> float:
+def _load_inertia(arm: Arm, place: int) -> float:
     """Upper bound of the inertia [kg m^2] about a joint: arm stretched out, own gears reflected."""
-    total, reach = _felt_inertia(arm.joints[place]), 0.0
+    total, reach = _reflected_inertia(arm.joints[place]), 0.0
     for number in range(place, len(arm.links)):
         if number > place:
             joint = arm.joints[number]
-            total += _joint_mass(joint) * reach**2 + _spun_inertia(joint)
+            total += _joint_mass(joint) * reach**2 + _joint_inertia(joint)
         reach += arm.links[number].length_m
         total += _link_mass(arm.links[number]) * reach**2
     return total + arm.payload_mass_kg * reach**2
 
 
-def _felt_inertia(joint: Planetary | Direct) -> float:
+def _reflected_inertia(joint: Planetary | Direct) -> float:
     """Inertia [kg m^2] of a joint's own motor and gears, reflected to the joint."""
     if isinstance(joint, Direct):
         return joint.rotor_inertia_kg_m2
@@ -226,7 +233,7 @@ def _felt_inertia(joint: Planetary | Direct) -> float:
     return (4 * _equivalent_mass(joint, "sun") + planets) * _carrier_radius(joint) ** 2
 
 
-def _spun_inertia(joint: Planetary | Direct) -> float:
+def _joint_inertia(joint: Planetary | Direct) -> float:
     if isinstance(joint, Direct):
         return joint.rotor_inertia_kg_m2
     gears = _equivalent_mass(joint, "sun") + _equivalent_mass(joint, "carrier")

@@ -9,10 +9,10 @@ from pydantic import model_validator
 
 from crosscheck.models.arm import quantities
 from crosscheck.models.arm.mesh import Mesh
-from crosscheck.models.arm.quantities import Data, short
+from crosscheck.models.arm.quantities import Data, format_number
 
 LARGEST_RING_M = 50.0
-PHASES_FIT = 1e-3  # cycles that given phases of planets may be off what their teeth say
+PHASE_TOLERANCE = 1e-3  # cycles that given phases of planets may be off what their teeth say
 
 
 class PlanetaryGears(Data):
@@ -42,7 +42,7 @@ class PlanetaryGears(Data):
     """J of one planet about its own axis."""
 
     @model_validator(mode="after")
-    def _one_form_of_each_inertia(self) -> Self:
+    def _check_inertia_forms(self) -> Self:
         for part in ("sun", "planet"):
             mass, inertia = f"{part}_equivalent_mass_kg", f"{part}_inertia_kg_m2"
             if (getattr(self, mass) is None) == (getattr(self, inertia) is None):
@@ -50,7 +50,7 @@ class PlanetaryGears(Data):
         return self
 
     @model_validator(mode="after")
-    def _can_be_assembled(self) -> Self:
+    def _check_assembly(self) -> Self:
         expected = self.sun_teeth + 2 * self.planet_teeth
         if self.ring_teeth != expected:
             raise ValueError(f"ring_teeth|must be sun_teeth + 2 planet_teeth = {expected}")
@@ -66,7 +66,7 @@ class PlanetaryGears(Data):
                 f" {spacing:.1f} modules apart, their tip diameter is {self.planet_teeth + 2}"
             )
         if self.module_m * self.ring_teeth / 2 > LARGEST_RING_M:
-            most = short(2 * LARGEST_RING_M / self.ring_teeth)
+            most = format_number(2 * LARGEST_RING_M / self.ring_teeth)
             raise ValueError(
                 f"module_m|must be at most {most} for a ring of {self.ring_teeth} teeth, whose"
                 f" radius is then {LARGEST_RING_M:g} m"
@@ -87,7 +87,7 @@ class PlanetaryStage(PlanetaryGears):
     """Contact of each planet with the ring."""
 
     @model_validator(mode="after")
-    def _a_value_per_planet(self) -> Self:
+    def _check_planet_values(self) -> Self:
         for side in ("sun_mesh", "ring_mesh"):
             for name, value in getattr(self, side):
                 if isinstance(value, tuple) and len(value) != self.planet_count:
@@ -98,7 +98,7 @@ class PlanetaryStage(PlanetaryGears):
         return self
 
     @model_validator(mode="after")
-    def _phases_fit_the_teeth(self) -> Self:
+    def _check_phases(self) -> Self:
         """Check that given phases fit the teeth: planets mesh an N-th of the sun's teeth apart."""
         turns = [-self.sun_teeth * place / self.planet_count for place in range(self.planet_count)]
         for side, mesh in (("sun_mesh", self.sun_mesh), ("ring_mesh", self.ring_mesh)):
@@ -106,7 +106,7 @@ class PlanetaryStage(PlanetaryGears):
             if not isinstance(phases, tuple):
                 continue
             off = [(p - phases[0]) / (2 * math.pi) - t for p, t in zip(phases, turns, strict=True)]
-            if max(abs(o - round(o)) for o in off) > PHASES_FIT:
+            if max(abs(o - round(o)) for o in off) > PHASE_TOLERANCE:
                 first = ", ".join(f"{2 * math.pi * (t % 1):.4g}" for t in turns)
                 raise ValueError(
                     f"{side}.phase_rad|contradicts the teeth, by which the planets mesh {first} rad"

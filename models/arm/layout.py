@@ -64,24 +64,24 @@ class Layout:
     @cached_property
     def theta(self) -> np.ndarray:
         """Places of the joint angles among the coordinates, shape (joints,)."""
-        return self.of("theta")
+        return self.indices("theta")
 
     @cached_property
     def _places(self) -> dict[Coordinate, int]:
         return {coordinate: place for place, coordinate in enumerate(self.coordinates)}
 
     @cached_property
-    def meshing(self) -> list[int]:
+    def mesh_joints(self) -> list[int]:
         """The joints, counted from 0, that have mesh displacements."""
-        found = (c.joint - 1 for c in self.coordinates if c.meaning == "x_pr")
-        return list(dict.fromkeys(found))
+        joints = (c.joint - 1 for c in self.coordinates if c.meaning == "x_pr")
+        return list(dict.fromkeys(joints))
 
     @cached_property
     def free(self) -> bool:
         """Whether every planet has a coordinate of its own."""
         return any(c.meaning == "x_s" for c in self.coordinates)
 
-    def of(self, meaning: Meaning) -> np.ndarray:
+    def indices(self, meaning: Meaning) -> np.ndarray:
         """Places of the coordinates of one meaning, joint by joint, planet by planet."""
         places = [k for k, c in enumerate(self.coordinates) if c.meaning == meaning]
         return np.array(places, dtype=np.int64)
@@ -91,10 +91,10 @@ class Layout:
 
         Raises ValueError if there is none.
         """
-        wanted = Coordinate(meaning, joint + 1, 0 if planet is None else planet + 1)
-        if wanted not in self._places:
-            raise ValueError(f"no {wanted.name}")
-        return self._places[wanted]
+        coordinate = Coordinate(meaning, joint + 1, 0 if planet is None else planet + 1)
+        if coordinate not in self._places:
+            raise ValueError(f"no {coordinate.name}")
+        return self._places[coordinate]
 
     def displacement(self, mesh: Meaning, joint: int, planet: int) -> np.ndarray:
         """Row (n,) that gives x_sp or x_pr of a planet; joint and planet counted from 0.
@@ -118,7 +118,7 @@ def geared_layout(arm: Arm, chosen: Switches) -> Layout:
 
 def lumped_layout(arm: Arm) -> Layout:
     """The paper's coordinates (Eq. 20), joint by joint: x_sp, x_pr of geared ones, and theta."""
-    return layout_of([joint.kind == "planetary" for joint in arm.joints])
+    return make_layout([joint.kind == "planetary" for joint in arm.joints])
 
 
 def free_layout(arm: Arm) -> Layout:
@@ -126,24 +126,24 @@ def free_layout(arm: Arm) -> Layout:
 
     In this order elimination leaves gears uncoupled: each of them knows the thetas alone.
     """
-    found: list[Coordinate] = []
+    coordinates: list[Coordinate] = []
     for number, joint in enumerate(arm.joints, start=1):
         if joint.planet_count:
-            found.append(Coordinate("x_s", number))
-        found += [Coordinate("x_pr", number, p + 1) for p in range(joint.planet_count)]
+            coordinates.append(Coordinate("x_s", number))
+        coordinates += [Coordinate("x_pr", number, p + 1) for p in range(joint.planet_count)]
     thetas = [Coordinate("theta", number + 1) for number in range(len(arm.joints))]
-    return Layout((*found, *thetas))
+    return Layout((*coordinates, *thetas))
 
 
 def rigid_layout(arm: Arm) -> Layout:
     """The rigid arm's coordinates (Eq. 1): theta, joint by joint."""
-    return layout_of([False] * len(arm.joints))
+    return make_layout([False] * len(arm.joints))
 
 
-def layout_of(meshing: Sequence[bool]) -> Layout:
+def make_layout(meshing: Sequence[bool]) -> Layout:
     """Coordinates of joints of which each has mesh displacements or has none."""
-    found: list[Coordinate] = []
+    coordinates: list[Coordinate] = []
     for number, has_meshes in enumerate(meshing, start=1):
         meanings: tuple[Meaning, ...] = (*MESHES, "theta") if has_meshes else ("theta",)
-        found += [Coordinate(meaning, number) for meaning in meanings]
-    return Layout(tuple(found))
+        coordinates += [Coordinate(meaning, number) for meaning in meanings]
+    return Layout(tuple(coordinates))

@@ -59,15 +59,15 @@ class Mesh(Data):
     tanh_sharpness_per_m: quantities.Sharpness = 1e8
     """Sharpness of the corners of Eq. 6, used with the switch dead_zone = tanh alone."""
 
-    def of_planet(self, place: int) -> PlanetMesh:
+    def planet_mesh(self, place: int) -> PlanetMesh:
         """Tooth contact of a planet, counted from 0; damping is of N planets alike together."""
-        own = {name: value[place] if isinstance(value, tuple) else value for name, value in self}
-        if own["phase_rad"] == FROM_TEETH:
-            own["phase_rad"] = None
-        return PlanetMesh(**own)
+        values = {name: value[place] if isinstance(value, tuple) else value for name, value in self}
+        if values["phase_rad"] == FROM_TEETH:
+            values["phase_rad"] = None
+        return PlanetMesh(**values)
 
     @model_validator(mode="after")
-    def _one_way_to_damp(self) -> Self:
+    def _check_damping(self) -> Self:
         if (self.damping_ratio is None) == (self.damping_N_s_per_m is None):
             raise ValueError("damping_ratio|give either this or the damping itself, in N s/m")
         return self

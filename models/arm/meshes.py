@@ -13,7 +13,7 @@ from crosscheck.models.errors import InputError
 SINGLE_SINE_RATIO = 1.5  # the contact ratio at which Eq. 7's fundamental is a sine without phase
 
 
-def with_meshes(arm: Arm, change: Callable[[Mesh], Mesh]) -> Arm:
+def change_meshes(arm: Arm, change: Callable[[Mesh], Mesh]) -> Arm:
     """The arm with both meshes of every geared joint changed; direct joints as they are."""
     joints = [
         joint.model_copy(
@@ -26,22 +26,22 @@ def with_meshes(arm: Arm, change: Callable[[Mesh], Mesh]) -> Arm:
     return arm.model_copy(update={"joints": tuple(joints)})
 
 
-def damped(arm: Arm, zeta: float) -> Arm:
+def replace_damping(arm: Arm, zeta: float) -> Arm:
     """The arm with this damping ratio in place of its meshes' damping. Raises ValidationError."""
     update = {"damping_ratio": zeta, "damping_N_s_per_m": None}
-    return with_meshes(arm, lambda mesh: Mesh.model_validate({**dict(mesh), **update}))
+    return change_meshes(arm, lambda mesh: Mesh.model_validate({**dict(mesh), **update}))
 
 
-def squared(arm: Arm, harmonics: int) -> Arm:
+def replace_by_square_wave(arm: Arm, harmonics: int) -> Arm:
     """The arm with the square wave of Fig. 5 whose mean and fundamental are those of Eq. 8.
 
     harmonics: how many of Eq. 7. Raises InputError for a mesh that has not Eq. 8's stiffness.
     """
-    return with_meshes(arm, lambda mesh: _squared(arm, mesh, harmonics))
+    return change_meshes(arm, lambda mesh: _square_wave_mesh(arm, mesh, harmonics))
 
 
-def _squared(arm: Arm, mesh: Mesh, harmonics: int) -> Mesh:
-    law = mesh.of_planet(0).stiffness
+def _square_wave_mesh(arm: Arm, mesh: Mesh, harmonics: int) -> Mesh:
+    law = mesh.planet_mesh(0).stiffness
     if not isinstance(law, SineStiffness):
         raise InputError(arm.name, "stiffness", law.law, "must be sine, the paper's Eq. 8")
     half = math.pi / 4 * law.amplitude_N_per_m

@@ -14,15 +14,15 @@ ALLOWED = "must be alike for all planets, or needs switches.planets = free"
 OUT_OF_PHASE = "puts the planets out of phase and needs switches.planets = free"
 
 
-def unlike(arm: Arm) -> Iterator[tuple[str, object]]:
+def find_unlike_planets(arm: Arm) -> Iterator[tuple[str, object]]:
     """Fields of an arm, and their values, by which planets of one stage differ."""
     for number, joint in enumerate(arm.joints):
         if isinstance(joint, Planetary):
-            for field, value in unlike_fields(joint):
+            for field, value in find_unlike_fields(joint):
                 yield f"joints[{number}].{field}", value
 
 
-def unlike_fields(joint: PlanetaryStage) -> Iterator[tuple[str, object]]:
+def find_unlike_fields(joint: PlanetaryStage) -> Iterator[tuple[str, object]]:
     """Fields of one joint, and their values, by which its planets differ."""
     for side, mesh in (("sun_mesh", joint.sun_mesh), ("ring_mesh", joint.ring_mesh)):
         for name, value in mesh:
@@ -38,7 +38,7 @@ def usual_switches(arm: Arm, **chosen: str) -> Switches:
 
     Raises pydantic.ValidationError for an unknown switch or value.
     """
-    if "planets" not in chosen and next(unlike(arm), None) is not None:
+    if "planets" not in chosen and next(find_unlike_planets(arm), None) is not None:
         chosen = {**chosen, "planets": "free"}
     return switches(**chosen)
 
@@ -56,7 +56,7 @@ def require_alike(
     """
     if chosen.planets == "free":
         return
-    for field, value in unlike(arm):
+    for field, value in find_unlike_planets(arm):
         allowed = OUT_OF_PHASE if value == FROM_TEETH else ALLOWED
         raise InputError(arm_file or arm.name, field, value, allowed)
     for joint, offsets in enumerate(scenario.start.planet_offset_m if scenario else ()):

@@ -32,7 +32,7 @@ class Limit:
         """Whether the limit allows a value; one of another type is judged by the type, not here."""
         raise NotImplementedError
 
-    def _checked(self, value: Any) -> Any:
+    def _check(self, value: Any) -> Any:
         if not self.allows(value):
             raise PydanticCustomError("limit", "must be {limit}", {"limit": str(self)})
         return value
@@ -40,7 +40,7 @@ class Limit:
     def __get_pydantic_core_schema__(
         self, source: Any, handler: pydantic.GetCoreSchemaHandler
     ) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(self._checked, handler(source))
+        return core_schema.no_info_before_validator_function(self._check, handler(source))
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: pydantic.GetJsonSchemaHandler
@@ -49,7 +49,7 @@ class Limit:
 
 
 @dataclass(frozen=True)
-class Within(Limit):
+class NumberRange(Limit):
     """A number from `least` to `most`, in `unit`; zero too if `or_zero`."""
 
     least: float
@@ -58,7 +58,9 @@ class Within(Limit):
     or_zero: bool = False
 
     def __str__(self) -> str:
-        ends = dict.fromkeys(map(short, (self.least, self.most)))  # one, if they are the same
+        ends = dict.fromkeys(
+            map(format_number, (self.least, self.most))
+        )  # one, if they are the same
         return f"{'0, or ' * self.or_zero}{' to '.join(ends)} {self.unit}".rstrip()
 
     def allows(self, value: Any) -> bool:
@@ -69,7 +71,7 @@ class Within(Limit):
 
 
 @dataclass(frozen=True)
-class Printable(Limit):
+class PrintableText(Limit):
     """A text of one line, up to `longest` characters; it may be empty if `may_be_empty`."""
 
     longest: int
@@ -87,7 +89,7 @@ class Printable(Limit):
 
 
 @dataclass(frozen=True)
-class OneFor:
+class SharedValue:
     """Metadata of a type: one value stands for all of something, a list for one of each."""
 
     what: str
@@ -96,7 +98,7 @@ class OneFor:
         return f"; one for all {self.what}, or a list"
 
 
-def short(value: float) -> str:
+def format_number(value: float) -> str:
     """A number as text in short form, such as 1e-5 or 1e9."""
     return f"{value:g}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
 
@@ -116,65 +118,65 @@ Number = TypeVar("Number")
 PerJoint = Annotated[
     Annotated[Number, Tag("number")] | Annotated[tuple[Number, ...], UpToSeven, Tag("list")],
     Discriminator(_form),
-    OneFor("joints"),
+    SharedValue("joints"),
 ]
 
 # One number, or law, stands for all planets of a stage, a list for one of each planet.
-OfPlanets = Annotated[tuple[Number, ...], UpToEight]
+PlanetValues = Annotated[tuple[Number, ...], UpToEight]
 PerPlanet = Annotated[
-    Annotated[Number, Tag("number")] | Annotated[OfPlanets[Number], Tag("list")],
+    Annotated[Number, Tag("number")] | Annotated[PlanetValues[Number], Tag("list")],
     Discriminator(_form),
-    OneFor("planets"),
+    SharedValue("planets"),
 ]
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
-Name = Annotated[str, Printable(80)]
-Title = Annotated[str, Printable(200, may_be_empty=True)]
-SchemaVersion = Annotated[int, Within(1, 1)]
-ArmVersion = Annotated[int, Within(2, 2)]
-ToothCount = Annotated[int, Within(5, 2000)]
-PlanetCount = Annotated[int, Within(2, 8)]
-Module = Annotated[float, Within(1e-5, 1, "m")]
-PressureAngle = Annotated[float, Within(1, 45, "deg")]
-GearMass = Annotated[float, Within(1e-12, 1e9, "kg")]
-GearInertia = Annotated[float, Within(1e-24, 1e15, "kg m^2")]
-Mass = Annotated[float, Within(1e-12, 1e9, "kg", or_zero=True)]
-Inertia = Annotated[float, Within(1e-24, 1e15, "kg m^2", or_zero=True)]
-Length = Annotated[float, Within(1e-5, 1e3, "m")]
-Place = Annotated[float, Within(1e-9, 1e3, "m", or_zero=True)]
-Area = Annotated[float, Within(1e-12, 1e3, "m^2")]
-Density = Annotated[float, Within(1e-3, 1e6, "kg/m^3")]
-Stiffness = Annotated[float, Within(1, 1e12, "N/m")]
-StiffnessPart = Annotated[float, Within(1e-6, 1e12, "N/m", or_zero=True)]
-Play = Annotated[float, Within(1e-12, 0.1, "m", or_zero=True)]
-Damping = Annotated[float, Within(1e-9, 1e12, "N s/m", or_zero=True)]
-DampingRatio = Annotated[float, Within(1e-9, 10, or_zero=True)]
-Sharpness = Annotated[float, Within(1, 1e15, "1/m")]
-Phase = Annotated[float, Within(-1000, 1000, "rad")]
-Friction = Annotated[float, Within(1e-15, 1e12, "N m s/rad", or_zero=True)]
-Acceleration = Annotated[float, Within(-1e3, 1e3, "m/s^2")]
-ContactRatio = Annotated[float, Within(1, 2)]
-Harmonics = Annotated[int, Within(1, 50)]
-Wave = Annotated[float, Within(-1e12, 1e12, "N/m")]
-Cycles = Annotated[float, Within(0, 1, "cycles")]
+Name = Annotated[str, PrintableText(80)]
+Title = Annotated[str, PrintableText(200, may_be_empty=True)]
+SchemaVersion = Annotated[int, NumberRange(1, 1)]
+ArmVersion = Annotated[int, NumberRange(2, 2)]
+ToothCount = Annotated[int, NumberRange(5, 2000)]
+PlanetCount = Annotated[int, NumberRange(2, 8)]
+Module = Annotated[float, NumberRange(1e-5, 1, "m")]
+PressureAngle = Annotated[float, NumberRange(1, 45, "deg")]
+GearMass = Annotated[float, NumberRange(1e-12, 1e9, "kg")]
+GearInertia = Annotated[float, NumberRange(1e-24, 1e15, "kg m^2")]
+Mass = Annotated[float, NumberRange(1e-12, 1e9, "kg", or_zero=True)]
+Inertia = Annotated[float, NumberRange(1e-24, 1e15, "kg m^2", or_zero=True)]
+Length = Annotated[float, NumberRange(1e-5, 1e3, "m")]
+Place = Annotated[float, NumberRange(1e-9, 1e3, "m", or_zero=True)]
+Area = Annotated[float, NumberRange(1e-12, 1e3, "m^2")]
+Density = Annotated[float, NumberRange(1e-3, 1e6, "kg/m^3")]
+Stiffness = Annotated[float, NumberRange(1, 1e12, "N/m")]
+StiffnessPart = Annotated[float, NumberRange(1e-6, 1e12, "N/m", or_zero=True)]
+Play = Annotated[float, NumberRange(1e-12, 0.1, "m", or_zero=True)]
+Damping = Annotated[float, NumberRange(1e-9, 1e12, "N s/m", or_zero=True)]
+DampingRatio = Annotated[float, NumberRange(1e-9, 10, or_zero=True)]
+Sharpness = Annotated[float, NumberRange(1, 1e15, "1/m")]
+Phase = Annotated[float, NumberRange(-1000, 1000, "rad")]
+Friction = Annotated[float, NumberRange(1e-15, 1e12, "N m s/rad", or_zero=True)]
+Acceleration = Annotated[float, NumberRange(-1e3, 1e3, "m/s^2")]
+ContactRatio = Annotated[float, NumberRange(1, 2)]
+Harmonics = Annotated[int, NumberRange(1, 50)]
+Wave = Annotated[float, NumberRange(-1e12, 1e12, "N/m")]
+Cycles = Annotated[float, NumberRange(0, 1, "cycles")]
 Phases = Annotated[
     Annotated[Literal["from-teeth"], Tag("word")]
     | Annotated[Phase, Tag("number")]
-    | Annotated[OfPlanets[Phase], Tag("list")],
+    | Annotated[PlanetValues[Phase], Tag("list")],
     Discriminator(_form_or_word),
-    OneFor("planets"),
+    SharedValue("planets"),
 ]
 
-Torque = Annotated[float, Within(-1e9, 1e9, "N m")]
-Gain = Annotated[float, Within(-1e12, 1e12, "N m/rad")]
-RateGain = Annotated[float, Within(-1e12, 1e12, "N m s/rad")]
-Angle = Annotated[float, Within(-1e4, 1e4, "rad")]
-AngularRate = Annotated[float, Within(-1e4, 1e4, "rad/s")]
-DriveRate = Annotated[float, Within(-1e6, 1e6, "rad/s")]
-Offset = Annotated[float, Within(-0.1, 0.1, "m")]
-Duration = Annotated[float, Within(1e-9, 1e6, "s")]
-Step = Annotated[float, Within(1e-12, 1, "s")]
-TableTime = Annotated[float, Within(-1e6, 1e6, "s")]
-Count = Annotated[int, Within(1, 1e9)]
+Torque = Annotated[float, NumberRange(-1e9, 1e9, "N m")]
+Gain = Annotated[float, NumberRange(-1e12, 1e12, "N m/rad")]
+RateGain = Annotated[float, NumberRange(-1e12, 1e12, "N m s/rad")]
+Angle = Annotated[float, NumberRange(-1e4, 1e4, "rad")]
+AngularRate = Annotated[float, NumberRange(-1e4, 1e4, "rad/s")]
+DriveRate = Annotated[float, NumberRange(-1e6, 1e6, "rad/s")]
+Offset = Annotated[float, NumberRange(-0.1, 0.1, "m")]
+Duration = Annotated[float, NumberRange(1e-9, 1e6, "s")]
+Step = Annotated[float, NumberRange(1e-12, 1, "s")]
+TableTime = Annotated[float, NumberRange(-1e6, 1e6, "s")]
+Count = Annotated[int, NumberRange(1, 1e9)]

@@ -31,7 +31,7 @@ class SineStiffness(Data):
     """k_a of the wave, below the mean."""
 
     @model_validator(mode="after")
-    def _stays_positive(self) -> Self:
+    def _check_positive(self) -> Self:
         if self.amplitude_N_per_m >= self.mean_N_per_m:
             mean = f"{self.mean_N_per_m:g} N/m"
             raise ValueError(f"amplitude_N_per_m|must be below the mean stiffness, {mean}")
@@ -51,16 +51,16 @@ class FourierStiffness(Data):
     """Sine amplitudes, likewise; the lists may differ in length."""
 
     @model_validator(mode="after")
-    def _stays_positive(self) -> Self:
+    def _check_positive(self) -> Self:
         waves = max(len(self.cosine_N_per_m), len(self.sine_N_per_m), 1)
-        least = min(self._at(2 * math.pi * place) for place in _places(waves))
+        least = min(self._stiffness_at(2 * math.pi * place) for place in _sample_cycles(waves))
         if least <= 0:
             raise ValueError(
                 f"mean_N_per_m|must keep the stiffness positive; it falls to {least:.3g} N/m"
             )
         return self
 
-    def _at(self, phase: float) -> float:
+    def _stiffness_at(self, phase: float) -> float:
         cosines = sum(c * math.cos(n * phase) for n, c in enumerate(self.cosine_N_per_m, 1))
         sines = sum(s * math.sin(n * phase) for n, s in enumerate(self.sine_N_per_m, 1))
         return self.mean_N_per_m + cosines + sines
@@ -84,12 +84,14 @@ class SquareStiffness(Data):
     """Terms of the series; the more, the steeper the steps."""
 
     @model_validator(mode="after")
-    def _stays_positive(self) -> Self:
+    def _check_positive(self) -> Self:
         if self.largest_N_per_m < self.least_N_per_m:
             raise ValueError(
                 f"largest_N_per_m|must be at least least_N_per_m = {self.least_N_per_m:g}"
             )
-        least = min(self._at(2 * math.pi * place) for place in _places(self.harmonics))
+        least = min(
+            self._stiffness_at(2 * math.pi * place) for place in _sample_cycles(self.harmonics)
+        )
         if least <= 0:
             raise ValueError(
                 "least_N_per_m|must keep the series positive, which undershoots it; the stiffness"
@@ -97,7 +99,7 @@ class SquareStiffness(Data):
             )
         return self
 
-    def _at(self, phase: float) -> float:
+    def _stiffness_at(self, phase: float) -> float:
         swing, overlap = self.largest_N_per_m - self.least_N_per_m, self.contact_ratio - 1
         waves = sum(
             (math.sin(i * (2 * math.pi * overlap - phase)) + math.sin(i * phase)) / (i * math.pi)
@@ -120,7 +122,7 @@ class TableStiffness(Data):
     """k of every row; the last one repeats the first."""
 
     @model_validator(mode="after")
-    def _is_periodic(self) -> Self:
+    def _check_periodic(self) -> Self:
         cycles, stiffness = self.phase_cycles, self.stiffness_N_per_m
         if (cycles[0], cycles[-1]) != (0.0, 1.0):
             raise ValueError("phase_cycles|must run from 0 to 1")
@@ -136,8 +138,8 @@ class TableStiffness(Data):
         return self
 
     @model_validator(mode="after")
-    def _stays_positive(self) -> Self:
-        least = _least_of_spline(self.phase_cycles, self.stiffness_N_per_m)
+    def _check_positive(self) -> Self:
+        least = _spline_minimum(self.phase_cycles, self.stiffness_N_per_m)
         if least <= 0:
             raise ValueError(
                 "stiffness_N_per_m|must keep the spline through it positive; it falls to"
@@ -151,13 +153,13 @@ StiffnessLaw = Annotated[
 ]
 
 
-def _places(waves: int) -> list[float]:
+def _sample_cycles(waves: int) -> list[float]:
     """Phases [cycles] of the samples over a period, SAMPLES_PER_WAVE for each of so many waves."""
     count = SAMPLES_PER_WAVE * waves
     return [place / count for place in range(count)]
 
 
-def _least_of_spline(cycles: tuple[float, ...], stiffness: tuple[float, ...]) -> float:
+def _spline_minimum(cycles: tuple[float, ...], stiffness: tuple[float, ...]) -> float:
     """Smallest value [N/m] of the periodic cubic spline through the rows, by 16 samples a row."""
     from numpy import linspace
     from scipy.interpolate import CubicSpline  # a third of a second, for tables alone

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.models.experiment import scenario as experiments
-from crosscheck.models.experiment.scenario import Scenario, per_joint
+from crosscheck.models.experiment.scenario import Scenario, expand_to_joints
 
 CONSTANT, PD, SINE_OF_TIME, SINE_OF_SQRT_TIME, TABLE = range(5)
 
@@ -43,7 +43,7 @@ def drive_data(scenario: Scenario, joints: int) -> DriveData:
         table_time, table_torque = np.array(drive.time_s), np.array(drive.torque_N_m)
     gains = np.zeros((joints, 3))
     for column, value in enumerate(columns):
-        gains[:, column] = per_joint(value, joints)
+        gains[:, column] = expand_to_joints(value, joints)
     return DriveData(code, gains, table_time, table_torque)
 
 

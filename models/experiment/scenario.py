@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import FailFast, Field, model_validator
 
 from crosscheck.models.arm import quantities
-from crosscheck.models.arm.quantities import Data, PerJoint, UpToSeven, short
+from crosscheck.models.arm.quantities import Data, PerJoint, UpToSeven, format_number
 
 MOST_STEPS = 1e9  # an hour of the compiled integrator
 # A state takes 430 bytes of a run for the paper's arm, 2.6 kB for seven joints with eight planets.
@@ -74,7 +74,7 @@ class TableDrive(Data):
     """T of every row, one list for each joint, on the output side of the gears."""
 
     @model_validator(mode="after")
-    def _is_a_table(self) -> Self:
+    def _check_table(self) -> Self:
         if any(later <= earlier for earlier, later in pairwise(self.time_s)):
             raise ValueError("time_s|must increase")
         if any(len(column) != len(self.time_s) for column in self.torque_N_m):
@@ -104,7 +104,7 @@ class Start(Data):
     planet_ring_offset_m: PerJoint[quantities.Offset] = 0.0
     """Added to x_pr."""
     planet_offset_m: Annotated[
-        tuple[quantities.OfPlanets[quantities.Offset], ...],
+        tuple[quantities.PlanetValues[quantities.Offset], ...],
         Field(max_length=7, strict=False),
         FailFast(),
     ] = ()
@@ -147,30 +147,31 @@ class Scenario(Data):
         return math.gcd(self.steps, self.record_every)
 
     @model_validator(mode="after")
-    def _steps_and_records_can_be_made(self) -> Self:
+    def _check_steps(self) -> Self:
         steps = self.duration_s / self.step_s
         if steps > MOST_STEPS:
             raise ValueError(
-                f"step_s|is too small: {steps:.3g} steps, at most {short(MOST_STEPS)} are allowed"
+                f"step_s|is too small: {steps:.3g} steps, at most {format_number(MOST_STEPS)} are"
+                " allowed"
             )
         if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * max(1.0, steps):
             raise ValueError(f"step_s|must divide duration_s = {self.duration_s:g}")
         if self.steps // self.stride > MOST_RECORDS:
             raise ValueError(
                 f"record_every|keeps every {self.stride} of {self.steps} steps;"
-                f" at most {short(MOST_RECORDS)} states are allowed"
+                f" at most {format_number(MOST_RECORDS)} states are allowed"
             )
         return self
 
     @model_validator(mode="after")
-    def _drive_suits_the_run(self) -> Self:
+    def _check_drive(self) -> Self:
         drive = self.drive
         if isinstance(drive, SinusoidDrive):
             advance = self.step_s if drive.argument == "time" else math.sqrt(self.step_s)
             rates = drive.rate_rad_per_s
             fastest = max(map(abs, rates if isinstance(rates, tuple) else (rates,)))
             if fastest * advance > MOST_TURN:
-                most, step = short(MOST_TURN / advance), short(self.step_s)
+                most, step = format_number(MOST_TURN / advance), format_number(self.step_s)
                 raise ValueError(
                     f"drive.rate_rad_per_s|must be at most {most} for a step_s of {step}: six steps"
                     " a period"
@@ -182,7 +183,7 @@ class Scenario(Data):
         return self
 
 
-def per_joint(value: float | tuple[float, ...], joints: int) -> tuple[float, ...]:
+def expand_to_joints(value: float | tuple[float, ...], joints: int) -> tuple[float, ...]:
     """The value for each joint: one number is repeated. Raises ValueError on another length."""
     if isinstance(value, tuple):
         if len(value) != joints:
@@ -197,7 +198,7 @@ def planet_offsets(start: Start, joint: int, planets: int) -> tuple[float, ...]:
     return given[joint] if given else (0.0,) * planets
 
 
-def first_misfit(scenario: Scenario, planets: Sequence[int]) -> tuple[str, object, str] | None:
+def find_misfit(scenario: Scenario, planets: Sequence[int]) -> tuple[str, object, str] | None:
     """(field, value, what is allowed) of the first list that does not fit an arm.
 
     planets: how many every joint has.
@@ -240,14 +241,14 @@ class Switches(Data):
 
     @model_validator(mode="before")
     @classmethod
-    def _ring_rate_follows_phase(cls, data: Any) -> Any:
+    def _set_ring_rate(cls, data: Any) -> Any:
         if isinstance(data, dict) and data.get("ring_rate") is None:
             rate = "eq13" if data.get("phase") == "omega_t" else "corrected"
             return {**data, "ring_rate": rate}
         return data
 
     @model_validator(mode="after")
-    def _teeth_have_a_potential(self) -> Self:
+    def _check_mesh_work(self) -> Self:
         if self.mesh_work == "conservative" and self.phase == "omega_t":
             raise ValueError(
                 "mesh_work|conservative needs phase = angle: by omega_t the stiffness hangs on time"

@@ -117,7 +117,7 @@ class Engine(System):
         self.clock[0] = t
         self.put(q, v)
 
-    def linearized(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def linearize(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """M, K and D of M q'' + D q' + K q = 0 about the state, each (bodies, bodies)."""
         mass, stiffness, damping = self.system.ComputeLinearizedSystem()
         return np.array(mass), np.array(stiffness), np.array(damping)

@@ -16,7 +16,7 @@ import numpy as np
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.exudyn.engine import System, UserFunction, exudyn, items
 from crosscheck.models.exudyn.tree import mesh as tree_mesh
-from crosscheck.models.exudyn.tree.laws import Side, base_radius, inertia, mesh_law
+from crosscheck.models.exudyn.tree.laws import Side, base_radius, build_mesh_law, inertia
 from crosscheck.models.exudyn.tree.mesh import MeshLaw
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, WITH_ROTORS, Level, LinkFrame, Robot, RotorMesh
@@ -24,7 +24,7 @@ from crosscheck.models.robot.robot import BASE, WITH_ROTORS, Level, LinkFrame, R
 # Of its stator's mass, taken from it, at its centre of mass: Exudyn's bodies need one, and it
 # changes nothing there.
 ROTORS_SHARE = 0.01
-SENSED = (
+SENSOR_VARIABLES = (
     exudyn.OutputVariableType.Position,
     exudyn.OutputVariableType.Velocity,
     exudyn.OutputVariableType.AngularVelocityLocal,
@@ -46,15 +46,15 @@ class RobotPart(NamedTuple):
     inertia: np.ndarray
 
 
-class SprungStage(NamedTuple):
+class ElasticStage(NamedTuple):
     """A stage whose meshes are springs: its joint, sun and planets among the parts."""
 
     joint: int
     sun: int
     planet: int
     planets: int
-    of_sun: MeshLaw
-    of_ring: MeshLaw
+    sun_law: MeshLaw
+    ring_law: MeshLaw
 
 
 class ExudynRobot(RobotModel):
@@ -64,7 +64,7 @@ class ExudynRobot(RobotModel):
 
     def __init__(self, robot: Robot, level: Level) -> None:
         super().__init__(robot, level)
-        self._turned = [_with_z_along(joint.axis) for joint in robot.joints]
+        self._axis_rotations = [_rotation_to_axis(joint.axis) for joint in robot.joints]
         parts = [self._link(number) for number in range(len(robot.joints))]
         free, meshes = robot.coordinates, robot.meshes if level == "geared" else ()
         springs = len(meshes) + (2 * len(robot.stages) if level == "geared" else 0)
@@ -77,26 +77,26 @@ class ExudynRobot(RobotModel):
         rows = np.hstack([follows[:, free], np.zeros((len(parts), springs))])
         offsets = [0.0 if joint.mimic is None else joint.mimic.offset for joint in robot.joints]
         motors = [{joint: 1.0} for joint in free]  # of each torque, what it is in the tree
-        added, sprung = np.zeros(len(parts)), list[tuple[int, RotorMesh]]()
+        added, rotor_meshes = np.zeros(len(parts)), list[tuple[int, RotorMesh]]()
         for rotor in robot.rotors:
             added[rotor.joint] += rotor.inertia * rotor.ratio**2
             if level not in WITH_ROTORS:
                 continue
             frame = robot.frames[rotor.stator]
-            placed = self._within(frame)[0] @ _with_z_along(rotor.axis)
+            placed = self._pose_in_body(frame)[0] @ _rotation_to_axis(rotor.axis)
             teeth = bool(meshes and rotor.mesh)
-            parts += self._spinning(frame.body, placed, rotor.inertia, parts, teeth)
+            parts += self._spinning_parts(frame.body, placed, rotor.inertia, parts, teeth)
             rows = np.vstack([rows, rotor.ratio * rows[rotor.joint]])
             if meshes and rotor.mesh:
                 turns = np.zeros(rows.shape[1])
-                turns[len(free) + len(sprung)] = 1 / rotor.mesh.pinion_base_radius_m
+                turns[len(free) + len(rotor_meshes)] = 1 / rotor.mesh.pinion_base_radius_m
                 rows = np.vstack([rows, turns])
                 shaft, turned = len(rows) - 2, len(rows) - 1
-                sprung.append((turned, rotor.mesh))
+                rotor_meshes.append((turned, rotor.mesh))
                 if rotor.joint in free:
-                    own = {shaft: 1 / rotor.ratio, turned: 1 / rotor.ratio}
-                    motors[free.index(rotor.joint)] = own
-        toothed: list[SprungStage] = []
+                    efforts = {shaft: 1 / rotor.ratio, turned: 1 / rotor.ratio}
+                    motors[free.index(rotor.joint)] = efforts
+        elastic_stages: list[ElasticStage] = []
         for number, stage in enumerate(robot.stages):
             gears, moved = stage.gears, stage.joint
             wheels = gears.sun_teeth, gears.planet_teeth, gears.ring_teeth
@@ -106,22 +106,26 @@ class ExudynRobot(RobotModel):
             added[moved] += J_s * sun_turns**2 + J_p * (1 + planet_turns) ** 2
             if level not in WITH_ROTORS:
                 continue
-            sprung_too, place = level == "geared", len(parts)
+            is_elastic, place = level == "geared", len(parts)
             under = robot.joints[moved].parent
-            parts += self._spinning(under, parts[moved].rotation, J_s, parts, sprung_too)
-            parts += self._spinning(moved, np.eye(3), J_p, parts, sprung_too)
+            parts += self._spinning_parts(under, parts[moved].rotation, J_s, parts, is_elastic)
+            parts += self._spinning_parts(moved, np.eye(3), J_p, parts, is_elastic)
             sun, planet = sun_turns * rows[moved], planet_turns * rows[moved]
-            if not sprung_too:
+            if not is_elastic:
                 rows = np.vstack([rows, sun, planet])
                 continue
             x_sp, x_pr = np.eye(rows.shape[1])[len(free) + len(meshes) + 2 * number :][:2]
             rows = np.vstack([rows, sun, (x_sp + x_pr) / r_s, planet, -x_pr / r_p])
-            laws = (mesh_law(gears, switches(damping="contact"), side, 0) for side in SIDES)
-            toothed.append(SprungStage(moved, place + 1, place + 3, gears.planet_count, *laws))
+            laws = (build_mesh_law(gears, switches(damping="contact"), side, 0) for side in SIDES)
+            elastic_stages.append(
+                ElasticStage(moved, place + 1, place + 3, gears.planet_count, *laws)
+            )
             if moved in free:
                 motors[free.index(moved)] = {place: 1 / sun_turns, place + 1: 1 / sun_turns}
         self._rows = rows
-        self._motors = np.array([[own.get(n, 0.0) for n in range(len(parts))] for own in motors])
+        self._motors = np.array(
+            [[efforts.get(n, 0.0) for n in range(len(parts))] for efforts in motors]
+        )
         self._offsets = np.array([*offsets, *[0.0] * (len(parts) - len(offsets))])
         diagonal = added if level == "armature" else np.zeros(len(parts))
         size = len(parts)
@@ -131,52 +135,59 @@ class ExudynRobot(RobotModel):
             size, lambda node: _tree(node, parts, robot.gravity, diagonal), sensors
         )
         self._weightless = System(size, lambda node: _tree(node, parts, np.zeros(3), diagonal))
-        self._sprung = System(
-            size, lambda node: _tree(node, parts, robot.gravity, diagonal, _teeth(sprung, toothed))
+        self._elastic = System(
+            size,
+            lambda node: _tree(
+                node,
+                parts,
+                robot.gravity,
+                diagonal,
+                _mesh_torque_function(rotor_meshes, elastic_stages),
+            ),
         )
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """Mass matrix over the free coordinates (states, n, n), from Exudyn's."""
-        found = []
+        matrices = []
         for at in q @ self._rows.T + self._offsets:
             self._weightless.put(at, 0 * at)
-            found.append(self._rows.T @ self._weightless.mass_matrix() @ self._rows)
-        return np.array(found)
+            matrices.append(self._rows.T @ self._weightless.mass_matrix() @ self._rows)
+        return np.array(matrices)
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Coriolis and centrifugal torques (states, n), by Exudyn's right-hand side weightless."""
-        return self._held(self._weightless, q, v)
+        return self._holding_forces(self._weightless, q, v)
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """Torques that hold the weights (states, n), from Exudyn's right-hand side at rest."""
-        return self._held(self._heavy, q, np.zeros_like(q))
+        return self._holding_forces(self._heavy, q, np.zeros_like(q))
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Generalized forces of a motion (states, n): M a less Exudyn's right-hand side."""
         needed: np.ndarray = (self.mass_matrix(q) @ a[:, :, None])[:, :, 0]
-        return needed + self._held(self._sprung, q, v)
+        return needed + self._holding_forces(self._elastic, q, v)
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """Accelerations under torques of motors (states, n), solved with Exudyn's M."""
-        left = torques @ self._motors @ self._rows - self._held(self._sprung, q, v)
+        left = torques @ self._motors @ self._rows - self._holding_forces(self._elastic, q, v)
         return np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Energy (states,) [J]: kinetic by Exudyn's M, the weights' by sensors of its bodies."""
         total: np.ndarray = np.einsum("si,sij,sj->s", v, self.mass_matrix(q), v) / 2
-        for state, sensed in enumerate(self._sensed(q, v)):
-            for part, (at, *_) in zip(self._parts, sensed, strict=True):
+        for state, values in enumerate(self._sensor_values(q, v)):
+            for part, (at, *_) in zip(self._parts, values, strict=True):
                 total[state] -= part.mass * self.robot.gravity @ at
         return total
 
     def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Linear, then angular momentum (states, 6), by Exudyn's sensors of its bodies."""
         total = np.zeros((len(q), 6))
-        for own, sensed in zip(total, self._sensed(q, v), strict=True):
-            for part, (at, velocity, rate, rotation) in zip(self._parts, sensed, strict=True):
-                own[:3] += part.mass * velocity
-                own[3:] += part.mass * np.cross(at, velocity)
-                own[3:] += rotation.reshape(3, 3) @ part.inertia @ rate
+        for momentum, values in zip(total, self._sensor_values(q, v), strict=True):
+            for part, (at, velocity, rate, rotation) in zip(self._parts, values, strict=True):
+                momentum[:3] += part.mass * velocity
+                momentum[3:] += part.mass * np.cross(at, velocity)
+                momentum[3:] += rotation.reshape(3, 3) @ part.inertia @ rate
         return total
 
     def tip(self, q: np.ndarray) -> np.ndarray:
@@ -184,18 +195,22 @@ class ExudynRobot(RobotModel):
         frame = self.robot.frames[self.robot.tip]
         if frame.body == BASE:
             return np.tile(frame.placement.position, (len(q), 1))
-        found = []
+        positions = []
         for at in q @ self._rows.T + self._offsets:
             self._heavy.put(at, 0 * at)
-            found.append(self._heavy.system.GetSensorValues(len(self._parts) * len(SENSED)))
-        return np.array(found)
+            positions.append(
+                self._heavy.system.GetSensorValues(len(self._parts) * len(SENSOR_VARIABLES))
+            )
+        return np.array(positions)
 
     def _sensors(self) -> list[Any]:
         """Sensors of every body, and one of the tip's place unless it stands on the ground."""
         frame = self.robot.frames[self.robot.tip]
-        wanted = [(n, part.com, kind) for n, part in enumerate(self._parts) for kind in SENSED]
+        points = [
+            (n, part.com, kind) for n, part in enumerate(self._parts) for kind in SENSOR_VARIABLES
+        ]
         if frame.body != BASE:
-            wanted.append((frame.body, self._within(frame)[1], SENSED[0]))
+            points.append((frame.body, self._pose_in_body(frame)[1], SENSOR_VARIABLES[0]))
         return [
             items.SensorKinematicTree(
                 objectNumber=0,
@@ -204,77 +219,84 @@ class ExudynRobot(RobotModel):
                 outputVariableType=kind,
                 writeToFile=False,
             )
-            for link, at, kind in wanted
+            for link, at, kind in points
         ]
 
-    def _sensed(self, q: np.ndarray, v: np.ndarray) -> Iterator[list[list[np.ndarray]]]:
+    def _sensor_values(self, q: np.ndarray, v: np.ndarray) -> Iterator[list[list[np.ndarray]]]:
         """For each state, what the sensors SENSED tell of each body's centre of mass."""
         states = zip(q @ self._rows.T + self._offsets, v @ self._rows.T, strict=True)
         for at, rate in states:
             self._heavy.put(at, rate)
             yield [
                 [
-                    np.array(self._heavy.system.GetSensorValues(part * len(SENSED) + kind))
-                    for kind in range(len(SENSED))
+                    np.array(
+                        self._heavy.system.GetSensorValues(part * len(SENSOR_VARIABLES) + kind)
+                    )
+                    for kind in range(len(SENSOR_VARIABLES))
                 ]
                 for part in range(len(self._parts))
             ]
 
-    def _held(self, system: System, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def _holding_forces(self, system: System, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Generalized forces against which nothing in a system accelerates (states, n)."""
-        found = []
+        forces = []
         for at, rate in zip(q @ self._rows.T + self._offsets, v @ self._rows.T, strict=True):
             system.put(at, rate)
-            found.append(-system.right_hand_side() @ self._rows)
-        return np.array(found)
+            forces.append(-system.right_hand_side() @ self._rows)
+        return np.array(forces)
 
     def _link(self, number: int) -> RobotPart:
-        joint, body, own = (
+        joint, body, axis_rotation = (
             self.robot.joints[number],
             self.robot.bodies[number],
-            self._turned[number],
+            self._axis_rotations[number],
         )
-        rotation, position = self._within(LinkFrame(joint.parent, joint.placement))
+        rotation, position = self._pose_in_body(LinkFrame(joint.parent, joint.placement))
         return RobotPart(
             SLIDING if joint.kind == "prismatic" else TURNING,
             joint.parent,
-            rotation @ own,
+            rotation @ axis_rotation,
             position,
             body.mass,
-            own.T @ body.com,
-            own.T @ body.inertia @ own,
+            axis_rotation.T @ body.com,
+            axis_rotation.T @ body.inertia @ axis_rotation,
         )
 
-    def _spinning(
-        self, body: int, placed: np.ndarray, inertia: float, parts: list[RobotPart], sprung: bool
+    def _spinning_parts(
+        self,
+        body: int,
+        rotation: np.ndarray,
+        inertia: float,
+        parts: list[RobotPart],
+        has_shaft: bool,
     ) -> list[RobotPart]:
         """Parts that let a link spin on a body: the link, before it the shaft that springs ask for.
 
         placed (3, 3): its frame in the body's turned one. That body gets lighter.
         """
-        count, mass, com = 2 if sprung else 1, 1.0, np.zeros(3)
+        count, mass, com = 2 if has_shaft else 1, 1.0, np.zeros(3)
         if body != BASE:
             stator = parts[body]
             mass = ROTORS_SHARE * self.robot.bodies[body].mass
             com = stator.com
             parts[body] = stator._replace(mass=stator.mass - count * mass)
         spinning, at = np.diag([0.0, 0.0, inertia]), np.zeros(3)
-        alone = RobotPart(TURNING, body, placed, com, mass, at, spinning)
-        if not sprung:
-            return [alone]
-        shaft = alone._replace(inertia=0 * spinning)
-        return [shaft, alone._replace(parent=len(parts), rotation=np.eye(3), position=at)]
+        rotor = RobotPart(TURNING, body, rotation, com, mass, at, spinning)
+        if not has_shaft:
+            return [rotor]
+        shaft = rotor._replace(inertia=0 * spinning)
+        return [shaft, rotor._replace(parent=len(parts), rotation=np.eye(3), position=at)]
 
-    def _within(self, frame: LinkFrame) -> tuple[np.ndarray, np.ndarray]:
+    def _pose_in_body(self, frame: LinkFrame) -> tuple[np.ndarray, np.ndarray]:
         """Rotation and position of a frame in the turned frame of its body."""
         rotation, position = frame.placement.rotation, frame.placement.position
         if frame.body == BASE:
             return rotation, position
-        back = self._turned[frame.body].T
+        back = self._axis_rotations[frame.body].T
         return back @ rotation, back @ position
 
 
-def _with_z_along(axis: np.ndarray) -> np.ndarray:
+def _rotation_to_axis(axis: np.ndarray) -> np.ndarray:
     """A rotation (3, 3) whose third column is the axis."""
     other = np.eye(3)[np.argmin(np.abs(axis))]
     x = np.cross(other, axis)
@@ -282,27 +304,29 @@ def _with_z_along(axis: np.ndarray) -> np.ndarray:
     return np.column_stack([x, np.cross(axis, x), axis])
 
 
-def _teeth(sprung: list[tuple[int, RotorMesh]], toothed: list[SprungStage]) -> UserFunction:
+def _mesh_torque_function(
+    rotor_meshes: list[tuple[int, RotorMesh]], elastic_stages: list[ElasticStage]
+) -> UserFunction:
     """User function with the meshes' torques on rotors, suns and planets against their shafts.
 
-    And what the springs' potentials do to the joints whose angles they depend on. sprung: place of
-    each rotor among the parts, and its mesh.
+    And what the springs' potentials do to the joints whose angles they depend on. rotor_meshes:
+    place of each rotor among the parts, and its mesh.
     """
 
     def torques(
         _system: object, _time: float, _item: int, angles: list[float], rates: list[float]
     ) -> list[float]:
-        found = [0.0] * len(angles)
-        for place, mesh in sprung:
+        efforts = [0.0] * len(angles)
+        for place, mesh in rotor_meshes:
             lever, play = mesh.pinion_base_radius_m, mesh.backlash_m
             ahead = lever * angles[place]
             pressed = max(ahead - play, 0.0) + min(ahead + play, 0.0)
             if pressed:
                 damped = mesh.damping_N_s_per_m * lever * rates[place]
-                found[place] = -lever * (mesh.stiffness_N_per_m * pressed + damped)
-        for joint, sun, planet, planets, of_sun, of_ring in toothed:
-            for own, wheel in ((of_sun, sun), (of_ring, None)):
-                law, theta = own.array, angles[joint]
+                efforts[place] = -lever * (mesh.stiffness_N_per_m * pressed + damped)
+        for joint, sun, planet, planets, sun_law, ring_law in elastic_stages:
+            for side_law, wheel in ((sun_law, sun), (ring_law, None)):
+                law, theta = side_law.array, angles[joint]
                 x, rate = (
                     tree_mesh.stretch(
                         law, 0.0 if wheel is None else turned[wheel], turned[planet], 0.0
@@ -313,11 +337,11 @@ def _teeth(sprung: list[tuple[int, RotorMesh]], toothed: list[SprungStage]) -> U
                 pull = tree_mesh.elastic_force(law, x, stiffness, error)
                 pull += tree_mesh.damping_force(law, x, rate, error)
                 if wheel is not None:
-                    found[wheel] -= planets * own.wheel_radius * pull
-                found[planet] -= planets * own.planet_radius * pull
+                    efforts[wheel] -= planets * side_law.wheel_radius * pull
+                efforts[planet] -= planets * side_law.planet_radius * pull
                 varied = tree_mesh.variation(law, 0.0, complex(theta, tree_mesh.STEP), 0.0)
-                found[joint] += planets * tree_mesh.turning_torque(law, x, *varied)
-        return found
+                efforts[joint] += planets * tree_mesh.turning_torque(law, x, *varied)
+        return efforts
 
     return torques
 

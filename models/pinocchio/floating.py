@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged, InputError
-from crosscheck.models.experiment.scenario import Scenario, per_joint
+from crosscheck.models.experiment.scenario import Scenario, expand_to_joints
 from crosscheck.models.interface import STATE_ABILITIES, require_finite
 from crosscheck.models.pinocchio.rigid import PinocchioCoupled
 from crosscheck.models.trajectory import recorded_times, trajectory
@@ -131,8 +131,8 @@ class PinocchioFloating(PinocchioCoupled):
         """q and v at the given times [s], each (times, n)."""
         start, joints = self.scenario.start, len(self.arm.joints)
         at_rest = np.zeros(3)
-        angles = per_joint(start.theta_rad, joints)
-        rates = per_joint(start.theta_dot_rad_per_s, joints)
+        angles = expand_to_joints(start.theta_rad, joints)
+        rates = expand_to_joints(start.theta_dot_rad_per_s, joints)
         n = 3 + joints
 
         def right_side(t: float, state: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from crosscheck.models.experiment.drive import drive_data, joint_torque
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model
 from crosscheck.models.pinocchio import tree
-from crosscheck.models.pinocchio.meshes import Meshes, contacts_of, meshes_of, stiffness_of
+from crosscheck.models.pinocchio.meshes import Meshes, build_meshes, build_stiffness, find_contacts
 
 # Over 1 + the largest acceleration [rad/s^2]. Lumped planets of a stage get equal forces in frames
 # turned against each other, so they differ by rounding: by 1e-13 of their acceleration for the
@@ -64,9 +64,9 @@ class PinocchioGears(Model):
         self._data = self._tree.createData()
         if not self._tree.check(self._data):
             raise RuntimeError(f"{self.name}: joints of the tree are not in depth-first order")
-        contacts = contacts_of(arm, self._stages, self._tree)
-        self._meshes = meshes_of(contacts, self.switches)
-        self._stiffness = stiffness_of(contacts)
+        contacts = find_contacts(arm, self._stages, self._tree)
+        self._meshes = build_meshes(contacts, self.switches)
+        self._stiffness = build_stiffness(contacts)
         self._to_tree = tree.map_to_tree(arm, self._stages, self.layout)
         self._links = [stage.link - 1 for stage in self._stages]
         self._driven = [stage.driven - 1 for stage in self._stages]
@@ -113,9 +113,11 @@ class PinocchioGears(Model):
         """
         coordinates = np.empty(len(self.layout))
         for number, (joint, stage) in enumerate(zip(self.arm.joints, self._stages, strict=True)):
-            own = [c.joint == number + 1 and not c.is_angle for c in self.layout.coordinates]
+            is_displacement = [
+                c.joint == number + 1 and not c.is_angle for c in self.layout.coordinates
+            ]
             if isinstance(joint, Planetary):
-                coordinates[own] = self._displacements(joint, stage, angles)
+                coordinates[is_displacement] = self._displacements(joint, stage, angles)
             coordinates[self.layout.at("theta", number)] = angles[stage.link - 1]
         return coordinates
 
@@ -179,7 +181,7 @@ class PinocchioGears(Model):
         error = mesh.static_error + mesh.error * np.sin(phase + mesh.error_phase)
         gap = _approach(mesh, angles) - error
         law = _exact_dead_zone if self.switches.dead_zone == "exact" else _tanh_dead_zone
-        return Engagement(phase, gap, self._stiffness.at(phase), law(mesh, gap))
+        return Engagement(phase, gap, self._stiffness.value(phase), law(mesh, gap))
 
     def _phase_torques(self, teeth: Engagement) -> np.ndarray:
         """What every mesh's spring exerts on the link against the previous body [N m], (meshes,).

@@ -12,7 +12,7 @@ from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.scenario import Switches
-from crosscheck.models.pinocchio.stiffness import MeshStiffness, curve_of, mesh_stiffness
+from crosscheck.models.pinocchio.stiffness import MeshStiffness, build_curve, build_mesh_stiffness
 from crosscheck.models.pinocchio.tree import TreeStage, base_radii, equivalent_masses
 
 BODIES = ("central", "planet", "link")  # those fields of Meshes that are no numbers but bodies
@@ -63,10 +63,10 @@ class Meshes(NamedTuple):
     damping: np.ndarray
 
 
-def contacts_of(arm: Arm, stages: list[TreeStage], tree: pin.Model) -> list[Contact]:
+def find_contacts(arm: Arm, stages: list[TreeStage], tree: pin.Model) -> list[Contact]:
     """All tooth contacts of the arm, joint by joint and planet by planet."""
     return [
-        Contact(joint, stage, planet, _place(tree, planet), side, mesh.of_planet(number))
+        Contact(joint, stage, planet, _place(tree, planet), side, mesh.planet_mesh(number))
         for joint, stage in zip(arm.joints, stages, strict=True)
         if isinstance(joint, Planetary)
         for number, planet in enumerate(stage.planets)
@@ -80,7 +80,7 @@ def _place(tree: pin.Model, planet: int) -> float:
     return atan2(y, x)
 
 
-def meshes_of(contacts: list[Contact], chosen: Switches) -> Meshes:
+def build_meshes(contacts: list[Contact], chosen: Switches) -> Meshes:
     """Numbers of the contacts' meshes, in the contacts' order."""
     rows = [_mesh(contact, chosen) for contact in contacts]
     return Meshes(
@@ -119,9 +119,9 @@ def _mesh(contact: Contact, chosen: Switches) -> dict[str, float]:
     }
 
 
-def stiffness_of(contacts: list[Contact]) -> MeshStiffness:
+def build_stiffness(contacts: list[Contact]) -> MeshStiffness:
     """k of every mesh, in the contacts' order."""
-    return mesh_stiffness([contact.mesh.stiffness for contact in contacts])
+    return build_mesh_stiffness([contact.mesh.stiffness for contact in contacts])
 
 
 def _phase_from_teeth(contact: Contact) -> float:
@@ -133,11 +133,11 @@ def _phase_from_teeth(contact: Contact) -> float:
     joint = contact.joint
     if contact.external:
         return -joint.sun_teeth * contact.place % tau
-    given = joint.sun_mesh.of_planet(0).phase_rad or 0.0
-    return (joint.ring_teeth * contact.place + _across_planet(joint) + given) % tau
+    given = joint.sun_mesh.planet_mesh(0).phase_rad or 0.0
+    return (joint.ring_teeth * contact.place + _ring_sun_phase(joint) + given) % tau
 
 
-def _across_planet(joint: PlanetaryGears) -> float:
+def _ring_sun_phase(joint: PlanetaryGears) -> float:
     """Phase [rad] of a planet's ring mesh after its sun mesh.
 
     Sun and ring push the same way on either side of the planet, hence on opposite flanks: from one
@@ -167,5 +167,5 @@ def _stage_damping(contact: Contact) -> float:
     sun, planet = equivalent_masses(joint)
     planets = joint.planet_count
     mass = sun if contact.external else planets * planet
-    mean = curve_of(mesh.stiffness).mean
+    mean = build_curve(mesh.stiffness).mean
     return 2 * mesh.damping_ratio * sqrt(planets * mean * mass)

@@ -20,7 +20,7 @@ from crosscheck.models.arm.arm import Arm, Direct, Planetary
 from crosscheck.models.arm.layout import rigid_layout
 from crosscheck.models.errors import Diverged, InputError
 from crosscheck.models.experiment.drive import drive_data, joint_torque
-from crosscheck.models.experiment.scenario import Scenario, Switches, TableDrive, per_joint
+from crosscheck.models.experiment.scenario import Scenario, Switches, TableDrive, expand_to_joints
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.pinocchio import tree as parts
 from crosscheck.models.trajectory import recorded_times, trajectory
@@ -127,7 +127,7 @@ class PinocchioLinks(Model):
 
     def _build(self) -> pin.Model:
         """The tree; each level adds its bodies to that of the level below."""
-        return parts.links_and_payload(self.arm)
+        return parts.build_links(self.arm)
 
     def _joint_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Torques in the joints [N m], drive and friction, shape (n,)."""
@@ -137,7 +137,10 @@ class PinocchioLinks(Model):
         """States (theta, theta') at the given times [s], shape (times, 2 n)."""
         joints, start = len(self.arm.joints), self.scenario.start
         state = np.array(
-            [*per_joint(start.theta_rad, joints), *per_joint(start.theta_dot_rad_per_s, joints)]
+            [
+                *expand_to_joints(start.theta_rad, joints),
+                *expand_to_joints(start.theta_dot_rad_per_s, joints),
+            ]
         )
         states = np.empty((len(time), len(state)))
         self._evaluations = 0
@@ -296,4 +299,6 @@ def _inertia(joint: Planetary, part: Literal["sun", "planet", "carrier"]) -> flo
     pitch = joint.module_m * teeth.get(part, joint.sun_teeth + joint.planet_teeth) / 2
     radius = pitch * cos(radians(joint.pressure_angle_deg))
     inertia = getattr(joint, f"{part}_inertia_kg_m2")
-    return parts.given_or(inertia, getattr(joint, f"{part}_equivalent_mass_kg"), radius**2)
+    return parts.resolve_inertia_form(
+        inertia, getattr(joint, f"{part}_equivalent_mass_kg"), radius**2
+    )

@@ -14,18 +14,18 @@ import numpy as np
 import pinocchio as pin
 
 from crosscheck.models.experiment.scenario import switches
-from crosscheck.models.pinocchio.meshes import Contact, meshes_of, stiffness_of
+from crosscheck.models.pinocchio.meshes import Contact, build_meshes, build_stiffness
 from crosscheck.models.pinocchio.tree import TreeStage, base_radii, equivalent_masses, sun_turns
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import WITH_ROTORS, JointStage, Level, Robot, Rotor, RotorMesh
 
 
-class PushedJoints(NamedTuple):
+class MeshConnection(NamedTuple):
     """Where a mesh acts: column of its x; joints of the tree, the rotor's and the one it moves."""
 
     column: int
-    turned: int
-    moved: int
+    rotor_joint: int
+    driven_joint: int
     ratio: float
     mesh: RotorMesh
 
@@ -43,18 +43,18 @@ class PinocchioRobot(RobotModel):
             raise ValueError(
                 f"its parser read other joints; missing: {', '.join(missing) or 'none'}"
             )
-        moved = [self._tree.getJointId(joint.name) for joint in robot.joints]
+        moving_joints = [self._tree.getJointId(joint.name) for joint in robot.joints]
         bodies = robot.rotors if level in WITH_ROTORS else ()
-        rotors = [self._added(rotor, number) for number, rotor in enumerate(bodies)]
-        places = [self._tree.joints[joint].idx_v for joint in moved]
+        rotors = [self._add_rotor(rotor, number) for number, rotor in enumerate(bodies)]
+        places = [self._tree.joints[joint].idx_v for joint in moving_joints]
         free, meshes = robot.coordinates, robot.meshes if level == "geared" else ()
         geared = robot.stages if level in WITH_ROTORS else ()
-        stages = [self._with_gears(stage, moved[stage.joint]) for stage in geared]
+        stages = [self._add_gears(stage, moving_joints[stage.joint]) for stage in geared]
         springs = len(meshes) + (2 * len(stages) if level == "geared" else 0)
         self._offset = np.zeros(self._tree.nv)
         self._given = np.zeros((self._tree.nv, len(free) + springs))  # G
         self._motors = np.zeros((len(free), self._tree.nv))  # efforts in the tree, per torque
-        self._meshes: list[PushedJoints] = []
+        self._meshes: list[MeshConnection] = []
         for place, joint in zip(places, robot.joints, strict=True):
             if joint.mimic is None:
                 number = free.index(robot.joints.index(joint))
@@ -63,13 +63,15 @@ class PinocchioRobot(RobotModel):
             if joint.mimic is not None:
                 self._given[place] = joint.mimic.multiplier * self._given[places[joint.mimic.joint]]
                 self._offset[place] = joint.mimic.offset
-        for turned, rotor in zip(rotors, bodies, strict=True):
-            place, column = self._tree.joints[turned].idx_v, len(free) + len(self._meshes)
+        for rotor_joint, rotor in zip(rotors, bodies, strict=True):
+            place, column = self._tree.joints[rotor_joint].idx_v, len(free) + len(self._meshes)
             self._given[place] = rotor.ratio * self._given[places[rotor.joint]]
             if meshes and rotor.mesh:
                 self._given[place, column] = 1 / rotor.mesh.pinion_base_radius_m
-                own = PushedJoints(column, turned, moved[rotor.joint], rotor.ratio, rotor.mesh)
-                self._meshes.append(own)
+                connection = MeshConnection(
+                    column, rotor_joint, moving_joints[rotor.joint], rotor.ratio, rotor.mesh
+                )
+                self._meshes.append(connection)
                 if rotor.joint in free:
                     self._motors[free.index(rotor.joint)] = 0.0
                     self._motors[free.index(rotor.joint), place] = 1 / rotor.ratio
@@ -96,11 +98,11 @@ class PinocchioRobot(RobotModel):
                 angle = 2 * np.pi * turn / gears.planet_count
                 for side, mesh in ((+1, gears.sun_mesh), (-1, gears.ring_mesh)):
                     contacts.append(
-                        Contact(gears, wheels, planet, angle, side, mesh.of_planet(turn))
+                        Contact(gears, wheels, planet, angle, side, mesh.planet_mesh(turn))
                     )
                     self._columns.append(column if side > 0 else column + 1)
-        self._contacts = meshes_of(contacts, switches())
-        self._stiffness = stiffness_of(contacts)
+        self._contacts = build_meshes(contacts, switches())
+        self._stiffness = build_stiffness(contacts)
         if level == "armature":
             armature = np.zeros(self._tree.nv)
             for rotor in robot.rotors:
@@ -118,32 +120,34 @@ class PinocchioRobot(RobotModel):
         self._data = self._tree.createData()
         self._home = pin.neutral(self._tree)
 
-    def _added(self, rotor: Rotor, number: int) -> int:
+    def _add_rotor(self, rotor: Rotor, number: int) -> int:
         """Add a rotor's body to the tree; returns its joint."""
         frame = self._tree.frames[self._tree.getFrameId(rotor.stator, pin.BODY)]
         axis = frame.placement.rotation @ rotor.axis
         name = f"rotor of {rotor.joint} ({number})"
-        return self._spinning(frame.parentJoint, pin.SE3.Identity(), axis, rotor.inertia, name)
+        return self._add_spinning_body(
+            frame.parentJoint, pin.SE3.Identity(), axis, rotor.inertia, name
+        )
 
-    def _with_gears(self, stage: JointStage, link: int) -> TreeStage:
+    def _add_gears(self, stage: JointStage, link: int) -> TreeStage:
         """Add sun and planets of a joint of the tree."""
-        own = np.ravel(self._tree.createData().joints[link].S)[3:]
-        out = np.cross(own, np.eye(3)[np.argmin(np.abs(own))])
+        axis = np.ravel(self._tree.createData().joints[link].S)[3:]
+        out = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
         out /= np.linalg.norm(out)
         parent, gears = self._tree.parents[link], stage.gears
         sun_inertia, planet_inertia = _inertias(stage)
         placement = self._tree.jointPlacements[link]
-        sun = self._spinning(parent, placement, own, sun_inertia, f"sun of {link}")
+        sun = self._add_spinning_body(parent, placement, axis, sun_inertia, f"sun of {link}")
         radius = gears.module_m * (gears.sun_teeth + gears.planet_teeth) / 2
         planets = []
         for turn in range(gears.planet_count):
             angle = 2 * np.pi * turn / gears.planet_count
-            seat = radius * (np.cos(angle) * out + np.sin(angle) * np.cross(own, out))
+            seat = radius * (np.cos(angle) * out + np.sin(angle) * np.cross(axis, out))
             name, at = f"planet {turn} of {link}", pin.SE3(np.eye(3), seat)
-            planets.append(self._spinning(link, at, own, planet_inertia, name))
+            planets.append(self._add_spinning_body(link, at, axis, planet_inertia, name))
         return TreeStage(parent, link, tuple(planets), sun)
 
-    def _spinning(
+    def _add_spinning_body(
         self, parent: int, placement: pin.SE3, axis: np.ndarray, inertia: float, name: str
     ) -> int:
         """Add a joint whose body has inertia about its axis alone; returns the joint."""
@@ -162,10 +166,10 @@ class PinocchioRobot(RobotModel):
         still = np.zeros(self._tree.nv)
         columns = [
             [pin.rnea(self._weightless, self._data, at, still, column) for column in self._given.T]
-            for at in self._placed(q)
+            for at in self._configurations(q)
         ]
-        found: np.ndarray = np.array(columns).transpose(0, 2, 1)
-        return self._given.T @ found
+        torques: np.ndarray = np.array(columns).transpose(0, 2, 1)
+        return self._given.T @ torques
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Coriolis and centrifugal torques (states, n), by recursive Newton-Euler."""
@@ -175,13 +179,13 @@ class PinocchioRobot(RobotModel):
         """Torques that hold the weights (states, n), by Pinocchio's own function for it."""
         torques = [
             pin.computeGeneralizedGravity(self._tree, self._data, at).copy()
-            for at in self._placed(q)
+            for at in self._configurations(q)
         ]
         return np.array(torques) @ self._given
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Generalized forces of a motion (states, n), by recursive Newton-Euler."""
-        return self._torques(self._tree, q, v, a, pushed=True)
+        return self._torques(self._tree, q, v, a, include_meshes=True)
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """Accelerations under torques of motors (states, n).
@@ -190,10 +194,16 @@ class PinocchioRobot(RobotModel):
         """
         efforts = torques @ self._motors
         if self._given.shape[0] > self._given.shape[1]:
-            held = self._torques(self._tree, q, v, np.zeros_like(v), pushed=True)
+            held = self._torques(self._tree, q, v, np.zeros_like(v), include_meshes=True)
             left = efforts @ self._given - held
             return np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
-        rows = zip(self._placed(q), v @ self._given.T, efforts, self._pushes(q, v), strict=True)
+        rows = zip(
+            self._configurations(q),
+            v @ self._given.T,
+            efforts,
+            self._mesh_wrenches(q, v),
+            strict=True,
+        )
         solved = [
             pin.aba(self._tree, self._data, at, rate, effort, *push).copy()
             for at, rate, effort, push in rows
@@ -207,61 +217,75 @@ class PinocchioRobot(RobotModel):
         """
         bodies, rates = self._tree.copy(), v @ self._given.T
         bodies.armature = np.zeros(self._tree.nv)
-        found = [
+        energies = [
             pin.computeKineticEnergy(bodies, self._data, at, rate)
             + pin.computePotentialEnergy(bodies, self._data, at)
-            for at, rate in zip(self._placed(q), rates, strict=True)
+            for at, rate in zip(self._configurations(q), rates, strict=True)
         ]
-        return np.array(found) + rates**2 @ self._tree.armature / 2
+        return np.array(energies) + rates**2 @ self._tree.armature / 2
 
     def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Linear, then angular momentum (states, 6), from Pinocchio's centroidal momentum."""
-        found = []
-        for at, rate in zip(self._placed(q), v @ self._given.T, strict=True):
+        momenta = []
+        for at, rate in zip(self._configurations(q), v @ self._given.T, strict=True):
             central = pin.computeCentroidalMomentum(self._tree, self._data, at, rate)
             angular = central.angular + np.cross(self._data.com[0], central.linear)
-            found.append(np.concatenate([central.linear, angular]))
-        return np.array(found)
+            momenta.append(np.concatenate([central.linear, angular]))
+        return np.array(momenta)
 
     def tip(self, q: np.ndarray) -> np.ndarray:
         """Position of the tip (states, 3) [m], of the frame that Pinocchio's parser made."""
         frame = self._tree.getFrameId(self.robot.tip, pin.BODY)
         places = []
-        for at in self._placed(q):
+        for at in self._configurations(q):
             pin.framesForwardKinematics(self._tree, self._data, at)
             places.append(self._data.oMf[frame].translation.copy())
         return np.array(places)
 
-    def _placed(self, q: np.ndarray) -> list[np.ndarray]:
+    def _configurations(self, q: np.ndarray) -> list[np.ndarray]:
         """Configurations of the tree; a continuous joint has two numbers in them."""
         return [
             pin.integrate(self._tree, self._home, each) for each in q @ self._given.T + self._offset
         ]
 
     def _torques(
-        self, tree: pin.Model, q: np.ndarray, v: np.ndarray, a: np.ndarray, pushed: bool = False
+        self,
+        tree: pin.Model,
+        q: np.ndarray,
+        v: np.ndarray,
+        a: np.ndarray,
+        include_meshes: bool = False,
     ) -> np.ndarray:
-        pushes = self._pushes(q, v) if pushed else [()] * len(q)
-        rows = zip(self._placed(q), v @ self._given.T, a @ self._given.T, pushes, strict=True)
-        found = [pin.rnea(tree, self._data, at, *moving, *push) for at, *moving, push in rows]
-        return np.array(found) @ self._given
+        mesh_wrenches = self._mesh_wrenches(q, v) if include_meshes else [()] * len(q)
+        rows = zip(
+            self._configurations(q),
+            v @ self._given.T,
+            a @ self._given.T,
+            mesh_wrenches,
+            strict=True,
+        )
+        torques = [pin.rnea(tree, self._data, at, *moving, *push) for at, *moving, push in rows]
+        return np.array(torques) @ self._given
 
-    def _pushes(self, q: np.ndarray, v: np.ndarray) -> list[tuple[pin.StdVec_Force, ...]]:
+    def _mesh_wrenches(self, q: np.ndarray, v: np.ndarray) -> list[tuple[pin.StdVec_Force, ...]]:
         """Wrenches of the meshes on all bodies, for each state; empty where there is no mesh."""
         if not self._meshes and not self._columns:
             return [()] * len(q)
-        found = []
-        for at, own, rate in zip(self._placed(q), q, v, strict=True):
+        state_wrenches = []
+        for at, coordinates, rate in zip(self._configurations(q), q, v, strict=True):
             pin.forwardKinematics(self._tree, self._data, at)
             wrenches = pin.StdVec_Force()
             wrenches.extend([pin.Force.Zero()] * self._tree.njoints)
-            for column, turned, moved, ratio, mesh in self._meshes:
-                moment = _tooth_force(mesh, own[column], rate[column]) * mesh.pinion_base_radius_m
-                for joint, effort in ((turned, -moment), (moved, ratio * moment)):
+            for column, rotor_joint, driven_joint, ratio, mesh in self._meshes:
+                moment = (
+                    _tooth_force(mesh, coordinates[column], rate[column])
+                    * mesh.pinion_base_radius_m
+                )
+                for joint, effort in ((rotor_joint, -moment), (driven_joint, ratio * moment)):
                     self._turn(joint, effort, wrenches)
-            self._press(own, rate, wrenches)
-            found.append((wrenches,))
-        return found
+            self._press(coordinates, rate, wrenches)
+            state_wrenches.append((wrenches,))
+        return state_wrenches
 
     def _turn(self, joint: int, effort: float, wrenches: pin.StdVec_Force) -> None:
         """Add an effort about a joint to the wrenches on its body and the one before."""
@@ -283,7 +307,7 @@ class PinocchioRobot(RobotModel):
         gap = q[self._columns] - teeth.static_error
         gap -= teeth.error * np.sin(phase + teeth.error_phase)
         reach = gap - np.clip(gap, -teeth.backlash, teeth.backlash)
-        stiffness, stiffening = self._stiffness.at(phase), self._stiffness.slope(phase)
+        stiffness, stiffening = self._stiffness.value(phase), self._stiffness.slope(phase)
         force = stiffness * reach + np.where(reach, teeth.damping * v[self._columns], 0.0)
         growth = teeth.error * np.cos(phase + teeth.error_phase)
         turned = teeth.rate * (stiffness * reach * growth - stiffening * reach**2 / 2)

@@ -20,15 +20,15 @@ class StiffnessWaves:
     cosine: np.ndarray
     sine: np.ndarray
 
-    def at(self, phase: np.ndarray) -> np.ndarray:
+    def value(self, phase: np.ndarray) -> np.ndarray:
         """k [N/m] at phases (meshes,) [rad]."""
         cosines = _harmonics(np.cos, phase, self.cosine)
         return self.mean + cosines + _harmonics(np.sin, phase, self.sine)
 
     def slope(self, phase: np.ndarray) -> np.ndarray:
         """dk/dphase [N/m] at phases (meshes,) [rad], term by term."""
-        rising = _harmonics(np.cos, phase, _counted(self.sine))
-        return rising - _harmonics(np.sin, phase, _counted(self.cosine))
+        rising = _harmonics(np.cos, phase, _slope_sizes(self.sine))
+        return rising - _harmonics(np.sin, phase, _slope_sizes(self.cosine))
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Spline:
         """Mean stiffness over a period [N/m]."""
         return float(self.curve.integrate(0.0, 1.0))
 
-    def at(self, phase: np.ndarray) -> np.ndarray:
+    def value(self, phase: np.ndarray) -> np.ndarray:
         """k [N/m] at phases (meshes,) [rad]."""
         return np.asarray(self.curve(phase / (2 * pi)))  # itself takes them modulo a period
 
@@ -57,11 +57,11 @@ class MeshStiffness:
 
     shares: tuple[tuple[np.ndarray, StiffnessWaves | Spline], ...]
 
-    def at(self, phase: np.ndarray) -> np.ndarray:
+    def value(self, phase: np.ndarray) -> np.ndarray:
         """k [N/m] of every mesh at its phase [rad], both of shape (meshes,)."""
         stiffness = np.empty_like(phase)
         for places, curve in self.shares:
-            stiffness[places] = curve.at(phase[places])
+            stiffness[places] = curve.value(phase[places])
         return stiffness
 
     def slope(self, phase: np.ndarray) -> np.ndarray:
@@ -72,22 +72,22 @@ class MeshStiffness:
         return slope
 
 
-def mesh_stiffness(laws: Sequence[stiffness_laws.StiffnessLaw]) -> MeshStiffness:
+def build_mesh_stiffness(laws: Sequence[stiffness_laws.StiffnessLaw]) -> MeshStiffness:
     """The stiffness of meshes that follow these laws, one law per mesh."""
     shares = []
     for law in dict.fromkeys(laws):
         places = np.array([place for place, other in enumerate(laws) if other == law])
-        shares.append((places, curve_of(law)))
+        shares.append((places, build_curve(law)))
     return MeshStiffness(tuple(shares))
 
 
-def curve_of(law: stiffness_laws.StiffnessLaw) -> StiffnessWaves | Spline:
+def build_curve(law: stiffness_laws.StiffnessLaw) -> StiffnessWaves | Spline:
     """A stiffness law as waves or a spline, which evaluate it."""
     if isinstance(law, stiffness_laws.TableStiffness):
         spline = make_interp_spline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
         return Spline(spline)
     if isinstance(law, stiffness_laws.SquareStiffness):
-        return _square(law)
+        return _square_waves(law)
     if isinstance(law, stiffness_laws.FourierStiffness):
         cosine, sine = np.array(law.cosine_N_per_m), np.array(law.sine_N_per_m)
         return StiffnessWaves(law.mean_N_per_m, cosine, sine)
@@ -95,7 +95,7 @@ def curve_of(law: stiffness_laws.StiffnessLaw) -> StiffnessWaves | Spline:
     return StiffnessWaves(law.mean_N_per_m, np.zeros(0), amplitude)
 
 
-def _square(law: stiffness_laws.SquareStiffness) -> StiffnessWaves:
+def _square_waves(law: stiffness_laws.SquareStiffness) -> StiffnessWaves:
     """Fourier coefficients of the wave that is largest in the first e - 1 of a period, least else.
 
     Eq. 7, its phase shifts resolved.
@@ -114,6 +114,6 @@ def _harmonics(
     return wave(np.multiply.outer(phase, np.arange(1, len(sizes) + 1))) @ sizes
 
 
-def _counted(sizes: np.ndarray) -> np.ndarray:
+def _slope_sizes(sizes: np.ndarray) -> np.ndarray:
     """n size_n, the sizes of a derivative's waves."""
     return np.arange(1, len(sizes) + 1) * sizes

@@ -30,7 +30,7 @@ class TreeStage(NamedTuple):
     driven: int
 
 
-def links_and_payload(arm: Arm) -> pin.Model:
+def build_links(arm: Arm) -> pin.Model:
     """The links of an arm, body i turned by joint i, and its payload, without gravity."""
     tree = pin.Model()
     tree.gravity.linear = np.zeros(3)
@@ -49,7 +49,7 @@ def build_tree(arm: Arm) -> tuple[pin.Model, list[TreeStage]]:
     All links come first, then each joint's gears from the tip inwards: in this order every subtree
     is complete before the next begins (depth-first).
     """
-    tree = links_and_payload(arm)
+    tree = build_links(arm)
     stages = []
     for link, joint in reversed(list(enumerate(arm.joints, 1))):
         if isinstance(joint, Planetary):
@@ -116,9 +116,11 @@ def _inertias(joint: Planetary) -> tuple[float, float, float]:
     """Inertias of sun, planet and carrier [kg m^2], each given or M r^2 of equivalent mass M."""
     r_s, r_p, _ = base_radii(joint)
     return (
-        given_or(joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg, r_s**2),
-        given_or(joint.planet_inertia_kg_m2, joint.planet_equivalent_mass_kg, r_p**2),
-        given_or(joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg, (r_s + r_p) ** 2),
+        resolve_inertia_form(joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg, r_s**2),
+        resolve_inertia_form(joint.planet_inertia_kg_m2, joint.planet_equivalent_mass_kg, r_p**2),
+        resolve_inertia_form(
+            joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg, (r_s + r_p) ** 2
+        ),
     )
 
 
@@ -126,12 +128,14 @@ def equivalent_masses(joint: PlanetaryGears) -> tuple[float, float]:
     """Equivalent masses M = J / r^2 [kg] of the sun and of one planet."""
     r_s, r_p, _ = base_radii(joint)
     return (
-        given_or(joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, 1 / r_s**2),
-        given_or(joint.planet_equivalent_mass_kg, joint.planet_inertia_kg_m2, 1 / r_p**2),
+        resolve_inertia_form(joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, 1 / r_s**2),
+        resolve_inertia_form(
+            joint.planet_equivalent_mass_kg, joint.planet_inertia_kg_m2, 1 / r_p**2
+        ),
     )
 
 
-def given_or(given: float | None, other: float | None, factor: float) -> float:
+def resolve_inertia_form(given: float | None, other: float | None, factor: float) -> float:
     """What is given, else the other of an inertia's two forms times the factor between them."""
     if given is not None:
         return given

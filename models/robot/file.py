@@ -11,20 +11,20 @@ from pydantic import Field
 
 from crosscheck.models.arm import quantities
 from crosscheck.models.arm.gears import PlanetaryStage
-from crosscheck.models.arm.planets import unlike_fields
+from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
-from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, is_urdf, raw_robot
-from crosscheck.models.inputs import input_content
-from crosscheck.models.loading import validated
+from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, is_urdf, read_raw_robot
+from crosscheck.models.inputs import read_input
+from crosscheck.models.loading import validate_record
 from crosscheck.models.robot import robot
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot
-from crosscheck.models.robot.tree import tree_of
+from crosscheck.models.robot.tree import build_tree
 from crosscheck.models.robot.urdf import Urdf, read_urdf
 
-Ratio = Annotated[float, quantities.Within(-1e6, 1e6)]
-Component = Annotated[float, quantities.Within(-1e3, 1e3)]
-UrdfPath = Annotated[str, quantities.Printable(400)]
+Ratio = Annotated[float, quantities.NumberRange(-1e6, 1e6)]
+Component = Annotated[float, quantities.NumberRange(-1e3, 1e3)]
+UrdfPath = Annotated[str, quantities.PrintableText(400)]
 Vector = Annotated[tuple[Component, Component, Component], Field(strict=False)]
 
 
@@ -88,16 +88,16 @@ def load_robot(name: str) -> Robot:
     """
     path = Path(name)
     alone = {"schema_version": 1, "name": path.stem, "urdf": path.name}
-    file = validated(RobotFile, alone if is_urdf(name) else raw_robot(name), name)
-    own = name in builtin_robots()
-    urdf = (HERE / "robots" if own else path.parent) / file.urdf
-    return robot_of(file, read_text(urdf), name, str(urdf))
+    file = validate_record(RobotFile, alone if is_urdf(name) else read_raw_robot(name), name)
+    is_builtin = name in builtin_robots()
+    urdf = (HERE / "robots" if is_builtin else path.parent) / file.urdf
+    return build_robot(file, read_text(urdf), name, str(urdf))
 
 
-def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
+def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
     """The robot of its file and its URDF's text; the names are for messages. Raises InputError."""
     urdf = read_urdf(text, urdf_where)
-    joints, bodies, frames, doubtful = tree_of(urdf, urdf_where)
+    joints, bodies, frames, doubts = build_tree(urdf, urdf_where)
     if file.tip is not None and file.tip not in frames:
         raise InputError(where, "tip", file.tip, f"must be a link of {urdf_where}")
     moving = {joint.name: number for number, joint in enumerate(joints)}
@@ -127,8 +127,8 @@ def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
             if isinstance(given, PlanetaryStage)
         ),
         frames=frames,
-        tip=file.tip or _last(joints, frames),
-        told=doubtful + urdf.told,
+        tip=file.tip or _default_tip(joints, frames),
+        notes=doubts + urdf.notes,
     )
 
 
@@ -160,12 +160,12 @@ def _require_lumped(name: str, joint: Joint, gears: PlanetaryStage, where: str) 
     if joint.kind != "revolute":
         allowed = "must be direct or geared: a planetary stage turns its joint, which slides"
         raise InputError(where, f"joints.{name}.kind", gears.kind, allowed)
-    for field, value in unlike_fields(gears):
+    for field, value in find_unlike_fields(gears):
         allowed = "must be alike for all planets, which mesh in phase"
         raise InputError(where, f"joints.{name}.{field}", value, allowed)
 
 
-def _last(joints: Sequence[Joint], frames: Mapping[str, LinkFrame]) -> str:
+def _default_tip(joints: Sequence[Joint], frames: Mapping[str, LinkFrame]) -> str:
     """The link furthest from the base by moving joints; of such, the last one fixed to others."""
     depth: list[int] = []
     for joint in joints:
@@ -177,7 +177,7 @@ def _last(joints: Sequence[Joint], frames: Mapping[str, LinkFrame]) -> str:
 def read_text(path: Path) -> str:
     """The text of a URDF. Raises InputError."""
     try:
-        text = input_content(path, LARGEST_FILE).decode("utf-8-sig")
+        text = read_input(path, LARGEST_FILE).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(str(path), "", None, "cannot be read: not UTF-8 text") from None
     if not text.strip():

@@ -141,7 +141,7 @@ class Robot:
 
     urdf: the text that it was read from; gravity (3,) [m/s^2] in the base's frame; joints: parents
     before children, a body for each; frames: by the URDF's name of a link; tip: one of these names;
-    told: what of the files is not used, one line each.
+    notes: what of the files is not used, one line each.
     """
 
     name: str
@@ -154,7 +154,7 @@ class Robot:
     stages: tuple[JointStage, ...]
     frames: Mapping[str, LinkFrame]
     tip: str
-    told: tuple[str, ...]
+    notes: tuple[str, ...]
 
     @property
     def coordinates(self) -> tuple[int, ...]:

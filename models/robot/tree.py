@@ -28,27 +28,27 @@ class Tree(NamedTuple):
     joints: tuple[Joint, ...]
     bodies: tuple[RobotBody, ...]
     frames: dict[str, LinkFrame]
-    doubtful: tuple[str, ...]
+    doubts: tuple[str, ...]
 
 
-def tree_of(urdf: Urdf, where: str) -> Tree:
+def build_tree(urdf: Urdf, where: str) -> Tree:
     """The tree of bodies that a URDF's links and joints make.
 
     Raises InputError for what is no tree, or joints whose mass matrix is singular.
     """
-    root, below = _rooted(urdf, where)
+    root, below = _find_root(urdf, where)
     frames, moving = _frames(root, below)
     if not 1 <= len(moving) <= MOST_JOINTS:
         allowed = f"must be 1 to {MOST_JOINTS} that move; {len(moving)} do"
         raise InputError(where, "joint", None, allowed)
-    bodies = [_merged(number, urdf, frames, moving, where) for number in range(len(moving))]
+    bodies = [_merge_bodies(number, urdf, frames, moving, where) for number in range(len(moving))]
     numbers = {joint.name: number for number, joint in enumerate(moving)}
     joints = tuple(
         Joint(
             joint.name,
             "prismatic" if joint.kind == "prismatic" else "revolute",
             frames[joint.parent].body,
-            composed(frames[joint.parent].placement, joint.placement),
+            compose(frames[joint.parent].placement, joint.placement),
             joint.axis,
             joint.limits,
             _mimic(joint, moving, numbers, where),
@@ -56,17 +56,17 @@ def tree_of(urdf: Urdf, where: str) -> Tree:
         for joint in moving
     )
     _require_regular(joints, bodies, [f"link {joint.child}" for joint in moving], where)
-    doubtful = (*_doubtful(urdf, frames, joints, bodies), *_held_root(urdf, frames, joints))
-    return Tree(joints, tuple(bodies), frames, doubtful)
+    doubts = (*_find_doubts(urdf, frames, joints, bodies), *_find_held_root(urdf, frames, joints))
+    return Tree(joints, tuple(bodies), frames, doubts)
 
 
-def composed(outer: Placement, inner: Placement) -> Placement:
+def compose(outer: Placement, inner: Placement) -> Placement:
     """Placement of a frame that is at ``inner`` in a frame that is at ``outer``."""
     position = outer.position + outer.rotation @ inner.position
     return Placement(outer.rotation @ inner.rotation, position)
 
 
-def _rooted(urdf: Urdf, where: str) -> tuple[str, dict[str, list[UrdfJoint]]]:
+def _find_root(urdf: Urdf, where: str) -> tuple[str, dict[str, list[UrdfJoint]]]:
     """The root's name, and the joints that stand on each link. Raises InputError."""
     below: dict[str, list[UrdfJoint]] = {link.name: [] for link in urdf.links}
     above: dict[str, str] = {}
@@ -108,16 +108,16 @@ def _frames(
         joint = left.pop()
         if joint.kind == "fixed":
             parent = frames[joint.parent]
-            own = LinkFrame(parent.body, composed(parent.placement, joint.placement))
+            frame = LinkFrame(parent.body, compose(parent.placement, joint.placement))
         else:
-            own = LinkFrame(len(moving), HOME)
+            frame = LinkFrame(len(moving), HOME)
             moving.append(joint)
-        frames[joint.child] = own
+        frames[joint.child] = frame
         left += below[joint.child][::-1]
     return frames, moving
 
 
-def _merged(
+def _merge_bodies(
     number: int, urdf: Urdf, frames: dict[str, LinkFrame], moving: Sequence[UrdfJoint], where: str
 ) -> RobotBody:
     """All that a joint carries, merged into one body, in its frame. Raises InputError."""
@@ -125,10 +125,10 @@ def _merged(
     for link in urdf.links:
         frame = frames[link.name]
         if frame.body == number and link.body is not None:
-            turn, own = frame.placement.rotation, link.body
-            _require_no_negative(own.inertia, where, f"link {link.name}: inertia")
-            com = frame.placement.position + turn @ own.com
-            parts.append(RobotBody(own.mass, com, turn @ own.inertia @ turn.T))
+            turn, body = frame.placement.rotation, link.body
+            _require_no_negative(body.inertia, where, f"link {link.name}: inertia")
+            com = frame.placement.position + turn @ body.com
+            parts.append(RobotBody(body.mass, com, turn @ body.inertia @ turn.T))
     mass = sum(part.mass for part in parts)
     field = f"link {moving[number].child}"
     if not mass >= LIGHTEST:
@@ -146,7 +146,7 @@ def _require_no_negative(inertia: np.ndarray, where: str, field: str) -> None:
     """Raise InputError for a principal value below zero, by more than rounding; zero may be."""
     values = np.linalg.eigvalsh(inertia)
     if values[0] < -ROUNDED * abs(values[-1]):
-        allowed = f"must not be negative; its principal values are {_listed(values)} kg m^2"
+        allowed = f"must not be negative; its principal values are {_format_values(values)} kg m^2"
         raise InputError(where, field, None, allowed)
 
 
@@ -181,41 +181,44 @@ def _root_of_mass_matrix(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -
         under, motion = HOME, np.zeros((6, len(free)))  # velocity and rate by each free joint
         if joint.parent != BASE:
             under, motion = poses[joint.parent], motions[joint.parent]
-        home = composed(under, joint.placement)
-        motion, axis = _carried(motion, home.position - under.position), home.rotation @ joint.axis
+        home = compose(under, joint.placement)
+        motion, axis = (
+            _point_motion(motion, home.position - under.position),
+            home.rotation @ joint.axis,
+        )
         leader, factor = (joint.mimic.joint, joint.mimic.multiplier) if joint.mimic else (number, 1)
         if joint.kind == "revolute":
             motion[3:, free.index(leader)] += factor * axis
-            pose = Placement(_turned(axis, angle) @ home.rotation, home.position)
+            pose = Placement(_axis_rotation(axis, angle) @ home.rotation, home.position)
         else:
             motion[:3, free.index(leader)] += factor * axis
             pose = Placement(home.rotation, home.position + angle * axis)
         values, axes = np.linalg.eigh(body.inertia)
         turning = np.sqrt(np.maximum(values, 0.0))[:, None] * (pose.rotation @ axes).T
-        rows.append(np.sqrt(body.mass) * _carried(motion, pose.rotation @ body.com)[:3])
+        rows.append(np.sqrt(body.mass) * _point_motion(motion, pose.rotation @ body.com)[:3])
         rows.append(turning @ motion[3:])
         poses.append(pose)
         motions.append(motion)
     return np.vstack(rows)
 
 
-def _carried(motion: np.ndarray, arm: np.ndarray) -> np.ndarray:
+def _point_motion(motion: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """Velocity and rate (6, n) of a point that is an arm (3,) further on the same body."""
     return np.vstack([motion[:3] + np.cross(motion[3:].T, arm).T, motion[3:]])
 
 
-def _turned(axis: np.ndarray, angle: float) -> np.ndarray:
+def _axis_rotation(axis: np.ndarray, angle: float) -> np.ndarray:
     """Rotation (3, 3) about a unit vector."""
     cross = np.cross(np.eye(3), -axis)
-    found: np.ndarray = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-    return found
+    rotation: np.ndarray = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return rotation
 
 
-def _listed(values: np.ndarray, digits: int = 3) -> str:
+def _format_values(values: np.ndarray, digits: int = 3) -> str:
     return ", ".join(f"{each:.{digits}g}" for each in values)
 
 
-def _doubtful(
+def _find_doubts(
     urdf: Urdf,
     frames: dict[str, LinkFrame],
     joints: Sequence[Joint],
@@ -231,22 +234,23 @@ def _doubtful(
             yield f"link {link.name}: an inertia without mass; used as it stands"
         if values[0] + values[1] < values[2] * (1 - ROUNDED):
             yield (
-                f"link {link.name}: no body has principal inertias {_listed(values)} kg m^2, of"
+                f"link {link.name}: no body has principal inertias {_format_values(values)} kg"
+                " m^2, of"
                 " which the last exceeds the others' sum; used as they stand"
             )
         if link.body.mass > 0 and _is_thin(link.body, bodies[frames[link.name].body], size):
             radii = np.sqrt(np.maximum(values, 0.0) / link.body.mass)
             yield (
-                f"link {link.name}: radii of gyration of {_listed(radii, 2)} m on a robot of"
+                f"link {link.name}: radii of gyration of {_format_values(radii, 2)} m on a robot of"
                 f" {size:.2g} m: mass and inertia do not belong together; used as they stand"
             )
 
 
-def _is_thin(own: RobotBody, whole: RobotBody, size: float) -> bool:
+def _is_thin(body: RobotBody, whole: RobotBody, size: float) -> bool:
     """Whether a link's inertia is most of its body's and far too large for its mass."""
-    radius = np.sqrt(np.linalg.eigvalsh(own.inertia)[-1] / own.mass)
-    matters = np.trace(own.inertia) > np.trace(whole.inertia) / 2
-    return bool(matters and radius > FARTHEST_OUT * size and own.mass < THINNEST * radius**3)
+    radius = np.sqrt(np.linalg.eigvalsh(body.inertia)[-1] / body.mass)
+    matters = np.trace(body.inertia) > np.trace(whole.inertia) / 2
+    return bool(matters and radius > FARTHEST_OUT * size and body.mass < THINNEST * radius**3)
 
 
 def _reach(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> float:
@@ -259,7 +263,9 @@ def _reach(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> float:
     return max(length + float(np.linalg.norm(body.com)) for length, body in ends)
 
 
-def _held_root(urdf: Urdf, frames: dict[str, LinkFrame], joints: Sequence[Joint]) -> Iterator[str]:
+def _find_held_root(
+    urdf: Urdf, frames: dict[str, LinkFrame], joints: Sequence[Joint]
+) -> Iterator[str]:
     """A line where a base with mass carries several limbs, as of what walks or flies."""
     mass = sum(
         link.body.mass for link in urdf.links if link.body and frames[link.name].body == BASE

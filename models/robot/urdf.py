@@ -18,7 +18,7 @@ from crosscheck.models.files import EXPAND
 from crosscheck.models.robot.robot import JointLimits, Placement, RobotBody
 
 DEEPEST = 50  # elements in each other; those of a URDF are four deep
-KINDS = ("revolute", "continuous", "prismatic", "fixed")
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 XACRO = f"xacro is left in it; {EXPAND}"
 LARGEST = 1e18  # of a limit, which some files have where there is none
 HEAVIEST = 1e9  # of a mass [kg], as of an arm's
@@ -54,14 +54,14 @@ class UrdfJoint:
 class Urdf:
     """Links and joints of a URDF in the file's order.
 
-    text: of these alone, without shapes and without elements of other programs; told: what of the
+    text: of these alone, without shapes and without elements of other programs; notes: what of the
     file is not used.
     """
 
     links: tuple[UrdfLink, ...]
     joints: tuple[UrdfJoint, ...]
     text: str
-    told: tuple[str, ...]
+    notes: tuple[str, ...]
 
 
 def read_urdf(text: str, where: str) -> Urdf:
@@ -78,7 +78,7 @@ def read_urdf(text: str, where: str) -> Urdf:
                 raise InputError(where, tag, name, allowed)
     links = tuple(_Reader(where, each).link() for each in root.findall("link"))
     joints = tuple(_Reader(where, each).joint() for each in root.findall("joint"))
-    return Urdf(links, joints, _mechanism(root), tuple(_told(root)))
+    return Urdf(links, joints, _mechanism(root), tuple(_find_unused(root)))
 
 
 class _Parser:
@@ -140,21 +140,21 @@ class _Reader:
         if max(map(abs, (ixx, ixy, ixz, iyy, iyz, izz))) > LARGEST_INERTIA:
             allowed = f"must be of at most {LARGEST_INERTIA:g} kg m^2"
             raise self._error("inertia", None, allowed)
-        own = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-        turned = placement.rotation @ own @ placement.rotation.T
+        tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+        turned = placement.rotation @ tensor @ placement.rotation.T
         body = RobotBody(mass, placement.position, turned)
-        return UrdfLink(self.name, body if mass or own.any() else None)
+        return UrdfLink(self.name, body if mass or tensor.any() else None)
 
     def joint(self) -> UrdfJoint:
         kind = self.element.get("type")
-        if kind not in KINDS:
-            raise self._error("type", kind, f"must be one of {', '.join(KINDS)}")
+        if kind not in JOINT_TYPES:
+            raise self._error("type", kind, f"must be one of {', '.join(JOINT_TYPES)}")
         moves = kind != "fixed"
         return UrdfJoint(
             self.name,
             kind,
-            self._named("parent", "link"),
-            self._named("child", "link"),
+            self._read_name("parent", "link"),
+            self._read_name("child", "link"),
             self._placement(self.element),
             self._axis() if moves else np.array([1.0, 0.0, 0.0]),
             self._limits(kind),
@@ -194,17 +194,19 @@ class _Reader:
             return None
         multiplier = self._number(mimic, "mimic.multiplier", 1.0, most=LARGEST_MULTIPLIER)
         offset = self._number(mimic, "mimic.offset", most=FARTHEST)
-        return self._named("mimic", "joint"), multiplier, offset
+        return self._read_name("mimic", "joint"), multiplier, offset
 
     def _placement(self, element: Element) -> Placement:
         origin = element.find("origin")
         position = np.array(self._numbers(origin, "origin.xyz", (0.0, 0.0, 0.0)))
         roll, pitch, yaw = self._numbers(origin, "origin.rpy", (0.0, 0.0, 0.0))
-        return Placement(_about(2, yaw) @ _about(1, pitch) @ _about(0, roll), position)
+        return Placement(
+            _axis_rotation(2, yaw) @ _axis_rotation(1, pitch) @ _axis_rotation(0, roll), position
+        )
 
-    def _named(self, tag: str, key: str) -> str:
-        found = self.element.find(tag)
-        name = None if found is None else found.get(key)
+    def _read_name(self, tag: str, key: str) -> str:
+        child = self.element.find(tag)
+        name = None if child is None else child.get(key)
         if name is None:
             raise self._error(f"{tag}.{key}", None, "is missing; a name is required")
         return name
@@ -220,33 +222,35 @@ class _Reader:
         text = None if element is None else element.get(field.split(".")[1])
         if text is None and not required:
             return default
-        (number,) = self._parsed(text, field, 1, most)
+        (number,) = self._parse_numbers(text, field, 1, most)
         return number
 
     def _numbers(
         self, element: Element | None, field: str, default: tuple[float, float, float]
     ) -> tuple[float, ...]:
         text = None if element is None else element.get(field.split(".")[1])
-        return default if text is None else self._parsed(text, field, 3, FARTHEST)
+        return default if text is None else self._parse_numbers(text, field, 3, FARTHEST)
 
-    def _parsed(self, text: str | None, field: str, count: int, most: float) -> tuple[float, ...]:
-        wanted = "a number" if count == 1 else f"{count} numbers"
+    def _parse_numbers(
+        self, text: str | None, field: str, count: int, most: float
+    ) -> tuple[float, ...]:
+        expected = "a number" if count == 1 else f"{count} numbers"
         if text is None:
-            raise self._error(field, None, f"is missing; must be {wanted}")
+            raise self._error(field, None, f"is missing; must be {expected}")
         words = [text] if count == 1 else [word for word in text.split(" ") if word]
         if not all(NUMBER.fullmatch(word) for word in words):
-            allowed = XACRO if "${" in text else f"must be {wanted}, such as 0.5 or 1e-3"
+            allowed = XACRO if "${" in text else f"must be {expected}, such as 0.5 or 1e-3"
             raise self._error(field, text, allowed)
-        found = tuple(map(float, words))
-        if len(found) != count or not all(abs(each) <= most for each in found):
-            raise self._error(field, text, f"must be {wanted} of at most {most:g}")
-        return found
+        numbers = tuple(map(float, words))
+        if len(numbers) != count or not all(abs(each) <= most for each in numbers):
+            raise self._error(field, text, f"must be {expected} of at most {most:g}")
+        return numbers
 
     def _error(self, field: str, value: object, allowed: str) -> InputError:
         return InputError(self.where, f"{self.element.tag} {self.name}: {field}", value, allowed)
 
 
-def _about(axis: int, angle: float) -> np.ndarray:
+def _axis_rotation(axis: int, angle: float) -> np.ndarray:
     """Rotation (3, 3) about a coordinate axis."""
     c, s = math.cos(angle), math.sin(angle)
     following, last = (axis + 1) % 3, (axis + 2) % 3
@@ -278,17 +282,17 @@ def _is_zero(text: str) -> bool:
     return not text.strip() or (bool(NUMBER.fullmatch(text)) and float(text) == 0)
 
 
-def _told(root: Element) -> Iterator[str]:
+def _find_unused(root: Element) -> Iterator[str]:
     """Lines about what of the file is not used."""
     for key in ("friction", "damping"):
-        own = [
+        names = [
             each.get("name", "")
             for each in root.findall("joint")
             for dynamics in each.findall("dynamics")
             if not _is_zero(dynamics.get(key, "0"))
         ]
-        if own:
-            yield f"{key} of {', '.join(own)} is not used"
+        if names:
+            yield f"{key} of {', '.join(names)} is not used"
     meshes = sum(1 for _ in root.iter("mesh"))
     if meshes:
         yield f"mesh files ({meshes}) are neither needed nor read"

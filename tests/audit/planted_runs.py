@@ -9,11 +9,15 @@ from functools import cache
 
 import numpy as np
 
-from crosscheck.audit.experiments.pd import whole
-from crosscheck.audit.experiments.pool import Sample
-from crosscheck.audit.experiments.torque import back_and_forth, constant_torque, mesh_phase
-from crosscheck.audit.measures.course import Course
-from crosscheck.audit.measures.third import Third
+from crosscheck.audit.experiments.pd import measure_whole_pd
+from crosscheck.audit.experiments.samples import Sample
+from crosscheck.audit.experiments.torque import (
+    measure_back_and_forth,
+    measure_constant_torque,
+    mesh_phase,
+)
+from crosscheck.audit.measures.run_signals import RunSignals
+from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.models.loading import load_case
 from crosscheck.registry import RIGID_LEVELS
 
@@ -78,7 +82,7 @@ def pd_run(choice: Choice) -> Numbers:
     x = x + choice.of(0.0, 0.0, 1e-5) * np.sin(2 * np.pi * 1500 * time)
     outer = np.column_stack([force, force])
     still = np.full(theta.shape, choice.of(0.01, 0.5, 30.0))
-    run = Course(
+    run = RunSignals(
         PD_CASE,
         time,
         theta,
@@ -91,7 +95,7 @@ def pd_run(choice: Choice) -> Numbers:
         force,
         outer,
     )
-    return whole(run, replace(run, theta=rigid_way, theta_ddot=still))
+    return measure_whole_pd(run, replace(run, theta=rigid_way, theta_ddot=still))
 
 
 def _impact(
@@ -164,10 +168,12 @@ def torque_run(choice: Choice) -> Numbers:
     gaps = [choice.of(1e-6, 0.005, 0.06, 0.12, 0.5) for _ in RIGID_LEVELS]
     growing = choice.of(0.2, 1.0, 2.0)
     rigids = [
-        Course(TORQUE_CASE, time, theta * (1 + gap * time[:, None] ** growing), *[rate] * 3, *_NONE)
+        RunSignals(
+            TORQUE_CASE, time, theta * (1 + gap * time[:, None] ** growing), *[rate] * 3, *_NONE
+        )
         for gap in gaps
     ]
-    run = Course(TORQUE_CASE, time, theta, rate, rate, np.full(theta.shape, 100.0), *_NONE)
+    run = RunSignals(TORQUE_CASE, time, theta, rate, rate, np.full(theta.shape, 100.0), *_NONE)
     ring = choice.of(0.0, 20.0, 200.0) * np.exp(-choice.of(0.0, 5.0, 100.0) * time)
     ringing = ring * np.sin(2 * np.pi * 1700 * time)
     wave = choice.of(0.0, 0.5, 1.0) * np.sin(mesh_phase(run))
@@ -181,7 +187,7 @@ def torque_run(choice: Choice) -> Numbers:
         [mean + choice.of(0.0, 1.0) * ringing + choice.of(0.0, 3.0) * wave] * 2
     )
     run = replace(run, x_sp=x, x_pr=x, F_sp=force, F_pr=force, F_outer=others)
-    return constant_torque(run, *rigids)
+    return measure_constant_torque(run, *rigids)
 
 
 _NONE = [np.empty(0)] * 5
@@ -191,7 +197,7 @@ def shaken_run(choice: Choice) -> Numbers:
     """2 s back and forth: an error that grows on, stays, shrinks, or comes and goes."""
     time = np.arange(0, 2, 1e-3)
     theta = np.zeros((time.size, 2))
-    parts = [Course(SHAKEN_CASE, time, *[theta] * 4, *_NONE) for _ in range(3)]
+    parts = [RunSignals(SHAKEN_CASE, time, *[theta] * 4, *_NONE) for _ in range(3)]
     swing = np.sin(2 * np.pi * 10 * time)
     courses = (
         1e-5 * np.exp(choice.of(-2.0, 0.0, 3.0, 8.0) * time),
@@ -202,7 +208,7 @@ def shaken_run(choice: Choice) -> Numbers:
         replace(parts[0], theta=np.column_stack([size * swing] * 2))
         for size in (courses[0] * wavy * choice.of(0.1, 0.5, 1.0, 10.0), courses[1])
     )
-    return back_and_forth(error, parts[1], own)
+    return measure_back_and_forth(error, parts[1], own)
 
 
 @cache
@@ -211,7 +217,7 @@ def pools() -> dict[str, Sample]:
     return {kind: pool(kind) for kind in RUNS}
 
 
-def third(*sizes: float, onset_s: float = 0.9, frequency_Hz: float = 1300.0) -> Third:
+def third(*sizes: float, onset_s: float = 0.9, frequency_Hz: float = 1300.0) -> ThirdFluctuation:
     """The third fluctuation of starts of these sizes [rad/s^2], planets apart."""
     same = np.ones(len(sizes))
-    return Third(np.array(sizes), onset_s * same, frequency_Hz * same, 1e-4 * same, 0)
+    return ThirdFluctuation(np.array(sizes), onset_s * same, frequency_Hz * same, 1e-4 * same, 0)

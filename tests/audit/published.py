@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from crosscheck.audit.claims import settings
+from crosscheck.audit.claims import study_plan
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.chapter import AuditChapter
@@ -22,8 +22,8 @@ Name = tuple[str, str]  # a module, and what is defined there
 def few_settings(*readings: str) -> Iterator[None]:
     """Every kind of experiment of the full plan, in the quick plan's settings of each reading."""
     with pytest.MonkeyPatch.context() as patch:
-        few = replace(settings.QUICK, readings=readings, variants=True)
-        patch.setattr(settings, "FULL", few)
+        few = replace(study_plan.QUICK, readings=readings, variants=True)
+        patch.setattr(study_plan, "FULL", few)
         yield
 
 
@@ -36,13 +36,13 @@ class Noting(Study):
     def note(self, makers: Iterable[Callable[..., object]]) -> None:
         self.names |= {(one.__module__, one.__qualname__.partition(".")[0]) for one in makers}
 
-    def answers(self, questions, what):
+    def answer_questions(self, questions, what):
         self.note(type(question) for question in questions)
-        return super().answers(questions, what)
+        return super().answer_questions(questions, what)
 
-    def runs(self, variants, what="runs", keep=None):
+    def run_variants(self, variants, what="runs", keep=None):
         self.note([] if keep is None else [keep])
-        return super().runs(variants, what, keep)
+        return super().run_variants(variants, what, keep)
 
 
 class Published(NamedTuple):

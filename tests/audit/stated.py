@@ -3,16 +3,16 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from crosscheck.audit.claims.judged import Judged
-from crosscheck.audit.claims.quantities import of
+from crosscheck.audit.claims.judgement import ClaimJudgement
+from crosscheck.audit.claims.quantities import quantity_of
 from crosscheck.audit.claims.rule import Claim, Limits, Place, State
 from crosscheck.audit.errata.sheet import ArmErratum
-from crosscheck.audit.experiments.cells import MODELS, PRINTED, Cell
 from crosscheck.audit.experiments.experiments import PD
-from crosscheck.audit.figures.plate import Row
+from crosscheck.audit.experiments.paper_conditions import MODELS, PRINTED, Condition
+from crosscheck.audit.figures.paper_figure import FigureClaim
 from crosscheck.audit.hypotheses.damping_fit import DampingFit
-from crosscheck.audit.hypotheses.evidence.rungs import ZETA, RigidResidual
-from crosscheck.audit.measures.third import LARGE, Third
+from crosscheck.audit.hypotheses.evidence.level_ablation import ZETA, RigidResidual
+from crosscheck.audit.measures.third_fluctuation import LARGE, ThirdFluctuation
 
 
 @dataclass(frozen=True)
@@ -39,17 +39,19 @@ class StatedNumber:
     value: float | None
 
 
-def of_third(where: str, found: Iterable[tuple[Cell, Third]]) -> list[Said]:
+def of_third(where: str, found: Iterable[tuple[Condition, ThirdFluctuation]]) -> list[Said]:
     """What a chapter states of the third fluctuation, where the claims ask the same."""
     answers = [
         third.answer(Place(cell.law, cell.arm, cell.zeta, "", cell.planets))
         for cell, third in found
         if cell.model in MODELS
     ]
-    return [Said(where, of(PD, "third").id, LARGE, one.place, one.state) for one in answers]
+    return [
+        Said(where, quantity_of(PD, "third").id, LARGE, one.place, one.state) for one in answers
+    ]
 
 
-def of_claims(every: Iterable[Judged]) -> list[Said]:
+def of_claims(every: Iterable[ClaimJudgement]) -> list[Said]:
     """What the claims say of their quantities."""
     return [
         Said(f"claim {one.claim.id}", choices[a.place.choice].id, a.limits, a.place, a.state)
@@ -59,14 +61,14 @@ def of_claims(every: Iterable[Judged]) -> list[Said]:
     ]
 
 
-def of_figure(number: int, found: Sequence[Row]) -> list[Said]:
+def of_figure(number: int, found: Sequence[FigureClaim]) -> list[Said]:
     """What a figure's table states."""
     return [
         Said(
             f"figure {number}", row.claim.choices[row.choice].id, row.claim.limits, a.place, a.state
         )
         for row in found
-        for a in row.found.values()
+        for a in row.answers.values()
     ]
 
 
@@ -99,7 +101,7 @@ def of_ladder(found: Iterable[RigidResidual], claims: Mapping[str, Claim]) -> li
 def left_by_baselines(where: str, found: Iterable[RigidResidual]) -> Iterator[StatedNumber]:
     """Deviations from every rigid level."""
     for one in found:
-        for name, deviation in one.found.items():
+        for name, deviation in one.deviations.items():
             quantity = f"{name} left by {one.level}"
             yield StatedNumber(where, quantity, one.arm, abs(deviation.total))
 
@@ -107,7 +109,7 @@ def left_by_baselines(where: str, found: Iterable[RigidResidual]) -> Iterator[St
 def of_sheet(rows: Iterable[ArmErratum]) -> Iterator[StatedNumber]:
     """Sizes of errata, and what their words quote."""
     for row in rows:
-        erratum = row.found.erratum
+        erratum = row.simulated_erratum.erratum
         for name, value in (("size", erratum.size), *erratum.quoted.items()):
             if isinstance(value, float):
                 yield StatedNumber("errata", f"{erratum.id}, {name}", row.arm, value)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.hypotheses.evidence import shaking
-from crosscheck.audit.hypotheses.evidence.shaking import Shaking
+from crosscheck.audit.hypotheses.evidence.shaking import ShakingQuestion
 
 TIME = np.linspace(0, 2, 2001)
 
@@ -48,16 +48,16 @@ def test_ordered_share():
     ("rate", "misfit", "own"), [(8.0, 0.05, True), (13.0, 0.05, False), (10.0, 0.11, False)]
 )
 def test_own_sensitivity_on_both_sides(rate, misfit, own):
-    assert shaking.is_own(rate, 10.0, misfit) is own
+    assert shaking.is_rigid_sensitivity(rate, 10.0, misfit) is own
 
 
 def test_starts_of_a_damped_arm_agree():
     """At zeta 0.05 nothing hangs on the start: 1e-12 m grow a thousandfold at most in 0.7 s."""
-    found = Shaking("time", 0.05, (1, 2, 3), 0.7).answer()
+    found = ShakingQuestion("time", 0.05, (1, 2, 3), 0.7).answer()
     largest = np.array([start.largest_rad for start in found.starts])
     assert np.ptp(largest, axis=0).max() < 1e-3 * largest.min()
 
 
 def test_a_run_that_ends_early_decides_nothing():
-    found = Shaking("sqrt_time", 0.05, (1, 2), 0.02).answer()
+    found = ShakingQuestion("sqrt_time", 0.05, (1, 2), 0.02).answer()
     assert (found.own, found.linear, found.ordered) == (None, None, None)

@@ -10,10 +10,9 @@ import pytest
 
 from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED, SECTIONS
 from crosscheck.audit.claims.measured import MEASURED
-from crosscheck.audit.claims.quantities import Known, NotSimulatedError
-from crosscheck.audit.claims.rule import Claim, State, answers
-from crosscheck.audit.claims.settings import FULL
-from crosscheck.audit.experiments.cells import PRINTED, Cell
+from crosscheck.audit.claims.quantities import ConditionResults, NotSimulatedError
+from crosscheck.audit.claims.rule import Claim, State, evaluate_claim
+from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     DEFAULT_B_UM,
@@ -21,10 +20,11 @@ from crosscheck.audit.experiments.experiments import (
     ERROR,
     PLANTED,
     STATIC,
-    Family,
-    Source,
+    ExperimentSeries,
+    PaperExperiment,
 )
-from crosscheck.audit.experiments.pool import Sample, samples
+from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
+from crosscheck.audit.experiments.samples import Sample, collect_samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.statics.statics import Statics
@@ -32,14 +32,14 @@ from tests.loops import require_items
 
 IDS = [claim.id for claim in CLAIMS]
 DRAWS = 50
-CELL = Cell(PRINTED, FULL.shaken[0])
+CELL = Condition(PRINTED, FULL.shaken[0])
 BRIEF = Scale(longest_s=0.002, most_starts=2)
 
 
 @cache
-def sources() -> tuple[Source, ...]:
+def sources() -> tuple[PaperExperiment, ...]:
     """Every experiment of the full page."""
-    made = dict.fromkeys(FULL.sources(CELL))
+    made = dict.fromkeys(FULL.experiments(CELL))
     return (*made, BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM), STATIC, PLANTED)
 
 
@@ -49,7 +49,7 @@ class Drawn(Sample):
     Those of a family rise or fall with its size, but for some.
     """
 
-    def __init__(self, claim: Claim, source: Source, seed: int) -> None:
+    def __init__(self, claim: Claim, source: PaperExperiment, seed: int) -> None:
         super().__init__({}, np.zeros(DRAWS, dtype=bool))
         ends = [end for end in (claim.limits.low, claim.limits.high) if math.isfinite(end)]
         scales = [*ends, *(-end for end in ends), 1.0, 10.0, 100.0, 1000.0]
@@ -70,8 +70,8 @@ class Drawn(Sample):
         return found
 
 
-def _drawn(claim: Claim) -> Known:
-    return Known({source: Drawn(claim, source, 1) for source in sources()})
+def _drawn(claim: Claim) -> ConditionResults:
+    return ConditionResults({source: Drawn(claim, source, 1) for source in sources()})
 
 
 @pytest.mark.parametrize("claim", CLAIMS, ids=IDS)
@@ -79,10 +79,12 @@ def test_threshold_has_two_sides(claim):
     for end, inward in ((claim.limits.low, 1), (claim.limits.high, -1)):
         if math.isfinite(end):
             step = 1e-6 * max(abs(end), 1e-12)
-            inside, outside = claim.limits.yes(np.array([end + inward * step, end - inward * step]))
+            inside, outside = claim.limits.contains(
+                np.array([end + inward * step, end - inward * step])
+            )
             assert inside
             assert not outside
-    assert not claim.limits.yes(np.array([math.nan]))[0]
+    assert not claim.limits.contains(np.array([math.nan]))[0]
 
 
 def test_ids_are_sections_with_a_number_and_never_used_twice():
@@ -125,29 +127,29 @@ def test_figures_are_the_papers():
 
 def test_a_static_claim_is_asked_once_per_reading_and_choice():
     claim = next(claim for claim in CLAIMS if claim.static)
-    known = Known(
+    known = ConditionResults(
         dict.fromkeys(
             (STATIC, PLANTED), Sample({n: np.array([1.0]) for n in MEASURED}, np.zeros(1, bool))
         )
     )
-    cells = [Cell(PRINTED, zeta) for zeta in (0.005, 0.05)]
-    found = answers(claim, [(cell, known) for cell in cells])
+    cells = [Condition(PRINTED, zeta) for zeta in (0.005, 0.05)]
+    found = evaluate_claim(claim, [(cell, known) for cell in cells])
     assert len(found) == len(claim.choices)
     assert all(answer.starts == 1 for answer in found)
 
 
-class Asked(Known):
+class Asked(ConditionResults):
     """Notes which experiments are looked up."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.sources: set[Source] = set()
+        self.sources: set[PaperExperiment] = set()
 
-    def __missing__(self, source: Source) -> Sample:
+    def __missing__(self, source: PaperExperiment) -> Sample:
         self.sources.add(source)
         return Drawn(CLAIMS[0], source, 1)
 
-    def members(self, family: Family) -> list[Source]:
+    def members(self, family: ExperimentSeries) -> list[PaperExperiment]:
         found = [source for source in sources() if source.kind == family.kind]
         return sorted(found, key=lambda source: source.size_um or 0.0)
 
@@ -162,27 +164,29 @@ def test_every_claim_has_its_experiments_in_the_full_plan(claim):
 
 
 @pytest.fixture(scope="module")
-def brief(kept: Path) -> Known:
+def brief(kept: Path) -> ConditionResults:
     """Every experiment of a setting, in runs of two milliseconds."""
     study = Study(kept)
-    found = samples(study, BRIEF, [(CELL, source) for source in FULL.sources(CELL)], "test")
-    return Known({source: sample for (_, source), sample in found.items()})
+    found = collect_samples(
+        study, BRIEF, [(CELL, source) for source in FULL.experiments(CELL)], "test"
+    )
+    return ConditionResults({source: sample for (_, source), sample in found.items()})
 
 
 @pytest.mark.slow
 def test_what_a_run_is_too_short_for_is_undefined_and_no_answer(brief):
-    (answer,) = answers(BY_ID["3.2-28"], [(CELL, brief)])
+    (answer,) = evaluate_claim(BY_ID["3.2-28"], [(CELL, brief)])
     assert (answer.state, answer.undefined) == (State.UNDEFINED, BRIEF.most_starts)
 
 
 @pytest.mark.slow
 def test_an_experiment_measures_what_the_catalogue_says(brief, kept):
     """Every number of every experiment has a meaning, and every meaning is measured."""
-    (static,) = Study(kept).answers([Statics(CELL.arm)], "test")
+    (static,) = Study(kept).answer_questions([Statics(CELL.arm)], "test")
     measured = {name for sample in brief.values() for name in sample.numbers}
     assert {*measured, *static, "planted_shown"} == set(MEASURED)
 
 
 def test_the_full_plan_has_thirty_two_starts_in_every_setting():
     assert len(Scale().seeds) >= 32
-    assert {cell.planets for cell in FULL.settings()} == {"free"}
+    assert {cell.planets for cell in FULL.claim_conditions()} == {"free"}

@@ -9,17 +9,23 @@ from typing import Any
 
 import pytest
 
-from crosscheck.audit.errata.engine import BesideEngine, RunsApart
+from crosscheck.audit.errata.engine_comparison import EngineComparison, RunDifferences
 from crosscheck.audit.errata.sheet import SheetCounts
-from crosscheck.audit.experiments.cells import INTEGRAL, LAWS, PRINTED, REPAIRED_RATE, Law
+from crosscheck.audit.experiments.paper_conditions import (
+    INTEGRAL,
+    LAWS,
+    PRINTED,
+    REPAIRED_RATE,
+    Law,
+)
 from crosscheck.audit.front.chapter import MODELS
 from crosscheck.audit.hypotheses.evidence import flutter, shaking
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.page.text import text
-from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
+from crosscheck.audit.page.labels import LAW_MEANINGS, LAW_NAMES
+from crosscheck.audit.page.text import render_template
 from crosscheck.audit.phase import clock, stability
-from crosscheck.audit.phase.clock import Clocks, Delayed, LawsClock, SignalEnvelope
-from crosscheck.audit.phase.objections import Rates
+from crosscheck.audit.phase.clock import ClockTestResult, DelayResult, LawClockTest, SignalEnvelope
+from crosscheck.audit.phase.objections import GrowthRates
 from crosscheck.audit.planets import parting
 
 Given = dict[str, Any]
@@ -27,25 +33,28 @@ BAND = SignalEnvelope((), (), ())
 NOTHING = Share(0, 32)
 
 
-def clocks(*changes_N: float) -> Clocks:
+def clocks(*changes_N: float) -> ClockTestResult:
     """Each law's largest change by a delay."""
-    return Clocks([_law(law, change) for law, change in zip(LAWS, changes_N, strict=True)])
+    return ClockTestResult([_law(law, change) for law, change in zip(LAWS, changes_N, strict=True)])
 
 
-def _law(law: Law, change_N: float) -> LawsClock:
-    delays = [Delayed(c, change_N, 1103.0, (), False, BAND, BAND) for c in (0.0, 1.0, 5.0)]
-    return LawsClock(law, delays)
+def _law(law: Law, change_N: float) -> LawClockTest:
+    delays = [DelayResult(c, change_N, 1103.0, (), False, BAND, BAND) for c in (0.0, 1.0, 5.0)]
+    return LawClockTest(law, delays)
 
 
-def by_law(found: Clocks) -> dict[Law, LawsClock]:
+def by_law(found: ClockTestResult) -> dict[Law, LawClockTest]:
     """As the first chapter asks for them."""
     return {one.law: one for one in found.laws}
 
 
-def printed(mass: float | None) -> BesideEngine:
+def printed(mass: float | None) -> EngineComparison:
     """Beside an engine."""
-    runs = {"constant-torque": RunsApart(0.5, 1.1e-3, 0.4), "pd": RunsApart(3.0, 1e-5, 50.0)}
-    return BesideEngine(mass, None if mass is None else 50 * mass, 200, runs)
+    runs = {
+        "constant-torque": RunDifferences(0.5, 1.1e-3, 0.4),
+        "pd": RunDifferences(3.0, 1e-5, 50.0),
+    }
+    return EngineComparison(mass, None if mass is None else 50 * mass, 200, runs)
 
 
 def thirds(needs_clock: bool) -> Of:
@@ -162,7 +171,7 @@ REPAIR: Given = {
     "settings": 24,
     "stands": True,
 }
-RATES = Rates(120.0, 119.0, 1.2e4, -3.0, 110.0)
+RATES = GrowthRates(120.0, 119.0, 1.2e4, -3.0, 110.0)
 OBJECTIONS: Given = {
     "starts": 32,
     "table": "",
@@ -368,7 +377,7 @@ ROWS: list[tuple[str, Given, str, str]] = [
 )
 def test_a_sentence_turns_with_its_record(template, changed, before, after):
     said, turned = (
-        " ".join(text(template, **given).split())
+        " ".join(render_template(template, **given).split())
         for given in (GIVEN[template], {**GIVEN[template], **changed})
     )
     assert before in said

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from crosscheck.audit.claims.rule import Limits, Place, State
-from crosscheck.audit.experiments.cells import LABELLED, LAWS
+from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS
 from tests.audit.contradictions import contradictions, two_values
 from tests.audit.stated import Said, StatedNumber
 

@@ -8,20 +8,25 @@ from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.stability import contact_eigenvalues
-from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.hypotheses import controller
-from crosscheck.audit.hypotheses.controller import Vibrating
+from crosscheck.audit.hypotheses.controller import FlutterEvidence
 from crosscheck.audit.hypotheses.evidence import flutter, linear_limits
 from crosscheck.audit.hypotheses.evidence.flutter import (
     VIBRATES,
     DriveHandover,
     Flutter,
     FlutterSetting,
-    Handed,
+    VibrationAfterHandover,
 )
-from crosscheck.audit.hypotheses.evidence.linear_limits import SUN, Point, Threshold, growth_agrees
-from crosscheck.audit.phase.runs import Continued
+from crosscheck.audit.hypotheses.evidence.linear_limits import (
+    SUN,
+    Point,
+    Threshold,
+    is_growth_predicted,
+)
+from crosscheck.audit.phase.runs import ContinuedModel
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.registry import build
 
@@ -39,7 +44,7 @@ def test_the_link_controller_is_that_of_the_stability_module(zeta):
 
 
 def test_growth_changes_sign_at_the_threshold():
-    edge = linear_limits.threshold(Point())
+    edge = linear_limits.find_threshold(Point())
     below, above = (linear_limits.growth(Point(), part * edge)[0] for part in (0.99, 1.01))
     assert below > 0 > above
 
@@ -59,7 +64,7 @@ def test_feedback_at_the_sun_only_stores_and_dissipates(elbow):
     for matrix in linear_limits.feedback(model, (1000.0, 400.0), SUN):
         np.testing.assert_allclose(matrix, matrix.T)
         assert np.linalg.eigvalsh(matrix).max() < 1e-9 * np.abs(matrix).max()
-    assert linear_limits.threshold(Point(elbow_rad=elbow, sensed=SUN)) == 0
+    assert linear_limits.find_threshold(Point(elbow_rad=elbow, sensed=SUN)) == 0
 
 
 def _cell(setting: FlutterSetting, vibrating: int, of: int = 32) -> Flutter:
@@ -74,7 +79,7 @@ def _cell(setting: FlutterSetting, vibrating: int, of: int = 32) -> Flutter:
 def test_independent_of_error(with_error, without, independent):
     counts = {5.0: with_error, 0.0: without}
     cells = [_cell(FlutterSetting("always", 0.003, error), n) for error, n in counts.items()]
-    assert controller.independent_of_error(Vibrating(tuple(cells))) is independent
+    assert controller.is_independent_of_error(FlutterEvidence(tuple(cells))) is independent
 
 
 @pytest.mark.parametrize(
@@ -84,8 +89,13 @@ def test_independent_of_error(with_error, without, independent):
 def test_what_lives_on_the_feedback(bare, link, sun, feeds):
     """None: where nothing vibrated, nothing was handed over."""
     cell = _cell(FlutterSetting("contact", 0.006, played_back=True), bare)
-    handed = ((FlutterSetting("contact", 0.006), Handed([link, 0.0], [0.1, 0.0], [sun, 0.0])),)
-    assert controller.lives_on_feedback(Vibrating((cell,), handed)) is feeds
+    handed = (
+        (
+            FlutterSetting("contact", 0.006),
+            VibrationAfterHandover([link, 0.0], [0.1, 0.0], [sun, 0.0]),
+        ),
+    )
+    assert controller.is_driven_by_feedback(FlutterEvidence((cell,), handed)) is feeds
 
 
 def test_a_diverged_start_vibrates_and_one_that_ends_early_says_nothing():
@@ -93,7 +103,7 @@ def test_a_diverged_start_vibrates_and_one_that_ends_early_says_nothing():
         {"vibration": np.array([0.1, np.nan, np.nan]), "frequency_Hz": np.array([9.0, 0.0, 0.0])},
         np.array([False, True, False]),
     )
-    found = flutter.flutter_of(FlutterSetting("always", 0.003), sample)
+    found = flutter.summarize_flutter(FlutterSetting("always", 0.003), sample)
     assert found.sizes == (0.1, np.inf)
     assert found.share is not None
     assert found.share.yes == 1
@@ -118,7 +128,7 @@ def test_a_sensor_on_the_links_is_the_drives_own_feedback():
     parts = model.arm, model.layout, model.gears, model.drive, model.terms
     runs = []
     for equations in (TermEquations(*parts), TermEquations(*parts, sensor=link)):
-        run = Continued(case, *model.start(), equations)
+        run = ContinuedModel(case, *model.start(), equations)
         runs.append(Batch([run], lanes=1).advance(5, 100).q)
     np.testing.assert_array_equal(*runs)
     assert np.abs(runs[0] - runs[0][0]).max() > 0
@@ -126,7 +136,7 @@ def test_a_sensor_on_the_links_is_the_drives_own_feedback():
 
 def test_a_torque_that_is_played_back_is_the_rigid_arms():
     variant = FlutterSetting("contact", 0.01).variant()
-    case = flutter.played_back(variant.case(), variant)
+    case = flutter.replace_drive_by_rigid_torque(variant.case(), variant)
     rigid = build("analytic:coupled", case.arm, variant.case().scenario).simulate()
     drive = drive_data(case.scenario, 2)
     time, torque = rigid["time"].values, rigid["torque"].values
@@ -140,7 +150,7 @@ def test_a_torque_that_is_played_back_is_the_rigid_arms():
 
 @pytest.mark.parametrize(("measured", "agrees"), [(10.9, True), (11.1, False), (8.9, False)])
 def test_growth_agrees_within_a_tenth(measured, agrees):
-    assert growth_agrees(measured, 10.0) is agrees
+    assert is_growth_predicted(measured, 10.0) is agrees
 
 
 @pytest.mark.parametrize(("sun", "cured"), [(0.0, True), (0.001, False)])
@@ -149,7 +159,7 @@ def test_cured_at_the_sun(sun, cured):
         Threshold(Point(), 0.005, 1500.0, 1.0, 0.0),
         Threshold(Point(sensed=SUN), sun, 1500.0, 1.0, 0.0),
     ]
-    assert linear_limits.cured_at_the_sun(survey) is cured
+    assert linear_limits.is_cured_at_sun(survey) is cured
 
 
 def test_growth_rate_of_a_known_vibration():

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from crosscheck.audit.experiments.cells import LABELLED
+from crosscheck.audit.experiments.paper_conditions import LABELLED
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page import report
-from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.context import AuditContext
 from tests.audit.markup import page_problems, strict_json
 from tests.audit.published import few_settings
 
@@ -29,14 +29,14 @@ class Unstable(Scale):
 
 
 @pytest.fixture(scope="module")
-def material(kept: Path) -> Iterator[Material]:
+def material(kept: Path) -> Iterator[AuditContext]:
     """Of all chapters: what one has asked, the others read."""
     with few_settings(LABELLED):
-        yield Material(Study(kept), Unstable(longest_s=0.01, most_starts=2))
+        yield AuditContext(Study(kept), Unstable(longest_s=0.01, most_starts=2))
 
 
 def test_that_a_run_diverges_is_itself_an_answer(material):
-    made = report._chapter(material, "claims.chapter")
+    made = report._build_chapter(material, "claims.chapter")
     verdicts = {record["id"]: record["verdict"] for record in made.records}
     assert verdicts["2.1-08"] == "holds"  # Eq. 5 may make a run diverge
     assert verdicts["4.1-27"] == UNDEFINED
@@ -64,7 +64,7 @@ CHAPTERS = (
 
 @pytest.mark.parametrize("name", CHAPTERS)
 def test_every_chapter_survives_runs_that_diverge(name, material):
-    made = report._chapter(material, name)
+    made = report._build_chapter(material, name)
     assert any(map(_undefined, made.records))
-    strict_json(report.records_json([made], material.study))
-    assert page_problems(report.page([made], material.study)) == []
+    strict_json(report.format_records([made], material.study))
+    assert page_problems(report.render_page([made], material.study)) == []

@@ -12,27 +12,34 @@ import pytest
 import sympy as sp
 import xarray as xr
 
-from crosscheck.analytic.derivation.bodies import all_bodies
+from crosscheck.analytic.derivation.bodies import build_bodies
 from crosscheck.analytic.derivation.forms import Form, mass_matrix
-from crosscheck.analytic.derivation.lagrange import mass_terms
-from crosscheck.analytic.derivation.symbols import symbolic_chain
-from crosscheck.analytic.paper.energies import energies_form, kinetic_energies
-from crosscheck.analytic.paper.printed import printed_form
-from crosscheck.audit.errata import auxiliary, compare, energy, planted, statements, transcript
+from crosscheck.analytic.derivation.lagrange import build_mass_terms
+from crosscheck.analytic.derivation.symbols import build_symbolic_chain
+from crosscheck.analytic.paper.energies import build_energies_form, kinetic_energies
+from crosscheck.analytic.paper.printed import build_printed_form
+from crosscheck.audit.errata import (
+    auxiliary,
+    energy,
+    entry_differences,
+    planted_faults,
+    statements,
+    transcript,
+)
 from crosscheck.audit.errata import finder as errata
+from crosscheck.audit.errata.errata_texts import WORDS, add_erratum_text, load_notes
 from crosscheck.audit.errata.erratum import (
     CLASSES,
     Effect,
     Erratum,
     ErratumPair,
     SimulatedErratum,
-    effect_of,
-    simulated,
+    compute_effect,
+    run_model,
 )
-from crosscheck.audit.errata.lines import errata_lines
-from crosscheck.audit.errata.words import WORDS, notes, told
-from crosscheck.audit.measures.stage import paper_stage, without_backlash
-from crosscheck.models.arm.meshes import with_meshes
+from crosscheck.audit.errata.lines import format_errata
+from crosscheck.audit.measures.stage import paper_stage, remove_backlash
+from crosscheck.models.arm.meshes import change_meshes
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from tests.arms import arm_of
@@ -53,74 +60,83 @@ def _corrupted(form: Form, matrix: str, row: int, column: int) -> Form:
 
 
 def _entries(printed: Form, derived: Form) -> set[tuple[str, int, int]]:
-    found = compare.differences(printed, derived)
+    found = entry_differences.find_entry_differences(printed, derived)
     return {(d.matrix, *entry) for d in found for entry in d.entries}
 
 
 @pytest.mark.parametrize(("matrix", "row", "column"), ENTRIES)
 def test_a_corrupted_entry_is_reported_and_no_other(matrix, row, column):
-    clean = energies_form()
+    clean = build_energies_form()
     assert _entries(_corrupted(clean, matrix, row, column), clean) == {(matrix, row, column)}
 
 
 @pytest.mark.parametrize(("matrix", "row", "column"), ENTRIES)
 def test_a_corrupted_entry_adds_itself_to_the_papers_own_errors(matrix, row, column):
-    known = _entries(printed_form(), energies_form())
-    found = _entries(_corrupted(printed_form(), matrix, row, column), energies_form())
+    known = _entries(build_printed_form(), build_energies_form())
+    found = _entries(_corrupted(build_printed_form(), matrix, row, column), build_energies_form())
     assert found == known | {(matrix, row, column)}
 
 
 def test_correcting_every_difference_leaves_none():
-    form = printed_form()
-    for difference in compare.differences(form, energies_form()):
-        form = compare.corrected(form, energies_form(), difference)
-    assert compare.differences(form, energies_form()) == []
+    form = build_printed_form()
+    for difference in entry_differences.find_entry_differences(form, build_energies_form()):
+        form = entry_differences.replace_entries(form, build_energies_form(), difference)
+    assert entry_differences.find_entry_differences(form, build_energies_form()) == []
 
 
 def test_energies_and_bodies_differ_where_the_forms_do():
     """Adding what the energies leave out turns `energies` into `physical`."""
-    missing = sp.Add(*(difference.missing for difference in energy.differences()))
-    mass = sp.Matrix(energies_form().mass_matrix) + sp.hessian(missing, energies_form().v)
-    chain = symbolic_chain([True, True])
-    target = mass_matrix(mass_terms(all_bodies(chain), chain.angles[1:]), energies_form().q)
-    gaps = [compare.same(one, other) for one, other in zip(mass, target, strict=True)]
+    missing = sp.Add(
+        *(difference.missing_energy for difference in energy.find_energy_differences())
+    )
+    mass = sp.Matrix(build_energies_form().mass_matrix) + sp.hessian(
+        missing, build_energies_form().v
+    )
+    chain = build_symbolic_chain([True, True])
+    target = mass_matrix(
+        build_mass_terms(build_bodies(chain), chain.angles[1:]), build_energies_form().q
+    )
+    gaps = [
+        entry_differences.are_equal_entries(one, other)
+        for one, other in zip(mass, target, strict=True)
+    ]
     assert all(gaps)
 
 
 @pytest.mark.parametrize("equation", sorted(kinetic_energies()))
 def test_a_lost_energy_is_reported_at_its_equation(equation, monkeypatch):
-    known = {(d.where, d.body) for d in energy.differences()}
+    known = {(d.where, d.body) for d in energy.find_energy_differences()}
     energies = kinetic_energies() | {equation: sp.S.Zero}
     monkeypatch.setattr(energy, "kinetic_energies", lambda: energies)
-    found = {(d.where, d.body) for d in energy.differences()}
+    found = {(d.where, d.body) for d in energy.find_energy_differences()}
     assert {where for where, _ in found - known} == {equation}
     assert known <= found
 
 
 def test_an_energy_of_no_body_is_reported(monkeypatch):
-    stray = sp.Symbol("m_stray", positive=True) * energies_form().v[2] ** 2
+    stray = sp.Symbol("m_stray", positive=True) * build_energies_form().v[2] ** 2
     energies = kinetic_energies()
     monkeypatch.setattr(
         energy, "kinetic_energies", lambda: energies | {"Eq. 16": energies["Eq. 16"] + stray}
     )
-    assert ("Eq. 16", "no body") in {(d.where, d.body) for d in energy.differences()}
+    assert ("Eq. 16", "no body") in {(d.where, d.body) for d in energy.find_energy_differences()}
 
 
 def test_statement_errata_vanish_when_the_paper_is_put_right(monkeypatch):
     twelve = ("b", "b", "0", "b", "b", "0", *["0"] * 6)
     monkeypatch.setattr(transcript, "INITIAL_VALUES", twelve)
-    assert list(statements.initial_values()) == []
+    assert list(statements.find_initial_value_errata()) == []
     unique = tuple(
         transcript.SymbolDefinition(f"s{number}", f"quantity {number}", "here")
         for number in range(5)
     )
     monkeypatch.setattr(transcript, "DEFINITIONS", unique)
-    assert list(statements.used_twice()) == []
+    assert list(statements.find_ambiguous_symbols()) == []
     monkeypatch.setattr(transcript, "BACKLASHES_UM", (50.0, 100.0, 200.0, 300.0, 500.0))
     monkeypatch.setattr(transcript, "TOOTH_ERRORS_UM", (0.8, 1.6, 3.2))
-    assert list(statements.where_nothing_was_run()) == []
+    assert list(statements.find_extrapolation_errata()) == []
     monkeypatch.setattr(transcript, "ENTRIES", tuple(transcript.MADE_OF))
-    assert list(statements.unused_abbreviations()) == []
+    assert list(statements.find_unused_abbreviations()) == []
 
 
 def test_statements_about_the_motion_vanish_where_they_are_true(labelled, monkeypatch):
@@ -128,13 +144,17 @@ def test_statements_about_the_motion_vanish_where_they_are_true(labelled, monkey
     monkeypatch.setattr(transcript, "DEVIATIONS_RAD", (0.015, 0.00643))
     monkeypatch.setattr(statements, "CONSIDERABLE", 0.09)
     monkeypatch.setattr(statements, "NEARLY_ALWAYS", 0.5)
-    for found in (statements.two_errors_at_the_tip, statements.overshoot, statements.speeding_up):
+    for found in (
+        statements.find_tip_errata,
+        statements.find_overshoot_errata,
+        statements.find_speed_errata,
+    ):
         assert list(found(labelled)) == []
 
 
 def test_two_errors_reach_the_tip_as_vectors(labelled):
     """The difference of two positions of the tip, by trigonometry; 1.5 % is the next order."""
-    (erratum,) = statements.two_errors_at_the_tip(labelled)
+    (erratum,) = statements.find_tip_errata(labelled)
     for bend, told_mm in ((0.0, "straight"), (math.pi / 2, "bent")):
         places = [
             np.array([math.cos(a) + 0.7 * math.cos(a + b), math.sin(a) + 0.7 * math.sin(a + b)])
@@ -146,7 +166,7 @@ def test_two_errors_reach_the_tip_as_vectors(labelled):
 
 def test_eq_10_gives_one_frequency_if_the_planet_counts_with_the_carrier(labelled):
     """Teeth that pass: 99 for each wheel, up to the sense (Willis)."""
-    (erratum,) = auxiliary.sense_of_the_gears(paper_stage(labelled))
+    (erratum,) = auxiliary.find_gear_sense_errata(paper_stage(labelled))
     joint = paper_stage(labelled).joint
     turning = 1 - joint.ring_teeth / joint.planet_teeth  # the planet's own rate, with the carrier
     assert abs(turning - 1) * joint.planet_teeth == pytest.approx(joint.ring_teeth)
@@ -156,23 +176,23 @@ def test_eq_10_gives_one_frequency_if_the_planet_counts_with_the_carrier(labelle
 
 
 def test_equation_errata_vanish_when_the_teeth_are_put_right(labelled):
-    assert list(auxiliary.force_without_clearance(without_backlash(labelled))) == []
-    exact = with_meshes(
+    assert list(auxiliary.find_clearance_errata(remove_backlash(labelled))) == []
+    exact = change_meshes(
         labelled,
         lambda mesh: mesh.model_copy(
             update={
                 "tooth_error_m": 0.0,
-                "stiffness": mesh.of_planet(0).stiffness.model_copy(
+                "stiffness": mesh.planet_mesh(0).stiffness.model_copy(
                     update={"amplitude_N_per_m": 0.0}
                 ),
             }
         ),
     )
-    assert list(auxiliary.force_of_time(paper_stage(exact))) == []
+    assert list(auxiliary.find_time_force_errata(paper_stage(exact))) == []
 
 
 def test_abbreviations_without_use_are_found_through_others():
-    found = {erratum.id for erratum in statements.unused_abbreviations()}
+    found = {erratum.id for erratum in statements.find_unused_abbreviations()}
     assert found == {"unused-M_ci", "unused-a_5"}
 
 
@@ -183,7 +203,7 @@ def found(labelled) -> list[Erratum]:
 
 def test_every_erratum_has_an_id_of_its_own_and_words(found):
     assert len({erratum.id for erratum in found}) == len(found)
-    for erratum in map(told, found):
+    for erratum in map(add_erratum_text, found):
         assert erratum.where
         assert erratum.printed
         assert erratum.derived
@@ -200,15 +220,19 @@ def test_all_words_are_of_errata_that_can_be_found(found):
 def test_errors_of_equations_have_effects_and_nothing_else_has(found):
     """Only these are quoted as a number of errors."""
     for erratum in found:
-        assert (told(erratum).kind == "equation") == (erratum.trial is not None), erratum.id
-    read = notes().misprints
+        assert (add_erratum_text(erratum).kind == "equation") == (erratum.trial is not None), (
+            erratum.id
+        )
+    read = load_notes().misprints
     assert "equation" not in {one.kind for one in read}
     assert not {one.id for one in read} & {one.id for one in found}
 
 
 def test_an_energy_is_printed_as_the_paper_has_it():
     """Eq. 18: three halves of I_p2 times the square of the planet's own rate."""
-    (one,) = (d for d in energy.differences() if (d.where, d.body) == ("Eq. 18", "planets 2"))
+    (one,) = (
+        d for d in energy.find_energy_differences() if (d.where, d.body) == ("Eq. 18", "planets 2")
+    )
     assert str(energy.as_printed(one.printed)) == "3*I_p2*dtheta_p2**2/2"
     assert str(energy.as_printed(one.derived)) == "3*I_p2*(dtheta_1 - dtheta_p2)**2/2"
 
@@ -224,7 +248,7 @@ def test_an_impulse_hardly_sees_a_shifted_impact_and_a_force_sees_all_of_it():
 
     pulses = {"printed": run(0.05), "right": run(0.0501)}
     trial = ErratumPair("printed", "right")  # type: ignore[arg-type]  # names of runs
-    effect = effect_of(trial, None, lambda side, scenario: pulses[side])  # type: ignore[arg-type]
+    effect = compute_effect(trial, None, lambda side, scenario: pulses[side])  # type: ignore[arg-type]
     assert effect.mesh_force_N == 1.0
     assert effect.impulse_N_s == pytest.approx(1e-4)
 
@@ -243,23 +267,23 @@ def test_decay_is_that_of_the_damped_vibration(labelled):
 
 def test_a_planted_loss_is_seen_where_it_is_gross_and_not_in_the_meshes():
     """M_33 left out stops the arm's own inertia; M_12 couples two meshes alone."""
-    clean = energies_form()
-    gone = planted.without(clean, "mass_matrix", (2, 5)).mass_matrix
+    clean = build_energies_form()
+    gone = planted_faults.remove_entry(clean, "mass_matrix", (2, 5)).mass_matrix
     assert gone[2, 5] == gone[5, 2] == 0
-    kept = list(planted.entries(clean))
+    kept = list(planted_faults.nonzero_entries(clean))
     assert ("mass_matrix", (0, 1)) in kept
     assert ("mass_matrix", (1, 0)) not in kept
     plants = [
-        planted.LeftOutEntry("mass_matrix", (0, 1), 1e-8),
-        planted.LeftOutEntry("mass_matrix", (2, 5), 0.7),
-        planted.LeftOutEntry("mass_matrix", (0, 0), None),
+        planted_faults.EntryOmission("mass_matrix", (0, 1), 1e-8),
+        planted_faults.EntryOmission("mass_matrix", (2, 5), 0.7),
+        planted_faults.EntryOmission("mass_matrix", (0, 0), None),
     ]
-    assert planted.shown(plants) == pytest.approx(2 / 3)
+    assert planted_faults.detectable_share(plants) == pytest.approx(2 / 3)
 
 
 def test_only_the_labelled_reading_has_a_sun_heavier_outside_than_its_rim():
     found = {
-        name: [e.id for e in statements.masses_and_inertias(paper_stage(load_arm(f"paper-{name}")))]
+        name: [e.id for e in statements.find_mass_errata(paper_stage(load_arm(f"paper-{name}")))]
         for name in ("labelled", "swapped")
     }
     assert found == {"labelled": ["table-sun"], "swapped": []}
@@ -287,12 +311,12 @@ def test_a_stage_of_another_kind_is_refused(place, field):
 
 def test_every_simulated_effect_is_resolved(found):
     """Each error of an equation changes the mesh force in a PD run by more than rounding."""
-    torque, pd = errata.effect_scenarios()
-    run = cache(simulated)  # many trials share a side
+    torque, pd = errata.load_effect_scenarios()
+    run = cache(run_model)  # many trials share a side
     short = pd.model_copy(update={"duration_s": 0.05})
     for erratum in found:
         if erratum.trial is not None:
-            effect = effect_of(erratum.trial, short, run)
+            effect = compute_effect(erratum.trial, short, run)
             # 1e-9 N: hundredfold the rounding of forces of 1e4 N.
             assert effect.mesh_force_N > 1e-9, erratum.id
     assert torque.duration_s == errata.EFFECT_S
@@ -304,12 +328,12 @@ def test_the_terminal_has_the_count_first_and_formulas_whole_in_80_columns():
     one = Erratum("e", where="Eq. 18", printed="0", derived=right, size=5000.0, unit="N [rad]")
     read = replace(one, id="n", kind="notation", where="Fig. 5", remark="word " * 40)
     found = [SimulatedErratum(one, {"pd": effect}), SimulatedErratum(read, {})]
-    lines = list(errata_lines(found, "mine", CLASSES[:1]))
+    lines = list(format_errata(found, "mine", CLASSES[:1]))
     assert lines[0].startswith("1 error of equations (arm mine)")
-    assert max(map(len, [*lines, *errata_lines(found, "mine", CLASSES)])) < 80
+    assert max(map(len, [*lines, *format_errata(found, "mine", CLASSES)])) < 80
     words = " ".join(" ".join(lines).split())
     assert right in words
     assert "size 5000 N [rad]" in words
     assert "pd: angle 0.0021 rad, impulse of a mesh 0.0013 N s" in words
     assert "Fig. 5" not in words
-    assert "Fig. 5" in list(errata_lines(found, "mine", CLASSES))
+    assert "Fig. 5" in list(format_errata(found, "mine", CLASSES))

@@ -5,7 +5,7 @@ import pytest
 
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures import events
-from crosscheck.audit.measures.rigid import COUPLED, rigid_arm, without_gears
+from crosscheck.audit.measures.rigid import COUPLED, remove_gears, rigid_arm
 
 TIME = np.arange(0, 1.5, 1e-3)
 
@@ -32,11 +32,11 @@ def test_any_contact_counts_from_earlier_on_than_a_side_change():
 
 def test_settling_and_overshoot_are_over_the_step():
     angle = 0.5 * (1 - np.exp(-TIME / 0.1) * np.cos(2 * np.pi * TIME / 0.2))
-    settled = events.settling(TIME, angle, 0.5, 0.02)
+    settled = events.settling_time(TIME, angle, 0.5, 0.02)
     assert settled is not None
     assert (np.abs(angle[settled <= TIME] - 0.5) <= 0.01).all()
     assert events.overshoot(angle, 0.5) == pytest.approx(angle.max() / 0.5 - 1)
-    assert events.settling(TIME, 0.9 * angle, 0.5, 0.02) is None
+    assert events.settling_time(TIME, 0.9 * angle, 0.5, 0.02) is None
 
 
 def test_geared_runs_share_their_rigid_arm():
@@ -49,7 +49,7 @@ def test_what_is_no_mesh_stays_in_the_rigid_arm():
     two = Variant(settings=("arm.joints.*.planet_count=2",), duration_s=0.5)
     assert rigid_arm(two, COUPLED).case().arm == two.case().arm
     assert rigid_arm(two).case().scenario.duration_s == 0.5
-    assert without_gears(two).case().scenario == two.case().scenario
+    assert remove_gears(two).case().scenario == two.case().scenario
 
 
 def test_a_side_change_is_that_of_the_load_not_of_a_vibration():
@@ -64,15 +64,15 @@ def test_a_side_change_is_that_of_the_load_not_of_a_vibration():
 
 def test_the_third_fluctuation_waits_for_the_last_side_change():
     early, late = (np.where(at > TIME, 1.0, -1.0) for at in (0.35, 0.6))
-    begin = TIME[events.third_after(TIME, early, late)][0]
+    begin = TIME[events.third_window_after_changes(TIME, early, late)][0]
     assert begin == pytest.approx(0.6 + events.IMPACT_S, abs=2e-3)
-    assert events.third_after(TIME, early) == events.third_window(TIME)
+    assert events.third_window_after_changes(TIME, early) == events.third_window(TIME)
 
 
 def test_bouncing_ends_with_the_last_loss_of_contact():
     force = np.where((TIME > 0.42) & (TIME < 0.43), 0.0, -1.0)
-    assert events.bouncing(TIME, force, 0.4) == pytest.approx(0.029, abs=2e-3)
-    assert events.bouncing(TIME, force, 0.5) == 0
+    assert events.bounce_duration(TIME, force, 0.4) == pytest.approx(0.029, abs=2e-3)
+    assert events.bounce_duration(TIME, force, 0.5) == 0
 
 
 def test_way_back_and_late_distance_are_over_the_step():

@@ -80,7 +80,7 @@ RATIOS = np.array([10.0, 100.0, 1000.0])
      ([0.6, 0.06, 0.006], 200.0)],
 )  # fmt: skip
 def test_needed_ratio(errors, needed):
-    found = flights.needed_ratio(RATIOS, np.array(errors), 0.03)
+    found = flights.required_ratio(RATIOS, np.array(errors), 0.03)
     assert found == (needed if needed is None else pytest.approx(needed))
 
 
@@ -88,4 +88,4 @@ def test_needed_ratio(errors, needed):
     ("needs", "enough"), [([5.0, 5.0], True), ([5.0, 7.0], False), ([5.0, None], False)]
 )
 def test_larger_is_enough(needs, enough):
-    assert flights.larger_is_enough(needs) is enough
+    assert flights.is_larger_base_enough(needs) is enough

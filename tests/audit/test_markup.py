@@ -34,9 +34,9 @@ def test_what_is_wrong_with_a_page_is_found(html, what):
 
 
 def test_a_sound_page_has_no_problems():
-    drawing = fragments.figure(_drawing("time [s]", "force [N]"), "caption")
-    table = fragments.table(["a", "b"], [["1", "<2"]], "both")
-    html = figures.sound_links(SOUND + drawing + drawing + table)
+    drawing = fragments.render_figure(_drawing("time [s]", "force [N]"), "caption")
+    table = fragments.render_table(["a", "b"], [["1", "<2"]], "both")
+    html = figures.fix_links(SOUND + drawing + drawing + table)
     assert page_problems(html) == []
     assert uneven_tables(html) == []
 
@@ -46,12 +46,12 @@ def test_uneven_tables_are_found():
 
 
 def test_links_to_what_is_not_there_become_text():
-    page = figures.sound_links('<i id="here">x</i><a href="#here">1</a><a href="#there">2</a>')
+    page = figures.fix_links('<i id="here">x</i><a href="#here">1</a><a href="#there">2</a>')
     assert page == '<i id="here">x</i><a href="#here">1</a>2'
 
 
 def _drawing(x: str, y: str) -> str:
-    figure, grid = figures.new_figure(1, 2)
+    figure, grid = figures.make_figure(1, 2)
     for axes in grid[0]:
         axes.plot([0.0, 1.0], [0.0, 1.0])
     grid[0, 0].set(xlabel=x, ylabel=y)
@@ -75,11 +75,11 @@ def test_axes_without_a_unit_are_found(x, y, count):
 
 
 def test_a_legend_stands_beside_the_axes():
-    figure, grid = figures.new_figure(2, 2)
+    figure, grid = figures.make_figure(2, 2)
     for number, axes in enumerate(grid.flat):
         for line in range(4):
             axes.plot([0, 1], [line, number], label=f"a rather long name {line}")
-    figures.legend(figure, *grid.flat)
+    figures.draw_legend(figure, *grid.flat)
     figure.draw_without_rendering()
     (box,) = (drawn.get_window_extent() for drawn in figure.legends)
     assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
@@ -93,17 +93,17 @@ def test_rigid_against_detailed_has_its_legend_outside(monkeypatch):
         level: simulate(Variant("constant-torque", model=f"analytic:{level}", duration_s=0.002))
         for level in ("links", "coupled")
     }
-    figures.level_figure(simulate(Variant("constant-torque", duration_s=0.002)), levels)
+    figures.draw_level_deviations(simulate(Variant("constant-torque", duration_s=0.002)), levels)
     (figure,) = drawn
     assert all(axes.get_legend() is None for axes in figure.axes)
     assert [text.get_text() for text in figure.legends[0].get_texts()] == list(levels)
 
 
 def test_nothing_to_show_on_a_logarithmic_scale_is_said():
-    figure, grid = figures.new_figure(1, 2)
+    figure, grid = figures.make_figure(1, 2)
     grid[0, 0].plot([0, 1], [np.nan, np.nan])
     grid[0, 1].plot([0, 1], [1.0, 10.0])
     for axes in grid[0]:
-        figures.log_y(axes)
+        figures.set_log_scale(axes)
     assert [axes.get_yscale() for axes in grid[0]] == ["linear", "log"]
     assert "the run ends before" in figures.to_svg(figure)

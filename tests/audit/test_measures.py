@@ -7,15 +7,25 @@ import pytest
 
 from crosscheck.analytic.derivation.stage import equivalent_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
-from crosscheck.audit.claims.quantities import Known, rank_among
+from crosscheck.audit.claims.quantities import ConditionResults, rank_among
 from crosscheck.audit.experiments import experiments
-from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, Cell
-from crosscheck.audit.experiments.pd import CONVERGED_S, MULTIPLES, transient, whole
-from crosscheck.audit.experiments.pool import Sample
-from crosscheck.audit.experiments.starts import ALIKE, PERTURBATION_ITSELF, Measured, alike
+from crosscheck.audit.experiments.ensembles import (
+    ALIKE,
+    PERTURBATION_ITSELF,
+    EnsembleNumbers,
+    are_alike,
+)
+from crosscheck.audit.experiments.paper_conditions import INTEGRAL, PRINTED, Condition
+from crosscheck.audit.experiments.pd import (
+    CONVERGED_S,
+    MULTIPLES,
+    measure_transient_pd,
+    measure_whole_pd,
+)
+from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.experiments.variant import Variant, simulate
-from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.rigid import rigid_arm
+from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import geared_joint
 from crosscheck.models.loading import load_case
 from crosscheck.registry import build
@@ -31,7 +41,7 @@ FORCE = ON_DRIVING - 100.0 * ((TIME >= MET_S) & (TIME < RETURN_S - 0.005))
 
 def made(
     excess: np.ndarray, force: np.ndarray = FORCE, elbow: np.ndarray = FORCE, angle: float = 1.0
-) -> tuple[Course, Course]:
+) -> tuple[RunSignals, RunSignals]:
     """A run and the rigid arm beside it, which has no acceleration but the constant 0.5."""
     way = angle * TARGET * (1 - np.exp(-3 * TIME))
     theta = np.column_stack([way, way])
@@ -39,7 +49,7 @@ def made(
     joints = (theta, rate, np.full(theta.shape, 0.5), np.ones_like(theta))
     x = np.where(force > 0, 50e-6, np.where(force < 0, -50e-6, 0.0))
     outer = np.column_stack([elbow, elbow])
-    rigid = Course(CASE, TIME, *joints, x, x, force, force, outer)
+    rigid = RunSignals(CASE, TIME, *joints, x, x, force, force, outer)
     return replace(rigid, theta_ddot=rigid.theta_ddot + excess[:, None] * (1, 4)), rigid
 
 
@@ -51,7 +61,7 @@ def burst(begin_s: float, end_s: float, size: float, frequency_Hz: float = 1500.
 
 def test_the_three_fluctuations_and_the_fourth():
     excess = burst(0, 0.02, 40) + burst(0.36, 0.38, 20) + burst(0.9, 1.1, 300) + burst(1.5, 1.6, 2)
-    numbers = whole(*made(excess))
+    numbers = measure_whole_pd(*made(excess))
     sizes = [numbers[name] for name in ("first", "second", "third", "fourth")]
     # Thirteen samples a period miss a sine's peak by at most 3 %.
     assert sizes == pytest.approx([40, 20, 300, 2], rel=0.03)
@@ -64,9 +74,12 @@ def test_the_three_fluctuations_and_the_fourth():
 
 
 def test_what_was_there_before_a_side_change_is_no_second_fluctuation():
-    numbers = transient(*made(burst(0, 0.8, 5)))
+    numbers = measure_transient_pd(*made(burst(0, 0.8, 5)))
     assert numbers["second_over_before"] == pytest.approx(1, rel=0.03)
-    assert transient(*made(burst(0, 0.35, 1) + burst(0.35, 0.8, 5)))["second_over_before"] > 4
+    assert (
+        measure_transient_pd(*made(burst(0, 0.35, 1) + burst(0.35, 0.8, 5)))["second_over_before"]
+        > 4
+    )
 
 
 @pytest.mark.parametrize(
@@ -82,7 +95,7 @@ def test_what_was_there_before_a_side_change_is_no_second_fluctuation():
 def test_an_impact_converges_once_a_tenth_is_left_counted_from_the_impact(rate_per_s, decay_s):
     course = np.exp(-rate_per_s * TIME), np.exp(-rate_per_s * (TIME - MET_S))
     size = np.where(MET_S > TIME, course[0], np.where(TIME < 0.6, course[1], 0.0))
-    numbers = transient(*made(30 * size * np.sin(2 * np.pi * 1500 * TIME)))
+    numbers = measure_transient_pd(*made(30 * size * np.sin(2 * np.pi * 1500 * TIME)))
     # To a period of the vibration.
     assert numbers["first_decay_s"] == pytest.approx(decay_s, abs=1 / 1500)
     assert numbers["second_decay_s"] == pytest.approx(decay_s, abs=1 / 1500)
@@ -94,8 +107,8 @@ def test_what_eq_11_neglects_is_looked_for_once_the_start_is_over():
         replace(run, x_sp=run.x_sp + 1e-4 * (begin_s < TIME) * (begin_s + 0.01 > TIME))
         for begin_s in (0.01, 0.5)
     )
-    assert transient(at_start, rigid)["mesh_rate_over_speed"] < 1e-12
-    assert transient(later, rigid)["mesh_rate_over_speed"] > 1e-3
+    assert measure_transient_pd(at_start, rigid)["mesh_rate_over_speed"] < 1e-12
+    assert measure_transient_pd(later, rigid)["mesh_rate_over_speed"] > 1e-3
 
 
 def test_an_uncontrollable_speed_is_one_that_swings_as_far_as_it_goes():
@@ -104,37 +117,37 @@ def test_an_uncontrollable_speed_is_one_that_swings_as_far_as_it_goes():
         swing = share * np.sin(2 * np.pi * 1500 * TIME)[:, None]
         slow = 0.3 * np.ones_like(run.theta_dot)
         shaken = replace(run, theta_dot=slow * (1 + swing))
-        assert (transient(shaken, rigid)["speed_fast"] > 1) == (share > 1)
+        assert (measure_transient_pd(shaken, rigid)["speed_fast"] > 1) == (share > 1)
 
 
 def test_a_late_impact_of_the_elbow_is_no_third_fluctuation():
     late = np.where(TIME < 0.6, 100.0, -100.0)
     impact = burst(0.6, 0.65, 50)
-    assert transient(*made(impact, elbow=late))["third"] == 0
-    assert transient(*made(impact))["third"] == pytest.approx(50, rel=0.03)
+    assert measure_transient_pd(*made(impact, elbow=late))["third"] == 0
+    assert measure_transient_pd(*made(impact))["third"] == pytest.approx(50, rel=0.03)
 
 
 def test_multiples_that_stand_out_are_counted():
     noise = 0.3 * np.random.default_rng(1).standard_normal(TIME.size)
     pure = burst(0.5, 1.2, 50) + noise
-    assert transient(*made(pure))["overtones"] == 0
+    assert measure_transient_pd(*made(pure))["overtones"] == 0
     for count, multiple in enumerate(MULTIPLES, start=1):
         pure = pure + burst(0.5, 1.2, 2, multiple * 1500.0)
-        assert transient(*made(pure))["overtones"] == count
+        assert measure_transient_pd(*made(pure))["overtones"] == count
 
 
 def test_lines_shares_and_frequencies_of_both_joints():
-    numbers = transient(*made(burst(0.5, 1.2, 50)))
+    numbers = measure_transient_pd(*made(burst(0.5, 1.2, 50)))
     assert numbers["frequency_Hz"] == pytest.approx(1500, abs=1)
     assert numbers["line_elbow"] / numbers["line"] == pytest.approx(4)
     assert numbers["line_share"] == pytest.approx(1, abs=1e-3)
     assert numbers["static_over_line"] == pytest.approx(0.5 / 50, rel=0.02)
-    low = transient(*made(burst(0.5, 1.2, 50, 200.0)))
+    low = measure_transient_pd(*made(burst(0.5, 1.2, 50, 200.0)))
     assert low["low_share"] == pytest.approx(1, abs=1e-3)
 
 
 def test_too_small_a_vibration_has_no_frequency():
-    numbers = transient(*made(burst(0.5, 1.2, 0.2)))
+    numbers = measure_transient_pd(*made(burst(0.5, 1.2, 0.2)))
     assert numbers["frequency_Hz"] is numbers["overtones"] is numbers["line_share"] is None
     assert numbers["line"] == pytest.approx(0.2, rel=0.03)
 
@@ -142,28 +155,28 @@ def test_too_small_a_vibration_has_no_frequency():
 def test_zero_acceleration_and_open_teeth():
     everywhere = burst(0, 1.2, 5)
     open_ = np.where(np.abs(np.diff(FORCE, prepend=100.0)) > 0, FORCE, 0.0)
-    closed = transient(*made(everywhere))
+    closed = measure_transient_pd(*made(everywhere))
     assert closed["zero_windows"] == 3
     # The force is zero nowhere but in the 10 ms of flight, of 1.06 s of windows.
     assert closed["apart_at_zero"] == pytest.approx(0.010 / 1.06, rel=0.1)
     assert closed["apart_windows"] == 1
-    assert transient(*made(everywhere, force=open_))["apart_at_zero"] > 0.99
-    assert transient(*made(0 * everywhere))["zero_windows"] == 0
+    assert measure_transient_pd(*made(everywhere, force=open_))["apart_at_zero"] > 0.99
+    assert measure_transient_pd(*made(0 * everywhere))["zero_windows"] == 0
 
 
 def test_the_way_to_the_target():
-    ended = whole(*made(np.zeros(TIME.size)))
+    ended = measure_whole_pd(*made(np.zeros(TIME.size)))
     assert ended["late_distance_1"] == pytest.approx(np.exp(-3 * 2.6), rel=1e-3)
     assert ended["setback_1"] == 0
-    assert whole(*made(np.zeros(TIME.size), angle=1.1))["overshoot_1"] > 0.09
+    assert measure_whole_pd(*made(np.zeros(TIME.size), angle=1.1))["overshoot_1"] > 0.09
     run, rigid = made(np.zeros(TIME.size))
     shaken = replace(run, theta=run.theta - 0.01 * TARGET * np.sin(np.pi * TIME / 0.1)[:, None])
     # A hundredth either way, where the way has become flat.
-    assert whole(shaken, rigid)["setback_1"] == pytest.approx(0.02, rel=0.01)
-    assert whole(shaken, rigid)["gap_end_rad"] < 1e-4
+    assert measure_whole_pd(shaken, rigid)["setback_1"] == pytest.approx(0.02, rel=0.01)
+    assert measure_whole_pd(shaken, rigid)["gap_end_rad"] < 1e-4
 
 
-PD = experiments.question(experiments.PRELOADED, Cell(INTEGRAL, 0.02), (1,)).variant
+PD = experiments.build_question(experiments.PRELOADED, Condition(INTEGRAL, 0.02), (1,)).variant
 
 
 def test_the_preloaded_start_bears_the_drive():
@@ -191,17 +204,19 @@ def test_no_mesh_of_a_preloaded_start_accelerates():
 
 @pytest.mark.parametrize("source", [experiments.WIDE, experiments.TURNING], ids=str)
 def test_the_widest_clearance_is_run_to_the_end(source):
-    asked = experiments.question(source, Cell(PRINTED, 0.02), (1,))
+    asked = experiments.build_question(source, Condition(PRINTED, 0.02), (1,))
     case = asked.variant.case()
     assert case.scenario.duration_s == 3
-    assert geared_joint(case.arm).sun_mesh.of_planet(0).backlash_m == 3e-3
+    assert geared_joint(case.arm).sun_mesh.planet_mesh(0).backlash_m == 3e-3
 
 
 def test_links_turn_back_where_that_is_what_is_asked():
     """Both, on a rigid arm, which the geared one follows."""
     turns = {}
     for source in (experiments.WIDE, experiments.TURNING):
-        rigid = rigid_arm(experiments.question(source, Cell(PRINTED, 0.02), (1,)).variant)
+        rigid = rigid_arm(
+            experiments.build_question(source, Condition(PRINTED, 0.02), (1,)).variant
+        )
         rate = simulate(rigid)["theta_dot"].values
         turns[source] = ((rate.min(axis=0) < -0.1) & (rate.max(axis=0) > 0.1)).tolist()
     assert turns == {experiments.WIDE: [True, False], experiments.TURNING: [True, True]}
@@ -209,7 +224,9 @@ def test_links_turn_back_where_that_is_what_is_asked():
 
 def test_a_preloaded_start_under_constant_torque_does_not_ring():
     at_rest, loaded = (
-        experiments.question(source, Cell(INTEGRAL, 0.05), (1,)).answer().numbers["ringing_N"][0]
+        experiments.build_question(source, Condition(INTEGRAL, 0.05), (1,))
+        .answer()
+        .numbers["ringing_N"][0]
         for source in (experiments.CONSTANT, experiments.CONSTANT_PRELOADED)
     )
     assert loaded < 0.1 * at_rest
@@ -218,7 +235,7 @@ def test_a_preloaded_start_under_constant_torque_does_not_ring():
 def test_neighbouring_motions_part_under_the_clock_and_not_under_the_integral():
     """b = 1000 um; 10 per second is the noise of a finite window."""
     rates = [
-        experiments.question(experiments.NEIGHBOURS, Cell(law, zeta), (1,))
+        experiments.build_question(experiments.NEIGHBOURS, Condition(law, zeta), (1,))
         .answer()
         .numbers["lyapunov_per_s"][0]
         for law, zeta in ((PRINTED, 0.005), (INTEGRAL, 0.05))
@@ -227,8 +244,8 @@ def test_neighbouring_motions_part_under_the_clock_and_not_under_the_integral():
     assert rates[1] < 0
 
 
-def numbers_of_starts(**values: list[float | None]) -> Measured:
-    return Measured(dict(values), [None] * 8, 8)
+def numbers_of_starts(**values: list[float | None]) -> EnsembleNumbers:
+    return EnsembleNumbers(dict(values), [None] * 8, 8)
 
 
 @pytest.mark.parametrize(
@@ -240,16 +257,18 @@ def numbers_of_starts(**values: list[float | None]) -> Measured:
         (numbers_of_starts(third=[5.0] * 7 + [None]), False),
         (numbers_of_starts(third=[None] * 8), True),
         (numbers_of_starts(planets_apart_m=[float(n) for n in range(8)]), True),
-        (Measured({"third": [5.0] * 7 + [None]}, [None] * 7 + [0.3], 8), False),
+        (EnsembleNumbers({"third": [5.0] * 7 + [None]}, [None] * 7 + [0.3], 8), False),
     ],
 )
 def test_starts_stand_for_others_only_where_they_agree_in_every_number(found, said):
-    assert alike(found) == said
+    assert are_alike(found) == said
 
 
 def test_starts_that_agree_are_those_that_more_starts_agree_with():
     """What is left out would have told the same: run it all the same."""
-    asked = experiments.question(experiments.NO_ERROR, Cell(INTEGRAL, 0.05), tuple(range(1, 13)))
+    asked = experiments.build_question(
+        experiments.NO_ERROR, Condition(INTEGRAL, 0.05), tuple(range(1, 13))
+    )
     brief = replace(asked, variant=replace(asked.variant, duration_s=0.1))
     answer, later = brief.answer(), replace(brief, seeds=(9, 10, 11, 12)).answer()
     assert (answer.ran, len(answer.diverged_s)) == (8, 12)
@@ -261,7 +280,7 @@ def test_starts_that_agree_are_those_that_more_starts_agree_with():
 def test_a_rank_is_taken_among_members_that_have_the_event():
     frequency = {5: 1600.0, 10: 1500.0, 25: 1400.0, 50: 9000.0, 500: np.nan}
     third = {5: 300.0, 10: 200.0, 25: 100.0, 50: 0.1, 500: 100.0}
-    known = Known(
+    known = ConditionResults(
         {
             experiments.BACKLASH(b): Sample(
                 {"frequency_Hz": np.array([frequency[b]]), "third": np.array([third[b]])},

@@ -10,15 +10,28 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.chapter import ClaimRow, page, record
-from crosscheck.audit.claims.judged import Judged
+from crosscheck.audit.claims.chapter import ClaimRow, build_claim_record, render_claims
+from crosscheck.audit.claims.judgement import ClaimJudgement
 from crosscheck.audit.claims.measured import MEASURED
-from crosscheck.audit.claims.quantities import Known, difference, of, over, rank, spread
-from crosscheck.audit.claims.rule import State, VerdictKind, answers, verdict
-from crosscheck.audit.claims.settings import FULL
-from crosscheck.audit.experiments.cells import LAWS, Cell
-from crosscheck.audit.experiments.experiments import BACKLASH, ERROR, PLANTED, STATIC, Source
-from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.claims.quantities import (
+    ConditionResults,
+    difference,
+    quantity_of,
+    rank,
+    ratio,
+    spread,
+)
+from crosscheck.audit.claims.rule import State, VerdictKind, evaluate_claim, verdict
+from crosscheck.audit.claims.study_plan import FULL
+from crosscheck.audit.experiments.experiments import (
+    BACKLASH,
+    ERROR,
+    PLANTED,
+    STATIC,
+    PaperExperiment,
+)
+from crosscheck.audit.experiments.paper_conditions import LAWS, Condition
+from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.experiments.scale import Scale
 from tests.loops import require_items
 
@@ -40,31 +53,33 @@ def _numbers(generator: np.random.Generator) -> np.ndarray:
     return np.where(generator.random(STARTS) < 0.25, generator.choice(ODD, STARTS), sizes)
 
 
-def _known(generator: np.random.Generator) -> Known:
+def _known(generator: np.random.Generator) -> ConditionResults:
     """An experiment in four is missing."""
-    return Known({source: _drawn(generator) for source in _sources() if generator.integers(4)})
+    return ConditionResults(
+        {source: _drawn(generator) for source in _sources() if generator.integers(4)}
+    )
 
 
 @cache
-def _sources() -> tuple[Source, ...]:
-    cell = Cell(LAWS[0], FULL.shaken[0])
-    return (*FULL.sources(cell), BACKLASH(50), ERROR(5), STATIC, PLANTED)
+def _sources() -> tuple[PaperExperiment, ...]:
+    cell = Condition(LAWS[0], FULL.shaken[0])
+    return (*FULL.experiments(cell), BACKLASH(50), ERROR(5), STATIC, PLANTED)
 
 
 @settings(max_examples=4, print_blob=True, phases=(Phase.reuse, Phase.generate))
 @given(seed=st.integers(0, 2**63))
 def test_every_claim_gets_a_verdict_whatever_is_missing(seed):
     generator = np.random.default_rng(seed)
-    cells = [Cell(law, zeta) for law in LAWS for zeta in (0.006, 0.05)]
+    cells = [Condition(law, zeta) for law in LAWS for zeta in (0.006, 0.05)]
     asked = [(cell, _known(generator)) for cell in cells]
-    found = [Judged(claim, tuple(answers(claim, asked))) for claim in CLAIMS]
+    found = [ClaimJudgement(claim, tuple(evaluate_claim(claim, asked))) for claim in CLAIMS]
     for judged in found:
         for answer in judged.answers:
             assert all(map(math.isfinite, answer.values))
             assert answer.undefined + len(answer.values) == answer.starts
             assert (answer.state == State.UNDEFINED) == (answer.share is None)
-    json.dumps([record(judged, ()) for judged in found], allow_nan=False)
-    html = page([ClaimRow(judged, ()) for judged in found], FULL, Scale())
+    json.dumps([build_claim_record(judged, ()) for judged in found], allow_nan=False)
+    html = render_claims([ClaimRow(judged, ()) for judged in found], FULL, Scale())
     assert html.count('class="claim"') == len(CLAIMS)
 
 
@@ -73,18 +88,18 @@ def test_a_setting_without_any_number_supports_nothing(fate):
     """Every run diverged, or none has anything to tell: nothing but the arm's data is left."""
     nothing = {} if fate == "diverged" else {name: np.full(STARTS, math.nan) for name in MEASURED}
     sample = Sample(nothing, np.full(STARTS, fate == "diverged"))
-    known = Known(dict.fromkeys(_sources(), sample))
+    known = ConditionResults(dict.fromkeys(_sources(), sample))
     for claim in require_items(CLAIMS):
-        found = answers(claim, [(Cell(law, 0.05), known) for law in LAWS])
+        found = evaluate_claim(claim, [(Condition(law, 0.05), known) for law in LAWS])
         assert found
         if not claim.static and "diverge" not in next(iter(claim.choices.values())).id:
             assert {answer.state for answer in found} == {State.UNDEFINED}
             assert verdict(found).kind == VerdictKind.UNDEFINED
 
 
-def _sweep(diverged: Source) -> Known:
+def _sweep(diverged: PaperExperiment) -> ConditionResults:
     """Of four backlashes, one start of which diverged at one of them."""
-    known = Known()
+    known = ConditionResults()
     for b in (5, 50, 500, 3000):
         fate = np.array([False, BACKLASH(b) == diverged])
         values = {"third": 1.0 / b, "second_force_N": float(b), "third_force_N": 2.0}
@@ -101,14 +116,14 @@ def test_a_diverged_member_leaves_that_starts_sweep_undefined(quantity):
 
 
 def test_ratios_and_differences_with_nothing_are_undefined():
-    a, b = Source("a"), Source("b")
-    known = Known(
+    a, b = PaperExperiment("a"), PaperExperiment("b")
+    known = ConditionResults(
         {
             a: Sample({"first": np.array([1.0]), "second": np.array([0.0])}, np.zeros(1, bool)),
             b: Sample({}, np.ones(1, bool)),
         }
     )
-    for made in (over, difference):
-        assert np.isfinite(made(of(a, "first"), of(a, "first"))(known)).all()
-        assert np.isnan(made(of(a, "first"), of(b, "first"))(known)).all()
-    assert not np.isfinite(over(of(a, "first"), of(a, "second"))(known)).any()
+    for made in (ratio, difference):
+        assert np.isfinite(made(quantity_of(a, "first"), quantity_of(a, "first"))(known)).all()
+        assert np.isnan(made(quantity_of(a, "first"), quantity_of(b, "first"))(known)).all()
+    assert not np.isfinite(ratio(quantity_of(a, "first"), quantity_of(a, "second"))(known)).any()

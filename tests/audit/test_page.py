@@ -9,11 +9,11 @@ import pytest
 
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
-from crosscheck.audit.page.command import paper_command
-from crosscheck.audit.page.report import page, paper_files, records_json
+from crosscheck.audit.page.command import run_paper_command
+from crosscheck.audit.page.report import format_records, list_paper_files, render_page
 from crosscheck.models.errors import InputError
 
 
@@ -26,13 +26,13 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("number", [3, 21, -1])
 def test_unknown_figures_are_refused_before_anything_is_written(number, cache):
     with pytest.raises(InputError, match="must be 4 to 20"):
-        paper_command([4, number], cache / "out", 1)
+        run_paper_command([4, number], cache / "out", 1)
     assert not (cache / "out").exists()
 
 
 def test_a_seed_that_cannot_be_one_is_refused_before_anything_is_written(crosscheck, cache):
     with pytest.raises(InputError, match="--first-seed"):
-        paper_command([4], cache / "out", 1, -1)
+        run_paper_command([4], cache / "out", 1, -1)
     assert not (cache / "out").exists()
     answer = crosscheck("paper", "--first-seed", "-1", "--out", cache / "out")
     assert (answer.code, answer.err.count("\n")) == (2, 1)
@@ -41,14 +41,14 @@ def test_a_seed_that_cannot_be_one_is_refused_before_anything_is_written(crossch
 
 
 def test_another_first_seed_names_the_same_files(tmp_path):
-    assert paper_files(tmp_path, Scale(first_seed=99)) == paper_files(tmp_path)
+    assert list_paper_files(tmp_path, Scale(first_seed=99)) == list_paper_files(tmp_path)
     assert set(Scale(first_seed=99).seeds).isdisjoint(Scale().seeds)
 
 
 @pytest.mark.slow
 def test_one_figure_alone_makes_a_self_contained_page(cache):
     """Its script and its style are in it; nothing is asked of any other place."""
-    paper_command([4], cache / "out", 1, 5)
+    run_paper_command([4], cache / "out", 1, 5)
     html = (cache / "out" / "paper.html").read_text(encoding="utf-8")
     assert 'id="figure-4"' in html
     assert "<svg" in html
@@ -57,7 +57,7 @@ def test_one_figure_alone_makes_a_self_contained_page(cache):
 
 def test_the_contents_name_every_chapter_in_order(tmp_path):
     made = [AuditChapter(name, name.upper(), f"<p>{name}</p>", outcome="So.") for name in "abc"]
-    html = page(made, Study(tmp_path))
+    html = render_page(made, Study(tmp_path))
     contents, _, rest = html.partition("</nav>")
     assert re.findall(r'href="#(\w+)"', contents) == ["a", "b", "c", "provenance"]
     assert re.findall(r'<h2 id="(\w+)"', rest) == ["a", "b", "c", "provenance"]
@@ -66,7 +66,7 @@ def test_the_contents_name_every_chapter_in_order(tmp_path):
 
 def test_a_column_follows_its_path_in_a_row_and_is_undefined_where_a_part_is_missing():
     """By name, by place, by attributes; a share in words on the page and in the record."""
-    shares = Columns[Third](
+    shares = Columns[ThirdFluctuation](
         "of {0.diverged}",
         [
             TableColumn("diverged", "diverged"),
@@ -75,7 +75,7 @@ def test_a_column_follows_its_path_in_a_row_and_is_undefined_where_a_part_is_mis
             TableColumn("interval", None, "share.interval"),
         ],
     )
-    rows = [Third(*[np.full(4, size)] * 4, diverged=0) for size in (5.0, np.nan)]
+    rows = [ThirdFluctuation(*[np.full(4, size)] * 4, diverged=0) for size in (5.0, np.nan)]
     known, unknown = shares.json(rows)
     assert (known["id"], known["median"], known["severe"]) == ("of 0", 5.0, "0 of 4")
     assert known["interval"][0] == 0.0
@@ -85,6 +85,6 @@ def test_a_column_follows_its_path_in_a_row_and_is_undefined_where_a_part_is_mis
 
 def test_records_are_identical_but_for_the_provenance(tmp_path):
     made = [AuditChapter("x", "X", "<p>x</p>", [{"id": "x/1", "value": np.float64(1.5)}])]
-    first, second = (json.loads(records_json(made, Study(tmp_path))) for _ in range(2))
+    first, second = (json.loads(format_records(made, Study(tmp_path))) for _ in range(2))
     assert first["chapters"] == second["chapters"] == {"x": [{"id": "x/1", "value": 1.5}]}
-    assert "X" in page(made, Study(tmp_path))
+    assert "X" in render_page(made, Study(tmp_path))

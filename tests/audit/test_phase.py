@@ -8,34 +8,47 @@ import pytest
 
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.claims.rule import State
-from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, REPAIRED_RATE, Cell, Law
+from crosscheck.audit.experiments.paper_conditions import (
+    INTEGRAL,
+    PRINTED,
+    REPAIRED_RATE,
+    Condition,
+    Law,
+)
 from crosscheck.audit.experiments.scale import QUICK
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import NONE, Third
+from crosscheck.audit.measures.third_fluctuation import NONE, ThirdFluctuation
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
-from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.context import AuditContext
 from crosscheck.audit.phase import clock, dampers, linear, maps, resonance
-from crosscheck.audit.phase.chapter import h1_verdict
-from crosscheck.audit.phase.engines import WITHIN, Engines, TwoModels
-from crosscheck.audit.phase.handover import DEAD, ERROR_FREE, INTEGRATED, Fate, Handovers, Left
-from crosscheck.audit.phase.page.sections import of_maps
+from crosscheck.audit.phase.chapter import judge_h1
+from crosscheck.audit.phase.engines import WITHIN, EngineEvidence, ModelComparison
+from crosscheck.audit.phase.handover import (
+    DEAD,
+    ERROR_FREE,
+    INTEGRATED,
+    DecayAfterSwitch,
+    HandoverResult,
+    SwitchOutcome,
+)
+from crosscheck.audit.phase.page.sections import build_maps_section
 from crosscheck.audit.phase.runs import (
-    Changed,
-    Continued,
-    models_of,
-    motion,
+    ChangeQuestion,
+    ContinuedModel,
+    build_models,
+    build_pd_variant,
+    build_plant,
     neglected_weights,
-    pd_run,
-    plant_of,
+    simulate_motion,
     vibration,
 )
-from crosscheck.audit.phase.stability import ONSET_WITHIN, Begun
+from crosscheck.audit.phase.stability import ONSET_WITHIN, Onset
 from tests.audit.planted_runs import third
 
 SHORT = Variant(zeta=0.02, phase="omega_t", ring_rate="corrected", duration_s=0.02)
-CELL = Cell(PRINTED, 0.005)
+CELL = Condition(PRINTED, 0.005)
 ABOVE, BELOW = 1.01, 0.99
 
 
@@ -52,12 +65,12 @@ ABOVE, BELOW = 1.01, 0.99
 )
 def test_one_setting_in_which_it_happens_decides(omega_t, angle, expected):
     states = {"omega_t": [State.NO, omega_t], "angle": [angle, State.NO]}
-    assert maps.where_present(states) == expected
+    assert maps.find_presence(states) == expected
 
 
 def test_a_law_that_says_nothing_leaves_it_open():
     said = {"omega_t": [State.YES], "angle": [State.UNDEFINED]}
-    assert maps.where_present(said) == maps.Presence.UNKNOWN
+    assert maps.find_presence(said) == maps.Presence.UNKNOWN
 
 
 def test_a_setting_asks_the_same_starts_without_tooth_error():
@@ -65,45 +78,47 @@ def test_a_setting_asks_the_same_starts_without_tooth_error():
     assert [str(source) for source in plain.sources] == ["pd", "no error"]
     assert [source.size_um for source in other.sources] == [500.0, 500.0]
     assert len(set(maps.FOUR)) == 4
-    conservative = maps.MapSetting(Cell(Law("angle", "corrected", "conservative"), 0.02))
-    assert maps.integral_of(conservative) == maps.MapSetting(Cell(INTEGRAL, 0.02))
+    conservative = maps.MapSetting(Condition(Law("angle", "corrected", "conservative"), 0.02))
+    assert maps.integral_of(conservative) == maps.MapSetting(Condition(INTEGRAL, 0.02))
 
 
 @pytest.mark.parametrize(("severe", "told"), [(0, False), (4, True), (8, False)])
 def test_a_severe_fluctuation_is_of_a_branch_only_where_the_start_decides(severe, told, tmp_path):
     """By the records of lumped planets too, where all starts may be severe."""
 
-    def mapped(cell: Cell, loud: int) -> maps.Mapped:
+    def mapped(cell: Condition, loud: int) -> maps.MapPoint:
         found = third(*[300.0] * loud, *[5.0] * (8 - loud))
-        return maps.Mapped(maps.MapSetting(cell), third=found, without=third(*[0.0] * 8))
+        return maps.MapPoint(maps.MapSetting(cell), third=found, without=third(*[0.0] * 8))
 
     lumped = [mapped(replace(CELL, planets="lumped"), severe)]
-    said = of_maps(maps.Maps([mapped(CELL, 0)], lumped, []), Material(Study(tmp_path), QUICK)).html
+    said = build_maps_section(
+        maps.Maps([mapped(CELL, 0)], lumped, []), AuditContext(Study(tmp_path), QUICK)
+    ).html
     assert ("belongs to a branch" in said) == told
     assert ("severe in nine starts of ten or more at ζ 0.005" in said) == (severe == 8)
 
 
 def test_verdict_of_h1():
     every = {"clock": True, "engine": True}
-    assert h1_verdict(maps.Presence.PRINTED, every) == "holds"
-    assert h1_verdict(maps.Presence.UNKNOWN, every) == "undefined"
-    undefined = h1_verdict(maps.Presence.PRINTED, {**every, "engine": None})
+    assert judge_h1(maps.Presence.PRINTED, every) == "holds"
+    assert judge_h1(maps.Presence.UNKNOWN, every) == "undefined"
+    undefined = judge_h1(maps.Presence.PRINTED, {**every, "engine": None})
     assert undefined == "holds in the simulations, but undefined in: engine"
-    assert "clock" in h1_verdict(maps.Presence.PRINTED, {**every, "clock": False})
+    assert "clock" in judge_h1(maps.Presence.PRINTED, {**every, "clock": False})
     for elsewhere in (maps.Presence.BOTH, maps.Presence.NEITHER, maps.Presence.INTEGRATED):
-        assert h1_verdict(elsewhere, every) == "does not hold"
+        assert judge_h1(elsewhere, every) == "does not hold"
 
 
-def _clocks(*changes: float) -> clock.Clocks:
+def _clocks(*changes: float) -> clock.ClockTestResult:
     """Of the paper's laws and the integral."""
     nothing = clock.SignalEnvelope((), (), ())
 
-    def delayed(change: float) -> clock.Delayed:
-        return clock.Delayed(1.0, change, 1.0, (), False, nothing, nothing)
+    def delayed(change: float) -> clock.DelayResult:
+        return clock.DelayResult(1.0, change, 1.0, (), False, nothing, nothing)
 
     laws = (PRINTED, REPAIRED_RATE, INTEGRAL)
-    return clock.Clocks(
-        [clock.LawsClock(law, [delayed(c)]) for law, c in zip(laws, changes, strict=True)]
+    return clock.ClockTestResult(
+        [clock.LawClockTest(law, [delayed(c)]) for law, c in zip(laws, changes, strict=True)]
     )
 
 
@@ -124,23 +139,29 @@ def test_only_the_printed_law_knows_the_time(law, same):
 
 def test_the_free_clock_at_zero_is_the_model_itself():
     run = simulate(SHORT)
-    own = motion([PhysicalModel(*SHORT.case())])
+    own = simulate_motion([PhysicalModel(*SHORT.case())])
     assert np.array_equal(own.a[:, own.theta, 0], run["theta_ddot"].values)
 
 
 def test_a_run_goes_on_where_another_stopped():
     half = replace(SHORT, duration_s=0.01).case()
-    before, whole = motion([PhysicalModel(*half)]), motion([PhysicalModel(*SHORT.case())])
+    before, whole = (
+        simulate_motion([PhysicalModel(*half)]),
+        simulate_motion([PhysicalModel(*SHORT.case())]),
+    )
     last = before.q[-1, :, 0].copy(), before.v[-1, :, 0].copy()
-    resumed = motion([Continued(half, *last)], float(before.time[-1]))
+    resumed = simulate_motion([ContinuedModel(half, *last)], float(before.time[-1]))
     assert resumed.time[0] == pytest.approx(0.01)
     assert np.abs(resumed.q[-1] - whole.q[-1]).max() < 1e-12
 
 
 def test_changed_dampers_and_drives_are_other_questions():
-    variant = pd_run(CELL, 0.002)
-    plain, stronger = Changed(variant, (1,)), Changed(variant, (1,), damping=(2.0, 0.2))
-    fed = Changed(variant, (1,), recorded=True)
+    variant = build_pd_variant(CELL, 0.002)
+    plain, stronger = (
+        ChangeQuestion(variant, (1,)),
+        ChangeQuestion(variant, (1,), damping=(2.0, 0.2)),
+    )
+    fed = ChangeQuestion(variant, (1,), recorded=True)
     assert len({plain.inputs, stronger.inputs, fed.inputs}) == 3
     own, other = plain.models((1,))[0].gears.d, stronger.models((1,))[0].gears.d
     assert np.unique(np.round(other / own, 12)).tolist() == [0.2, 2.0]
@@ -148,15 +169,15 @@ def test_changed_dampers_and_drives_are_other_questions():
 
 
 def test_a_start_is_the_same_whichever_stand_beside_it():
-    variant = pd_run(CELL, 0.01)
-    alone, three = (motion(models_of(variant, seeds)).q for seeds in ((2,), (1, 2, 3)))
+    variant = build_pd_variant(CELL, 0.01)
+    alone, three = (simulate_motion(build_models(variant, seeds)).q for seeds in ((2,), (1, 2, 3)))
     assert np.array_equal(alone[:, :, 0], three[:, :, 1])
 
 
 def test_branches_are_compared_only_where_both_models_have_starts():
     small, severe = [20.0] * 8, [400.0] * 4
     one, other = third(*small, *severe), third(*small, 400.0)
-    found = {(a.severe, a.number): a.met for a in TwoModels(CELL, one, other).apart}
+    found = {(a.severe, a.number): a.met for a in ModelComparison(CELL, one, other).branches}
     assert {met for (branch, _), met in found.items() if branch} == {None}
     assert {met for (branch, _), met in found.items() if not branch} == {True}
 
@@ -173,15 +194,17 @@ def test_medians_of_a_branch_have_limits_on_both_sides(number):
             frequency_Hz=1300.0 * of["frequency"],
         )
         (met,) = [
-            a.met for a in TwoModels(CELL, one, other).apart if a.severe and a.number == number
+            a.met
+            for a in ModelComparison(CELL, one, other).branches
+            if a.severe and a.number == number
         ]
         assert met is expected
 
 
-def _engines(same: Third, angle: float) -> Engines:
+def _engines(same: ThirdFluctuation, angle: float) -> EngineEvidence:
     rising = third(*np.linspace(150.0, 200.0, 16))
-    quiet = TwoModels(CELL, third(0.1), third(angle))
-    return Engines([TwoModels(CELL, rising, same)], [quiet])
+    quiet = ModelComparison(CELL, third(0.1), third(angle))
+    return EngineEvidence([ModelComparison(CELL, rising, same)], [quiet])
 
 
 def test_second_engine_supports_if_it_shows_the_same_and_is_quiet_under_angle():
@@ -194,25 +217,25 @@ def test_second_engine_supports_if_it_shows_the_same_and_is_quiet_under_angle():
 
 
 def test_onset_predicted():
-    assert Begun(None, None).as_predicted
-    assert not Begun(None, 1.0).as_predicted
-    assert not Begun(1.0, None).as_predicted
-    assert Begun(1 + BELOW * ONSET_WITHIN, 1.0).as_predicted
-    assert not Begun(1 + ABOVE * ONSET_WITHIN, 1.0).as_predicted
+    assert Onset(None, None).as_predicted
+    assert not Onset(None, 1.0).as_predicted
+    assert not Onset(1.0, None).as_predicted
+    assert Onset(1 + BELOW * ONSET_WITHIN, 1.0).as_predicted
+    assert not Onset(1 + ABOVE * ONSET_WITHIN, 1.0).as_predicted
 
 
 def test_a_vibration_dies_below_a_tenth():
-    assert Left(100.0, 50.0, BELOW * DEAD * 100.0).dies
-    assert not Left(100.0, 50.0, ABOVE * DEAD * 100.0).dies
+    assert DecayAfterSwitch(100.0, 50.0, BELOW * DEAD * 100.0).dies
+    assert not DecayAfterSwitch(100.0, 50.0, ABOVE * DEAD * 100.0).dies
 
 
 def test_the_handover_counts_where_it_dies_without_tooth_error():
     every, some = Share(4, 4), Share(3, 4)
 
-    def fates(with_error: Share | None, without: Share | None) -> Handovers:
+    def fates(with_error: Share | None, without: Share | None) -> HandoverResult:
         pairs = ((INTEGRATED, with_error), (ERROR_FREE, without))
-        found = [Fate(CELL, heir, 4, NONE, NONE, NONE, dying) for heir, dying in pairs]
-        return Handovers(found, None)  # type: ignore[arg-type]  # nothing is drawn
+        found = [SwitchOutcome(CELL, heir, 4, NONE, NONE, NONE, dying) for heir, dying in pairs]
+        return HandoverResult(found, None)  # type: ignore[arg-type]  # nothing is drawn
 
     assert fates(every, every).supports is True
     assert fates(some, every).supports is False
@@ -233,11 +256,12 @@ def test_far_from_a_resonance():
     assert found(resonance.FAR).lowest_open == resonance.SPEEDS[resonance.SPEEDS > 200.0][0]
 
 
-def _dampers(sizes: dict[str, float], rest: float) -> dampers.Dampers:
+def _dampers(sizes: dict[str, float], rest: float) -> dampers.DamperResult:
     ablated = [
-        dampers.Ablated(one, 0.01, third(*[sizes[one.name]] * 10)) for one in dampers.ABLATIONS
+        dampers.DamperAblation(one, 0.01, third(*[sizes[one.name]] * 10))
+        for one in dampers.ABLATIONS
     ]
-    return dampers.Dampers(ablated[:1], ablated, (rest, rest, rest), [])
+    return dampers.DamperResult(ablated[:1], ablated, (rest, rest, rest), [])
 
 
 def test_a_hard_excited_flutter_needs_all_of_its_causes():
@@ -271,30 +295,32 @@ def test_eq_11_in_full_is_the_suns_and_the_planets_own_turning():
 @pytest.mark.parametrize("full_rate", [False, True])
 def test_jacobian_is_that_of_the_equations(law, full_rate):
     case = replace(SHORT, phase=law, duration_s=1.0).case()
-    plant = plant_of(PhysicalModel(*case), full_rate)
-    assert linear.jacobian_error(plant, linear.base_motion(case, plant, 100), 6) < 1e-7
+    plant = build_plant(PhysicalModel(*case), full_rate)
+    assert linear.jacobian_error(plant, linear.compute_base_motion(case, plant, 100), 6) < 1e-7
 
 
 def test_the_base_motion_needs_no_vibration_to_carry_the_arm():
     """Started on it, the full equations stay on it: forces balance row by row."""
     case = replace(SHORT, phase="angle", duration_s=0.6).case()
-    plant = plant_of(PhysicalModel(*case))
-    base = linear.base_motion(case, plant, 10)
+    plant = build_plant(PhysicalModel(*case))
+    base = linear.compute_base_motion(case, plant, 10)
     k = int(np.searchsorted(base.time, 0.5))
     brief = replace(SHORT, phase="angle", duration_s=0.01, record_every=1000).case()
-    run = motion([Continued(brief, base.q[k], base.v[k], plant.equations)], float(base.time[k]))
+    run = simulate_motion(
+        [ContinuedModel(brief, base.q[k], base.v[k], plant.equations)], float(base.time[k])
+    )
     drift = run.q[-1, :, 0] - base.q[k + 10]
-    assert np.abs(drift[plant.gears.where]).max() < 2e-7  # against 1e-5 m of compression
+    assert np.abs(drift[plant.gears.x_index]).max() < 2e-7  # against 1e-5 m of compression
     assert np.abs(drift[plant.gears.theta]).max() < 1e-5
 
 
 def test_modes_at_rest_are_those_of_the_model():
     case = replace(SHORT, zeta=1e-6, phase="angle").case()
-    plant = plant_of(PhysicalModel(*case))
-    base = linear.base_motion(case, plant, 10)
+    plant = build_plant(PhysicalModel(*case))
+    base = linear.compute_base_motion(case, plant, 10)
     still = base._replace(time=base.time[:1], q=base.q[:1], v=base.v[:1], force=base.force[:1])
     expected = PhysicalModel(*case).mesh_modes()[-4:]
-    assert np.sort(linear.mesh_modes(plant, still).frequency[0]) == pytest.approx(
+    assert np.sort(linear.compute_mesh_modes(plant, still).frequency[0]) == pytest.approx(
         expected, rel=2e-3
     )
 
@@ -311,10 +337,10 @@ def test_intervals_are_told_from_their_e_folds_on():
     time = np.linspace(0.0, 1.0, 1001)
     growth = np.where((time > 0.3) & (time < 0.5), 100.0, -1.0)[:, None]
     modes = linear.Modes(growth, np.full_like(growth, 1700.0))
-    (found,) = linear.unstable_intervals(time, modes, 19.0)
+    (found,) = linear.find_unstable_intervals(time, modes, 19.0)
     assert found.folds == pytest.approx(20.0, rel=0.02)
     assert found.frequency == pytest.approx(1700.0)
-    assert not linear.unstable_intervals(time, modes, 21.0)
+    assert not linear.find_unstable_intervals(time, modes, 21.0)
 
 
 def test_vibration_leaves_the_motion_of_the_arm_out():
@@ -325,16 +351,16 @@ def test_vibration_leaves_the_motion_of_the_arm_out():
 
 def test_a_tongue_opens_at_twice_a_modes_frequency_and_damping_closes_it():
     speeds = np.array([150.0, 2 * 2 * np.pi * 1709.9 / 99])
-    away, inside = resonance.tongues(0.005, speeds)
+    away, inside = resonance.compute_floquet_growth(0.005, speeds)
     assert away < 0 < inside
-    assert resonance.tongues(0.1, speeds).max() < 0
+    assert resonance.compute_floquet_growth(0.1, speeds).max() < 0
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("cell", [Cell(PRINTED, 0.005), Cell(REPAIRED_RATE, 0.02)])
+@pytest.mark.parametrize("cell", [Condition(PRINTED, 0.005), Condition(REPAIRED_RATE, 0.02)])
 def test_exudyn_follows_the_analytic_model_into_the_vibration(cell):
     """Up to where rounding has grown: the first 0.1 s of the same start, planets free."""
-    one = replace(pd_run(cell, 0.1), seed=1)
+    one = replace(build_pd_variant(cell, 0.1), seed=1)
     runs = [simulate(replace(one, model=model)) for model in ("analytic:physical", "exudyn:tree")]
     gap = np.abs(runs[0]["theta_ddot"].values - runs[1]["theta_ddot"].values)
     assert gap.max() < 1e-2 * np.abs(runs[0]["theta_ddot"].values).max()

@@ -2,13 +2,13 @@
 
 import pytest
 
-from crosscheck.audit.hypotheses.evidence.spin import CONSIDERABLE_M, SpinCost, matters
+from crosscheck.audit.hypotheses.evidence.spin import CONSIDERABLE_M, SpinCost, is_considerable
 from crosscheck.models.loading import load_arm
 
 
 def test_threshold():
-    assert matters(1.01 * CONSIDERABLE_M)
-    assert not matters(0.99 * CONSIDERABLE_M)
+    assert is_considerable(1.01 * CONSIDERABLE_M)
+    assert not is_considerable(0.99 * CONSIDERABLE_M)
 
 
 def test_missing_inertia_is_that_of_the_planets():

@@ -6,27 +6,33 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.audit.claims.quantities import of
-from crosscheck.audit.claims.rule import Answer, Claim, Place, State, above
-from crosscheck.audit.experiments.cells import LAWS, PRINTED, Cell
+from crosscheck.audit.claims.quantities import quantity_of
+from crosscheck.audit.claims.rule import Answer, Claim, Place, State, limits_above
 from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.experiments.paper_conditions import LAWS, PRINTED, Condition
 from crosscheck.audit.experiments.variant import Variant
-from crosscheck.audit.measures.third import APART_M
-from crosscheck.audit.phase.runs import pd_run
+from crosscheck.audit.measures.third_fluctuation import PARTING_SPREAD_M
+from crosscheck.audit.phase.runs import build_pd_variant
 from crosscheck.audit.planets import hill, parting, verdict
-from crosscheck.audit.planets.parting import FirstPartings, Parted, PartingCourse, Partings, alike
+from crosscheck.audit.planets.parting import (
+    FirstPartingQuestion,
+    PartingCourse,
+    PartingQuestion,
+    SymmetryBreaking,
+    make_lumped_case,
+)
 from crosscheck.models.loading import Case
 from tests.audit.planted_runs import third
 from tests.loops import require_items
 
 ABOVE, BELOW = 1.01, 0.99
-CELL = Cell(PRINTED, 0.005)
-SHORT = replace(pd_run(CELL, 0.02), seed=1, record_every=10)
+CELL = Condition(PRINTED, 0.005)
+SHORT = replace(build_pd_variant(CELL, 0.02), seed=1, record_every=10)
 
 
 def _model(planets: str, variant: Variant = SHORT) -> PhysicalModel:
     arm, scenario, switches = variant.case()
-    lumped = alike(variant.case()) if planets == "lumped" else (arm, scenario, switches)
+    lumped = make_lumped_case(variant.case()) if planets == "lumped" else (arm, scenario, switches)
     return PhysicalModel(*lumped)
 
 
@@ -48,7 +54,7 @@ def test_hills_equation_is_the_free_models_own(law, joint, damping, x):
     mode = np.zeros(q.size)
     rows = [model.layout.at("x_pr", joint, planet) for planet in range(3)]
     mode[rows] = (2.0, -0.5, -1.5)
-    stages = hill.stages_of(model)
+    stages = hill.build_stages(model)
     spring, damper, _, _ = hill.coefficients(model.gears, stages.mesh[joint], 0.3, q, v)
     for by, step, expected in (("q", 1e-9, spring), ("v", 1e-6, damper)):
         moved = _slope(model, q, v, mode, by, step)
@@ -60,7 +66,7 @@ def _pose(model: PhysicalModel, x: tuple[float, float]) -> tuple[np.ndarray, np.
     """Both joints in the same contacts, moving."""
     q, v = np.zeros((2, len(model.layout)))
     q[model.layout.theta], v[model.layout.theta] = (0.2, -0.4), (1.1, 0.7)
-    q[model.layout.of("x_s")], q[model.layout.of("x_pr")] = sum(x), x[1]
+    q[model.layout.indices("x_s")], q[model.layout.indices("x_pr")] = sum(x), x[1]
     return q, v
 
 
@@ -80,9 +86,9 @@ def _slope(
 def test_a_tiny_difference_follows_the_equation(base):
     """Through the first impacts, in which teeth part; started pressed in, not at the very edge."""
     case = _pressed_in(SHORT.case())
-    model = PhysicalModel(*(alike(case) if base == "lumped" else case))
+    model = PhysicalModel(*(make_lumped_case(case) if base == "lumped" else case))
     start = np.ptp(np.array(case.scenario.start.planet_offset_m), axis=1)
-    (run,) = hill.followed([model], start[None])
+    (run,) = hill.follow_planets([model], start[None])
     found = run.by_contact
     spread = np.ptp(PhysicalModel(*case).simulate()["x_pr"].values, axis=2)
     assert (np.abs(spread - np.exp(found.part)) < 1e-3 * np.exp(found.size)).all()
@@ -93,8 +99,10 @@ def test_a_tiny_difference_follows_the_equation(base):
 def test_the_motion_that_is_followed_is_the_models_own_run(base):
     """Bit for bit, whichever starts are followed beside it: the same steps of the same kernel."""
     cases = [replace(SHORT, seed=seed).case() for seed in range(1, 11)]
-    models = [PhysicalModel(*(alike(case) if base == "lumped" else case)) for case in cases]
-    found = hill.followed(models, np.full((10, 2), 1e-12))
+    models = [
+        PhysicalModel(*(make_lumped_case(case) if base == "lumped" else case)) for case in cases
+    ]
+    found = hill.follow_planets(models, np.full((10, 2), 1e-12))
     for one, run in require_items(zip(found, PhysicalModel.simulate_together(models), strict=True)):
         assert (one.time == run["time"].values).all()
         for joint, x_pr in require_items(enumerate(one.x_pr)):
@@ -148,24 +156,26 @@ def test_seeds_of_lumped_planets_are_those_of_free_ones_and_more():
 
 
 def test_pairs_of_samples_say_what_they_are():
-    weaker = verdict.Freed(CELL, third(*[400.0] * 8), third(*[20.0] * 8), 2)
+    weaker = verdict.PlanetsComparison(CELL, third(*[400.0] * 8), third(*[20.0] * 8), 2)
     assert weaker.effect == verdict.PlanetsEffect.WEAKER
-    assert verdict.effects_by_law([weaker])[PRINTED] == {verdict.PlanetsEffect.WEAKER: 1}
-    assert set(verdict.effects_by_law([])) == set(LAWS)
+    assert verdict.count_effects([weaker])[PRINTED] == {verdict.PlanetsEffect.WEAKER: 1}
+    assert set(verdict.count_effects([])) == set(LAWS)
 
 
 def test_a_statement_about_a_figure_may_rest_on_planets_held_alike():
-    limits = above(100.0, "")
-    claim = Claim("3.2-99", 14, "", of(PD, "third"), limits)
+    limits = limits_above(100.0, "")
+    claim = Claim("3.2-99", 14, "", quantity_of(PD, "third"), limits)
     place = Place(PRINTED, CELL.arm, 0.005, "")
     true, false = (Answer(place, (size,) * 16, 16, limits) for size in (200.0, 20.0))
-    lost = verdict.Feature(claim, place, true, false, 1)
+    lost = verdict.ClaimComparison(claim, place, true, false, 1)
     assert (lost.survives, lost.changed) == (verdict.Survival.LOST, True)
-    assert verdict.Feature(claim, place, true, true, 1).changed is False
+    assert verdict.ClaimComparison(claim, place, true, true, 1).changed is False
     assert lost.free.state == State.NO
 
 
-def _parted(measured: float | None, lumped: float | None, strayed: float | None = None) -> Parted:
+def _parted(
+    measured: float | None, lumped: float | None, strayed: float | None = None
+) -> SymmetryBreaking:
     """The elbow parts; the shoulder does not."""
     times = tuple(0.005 * k for k in range(8))
     flat = tuple(-12.0 for _ in times)
@@ -176,11 +186,11 @@ def _parted(measured: float | None, lumped: float | None, strayed: float | None 
 
     none = PartingCourse((flat, flat), (None, None))
     courses = course(measured), course(lumped), course(measured)
-    return Parted(times, *courses, none, (None, strayed))
+    return SymmetryBreaking(times, *courses, none, (None, strayed))
 
 
-def _foretold(found: list[Parted]) -> parting.Foretold:
-    return parting._first_parting("lumped", len(found) + 1, found)
+def _foretold(found: list[SymmetryBreaking]) -> parting.PartingPrediction:
+    return parting._count_predictions("lumped", len(found) + 1, found)
 
 
 def test_the_first_parting_is_foretold_start_by_start():
@@ -199,27 +209,27 @@ def test_the_first_parting_is_foretold_start_by_start():
     assert _foretold([]).all_right is None
     assert replace(told, diverged=2).all_right is True
     assert replace(told, diverged=3).all_right is None
-    elbow = parting._predictions(found, 1)
+    elbow = parting._summarize_joint(found, 1)
     assert (elbow.parted, elbow.first, elbow.median_s, elbow.lumped_right) == (2, 2, 0.1, 3)
     assert elbow.largest_growth_per_s == pytest.approx(np.log(10) / 0.005)
-    shoulder = parting._predictions(found, 0)
+    shoulder = parting._summarize_joint(found, 0)
     assert (shoulder.parted, shoulder.median_s) == (0, None)
 
 
 def test_parting_is_measured_where_planets_pass_a_micrometre():
     variant = replace(SHORT, settings=(), duration_s=0.002)
-    (parted,) = Partings((variant,)).answer()
+    (parted,) = PartingQuestion((variant,)).answer()
     assert parted is not None
     assert parted.measured.parting_s == parted.by_lumped.parting_s == (None, None)
     assert parted.measured.spread[0][0] == pytest.approx(-12, abs=0.4)
-    assert APART_M == 1e-6
+    assert PARTING_SPREAD_M == 1e-6
 
 
 def test_first_partings_are_those_of_the_run_itself():
     """At the smallest damping planets part within the first tenth of a second."""
-    variant = pd_run(Cell(PRINTED, 0.003), 0.08)
-    times = FirstPartings(variant, (1, 2)).answer()
+    variant = build_pd_variant(Condition(PRINTED, 0.003), 0.08)
+    times = FirstPartingQuestion(variant, (1, 2)).answer()
     run = PhysicalModel(*replace(variant, seed=2).case()).simulate()
     spread = np.ptp(run["x_pr"].values, axis=2).max(axis=1)
-    assert times[1] == run["time"].values[np.argmax(spread >= APART_M)]
-    assert FirstPartings(pd_run(CELL, 0.002), (1,)).answer() == [None]
+    assert times[1] == run["time"].values[np.argmax(spread >= PARTING_SPREAD_M)]
+    assert FirstPartingQuestion(build_pd_variant(CELL, 0.002), (1,)).answer() == [None]

@@ -5,15 +5,15 @@ import pytest
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.thresholds import EVIDENT
-from crosscheck.audit.measures.twosamples import SIGNIFICANT, TwoTests
-from crosscheck.audit.planets.parting import PREDICTED, parting_is_predicted
+from crosscheck.audit.measures.twosamples import SIGNIFICANT, PValues
+from crosscheck.audit.planets.parting import PREDICTED, is_parting_predicted
 from crosscheck.audit.planets.verdict import (
     PlanetsEffect,
     Survival,
-    effect,
-    h7_verdict,
     is_changed,
-    survival,
+    judge_effect,
+    judge_h7,
+    judge_survival,
 )
 from tests.audit.planted_runs import third
 
@@ -23,27 +23,27 @@ ABOVE, BELOW = 1.01, 0.99
 def test_the_effect_of_freeing_planets():
     large, small = third(*[400.0] * 5), third(*[20.0] * 5)
     told, untold = 0.5 * SIGNIFICANT / 48, 1.5 * SIGNIFICANT / 48
-    assert effect(large, small, TwoTests(told, 1.0), 48) == PlanetsEffect.WEAKER
-    assert effect(small, large, TwoTests(told, 1.0), 48) == PlanetsEffect.STRONGER
-    assert effect(large, small, TwoTests(untold, untold), 48) == PlanetsEffect.NONE
-    assert effect(large, small, TwoTests(None, told), 48) == PlanetsEffect.UNKNOWN
+    assert judge_effect(large, small, PValues(told, 1.0), 48) == PlanetsEffect.WEAKER
+    assert judge_effect(small, large, PValues(told, 1.0), 48) == PlanetsEffect.STRONGER
+    assert judge_effect(large, small, PValues(untold, untold), 48) == PlanetsEffect.NONE
+    assert judge_effect(large, small, PValues(None, told), 48) == PlanetsEffect.UNKNOWN
     larger = third(*[440.0] * 5)
-    assert effect(large, larger, TwoTests(1.0, told), 48) == PlanetsEffect.STRONGER
-    assert effect(larger, large, TwoTests(1.0, told), 48) == PlanetsEffect.WEAKER
+    assert judge_effect(large, larger, PValues(1.0, told), 48) == PlanetsEffect.STRONGER
+    assert judge_effect(larger, large, PValues(1.0, told), 48) == PlanetsEffect.WEAKER
 
 
 def test_sizes_that_are_no_fluctuation_have_no_effect():
-    p = TwoTests(1.0, 0.0)
+    p = PValues(1.0, 0.0)
     for by, expected in ((BELOW, PlanetsEffect.NONE), (ABOVE, PlanetsEffect.STRONGER)):
-        assert effect(third(*[1.0] * 5), third(*[by * EVIDENT] * 5), p, 48) == expected
+        assert judge_effect(third(*[1.0] * 5), third(*[by * EVIDENT] * 5), p, 48) == expected
 
 
 def test_parting_is_predicted_within_a_tenth():
-    assert parting_is_predicted(None, None)
-    assert not parting_is_predicted(0.1, None)
-    assert not parting_is_predicted(None, 0.1)
-    assert parting_is_predicted(1 + BELOW * PREDICTED, 1.0)
-    assert not parting_is_predicted(1 + ABOVE * PREDICTED, 1.0)
+    assert is_parting_predicted(None, None)
+    assert not is_parting_predicted(0.1, None)
+    assert not is_parting_predicted(None, 0.1)
+    assert is_parting_predicted(1 + BELOW * PREDICTED, 1.0)
+    assert not is_parting_predicted(1 + ABOVE * PREDICTED, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def test_parting_is_predicted_within_a_tenth():
     ],
 )
 def test_what_survives(lumped, free, expected):
-    assert survival(lumped, free) == expected
+    assert judge_survival(lumped, free) == expected
 
 
 def test_an_answer_is_changed_where_its_shares_are_told_apart():
@@ -76,7 +76,7 @@ def test_an_answer_is_changed_where_its_shares_are_told_apart():
 
 
 def test_verdict_of_h7():
-    assert h7_verdict([PlanetsEffect.NONE, PlanetsEffect.WEAKER]) == "holds"
-    assert h7_verdict([PlanetsEffect.STRONGER, PlanetsEffect.UNKNOWN]) == "holds"
-    assert h7_verdict([PlanetsEffect.NONE, PlanetsEffect.UNKNOWN]) == "not seen"
-    assert h7_verdict([PlanetsEffect.UNKNOWN]) == h7_verdict([]) == "undefined"
+    assert judge_h7([PlanetsEffect.NONE, PlanetsEffect.WEAKER]) == "holds"
+    assert judge_h7([PlanetsEffect.STRONGER, PlanetsEffect.UNKNOWN]) == "holds"
+    assert judge_h7([PlanetsEffect.NONE, PlanetsEffect.UNKNOWN]) == "not seen"
+    assert judge_h7([PlanetsEffect.UNKNOWN]) == judge_h7([]) == "undefined"

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.quantities import of
-from crosscheck.audit.errata.sheet import ErrataSheet, markdown
-from crosscheck.audit.errata.words import notes
-from crosscheck.audit.experiments.cells import READINGS
+from crosscheck.audit.claims.quantities import quantity_of
+from crosscheck.audit.errata.errata_texts import load_notes
+from crosscheck.audit.errata.sheet import ErrataSheet, format_markdown
 from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.experiments.paper_conditions import READINGS
 from crosscheck.audit.experiments.scale import FULL
 from crosscheck.audit.figures.chapter import NUMBERS
-from crosscheck.audit.figures.store import stored_runs
+from crosscheck.audit.figures.trajectory_reduction import select_stored_variants
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page import report
 from crosscheck.models.trajectory import read_netcdf
@@ -79,7 +79,7 @@ def test_the_records_are_strict_json_and_those_of_the_chapters(published):
 
 def test_every_file_is_there_and_whole(published):
     with few_settings(*READINGS):
-        runs = stored_runs(FULL)
+        runs = select_stored_variants(FULL)
     names = {"paper.html", "claims.json", "errata.md", *(f"{name}.nc" for name in runs)}
     assert {path.name for path in published.out.iterdir()} == names
     for name, variant in runs.items():
@@ -90,7 +90,7 @@ def test_every_file_is_there_and_whole(published):
 
 
 def test_the_docs_page_has_every_finding_erratum_and_claim(published):
-    page = case_study.page(published.out)
+    page = case_study.build_page(published.out)
     claims = published.json["chapters"]["claims"]
     assert all(f"| {claim['id']} | " in page for claim in claims)
     assert re.findall(r"^### (\d)\. ", page, flags=re.M) == list("123456")
@@ -115,10 +115,10 @@ def test_the_errata_sheet_is_made_of_even_tables(published):
 def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(published):
     sheet = published.chapters["errata"]
     assert isinstance(sheet, ErrataSheet)
-    errata, text = [one.erratum for one in sheet.found], markdown(sheet.found)
+    errata, text = [one.erratum for one in sheet.errata], format_markdown(sheet.errata)
     ids = [f"erratum/paper-labelled/{erratum.id}" for erratum in errata]
     assert [record["id"] for record in sheet.records][: len(ids)] == ids
-    for note in (*notes().contradictions, *notes().gaps):
+    for note in (*load_notes().contradictions, *load_notes().gaps):
         assert any(str(record["id"]).endswith(f"/{note.id}") for record in sheet.records)
     for erratum in errata:
         assert erratum.where.replace("|", r"\|") in text
@@ -144,7 +144,7 @@ def test_what_needs_a_longer_run_is_undefined(published, chapter, name):
 
 def test_claims_about_later_events_are_undefined_and_say_so(published):
     records = {record["id"]: record for record in published.chapters["claims"].records}
-    later = of(PD, "third").id
+    later = quantity_of(PD, "third").id
     asked = [c.id for c in CLAIMS if {q.id for q in c.choices.values()} == {later}]
     assert asked
     for record in (records[name] for name in asked):
@@ -166,7 +166,7 @@ def test_no_result_hangs_on_a_view(names):
     hanging = {
         (name, path.relative_to(ROOT).as_posix())
         for name in names
-        for path in sources.files(name[0])
+        for path in sources.find_source_files(name[0])
         if path.is_relative_to(ROOT) and is_view(path.relative_to(ROOT))
     }
     assert hanging == set()

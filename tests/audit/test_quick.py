@@ -10,25 +10,31 @@ import pytest
 
 from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.rule import State
-from crosscheck.audit.claims.settings import QUICK as PLAN
-from crosscheck.audit.claims.settings import with_experiments
-from crosscheck.audit.errata.finder import Errata
+from crosscheck.audit.claims.study_plan import QUICK as PLAN
+from crosscheck.audit.claims.study_plan import run_experiments
+from crosscheck.audit.errata.errata_texts import add_errata_texts
+from crosscheck.audit.errata.finder import ErrataQuestion
 from crosscheck.audit.errata.sheet import QUICK_S, ArmErratum
-from crosscheck.audit.errata.words import in_words
-from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, READINGS, REPAIRED_RATE
+from crosscheck.audit.experiments.paper_conditions import (
+    INTEGRAL,
+    LABELLED,
+    PRINTED,
+    READINGS,
+    REPAIRED_RATE,
+)
 from crosscheck.audit.experiments.scale import QUICK
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.figures import chapter as figures
-from crosscheck.audit.figures.shelf import Shelf
-from crosscheck.audit.front.chapter import baseline_finding, third_finding
+from crosscheck.audit.figures.figure_data import FigureData
+from crosscheck.audit.front.chapter import compare_baselines, evaluate_third_fluctuation
 from crosscheck.audit.hypotheses.evidence.spin import SpinCost
-from crosscheck.audit.hypotheses.ladder import claims as ladder_claims
-from crosscheck.audit.hypotheses.ladder import climbed
+from crosscheck.audit.hypotheses.h2_ablation import claims as ladder_claims
+from crosscheck.audit.hypotheses.h2_ablation import run_ablations
 from crosscheck.audit.hypotheses.planet_spin import DURATIONS_S as SPUN_S
 from crosscheck.audit.page import report
 from crosscheck.audit.page.chapter import AuditChapter
-from crosscheck.audit.page.material import Material
-from crosscheck.audit.phase.maps import maps
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.phase.maps import build_maps
 from crosscheck.audit.phase.stability import CELLS
 from crosscheck.audit.statics.statics import Statics
 from tests.audit import stated
@@ -45,52 +51,56 @@ CHAPTERS = (
 
 
 @pytest.fixture(scope="module")
-def material(kept: Path) -> Material:
+def material(kept: Path) -> AuditContext:
     """Of all chapters: what one has asked, the others read."""
-    return Material(Study(kept), QUICK)
+    return AuditContext(Study(kept), QUICK)
 
 
 @pytest.fixture(scope="module")
-def chapters(material: Material) -> dict[str, AuditChapter]:
+def chapters(material: AuditContext) -> dict[str, AuditChapter]:
     """By id; of the figures one without runs and one of a sweep."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(figures, "QUICK_NUMBERS", NUMBERS)
-        made = [report._chapter(material, name) for name in CHAPTERS]
+        made = [report._build_chapter(material, name) for name in CHAPTERS]
     return {chapter.id: chapter for chapter in made}
 
 
-def _said(material: Material) -> Iterator[stated.Said]:
+def _said(material: AuditContext) -> Iterator[stated.Said]:
     """What the chapters' own records say of quantities of the claims."""
-    yield from stated.of_claims(material.judged.values())
+    yield from stated.of_claims(material.judged_claims.values())
     yield from stated.of_third(
-        "findings", ((x.cell, x.third) for x in third_finding(material).strips)
+        "findings", ((x.condition, x.third) for x in evaluate_third_fluctuation(material).strips)
     )
     yield from _third_of_phase(material)
-    yield from stated.of_ladder(climbed(material).left, ladder_claims())
-    shelf = Shelf(material)
+    yield from stated.of_ladder(run_ablations(material).residuals, ladder_claims())
+    shelf = FigureData(material)
     for number in NUMBERS:
-        yield from stated.of_figure(number, figures._rows(shelf, number))
+        yield from stated.of_figure(number, figures._figure_claims(shelf, number))
 
 
-def _third_of_phase(material: Material) -> list[stated.Said]:
-    found = [one for one in maps(material).settings if one.setting.is_paper]
+def _third_of_phase(material: AuditContext) -> list[stated.Said]:
+    found = [one for one in build_maps(material).settings if one.setting.is_paper]
     return stated.of_third("phase", ((one.setting.cell, one.third) for one in found))
 
 
-def _numbers(material: Material) -> Iterator[stated.StatedNumber]:
+def _numbers(material: AuditContext) -> Iterator[stated.StatedNumber]:
     """What the chapters and the sheet state, too."""
     study, scale = material.study, material.scale
-    ladder = climbed(material)
-    yield from stated.left_by_baselines("ladder", ladder.left)
-    yield from stated.left_by_baselines("findings", baseline_finding(ladder, material).left)
+    ladder = run_ablations(material)
+    yield from stated.left_by_baselines("ladder", ladder.residuals)
+    yield from stated.left_by_baselines("findings", compare_baselines(ladder, material).residuals)
     spins = [
-        SpinCost(arm, name, scale.seconds(s)) for arm in READINGS for name, s in SPUN_S.items()
+        SpinCost(arm, name, scale.limit_duration(s))
+        for arm in READINGS
+        for name, s in SPUN_S.items()
     ]
-    for one in study.answers(spins, "planet spin"):
+    for one in study.answer_questions(spins, "planet spin"):
         yield stated.StatedNumber("H4", "eq18-planets-2, size", one.arm, one.missing_kg_m2)
-    (found,) = study.answers([Errata(LABELLED, scale.seconds(QUICK_S))], "errata sheet")
-    yield from stated.of_sheet(ArmErratum(LABELLED, one) for one in in_words(found))
-    (statics,) = study.answers([Statics(LABELLED)], "statics")
+    (found,) = study.answer_questions(
+        [ErrataQuestion(LABELLED, scale.limit_duration(QUICK_S))], "errata sheet"
+    )
+    yield from stated.of_sheet(ArmErratum(LABELLED, one) for one in add_errata_texts(found))
+    (statics,) = study.answer_questions([Statics(LABELLED)], "statics")
     for name, quoted in QUOTED_TOO.items():
         yield stated.StatedNumber("claims", quoted, LABELLED, statics[name])
 
@@ -121,8 +131,8 @@ def test_no_number_of_page_and_sheet_has_two_values(material):
 
 def test_the_page_is_well_formed(material, chapters):
     made: Sequence[AuditChapter] = list(chapters.values())
-    assert page_problems(report.page(made, material.study)) == []
-    strict_json(report.records_json(made, material.study))
+    assert page_problems(report.render_page(made, material.study)) == []
+    strict_json(report.format_records(made, material.study))
 
 
 def test_claims(material, chapters):
@@ -133,7 +143,7 @@ def test_claims(material, chapters):
     assert verdicts["2.2-10"] == "does not hold"  # Eq. 13, from the teeth alone
     assert verdicts["3.1-09"] == "holds"  # x_sp converges to 52 um
     assert 'href="#figure-14"' in made.html
-    again = with_experiments(material.study, QUICK, PLAN.settings(), "claims")
+    again = run_experiments(material.study, QUICK, PLAN.claim_conditions(), "claims")
     assert again[0][0] == material.settings[0][0]
 
 

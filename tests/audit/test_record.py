@@ -6,17 +6,17 @@ from dataclasses import asdict
 import pytest
 from pydantic import TypeAdapter
 
-from crosscheck.audit.errata.erratum import Effect, Erratum, ErratumPair, tried
+from crosscheck.audit.errata.erratum import Effect, Erratum, ErratumPair, attach_effects
 from crosscheck.audit.errata.sheet import WHOLE, ArmErratum
-from crosscheck.audit.phase.objections import Rates
-from crosscheck.audit.phase.resonance import Peak, Resonances
+from crosscheck.audit.phase.objections import GrowthRates
+from crosscheck.audit.phase.resonance import Peak, RunUpResult
 
-RAMP = Resonances(((Peak(1.0, 2.0), Peak(None, None)),), (None,), (1.0, 2.0), (3.0, 4.0))
-RATES = Rates(1.0, None, 2.0, 3.0, 4.0)
+RAMP = RunUpResult(((Peak(1.0, 2.0), Peak(None, None)),), (None,), (1.0, 2.0), (3.0, 4.0))
+RATES = GrowthRates(1.0, None, 2.0, 3.0, 4.0)
 ERRATUM = Erratum(
     "eq1", "equation", "Eq. 1", "a", "b", size=float("inf"), unit="N", trial=ErratumPair(abs, abs)
 )
-TRIED = tried(ERRATUM, {"pd": Effect(1e-3, 5.0, 0.1)})
+TRIED = attach_effects(ERRATUM, {"pd": Effect(1e-3, 5.0, 0.1)})
 
 
 @pytest.mark.parametrize("record", [RAMP, RATES, TRIED], ids=lambda record: type(record).__name__)

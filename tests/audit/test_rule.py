@@ -10,20 +10,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crosscheck.audit.claims import rule
-from crosscheck.audit.claims.chapter import ANSWERS, verdict_words
-from crosscheck.audit.claims.judged import Judged
-from crosscheck.audit.claims.quantities import Known, Quantity, over
-from crosscheck.audit.experiments import cells
+from crosscheck.audit.claims.chapter import ANSWERS, describe_verdict
+from crosscheck.audit.claims.judgement import ClaimJudgement
+from crosscheck.audit.claims.quantities import ConditionResults, Quantity, ratio
+from crosscheck.audit.experiments import paper_conditions
 from crosscheck.audit.experiments.experiments import NO_ERROR, PD
-from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.measures.shares import Share
 
 ZETAS = (0.003, 0.005, 0.01, 0.05)
 YES, NO, EITHER, NONE = rule.State.YES, rule.State.NO, rule.State.BISTABLE, rule.State.UNDEFINED
-Said = dict[cells.Law, rule.State]
+Said = dict[paper_conditions.Law, rule.State]
 
 
-def _stated(by_law: Said, zetas=ZETAS, arms=(cells.LABELLED, cells.SWAPPED)):
+def _stated(by_law: Said, zetas=ZETAS, arms=(paper_conditions.LABELLED, paper_conditions.SWAPPED)):
     return [
         (rule.Place(law, arm, zeta, ""), said)
         for (law, said), arm, zeta in product(by_law.items(), arms, zetas)
@@ -46,7 +46,7 @@ def _stated(by_law: Said, zetas=ZETAS, arms=(cells.LABELLED, cells.SWAPPED)):
     ],
 )
 def test_settings_are_counted_and_decide_the_verdict(said, kind, counts):
-    found = rule.verdict_of(_stated(dict(zip(cells.LAWS, said, strict=True))))
+    found = rule.verdict_of(_stated(dict(zip(paper_conditions.LAWS, said, strict=True))))
     assert (found.kind, found.counts) == (kind, counts)
 
 
@@ -55,7 +55,7 @@ def test_no_setting_at_all_is_not_simulated():
 
 
 def test_a_bistable_setting_beside_clear_ones_of_both_kinds_changes_nothing():
-    given = _stated(dict.fromkeys(cells.LAWS, NO))
+    given = _stated(dict.fromkeys(paper_conditions.LAWS, NO))
     given[0] = (given[0][0], YES)
     assert rule.verdict_of(given).kind == rule.VerdictKind.DEPENDS
     given[1] = (given[1][0], EITHER)
@@ -70,13 +70,19 @@ def _flipped(given, flips):
     ("flips", "expected"),
     [
         (lambda p: p.zeta == 0.003, (rule.DAMPING,)),
-        (lambda p: p.arm == cells.SWAPPED, (rule.READING,)),
-        (lambda p: p.law == cells.INTEGRAL and p.zeta == 0.003, (rule.LAW, rule.DAMPING)),
-        (lambda p: p.zeta == 0.003 and p.arm == cells.SWAPPED, (rule.READING, rule.DAMPING)),
+        (lambda p: p.arm == paper_conditions.SWAPPED, (rule.READING,)),
+        (
+            lambda p: p.law == paper_conditions.INTEGRAL and p.zeta == 0.003,
+            (rule.LAW, rule.DAMPING),
+        ),
+        (
+            lambda p: p.zeta == 0.003 and p.arm == paper_conditions.SWAPPED,
+            (rule.READING, rule.DAMPING),
+        ),
     ],
 )
 def test_dependence_names_what_decides(flips, expected):
-    every = _stated(dict.fromkeys(cells.LAWS, YES))
+    every = _stated(dict.fromkeys(paper_conditions.LAWS, YES))
     given = _flipped(every, {place: NO for place, _ in every if flips(place)})
     found = rule.verdict_of(given)
     assert found.kind == rule.VerdictKind.DEPENDS
@@ -85,19 +91,30 @@ def test_dependence_names_what_decides(flips, expected):
 
 def test_the_law_is_named_alone_where_the_counts_split_by_it():
     """As 5-03 does: 16 of 18 under the integral, 4 of 36 under the clock."""
-    every = _stated({cells.PRINTED: NO, cells.REPAIRED_RATE: NO, cells.INTEGRAL: YES})
-    odd = {p: (NO if p.law == cells.INTEGRAL else YES) for p, _ in every if p.zeta == 0.003}
+    every = _stated(
+        {
+            paper_conditions.PRINTED: NO,
+            paper_conditions.REPAIRED_RATE: NO,
+            paper_conditions.INTEGRAL: YES,
+        }
+    )
+    odd = {
+        p: (NO if p.law == paper_conditions.INTEGRAL else YES) for p, _ in every if p.zeta == 0.003
+    }
     found = rule.verdict_of(
-        _flipped(every, {p: s for p, s in odd.items() if p.arm == cells.LABELLED})
+        _flipped(every, {p: s for p, s in odd.items() if p.arm == paper_conditions.LABELLED})
     )
     assert (found.kind, found.depends_on) == (rule.VerdictKind.DEPENDS, (rule.LAW,))
 
 
 def test_lumped_planets_are_a_parameter():
     given = [
-        (rule.Place(cells.PRINTED, arm, zeta, "", planets), YES if planets == "lumped" else NO)
+        (
+            rule.Place(paper_conditions.PRINTED, arm, zeta, "", planets),
+            YES if planets == "lumped" else NO,
+        )
         for arm, zeta, planets in product(
-            (cells.LABELLED, cells.SWAPPED), ZETAS, ("lumped", "free")
+            (paper_conditions.LABELLED, paper_conditions.SWAPPED), ZETAS, ("lumped", "free")
         )
     ]
     assert rule.verdict_of(given).depends_on == (rule.PLANETS,)
@@ -141,10 +158,13 @@ def test_the_interval_of_a_share_is_clopper_and_pearsons():
     assert high == 1.0
 
 
-def _answer(values, low=10.0, law=cells.PRINTED, zeta=0.005):
+def _answer(values, low=10.0, law=paper_conditions.PRINTED, zeta=0.005):
     defined = tuple(sorted(v for v in values if math.isfinite(v)))
     return rule.Answer(
-        rule.Place(law, cells.LABELLED, zeta, ""), defined, len(values), rule.Limits(low=low)
+        rule.Place(law, paper_conditions.LABELLED, zeta, ""),
+        defined,
+        len(values),
+        rule.Limits(low=low),
     )
 
 
@@ -169,10 +189,10 @@ def _judged(values_by_zeta, low=10.0):
     """The same numbers under all laws."""
     found = [
         _answer(values, low, law, zeta)
-        for law in cells.LAWS
+        for law in paper_conditions.LAWS
         for zeta, values in values_by_zeta.items()
     ]
-    return Judged(_claim(low), tuple(found))
+    return ClaimJudgement(_claim(low), tuple(found))
 
 
 SPREAD = [float(value) for value in range(11, 31)]  # twenty starts, all above 10
@@ -183,34 +203,34 @@ def test_a_verdict_turns_where_too_few_starts_are_left():
     assert judged.verdict.kind == rule.VerdictKind.HOLDS
     down, up = judged.turning.low
     assert down is None
-    _, least_yes = rule.ends(20)
+    _, least_yes = rule.state_thresholds(20)
     assert up == SPREAD[20 - least_yes]  # above it are too few
     moved = rule.Limits(low=np.nextafter(up, math.inf))
     others = tuple(replace(answer, limits=moved) for answer in judged.answers)
-    assert Judged(_claim(moved.low), others).verdict.kind != rule.VerdictKind.HOLDS
+    assert ClaimJudgement(_claim(moved.low), others).verdict.kind != rule.VerdictKind.HOLDS
     assert judged.turning.high == (None, None)
 
 
 def test_turning_downwards():
     judged = _judged({0.005: [value - 10 for value in SPREAD]}, low=25.0)  # 1 to 20, none above
     assert judged.verdict.kind == rule.VerdictKind.FAILS
-    most_no, _ = rule.ends(20)
+    most_no, _ = rule.state_thresholds(20)
     assert judged.turning.low[0] == 20.0 - most_no  # below it, one too many is above
 
 
 def test_what_hangs_on_one_start_is_told():
     firm = _judged({0.005: [20.0] * 32})
-    assert not firm.hangs_on_a_start
+    assert not firm.is_start_sensitive
     brittle = _judged({0.005: [20.0] * 25 + [1.0] * 7})
     assert rule.state(Share(25, 33)) != YES
     assert brittle.verdict.kind == rule.VerdictKind.HOLDS
-    assert brittle.hangs_on_a_start
+    assert brittle.is_start_sensitive
 
 
 def test_a_verdict_that_one_damping_ratio_makes_is_moved_by_a_coarser_grid():
     same = {zeta: [20.0] * 8 for zeta in ZETAS}
-    assert not _judged(same).moved_by_a_coarser_grid
-    assert _judged({**same, 0.01: [1.0] * 8}).moved_by_a_coarser_grid
+    assert not _judged(same).is_grid_sensitive
+    assert _judged({**same, 0.01: [1.0] * 8}).is_grid_sensitive
 
 
 def test_the_bounds_of_a_share_are_the_rules_own():
@@ -219,17 +239,23 @@ def test_the_bounds_of_a_share_are_the_rules_own():
 
 def test_both_models_have_a_verdict_of_their_own():
     """Of equal rank: what one says does not enter the other."""
-    places = [rule.Place(m.law, cells.LABELLED, 0.005, "", m.planets) for m in cells.MODELS]
-    values = {cells.AS_MODELLED: 20.0, cells.AS_GEARS: 1.0}
+    places = [
+        rule.Place(m.law, paper_conditions.LABELLED, 0.005, "", m.planets)
+        for m in paper_conditions.MODELS
+    ]
+    values = {paper_conditions.AS_MODELLED: 20.0, paper_conditions.AS_GEARS: 1.0}
     found = [
         rule.Answer(place, (values.get(place.model, 1.0),) * 8, 8, rule.Limits(low=10.0))
         for place in places
     ]
-    judged = Judged(_claim(10.0), tuple(found))
-    kinds = [judged.by_model[model].kind for model in (cells.AS_MODELLED, cells.AS_GEARS)]
+    judged = ClaimJudgement(_claim(10.0), tuple(found))
+    kinds = [
+        judged.by_model[model].kind
+        for model in (paper_conditions.AS_MODELLED, paper_conditions.AS_GEARS)
+    ]
     assert kinds == [rule.VerdictKind.HOLDS, rule.VerdictKind.FAILS]
     assert judged.verdict.kind == rule.VerdictKind.DEPENDS
-    assert verdict_words(judged.verdict) == "depends on planets lumped or free (1 yes, 3 no)"
+    assert describe_verdict(judged.verdict) == "depends on planets lumped or free (1 yes, 3 no)"
 
 
 def test_an_answer_says_how_many_of_its_starts_were_run():
@@ -237,12 +263,16 @@ def test_an_answer_says_how_many_of_its_starts_were_run():
     alike, unlike = (
         Sample({"made": np.full(32, 5.0)}, np.zeros(32, bool), not_run) for not_run in (24, 0)
     )
-    known = Known({PD: alike, NO_ERROR: unlike})
+    known = ConditionResults({PD: alike, NO_ERROR: unlike})
     one, other = (
         Quantity(str(source), "made up", "1", lambda known, source=source: known[source]["made"])
         for source in (PD, NO_ERROR)
     )
-    for quantity, ran in ((one, 8), (other, 32), (over(one, other), 32)):
+    for quantity, ran in ((one, 8), (other, 32), (ratio(one, other), 32)):
         claim = rule.Claim("3.2-29", 14, "made up", quantity, rule.Limits(low=0.0))
-        (record,) = ANSWERS.json(rule.answers(claim, [(cells.Cell(cells.PRINTED, 0.005), known)]))
+        (record,) = ANSWERS.json(
+            rule.evaluate_claim(
+                claim, [(paper_conditions.Condition(paper_conditions.PRINTED, 0.005), known)]
+            )
+        )
         assert (record["starts"], record["run"]) == (32, ran)

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from crosscheck import signals
-from crosscheck.audit.experiments.cells import INTEGRAL, Cell
-from crosscheck.audit.experiments.experiments import BACK, CONSTANT, NO_ERROR, PD, question
+from crosscheck.audit.experiments.experiments import BACK, CONSTANT, NO_ERROR, PD, build_question
+from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
 from crosscheck.audit.experiments.scale import FULL, Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.hypotheses.damping_fit import torque_reversals
 from crosscheck.audit.hypotheses.evidence.linear_limits import growth_rate
-from crosscheck.audit.phase.handover import CELLS, HEIRS, handover
+from crosscheck.audit.phase.handover import CELLS, LAWS_AFTER_SWITCH, run_handover
 from crosscheck.audit.phase.runs import vibration
-from crosscheck.audit.phase.stability import stability
+from crosscheck.audit.phase.stability import run_stability_test
 
 
 @pytest.mark.parametrize(
@@ -25,7 +25,7 @@ from crosscheck.audit.phase.stability import stability
 def test_a_run_is_cut_if_it_is_longer(longest, own, cut):
     scale = Scale(longest_s=longest)
     assert scale.cut(Variant(duration_s=own)).case().scenario.duration_s == cut
-    assert scale.seconds(own) == cut
+    assert scale.limit_duration(own) == cut
 
 
 def test_the_scenarios_own_duration_is_cut_as_well():
@@ -38,10 +38,10 @@ NOTHING = np.empty(0)
 
 
 def test_nothing_has_no_size_and_no_event():
-    for size in (signals.amplitude, signals.peak_to_peak, signals.middle, signals.mean):
+    for size in (signals.amplitude, signals.peak_to_peak, signals.middle, signals.mean_value):
         assert math.isnan(size(NOTHING))
     assert signals.onset(NOTHING, NOTHING) is None
-    assert signals.first_below(NOTHING, NOTHING, 0.0) is None
+    assert signals.crossing_time_below(NOTHING, NOTHING, 0.0) is None
     assert signals.settling_time(NOTHING, NOTHING, 0.0, 1.0) is None
     assert math.isnan(signals.dominant_frequency(NOTHING, NOTHING))
     assert vibration(np.arange(10) * 1e-5, np.ones(10)).size == 10
@@ -64,7 +64,7 @@ def test_a_measure_has_the_same_numbers_for_a_run_of_any_length():
 
 @pytest.mark.parametrize("source", [PD, NO_ERROR, CONSTANT, BACK(50)], ids=str)
 def test_an_experiment_measures_the_same_numbers_whatever_its_length(source):
-    asked = question(source, Cell(INTEGRAL, 0.05), (1,))
+    asked = build_question(source, Condition(INTEGRAL, 0.05), (1,))
     names = [
         set(replace(asked, variant=replace(asked.variant, duration_s=d)).answer().numbers)
         for d in (0.002, 0.02, 0.3)
@@ -77,10 +77,10 @@ def test_a_vibration_that_is_reached_is_followed_and_handed_over(tmp_path_factor
     """Just past half a second there is something to linearise and to hand over, if not much."""
     study = Study(tmp_path_factory.mktemp("kept"))
     scale = Scale(longest_s=0.55, most_starts=2)
-    followed, handed = stability(study, scale), handover(study, scale)
+    followed, handed = run_stability_test(study, scale), run_handover(study, scale)
     assert all(one.largest is not None for one in followed.cells.values())
-    assert all(one.begun and one.begins is not None for one in followed.cells.values())
-    assert len(handed.fates) == len(HEIRS) * len(CELLS)
-    assert all(fate.asked == 2 for fate in handed.fates)
-    before = [fate.before[1] for fate in handed.fates if fate.dying is not None]
+    assert all(one.onsets and one.begins is not None for one in followed.cells.values())
+    assert len(handed.outcomes) == len(LAWS_AFTER_SWITCH) * len(CELLS)
+    assert all(fate.asked == 2 for fate in handed.outcomes)
+    before = [fate.before[1] for fate in handed.outcomes if fate.dying is not None]
     assert all(size is not None and size > 0 for size in before)

@@ -7,8 +7,8 @@ import pytest
 
 from crosscheck.audit.claims.catalogue import BY_ID
 from crosscheck.audit.claims.sentences.table import Sentence, load_sentences
+from crosscheck.audit.errata.errata_texts import load_notes
 from crosscheck.audit.errata.finder import find_errata
-from crosscheck.audit.errata.words import notes
 from crosscheck.models.loading import load_arm
 from tests.loops import require_items
 
@@ -55,7 +55,7 @@ def test_every_claim_is_named_by_a_sentence_and_every_name_is_a_claim(table):
 
 
 def test_every_item_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(table):
-    noted = notes()
+    noted = load_notes()
     known = {erratum.id for erratum in find_errata(load_arm("paper-labelled"))}
     known |= {note.id for note in (*noted.misprints, *noted.contradictions, *noted.gaps)}
     assert {name for one in table for name in one.errata} == known

@@ -9,7 +9,7 @@ import pytest
 
 from crosscheck.provenance import ROOT
 from crosscheck.runner import sources
-from crosscheck.runner.sources import code_hash
+from crosscheck.runner.sources import compute_code_hash
 from tests.audit import traced_results
 from tests.audit.views import is_view
 from tests.loops import require_items
@@ -25,7 +25,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Files:
     """Result -> files that its key is made of; files that ran or were read."""
     copy = tmp_path_factory.mktemp("copy")
     without = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ROOT / sources.OWN, copy / sources.OWN, ignore=without)
+    shutil.copytree(ROOT / sources.PACKAGE, copy / sources.PACKAGE, ignore=without)
     env = {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
     answer = command_line(copy, python=(str(SCRIPT),), env=env, timeout=300)
     assert answer.returncode == 0, answer.stderr
@@ -84,7 +84,7 @@ def own_measure() -> str:
 
 
 def test_a_measure_from_outside_counts_with_all_that_it_imports():
-    found = {path.relative_to(ROOT).as_posix() for path in sources.files(__name__)}
+    found = {path.relative_to(ROOT).as_posix() for path in sources.find_source_files(__name__)}
     assert {"tests/audit/test_sources.py", "audit/measures/events.py"} <= found
     assert "models/exudyn/tree/tree.py" not in found
 
@@ -104,7 +104,7 @@ def test_whatever_way_a_module_is_imported_it_counts(tmp_path, monkeypatch, text
     user = type(sys)("user")
     user.__file__ = str(tmp_path / "user.py")
     monkeypatch.setitem(sys.modules, "user", user)
-    found = sources.files("user")
+    found = sources.find_source_files("user")
     assert ROOT / "analytic" / "model.py" in found
     assert ROOT / "models" / "exudyn" / "tree" / "tree.py" not in found
 
@@ -120,8 +120,8 @@ def test_a_guests_file_counts(tmp_path, monkeypatch):
         "from crosscheck.models.experiment.drive import PD as Guest",
     ):
         file.write_text(text + "\n", encoding="utf-8")
-        code_hash.cache_clear()
-        sources.imported.cache_clear()
-        hashes.add(code_hash("guest_of_a_test"))
+        compute_code_hash.cache_clear()
+        sources.find_imports.cache_clear()
+        hashes.add(compute_code_hash("guest_of_a_test"))
     assert len(hashes) == 3
     assert "guest_of_a_test" not in sys.modules

@@ -6,34 +6,36 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.experiments import experiments
-from crosscheck.audit.experiments.cells import CONSERVATIVE, LAWS, PRINTED, Cell
-from crosscheck.audit.experiments.pd import transient
-from crosscheck.audit.experiments.pool import Sample, samples
+from crosscheck.audit.experiments.ensembles import EnsembleNumbers, TransientPdQuestion
+from crosscheck.audit.experiments.paper_conditions import CONSERVATIVE, LAWS, PRINTED, Condition
+from crosscheck.audit.experiments.pd import measure_transient_pd
+from crosscheck.audit.experiments.samples import Sample, collect_samples
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.starts import Measured, TransientPd
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import simulate
-from crosscheck.audit.measures.course import course_of, courses
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
+from crosscheck.audit.measures.run_signals import extract_signals, simulate_signals
 from crosscheck.registry import build
 
-CELL = Cell(PRINTED, 0.005)
+CELL = Condition(PRINTED, 0.005)
 BRIEF_S = 0.02
 
 
 def _brief(source, seeds=(1, 2, 3), cell=CELL):
-    asked = experiments.question(source, cell, seeds)
+    asked = experiments.build_question(source, cell, seeds)
     return replace(asked, variant=replace(asked.variant, duration_s=BRIEF_S))
 
 
 @pytest.mark.parametrize("planets", ["free", "lumped"])
 def test_a_start_measures_what_its_run_alone_does(planets):
     """To rounding, for the kernel of one member adds in another order than that of lanes."""
-    asked = TransientPd(replace(_brief(experiments.NO_ERROR).variant, planets=planets), (4, 5, 6))
+    asked = TransientPdQuestion(
+        replace(_brief(experiments.NO_ERROR).variant, planets=planets), (4, 5, 6)
+    )
     found = asked.answer()
-    run = course_of(simulate(replace(asked.variant, seed=5)))
-    rigid = course_of(simulate(rigid_arm(asked.variant, COUPLED))).at(run.time)
-    alone = transient(run, rigid)
+    run = extract_signals(simulate(replace(asked.variant, seed=5)))
+    rigid = extract_signals(simulate(rigid_arm(asked.variant, COUPLED))).at(run.time)
+    alone = measure_transient_pd(run, rigid)
     defined = {name: value for name, value in alone.items() if value is not None}
     assert {"first", "mesh_over_gross", "planets_apart_m"} <= set(defined)
     own = {name: values[1] for name, values in found.numbers.items() if values[1] is not None}
@@ -44,13 +46,13 @@ def test_a_start_measures_what_its_run_alone_does(planets):
 def test_a_course_holds_what_the_trajectory_does():
     """To rounding, as above."""
     variant = replace(_brief(experiments.PD).variant, seed=3)
-    (course,) = courses([build(variant.model, *variant.case())])
-    run = course_of(simulate(variant))
+    (course,) = simulate_signals([build(variant.model, *variant.case())])
+    run = extract_signals(simulate(variant))
     for name in ("time", "theta", "theta_dot", "theta_ddot", "torque", "x_sp", "x_pr"):
         one, other = getattr(course, name), getattr(run, name)
         assert one == pytest.approx(other, rel=1e-9, abs=1e-9 * np.abs(other).max())
-    assert course.planets_apart_m == pytest.approx(run.planets_apart_m, rel=1e-6)
-    assert course.planets_apart_m > 0
+    assert course.planet_spread_m == pytest.approx(run.planet_spread_m, rel=1e-6)
+    assert course.planet_spread_m > 0
 
 
 def test_starts_differ_and_are_the_same_again():
@@ -65,8 +67,8 @@ def test_every_experiment_changes_what_it_says():
     """Looked up in the case that is run."""
 
     def mesh(source):
-        arm = experiments.question(source, CELL, (1,)).variant.case().arm
-        mesh = arm.joints[1].ring_mesh.of_planet(0)
+        arm = experiments.build_question(source, CELL, (1,)).variant.case().arm
+        mesh = arm.joints[1].ring_mesh.planet_mesh(0)
         return mesh.backlash_m, mesh.tooth_error_m
 
     assert mesh(experiments.PD) == mesh(experiments.CONSTANT) == (50e-6, 5e-6)
@@ -78,8 +80,8 @@ def test_every_experiment_changes_what_it_says():
 
 @pytest.mark.parametrize("law", [*LAWS, CONSERVATIVE], ids=lambda law: law.id)
 def test_a_setting_is_run_under_its_law(law):
-    case = experiments.question(
-        experiments.PD, Cell(law, 0.02, "paper-swapped"), (1,)
+    case = experiments.build_question(
+        experiments.PD, Condition(law, 0.02, "paper-swapped"), (1,)
     ).variant.case()
     chosen = case.switches
     assert (chosen.phase, chosen.ring_rate, chosen.mesh_work) == law
@@ -91,7 +93,9 @@ def test_a_setting_is_run_under_its_law(law):
 def test_other_seeds_are_other_starts(tmp_path):
     study, wanted = Study(tmp_path), [(CELL, experiments.NO_ERROR)]
     first, other = (
-        samples(study, Scale(longest_s=BRIEF_S, most_starts=2, first_seed=seed), wanted, "test")
+        collect_samples(
+            study, Scale(longest_s=BRIEF_S, most_starts=2, first_seed=seed), wanted, "test"
+        )
         for seed in (1, 3)
     )
     ((one,), (two,)) = (found.values() for found in (first, other))
@@ -99,7 +103,7 @@ def test_other_seeds_are_other_starts(tmp_path):
 
 
 def test_a_start_that_diverged_has_no_numbers():
-    sample = Sample.of(Measured({"third": [1.0, None]}, [None, 0.3], 2))
+    sample = Sample.from_numbers(EnsembleNumbers({"third": [1.0, None]}, [None, 0.3], 2))
     assert sample["third"][0] == 1.0
     assert np.isnan(sample["third"][1])
     assert list(sample.diverged) == [False, True]
@@ -108,7 +112,7 @@ def test_a_start_that_diverged_has_no_numbers():
 
 
 def test_where_all_diverged_every_number_is_undefined():
-    sample = Sample.of(Measured({}, [0.1, 0.2], 2))
+    sample = Sample.from_numbers(EnsembleNumbers({}, [0.1, 0.2], 2))
     assert np.isnan(sample["third"]).all()
 
 
@@ -122,8 +126,8 @@ def test_where_all_diverged_every_number_is_undefined():
     ],
 )
 def test_an_effect_is_left_out_by_its_own_field_of_every_mesh(left_out, field):
-    variant = experiments.question(left_out, CELL, ()).variant
+    variant = experiments.build_question(left_out, CELL, ()).variant
     cases = [one.case() for one in (variant, replace(variant, meshes=()))]
-    changed, own = (vars(case.arm.joints[0].sun_mesh.of_planet(0)) for case in cases)
+    changed, own = (vars(case.arm.joints[0].sun_mesh.planet_mesh(0)) for case in cases)
     names = {name for name in own if changed[name] != own[name]}
     assert names == {"stiffness" if "stiffness" in field else field}

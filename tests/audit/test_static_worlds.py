@@ -18,21 +18,21 @@ from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_ra
 from crosscheck.analytic.paper.model import EnergiesModel, PrintedModel
 from crosscheck.analytic.paper.stiffness import square_wave_series
 from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS
-from crosscheck.audit.claims.quantities import Known
-from crosscheck.audit.claims.rule import VerdictKind, answers, verdict
+from crosscheck.audit.claims.quantities import ConditionResults
+from crosscheck.audit.claims.rule import VerdictKind, evaluate_claim, verdict
 from crosscheck.audit.errata import transcript
-from crosscheck.audit.errata.planted import LeftOutEntry, shown
-from crosscheck.audit.experiments.cells import PRINTED, Cell
+from crosscheck.audit.errata.planted_faults import EntryOmission, detectable_share
 from crosscheck.audit.experiments.experiments import PLANTED, STATIC
-from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
+from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.measures.stage import PaperStage, paper_stage
+from crosscheck.audit.statics import base_and_gravity, teeth
 from crosscheck.audit.statics import statics as statements
-from crosscheck.audit.statics import surroundings, teeth
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
 
-CELL = Cell(PRINTED, 0.005)
+CELL = Condition(PRINTED, 0.005)
 
 
 class Changed(NamedTuple):
@@ -47,13 +47,13 @@ class Changed(NamedTuple):
 
 
 MEASURES: dict[str, Callable[[Arm, PaperStage], Numbers]] = {
-    "gearing": lambda arm, stage: teeth.gearing(stage),
-    "clearance": lambda arm, stage: teeth.clearance(stage),
-    "wave": lambda arm, stage: teeth.stiffness_wave(stage),
-    "torques": surroundings.neglected_torques,
-    "data": statements.of_data,
-    "equations": lambda arm, stage: statements.equations(arm),
-    "base": lambda arm, stage: surroundings.free_base("paper-labelled"),
+    "gearing": lambda arm, stage: teeth.compute_gearing(stage),
+    "clearance": lambda arm, stage: teeth.compute_clearance(stage),
+    "wave": lambda arm, stage: teeth.compare_stiffness_wave(stage),
+    "torques": base_and_gravity.compute_neglected_torques,
+    "data": statements.compute_data_numbers,
+    "equations": lambda arm, stage: statements.compare_equations(arm),
+    "base": lambda arm, stage: base_and_gravity.compute_base_errors("paper-labelled"),
 }
 
 
@@ -94,9 +94,11 @@ class OtherForces(PrintedModel):
 FAILS, HOLDS = VerdictKind.FAILS, VerdictKind.HOLDS
 FEW_WAVES = (teeth, "HARMONICS", 10)  # where the series' own error is not the claim
 WORLDS = [
-    Changed("2-01", HOLDS, "base", put=((surroundings, "_tip_errors_m", lambda case: [1e-3] * 4),)),
+    Changed(
+        "2-01", HOLDS, "base", put=((base_and_gravity, "_tip_errors_m", lambda case: [1e-3] * 4),)
+    ),
     Changed("2-02", FAILS, "gearing", _geometry(n=11 / 3)),
-    Changed("2-03", FAILS, "torques", put=((surroundings, "ORBIT_M", 1e5),)),
+    Changed("2-03", FAILS, "torques", put=((base_and_gravity, "ORBIT_M", 1e5),)),
     Changed(
         "2.1-06", FAILS, "clearance", put=((teeth, "dead_zone", lambda x, b: dead_zone(x, b / 2)),)
     ),
@@ -176,8 +178,10 @@ def _unchanged(measure: str) -> Numbers:
 def _verdict(claim_id: str, numbers: Numbers) -> VerdictKind:
     claim = BY_ID[claim_id]
     values = {name: np.array([value], float) for name, value in numbers.items()}
-    known = Known({source: Sample(values, np.zeros(1, bool)) for source in (STATIC, PLANTED)})
-    return verdict(answers(claim, [(CELL, known)]), claim.free).kind
+    known = ConditionResults(
+        {source: Sample(values, np.zeros(1, bool)) for source in (STATIC, PLANTED)}
+    )
+    return verdict(evaluate_claim(claim, [(CELL, known)]), claim.free).kind
 
 
 @pytest.mark.parametrize("world", WORLDS, ids=lambda world: world.claim)
@@ -193,8 +197,8 @@ def test_a_claim_from_data_has_another_verdict_in_a_planted_world(world, labelle
 
 def test_an_agreement_that_shows_every_planted_error_validates_and_none_does_not():
     for size, said in ((0.5, HOLDS), (1e-3, FAILS)):
-        plants = [LeftOutEntry("M", (0, 0), size), LeftOutEntry("M", (0, 1), size)]
-        assert _verdict("3.1-18", {"planted_shown": shown(plants)}) == said
+        plants = [EntryOmission("M", (0, 0), size), EntryOmission("M", (0, 1), size)]
+        assert _verdict("3.1-18", {"planted_shown": detectable_share(plants)}) == said
 
 
 def test_every_claim_from_data_has_a_planted_world():

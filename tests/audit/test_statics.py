@@ -9,22 +9,22 @@ import pytest
 from crosscheck.audit.claims.measured import MEASURED
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.audit.statics.base_and_gravity import BASE_MASSES, gravity_gradient
 from crosscheck.audit.statics.statics import Statics
-from crosscheck.audit.statics.surroundings import BASE_MASSES, gravity_gradient
 from crosscheck.audit.statics.teeth import (
     COUNTED,
-    approach,
+    approach_rates,
     conversion_error,
     ring_contact_ratio,
     sun_contact_ratio,
 )
-from crosscheck.models.arm.meshes import squared
+from crosscheck.models.arm.meshes import replace_by_square_wave
 from crosscheck.models.arm.stiffness import SquareStiffness
 
 
 @pytest.fixture(scope="module")
 def numbers(kept: Path) -> dict[str, float | None]:
-    (found,) = Study(kept).answers([Statics("paper-labelled")], "statics")
+    (found,) = Study(kept).answer_questions([Statics("paper-labelled")], "statics")
     return found
 
 
@@ -58,7 +58,7 @@ def test_no_flank_approaches_another_while_the_stage_rolls(labelled):
     joint = paper_stage(labelled).joint
     ratio = joint.ring_teeth / joint.sun_teeth + 1
     planet = 1 - joint.ring_teeth / joint.planet_teeth
-    assert approach(joint, ratio, planet, 1.0) == pytest.approx((0.0, 0.0), abs=1e-15)
+    assert approach_rates(joint, ratio, planet, 1.0) == pytest.approx((0.0, 0.0), abs=1e-15)
 
 
 def test_only_one_way_to_count_the_planets_fits_eq_3(labelled):
@@ -95,7 +95,7 @@ def test_a_heavy_base_stays_nearer_to_a_fixed_one(numbers):
 
 
 def test_the_square_wave_has_eq_8s_mean_and_fundamental(labelled):
-    law = squared(labelled, 15).joints[0].sun_mesh.of_planet(0).stiffness
+    law = replace_by_square_wave(labelled, 15).joints[0].sun_mesh.planet_mesh(0).stiffness
     assert isinstance(law, SquareStiffness)
     phase = 2 * math.pi * (np.arange(4096) + 0.5) / 4096
     wave = np.where(np.mod(phase, 2 * math.pi) < math.pi, law.largest_N_per_m, law.least_N_per_m)

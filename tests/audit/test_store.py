@@ -15,8 +15,8 @@ import pytest
 
 from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.study import Study
+from crosscheck.models.directories import cache_folder
 from crosscheck.models.errors import InputError
-from crosscheck.models.places import cache_folder
 from crosscheck.runner.store import Store, clear
 from tests.obstacles import OBSTACLES
 from tests.processes import in_child, reachable
@@ -42,7 +42,7 @@ class Square(Question[dict[str, float]]):
 
 def asked(folder: Path, *numbers: float) -> list[float]:
     """The squares, by way of the folder."""
-    found = Study(folder).answers([Square(number) for number in numbers], "squares")
+    found = Study(folder).answer_questions([Square(number) for number in numbers], "squares")
     return [answer["square"] for answer in found]
 
 
@@ -185,9 +185,12 @@ def test_another_users_folder_is_not_trusted(folder, capfd):
 def test_a_folder_that_cannot_be_made_costs_the_keeping_alone(tmp_path, capfd):
     (tmp_path / "file").touch()
     study = Study(tmp_path / "file" / "store")
-    assert study.answers([Square(2.0), Square(3.0)], "squares") == [{"square": 4}, {"square": 9}]
-    assert study.answers([Square(2.0)], "squares") == [{"square": 4}]
-    assert (study.made, study.found) == (3, 0)
+    assert study.answer_questions([Square(2.0), Square(3.0)], "squares") == [
+        {"square": 4},
+        {"square": 9},
+    ]
+    assert study.answer_questions([Square(2.0)], "squares") == [{"square": 4}]
+    assert (study.computed_count, study.cached_count) == (3, 0)
     line = f"crosscheck: {tmp_path}/file/store: cannot be written: Not a directory"
     assert capfd.readouterr().err == f"{line}; simulations are not kept\n"
 
@@ -197,8 +200,11 @@ def test_a_disk_that_becomes_full_costs_the_keeping_alone(tmp_path, capfd):
     study = Study(folder)
     folder.chmod(0o700)
     folder.rmdir()  # nothing can be written there any more
-    assert study.answers([Square(2.0), Square(3.0)], "squares") == [{"square": 4}, {"square": 9}]
-    assert study.answers([Square(5.0)], "squares") == [{"square": 25}]
+    assert study.answer_questions([Square(2.0), Square(3.0)], "squares") == [
+        {"square": 4},
+        {"square": 9},
+    ]
+    assert study.answer_questions([Square(5.0)], "squares") == [{"square": 25}]
     line = f"crosscheck: {folder}: cannot be written: No such file or directory"
     assert capfd.readouterr().err == f"{line}; simulations are not kept\n"
 

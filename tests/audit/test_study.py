@@ -12,9 +12,9 @@ import xarray as xr
 
 from crosscheck.audit.experiments import study as study_module
 from crosscheck.audit.experiments.question import Question, Records
-from crosscheck.audit.experiments.study import AuditTask, Study, integrations, run_key
+from crosscheck.audit.experiments.study import AuditTask, Study, plan_integrations, run_key
 from crosscheck.audit.experiments.variant import Variant, simulate, simulate_together
-from crosscheck.audit.measures.reading import first_planets
+from crosscheck.audit.measures.reading import select_first_planets
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
@@ -35,18 +35,18 @@ def study(tmp_path: Path) -> Study:
 
 
 def test_a_finished_simulation_is_found_again(study):
-    first = study.runs([SHORT], keep=ends)[SHORT]
-    second = study.runs([SHORT], keep=ends)[SHORT]
+    first = study.run_variants([SHORT], keep=ends)[SHORT]
+    second = study.run_variants([SHORT], keep=ends)[SHORT]
     assert first.identical(second)
-    assert (study.made, study.found) == (1, 1)
+    assert (study.computed_count, study.cached_count) == (1, 1)
 
 
 def test_an_interrupted_study_makes_only_what_is_missing(study, tmp_path):
-    study.runs([SHORT])
+    study.run_variants([SHORT])
     other = Variant(scenario="constant-torque", duration_s=0.002, zeta=0.02)
     resumed = Study(tmp_path)
-    resumed.runs([SHORT, other])
-    assert (resumed.made, resumed.found) == (1, 1)
+    resumed.run_variants([SHORT, other])
+    assert (resumed.computed_count, resumed.cached_count) == (1, 1)
 
 
 @pytest.mark.parametrize(
@@ -69,12 +69,12 @@ def test_every_input_is_part_of_the_key(change):
 
 
 def test_what_is_kept_of_a_run_is_part_of_the_key():
-    assert len({run_key(SHORT, keep) for keep in (None, ends, first_planets)}) == 3
+    assert len({run_key(SHORT, keep) for keep in (None, ends, select_first_planets)}) == 3
 
 
 def test_code_and_versions_are_part_of_the_key(monkeypatch):
     before = run_key(SHORT)
-    monkeypatch.setattr(study_module, "code_hash", lambda *names: "changed")
+    monkeypatch.setattr(study_module, "compute_code_hash", lambda *names: "changed")
     changed_code = run_key(SHORT)
     monkeypatch.undo()
     seen: list[str] = []
@@ -90,8 +90,8 @@ def test_code_and_versions_are_part_of_the_key(monkeypatch):
 
 
 def test_a_kept_run_is_the_run(study):
-    kept = study.runs([SHORT])[SHORT]
-    again = study.runs([SHORT])[SHORT]
+    kept = study.run_variants([SHORT])[SHORT]
+    again = study.run_variants([SHORT])[SHORT]
     fresh = simulate(SHORT)
     for run in (kept, again):
         assert np.array_equal(run["theta"].values, fresh["theta"].values)
@@ -110,7 +110,7 @@ def test_runs_side_by_side_are_those_that_run_alone(study):
 
 
 def tasks(variants: Sequence[Variant], study: Study, jobs: int = 1) -> list[AuditTask]:
-    return integrations({repr(one): one for one in variants}, None, study.store, jobs)
+    return plan_integrations({repr(one): one for one in variants}, None, study.store, jobs)
 
 
 def test_side_by_side_is_what_has_one_model_law_grid_and_drive(study):
@@ -142,11 +142,11 @@ def test_a_diverging_run_is_raised_after_all_others_are_kept(study):
     settings = ("scenario.step_s=1e-3",)
     wild = Variant("constant-torque", duration_s=0.1, settings=settings, record_every=1)
     with pytest.raises(Diverged) as raised:
-        study.runs([wild, SHORT])
+        study.run_variants([wild, SHORT])
     assert 0 < raised.value.time_s <= 0.1
     again = Study(study.folder)
-    again.runs([SHORT])
-    assert (again.made, again.found) == (0, 1)
+    again.run_variants([SHORT])
+    assert (again.computed_count, again.cached_count) == (0, 1)
 
 
 def test_seeds_move_the_start_by_less_than_a_picometre():
@@ -173,9 +173,9 @@ class Square(Question[float]):
 
 
 def test_an_answer_is_worked_out_once_for_its_inputs(study):
-    assert study.answers([Square(2.0), Square(3.0)], "squares") == [4.0, 9.0]
-    assert study.answers([Square(3.0), Square(4.0)], "squares") == [9.0, 16.0]
-    assert (study.made, study.found) == (3, 1)
+    assert study.answer_questions([Square(2.0), Square(3.0)], "squares") == [4.0, 9.0]
+    assert study.answer_questions([Square(3.0), Square(4.0)], "squares") == [9.0, 16.0]
+    assert (study.computed_count, study.cached_count) == (3, 1)
 
 
 @dataclass(frozen=True)
@@ -203,8 +203,8 @@ class Roots(Question[list[Root]]):
 
 def test_an_answer_in_records_is_kept_as_json_and_comes_back_in_records(study):
     asked = Roots((2.0, -1.0))
-    assert study.answers([asked], "roots") == [asked.answer()]
-    assert Study(study.folder).answers([asked], "roots") == [asked.answer()]
+    assert study.answer_questions([asked], "roots") == [asked.answer()]
+    assert Study(study.folder).answer_questions([asked], "roots") == [asked.answer()]
 
 
 @dataclass(frozen=True)
@@ -224,10 +224,10 @@ class Broken(Question[None]):
 
 def test_what_has_no_result_is_one_clear_error(study):
     with pytest.raises(Unfinished, match=r"^squares: Broken: ValueError: two lines$"):
-        study.answers([Square(2.0), Broken(ValueError)], "squares")
-    assert Study(study.folder).answers([Square(2.0)], "squares") == [4.0]
+        study.answer_questions([Square(2.0), Broken(ValueError)], "squares")
+    assert Study(study.folder).answer_questions([Square(2.0)], "squares") == [4.0]
     with pytest.raises(Diverged, match="m: diverged at t = 1 s"):
-        study.answers([Broken(Diverged)], "squares")
+        study.answer_questions([Broken(Diverged)], "squares")
 
 
 def test_a_worker_that_died_is_one_clear_error(study, monkeypatch):
@@ -236,7 +236,7 @@ def test_a_worker_that_died_is_one_clear_error(study, monkeypatch):
 
     monkeypatch.setattr(study_module, "perform_all", died)
     with pytest.raises(Unfinished, match=r"^runs: analytic:physical: Died: ended by SIGKILL$"):
-        study.runs([SHORT])
+        study.run_variants([SHORT])
 
 
 @pytest.mark.parametrize("error", [InputError("file", "field", 1, "allowed"), Diverged("m", 1.0)])

@@ -5,11 +5,17 @@ import pytest
 from scipy.stats import beta
 
 from crosscheck.audit.claims.rule import State, state
-from crosscheck.audit.experiments.cells import AS_MODELLED, CONSERVATIVE, INTEGRAL, PRINTED, Cell
-from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.paper_conditions import (
+    AS_MODELLED,
+    CONSERVATIVE,
+    INTEGRAL,
+    PRINTED,
+    Condition,
+)
+from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.measures import twosamples
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import NONE, VISIBLE, Third, quantiles
+from crosscheck.audit.measures.third_fluctuation import NONE, VISIBLE, ThirdFluctuation, quantiles
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from tests.audit.stated import of_third
 
@@ -17,10 +23,10 @@ ABOVE, BELOW = 1.01, 0.99
 LOUD, QUIET = ABOVE * SEVERE, BELOW * SEVERE
 
 
-def third(*sizes: float) -> Third:
+def third(*sizes: float) -> ThirdFluctuation:
     """Starts of these sizes."""
     found = np.array(sizes)
-    return Third(found, found / 1000, 10 * found, 1e-8 * found, 0)
+    return ThirdFluctuation(found, found / 1000, 10 * found, 1e-8 * found, 0)
 
 
 def test_a_share_has_clopper_and_pearsons_interval():
@@ -46,40 +52,42 @@ def test_severe_has_two_sides():
 def test_samples_join_and_diverged_starts_have_no_numbers():
     names = ("third", "third_onset_s", "frequency_Hz", "planets_apart_m")
     one = Sample({name: np.array([1.0, np.nan]) for name in names}, np.array([False, True]))
-    joined = Third.of(one, one)
+    joined = ThirdFluctuation.from_samples(one, one)
     assert (joined.size.size, joined.sizes.size, joined.diverged) == (4, 2, 2)
     assert quantiles(np.array([np.nan])) == NONE
 
 
 def test_the_tooth_error_makes_what_is_not_there_without_it():
     calm = third(*[QUIET] * 10)
-    assert twosamples.made_by_error(third(*[LOUD] * 9, QUIET), calm).share == Share(9, 10)
-    assert twosamples.made_by_error(calm, calm).share == Share(0, 10)
+    assert twosamples.compute_error_effect(third(*[LOUD] * 9, QUIET), calm).share == Share(9, 10)
+    assert twosamples.compute_error_effect(calm, calm).share == Share(0, 10)
     shaken = third(*[LOUD] * 2, *[QUIET] * 8)
-    assert twosamples.made_by_error(third(*[LOUD] * 10), shaken).share is None
+    assert twosamples.compute_error_effect(third(*[LOUD] * 10), shaken).share is None
     one_loud = third(LOUD, *[QUIET] * 9)
-    assert twosamples.made_by_error(third(*[LOUD] * 10), one_loud).share == Share(9, 9)
-    assert twosamples.made_by_error(third(*[np.nan] * 10), calm).state == State.UNDEFINED
+    assert twosamples.compute_error_effect(third(*[LOUD] * 10), one_loud).share == Share(9, 9)
+    assert twosamples.compute_error_effect(third(*[np.nan] * 10), calm).state == State.UNDEFINED
     visible = third(*[ABOVE * EVIDENT] * 10)
     quiet = third(*[BELOW * EVIDENT] * 10)
-    assert twosamples.made_by_error(visible, quiet, VISIBLE).state == State.YES
-    assert twosamples.made_by_error(visible, visible, VISIBLE).share is None
+    assert twosamples.compute_error_effect(visible, quiet, VISIBLE).state == State.YES
+    assert twosamples.compute_error_effect(visible, visible, VISIBLE).share is None
 
 
 def test_what_few_starts_do_is_made_only_if_it_is_no_chance():
     """8 of 32 are more than one in ten and no chance beside none, but may be beside four."""
     loud = third(*[LOUD] * 8, *[QUIET] * 24)
-    assert twosamples.made_by_error(loud, third(*[QUIET] * 32)).state == State.BISTABLE
-    assert twosamples.made_by_error(loud, third(*[LOUD] * 3, *[QUIET] * 29)).state == State.NO
+    assert twosamples.compute_error_effect(loud, third(*[QUIET] * 32)).state == State.BISTABLE
+    assert (
+        twosamples.compute_error_effect(loud, third(*[LOUD] * 3, *[QUIET] * 29)).state == State.NO
+    )
 
 
 def test_what_the_claims_ask_is_said_and_nothing_else():
-    (stated,) = of_third("here", [(Cell(PRINTED, 0.01), third(*[LOUD] * 10))])
+    (stated,) = of_third("here", [(Condition(PRINTED, 0.01), third(*[LOUD] * 10))])
     assert (stated.quantity, stated.state) == ("pd: third", State.YES)
-    (lumped,) = of_third("here", [(Cell(PRINTED, 0.01, planets="lumped"), third(LOUD))])
+    (lumped,) = of_third("here", [(Condition(PRINTED, 0.01, planets="lumped"), third(LOUD))])
     assert lumped.place.model == AS_MODELLED
-    assert not of_third("here", [(Cell(INTEGRAL, 0.01, planets="lumped"), third(LOUD))])
-    assert not of_third("here", [(Cell(CONSERVATIVE, 0.01), third(LOUD))])
+    assert not of_third("here", [(Condition(INTEGRAL, 0.01, planets="lumped"), third(LOUD))])
+    assert not of_third("here", [(Condition(CONSERVATIVE, 0.01), third(LOUD))])
 
 
 def test_two_samples_are_told_apart_or_not():
@@ -88,24 +96,24 @@ def test_two_samples_are_told_apart_or_not():
     assert twosamples.shares_p(Share(5, 5), Share(5, 5)) == pytest.approx(1.0)
     assert twosamples.sizes_p([1, 2, 3, 4, 5], [6, 7, 8, 9, 10]) == pytest.approx(2 / 252)
     assert twosamples.sizes_p([1, 3, 5, 7], [2, 4, 6, 8]) > 0.5
-    both = twosamples.two_tests(third(*range(1, 6)), third(*range(6, 11)))
+    both = twosamples.compare_samples(third(*range(1, 6)), third(*range(6, 11)))
     assert both.least == both.by_size == pytest.approx(2 / 252)
-    assert twosamples.two_tests(third(np.nan), third(1.0)).least is None
-    assert twosamples.TwoTests(None, 0.5).least is None
+    assert twosamples.compare_samples(third(np.nan), third(1.0)).least is None
+    assert twosamples.PValues(None, 0.5).least is None
 
 
 def test_significance_has_two_sides():
     for tests_of_family in (1, 10):
         limit = twosamples.SIGNIFICANT / tests_of_family
-        assert twosamples.told_apart(BELOW * limit, tests_of_family)
-        assert not twosamples.told_apart(ABOVE * limit, tests_of_family)
+        assert twosamples.is_significant(BELOW * limit, tests_of_family)
+        assert not twosamples.is_significant(ABOVE * limit, tests_of_family)
 
 
 def test_samples_may_be_too_small_to_be_told_apart():
     assert twosamples.least_p(2, 2) == pytest.approx(1 / 3)
     assert twosamples.least_p(3, 3) == pytest.approx(2 / 20)
     assert twosamples.least_p(2, 4) > twosamples.SIGNIFICANT > twosamples.least_p(2, 24)
-    fewest, most = twosamples.not_told_apart(Share(12, 24), 16)
+    fewest, most = twosamples.find_passing_range(Share(12, 24), 16)
     assert (fewest, most) == (3, 13)
     for yes in (fewest - 1, most + 1):
-        assert twosamples.told_apart(twosamples.shares_p(Share(12, 24), Share(yes, 16)))
+        assert twosamples.is_significant(twosamples.shares_p(Share(12, 24), Share(yes, 16)))

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from crosscheck.audit.hypotheses import controller
 from crosscheck.audit.hypotheses.evidence import flights, shaking
-from crosscheck.audit.hypotheses.evidence.linear_limits import growth_agrees
-from crosscheck.audit.hypotheses.evidence.rungs import GROUPS, INERTIA, LadderVerdict
-from crosscheck.audit.measures.undefined import UNDEFINED, all_of, recorded, shown
-from crosscheck.audit.phase.chapter import h1_verdict
+from crosscheck.audit.hypotheses.evidence.level_ablation import GROUPS, INERTIA, AblationVerdict
+from crosscheck.audit.hypotheses.evidence.linear_limits import is_growth_predicted
+from crosscheck.audit.measures.undefined import UNDEFINED, combine_answers, format_number, to_json
+from crosscheck.audit.phase.chapter import judge_h1
 from crosscheck.audit.phase.maps import Presence
 
 NUMBER = st.one_of(st.none(), st.floats())
@@ -25,7 +25,7 @@ YES = st.sampled_from([True, False, None])
 SCALARS: list[tuple[Callable[..., Any], int]] = [
     (shaking.is_linear, 1),
     (shaking.is_ordered, 1),
-    (growth_agrees, 2),
+    (is_growth_predicted, 2),
 ]
 
 
@@ -43,10 +43,10 @@ def test_a_decision_about_numbers_is_open_where_one_is_undefined(decide, count, 
 
 @given(one=YES, other=YES, third=YES)
 def test_open_decisions_in_words(one, other, third):
-    answer = h1_verdict(Presence.PRINTED, {"a": one, "b": other, "c": third})
+    answer = judge_h1(Presence.PRINTED, {"a": one, "b": other, "c": third})
     assert (answer == "holds") == (one is other is third is True)
-    assert all_of((one, other, third)) in (True, False, None)
-    assert controller._in_words([one, other, third]) in (
+    assert combine_answers((one, other, third)) in (True, False, None)
+    assert controller._describe_verdict([one, other, third]) in (
         "holds",
         "holds in part",
         "does not hold",
@@ -57,28 +57,28 @@ def test_open_decisions_in_words(one, other, third):
 @given(data=st.data())
 def test_nothing_else_falls_over_what_is_missing(data):
     values = [math.nan if value is None else value for value in data.draw(NUMBERS)]
-    assert shaking.is_own(*values[:3]) in (True, False, None)
+    assert shaking.is_rigid_sensitivity(*values[:3]) in (True, False, None)
     spans = {group: (value, value) for group, value in zip(GROUPS, values, strict=True)}
-    verdict = LadderVerdict((), spans, spans, ())
+    verdict = AblationVerdict((), spans, spans, ())
     assert (verdict.holds is None) == (not np.isfinite(spans[INERTIA]).all())
     assert verdict.papers in (True, False, None)
     errors = np.abs(values) + 1e-9
-    needed = flights.needed_ratio(np.array(SIZES), errors, 0.03)
+    needed = flights.required_ratio(np.array(SIZES), errors, 0.03)
     assert needed is None or np.isfinite(errors).any()
 
 
 @given(value=NUMBER | NUMBERS | st.dictionaries(st.sampled_from("ab"), NUMBERS))
 def test_records_are_json(value):
-    assert json.loads(json.dumps(recorded(value), allow_nan=False)) == recorded(value)
+    assert json.loads(json.dumps(to_json(value), allow_nan=False)) == to_json(value)
 
 
 @given(value=NUMBER)
 def test_a_number_that_is_none_is_a_word(value):
-    assert (shown(value) == UNDEFINED) == (value is None or not math.isfinite(value))
+    assert (format_number(value) == UNDEFINED) == (value is None or not math.isfinite(value))
 
 
 def test_a_record_takes_numpys_numbers_and_nothing_foreign():
     numbers = {"a": np.float64(1.5), "b": np.bool_(True), "c": (np.int64(2), np.float32("nan"))}
-    assert recorded(numbers) == {"a": 1.5, "b": True, "c": [2, None]}
+    assert to_json(numbers) == {"a": 1.5, "b": True, "c": [2, None]}
     with pytest.raises(TypeError, match="not JSON"):
-        recorded({"a": object()})
+        to_json({"a": object()})

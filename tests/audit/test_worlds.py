@@ -12,11 +12,15 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.quantities import Known, Quantity
-from crosscheck.audit.claims.rule import VerdictKind, answers, verdict
-from crosscheck.audit.claims.settings import FULL
-from crosscheck.audit.claims.statements.section2 import changed_by
-from crosscheck.audit.experiments.cells import AS_MODELLED, PRINTED, Cell
+from crosscheck.audit.claims.quantities import ConditionResults, Quantity
+from crosscheck.audit.claims.rule import VerdictKind, evaluate_claim, verdict
+from crosscheck.audit.claims.statements.section2 import relative_change
+from crosscheck.audit.claims.study_plan import FULL
+from crosscheck.audit.experiments.ensembles import (
+    ConstantTorqueQuestion,
+    EnsembleNumbersQuestion,
+    SwingQuestion,
+)
 from crosscheck.audit.experiments.experiments import (
     BACK,
     BACK_EVEN,
@@ -25,24 +29,24 @@ from crosscheck.audit.experiments.experiments import (
     DEFAULT_E_UM,
     ERROR,
     NEIGHBOURS,
-    Source,
-    question,
+    PaperExperiment,
+    build_question,
 )
-from crosscheck.audit.experiments.pool import Sample
-from crosscheck.audit.experiments.starts import BackAndForth, ConstantTorque, Starts
+from crosscheck.audit.experiments.paper_conditions import AS_MODELLED, PRINTED, Condition
+from crosscheck.audit.experiments.samples import Sample
 from tests.audit.planted_runs import pools
 
 WORLDS = 3000
-CELL = Cell(PRINTED, FULL.shaken[0], planets=AS_MODELLED.planets)
+CELL = Condition(PRINTED, FULL.shaken[0], planets=AS_MODELLED.planets)
 # Of motions that do not part and of such that do, as the measure finds them: test_measures.
 PARTING = {"lyapunov_per_s": np.array([-3.0, 300.0])}
 
 
-def _kind(source: Source) -> str:
-    asked = question(source, CELL, (1,))
-    if isinstance(asked, ConstantTorque):
+def _kind(source: PaperExperiment) -> str:
+    asked = build_question(source, CELL, (1,))
+    if isinstance(asked, ConstantTorqueQuestion):
         return "constant torque"
-    return "back and forth" if isinstance(asked, BackAndForth) else "pd"
+    return "back and forth" if isinstance(asked, SwingQuestion) else "pd"
 
 
 def _members(generator: np.random.Generator, sample: Sample, count: int) -> np.ndarray:
@@ -70,11 +74,11 @@ def _forgotten() -> Iterator[None]:
 
 
 @cache
-def worlds() -> Known:
+def worlds() -> ConditionResults:
     """Every experiment of a setting; start i of all of them is the i-th world."""
     generator = np.random.default_rng(20150401)
-    sources = [*FULL.sources(CELL), BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM)]
-    made: dict[Source, Sample] = {}
+    sources = [*FULL.experiments(CELL), BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM)]
+    made: dict[PaperExperiment, Sample] = {}
     for family in (BACKLASH, ERROR, BACK, BACK_EVEN):
         own = sorted((s for s in sources if s.kind == family.kind), key=lambda s: s.size_um or 0)
         sample = pools()[_kind(own[0])]
@@ -95,10 +99,10 @@ def worlds() -> Known:
             plain = _plain(made, source)
             for name, values in made[source].numbers.items():
                 values[same] = plain.numbers[name][same]
-    return Known(made)
+    return ConditionResults(made)
 
 
-def _plain(made: dict[Source, Sample], source: Source) -> Sample:
+def _plain(made: dict[PaperExperiment, Sample], source: PaperExperiment) -> Sample:
     """The experiment of the same kind that changes nothing."""
     return next(made[one] for one in made if one.size_um is None and _kind(one) == _kind(source))
 
@@ -112,9 +116,9 @@ def _no_run(starts: int = WORLDS) -> np.ndarray:
 
 
 @cache
-def world_of(number: int) -> Known:
+def world_of(number: int) -> ConditionResults:
     """A single one: every experiment of one start."""
-    return Known(
+    return ConditionResults(
         {
             source: Sample(
                 {name: values[[number]] for name, values in sample.numbers.items()},
@@ -141,8 +145,10 @@ def test_a_claim_that_runs_decide_holds_in_one_world_and_not_in_another(claim):
     for number in range(WORLDS):
         known = world_of(number)
         if not diverging:  # a run that diverges has no numbers, and these worlds have all
-            known = Known({s: replace(one, diverged=_no_run(1)) for s, one in known.items()})
-        found.add(verdict(answers(claim, [(CELL, known)])).kind)
+            known = ConditionResults(
+                {s: replace(one, diverged=_no_run(1)) for s, one in known.items()}
+            )
+        found.add(verdict(evaluate_claim(claim, [(CELL, known)])).kind)
         if {VerdictKind.HOLDS, VerdictKind.FAILS} <= found:
             return
     pytest.fail(f"{claim.id}: {found}")
@@ -151,16 +157,18 @@ def test_a_claim_that_runs_decide_holds_in_one_world_and_not_in_another(claim):
 def test_the_size_of_a_change_does_not_hang_on_the_sign_of_what_changes():
     """theta_1 is negative: a change of a half is one of a half all the same."""
     sine, waves = (Sample({"made": np.array([v])}, np.zeros(1, bool)) for v in (-2.0, -3.0))
-    one, other = (Source(name) for name in ("sine", "waves"))
+    one, other = (PaperExperiment(name) for name in ("sine", "waves"))
     quantities = [_made(source) for source in (other, one)]
-    assert changed_by(*quantities)(Known({one: sine, other: waves})) == pytest.approx([0.5])
+    assert relative_change(*quantities)(
+        ConditionResults({one: sine, other: waves})
+    ) == pytest.approx([0.5])
 
 
-def _made(source: Source) -> Quantity:
+def _made(source: PaperExperiment) -> Quantity:
     return Quantity(str(source), "made up", "1", lambda known: known[source]["made"])
 
 
 def test_every_experiment_of_the_page_has_made_up_runs():
-    assert {type(question(s, CELL, (1,))) for s in FULL.sources(CELL) if s != NEIGHBOURS} <= set(
-        Starts.__subclasses__()
-    )
+    assert {
+        type(build_question(s, CELL, (1,))) for s in FULL.experiments(CELL) if s != NEIGHBOURS
+    } <= set(EnsembleNumbersQuestion.__subclasses__())

@@ -78,7 +78,7 @@ def parting() -> Result:
     variant = importlib.import_module("crosscheck.audit.experiments.variant").Variant(
         **SHORT, planets="free", seed=1
     )
-    return question("planets.parting.Partings", (variant,))()
+    return question("planets.parting.PartingQuestion", (variant,))()
 
 
 def variant() -> Any:
@@ -93,17 +93,17 @@ def cell() -> Any:
 
 
 def changed() -> Result:
-    return question("phase.runs.Changed", variant(), (1,), (1.0, 1.0), True)()
+    return question("phase.runs.ChangeQuestion", variant(), (1,), (1.0, 1.0), True)()
 
 
 def exudyn_starts() -> Result:
     studies = importlib.import_module("crosscheck.audit.experiments.variant")
     one = studies.Variant(**SHORT, model="exudyn:tree", planets="free")
-    return question("experiments.starts.TransientPd", one, (1,))()
+    return question("experiments.ensembles.TransientPdQuestion", one, (1,))()
 
 
 def back_and_forth() -> Result:
-    return question("experiments.starts.BackAndForth", variant(), (1, 2))()
+    return question("experiments.ensembles.SwingQuestion", variant(), (1, 2))()
 
 
 def clock() -> Result:
@@ -111,11 +111,11 @@ def clock() -> Result:
 
 
 def growth() -> Result:
-    return question("phase.objections.RateGrowth", cell(), 1.3)()
+    return question("phase.objections.GrowthRateQuestion", cell(), 1.3)()
 
 
 def vibrations() -> Result:
-    return question("hypotheses.evidence.flutter.Vibrations", variant(), (1,), True)()
+    return question("hypotheses.evidence.flutter.VibrationQuestion", variant(), (1,), True)()
 
 
 def handed_over() -> Result:
@@ -123,24 +123,28 @@ def handed_over() -> Result:
 
 
 def bands() -> Result:
-    return question("experiments.bands.Bands", variant(), (1, 2), 20)()
+    return question("experiments.bands.BandsQuestion", variant(), (1, 2), 20)()
 
 
 RESULTS: dict[str, Callable[[], Result]] = {
     "analytic run": run(),
     "rigid run": run(model="analytic:coupled"),
-    "printed run, one planet": run("measures.reading.first_planets", model="analytic:printed"),
+    "printed run, one planet": run(
+        "measures.reading.select_first_planets", model="analytic:printed"
+    ),
     "exudyn run": run(model="exudyn:tree"),
     "pinocchio run": run(model="pinocchio:coupled"),
     "starts of exudyn": exudyn_starts,
     "parting": parting,
     "bands of all starts": bands,
     "back and forth beside rigid arms": back_and_forth,
-    "floating base": question("hypotheses.evidence.flights.Flights", "pd", 2.0, 1e-3),
-    "errata": question("errata.finder.Errata", "paper-labelled", 1e-4),
+    "floating base": question("hypotheses.evidence.flights.FlightSweep", "pd", 2.0, 1e-3),
+    "errata": question("errata.finder.ErrataQuestion", "paper-labelled", 1e-4),
     "statics": question("statics.statics.Statics", "paper-labelled"),
     "planet spin": question("hypotheses.evidence.spin.SpinCost", "paper-labelled", "pd", 1e-3),
-    "back and forth": question("hypotheses.evidence.shaking.Shaking", "time", 0.05, (1,), 1e-3),
+    "back and forth": question(
+        "hypotheses.evidence.shaking.ShakingQuestion", "time", 0.05, (1,), 1e-3
+    ),
     "vibrations": vibrations,
     "handed over": handed_over,
     "run-up": question("phase.resonance.RunUp", 0.02, 0.01, (1,)),

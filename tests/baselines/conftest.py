@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from crosscheck.baseline.file import baseline_path, write_baseline
-from crosscheck.baseline.reduction import baseline_of
+from crosscheck.baseline.reduction import make_baseline
 from crosscheck.cli import app as cli
 from crosscheck.cli import commands
 from crosscheck.models.arm.arm import Arm
-from crosscheck.planning.plan import Wanted
+from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.run import CrossCheck
 from tests.baselines.short import quick, short_check
 
@@ -28,7 +28,7 @@ def result(labelled: Arm) -> CrossCheck:
 def recorded(result: CrossCheck, labelled: Arm, tmp_path: Path) -> Path:
     """A baseline file of it, alone in a folder, where `command` looks for it."""
     path = baseline_path(tmp_path / "baselines", quick(labelled))
-    write_baseline(path, baseline_of(result))
+    write_baseline(path, make_baseline(result))
     return path
 
 
@@ -38,12 +38,12 @@ def command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Command:
     monkeypatch.chdir(tmp_path)
 
     def call(*words: object, result: CrossCheck | None = None) -> int:
-        def cross_check(wanted: Wanted, **options: object) -> CrossCheck:
+        def cross_check(wanted: CrossCheckRequest, **options: object) -> CrossCheck:
             if result is None:
                 pytest.fail("a cross-check was run")
             return result
 
-        monkeypatch.setattr(commands, "cross_check", cross_check)
+        monkeypatch.setattr(commands, "run_cross_check", cross_check)
         monkeypatch.setattr(sys, "argv", ["crosscheck", *map(str, words)])
         with pytest.raises(SystemExit) as exit_:
             cli.main()

@@ -12,16 +12,23 @@ import xarray as xr
 from crosscheck.baseline.file import read_baseline
 from crosscheck.baseline.regression import compare
 from crosscheck.checks.trajectories import UNITS
-from crosscheck.findings import About, Agreement, Finding, Key, checked, measured_only
+from crosscheck.findings import (
+    Agreement,
+    ComparisonKey,
+    Finding,
+    Subject,
+    make_check,
+    make_measurement,
+)
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
-from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
-from crosscheck.planning.plan import Experiment, Wanted
-from crosscheck.planning.run_suite import experiment_comparisons
-from crosscheck.provenance import provenance
+from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
+from crosscheck.planning.plan import CrossCheckRequest, Experiment
+from crosscheck.planning.run_suite import plan_experiment_comparisons
+from crosscheck.provenance import record_provenance
 from crosscheck.registry import MODELS
-from crosscheck.run import CrossCheck, cases_of, runs_of
+from crosscheck.run import CrossCheck, cases_by_run, runs_by_key
 from crosscheck.runner.tasks import RunKey, Simulation
 from crosscheck.runner.workers import perform_all
 
@@ -32,20 +39,20 @@ RENEW = "crosscheck baseline accept paper-labelled --quick"
 Change = Callable[[dict[str, Any]], object]
 
 
-def quick(arm: Arm) -> Wanted:
+def quick(arm: Arm) -> CrossCheckRequest:
     """What these cross-checks and their records are of."""
-    return Wanted(arm, quick=True)
+    return CrossCheckRequest(arm, quick=True)
 
 
 def short_check(arm: Arm, only: RunKey | None = None) -> CrossCheck:
     """A cross-check of one short experiment: real engines, real checks; or one run of it."""
     scenario = load_scenario("pd").model_copy(update={"duration_s": DURATION_S})
     experiment = Experiment("pd", Case(arm, scenario, switches()))
-    planned = [c for c in experiment_comparisons(experiment) if _is_wanted(c, only)]
-    results = Results(perform_all(tasks_of(planned), 1, lambda key: None))
-    findings = list(findings_of(planned, results))
-    agreement = Agreement(findings, provenance(arm, 0, True))
-    return CrossCheck(quick(arm), agreement, cases_of(planned), runs_of(results))
+    planned = [c for c in plan_experiment_comparisons(experiment) if _is_wanted(c, only)]
+    results = Results(perform_all(collect_tasks(planned), 1, lambda key: None))
+    findings = list(judge_comparisons(planned, results))
+    agreement = Agreement(findings, record_provenance(arm, 0, True))
+    return CrossCheck(quick(arm), agreement, cases_by_run(planned), runs_by_key(results))
 
 
 def _is_wanted(comparison: Comparison, only: RunKey | None) -> bool:
@@ -73,29 +80,29 @@ def invented_check(arm: Arm) -> CrossCheck:
     settings = {"scenario": scenario, "switches": switches()}
     texts = {name: json.dumps(value.model_dump()) for name, value in settings.items()}
     run = run.assign_attrs(model="analytic:physical", step_s=scenario.step_s, **texts)
-    agreement = Agreement([green()], provenance(arm, 0, True))
+    agreement = Agreement([green()], record_provenance(arm, 0, True))
     cases = {ANALYTIC: Case(arm, scenario, switches())}
     return CrossCheck(quick(arm), agreement, cases, {ANALYTIC: run})
 
 
-def about(family: str, case: str = "pd") -> About:
+def about(family: str, case: str = "pd") -> Subject:
     """What an invented Finding is of: its id is family/case/theta/a~b."""
-    return About(Key(family, case, "theta", "a", "b"), "rad", "")
+    return Subject(ComparisonKey(family, case, "theta", "a", "b"), "rad", "")
 
 
 def green() -> Finding:
     """A check that agrees."""
-    return checked(about("same-step"), measured=1e-12, tolerance=1e-10, basis="")
+    return make_check(about("same-step"), measured=1e-12, tolerance=1e-10, basis="")
 
 
 def red(measured: float = 3e-3) -> Finding:
     """A check that differs."""
-    return checked(about("refined"), measured=measured, tolerance=1e-10, basis="")
+    return make_check(about("refined"), measured=measured, tolerance=1e-10, basis="")
 
 
 def measurement(case: str, measured: float = 1.0) -> Finding:
     """A measurement of a difference."""
-    return measured_only(about("deviation", case), measured=measured)
+    return make_measurement(about("deviation", case), measured=measured)
 
 
 def with_run(result: CrossCheck, key: RunKey, run: Any) -> CrossCheck:

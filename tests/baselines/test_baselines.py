@@ -12,15 +12,20 @@ import xarray as xr
 
 import crosscheck.analytic.model
 from crosscheck.baseline.file import baseline_path, read_baseline, write_baseline
-from crosscheck.baseline.reduction import baseline_of, unrecorded
-from crosscheck.baseline.regression import changed_since
-from crosscheck.findings import About, Agreement, Key, checked
+from crosscheck.baseline.reduction import find_unrecorded_runs, make_baseline
+from crosscheck.baseline.regression import describe_changes
+from crosscheck.findings import Agreement, ComparisonKey, Subject, make_check
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.inputs import forget
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import arm_digest
 from crosscheck.registry import MODELS, register
-from crosscheck.report.words import counted, outcome, printable, tally
+from crosscheck.report.formatting import (
+    describe_outcome,
+    describe_tally,
+    format_count,
+    make_printable,
+)
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
 from tests.baselines.short import (
@@ -51,8 +56,8 @@ COMMITTED = Path(__file__).parents[2] / "baselines"
 
 
 def test_a_record_read_back_is_the_record(result, recorded):
-    baseline = baseline_of(result)
-    assert read_baseline(recorded, result.wanted, RENEW) == baseline
+    baseline = make_baseline(result)
+    assert read_baseline(recorded, result.request, RENEW) == baseline
     before = recorded.read_bytes()
     forget()  # a command that has read it does not write it
     write_baseline(recorded, baseline)
@@ -63,7 +68,7 @@ def test_a_repetition_does_not_move(result, recorded):
     agreement = held_against(recorded, short_check(result.arm))
     assert agreement.exit_code == 0
     assert len(agreement.checks) == len(agreement.findings) > 40
-    assert changed_since(agreement) == []
+    assert describe_changes(agreement) == []
 
 
 @pytest.mark.parametrize("stand_in", [EXUDYN, NUDGED], ids=str)
@@ -156,7 +161,7 @@ def test_a_planted_fault_moves(result, recorded, monkeypatch):
 
 @pytest.mark.parametrize(("times", "verdict"), [(0.9, "agree"), (2.0, "differ")])
 def test_a_number_moves_beyond_its_tolerance(result, recorded, times, verdict):
-    tolerance = baseline_of(result).runs[str(ANALYTIC)].sampled["theta"].tolerance
+    tolerance = make_baseline(result).runs[str(ANALYTIC)].sampled["theta"].tolerance
     assert tolerance is not None
     by = times * tolerance
 
@@ -201,14 +206,16 @@ def test_checks_and_measurements_appear_and_disappear(result, recorded):
 
 def test_a_guest_that_came_in_later_is_said_and_not_judged(result, recorded):
     """Unless it is red: a record without it is held against the rest."""
-    subject = About(Key("same-step", "pd", "theta", "analytic:physical", "guest"), "rad", "")
-    fine = checked(subject, measured=1e-12, tolerance=1e-10, basis="")
+    subject = Subject(
+        ComparisonKey("same-step", "pd", "theta", "analytic:physical", "guest"), "rad", ""
+    )
+    fine = make_check(subject, measured=1e-12, tolerance=1e-10, basis="")
     findings = result.agreement.findings
     with register("guest", MODELS["pinocchio:gears"]):
         agreement = held_against(recorded, with_findings(result, [*findings, fine]))
         (new,) = (f for f in agreement.findings if "came in after the record" in f.note)
         assert (new.kind, agreement.exit_code) == ("measurement", 0)
-        wrong = checked(subject, measured=1e-9, tolerance=1e-10, basis="")
+        wrong = make_check(subject, measured=1e-9, tolerance=1e-10, basis="")
         assert moved(held_against(recorded, with_findings(result, [*findings, wrong])))
     assert moved(held_against(recorded, with_findings(result, [*findings, fine])))
 
@@ -235,7 +242,7 @@ def test_what_else_changed_is_named(result, recorded):
         data["provenance"]["lock_sha256"] = 64 * "0"
 
     edited(recorded, change)
-    changed = changed_since(held_against(recorded, result))
+    changed = describe_changes(held_against(recorded, result))
     assert [line.split(" -> ")[0] for line in changed] == ["exudyn 1.0", "lock_sha256 000000000000"]
 
 
@@ -243,7 +250,7 @@ def test_without_a_meaningful_tolerance_nothing_is_compared(result):
     """A start that one rounding decides: a run is recorded, no numbers are held against it."""
     wild = result.runs[NUDGED]
     wild = with_run(result, NUDGED, wild.assign(x_sp=wild["x_sp"] + 1e-5))
-    sampled = baseline_of(wild).runs[str(ANALYTIC)].sampled
+    sampled = make_baseline(wild).runs[str(ANALYTIC)].sampled
     assert sampled["x_sp"].tolerance is None
     assert sampled["x_sp"].basis.startswith("not compared: the same steps again: rounding")
     assert sampled["theta"].tolerance is not None
@@ -254,7 +261,7 @@ def test_an_adaptive_run_without_a_second_one_is_not_compared(result):
     adaptive = replace(ANALYTIC, variant="reference")
     second = replace(ANALYTIC, variant="reference-coarse")
     alone = with_run(result, second, Failure("Diverged", "at t = 0.01 s"))
-    sampled = baseline_of(alone).runs[str(adaptive)].sampled
+    sampled = make_baseline(alone).runs[str(adaptive)].sampled
     assert {table.tolerance for table in sampled.values()} == {None}
     assert sampled["theta"].basis.startswith("not compared: the integrator chooses its own steps")
 
@@ -281,7 +288,7 @@ def test_without_a_tolerance_a_record_is_no_free_pass(result, recorded):
             number["tolerance"] = None
 
     edited(recorded, change)
-    baseline = baseline_of(result)
+    baseline = make_baseline(result)
     numbers = len(baseline.measurements) + sum(len(run.tables) for run in baseline.runs.values())
     assert len(moved(held_against(recorded, result))) == numbers
 
@@ -322,8 +329,8 @@ SPOILT: dict[str, Callable[[xr.Dataset], xr.Dataset]] = {
 @pytest.mark.parametrize("how", SPOILT)
 def test_a_spoilt_run_is_a_lost_run(result, recorded, how):
     spoilt = with_run(result, EXUDYN, SPOILT[how](result.runs[EXUDYN]))
-    assert str(EXUDYN) not in baseline_of(spoilt).runs
-    assert len(list(unrecorded(spoilt))) == 1
+    assert str(EXUDYN) not in make_baseline(spoilt).runs
+    assert len(list(find_unrecorded_runs(spoilt))) == 1
     changes = moved(held_against(recorded, spoilt))
     note = changes[f"recorded-run/{EXUDYN}/run"].note
     assert note.startswith("disappeared: cannot be recorded: ")
@@ -348,18 +355,22 @@ def test_of_two_checks_with_one_id_the_worse_stands(result, recorded):
 
 
 def test_an_unresolved_check_does_not_read_like_a_pass():
-    within = checked(about("refined"), measured=0.023, tolerance=0.348, basis="")
+    within = make_check(about("refined"), measured=0.023, tolerance=0.348, basis="")
     unresolved = replace(within, verdict="unresolved", note="why")
     said = "the uncertainty itself, 0.348 rad, exceeds the acceptance limit (measured 0.023); why"
-    assert outcome(unresolved) == said
-    assert outcome(within) == "measured 0.023, allowed 0.348 rad"
+    assert describe_outcome(unresolved) == said
+    assert describe_outcome(within) == "measured 0.023, allowed 0.348 rad"
 
 
 def test_words():
-    assert tally(Agreement([green()])) == "1 of 1 check agrees"
-    assert tally(Agreement([green(), red()])) == "1 of 2 checks agree"
-    assert [counted(number, "check") for number in (0, 1, 2)] == ["0 checks", "1 check", "2 checks"]
-    assert printable("a ä\x1b[2J\n") == r"a ä\x1b[2J\n"
+    assert describe_tally(Agreement([green()])) == "1 of 1 check agrees"
+    assert describe_tally(Agreement([green(), red()])) == "1 of 2 checks agree"
+    assert [format_count(number, "check") for number in (0, 1, 2)] == [
+        "0 checks",
+        "1 check",
+        "2 checks",
+    ]
+    assert make_printable("a ä\x1b[2J\n") == r"a ä\x1b[2J\n"
 
 
 # The records that come with the project

@@ -124,7 +124,7 @@ def _require_refused_or_seen(
         assert err.rstrip("\n").isprintable(), place
         assert len(err) < 600, place
     if code == 0:
-        said = read_baseline(recorded, result.wanted, RENEW)
+        said = read_baseline(recorded, result.request, RENEW)
         assert _is_the_same(dict(_leaves(json.loads(whole))), said), place
 
 

@@ -2,31 +2,39 @@
 
 from xml.etree import ElementTree
 
-from crosscheck.findings import About, Agreement, Finding, Key, checked, failed, measured_only
+from crosscheck.findings import (
+    Agreement,
+    ComparisonKey,
+    Finding,
+    Subject,
+    make_check,
+    make_failed_check,
+    make_measurement,
+)
 from crosscheck.models.loading import load_arm
-from crosscheck.provenance import provenance
-from crosscheck.report.junit import junit_xml
+from crosscheck.provenance import record_provenance
+from crosscheck.report.junit import format_junit
 
 
-def _about(family: str, quantity: str = "theta") -> About:
-    return About(Key(family, "pd", quantity, "a", "b"), "rad", "largest")
+def _about(family: str, quantity: str = "theta") -> Subject:
+    return Subject(ComparisonKey(family, "pd", quantity, "a", "b"), "rad", "largest")
 
 
 def _agreement() -> Agreement:
     findings: list[Finding] = [
-        checked(_about("same-step"), measured=1e-12, tolerance=1e-10, basis="x"),
-        checked(_about("same-step", "x.y"), measured=1e-8, tolerance=1e-10, basis="<&>"),
-        checked(_about("r"), measured=0.0, tolerance=1.0, resolved=False, basis="u"),
-        failed(_about("run"), "RuntimeError: \x1b[31mno\x00 engine\ufffe"),
-        measured_only(_about("deviation"), measured=0.1),
+        make_check(_about("same-step"), measured=1e-12, tolerance=1e-10, basis="x"),
+        make_check(_about("same-step", "x.y"), measured=1e-8, tolerance=1e-10, basis="<&>"),
+        make_check(_about("r"), measured=0.0, tolerance=1.0, resolved=False, basis="u"),
+        make_failed_check(_about("run"), "RuntimeError: \x1b[31mno\x00 engine\ufffe"),
+        make_measurement(_about("deviation"), measured=0.1),
     ]
     made = {"created": "2024-01-02T03:04:05+00:00", "versions": {"pin": "4"}}
-    here = provenance(load_arm("probe"), 0, True)
+    here = record_provenance(load_arm("probe"), 0, True)
     return Agreement(findings, here.model_copy(update=made))
 
 
 def test_counts_match_the_agreement():
-    root = ElementTree.fromstring(junit_xml(_agreement()).encode())
+    root = ElementTree.fromstring(format_junit(_agreement()).encode())
     suite = root.find("testsuite")
     assert suite is not None
     for element in (root, suite):
@@ -39,7 +47,7 @@ def test_counts_match_the_agreement():
 
 
 def test_a_failure_says_how_far_and_why():
-    suite = ElementTree.fromstring(junit_xml(_agreement())).find("testsuite")
+    suite = ElementTree.fromstring(format_junit(_agreement())).find("testsuite")
     assert suite is not None
     agrees, differs, unresolved, broken = suite.findall("testcase")
     assert agrees.get("classname") == "same-step.pd"
@@ -54,11 +62,11 @@ def test_a_failure_says_how_far_and_why():
 
 
 def test_measurements_and_versions_are_properties():
-    root = ElementTree.fromstring(junit_xml(_agreement()))
+    root = ElementTree.fromstring(format_junit(_agreement()))
     found = {item.get("name"): item.get("value") for item in root.iter("property")}
     assert found["deviation/pd/theta/a~b"] == "0.1 rad"
     assert found["version pin"] == "4"
 
 
 def test_an_agreement_without_findings_is_a_suite_without_tests():
-    assert ElementTree.fromstring(junit_xml(Agreement([]))).get("tests") == "0"
+    assert ElementTree.fromstring(format_junit(Agreement([]))).get("tests") == "0"

@@ -15,10 +15,10 @@ from crosscheck.baseline.file import (
     require_replaceable,
     write_baseline,
 )
-from crosscheck.baseline.reduction import baseline_of
+from crosscheck.baseline.reduction import make_baseline
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
-from crosscheck.planning.plan import Wanted
+from crosscheck.planning.plan import CrossCheckRequest
 from tests.baselines.short import ANALYTIC, RENEW, Change, edited, quick
 from tests.obstacles import OBSTACLES
 
@@ -47,7 +47,7 @@ def test_two_names_never_share_a_file(labelled):
 
 
 def test_quick_and_full_lie_apart(labelled):
-    plans = Wanted(labelled, quick=True), Wanted(labelled)
+    plans = CrossCheckRequest(labelled, quick=True), CrossCheckRequest(labelled)
     assert [baseline_path(Path(), wanted).name for wanted in plans] == [
         "paper-labelled-quick.json",
         "paper-labelled-full.json",
@@ -174,18 +174,18 @@ def test_layout_is_not_content(recorded, result):
     data = json.loads(recorded.read_text(encoding="utf-8"))
     backwards = dict(reversed(data.items()))
     recorded.write_text(json.dumps(backwards, indent=7), encoding="utf-8")
-    assert read_baseline(recorded, result.wanted, RENEW) == baseline_of(result)
+    assert read_baseline(recorded, result.request, RENEW) == make_baseline(result)
 
 
 @pytest.mark.parametrize("old", ["-quick", "-full"])
 def test_a_copy_under_the_other_plans_name_is_refused(result, tmp_path, old):
     is_quick = old == "-quick"
-    baseline = baseline_of(result)
+    baseline = make_baseline(result)
     provenance = baseline.provenance.model_copy(update={"quick": is_quick})
     write_baseline(tmp_path / "x.json", baseline.model_copy(update={"provenance": provenance}))
-    read_baseline(tmp_path / "x.json", Wanted(result.arm, is_quick), RENEW)
+    read_baseline(tmp_path / "x.json", CrossCheckRequest(result.arm, is_quick), RENEW)
     with pytest.raises(InputError, match=f"{'full' if is_quick else '--quick'} record is needed"):
-        read_baseline(tmp_path / "x.json", Wanted(result.arm, not is_quick), RENEW)
+        read_baseline(tmp_path / "x.json", CrossCheckRequest(result.arm, not is_quick), RENEW)
 
 
 GARBLED = (
@@ -254,6 +254,6 @@ def test_an_interrupted_write_leaves_the_old_record(result, recorded, monkeypatc
 
     monkeypatch.setattr("crosscheck.output.os.replace", full)
     with pytest.raises(InputError, match="No space left on device"):
-        write_baseline(recorded, baseline_of(result).model_copy(update={"checks": {}}))
+        write_baseline(recorded, make_baseline(result).model_copy(update={"checks": {}}))
     assert recorded.read_bytes() == before
     assert list(recorded.parent.iterdir()) == [recorded]

@@ -11,26 +11,26 @@ import pytest
 import xarray as xr
 
 from crosscheck.cli.view import view_page
-from crosscheck.cost.cost import QUICK, cost_of
 from crosscheck.cost.output import cost_page
+from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.findings import Agreement
-from crosscheck.measured.output import comparison_page
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.models.robot.file import load_robot
-from crosscheck.models.trajectory import from_netcdf, netcdf
-from crosscheck.planning.comparison import findings_of, tasks_of
-from crosscheck.planning.plan import Experiment, Wanted
-from crosscheck.planning.run_suite import experiment_comparisons
-from crosscheck.provenance import provenance
+from crosscheck.models.trajectory import encode_netcdf, from_netcdf
+from crosscheck.planning.comparison import collect_tasks, judge_comparisons
+from crosscheck.planning.plan import CrossCheckRequest, Experiment
+from crosscheck.planning.run_suite import plan_experiment_comparisons
+from crosscheck.provenance import record_provenance
+from crosscheck.recordings.output import comparison_page
 from crosscheck.registry import RIGID_LEVELS
-from crosscheck.report.html import report_page
+from crosscheck.report.html import render_report_page
 from crosscheck.report.plots.charts import Charts
-from crosscheck.run import CrossCheck, cases_of, performed, runs_of
+from crosscheck.run import CrossCheck, cases_by_run, run_tasks, runs_by_key
+from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.runner.tasks import RunKey
-from crosscheck.runner.underway import unsaid
 from crosscheck.runner.workers import Workers
-from crosscheck.view.trajectory_file import run_of
+from crosscheck.view.trajectory_file import read_run
 from tests.arms import PAPER
 from tests.loops import require_items
 from tests.measured.records import compared, level, record_of
@@ -65,23 +65,25 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     """The report of 20 ms of one experiment, and the page of its reference run."""
     scenario = load_scenario("pd").model_copy(update={"duration_s": DURATION_S})
     arm = PAPER.model_copy(update={"title": HOSTILE})
-    wanted = Wanted(arm, quick=True)
-    of_runs = experiment_comparisons(Experiment("pd", Case(arm, scenario, switches())))
+    wanted = CrossCheckRequest(arm, quick=True)
+    of_runs = plan_experiment_comparisons(Experiment("pd", Case(arm, scenario, switches())))
     asked = [each for each in of_runs if each.about.key.family in FAMILIES]
     charts = Charts()
     with Workers(1) as workers:
-        results = performed(workers, tasks_of(asked), unsaid, charts.show)
-    agreement = Agreement(list(findings_of(asked, results)), provenance(arm, 0, True))
-    checked = CrossCheck(wanted, agreement, cases_of(asked), runs_of(results))
+        results = run_tasks(workers, collect_tasks(asked), ignore_progress, charts.show)
+    agreement = Agreement(list(judge_comparisons(asked, results)), record_provenance(arm, 0, True))
+    checked = CrossCheck(wanted, agreement, cases_by_run(asked), runs_by_key(results))
     folder = tmp_path_factory.mktemp("pages")
-    (folder / "report.html").write_text(report_page(checked, charts.made()), encoding="utf-8")
+    (folder / "report.html").write_text(
+        render_report_page(checked, charts.build_pictures()), encoding="utf-8"
+    )
     record = record_of(level(arm, "coupled"), rows=1000)
     (folder / "compare.html").write_text(comparison_page(compared(record, arm)), encoding="utf-8")
-    cost = cost_of(load_robot("sliding"), 0, QUICK, lambda *doing: None)
+    cost = compute_costs(load_robot("sliding"), 0, QUICK, lambda *doing: None)
     (folder / "cost.html").write_text(cost_page(cost), encoding="utf-8")
     run = charts.runs[RunKey("pd", REFERENCE)]
-    (folder / "run.nc").write_bytes(netcdf(run))
-    (folder / "view.html").write_text(view_page(run_of(folder / "run.nc")), encoding="utf-8")
+    (folder / "run.nc").write_bytes(encode_netcdf(run))
+    (folder / "view.html").write_text(view_page(read_run(folder / "run.nc")), encoding="utf-8")
     return Made(folder, from_netcdf((folder / "run.nc").read_bytes()))
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from crosscheck.checks.answers import random_states
-from crosscheck.findings import About, Finding, Key, checked
+from crosscheck.checks.answers import sample_states
+from crosscheck.findings import ComparisonKey, Finding, Subject, make_check
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
 from crosscheck.models.pinocchio.gears import PinocchioGears
 
@@ -16,7 +16,7 @@ def wrenches(model: ExudynBodies, other: PinocchioGears) -> Finding:
     The motors of ``model`` must be at rest.
     """
     rows = [other.bodies.index(name) for name in _names(model)]
-    states = zip(*random_states(model.layout, model.arm, STATES, SEED), strict=True)
+    states = zip(*sample_states(model.layout, model.arm, STATES, SEED), strict=True)
     pairs = [
         (model.body_forces(*state).reshape(-1, 3), other.contact_wrenches(*state)[rows])
         for state in states
@@ -40,7 +40,7 @@ def _names(model: ExudynBodies) -> list[str]:
 
 def joint_gaps(model: ExudynBodies) -> Finding:
     """Do the model's poses, rates and accelerations keep the engine's joints closed?"""
-    states = random_states(model.layout, model.arm, STATES, SEED)
+    states = sample_states(model.layout, model.arm, STATES, SEED)
     a = np.random.default_rng(SEED).normal(size=states.q.shape)
     gaps = [model.constraint_residual(*state) for state in zip(states.q, states.v, a, strict=True)]
     widest = float(abs(np.array(gaps)).max())
@@ -48,6 +48,6 @@ def joint_gaps(model: ExudynBodies) -> Finding:
 
 
 def _checked(quantity: str, measured: float, tolerance: float, basis: str) -> Finding:
-    key = Key("bodies", "planted", quantity, "exudyn:bodies")
-    about = About(key, "1", f"largest difference over {STATES} random states")
-    return checked(about, measured=measured, tolerance=tolerance, basis=basis)
+    key = ComparisonKey("bodies", "planted", quantity, "exudyn:bodies")
+    about = Subject(key, "1", f"largest difference over {STATES} random states")
+    return make_check(about, measured=measured, tolerance=tolerance, basis=basis)

@@ -8,9 +8,13 @@ from hypothesis import strategies as st
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import switches
-from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
-from crosscheck.planning.state_suite import conservative, geared, rigid
-from crosscheck.registry import constrained, covering
+from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
+from crosscheck.planning.state_suite import (
+    plan_conservative_comparisons,
+    plan_geared_comparisons,
+    plan_rigid_comparisons,
+)
+from crosscheck.registry import find_constrained_models, find_covering_models
 from tests.any_arms import any_arms
 from tests.arms import PAPER
 
@@ -31,22 +35,25 @@ def disagreements(arm: Arm) -> list[str]:
 
 def closed_by_constraints(comparison: Comparison) -> bool:
     """Whether it needs a model that closes its joints by constraint equations."""
-    return any(task.model in constrained() for task in comparison.needs)
+    return any(task.model in find_constrained_models() for task in comparison.needs)
 
 
 def failures(arm: Arm, count: int, wanted: Callable[[Comparison], bool]) -> Iterator[str]:
     """Of the wanted comparisons of the geared and the rigid models, at so many states."""
     content = arm.model_dump()
-    planned = [*geared(arm, count, SEED, content), *rigid(arm, count, SEED, content)]
+    planned = [
+        *plan_geared_comparisons(arm, count, SEED, content),
+        *plan_rigid_comparisons(arm, count, SEED, content),
+    ]
     return disagreeing(comparison for comparison in planned if wanted(comparison))
 
 
 def disagreeing(comparisons: Iterable[Comparison]) -> Iterator[str]:
     """Those of the comparisons that are not green."""
     chosen = list(comparisons)
-    tasks = sorted(tasks_of(chosen), key=lambda task: task.model)  # each model is built once
+    tasks = sorted(collect_tasks(chosen), key=lambda task: task.model)  # each model is built once
     results = Results({task.key: task.perform() for task in tasks})
-    for finding in findings_of(chosen, results):
+    for finding in judge_comparisons(chosen, results):
         if finding.kind == "check" and finding.verdict != "agree":
             yield f"{finding.id}: {finding.measured} of {finding.tolerance} {finding.note}"
 
@@ -71,7 +78,7 @@ def test_models_agree_on_arms_whose_planets_count_as_one(joints, data):
 @given(data=st.data())
 def test_models_agree_on_springs_that_are_a_potential(joints, data):
     arm = data.draw(any_arms(joints, unlike=True))
-    assert list(disagreeing(conservative(arm, STATES_OF_BODIES, SEED))) == []
+    assert list(disagreeing(plan_conservative_comparisons(arm, STATES_OF_BODIES, SEED))) == []
 
 
 @pytest.mark.slow
@@ -88,5 +95,5 @@ def test_the_papers_forms_are_left_out_of_unlike_planets():
     joint, elbow = PAPER.joints
     mesh = joint.sun_mesh.model_copy(update={"backlash_m": (5e-5, 4e-5, 6e-5)})
     arm = PAPER.model_copy(update={"joints": (joint.model_copy(update={"sun_mesh": mesh}), elbow)})
-    assert covering("form", arm, switches()) == ()
+    assert find_covering_models("form", arm, switches()) == ()
     assert disagreements(arm) == []

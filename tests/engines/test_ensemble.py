@@ -10,14 +10,14 @@ import pytest
 import xarray as xr
 
 from crosscheck.analytic import ensemble
-from crosscheck.analytic.ensemble import Group, alone, groups, trajectories
+from crosscheck.analytic.ensemble import Group, group_models, run_model, run_models
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm
 from crosscheck.models.trajectory import recorded_times
-from crosscheck.registry import build, names
+from crosscheck.registry import build, model_names
 from tests.arms import random_arm
 
 MEMBERS = 40  # two groups, the second not full, its last block neither
@@ -79,7 +79,7 @@ def models(request: pytest.FixtureRequest) -> list[AnalyticModel]:
 @pytest.fixture(scope="module")
 def right(models: list[AnalyticModel]) -> list[xr.Dataset]:
     """Runs of each with no neighbour."""
-    return [run for model in models for run in trajectories([model])]
+    return [run for model in models for run in run_models([model])]
 
 
 def same(left: xr.Dataset | Diverged, right: xr.Dataset | Diverged) -> bool:
@@ -98,31 +98,31 @@ def test_members_differ_from_each_other(right):
 @pytest.mark.parametrize("count", [2, 7, 8, 9, 31, 32, 33, MEMBERS])
 def test_a_member_is_the_same_whoever_stands_beside_it(models, right, count):
     chosen = np.random.default_rng(count).permutation(MEMBERS)[:count]
-    found = trajectories([models[place] for place in chosen])
+    found = run_models([models[place] for place in chosen])
     wrong = [p for p, run in zip(chosen, found, strict=True) if not same(run, right[p])]
     assert wrong == []
 
 
 def test_groups_run_by_several_threads_are_the_same(models, right):
-    assert len(groups(models)) > 1
-    found = trajectories(models, threads=3)
+    assert len(group_models(models)) > 1
+    found = run_models(models, threads=3)
     assert all(same(run, one) for run, one in zip(found, right, strict=True))
 
 
 def test_chunks_of_any_size_make_the_same_run(models, right, monkeypatch):
     monkeypatch.setattr(ensemble, "CHUNK", 1)
-    found = trajectories(models[:9])
+    found = run_models(models[:9])
     assert all(same(run, right[place]) for place, run in enumerate(found))
 
 
 def test_a_member_is_the_run_alone_bit_for_bit(models, right):
-    assert same(alone(models[0]), right[0])
+    assert same(run_model(models[0]), right[0])
 
 
 def test_groups_are_of_one_structure_and_grid(models):
     other_step = model_of("lumped", members(1)[0], steps=15)
     other_arm = model_of("lumped", members(1)[0])
-    found = groups([other_step, *models, other_arm])
+    found = group_models([other_step, *models, other_arm])
     places = [place for group in found for place in group.members]
     assert sorted(places) == list(range(MEMBERS + 2))
     assert (0,) in [group.members for group in found]
@@ -132,7 +132,7 @@ def test_groups_are_of_one_structure_and_grid(models):
 
 def test_every_record_is_in_one_chunk(models, right, monkeypatch):
     monkeypatch.setattr(ensemble, "CHUNK", 1)
-    (group,) = groups(models[:5])
+    (group,) = group_models(models[:5])
     chunks = list(group.chunks())
     time = np.concatenate([chunk.time for chunk in chunks])
     np.testing.assert_array_equal(time, recorded_times(models[0].scenario))
@@ -163,10 +163,10 @@ def with_wild(models: Sequence[AnalyticModel], kind: str, place: int) -> list[An
 @pytest.mark.parametrize("place", [0, 3, 8])
 def test_who_diverges_disturbs_nobody(place):
     calm = [model_of("lumped", member) for member in members(8)]
-    found = trajectories(with_wild(calm, "lumped", place))
+    found = run_models(with_wild(calm, "lumped", place))
     wild = found.pop(place)
     assert isinstance(wild, Diverged)
-    assert all(same(run, one) for run, one in zip(found, trajectories(calm), strict=True))
+    assert all(same(run, one) for run, one in zip(found, run_models(calm), strict=True))
 
 
 @pytest.mark.parametrize("chunk", [1, ensemble.CHUNK])
@@ -190,7 +190,7 @@ def test_divergence_is_flagged_with_its_time(lanes, chunk, monkeypatch):
 def test_a_run_alone_that_diverges_says_when():
     wild = model_of("lumped", Member(5.0, 0.5, FAR_TOO_STIFF, 0.0))
     with pytest.raises(Diverged, match="diverged at t = "):
-        alone(wild)
+        run_model(wild)
 
 
 @lru_cache
@@ -201,10 +201,10 @@ def other_model(name: str) -> AnalyticModel:
     return build(model, arm, scenario(members(1)[0]), usual_switches(arm))
 
 
-@pytest.mark.parametrize("name", ["table", *names("form")])
+@pytest.mark.parametrize("name", ["table", *model_names("form")])
 def test_forms_and_tables_run_alone_as_among_others(name):
     model = other_model(name)
-    one, other = trajectories([model, model])
+    one, other = run_models([model, model])
     assert same(one, other)
     assert same(model.simulate(), one)
 
@@ -212,14 +212,14 @@ def test_forms_and_tables_run_alone_as_among_others(name):
 def test_different_structures_stand_in_one_question():
     lumped = [model_of("lumped", member) for member in members(2)]
     asked = [lumped[0], other_model("table"), lumped[1], other_model("table")]
-    found = trajectories(asked)
-    assert len(groups(asked)) == 2
+    found = run_models(asked)
+    assert len(group_models(asked)) == 2
     assert same(found[1], found[3])
-    assert same(found[2], trajectories(lumped)[1])
+    assert same(found[2], run_models(lumped)[1])
 
 
 def test_nobody_is_nobody():
-    assert trajectories([]) == groups([]) == []
+    assert run_models([]) == group_models([]) == []
 
 
 def test_structures_are_equal_where_numbers_alone_differ():

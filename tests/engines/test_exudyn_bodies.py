@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.checks.answers import random_states
+from crosscheck.checks.answers import sample_states
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario, Switches, switches
@@ -66,7 +66,7 @@ def test_states_of_a_one_joint_arm_agree_and_its_bias_vanishes():
     quantities = [quantity for quantity in STATE_ABILITIES if quantity != "bias"]
     for finding in require_items(compare_states("bodies", models, quantities, 10, seed=11)):
         assert finding.verdict == "agree", finding
-    states = random_states(models[0].layout, arm, 10, seed=11)
+    states = sample_states(models[0].layout, arm, 10, seed=11)
     for q, v in require_items(zip(states.q, states.v, strict=True)):
         # Centripetal forces of 40 kg at 0.5 m and 3 rad/s, near 200 N, cancel to their roundings.
         np.testing.assert_allclose(models[0].bias(q, v), 0, atol=1e-12)

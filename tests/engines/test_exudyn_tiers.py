@@ -67,7 +67,7 @@ def test_large_contact_forces_in_balance_raise_no_alarm(tier):
     joint, torque = geared(), 2e5
     heavy = {"length_m": 0.9, "com_m": 0.4, "mass_kg": 1e6, "inertia_kg_m2": 1e9}
     model = tier(arm_of(joint, links=[heavy], gravity=NONE), scenario(torque))
-    law = model.arm.joints[0].sun_mesh.of_planet(0).stiffness
+    law = model.arm.joints[0].sun_mesh.planet_mesh(0).stiffness
     force = torque / 4 / R_S / 4  # of a planet's mesh: the sun is at rest, the ratio is 4
     at_sun, at_ring = 90 * 0.7 + 0.9, 90 * 0.7 - 0.4
     x_sp = force / stiffness_at(law, at_sun) + 4e-5 + 2e-5 * np.sin(at_sun)
@@ -80,7 +80,7 @@ def test_large_contact_forces_in_balance_raise_no_alarm(tier):
 def test_planets_that_move_apart_are_refused():
     poses = ExudynBodies(arm_of(geared()), scenario()).poses
     turning = poses.turns @ np.array([0.1, 0.2, 0.3])
-    np.testing.assert_allclose(poses.back(turning), [0.1, 0.2, 0.3], rtol=1e-12)
+    np.testing.assert_allclose(poses.coordinates(turning), [0.1, 0.2, 0.3], rtol=1e-12)
     poses.require_alike(turning, 1e-12)
     turning[-1] += 1e-6
     with pytest.raises(ArithmeticError, match="equal planets do not move alike"):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crosscheck.checks.answers import random_states
+from crosscheck.checks.answers import sample_states
 from crosscheck.checks.first_principles.weights import link_mass as weighed
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.planets import usual_switches
@@ -11,7 +11,7 @@ from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.pinocchio.tree import base_radii, equivalent_masses
 from crosscheck.models.plugin import Motors, gear_numbers, link_mass, tooth_contacts
-from crosscheck.planning.state_suite import all_switches
+from crosscheck.planning.state_suite import switch_combinations
 from crosscheck.registry import build
 from tests.loops import require_items
 
@@ -41,7 +41,7 @@ def of_model(name: str, arm: Arm, laws: Switches):
 def apart(name: str, arm: Arm, laws: Switches) -> float:
     """Largest difference of the contacts' force from a model's, over each coordinate's size."""
     model = of_model(name, arm, laws)
-    states = zip(*random_states(model.layout, arm, COUNT, 0), strict=True)
+    states = zip(*sample_states(model.layout, arm, COUNT, 0), strict=True)
     pairs = [
         (of_contacts(arm, laws, model.layout, *state), model.generalized_force(*state))
         for state in states
@@ -54,7 +54,9 @@ def apart(name: str, arm: Arm, laws: Switches) -> float:
 
 
 @pytest.mark.parametrize("name", ["analytic:physical", "exudyn:tree"])
-@pytest.mark.parametrize("laws", all_switches(), ids=lambda laws: "-".join(dict(laws).values()))
+@pytest.mark.parametrize(
+    "laws", switch_combinations(), ids=lambda laws: "-".join(dict(laws).values())
+)
 def test_contacts_under_every_law(name, laws):
     assert apart(name, load_arm("probe"), laws) < ROUNDING
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from crosscheck.models.experiment.scenario import ConstantDrive
 from crosscheck.models.interface import Model
-from crosscheck.planning.sizing import scenario_of
-from crosscheck.registry import RIGID_LEVELS, build, of_level
+from crosscheck.planning.sizing import make_sized_scenario
+from crosscheck.registry import RIGID_LEVELS, build, find_level_models
 from tests.any_arms import any_arms
 
 STATES = 20
@@ -22,8 +22,10 @@ ROUNDED = 1e-12
 def test_every_model_asks_for_the_same_torques(level, arm, seed):
     draw = np.random.default_rng(seed)
     motion = draw.normal(size=(3, STATES, len(arm.joints)))
-    pushed = scenario_of("pushed", ConstantDrive(kind="constant", torque_N_m=100.0), 1.0, 1.0)
-    models = [build(name, arm, pushed) for name in of_level(level)]
+    pushed = make_sized_scenario(
+        "pushed", ConstantDrive(kind="constant", torque_N_m=100.0), 1.0, 1.0
+    )
+    models = [build(name, arm, pushed) for name in find_level_models(level)]
     assert len(models) > 1
     by_definition = Model.inverse_dynamics(models[0], *motion)
     for model in models:

@@ -17,11 +17,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from crosscheck.analytic.ensemble import alone, trajectories
-from crosscheck.analytic.kernel.batch import WIDE, Batch, aligned, contiguous_table, number_rows
+from crosscheck.analytic.ensemble import run_model, run_models
+from crosscheck.analytic.kernel.batch import (
+    BLOCK_LANES,
+    Batch,
+    contiguous_table,
+    make_aligned_zeros,
+    number_rows,
+)
 from crosscheck.analytic.kernel.equations import KernelEquations
-from crosscheck.analytic.kernel.precise import NEAR_S, precise_program
-from crosscheck.analytic.kernel.program import Program, code_of, states_program, steps_program
+from crosscheck.analytic.kernel.event_kernel import NEAR_S, build_event_program
+from crosscheck.analytic.kernel.program import (
+    Program,
+    build_states_program,
+    build_steps_program,
+    compile_program,
+)
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
@@ -194,7 +205,7 @@ def misses(model: AnalyticModel, lanes: int, kind: type[At] = At) -> list[str]:
     rounding = rounding_of(model)
     for steps in STEPS:
         whole = Batch(at, lanes)
-        whole.done = steps
+        whole.step_count = steps
         records = whole.advance(1, 0)
         # The lanes of a block do the same bit for bit; the clock at 0 tells fewer laws apart.
         for place in (0, STATES - 2, STATES - 1) if steps else (1,):
@@ -207,7 +218,7 @@ def state_misses(model: AnalyticModel) -> list[str]:
     """M, bias, force and accelerations of single states that are not those of the terms."""
     found, t, rounding = list[str](), STEPS[-1] * STEP_S, rounding_of(model)
     for at in states(model)[:2]:
-        made = model.states.at(t, at.q, at.v)
+        made = model.states.evaluate(t, at.q, at.v)
         found += rounding.misses(at, t, made.acceleration, made.mesh_forces)
         right, apart = rounding.at(t, at.q, at.v)
         for name in ("mass_matrix", "bias", "force"):
@@ -248,7 +259,7 @@ def test_every_switch_on_arms_of_every_size(place):
     most = (2, 3, 5)[place % 3]  # of 6 and 7 joints below
     model = model_on(random_arm(place, most), DRIVES[place % len(DRIVES)], EVERY_SWITCH[place])
     with compiled_quickly():
-        assert misses(model, (1, WIDE)[place % 2]) == []
+        assert misses(model, (1, BLOCK_LANES)[place % 2]) == []
         assert state_misses(model) == []
 
 
@@ -259,7 +270,7 @@ def test_arms_that_nobody_chose(data):
     arm = data.draw(any_arms(data.draw(st.integers(1, 7)), unlike=True))
     usual = usual_switches(arm)
     laws = data.draw(st.sampled_from([s for s in EVERY_SWITCH if _fits(s, usual)]))
-    drive, lanes = data.draw(st.sampled_from(DRIVES)), data.draw(st.sampled_from([1, WIDE]))
+    drive, lanes = data.draw(st.sampled_from(DRIVES)), data.draw(st.sampled_from([1, BLOCK_LANES]))
     with compiled_quickly():
         assert misses(model_on(arm, drive, laws), lanes) == []
 
@@ -268,7 +279,7 @@ def _fits(laws: Switches, usual: Switches) -> bool:
     return usual.planets == "lumped" or laws.planets == "free"
 
 
-@pytest.mark.parametrize("lanes", [1, WIDE])
+@pytest.mark.parametrize("lanes", [1, BLOCK_LANES])
 @pytest.mark.parametrize("level", LEVELS)
 def test_rigid_levels(level, lanes):
     arm = random_arm(8, 7, all_geared=True)
@@ -317,7 +328,7 @@ def model(request: pytest.FixtureRequest) -> AnalyticModel:
 
 
 @pytest.mark.parametrize("kind", [At, ByTerms])
-@pytest.mark.parametrize("lanes", [1, WIDE])
+@pytest.mark.parametrize("lanes", [1, BLOCK_LANES])
 def test_kernels_say_what_the_terms_say(model, lanes, kind):
     assert misses(model, lanes, kind) == []
 
@@ -339,14 +350,14 @@ def both(program: Program, function: str, arguments: tuple[Any, ...]) -> tuple[A
     ours, theirs = (
         tuple(copied(a) if isinstance(a, np.ndarray) else a for a in arguments) for _ in range(2)
     )
-    code_of(program)[function](*addresses(ours))
+    compile_program(program)[function](*addresses(ours))
     interpreted(program)[function](*theirs)
     return ours, theirs
 
 
 def copied(array: np.ndarray) -> np.ndarray:
     """Where a kernel expects an array to begin."""
-    room = aligned(1, array.size)[0]
+    room = make_aligned_zeros(1, array.size)[0]
     room[:] = array.reshape(-1)
     return room.reshape(array.shape)
 
@@ -368,11 +379,11 @@ def steps_arguments(at: list[At], lanes: int, steps: int) -> tuple[Any, ...]:
 
 
 @pytest.mark.parametrize("kind", [At, ByTerms])
-@pytest.mark.parametrize("lanes", [1, WIDE])
+@pytest.mark.parametrize("lanes", [1, BLOCK_LANES])
 def test_steps_are_their_texts_bit_for_bit(model, lanes, kind):
     at = [kind(model, state.q, state.v) for state in states(model)][: 2 if lanes == 1 else None]
     equations = at[0].equations
-    program = steps_program(equations.structure, equations.recorded(), lanes)
+    program = build_steps_program(equations.structure, equations.recorded(), lanes)
     ours, theirs = both(program, "advance", steps_arguments(at, lanes, 2 if lanes > 1 else 6))
     assert np.isfinite(ours[-1]).all()
     assert_same_bits(ours, theirs)
@@ -380,9 +391,9 @@ def test_steps_are_their_texts_bit_for_bit(model, lanes, kind):
 
 def test_states_are_their_texts_bit_for_bit(model):
     equations = model.term_equations
-    program = states_program(equations.structure)
+    program = build_states_program(equations.structure)
     for at in require_items(states(model)[:3]):
-        rest = np.zeros(program.before - 2 * len(at.q))
+        rest = np.zeros(program.leading_rows - 2 * len(at.q))
         w = np.concatenate([at.q, at.v, rest, *number_rows(program, equations.numbers)])
         table = np.linspace(3.0, 7.0, len(model.arm.joints))
         assert_same_bits(*both(program, "evaluate", (w, 0.7, 0.7**0.5, table, 0.0, 0.0)))
@@ -392,11 +403,11 @@ def precise_arguments(model: AnalyticModel, records: int, interval: float) -> tu
     """Of ``follow``, from the model's start."""
     equations = model.equations
     structure = equations.structure
-    program = precise_program(structure, equations.recorded())
+    program = build_event_program(structure, equations.record_map())
     n, m = len(structure.coordinates), len(structure.meshes)
     state = [equations.to_kernel(x) for x in model.start()]
     rest, numbers = (
-        np.zeros(program.before - 3 * n - 3 * m),
+        np.zeros(program.leading_rows - 3 * n - 3 * m),
         number_rows(program, equations.numbers),
     )
     w = np.concatenate([*state, np.zeros(n + 2 * m), model.gears.b, rest, *numbers])
@@ -409,13 +420,13 @@ def precise_arguments(model: AnalyticModel, records: int, interval: float) -> tu
 @pytest.mark.parametrize("name", ["play", "table", "waves"])
 def test_precise_runs_are_their_texts_bit_for_bit(name):
     model = model_of(name)
-    program = precise_program(model.equations.structure, model.equations.recorded())
+    program = build_event_program(model.equations.structure, model.equations.record_map())
     ours, theirs = both(program, "follow", precise_arguments(model, 3, 5e-5))
     assert ours[-1][0] > 0
     assert_same_bits(ours, theirs)
 
 
-@pytest.mark.parametrize("lanes", [1, WIDE])
+@pytest.mark.parametrize("lanes", [1, BLOCK_LANES])
 def test_runs_are_those_of_the_terms_to_rounding(model, lanes):
     whole, scenario = Batch([model], lanes), model.scenario
     records = [whole.advance(scenario.steps // scenario.stride, scenario.stride)]
@@ -437,5 +448,5 @@ def test_runs_are_those_of_the_terms_to_rounding(model, lanes):
 
 
 def test_a_run_is_the_same_alone_and_among_others(model):
-    one, (several, _) = alone(model), trajectories([model, model])
+    one, (several, _) = run_model(model), run_models([model, model])
     assert one.identical(several)

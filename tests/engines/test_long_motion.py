@@ -11,8 +11,8 @@ from crosscheck.cli.template import example_arm
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES
 from crosscheck.models.loading import load_arm
-from crosscheck.planning.sizing import pd_scenario, sizes_of
-from crosscheck.registry import build, same_integrator
+from crosscheck.planning.sizing import compute_sizes, make_pd_scenario
+from crosscheck.registry import build, find_same_integrator_models
 
 # Of the largest stable step: a margin that Exudyn's 0.2 ms a step for three joints, and 0.7 ms for
 # six, let pass in a few seconds a run.
@@ -22,8 +22,8 @@ MESH_TOLERANCE_M = 1e-13
 
 def motion(arm: Arm, duration_s: float) -> list[xr.Dataset]:
     """The controlled motion sized to an arm, its beginning, by each model with that integrator."""
-    sized = pd_scenario(sizes_of(arm))
-    names = same_integrator()
+    sized = make_pd_scenario(compute_sizes(arm))
+    names = find_same_integrator_models()
     longest = min(build(name, arm, sized).largest_stable_step() for name in names) / MARGIN
     stride = int(np.ceil(duration_s / longest / RECORDS))
     step = duration_s / (stride * RECORDS)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crosscheck.analytic.kernel.precise import followed
+from crosscheck.analytic.kernel.event_kernel import integrate_with_events
 from crosscheck.analytic.model import PhysicalModel, RigidLinks
 from crosscheck.models.loading import load_case
 from tests.loops import require_items
@@ -37,10 +37,10 @@ def test_agrees_with_scipy_as_well_as_scipy_with_itself(arm, switches):
 
 def test_errors_fall_with_the_tolerance_through_contact_changes():
     model = model_of("paper-labelled", {}, 0.1)
-    best = followed(model, 1e-13)
+    best = integrate_with_events(model, 1e-13)
     assert best.changes > 5  # else nothing was to be ended at a change
     errors = [
-        np.abs(followed(model, rtol).records.q - best.records.q).max() / 50e-6
+        np.abs(integrate_with_events(model, rtol).records.q - best.records.q).max() / 50e-6
         for rtol in (1e-5, 1e-8, 1e-11)
     ]
     assert errors[0] < 1e-3

@@ -5,13 +5,19 @@ from collections.abc import Iterator
 import pytest
 import xarray as xr
 
-from crosscheck.checks.scales import meaningful
+from crosscheck.checks.scales import acceptance_limit
 from crosscheck.checks.trajectories import largest_difference, size, uncertainty
 from crosscheck.models.arm.arm import Arm
 from crosscheck.planning import plan
-from crosscheck.planning.plan import FEWER, Experiment, Wanted, outlined, resolved
-from crosscheck.planning.preparation import settled
-from crosscheck.planning.sizing import sizes_of
+from crosscheck.planning.plan import (
+    COARSE_STEP_RATIOS,
+    CrossCheckRequest,
+    Experiment,
+    draft_experiments,
+    set_stable_step,
+)
+from crosscheck.planning.preparation import refine_until_resolved
+from crosscheck.planning.sizing import compute_sizes
 from crosscheck.registry import build, reference_model
 from tests.arms import PAPER, random_arm
 
@@ -20,15 +26,15 @@ RENAMED = PAPER.model_copy(update={"name": "probe"})  # its experiments are size
 
 def pd_motion(arm: Arm) -> Experiment:
     """The sized motion, cut short, at the step that a cross-check finds."""
-    wanted = Wanted(arm, quick=True)
-    outline = outlined(wanted, sizes_of(arm))
+    wanted = CrossCheckRequest(arm, quick=True)
+    outline = draft_experiments(wanted, compute_sizes(arm))
     limit = build(reference_model(), *outline[0].case).largest_stable_step()
-    return settled(wanted, resolved(outline[1], limit))
+    return refine_until_resolved(wanted, set_stable_step(outline[1], limit))
 
 
 def runs_of(experiment: Experiment) -> Iterator[xr.Dataset]:
     """The reference model's run, and those at coarser steps."""
-    for variant in ("", *FEWER):
+    for variant in ("", *COARSE_STEP_RATIOS):
         yield build(reference_model(), *experiment.run(reference_model(), variant).case).simulate()
 
 
@@ -55,5 +61,5 @@ def test_a_step_means_something_by_each_of_the_coarser_runs():
     fine, *coarser = runs_of(experiment)
     for coarse in coarser:
         for quantity in ("theta", "x_sp", "x_pr"):
-            widest = meaningful(quantity, *experiment.case[:2], size(fine, quantity))
+            widest = acceptance_limit(quantity, *experiment.case[:2], size(fine, quantity))
             assert uncertainty(fine, coarse, quantity) < widest.value

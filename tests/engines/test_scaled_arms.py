@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from crosscheck.checks import modes
-from crosscheck.findings import About, Finding, Key
+from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.planning.comparison import Results, findings_of, tasks_of
-from crosscheck.planning.mode_suite import pole_comparisons
+from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
+from crosscheck.planning.mode_suite import plan_pole_comparisons
 from tests.arms import PAPER
 
 HALF, GEARS = 0.05, 2e-4  # metres
@@ -30,9 +30,9 @@ def shrunk(arm: Arm, length_m: float, module_m: float) -> Arm:
 
 
 def found(arm: Arm, planets: str) -> list[Finding]:
-    comparisons = list(pole_comparisons(arm.name, arm, usual_switches(arm, planets=planets)))
-    outcomes = {task.key: task.perform() for task in tasks_of(comparisons)}
-    return list(findings_of(comparisons, Results(outcomes)))
+    comparisons = list(plan_pole_comparisons(arm.name, arm, usual_switches(arm, planets=planets)))
+    outcomes = {task.key: task.perform() for task in collect_tasks(comparisons)}
+    return list(judge_comparisons(comparisons, Results(outcomes)))
 
 
 @pytest.mark.parametrize("planets", ["lumped", "free"])
@@ -44,13 +44,15 @@ def test_poles_of_a_small_arm_are_known_as_well_as_of_a_large_one(planets):
 
 
 def test_the_tolerance_of_poles_follows_their_differences():
-    about = About(Key("modes", "here", "contact-poles", "one", "other"), "1", "distance")
+    about = Subject(
+        ComparisonKey("modes", "here", "contact-poles", "one", "other"), "1", "distance"
+    )
     mass, own = np.eye(1), np.array([[-4.0, -0.4]])
     right = np.linalg.eigvals(np.array([[0.0, 1.0], [-4.0, -0.4]]))
 
     def verdict(error: float, rounding: float) -> str:
         slopes = np.array([own, own * (1 + rounding)])
-        return modes.poles_follow(about, right * (1 + error), mass, slopes).verdict
+        return modes.check_poles(about, right * (1 + error), mass, slopes).verdict
 
     assert verdict(5e-8, 0.0) == "agree"
     assert verdict(5e-7, 0.0) == "differ"

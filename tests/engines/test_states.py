@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from crosscheck.checks import states
-from crosscheck.checks.answers import answers
-from crosscheck.findings import About, Key
+from crosscheck.checks.answers import evaluate_at_states
+from crosscheck.findings import ComparisonKey, Subject
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.files import builtin_arms
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm, load_scenario
-from crosscheck.planning.plan import without_play
+from crosscheck.planning.plan import remove_backlash
 from crosscheck.planning.state_suite import SampledModel
-from crosscheck.registry import RIGID_LEVELS, build, names, reference_model
+from crosscheck.registry import RIGID_LEVELS, build, model_names, reference_model
 from tests.arms import PAPER, arm_of
 from tests.judged import compare_states
 
@@ -74,7 +74,7 @@ ARMS = {
     ),
     "unequal numbers of planets": paper_arm_with({}, FOUR_PLANETS),
     "everything unequal": load_arm("probe"),
-    "no backlash": without_play(PAPER),
+    "no backlash": remove_backlash(PAPER),
 }
 
 
@@ -89,21 +89,21 @@ def disagreements(arm: Arm, names: Sequence[str], chosen: Switches) -> list[str]
 
 @pytest.mark.parametrize("chosen", ALL_SWITCHES, ids=lambda chosen: "-".join(dict(chosen).values()))
 def test_geared_models_agree_under_all_switches_and_both_readings(reading, chosen):
-    assert disagreements(reading, names("geared"), chosen) == []
+    assert disagreements(reading, model_names("geared"), chosen) == []
 
 
 @pytest.mark.parametrize("chosen", ALL_SWITCHES, ids=lambda chosen: "-".join(dict(chosen).values()))
 def test_geared_models_agree_under_all_switches_on_unequal_joints(chosen):
-    assert disagreements(load_arm("probe"), names("geared"), chosen) == []
+    assert disagreements(load_arm("probe"), model_names("geared"), chosen) == []
 
 
 @pytest.mark.parametrize("name", ARMS)
 def test_geared_models_agree_on_any_arm(name):
-    assert disagreements(ARMS[name], names("geared"), switches()) == []
+    assert disagreements(ARMS[name], model_names("geared"), switches()) == []
 
 
 def test_geared_models_agree_whichever_comes_first():
-    assert disagreements(load_arm("probe"), names("geared")[::-1], switches()) == []
+    assert disagreements(load_arm("probe"), model_names("geared")[::-1], switches()) == []
 
 
 @pytest.mark.parametrize("level", RIGID_LEVELS)
@@ -122,7 +122,7 @@ def test_rigid_levels_agree_on_any_arm(name, level):
 
 
 @pytest.mark.parametrize("switch", ["phase", "ring_rate", "dead_zone", "damping"])
-@pytest.mark.parametrize("model", names("geared"))
+@pytest.mark.parametrize("model", model_names("geared"))
 def test_every_switch_changes_the_forces_of_every_model(model, switch):
     """A switch that did nothing would agree everywhere."""
     default = switches(phase="angle", ring_rate="corrected")
@@ -148,11 +148,11 @@ def test_a_force_or_an_acceleration_beyond_its_tolerance_is_seen_in_every_compon
     model = build(reference, *case)
     setting = SampledModel("test", reference, case, COUNT, SEED).setting
     masses, forces, accelerations = (
-        answers(model, setting.layout, quantity, COUNT, SEED)
+        evaluate_at_states(model, setting.layout, quantity, COUNT, SEED)
         for quantity in ("mass_matrix", "generalized_force", "acceleration")
     )
     for quantity, values in (("generalized_force", forces), ("acceleration", accelerations)):
-        about = About(Key("states", "test", quantity, reference), "1", "largest")
+        about = Subject(ComparisonKey("states", "test", quantity, reference), "1", "largest")
         limit = states.compare_values(about, values, values, masses, setting).tolerance
         natural = states.natural_sizes(quantity, values, masses[0], setting)
         sizes = states.component_sizes(values, natural)

@@ -8,7 +8,7 @@ from crosscheck.checks.trajectories import Pair, largest_difference
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario, Switches, switches
 from crosscheck.models.loading import Case, load_arm, load_case
-from crosscheck.planning.plan import nudged
+from crosscheck.planning.plan import perturb_start_by_one_ulp
 from crosscheck.registry import build
 from tests.arms import PAPER, arm_of
 from tests.judged import at_time, same_step
@@ -56,7 +56,7 @@ def disagreements(arm: Arm, scenario: Scenario, chosen: Switches | None = None) 
 
 def nudged_run(case: Case) -> xr.Dataset:
     """The first model's, started one rounding away."""
-    return build(PAIR[0], *nudged(case)).simulate()
+    return build(PAIR[0], *perturb_start_by_one_ulp(case)).simulate()
 
 
 @pytest.mark.parametrize("phase", ["angle", "omega_t"])

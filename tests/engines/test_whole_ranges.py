@@ -12,7 +12,7 @@ from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.interface import STATE_ABILITIES, Model
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.registry import MODELS, build, names
+from crosscheck.registry import MODELS, build, model_names
 from tests.draws import any_arm, fresh_seed
 from tests.loops import require_items
 
@@ -83,7 +83,7 @@ def test_gears_without_mass_still_have_inertia(massless):
     probe = load_arm("probe")
     joints = tuple(j.model_copy(update=dict.fromkeys(massless, 0.0)) for j in probe.joints)
     arm = probe.model_copy(update={"joints": joints})
-    models = [build(name, arm, load_scenario("pd")) for name in names("geared")]
+    models = [build(name, arm, load_scenario("pd")) for name in model_names("geared")]
     state = state_of(models[0], random.Random(fresh_seed()))
     expected, *others = ([*values(model, *state)] for model in models)
     pairs = product(others, zip(STATE_ABILITIES, expected, strict=True))

@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.kernel import translate
-from crosscheck.analytic.kernel.batch import WIDE, Batch, aligned, contiguous_table
-from crosscheck.analytic.kernel.machine import Code, compiled, machine
-from crosscheck.analytic.kernel.program import Program, steps_program
+from crosscheck.analytic.kernel.batch import (
+    BLOCK_LANES,
+    Batch,
+    contiguous_table,
+    make_aligned_zeros,
+)
+from crosscheck.analytic.kernel.machine import Code, compile_ir, target_machine
+from crosscheck.analytic.kernel.program import Program, build_steps_program
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.models.loading import load_case
 from tests.faults.planting import Laws, Seen
@@ -26,12 +31,13 @@ def both(out: array, a, b, c):
 
 def same_bits(seen: Seen) -> str:
     """A step by machine code made from the text, and by Python; of one member or of several."""
-    lanes = 1 if seen.kernel == "alone" else WIDE
+    lanes = 1 if seen.kernel == "alone" else BLOCK_LANES
     program, work, given, right = by_python(seen.arm, seen.laws, lanes)
     code = Code(
-        compiled(translate.ir_of(program.text, lanes), machine(1), 1), dict(program.functions)
+        compile_ir(translate.translate_to_ir(program.text, lanes), target_machine(1), 1),
+        dict(program.functions),
     )
-    made, out = aligned(1, right.size)[0], np.zeros((1, right.size))
+    made, out = make_aligned_zeros(1, right.size)[0], np.zeros((1, right.size))
     made[:] = work
     code["advance"](made.ctypes.data, *addresses((*given, out)))
     return "agree" if np.array_equal(made, right, equal_nan=True) else "differ"
@@ -53,10 +59,10 @@ def by_python(
     names = batch.structure.coordinates
     state = batch.work.reshape(-1, lanes)[: 2 * len(names)]
     angular = np.array([name.startswith("theta") for name in names] * 2)
-    numbers = batch.work.reshape(-1, lanes)[batch.program.before :]
+    numbers = batch.work.reshape(-1, lanes)[batch.program.leading_rows :]
     numbers *= 1 + 1e-3 * np.arange(lanes)
     state[:] = np.where(angular, 1.0, 1e-4)[:, None] * draw.normal(size=state.shape)
-    program = steps_program(batch.structure, batch.models[0].equations.recorded(), lanes)
+    program = build_steps_program(batch.structure, batch.models[0].equations.record_map(), lanes)
     times, torques = contiguous_table(batch.models[0].drive)
     given = (1, 700, 1, 1, 1e-5, times, torques, times.size, np.zeros(len(torques)))
     work = batch.work.copy().reshape(-1)
@@ -71,7 +77,7 @@ def fused_as_written(seen: Seen) -> str:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(translate._Function, "_function_call", _unfused)
         code = Code(
-            compiled(translate.ir_of(FUSED_OR_NOT, 1), machine(2), 2),
+            compile_ir(translate.translate_to_ir(FUSED_OR_NOT, 1), target_machine(2), 2),
             {"both": (c_void_p, c_double, c_double, c_double)},
         )
     out, right = np.zeros(2), []

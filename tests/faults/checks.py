@@ -14,7 +14,7 @@ from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case, load_arm, load_case
 from crosscheck.models.pinocchio.gears import PinocchioGears
-from crosscheck.planning.plan import nudged
+from crosscheck.planning.plan import perturb_start_by_one_ulp
 from crosscheck.registry import MODELS, build
 from tests import planet_laws
 from tests.engines.bodies_checks import joint_gaps, wrenches
@@ -100,7 +100,7 @@ def unharmed(name: str, arm: str, drive: str, laws: Laws) -> Model:
 def unharmed_runs(name: str, arm: str, drive: str, laws: Laws) -> Pair:
     """A run, and that from a start one rounding away."""
     case = experiment(arm, drive, laws)
-    return Pair(*(build(name, *of).simulate() for of in (case, nudged(case))))
+    return Pair(*(build(name, *of).simulate() for of in (case, perturb_start_by_one_ulp(case))))
 
 
 def _states(seen: Seen) -> str:

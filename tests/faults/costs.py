@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 
-from crosscheck.cost.cost import Cost
+from crosscheck.cost.shortcuts import ShortcutCosts
 from tests.faults.planting import Seen
 from tests.robots import cost_views
 from tests.robots.cost_guard import (
@@ -18,7 +18,7 @@ from tests.robots.cost_judge import wrong_condition, wrong_verdicts
 
 
 @lru_cache
-def right_cost(name: str) -> Cost:
+def right_cost(name: str) -> ShortcutCosts:
     """Worked out before any fault is planted; views show it."""
     return found_cost(name, engines=True)
 

@@ -20,14 +20,14 @@ def choose(patch: pytest.MonkeyPatch, kernel: Kernel) -> None:
     if kernel == "terms":
         patch.setattr(AnalyticModel, "equations", AnalyticModel.term_equations)
     elif kernel == "abreast":
-        patch.setattr(model, "alone", _abreast)
+        patch.setattr(model, "run_model", _abreast)
         patch.setattr(ensemble, "CHUNK", 1)  # a record at a time
 
 
 def _abreast(member: AnalyticModel) -> xr.Dataset:
     """Its run among others of its structure, whose arms and starts are not its own."""
     members = [neighbour(member, place) for place in range(PLACE)]
-    run = ensemble.trajectories([*members, member])[PLACE]
+    run = ensemble.run_models([*members, member])[PLACE]
     if isinstance(run, Diverged):
         raise run
     return run
@@ -46,10 +46,10 @@ def neighbour(member: AnalyticModel, place: int) -> AnalyticModel:
 
 def keep_nothing(patch: pytest.MonkeyPatch) -> None:
     """Keep no kernel on disk, whatever is planted in it."""
-    patch.setattr(machine, "machine_code", compiled_quickly)
+    patch.setattr(machine, "load_machine_code", compiled_quickly)
 
 
 @lru_cache(maxsize=64)
 def compiled_quickly(text: str, lanes: int, level: int) -> bytes:
     """Machine code of a text; no level of optimisation changes a bit of what it does."""
-    return machine.compiled(machine.ir_of(text, lanes), machine.machine(0), 0)
+    return machine.compile_ir(machine.translate_to_ir(text, lanes), machine.target_machine(0), 0)

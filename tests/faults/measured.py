@@ -9,7 +9,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 
-from crosscheck.measured import (
+from crosscheck.models.pinocchio.rigid import PinocchioCoupled
+from crosscheck.recordings import (
     compare,
     engines,
     forward,
@@ -19,8 +20,7 @@ from crosscheck.measured import (
     residual,
     smoothing,
 )
-from crosscheck.measured.smoothing import Block
-from crosscheck.models.pinocchio.rigid import PinocchioCoupled
+from crosscheck.recordings.smoothing import Block
 from crosscheck.registry import RIGID_LEVELS
 from tests.faults.planting import Seen
 from tests.measured import guards, second
@@ -39,7 +39,7 @@ def kept_blocks(kind: str) -> list[Block]:
 
 
 @lru_cache
-def kept_normal(kind: str, level: str) -> residual.Normal:
+def kept_normal(kind: str, level: str) -> residual.NormalEquations:
     """Normal equations of a level, by code without a fault."""
     return _normal(kind, level)
 
@@ -47,12 +47,14 @@ def kept_normal(kind: str, level: str) -> residual.Normal:
 def _blocks(kind: str) -> list[Block]:
     own = guards.measured(kind)[0].record
     assert own.torques is not None
-    return list(smoothing.blocks(own, own.torques, smoothing.chosen_spacing(own)))
+    return list(smoothing.smooth_record(own, own.torques, smoothing.select_spacing(own)))
 
 
-def _normal(kind: str, level: str) -> residual.Normal:
-    among = parameters.parameters(guards.arm())
-    return compare._normal(kept_blocks(kind), guards.arm(), level, among, lambda *doing: None)
+def _normal(kind: str, level: str) -> residual.NormalEquations:
+    among = parameters.find_parameters(guards.arm())
+    return compare._build_equations(
+        kept_blocks(kind), guards.arm(), level, among, lambda *doing: None
+    )
 
 
 def _smoothing(kind: str) -> Iterator[str]:
@@ -71,9 +73,9 @@ def _smoothing(kind: str) -> Iterator[str]:
 
 def _levels(kind: str) -> Iterator[str]:
     found, right = guards.measured(kind)
-    models = [engines.rigid_model(level, guards.arm()) for level in RIGID_LEVELS]
-    fits = residual.fits(kept_blocks(kind), models, lambda rows: None)
-    levels = compare._ranked(dict(zip(RIGID_LEVELS, fits, strict=True)))
+    models = [engines.build_rigid_model(level, guards.arm()) for level in RIGID_LEVELS]
+    fits = residual.fit_models(kept_blocks(kind), models, lambda rows: None)
+    levels = compare._rank_levels(dict(zip(RIGID_LEVELS, fits, strict=True)))
     changed = replace(found, levels=levels)
     yield from guards.wrong_levels(guards.data_of(changed), right)
     yield from guards.wrong_limits(changed)
@@ -89,26 +91,26 @@ def _estimates(kind: str) -> Iterator[str]:
     yield from _estimated(kind, {level: kept_normal(kind, level) for level in levels})
 
 
-def _estimated(kind: str, normals: dict[str, residual.Normal]) -> Iterator[str]:
+def _estimated(kind: str, normals: dict[str, residual.NormalEquations]) -> Iterator[str]:
     found, right = guards.measured(kind)
-    among = parameters.parameters(guards.arm())
+    among = parameters.find_parameters(guards.arm())
     count = len(among)
     best = normals[right.best].leading(count)
-    base, condition = parameters.together(best, among)
+    base, condition = parameters.estimate_together(best, among)
     changed = replace(
         found,
-        own_chi2=best.chi2,
-        own_freedom=best.freedom,
-        single=tuple(parameters.alone(best, among)),
+        residual_chi2=best.chi2,
+        residual_freedom=best.freedom,
+        single=tuple(parameters.estimate_separately(best, among)),
         base=tuple(base),
         condition=condition,
-        repairs=tuple(compare._repairs(normals["coupled"], "coupled", guards.arm(), among)),
-        frictions=(friction.friction_fit(normals["coupled"], "coupled", guards.arm(), among),),
+        repairs=tuple(compare._find_repairs(normals["coupled"], "coupled", guards.arm(), among)),
+        frictions=(friction.fit_friction(normals["coupled"], "coupled", guards.arm(), among),),
     )
     data = guards.data_of(changed)
     if kind == RIGHT:  # there is nothing to explain
         data["explained_by"] = []
-    rubs = compare._frictions(normals["coupled"], "coupled", guards.arm(), among)
+    rubs = compare._find_frictions(normals["coupled"], "coupled", guards.arm(), among)
     if bool(data["explained_by"]) != (kind == HEAVY):
         yield "what explains the record"
     if bool(rubs) != (kind != HEAVY):
@@ -120,7 +122,7 @@ def _estimated(kind: str, normals: dict[str, residual.Normal]) -> Iterator[str]:
 
 def _runs(kind: str) -> Iterator[str]:
     found, right = guards.measured(kind)
-    made = forward.windows(kept_blocks(kind), guards.arm(), right.best, guards.TOLERANCES)
+    made = forward.run_windows(kept_blocks(kind), guards.arm(), right.best, guards.TOLERANCES)
     changed = replace(found, windows=tuple(made))
     yield from guards.wrong_windows(guards.data_of(changed), guards.right_windows(kind))
     yield from guards.wrong_run_pictures(changed, guards.right_windows(kind))
@@ -141,7 +143,7 @@ def _engines(kind: str) -> Iterator[str]:
 
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(PinocchioCoupled, "inverse_dynamics", harmed)
-            found = engines.engine_differences(motion, guards.arm(), lambda *doing: None)
+            found = engines.compare_engines(motion, guards.arm(), lambda *doing: None)
         if [each.agrees for each in found] != [True, True, True, agrees]:
             yield f"{share} of a torque: {found}"
         if share == 0.1 and found[-1].alone != ("pinocchio:coupled",):
@@ -181,7 +183,9 @@ def _json(kind: str) -> Iterator[str]:
 
 def _picture(kind: str) -> Iterator[str]:
     found, right = guards.measured(kind)
-    curves = compare._curves(kept_blocks(kind), guards.arm(), right.best, found.explanations)
+    curves = compare._compute_curves(
+        kept_blocks(kind), guards.arm(), right.best, found.explanations
+    )
     yield from guards.wrong_pictures(replace(found, curves=tuple(curves)), right)
 
 

@@ -19,10 +19,16 @@ from crosscheck.findings import Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.planning import plan
-from crosscheck.planning.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
-from crosscheck.planning.preparation import prepared
-from crosscheck.registry import MODELS, model_class
-from crosscheck.run import planned
+from crosscheck.planning.comparison import (
+    Comparison,
+    ModelTask,
+    Results,
+    collect_tasks,
+    judge_comparisons,
+)
+from crosscheck.planning.preparation import prepare_experiments
+from crosscheck.registry import MODELS, load_model_class
+from crosscheck.run import plan_comparisons
 from crosscheck.runner.tasks import Outcome, Simulation
 from crosscheck.runner.workers import Workers
 
@@ -272,12 +278,12 @@ class Campaign:
         self.concerned: dict[Asked, tuple[list[ModelTask], list[Comparison]]] = {}
         self.answers: dict[tuple[ModelTask, *tuple[bytes, ...]], Any] = {}
         self.arm = arm
-        wanted = plan.Wanted(arm, quick=True)
+        wanted = plan.CrossCheckRequest(arm, quick=True)
         with Workers(2) as workers:
-            self.comparisons = planned(wanted, prepared(wanted, workers))
-            self.tasks = tasks_of(self.comparisons)
+            self.comparisons = plan_comparisons(wanted, prepare_experiments(wanted, workers))
+            self.tasks = collect_tasks(self.comparisons)
             self.outcomes = workers.perform(self.tasks, lambda key: None)
-        findings = findings_of(self.comparisons, Results(self.outcomes))
+        findings = judge_comparisons(self.comparisons, Results(self.outcomes))
         self.disagreeing = [f for f in findings if f.kind == "check" and f.verdict != "agree"]
 
     def findings(self, mutant: Mutant, patch: pytest.MonkeyPatch) -> Iterator[Finding]:
@@ -303,7 +309,7 @@ class Campaign:
         return task.case.arm == self.arm and (method not in ARRAYS or task.case.switches == laws)
 
     def _performed(self, task: ModelTask, mutant: Mutant, patch: pytest.MonkeyPatch) -> Outcome:
-        owner = model_class(task.model)
+        owner = load_model_class(task.model)
         right = getattr(owner, mutant.method)
 
         def kept(self_: object, *arguments: object) -> object:

@@ -22,7 +22,7 @@ from typing import Any
 import pytest
 from jinja2 import ChoiceLoader, DictLoader
 
-from crosscheck.registry import model_class
+from crosscheck.registry import load_model_class
 from tests.faults import kernels
 from tests.faults.kernels import Kernel
 
@@ -122,11 +122,11 @@ def _plant_in_template(
     patch: pytest.MonkeyPatch, module: ModuleType, name: str, old: str, new: str
 ) -> None:
     """The module's templates with one changed."""
-    usual = module.templates()
+    usual = module.load_templates()
     source, _, _ = usual.loader.get_source(usual, name)
     changed = DictLoader({name: _replaced(source, name, old, new)})
     harmed = usual.overlay(loader=ChoiceLoader([changed, usual.loader]), cache_size=50)
-    patch.setattr(module, "templates", lambda: harmed)
+    patch.setattr(module, "load_templates", lambda: harmed)
 
 
 def _replaced(text: str, place: str, old: str, new: str) -> str:
@@ -170,7 +170,7 @@ def _modules(packages: tuple[str, ...]) -> list[ModuleType]:
 
 def interpret(patch: pytest.MonkeyPatch, model: str, kernel: Kernel = "alone") -> None:
     """Replace compiled and remembered functions of a model by their Python originals."""
-    model_class(model)  # a module first imported later would keep what is put in now
+    load_model_class(model)  # a module first imported later would keep what is put in now
     engine = model.split(":")[0]
     packages = INTERPRETED.get(model) or INTERPRETED.get(engine, ())
     values = [value for module in _modules(packages) for value in vars(module).values()]

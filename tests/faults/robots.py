@@ -127,9 +127,9 @@ def engines_agree(name: str, harmed: str, given: Callable[[Robot], Robot] = lamb
 
     Engines that are not harmed answer once. A run is one step: all that it takes is compared too.
     """
-    own, answers, model_of = ROBOTS[name](), agreement._answers, agreement.model_of
+    own, answers, model_of = ROBOTS[name](), agreement._evaluate_model, agreement.build_model
 
-    def kept(model: RobotModel, states: agreement.DrawnStates) -> agreement.RobotAnswers:
+    def kept(model: RobotModel, states: agreement.RandomStates) -> agreement.RobotAnswers:
         if model.name == harmed or name in (READ, BARE):
             return answers(model, states)
         key = name, model.name, model.level
@@ -143,9 +143,9 @@ def engines_agree(name: str, harmed: str, given: Callable[[Robot], Robot] = lamb
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(agreement, "perform_all", perform_here)
         patch.setattr(agreement, "STEPS", 1)
-        patch.setattr(agreement, "_answers", kept)
-        patch.setattr(agreement, "model_of", made)
-        found = agreement.compared(own, agreement.drawn(own, 3, 0))
+        patch.setattr(agreement, "_evaluate_model", kept)
+        patch.setattr(agreement, "build_model", made)
+        found = agreement.compare_engines(own, agreement.sample_states(own, 3, 0))
     if any(each.failure for each in found):
         return "failed"
     return "agree" if all(each.agrees for each in found) else "differ"

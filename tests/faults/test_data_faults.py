@@ -11,16 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from crosscheck.checks.answers import AT_STATE, random_states
+from crosscheck.checks.answers import AT_STATE, sample_states
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.files import raw_arm
+from crosscheck.models.files import read_raw_arm
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case, load_arm
 from crosscheck.planning import state_suite
-from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
-from crosscheck.planning.sizing import unequal_gains
-from crosscheck.registry import MODELS, build, covering, names
+from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
+from crosscheck.planning.sizing import make_unequal_gains_scenario
+from crosscheck.registry import MODELS, build, find_covering_models, model_names
 from crosscheck.runner.tasks import Evaluation
 
 OFF, UNLIKE, DIRECT, APART = 1.001, "three-unlike", "direct-between", "planets-apart"
@@ -115,7 +115,7 @@ def plan_of(name: str) -> list[Comparison]:
     arm = load_arm(name)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(state_suite, "QUICK_COUNT", STATES)
-        found = state_suite.state_comparisons(arm, True, 0, raw_arm(name))
+        found = state_suite.plan_state_comparisons(arm, True, 0, read_raw_arm(name))
     where = f"{arm.name}/geared", *(f"{arm.name}/{e.level}" for e in MODELS.values() if e.level)
     return [
         c
@@ -131,7 +131,7 @@ def plan_of(name: str) -> list[Comparison]:
 def answered(name: str, case: Case, model: Model, quantity: str) -> np.ndarray:
     """A model's answers at the states of a case, of which it may be made or not."""
     layout = MODELS[name].layout(case.arm, case.switches)
-    states = random_states(layout, case.arm, STATES, 0)
+    states = sample_states(layout, case.arm, STATES, 0)
     return np.array([AT_STATE[quantity](model, *state) for state in zip(*states, strict=True)])
 
 
@@ -144,9 +144,9 @@ def right(name: str, case: Case, quantity: str) -> np.ndarray:
 @pytest.mark.parametrize("fault", WRONG, ids=lambda fault: f"{fault.arm} {fault.path}")
 def test_a_wrong_number_is_seen_in_every_model_that_has_it(fault):
     arm = load_arm(fault.arm)
-    case = Case(arm, unequal_gains(arm), usual_switches(arm))
+    case = Case(arm, make_unequal_gains_scenario(arm), usual_switches(arm))
     wrong, has_it, unseen = harmed(case, fault), [], []
-    for name in (*covering("geared", arm, case.switches), *names("rigid")):
+    for name in (*find_covering_models("geared", arm, case.switches), *model_names("rigid")):
         answer = cache(partial(answered, name, case, build(name, *wrong)))
         if not any(_differs(answer(each), right(name, case, each)) for each in QUANTITIES):
             continue
@@ -179,10 +179,10 @@ def test_an_arm_that_is_not_what_its_file_says_is_seen(name):
     heavier = arm.model_copy(update={"payload_mass_kg": OFF * arm.payload_mass_kg})
     judged = [
         c
-        for c in state_suite.state_comparisons(heavier, True, 0, raw_arm(name))
+        for c in state_suite.plan_state_comparisons(heavier, True, 0, read_raw_arm(name))
         if c.about.key.family == "as-told" and c.about.key.quantity == "mass_matrix"
     ]
-    outcomes = {t.key: t.perform() for t in tasks_of(judged)}
-    verdicts = {f.left: f.verdict for f in findings_of(judged, Results(outcomes))}
+    outcomes = {t.key: t.perform() for t in collect_tasks(judged)}
+    verdicts = {f.left: f.verdict for f in judge_comparisons(judged, Results(outcomes))}
     assert set(verdicts.values()) == {"differ"}
-    assert {*names("geared"), *names("rigid")} == set(verdicts)
+    assert {*model_names("geared"), *model_names("rigid")} == set(verdicts)

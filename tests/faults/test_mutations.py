@@ -6,8 +6,8 @@ import pytest
 
 from crosscheck.findings import Agreement
 from crosscheck.models.interface import Model
-from crosscheck.registry import MODELS, model_class, names
-from crosscheck.report.junit import junit_xml
+from crosscheck.registry import MODELS, load_model_class, model_names
+from crosscheck.report.junit import format_junit
 from tests.arms import PAPER
 from tests.brief import brief
 from tests.faults.mutations import BRIEF_S, Campaign, Mutant, mutants
@@ -45,15 +45,15 @@ def _is_seen(campaign: Campaign, mutant: Mutant, patch: pytest.MonkeyPatch) -> b
             break
     agreement = Agreement(found)
     assert agreement.to_json()
-    assert junit_xml(agreement)
+    assert format_junit(agreement)
     named = [f for f in agreement.disagreeing if mutant.model in (f.left, f.right)]
     return bool(named) and agreement.exit_code == 1
 
 
-@pytest.mark.parametrize("form", names("form"))
+@pytest.mark.parametrize("form", model_names("form"))
 def test_a_form_of_the_paper_has_no_method_of_its_own(form):
     methods = {name for name, value in vars(Model).items() if callable(value)} - {"__init__"}
-    shared = model_class("analytic:physical").__mro__
-    own = [owner for owner in model_class(form).__mro__ if owner not in shared]
+    shared = load_model_class("analytic:physical").__mro__
+    own = [owner for owner in load_model_class(form).__mro__ if owner not in shared]
     assert own
     assert not methods & {name for owner in own for name in vars(owner)}

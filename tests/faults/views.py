@@ -27,16 +27,16 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning import state_suite
-from crosscheck.planning.comparison import Results, findings_of, tasks_of
-from crosscheck.planning.plan import Experiment, Wanted
-from crosscheck.planning.run_suite import experiment_comparisons
-from crosscheck.provenance import provenance
+from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
+from crosscheck.planning.plan import CrossCheckRequest, Experiment
+from crosscheck.planning.run_suite import plan_experiment_comparisons
+from crosscheck.provenance import record_provenance
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report import answers, junit, rendering, terminal
 from crosscheck.report import html as html_view
 from crosscheck.report.plots import figures, signals
 from crosscheck.report.plots.charts import Charts, Pictures
-from crosscheck.run import CrossCheck, cases_of, runs_of
+from crosscheck.run import CrossCheck, cases_by_run, runs_by_key
 from crosscheck.runner.tasks import Evaluation, RunKey
 from crosscheck.view import scene
 from crosscheck.view.trajectory_file import Run
@@ -82,11 +82,13 @@ def records() -> Records:
     arm = printed_arm()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(state_suite, "QUICK_COUNT", STATES)
-        asked = [c for c in state_suite.state_comparisons(arm, True, SEED) if of_views(c.about.key)]
-        own = experiment_comparisons(Experiment("pd", Case(arm, moving_scenario(), laws(arm))))
+        asked = [
+            c for c in state_suite.plan_state_comparisons(arm, True, SEED) if of_views(c.about.key)
+        ]
+        own = plan_experiment_comparisons(Experiment("pd", Case(arm, moving_scenario(), laws(arm))))
         asked += [c for c in own if c.about.key.family in RUN_FAMILIES]
         charts, outcomes = Charts(), dict[Any, Any]()
-        for task in tasks_of(asked):
+        for task in collect_tasks(asked):
             outcomes[task.key] = task.perform()
             charts.show(task.key, outcomes[task.key])
     results = Results(outcomes)
@@ -95,12 +97,15 @@ def records() -> Records:
         for key, outcome in outcomes.items()
         if isinstance(key, Evaluation)
     }
-    runs = {k.model: r for k, r in runs_of(results).items() if k == RunKey("pd", k.model)}
-    found = list(findings_of(asked, results))
+    runs = {k.model: r for k, r in runs_by_key(results).items() if k == RunKey("pd", k.model)}
+    found = list(judge_comparisons(asked, results))
     result = CrossCheck(
-        Wanted(arm, True, SEED), Agreement(found), cases_of(asked), runs_of(results)
+        CrossCheckRequest(arm, True, SEED),
+        Agreement(found),
+        cases_by_run(asked),
+        runs_by_key(results),
     )
-    return Records(arm, results, values, runs, found, result, charts.made())
+    return Records(arm, results, values, runs, found, result, charts.build_pictures())
 
 
 def printed_arm() -> Arm:
@@ -130,20 +135,20 @@ def agreement_of(made: Records) -> Agreement:
     """The small run's Agreement, its entries worked out now, with checks of every verdict."""
     engines = [f for f in made.findings if f.kind == "check" and {f.left, f.right} < {*ENGINES}]
     first, second, third, fourth = engines[:4]
-    checked = finding_makers.checked
+    checked = finding_makers.make_check
     beyond = checked(first.about, measured=3.3e-9, tolerance=2.2e-12, basis="made anew")
     within = checked(second.about, measured=1.1e-13, tolerance=2.2e-12, basis="made anew")
     unresolved = checked(
         third.about, measured=1e-13, tolerance=4.4e-12, basis="made anew", resolved=False
     )
     anew = {first: beyond, second: within, third: unresolved}
-    anew[fourth] = finding_makers.failed(fourth.about, "made anew")
+    anew[fourth] = finding_makers.make_failed_check(fourth.about, "made anew")
     by_id = {old.id: new for old, new in anew.items()}
     found = [by_id.get(f.id, f) for f in made.findings]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(state_suite, "QUICK_COUNT", STATES)
-        entries = tuple(state_suite.entry_differences(made.arm, True, SEED, made.results))
-    return Agreement(found, provenance(made.arm, SEED, True), entries=entries)
+        entries = tuple(state_suite.compute_entry_differences(made.arm, True, SEED, made.results))
+    return Agreement(found, record_provenance(made.arm, SEED, True), entries=entries)
 
 
 class Views(NamedTuple):
@@ -162,17 +167,17 @@ def views_of(made: Records) -> Views:
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out):
         patch.setenv("COLUMNS", "250")
         terminal.print_answers(agreement, made.arm)
-    data = json.loads(answers.agreement_json(agreement, made.arm))
-    result = CrossCheck(made.result.wanted, agreement, made.result.cases, made.result.runs)
+    data = json.loads(answers.format_agreement_json(agreement, made.arm))
+    result = CrossCheck(made.result.request, agreement, made.result.cases, made.result.runs)
     with fresh_templates():
-        page = html_view.report_page(result, made.pictures)
-    return Views(agreement, out.getvalue(), data, page, junit.junit_xml(agreement))
+        page = html_view.render_report_page(result, made.pictures)
+    return Views(agreement, out.getvalue(), data, page, junit.format_junit(agreement))
 
 
 @contextmanager
 def fresh_templates() -> Iterator[None]:
     """Templates that have the filters as they are, and leave none behind."""
-    forget = getattr(rendering.templates, "cache_clear", lambda: None)
+    forget = getattr(rendering.load_templates, "cache_clear", lambda: None)
     forget()
     yield
     forget()
@@ -510,8 +515,8 @@ def signal_problems() -> Iterator[str]:
     made = {name: unlike_planets(records().runs[name]) for name in models}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(signals, "HALF_WINDOW_S", 2e-5)
-        (found,) = signals.all_signals(LEAD, {"pd": made})
-    units = signals.signals_json([found])["quantities"]
+        (found,) = signals.collect_signals(LEAD, {"pd": made})
+    units = signals.format_signals([found])["quantities"]
     time = made[LEAD]["time"].values
     for line in found.lines:
         own = first_planets(made[line.model], line.quantity, line.joint)
@@ -546,8 +551,8 @@ def drawn_figures(made: Records) -> tuple[Figure, Figure]:
     kept: list[Figure] = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(figures, "to_svg", lambda figure: kept.append(figure) or "")
-        figures.run_figure(made.runs[LEAD], made.runs[SECOND])
-        figures.level_figure(
+        figures.draw_run_comparison(made.runs[LEAD], made.runs[SECOND])
+        figures.draw_level_deviations(
             made.runs[LEAD], {level: made.runs[f"pinocchio:{level}"] for level in RIGID_LEVELS}
         )
     return kept[0], kept[1]
@@ -617,7 +622,7 @@ def view_problems() -> Iterator[str]:
     signals_of = {name: run[name].values for name in names}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scene, "MOST_FRAMES", -(-run.sizes["time"] // every))
-        shown = scene.scene(Run(LEAD, arm, run["time"].values, signals_of, laws(arm)))
+        shown = scene.build_scene(Run(LEAD, arm, run["time"].values, signals_of, laws(arm)))
     time = run["time"].values[::every]
     frames = shown["start_s"] + shown["step_s"] * np.arange(shown["frames"])
     if shown["every"] != every or frames.size != time.size or not np.allclose(frames, time):
@@ -630,7 +635,7 @@ def view_problems() -> Iterator[str]:
         )
         gears, theta = arm.joints[place], run["theta"].values[::every, place]
         for side, teeth in (("sun", gears.sun_mesh), ("ring", gears.ring_mesh)):
-            mesh, own = joint["meshes"][side], teeth.of_planet(0)
+            mesh, own = joint["meshes"][side], teeth.planet_mesh(0)
             name = {"sun": "sp", "ring": "pr"}[side]
             x, force = (run[f"{q}_{name}"].values[::every, place, 0] for q in ("x", "F"))
             yield from same_values(f"force {side}", mesh["force"], force)

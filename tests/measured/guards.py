@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from crosscheck.measured import output
-from crosscheck.measured.compare import EngineDisagreement, RecordComparison, compare
-from crosscheck.measured.forward import Window
-from crosscheck.measured.record import read_record
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.loading import validated
+from crosscheck.models.loading import validate_record
 from crosscheck.provenance import ROOT
+from crosscheck.recordings import output
+from crosscheck.recordings.compare import EngineDisagreement, RecordComparison, compare
+from crosscheck.recordings.forward import Window
+from crosscheck.recordings.record import read_record
 from tests.measured import second
 
 # Slopes by differences over 1e-6 rad leave 1e-8 of chi squared; and runs' own uncertainties, which
@@ -41,7 +41,7 @@ def content() -> dict[str, Any]:
 @lru_cache
 def arm() -> Arm:
     """The same, validated."""
-    return validated(Arm, content(), "unlike")
+    return validate_record(Arm, content(), "unlike")
 
 
 @lru_cache
@@ -112,11 +112,11 @@ def wrong_levels(data: Mapping[str, Any], right: second.Numbers) -> Iterator[str
 
 def wrong_limits(found: RecordComparison) -> Iterator[str]:
     """Of what counts as noise and as likely, just within the limits and just beyond."""
-    freedom = found.own_freedom
+    freedom = found.residual_freedom
     noise = freedom * (1 + 4 * np.sqrt(2 / freedom))
     best, other = found.levels[0], found.levels[1]
     for factor, within in ((0.999, True), (1.001, False)):
-        if replace(found, own_chi2=factor * noise).explained != within:
+        if replace(found, residual_chi2=factor * noise).explained != within:
             yield f"chi squared {factor} of the limit of noise"
         levels = best, replace(other, ratio=factor * 100)
         if (other.name in replace(found, levels=levels).candidates) != within:
@@ -209,7 +209,7 @@ def misread(where: str, text: str, right: Sequence[float]) -> Iterator[str]:
 def wrong_lines(found: RecordComparison) -> Iterator[str]:
     """Of the terminal, by the JSON file."""
     found = replace(found, windows=(*found.windows, _cut(found.windows[0])))
-    data, told = data_of(found), list(output.lines(found))
+    data, told = data_of(found), list(output.describe_comparison(found))
     if told[: told.index("")] != data["answer"]:
         yield "the terminal begins with other words than the JSON file"
     yield from _wrong_answer(data)

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from crosscheck.measured.compare import RecordComparison, compare
-from crosscheck.measured.record import Record
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.interface import Model
-from crosscheck.planning.sizing import at_rest
+from crosscheck.planning.sizing import make_rest_scenario
+from crosscheck.recordings.compare import RecordComparison, compare
+from crosscheck.recordings.record import Record
 from crosscheck.registry import build
 
 # Of every joint, a sum of sines: frequencies [Hz] of the first joint, a tenth higher for each next.
@@ -16,7 +16,7 @@ ANGLE_NOISE, TORQUE_NOISE = 1e-5, 0.1  # [rad], [N m]
 
 def level(arm: Arm, name: str) -> Model:
     """The analytic model of a rigid level."""
-    return build(f"analytic:{name}", arm, at_rest())
+    return build(f"analytic:{name}", arm, make_rest_scenario())
 
 
 def motion(joints: int, time: np.ndarray, amplitude: float) -> tuple[np.ndarray, ...]:

@@ -9,23 +9,23 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from crosscheck.measured.forward import windows
-from crosscheck.measured.parameters import (
-    Estimate,
-    Parameter,
-    alone,
-    changed,
-    increased,
-    parameters,
-    repaired,
-)
-from crosscheck.measured.record import Record, read_record, require_same_units
-from crosscheck.measured.residual import normal_equations
-from crosscheck.measured.smoothing import blocks, chosen_spacing
-from crosscheck.measured.words import estimate
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
+from crosscheck.recordings.forward import run_windows
+from crosscheck.recordings.messages import format_estimate
+from crosscheck.recordings.parameters import (
+    Estimate,
+    Parameter,
+    apply_estimate,
+    change_parameters,
+    estimate_separately,
+    find_parameters,
+    increase_parameter,
+)
+from crosscheck.recordings.record import Record, read_record, require_same_units
+from crosscheck.recordings.residual import build_normal_equations
+from crosscheck.recordings.smoothing import select_spacing, smooth_record
 from crosscheck.registry import RIGID_LEVELS
 from tests.measured.records import ANGLE_NOISE, TORQUE_NOISE, compared, level, motion, record_of
 
@@ -72,7 +72,7 @@ def test_levels_that_a_record_cannot_tell_apart_are_undecided(labelled):
 
 
 def test_a_wrong_payload_is_found_with_its_level(labelled):
-    heavier = changed(labelled, {PAYLOAD: 1.02 * labelled.payload_mass_kg})
+    heavier = change_parameters(labelled, {PAYLOAD: 1.02 * labelled.payload_mass_kg})
     found = compared(record_of(level(heavier, "coupled"), rows=3000), labelled)
     assert not found.explained
     assert [(each.level, each.estimate.parameter.path) for each in found.repairs] == [
@@ -89,12 +89,12 @@ def test_a_wrong_payload_is_found_with_its_level(labelled):
 def test_a_negative_number_is_impossible_beyond_its_interval(labelled, value, half_width, possible):
     found = Estimate(Parameter(PAYLOAD, 10.0), value, half_width, 1.0, 1.0)
     assert found.is_possible == possible
-    assert (repaired(labelled, found) is not None) == possible
-    assert ("impossible" in estimate(found)) != possible
+    assert (apply_estimate(labelled, found) is not None) == possible
+    assert ("impossible" in format_estimate(found)) != possible
 
 
 def test_places_are_counted_from_one_in_words(labelled):
-    said = {each.path: each.name for each in parameters(labelled)}
+    said = {each.path: each.name for each in find_parameters(labelled)}
     assert said["arm.joints.1.planet_mass_kg"] == "joint 2: planet mass"
     assert said["arm.links.0.density_kg_per_m3"] == "link 1: density"
     assert said["arm.joints.0.friction_N_m_s_per_rad"] == "joint 1: viscous friction"
@@ -103,14 +103,16 @@ def test_places_are_counted_from_one_in_words(labelled):
 
 def test_intervals_cover_as_often_as_they_say(labelled):
     """Fewer than 16 of 20 intervals of 95 % cover once in 400 such tests."""
-    model, own = level(labelled, "links"), {each.path: each for each in parameters(labelled)}
-    more, by = increased(labelled, own[PAYLOAD])
+    model, own = level(labelled, "links"), {each.path: each for each in find_parameters(labelled)}
+    more, by = increase_parameter(labelled, own[PAYLOAD])
     inside = 0
     for seed in range(20):
         record = record_of(model, seed, rows=2000)
-        pieces = blocks(record, record.torques, chosen_spacing(record))
-        normal = normal_equations(pieces, model, [(level(more, "links"), by)], lambda rows: None)
-        (found,) = alone(normal, [own[PAYLOAD]])
+        pieces = smooth_record(record, record.torques, select_spacing(record))
+        normal = build_normal_equations(
+            pieces, model, [(level(more, "links"), by)], lambda rows: None
+        )
+        (found,) = estimate_separately(normal, [own[PAYLOAD]])
         inside += abs(found.value - labelled.payload_mass_kg) < found.half_width
     assert inside >= 16
 
@@ -121,7 +123,7 @@ def test_residual_of_a_true_model_is_noise_at_uneven_times(labelled):
     time = np.cumsum(rng.uniform(0.5e-3, 1.5e-3, 4000))
     found = compared(record_of(level(labelled, "carriers"), time=time), labelled)
     assert found.best.name == "carriers"
-    assert found.own_chi2 / found.own_freedom == pytest.approx(1.0, abs=0.25)
+    assert found.residual_chi2 / found.residual_freedom == pytest.approx(1.0, abs=0.25)
 
 
 @pytest.mark.slow
@@ -135,8 +137,8 @@ def test_arms_with_weight_friction_and_more_joints():
 
 def test_smoothing_keeps_motion_and_slopes(labelled):
     record = record_of(level(labelled, "links"))
-    spacing = chosen_spacing(record)
-    middle = next(iter(blocks(record, record.torques, spacing)))
+    spacing = select_spacing(record)
+    middle = next(iter(smooth_record(record, record.torques, spacing)))
     inner = slice(len(middle.time) // 4, -len(middle.time) // 4)
     _, rates, accelerations = motion(2, middle.time, 0.3)
     assert np.abs(middle.rates - rates)[inner].max() < 1e-3
@@ -145,9 +147,9 @@ def test_smoothing_keeps_motion_and_slopes(labelled):
 
 def test_runs_stay_with_their_own_level_and_leave_with_another(labelled):
     record = record_of(level(labelled, "coupled"))
-    pieces = list(blocks(record, record.torques, chosen_spacing(record)))
-    right = list(windows(pieces, labelled, "coupled", {}))
-    wrong = list(windows(pieces, labelled, "links", {}))
+    pieces = list(smooth_record(record, record.torques, select_spacing(record)))
+    right = list(run_windows(pieces, labelled, "coupled", {}))
+    wrong = list(run_windows(pieces, labelled, "links", {}))
     whole = right[0].time[-1] - right[0].time[0]
     assert np.median([each.stays_s for each in right]) == pytest.approx(whole)
     assert np.median([each.stays_s for each in wrong]) < whole / 3
@@ -156,9 +158,9 @@ def test_runs_stay_with_their_own_level_and_leave_with_another(labelled):
 
 def test_a_stated_tolerance_widens_the_uncertainty_of_inputs(labelled):
     record = record_of(level(labelled, "coupled"), rows=2000)
-    pieces = list(blocks(record, record.torques, chosen_spacing(record)))
+    pieces = list(smooth_record(record, record.torques, select_spacing(record)))
     plain, stated = (
-        next(windows(pieces, labelled, "coupled", given)) for given in ({}, {PAYLOAD: 0.05})
+        next(run_windows(pieces, labelled, "coupled", given)) for given in ({}, {PAYLOAD: 0.05})
     )
     assert (stated.inputs[-1] > 2 * plain.inputs[-1]).any()
     assert stated.data[-1] == pytest.approx(plain.data[-1])

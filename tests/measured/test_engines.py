@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.model import RigidModel
-from crosscheck.measured.compare import EngineDisagreement, compare
-from crosscheck.measured.output import comparison_json, comparison_page, lines
 from crosscheck.models.pinocchio.rigid import PinocchioCoupled, PinocchioLinks
 from crosscheck.provenance import ROOT
+from crosscheck.recordings.compare import EngineDisagreement, compare
+from crosscheck.recordings.output import comparison_json, comparison_page, describe_comparison
 from tests.measured.records import level, record_of
 
 SCHEMA = json.loads((ROOT / "crosscheck/schema/measured.schema.json").read_text())
@@ -59,7 +59,7 @@ def test_engines_that_disagree_judge_nothing(record, labelled, monkeypatch, wron
     harm(monkeypatch, owner, change)
     found = compare(record, labelled, None, {}, lambda *doing: None)
     assert isinstance(found, EngineDisagreement)
-    told = list(lines(found))
+    told = list(describe_comparison(found))
     assert told[0].startswith("The engines d")
     assert told[0].endswith("Nothing is said about the recording.")
     assert any(said in line for line in told[: told.index("")])
@@ -78,7 +78,7 @@ def test_both_wrong_is_said(record, labelled, monkeypatch):
     for owner, change in ((RigidModel, scaled(0.1)), (PinocchioLinks, scaled(-0.1))):
         harm(monkeypatch, owner, change)
     found = compare(record, labelled, None, {}, lambda *doing: None)
-    assert "both differ from first principles" in "".join(lines(found))
+    assert "both differ from first principles" in "".join(describe_comparison(found))
 
 
 def test_the_command_fails_in_its_first_line(crosscheck, monkeypatch):

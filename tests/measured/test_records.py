@@ -12,9 +12,9 @@ import scipy.io
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from crosscheck.measured.record import Record, read_record
 from crosscheck.models.errors import InputError
 from crosscheck.provenance import ROOT
+from crosscheck.recordings.record import Record, read_record
 from tests.measured.records import level, record_of
 from tests.tool.test_bad_input import assert_one_line
 

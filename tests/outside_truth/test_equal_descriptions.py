@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.checks.answers import random_states
+from crosscheck.checks.answers import sample_states
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.registry import build, names
+from crosscheck.registry import build, model_names
 
 EPS = float(np.finfo(float).eps)
 # Roundings of a number given instead of worked out; arcs of the gears hold theirs 1e4 times.
@@ -27,8 +27,8 @@ SQUARE = {
 }
 MESHES = ("sun_mesh", "ring_mesh")
 
-every_geared_model = pytest.mark.parametrize("name", names("geared"))
-every_model = pytest.mark.parametrize("name", [*names("geared"), *names("rigid")])
+every_geared_model = pytest.mark.parametrize("name", model_names("geared"))
+every_model = pytest.mark.parametrize("name", [*model_names("geared"), *model_names("rigid")])
 
 
 def changed(arm: Arm, **updates: Any) -> Arm:
@@ -47,7 +47,7 @@ def with_law(arm: Arm, law: dict[str, object]) -> Arm:
 def values(name: str, arm: Arm, quantity: str, count: int = STATES) -> np.ndarray:
     """A model's quantity at random states, (count, n) or (count, n, n)."""
     model = build(name, arm, load_scenario("pd"))
-    states = random_states(model.layout, arm, count, SEED)
+    states = sample_states(model.layout, arm, count, SEED)
     if quantity == "mass_matrix":
         return np.array([model.mass_matrix(q) for q in states.q])
     if quantity == "bias":

@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 from crosscheck.models.errors import Diverged
-from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, Toothed
-from crosscheck.models.exudyn.bodies.contact import CARRIER, PLANET, WHEEL, look, mesh_forces
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, GearPair
+from crosscheck.models.exudyn.bodies.contact import (
+    CARRIER,
+    PLANET,
+    WHEEL,
+    contact_state,
+    mesh_forces,
+)
 from crosscheck.models.exudyn.bodies.poses import GROUND
 from crosscheck.models.loading import load_case
 from tests.loops import require_items
@@ -22,7 +28,7 @@ def bodies(*settings: str, **switches: str) -> ExudynBodies:
     return ExudynBodies(*case)
 
 
-def every_mesh(model: ExudynBodies) -> list[tuple[str, int, Toothed]]:
+def every_mesh(model: ExudynBodies) -> list[tuple[str, int, GearPair]]:
     return [
         (name, 3 * joint + coordinate, toothed)
         for joint, sides in enumerate(model.meshes)
@@ -31,13 +37,13 @@ def every_mesh(model: ExudynBodies) -> list[tuple[str, int, Toothed]]:
     ]
 
 
-def seen(values: np.ndarray, toothed: Toothed) -> np.ndarray:
+def seen(values: np.ndarray, toothed: GearPair) -> np.ndarray:
     """Poses or rates of a mesh's bodies, the ground's zero."""
     by_body = np.vstack([values.reshape(-1, 3), np.zeros(3)])
     return by_body[list(toothed.bodies)].ravel()
 
 
-def placed(model: ExudynBodies, toothed: Toothed, q: np.ndarray, v: np.ndarray) -> tuple:
+def placed(model: ExudynBodies, toothed: GearPair, q: np.ndarray, v: np.ndarray) -> tuple:
     pose, velocity = model.poses.pose(q), model.poses.velocity(q, v)
     return seen(pose, toothed), seen(velocity, toothed)
 
@@ -48,7 +54,7 @@ def moments(places: np.ndarray, forces: np.ndarray) -> np.ndarray:
     return x * forces[..., 1] - y * forces[..., 0] + forces[..., 2]
 
 
-def wheel_centre(model: ExudynBodies, toothed: Toothed, pose: np.ndarray) -> complex:
+def wheel_centre(model: ExudynBodies, toothed: GearPair, pose: np.ndarray) -> complex:
     """The sun's own origin; of the ring's body, the far end of the previous link or the ground."""
     x, y, angle = pose[3 * WHEEL : 3 * WHEEL + 3]
     external, grounded = len(toothed.bodies) == 4, toothed.bodies[WHEEL] == GROUND
@@ -60,7 +66,7 @@ def test_poses_and_rates_of_the_gears_show_the_papers_mesh_displacements():
     model = bodies()
     for q, v in require_items(random_states(model.layout, 5, 7)):
         for _, coordinate, toothed in require_items(every_mesh(model)):
-            contact = look(toothed.mesh, 0.0, *placed(model, toothed, q, v))
+            contact = contact_state(toothed.mesh, 0.0, *placed(model, toothed, q, v))
             # Gears turned by some 10 rad, places of 1 m: a few roundings of 1e-16 m and 1e-15 m/s.
             assert contact.x == pytest.approx(q[coordinate], rel=0, abs=1e-15)
             assert contact.x_dot == pytest.approx(v[coordinate], rel=0, abs=1e-14)
@@ -89,16 +95,16 @@ def test_an_open_joint_shows_in_the_engines_constraints():
     q, v = random_states(model.layout, 5, 7)[0]
     pose = model.poses.pose(q)
     pose[3] += 1e-6
-    model.free.place(0.0, pose, model.poses.velocity(q, v))
+    model.free_engine.place(0.0, pose, model.poses.velocity(q, v))
     # The sun's joint is the second; 1e-6 m added to places near 1 m.
-    np.testing.assert_allclose(abs(model.free.joints()[2:4]), [1e-6, 0], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(abs(model.free_engine.joints()[2:4]), [1e-6, 0], rtol=0, atol=1e-15)
 
 
 def test_accelerations_of_bodies_that_solve_the_engines_equations_keep_the_joints_closed():
     model = bodies()
     for q, v in require_items(random_states(model.layout, 5, 7)):
         a = model.body_accelerations(0.1, q, v)
-        engine = model.driven
+        engine = model.driven_engine
         swing = engine.swing(0.1, model.poses.pose(q), model.poses.velocity(q, v))
         engine.place(0.1, model.poses.pose(q), model.poses.velocity(q, v))
         # Gears accelerate with up to 1e6 rad/s^2; the solve leaves roundings of that.
@@ -111,7 +117,7 @@ def test_swing_is_the_rate_of_the_joints_velocities():
     model, eps = bodies(), 1e-5
     for q, v in require_items(random_states(model.layout, 5, 7)):
         pose, velocity = model.poses.pose(q), model.poses.velocity(q, v)
-        engine, rates = model.free, []
+        engine, rates = model.free_engine, []
         for step in (eps, -eps):
             engine.place(0.0, pose + step * velocity, velocity)
             rates.append(engine.joints(velocity_level=True))
@@ -193,7 +199,7 @@ def test_mesh_modes_with_a_carrier_too_heavy_to_move():
     settings = (*SPRINGS_ONLY, "arm.joints.*.*_mesh.backlash_m=0.0", *heavy)
     model = first_joint_only(bodies(*settings))
     q = np.array([0.0, 0.0, 0.4])
-    engine = model.driven
+    engine = model.driven_engine
     engine.place(0.0, model.poses.pose(q), model.poses.velocity(q, np.zeros(3)))
     hertz = np.sort(engine.system.ComputeODE2Eigenvalues(convert2Frequencies=True)[0])
     planets_alone = np.sqrt(2 * 1e8 / 0.66) / (2 * np.pi)  # the sun at rest, two ways
@@ -234,10 +240,10 @@ def test_records_belong_to_the_recorded_state_and_the_joints_hold():
     q, v = model.start()
     assert run.kinetic_energy[0] == 0.5 * v @ model.mass_matrix(q) @ v
     pose, velocity = model.poses.pose(q), model.poses.velocity(q, v)
-    model.free.place(0.0, *model.driven.run(pose, velocity, 500, 1e-6, 500)[-1])
+    model.free_engine.place(0.0, *model.driven_engine.run(pose, velocity, 500, 1e-6, 500)[-1])
     # Rates are held to rounding; places drift by what the rule leaves, far below the 5e-5 m of b.
-    assert abs(model.free.joints(velocity_level=True)).max() < 1e-12
-    assert abs(model.free.joints()).max() < 1e-12
+    assert abs(model.free_engine.joints(velocity_level=True)).max() < 1e-12
+    assert abs(model.free_engine.joints()).max() < 1e-12
 
 
 def test_a_step_without_solution_ends_the_run_in_silence_and_says_when(capfd):

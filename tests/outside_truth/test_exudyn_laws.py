@@ -14,7 +14,7 @@ every_law = pytest.mark.parametrize("law", LAWS)
 @every_law
 def test_mesh_modes_are_those_of_the_mean_stiffness(law):
     model = ExudynTree(arm_of(geared(law, law), gravity=NONE), scenario())
-    own = model.arm.joints[0].sun_mesh.of_planet(0).stiffness
+    own = model.arm.joints[0].sun_mesh.planet_mesh(0).stiffness
     steady = {"law": "sine", "mean_N_per_m": mean_stiffness(own), "amplitude_N_per_m": 0.0}
     joint = geared()
     meshes = {name: {**joint[name], "stiffness": steady} for name in ("sun_mesh", "ring_mesh")}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from crosscheck.models.errors import Diverged
-from crosscheck.models.exudyn.tree.laws import mesh_law
+from crosscheck.models.exudyn.tree.laws import build_mesh_law
 from crosscheck.models.exudyn.tree.mesh import elastic_forces
 from crosscheck.models.exudyn.tree.parts import paper_from_tree, tree_from_paper
 from crosscheck.models.exudyn.tree.tree import ExudynTree
@@ -82,7 +82,7 @@ def test_records_belong_to_the_recorded_state():
         off = abs(differences - rate.values[1:-1]).max()
         assert off < 1.2e-3 * abs(rate).max()
     np.testing.assert_array_equal(run.torque, 100.0)
-    law = mesh_law(model.arm.joints[0], model.switches, "sun", 0).array
+    law = build_mesh_law(model.arm.joints[0], model.switches, "sun", 0).array
     x, theta = run.x_sp.values[:, 0, 0], run.theta.values[:, 0]
     forces = elastic_forces(law, run.time.values, x, theta, run.theta_dot.values[:, 0])
     np.testing.assert_array_equal(run.F_sp[:, 0, 0], forces)

@@ -8,7 +8,14 @@ from scipy.special import ellipj, ellipk
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.registry import MODELS, RIGID_LEVELS, build, names, of_level, promising
+from crosscheck.registry import (
+    MODELS,
+    RIGID_LEVELS,
+    build,
+    find_level_models,
+    model_names,
+    select_with_method,
+)
 
 EPS = float(np.finfo(float).eps)
 LENGTH, COM, MASS, PAYLOAD, ROTOR, MOTOR = 0.6, 0.35, 8.1, 2.0, 0.13, 3.0
@@ -18,8 +25,8 @@ LINKS = {
     "body": {"mass_kg": MASS, "inertia_kg_m2": 0.31},
 }
 ABOUT_COM = {"rod": MASS * LENGTH**2 / 12, "body": 0.31}
-WITHOUT_ROTOR = of_level(RIGID_LEVELS[0])
-SWINGING = promising("simulate", (*names("geared"), *names("rigid")))
+WITHOUT_ROTOR = find_level_models(RIGID_LEVELS[0])
+SWINGING = select_with_method("simulate", (*model_names("geared"), *model_names("rigid")))
 # Of an oscillation of rate w by a step h, over w t: what RK4's and the trapezoidal rule's phases
 # are behind, and how short a step shows that without rounding.
 LAG = {4: (4, 120), 2: (2, 12)}

@@ -57,7 +57,7 @@ def test_the_polynomial_errs_by_less_than_it_says():
 
 @given(turns)
 def test_whole_turns_are_taken_away_exactly(value):
-    left = Fraction(run(functions.reduced("found", "c"), value))
+    left = Fraction(run(functions.reduce_turns("found", "c"), value))
     assert abs(left) <= Fraction(1, 2)
     assert (Fraction(value) - left).denominator == 1
 

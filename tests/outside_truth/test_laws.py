@@ -9,7 +9,7 @@ from crosscheck.models.arm.arm import Arm, Link
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm, load_case
-from crosscheck.registry import build, names, of_level
+from crosscheck.registry import build, find_level_models, model_names
 from tests.loops import require_items
 from tests.mixed_arms import (
     GRAVITY,
@@ -28,9 +28,9 @@ from tests.planet_laws import force_off
 from tests.planet_meshes import contacts, stiffness_at
 
 EPS = float(np.finfo(float).eps)
-every_geared_model = pytest.mark.parametrize("name", names("geared"))
-every_model = pytest.mark.parametrize("name", [*names("geared"), *names("rigid")])
-LINKS_ALONE = of_level("links")
+every_geared_model = pytest.mark.parametrize("name", model_names("geared"))
+every_model = pytest.mark.parametrize("name", [*model_names("geared"), *model_names("rigid")])
+LINKS_ALONE = find_level_models("links")
 PAPER = "paper-labelled", "constant-torque"
 
 
@@ -334,7 +334,7 @@ PUBLISHED = {
 }
 
 
-@pytest.mark.parametrize("name", names("rigid"))
+@pytest.mark.parametrize("name", model_names("rigid"))
 def test_rigid_levels_to_every_printed_digit(name):
     angles = []
     for experiment in ("constant-torque", "pd"):

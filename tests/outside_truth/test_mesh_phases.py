@@ -24,7 +24,7 @@ from hypothesis import strategies as st
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.mesh import FROM_TEETH
 from crosscheck.models.interface import Model
-from crosscheck.registry import names
+from crosscheck.registry import model_names
 from tests.any_arms import GEAR_SETS, planetary_joints, rods
 from tests.involutes import TRAVEL, TURN, Stage, equal_places
 from tests.loops import require_items
@@ -228,10 +228,10 @@ def seen_phases(model: Model, loaded: str) -> np.ndarray:
     With the sun advanced alone its meshes are loaded, with the planets too those of the ring.
     """
     layout, joint = model.layout, model.arm.joints[0]
-    of_planets, wave = layout.of("x_pr"), np.zeros(joint.planet_count, dtype=complex)
+    of_planets, wave = layout.indices("x_pr"), np.zeros(joint.planet_count, dtype=complex)
     for pose in range(POSES):
         cycle, q = pose / POSES, np.zeros(len(layout))
-        q[layout.of("x_s")] = DISPLACEMENT_M
+        q[layout.indices("x_s")] = DISPLACEMENT_M
         q[of_planets] = DISPLACEMENT_M if loaded == "ring" else 0.0
         q[layout.theta] = TURN * cycle / joint.ring_teeth
         force = model.generalized_force(0.0, q, np.zeros_like(q))[of_planets]
@@ -239,14 +239,14 @@ def seen_phases(model: Model, loaded: str) -> np.ndarray:
     return np.angle(1j * wave) / TURN
 
 
-@pytest.mark.parametrize("name", names("geared"))
+@pytest.mark.parametrize("name", model_names("geared"))
 @settings(max_examples=15)
 @given(arms_by_teeth())
 def test_models_meshes_are_in_phase_as_drawn(name, arm):
     joint, model = arm.joints[0], free_model(name, arm)
     degrees, gears = joint.pressure_angle_deg, (joint.sun_teeth, joint.planet_teeth)
     sun, ring = delays(stage_of((*gears, joint.planet_count), degrees, 0.0))
-    given_phase = joint.sun_mesh.of_planet(0).phase_rad
+    given_phase = joint.sun_mesh.planet_mesh(0).phase_rad
     first = (given_phase or 0.0) / TURN
     later = sun - sun[0] if given_phase is None else np.zeros_like(sun)
     for planet, seen in require_items(enumerate(seen_phases(model, "sun"))):

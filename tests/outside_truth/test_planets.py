@@ -10,12 +10,12 @@ from scipy.integrate import solve_ivp
 
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.experiment.scenario import Switches, switches
-from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, Toothed
-from crosscheck.models.exudyn.bodies.contact import CARRIER, PREVIOUS, look, mesh_forces
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, GearPair
+from crosscheck.models.exudyn.bodies.contact import CARRIER, PREVIOUS, contact_state, mesh_forces
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm
 from crosscheck.models.pinocchio.gears import PinocchioGears
-from crosscheck.registry import MODELS, build, names
+from crosscheck.registry import MODELS, build, model_names
 from tests import planet_laws
 from tests.loops import require_items
 from tests.mixed_arms import NONE, PLANET_M, SUN_J, arm_of, direct, geared, random_states, scenario
@@ -34,7 +34,7 @@ from tests.planet_meshes import (
 )
 
 EPS = float(np.finfo(float).eps)
-GEARED = tuple(names("geared"))
+GEARED = tuple(model_names("geared"))
 RUNNING = tuple(name for name in GEARED if "simulate" in MODELS[name].promises)
 ENGINES = tuple(name for name in GEARED if not name.startswith("analytic"))  # built in no time
 CONSERVATIVE = {"mesh_work": "conservative"}
@@ -378,7 +378,7 @@ def energy_over(model: Model, duration: float) -> np.ndarray:
     """Kinetic and spring energy [J] along an undamped motion from teeth pressed together."""
     springs, n = contacts(model.arm, model.switches, model.layout), len(model.layout)
     pressed = np.where(model.layout.angular, 0.3, 4e-5)
-    pressed[model.layout.of("x_s")] = 1e-4
+    pressed[model.layout.indices("x_s")] = 1e-4
     start = [*pressed, *np.where(model.layout.angular, 20.0, 0.0)]
 
     def rate(t: float, y: np.ndarray) -> np.ndarray:
@@ -442,7 +442,7 @@ def test_pinocchios_map_of_free_coordinates_has_an_inverse(arm, seed):
     np.testing.assert_allclose(model.from_tree(model.to_tree(q)), q, rtol=0, atol=50 * EPS)
 
 
-def every_mesh(model: ExudynBodies) -> list[Toothed]:
+def every_mesh(model: ExudynBodies) -> list[GearPair]:
     """In the order of ``contacts``."""
     return [
         toothed for sides in model.meshes for pair in zip(*sides, strict=True) for toothed in pair
@@ -463,7 +463,7 @@ def test_poses_and_rates_of_exudyns_bodies_show_every_displacement():
                 np.append(of_all, np.zeros(3)).reshape(-1, 3)[list(toothed.bodies)].ravel()
                 for of_all in values
             )
-            found = look(toothed.mesh, 0.0, *seen)
+            found = contact_state(toothed.mesh, 0.0, *seen)
             # Gears turned by some 10 rad, places of 1 m: a few roundings.
             assert found.x == pytest.approx(contact.row @ q, rel=0, abs=2e-15)
             assert found.x_dot == pytest.approx(contact.row @ v, rel=0, abs=2e-14)

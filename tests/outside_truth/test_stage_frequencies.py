@@ -22,7 +22,7 @@ from scipy.linalg import eigh
 
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.interface import Model
-from crosscheck.registry import names
+from crosscheck.registry import model_names
 from tests.any_arms import around, bodies, planetary_joints, rods
 from tests.mixed_arms import NONE, arm_of
 from tests.one_stage import free_model, plain_mesh, sine
@@ -146,8 +146,8 @@ def stage_of(arm: Arm) -> Stage:
         own["sun"],
         own["planet"],
         own["carrier"] + carried / radii.u_c**2,
-        tuple(joint.sun_mesh.of_planet(n).stiffness.mean_N_per_m for n in planets),
-        tuple(joint.ring_mesh.of_planet(n).stiffness.mean_N_per_m for n in planets),
+        tuple(joint.sun_mesh.planet_mesh(n).stiffness.mean_N_per_m for n in planets),
+        tuple(joint.ring_mesh.planet_mesh(n).stiffness.mean_N_per_m for n in planets),
     )
 
 
@@ -211,7 +211,7 @@ def assert_close(found: np.ndarray, inner: np.ndarray, moved: np.ndarray) -> Non
     assert (np.abs(found - expected) <= ROUNDING * np.outer(size, size)).all()
 
 
-every_geared_model = pytest.mark.parametrize("name", names("geared"))
+every_geared_model = pytest.mark.parametrize("name", model_names("geared"))
 
 
 @every_geared_model

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.models.robot.file import RobotFile, robot_of
+from crosscheck.models.robot.file import RobotFile, build_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.outcomes import Task
@@ -30,7 +30,7 @@ def robot(text: str, joints: Mapping[str, Any] | None = None, **fields: Any) -> 
     """Of a URDF's text and transmissions by joint."""
     data = {"schema_version": 1, "name": "tested", "urdf": "tested.urdf", "joints": joints or {}}
     file = RobotFile.model_validate(data | fields)
-    return robot_of(file, text, "tested.toml", "tested.urdf")
+    return build_robot(file, text, "tested.toml", "tested.urdf")
 
 
 def perform_here(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -> dict[Any, Any]:

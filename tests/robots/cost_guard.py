@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.cost import cost, motion
-from crosscheck.cost.cost import QUICK, Cost
+from crosscheck.cost import motion, shortcuts
+from crosscheck.cost.shortcuts import QUICK, ShortcutCosts
 from crosscheck.models.robot.robot import Robot
 from tests.robots import chains
 from tests.robots.chains import Solid, geared, joint, link, planetary, teeth, urdf
@@ -83,12 +83,14 @@ def robot(name: str) -> Robot:
     return chains.robot(files.urdf, files.joints, gravity_m_per_s2=list(files.gravity))
 
 
-def found_cost(name: str, runs: int = EXTENT.runs, engines: bool = False) -> Cost:
+def found_cost(name: str, runs: int = EXTENT.runs, engines: bool = False) -> ShortcutCosts:
     """The program's cost with so many runs; engines: whether they are compared, too."""
     with pytest.MonkeyPatch.context() as patch:
         if not engines:
-            patch.setattr(cost, "compared", lambda robot, states: [])
-        return cost.cost_of(robot(name), 3, replace(EXTENT, runs=runs), lambda *doing: None)
+            patch.setattr(shortcuts, "compare_engines", lambda robot, states: [])
+        return shortcuts.compute_costs(
+            robot(name), 3, replace(EXTENT, runs=runs), lambda *doing: None
+        )
 
 
 @lru_cache
@@ -101,7 +103,7 @@ def second_cost(
     return SecondCost(FILES[name], time, q, runs, EXTENT.steps)
 
 
-def second_of(name: str, found: Cost) -> SecondCost:
+def second_of(name: str, found: ShortcutCosts) -> SecondCost:
     """The second program's cost along the motion of the first."""
     q = found.motion.at(found.time)[0]
     step = float(found.time[1] - found.time[0])
@@ -121,7 +123,7 @@ def _off(what: str, first: Any, second: Any, size: float | None = None) -> Itera
             yield f"{what}: {one} is {other}"
 
 
-def wrong_numbers(robot_name: str, found: Cost) -> Iterator[str]:
+def wrong_numbers(robot_name: str, found: ShortcutCosts) -> Iterator[str]:
     """What of the record is not as the second program has it."""
     second = second_of(robot_name, found)
     own, size = second.robot, second.largest.max()
@@ -152,7 +154,7 @@ def wrong_numbers(robot_name: str, found: Cost) -> Iterator[str]:
         yield f"also told: {told}, {tips}"
 
 
-def _wrong_pairs(found: Cost, second: SecondCost) -> Iterator[str]:
+def _wrong_pairs(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
     free, torques = second.robot.free, second.coupling * second.state[2][:, None, :]
     rms = np.sqrt((torques**2).mean(axis=0))
     right = {
@@ -172,7 +174,7 @@ def _wrong_pairs(found: Cost, second: SecondCost) -> Iterator[str]:
         yield from _off(f"pair {pair}", told[pair], numbers)
 
 
-def _wrong_ratios(found: Cost, second: SecondCost) -> Iterator[str]:
+def _wrong_ratios(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
     """A factor on ratios is right if the coupling is 1 % there, and less beyond."""
     gears = second.robot.gears
     if [each.joint for each in found.ratios] != gears:
@@ -200,7 +202,7 @@ def _not_enough(second: SecondCost, gears: list[str], factor: float) -> Iterator
         yield f"factor {factor} of {gears} is not enough"
 
 
-def _wrong_meshes(found: Cost, second: SecondCost) -> Iterator[str]:
+def _wrong_meshes(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
     assert found.geared
     told = {mesh.name: mesh for mesh in found.geared.meshes}
     kinds = {line.name: line.kind for line in second.robot.moving}
@@ -252,14 +254,14 @@ def wrong_limits() -> Iterator[str]:
                 asked[1, column] = sign * part * min(size, 9e9)
                 q = still + np.where(np.arange(3) == column, middle[:, None], 0.1)
                 v, torques = (asked, still) if kind == "velocity" else (still, asked)
-                told = motion.beyond_limits(own, (q, v, still), torques)
+                told = motion.find_exceeded_limits(own, (q, v, still), torques)
                 line = f"{names[column]}: {kind} of {part * size:.4g} is beyond its limit, {size:g}"
                 if told != ([line] if part > 1.01 and np.isfinite(size) else []):
                     yield f"{names[column]}, {kind}, {part}: {told}"
         for row, limit, sign in ((0, limits.lower, -1), (1, limits.upper, 1)):
             q = still + 0.1
             q[row, column] = np.clip(limit, -9, 9) + 0.01 * sign
-            told = motion.beyond_limits(own, (q, still, still), still)
+            told = motion.find_exceeded_limits(own, (q, still, still), still)
             if told != ([f"{names[column]}: leaves its range"] if np.isfinite(limit) else []):
                 yield f"{names[column]} at {limit}: {told}"
 
@@ -269,8 +271,8 @@ def wrong_motion(own: Robot, seed: int) -> Iterator[str]:
 
     The joint that is named needs its whole effort; no other that can bear its weight needs more.
     """
-    exact = cost.model_of("analytic", own, "coupled")
-    drawn = motion.excitation(exact, seed)
+    exact = shortcuts.build_model("analytic", own, "coupled")
+    drawn = motion.make_excitation(exact, seed)
     q, v, a = drawn.at(drawn.instants(motion.GRID))
     torques, held = np.abs(exact.inverse_dynamics(q, v, a)), np.abs(exact.gravity(q))
     used = {}

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from crosscheck.cost import agreement
-from crosscheck.cost.engines import LEAD, OWN
+from crosscheck.cost.engines import BUILT_IN_ENGINES, REFERENCE_ENGINE
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 from tests.robots import chains
@@ -29,7 +29,7 @@ AT = 1  # the state whose answers are wrong
 class Sizes:
     """What differences are parts of, by quantity, of one entry at the state AT."""
 
-    def __init__(self, level: Level, states: agreement.DrawnStates) -> None:
+    def __init__(self, level: Level, states: agreement.RandomStates) -> None:
         self.own = own = Lagrangian(FILES[NAME])
         q, v, a, torques = states
         free = len(own.free)
@@ -78,7 +78,7 @@ class Sizes:
             self.entry["run"] = (at, 0), np.abs(ends - q[:RUNS])[at].max()
 
 
-MODEL_OF = agreement.model_of
+MODEL_OF = agreement.build_model
 ANSWERS: dict[tuple, np.ndarray] = {}
 
 
@@ -91,7 +91,7 @@ class Wrong(RobotModel):
     def __init__(self, own: Robot, level: Level, name: str, wrong: dict[tuple, Any]) -> None:
         super().__init__(own, level)
         self.name, self.wrong = name, wrong
-        self.right = MODEL_OF(LEAD, own, level)
+        self.right = MODEL_OF(REFERENCE_ENGINE, own, level)
 
     def answer(self, method: str, *given: np.ndarray) -> np.ndarray:
         """Of a method at states."""
@@ -140,16 +140,16 @@ def sizes_of(level: Level, seed: int) -> Sizes:
     return Sizes(level, drawn_states(level, seed))
 
 
-def drawn_states(level: Level, seed: int) -> agreement.DrawnStates:
+def drawn_states(level: Level, seed: int) -> agreement.RandomStates:
     """States as the program draws them."""
-    states = agreement.drawn(robot(NAME), STATES, seed)
-    return agreement.with_meshes(robot(NAME), states) if level == "geared" else states
+    states = agreement.sample_states(robot(NAME), STATES, seed)
+    return agreement.add_mesh_states(robot(NAME), states) if level == "geared" else states
 
 
 def wrong_verdicts() -> Iterator[str]:
     """Verdicts, differences and tolerances that are not those of the answers that are wrong."""
     own = robot(NAME)
-    states = agreement.drawn(own, STATES, 0)
+    states = agreement.sample_states(own, STATES, 0)
     sizes = {level: sizes_of(level, 0) for level in own.levels}
     for part, turning in ((0.98, False), (1.02, True)):
         wrong, wanted = {}, {}
@@ -195,9 +195,9 @@ def wrong_condition() -> Iterator[str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(agreement, "perform_all", chains.perform_here)
         patch.setattr(agreement, "TOLERANCE", 1e-13)
-        two = {name: OWN[name] for name in (LEAD, "pinocchio")}
-        patch.setattr(agreement, "engines", lambda: two)
-        found = agreement.compared(own, agreement.drawn(own, 2, 0))
+        two = {name: BUILT_IN_ENGINES[name] for name in (REFERENCE_ENGINE, "pinocchio")}
+        patch.setattr(agreement, "load_engines", lambda: two)
+        found = agreement.compare_engines(own, agreement.sample_states(own, 2, 0))
     for each in found:
         right = EPSILONS * (1 + part) / (1 - part) if each.quantity in SOLVED else 1e-13
         if each.tolerance != pytest.approx(right, rel=1e-6, abs=0):
@@ -205,10 +205,10 @@ def wrong_condition() -> Iterator[str]:
 
 
 def _compared(
-    own: Robot, states: agreement.DrawnStates, wrong: dict[tuple, Any]
+    own: Robot, states: agreement.RandomStates, wrong: dict[tuple, Any]
 ) -> list[agreement.EngineDifference]:
     def made(engine: str, at: Robot, level: Level) -> RobotModel:
-        return Wrong(at, level, engine, {} if engine == LEAD else wrong)
+        return Wrong(at, level, engine, {} if engine == REFERENCE_ENGINE else wrong)
 
     right = agreement.run
 
@@ -217,7 +217,14 @@ def _compared(
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(agreement, "perform_all", chains.perform_here)
-        patch.setattr(agreement, "engines", lambda: {LEAD: OWN[LEAD], OTHER: OWN[LEAD]})
-        patch.setattr(agreement, "model_of", made)
+        patch.setattr(
+            agreement,
+            "load_engines",
+            lambda: {
+                REFERENCE_ENGINE: BUILT_IN_ENGINES[REFERENCE_ENGINE],
+                OTHER: BUILT_IN_ENGINES[REFERENCE_ENGINE],
+            },
+        )
+        patch.setattr(agreement, "build_model", made)
         patch.setattr(agreement, "run", run)
-        return agreement.compared(own, states)
+        return agreement.compare_engines(own, states)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from crosscheck.cost import output
-from crosscheck.cost.cost import Cost
+from crosscheck.cost.shortcuts import ShortcutCosts
 from crosscheck.report.plots import figures
 
 PREFIX = {"k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
@@ -66,9 +66,9 @@ def _is(shown: str, value: object, unit: object = None) -> bool:
     return _is_number(shown, value, 3) if unit == "" else is_amount(shown, value, str(unit))
 
 
-def wrong_terminal(found: Cost) -> Iterator[str]:
+def wrong_terminal(found: ShortcutCosts) -> Iterator[str]:
     """Lines of the terminal that there should be and are not."""
-    told = list(output.lines(found))
+    told = list(output.describe_result(found))
     for pattern, *wanted in _lines(found):
         right = [line for line in told if _right(pattern, line, *wanted)]
         if not right:
@@ -81,7 +81,7 @@ def wrong_terminal(found: Cost) -> Iterator[str]:
         yield f"lines that say something else: {left}"
 
 
-def _notes(found: Cost) -> list[str]:
+def _notes(found: ShortcutCosts) -> list[str]:
     """Which joints have no gears, which follow others, and what of the files is not used."""
     robot = found.robot
     driven = {part.joint for part in (*robot.rotors, *robot.stages)}
@@ -89,10 +89,10 @@ def _notes(found: Cost) -> list[str]:
     follow = [joint.name for joint in robot.joints if joint.mimic]
     told = [f"without gears: {', '.join(direct)}"] if direct else []
     told += [f"follow other joints: {', '.join(follow)}"] if follow else []
-    return [*told, *robot.told]
+    return [*told, *robot.notes]
 
 
-def _lines(found: Cost) -> Iterator[tuple]:
+def _lines(found: ShortcutCosts) -> Iterator[tuple]:
     units = dict(zip(found.names, found.units, strict=True))
     for level, head in (
         ("links", f"Leaving the rotors out of {found.robot.name}"),
@@ -184,10 +184,10 @@ def _lines(found: Cost) -> Iterator[tuple]:
         )
 
 
-def wrong_json(found: Cost) -> Iterator[str]:
+def wrong_json(found: ShortcutCosts) -> Iterator[str]:
     """Parts of the JSON that are not those of the record."""
     data = json.loads(output.cost_json(found))
-    told = list(output.lines(found))
+    told = list(output.describe_result(found))
     limits = [found.robot.joints[number].limits for number in found.robot.coordinates]
     names = found.names, found.units, found.largest, found.by_rates, limits
     geared = found.geared
@@ -299,7 +299,7 @@ def _wrong_rows(
             yield f"page, {what}: {row} for {own}"
 
 
-def wrong_page(found: Cost) -> Iterator[str]:
+def wrong_page(found: ShortcutCosts) -> Iterator[str]:
     """Cells of the page's tables, and sentences, that are not those of the record."""
     geared, drawing = found.geared, "<svg>drawn in another guard</svg>"
     assert geared
@@ -310,7 +310,7 @@ def wrong_page(found: Cost) -> Iterator[str]:
         yield "page: no picture"
     engines, torques, tips, pairs, ratios, meshes = tables(page)
     said = html.unescape(page)
-    told = list(output.lines(found))
+    told = list(output.describe_result(found))
     missing = [line for line in (*told[: told.index("")], *found.beyond) if line not in said]
     if missing:
         yield f"page says nothing of {missing}"
@@ -384,9 +384,9 @@ def wrong_page(found: Cost) -> Iterator[str]:
         yield "page: another number of runs or states"
 
 
-def wrong_picture(found: Cost) -> Iterator[str]:
+def wrong_picture(found: ShortcutCosts) -> Iterator[str]:
     """Curves that are not those of the record, or of a colour that means something else."""
-    figure = output.torque_figure(found)
+    figure = output.draw_torques(found)
     colours: dict[str, set] = {}
     for left, right in zip(figure.axes[::2], figure.axes[1::2], strict=True):
         name, unit = left.get_ylabel().split("\n")

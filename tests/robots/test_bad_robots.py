@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from crosscheck.cost.agreement import compared, drawn, model_of
+from crosscheck.cost.agreement import build_model, compare_engines, sample_states
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
@@ -193,7 +193,7 @@ def test_what_is_not_used_is_told():
     )
     mesh = '<visual><geometry><mesh filename="package://nowhere/arm.dae"/></geometry></visual>'
     text = text.replace("</inertial>", "</inertial>" + mesh)
-    assert robot(text).told == (
+    assert robot(text).notes == (
         "friction of turn is not used",
         "damping of turn is not used",
         "mesh files (1) are neither needed nor read",
@@ -205,7 +205,7 @@ def test_what_is_not_used_is_told():
 def test_an_inertia_without_mass_is_told_and_nothing_without_either(size, lines):
     massless = Solid(0.0, inertia=(size, 0, 0, size, 0, size))
     held = joint("flange", "arm", "hand", "fixed")
-    told = robot(urdf(GROUND, link("arm", massless), link("hand", Solid()), TURN, held)).told
+    told = robot(urdf(GROUND, link("arm", massless), link("hand", Solid()), TURN, held)).notes
     assert len(told) == lines
     assert all(line.startswith("link arm: an inertia without mass") for line in told)
 
@@ -214,7 +214,7 @@ def test_an_inertia_that_breaks_the_triangle_inequality_is_used_and_told():
     flat = Solid(inertia=(0.01, 0, 0, 0.01, 0, 0.03))
     own = robot(urdf(GROUND, link("arm", flat), TURN))
     assert own.bodies[0].inertia[2, 2] == 0.03
-    (told,) = own.told
+    (told,) = own.notes
     assert told.startswith("link arm: no body has principal inertias 0.01, 0.01, 0.03 kg m^2")
 
 
@@ -309,7 +309,7 @@ def test_a_number_of_400_digits_is_refused(crosscheck, tmp_path):
 def test_friction_of_zero_however_written_is_nothing():
     for zero in ("0.00", " 0e5", "-0", ""):
         text = GOOD.replace(LIMIT, f'<dynamics friction="{zero}"/>{LIMIT}')
-        assert robot(text).told == ()
+        assert robot(text).notes == ()
 
 
 def test_a_mass_of_nothing_on_what_is_fixed_is_merged():
@@ -319,9 +319,11 @@ def test_a_mass_of_nothing_on_what_is_fixed_is_merged():
     own = robot(
         urdf(GROUND, link("arm", arm), link("t", tool), TURN, joint("f", "arm", "t", "fixed"))
     )
-    assert own.told == ()
+    assert own.notes == ()
     for engine in ENGINES:
-        assert model_of(engine, own, "links").mass_matrix(np.zeros((1, 1))) == pytest.approx(0.03)
+        assert build_model(engine, own, "links").mass_matrix(np.zeros((1, 1))) == pytest.approx(
+            0.03
+        )
 
 
 ROD = Solid(1.0, (0.1, 0, 0), (0.1, 0.1, 0, 0.1, 0, 0.2))  # along the diagonal of x and y
@@ -333,10 +335,12 @@ ROD = Solid(1.0, (0.1, 0, 0), (0.1, 0.1, 0, 0.1, 0, 0.2))  # along the diagonal 
 )
 def test_point_masses_and_thin_rods_are_bodies(solid, axis, mass):
     own = robot(urdf(GROUND, link("arm", solid), joint("turn", "ground", "arm", axis=axis)))
-    found = compared(own, drawn(own, 3, 0))
+    found = compare_engines(own, sample_states(own, 3, 0))
     assert max(each.measured for each in found) < 1e-14
     for engine in ENGINES:
-        assert model_of(engine, own, "links").mass_matrix(np.zeros((1, 1))) == pytest.approx(mass)
+        assert build_model(engine, own, "links").mass_matrix(np.zeros((1, 1))) == pytest.approx(
+            mass
+        )
 
 
 def test_an_inertia_of_another_unit_is_told():
@@ -344,15 +348,15 @@ def test_an_inertia_of_another_unit_is_told():
     arm = Solid(1.5, (0.1, 0, 0), (0.001, 0, 0, 0.005, 0, 0.005))
     servo = Solid(0.00186, (-0.0176, 0, 0), (2.32e-3, 0, 0, 7.83e-3, 0, 8.06e-3))
     parts = joint("servo", "arm", "servo", at=(0.07, 0, 0)), link("servo", servo)
-    (told,) = robot(urdf(GROUND, link("arm", arm), TURN, *parts)).told
+    (told,) = robot(urdf(GROUND, link("arm", arm), TURN, *parts)).notes
     assert told.startswith("link servo: radii of gyration of 1.1, 2.1, 2.1 m on a robot of 0.1 m")
     right = servo._replace(inertia=np.array(servo.inertia) / 1e6)
-    assert robot(urdf(GROUND, link("arm", arm), TURN, parts[0], link("servo", right))).told == ()
+    assert robot(urdf(GROUND, link("arm", arm), TURN, parts[0], link("servo", right))).notes == ()
 
 
 def test_a_heavy_base_of_several_limbs_is_told_to_be_held():
     body = link("body", Solid(5.0))
     legs = [joint(name, "body", name) + link(name, Solid()) for name in ("left", "right")]
-    (told,) = robot(urdf(body, *legs)).told
+    (told,) = robot(urdf(body, *legs)).notes
     assert told == "link body is held, with its 5 kg: the base of a robot does not move"
-    assert robot(urdf(body, legs[0])).told == robot(urdf(link("body"), *legs)).told == ()
+    assert robot(urdf(body, legs[0])).notes == robot(urdf(link("body"), *legs)).notes == ()

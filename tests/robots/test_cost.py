@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck import kinds
+from crosscheck import file_types
 from crosscheck.cost import agreement
-from crosscheck.cost.agreement import model_of
-from crosscheck.cost.cost import QUICK, Cost, cost_of
-from crosscheck.cost.motion import beyond_limits, excitation, given
-from crosscheck.cost.output import cost_page, first_lines
-from crosscheck.kinds import is_of
-from crosscheck.measured.record import read_record
+from crosscheck.cost.agreement import build_model
+from crosscheck.cost.motion import find_exceeded_limits, fit_motion, make_excitation
+from crosscheck.cost.output import cost_page, describe_answers
+from crosscheck.cost.shortcuts import QUICK, ShortcutCosts, compute_costs
+from crosscheck.file_types import is_file_of_type
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
+from crosscheck.recordings.record import read_record
 from tests.robots.chains import Solid, geared, joint, link, planetary, robot, urdf
 from tests.tool.test_bad_input import assert_one_line
 
@@ -31,8 +31,8 @@ def brief(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("crosscheck.cli.cost.QUICK", FEW)
 
 
-def cost(own: Robot, seed: int = 0) -> Cost:
-    return cost_of(own, seed, FEW, lambda *doing: None)
+def cost(own: Robot, seed: int = 0) -> ShortcutCosts:
+    return compute_costs(own, seed, FEW, lambda *doing: None)
 
 
 def parallel(ratio: float = RATIO) -> Robot:
@@ -49,7 +49,7 @@ def parallel(ratio: float = RATIO) -> Robot:
 
 
 @pytest.fixture(scope="module")
-def planar() -> Cost:
+def planar() -> ShortcutCosts:
     return cost(parallel())
 
 
@@ -69,10 +69,10 @@ def test_torques_that_a_rotor_of_a_parallel_joint_needs(planar):
 
 def test_a_joint_too_weak_for_its_weight_is_named():
     own = robot(load_robot("six-joint").urdf.replace('effort="150"', 'effort="5"'))
-    model = model_of("analytic", own, "coupled")
-    motion = excitation(model, 0)
+    model = build_model("analytic", own, "coupled")
+    motion = make_excitation(model, 0)
     state = motion.at(motion.instants(100))
-    told = beyond_limits(own, state, model.inverse_dynamics(*state))
+    told = find_exceeded_limits(own, state, model.inverse_dynamics(*state))
     assert any(line.startswith("shoulder: effort of") for line in told)
     assert not any(line.startswith("wrist_roll") for line in told)
 
@@ -88,7 +88,7 @@ def written(folder: Path, time: np.ndarray, angles: np.ndarray) -> Path:
 def test_a_motion_given_in_a_file_is_followed(tmp_path, planar):
     own, time = parallel(), np.linspace(1.0, 4.0, 1501)
     record = read_record(written(tmp_path, time, planar.motion.at(time)[0]), 2)
-    found = cost_of(own, 0, FEW, lambda *doing: None, given(record))
+    found = compute_costs(own, 0, FEW, lambda *doing: None, fit_motion(record))
     assert (found.time[0], found.time[-1]) == (1.0, 4.0)
     first, second = planar.motion.at(found.time)[2].T
     missing = SPIN * np.stack([first + RATIO * second, RATIO * first], axis=1)
@@ -155,19 +155,22 @@ def test_gears_too_unlike_for_the_digits_are_one_line():
 
 def test_a_robot_without_gears_loses_nothing():
     found = cost(robot(parallel().urdf))
-    assert next(first_lines(found)) == "No joint of tested is geared: there is no shortcut to take."
+    assert (
+        next(describe_answers(found))
+        == "No joint of tested is geared: there is no shortcut to take."
+    )
     assert all(each.largest == 0 for each in found.by_joint)
     assert cost_page(found).count("<h2>") == 4
 
 
 def test_engines_that_differ_are_told_and_fail_the_command(monkeypatch, crosscheck):
-    right = agreement.model_of
+    right = agreement.build_model
 
     def wrong(name, own, level):
         gravity = own.gravity * 1.01 if name == "exudyn" else own.gravity
         return right(name, replace(own, gravity=gravity), level)
 
-    monkeypatch.setattr(agreement, "model_of", wrong)
+    monkeypatch.setattr(agreement, "build_model", wrong)
     answer = crosscheck("cost", "sliding", "--quick")
     assert answer.code == 1
     assert "engines differ: gravity of coupled: analytic and exudyn by" in answer.out
@@ -181,8 +184,8 @@ def test_the_command_writes_json_and_a_page(crosscheck, tmp_path):
         assert (answer.code, answer.err) == (0, "")
     assert answer.out.startswith("Leaving the rotors out of sliding: the torque of slide is wrong")
     assert "\nThree programs agree on this robot to 1" in answer.out
-    assert is_of(tmp_path / "cost.json", kinds.COST)
-    assert is_of(tmp_path / "cost.html", kinds.COST_PAGE)
+    assert is_file_of_type(tmp_path / "cost.json", file_types.COST)
+    assert is_file_of_type(tmp_path / "cost.html", file_types.COST_PAGE)
     data = json.loads((tmp_path / "cost.json").read_text())
     assert [each["joint"] for each in data["joints"]] == ["swivel", "slide", "tilt"]
     assert [each["unit"] for each in data["joints"]] == ["N m", "N", "N m"]

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from crosscheck.cost import output
-from crosscheck.cost.cost import Cost
-from crosscheck.cost.engines import model_of
-from crosscheck.cost.runs import away
+from crosscheck.cost.engines import build_model
+from crosscheck.cost.runs import tip_distances
+from crosscheck.cost.shortcuts import ShortcutCosts
 from crosscheck.models.robot.file import load_robot
 from tests.robots.cost_guard import (
     FILES,
@@ -26,7 +26,7 @@ from tests.robots.cost_views import wrong_json, wrong_page, wrong_picture, wrong
 
 
 @lru_cache
-def found(name: str) -> Cost:
+def found(name: str) -> ShortcutCosts:
     """A robot's cost; engines are compared on one of them."""
     if name == "oblique":
         return found_cost(name, engines=True)
@@ -70,13 +70,13 @@ def test_where_programs_differ_no_view_tells_a_cost():
     right = found("oblique")
     worst = replace(right.agreement[0], measured=2e-3)
     own = replace(right, agreement=(worst, *right.agreement[1:]))
-    said = list(output.first_lines(own))
+    said = list(output.describe_answers(own))
     assert said == [
         "The programs do not agree on tested, so no cost is given.",
         "engines differ: mass matrix of links: analytic and pinocchio by 2.0e-03 of its size,"
         " tolerance 1.0e-10",
     ]
-    assert not any("N m" in line or "%" in line for line in output.lines(own))
+    assert not any("N m" in line or "%" in line for line in output.describe_result(own))
     data = json.loads(output.cost_json(own))
     assert (data["answers"], data["engines_agree"]) == (said, False)
     assert {"shortcuts", "feed_forward", "pairs", "ratios", "geared"}.isdisjoint(data)
@@ -100,7 +100,7 @@ def test_where_programs_differ_no_view_tells_a_cost():
     ],
 )
 def test_amounts_are_written_as_people_write_them(value, unit, shown):
-    assert output.amount(value, unit) == shown
+    assert output.format_quantity(value, unit) == shown
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_amounts_are_written_as_people_write_them(value, unit, shown):
     ],
 )
 def test_shares_are_written_in_per_cent(share, shown):
-    assert output.percent(share) == shown
+    assert output.format_percent(share) == shown
 
 
 @pytest.mark.parametrize(
@@ -126,11 +126,11 @@ def test_limits_that_a_motion_exceeds_are_told():
 
 
 def test_runs_that_diverge_are_told():
-    model = model_of("analytic", robot("oblique"), "links")
+    model = build_model("analytic", robot("oblique"), "links")
     ends = np.array([[np.inf, 0.0, 0.0], [0.1, 0.2, 0.3]])
     plan = np.tile(model.tip(ends[1:]) - [0.0, 0.0, 2.0], (2, 1))
-    assert away(model, ends, plan) == pytest.approx([np.inf, 2.0])
+    assert tip_distances(model, ends, plan) == pytest.approx([np.inf, 2.0])
     lost = np.array([0.1, np.inf, 0.3])
-    assert output.off_words(lost) == "300 mm off (median of 3 runs, 1 of them diverge)"
-    assert output.off_words(np.array([0.1, np.inf, np.inf])) == "lost: 2 of 3 runs diverge"
-    assert output.length(np.inf) == "diverged"
+    assert output.describe_distances(lost) == "300 mm off (median of 3 runs, 1 of them diverge)"
+    assert output.describe_distances(np.array([0.1, np.inf, np.inf])) == "lost: 2 of 3 runs diverge"
+    assert output.format_length(np.inf) == "diverged"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crosscheck.cost.agreement import EngineDifference, compared, drawn, model_of
+from crosscheck.cost.agreement import EngineDifference, build_model, compare_engines, sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import LEVELS, Robot
 from tests.draws import DRAWS, SAMPLE, fresh_seed
@@ -13,7 +13,9 @@ CHAINS, MOST_JOINTS = (15, 7) if DRAWS == SAMPLE else (DRAWS, 12)
 
 
 def differing(robot: Robot, states: int = 4) -> list[EngineDifference]:
-    return [each for each in compared(robot, drawn(robot, states, 0)) if not each.agrees]
+    return [
+        each for each in compare_engines(robot, sample_states(robot, states, 0)) if not each.agrees
+    ]
 
 
 @pytest.mark.parametrize("name", ["six-joint", "sliding", "puma560"])
@@ -31,7 +33,7 @@ def test_engines_agree_on_random_chains_in_space():
 
 def test_an_engine_that_raises_fails_its_own_comparisons_and_no_other(monkeypatch):
     robot = load_robot("sliding")
-    broken = type(model_of("exudyn", robot, "links"))
+    broken = type(build_model("exudyn", robot, "links"))
 
     def bias(*_: object) -> None:
         raise ZeroDivisionError("no such luck")
@@ -48,6 +50,6 @@ def test_an_engine_that_raises_fails_its_own_comparisons_and_no_other(monkeypatc
 @pytest.mark.parametrize("answer", [np.full((4, 3), np.nan), np.zeros(3)], ids=["NaN", "shape"])
 def test_an_answer_that_is_none_fails(monkeypatch, answer):
     robot = load_robot("sliding")
-    broken = type(model_of("pinocchio", robot, "links"))
+    broken = type(build_model("pinocchio", robot, "links"))
     monkeypatch.setattr(broken, "gravity", lambda self, q: answer)
     assert {each.level for each in differing(robot)} == set(LEVELS)

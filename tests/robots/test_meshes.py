@@ -6,9 +6,9 @@ from math import cos, pi, sin, sqrt
 import numpy as np
 import pytest
 
-from crosscheck.cost.agreement import drawn, model_of, with_meshes
-from crosscheck.cost.cost import QUICK, cost_of
+from crosscheck.cost.agreement import add_mesh_states, build_model, sample_states
 from crosscheck.cost.runs import run
+from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from tests.robots import chains
@@ -34,7 +34,7 @@ def test_two_inertias_on_a_spring(engine, x, pressed):
     force = STIFFNESS * pressed + DAMPING * 0.3 if pressed else 0.0
     rotor = (torque / RATIO - RADIUS * force) / SPIN
     bob = (RATIO * RADIUS * force - MASS * 9.81 * LENGTH * sin(0.9)) / LINK
-    model = model_of(engine, pendulum(), "geared")
+    model = build_model(engine, pendulum(), "geared")
     found = model.forward_dynamics(q, v, np.array([[torque]]))[0]
     assert found == pytest.approx([bob, RADIUS * (rotor - RATIO * bob)], rel=1e-12)
     spun = SPIN / RADIUS
@@ -51,7 +51,7 @@ def test_teeth_fly_over_their_play_and_bounce(engine):
     The mass that swings is 1 / (r^2 / J + N^2 r^2 / I). Steps that pass a change of contact err
     by the square of the step: 200 of them, by some 1e-4 of the backlash.
     """
-    model = model_of(engine, pendulum(weight=0.0, damping=0.0), "geared")
+    model = build_model(engine, pendulum(weight=0.0, damping=0.0), "geared")
     fast, start = 0.5, 0.0
     swing = sqrt(STIFFNESS * (RADIUS**2 / SPIN + (RATIO * RADIUS) ** 2 / LINK))
     hit = (PLAY - start) / fast
@@ -88,7 +88,7 @@ def test_stiff_teeth_are_a_rigid_gear(engine):
     q, v, torques = np.array([[0.4, -0.7]]), np.array([[0.5, 0.8]]), np.array([[3.0, -2.0]])
 
     def end(level: str, stiffness: float) -> np.ndarray:
-        model = model_of(engine, gimbal(stiffness), level)
+        model = build_model(engine, gimbal(stiffness), level)
         none = np.zeros((1, 2 if level == "geared" else 0))
         start = np.hstack([q, none]), np.hstack([v, none])
         return run(model, *start, lambda t: torques * cos(9 * t), 0.1, 100)[0]
@@ -104,8 +104,8 @@ def test_stiff_teeth_are_a_rigid_gear(engine):
 def test_bias_follows_from_the_mass_matrix_where_teeth_give_way(seed):
     """bias = M' v - d(v' M v / 2) / dq, x among q."""
     own = chains.random_chain(seed)
-    model = model_of("analytic", own, "geared")
-    q, v, _, _ = with_meshes(own, drawn(own, 1, seed))
+    model = build_model("analytic", own, "geared")
+    q, v, _, _ = add_mesh_states(own, sample_states(own, 1, seed))
     by = slopes(model.mass_matrix, q)[0]
     expected = np.einsum("ijk,j,k->i", by, v[0], v[0]) - np.einsum("jki,j,k->i", by, v[0], v[0]) / 2
     size = np.abs(model.mass_matrix(q)).max() * (1 + np.abs(v).max()) ** 2
@@ -115,13 +115,13 @@ def test_bias_follows_from_the_mass_matrix_where_teeth_give_way(seed):
 def test_inertias_too_unlike_for_the_digits_are_one_line():
     given = chains.geared(-1e6, 1e15, mesh=chains.teeth(1e-5))
     with pytest.raises(InputError, match="M cannot be inverted"):
-        cost_of(chains.robot(chains.BOB, {"swing": given}), 0, FEW, lambda *doing: None)
+        compute_costs(chains.robot(chains.BOB, {"swing": given}), 0, FEW, lambda *doing: None)
 
 
 def test_what_a_rigid_gear_leaves_out_of_a_pendulum():
     """Play 2 b / (|N| r), swings of two inertias, wind-up by what the bob alone asks of teeth."""
     own = pendulum()
-    found = cost_of(own, 0, FEW, lambda *doing: None)
+    found = compute_costs(own, 0, FEW, lambda *doing: None)
     assert found.geared
     (mesh,) = found.geared.meshes
     assert mesh.backlash == pytest.approx(2 * PLAY / 3 / RADIUS)
@@ -136,7 +136,7 @@ def test_what_a_rigid_gear_leaves_out_of_a_pendulum():
 def test_the_end_effector_goes_astray_less_where_teeth_are_stiffer():
     """Under torques of coupled; its steps go with the swings, the root of the stiffness."""
     soft, stiff = (
-        cost_of(
+        compute_costs(
             gimbal(stiffness), 0, replace(FEW, instants=20, most_steps=500), lambda *doing: None
         ).geared
         for stiffness in (4e3, 1.6e4)

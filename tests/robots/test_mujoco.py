@@ -7,9 +7,9 @@ import pytest
 
 from crosscheck.cli.listing import list_command
 from crosscheck.cost import agreement, engines
-from crosscheck.cost.agreement import EngineDifference, compared, drawn
-from crosscheck.cost.cost import QUICK, cost_of
-from crosscheck.cost.output import first_lines
+from crosscheck.cost.agreement import EngineDifference, compare_engines, sample_states
+from crosscheck.cost.output import describe_answers
+from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
@@ -28,20 +28,28 @@ def offered(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[EntryPoint]]:
     monkeypatch.syspath_prepend(ROOT / "examples" / "mujoco_engine")
     offers = [offer("mujoco", "mujoco_robot:ENGINE")]
     monkeypatch.setattr(engines, "entry_points", lambda group: offers)
-    engines.engines.cache_clear()
+    engines.load_engines.cache_clear()
     yield offers
-    engines.engines.cache_clear()
+    engines.load_engines.cache_clear()
 
 
 @pytest.fixture
 def two_alone(monkeypatch: pytest.MonkeyPatch, offered: list[EntryPoint]) -> None:
     """No engine but the project's own derivation and MuJoCo, in this process."""
-    monkeypatch.setattr(engines, "OWN", {engines.LEAD: engines.OWN[engines.LEAD]})
+    monkeypatch.setattr(
+        engines,
+        "BUILT_IN_ENGINES",
+        {engines.REFERENCE_ENGINE: engines.BUILT_IN_ENGINES[engines.REFERENCE_ENGINE]},
+    )
     monkeypatch.setattr(agreement, "perform_all", perform_here)
 
 
 def of_mujoco(robot: Robot) -> list[EngineDifference]:
-    return [each for each in compared(robot, drawn(robot, 4, 0)) if each.right == "mujoco"]
+    return [
+        each
+        for each in compare_engines(robot, sample_states(robot, 4, 0))
+        if each.right == "mujoco"
+    ]
 
 
 @pytest.mark.parametrize("name", ["six-joint", "sliding", "puma560"])
@@ -82,8 +90,8 @@ def test_a_wrong_line_of_it_is_seen(monkeypatch, two_alone, place, old, new):
 
 def test_cost_names_the_levels_that_it_has(offered):
     few = QUICK.__class__(states=3, instants=50, runs=1, steps=20, most_steps=0)
-    found = cost_of(load_robot("sliding"), 0, few, lambda *doing: None)
-    (line,) = (line for line in first_lines(found) if line.startswith("Four programs agree"))
+    found = compute_costs(load_robot("sliding"), 0, few, lambda *doing: None)
+    (line,) = (line for line in describe_answers(found) if line.startswith("Four programs agree"))
     assert "exudyn and mujoco (links, armature), on 9" in line
 
 
@@ -104,4 +112,4 @@ def test_list_shows_it_with_its_levels(offered, capsys):
 def test_an_offer_of_no_use_is_one_line(offered, name, value, words):
     offered.append(offer(name, value))
     with pytest.raises(InputError, match=words):
-        engines.engines()
+        engines.load_engines()

@@ -11,16 +11,21 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from crosscheck import kinds
-from crosscheck.cost.agreement import model_of
+from crosscheck import file_types
+from crosscheck.cost.agreement import build_model
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
 from crosscheck.report import heat_map
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.candidates import Confusion, confusions, numbers, with_part
+from crosscheck.trial.robots.candidates import (
+    FrameMistake,
+    generate_frame_mistakes,
+    list_numbers,
+    replace_part,
+)
 from crosscheck.trial.robots.explain import RobotDiagnosis
-from crosscheck.trial.robots.trial import RobotTrial, try_equations
+from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.robots import chains
 from tests.tool.test_bad_input import assert_one_line
@@ -32,7 +37,7 @@ Change = Callable[[Robot], Robot]
 
 def equations(own: Robot, level: Level = "coupled", engine: str = "analytic") -> Equations:
     """A robot's, by any engine, one state at a time."""
-    model = model_of(engine, own, level)
+    model = build_model(engine, own, level)
     return Equations(
         mass_matrix=lambda q: model.mass_matrix(q[None])[0],
         bias=lambda q, v: model.bias(q[None], v[None])[0],
@@ -49,7 +54,7 @@ def sliding() -> Robot:
 @pytest.mark.parametrize("engine", chains.ENGINES)
 def test_right_equations_are_never_blamed(engine, level):
     for own in (load_robot("six-joint"), chains.random_chain(3), chains.random_chain(10)):
-        trial = try_equations(equations(own, level, engine), own)
+        trial = run_robot_trial(equations(own, level, engine), own)
         assert trial.agrees
         assert trial.diagnosis == RobotDiagnosis(trial.diagnosis.level)
 
@@ -58,13 +63,13 @@ def body(number: int, **changed: Callable[[np.ndarray], object]) -> Change:
     def change(own: Robot) -> Robot:
         was = own.bodies[number]
         new = {name: function(getattr(was, name)) for name, function in changed.items()}
-        return with_part(own, "bodies", number, replace(was, **new))
+        return replace_part(own, "bodies", number, replace(was, **new))
 
     return change
 
 
 def rotor(number: int, **changed: object) -> Change:
-    return lambda own: with_part(own, "rotors", number, replace(own.rotors[number], **changed))
+    return lambda own: replace_part(own, "rotors", number, replace(own.rotors[number], **changed))
 
 
 WRONG: dict[str, tuple[Change, str]] = {
@@ -117,22 +122,22 @@ def steiner(own: Robot, number: int) -> np.ndarray:
 @pytest.mark.parametrize("case", WRONG)
 def test_what_is_wrong_is_named(sliding, case):
     change, words = WRONG[case]
-    found = try_equations(equations(change(sliding)), sliding).diagnosis
+    found = run_robot_trial(equations(change(sliding)), sliding).diagnosis
     assert words in found.explanations
     assert found.level == "coupled"
 
 
-def planted(own: Robot, seed: int) -> Confusion:
+def planted(own: Robot, seed: int) -> FrameMistake:
     """A number of it that is another, or one thing taken for another."""
-    rng, among = np.random.default_rng(seed), [*numbers(own), *confusions(own)]
+    rng, among = np.random.default_rng(seed), [*list_numbers(own), *generate_frame_mistakes(own)]
     chosen = among[rng.integers(len(among))]
-    if isinstance(chosen, Confusion):
+    if isinstance(chosen, FrameMistake):
         return chosen
     by = chosen.step * rng.choice([-1, 1]) * 10 ** rng.uniform(-3, 0)
-    return Confusion(chosen.name, chosen.put(chosen.value + by))
+    return FrameMistake(chosen.name, chosen.put(chosen.value + by))
 
 
-def is_named(error: Confusion, trial: RobotTrial) -> bool:
+def is_named(error: FrameMistake, trial: RobotTrial) -> bool:
     """Whether an explanation says the words of an error.
 
     One of every part, of which it changes one alone, is named as one of that.
@@ -148,7 +153,7 @@ def test_planted_errors_are_named_up_to_what_makes_the_same_equations():
     for seed in range(first, first + PLANTED):
         own = chains.random_chain(seed)
         error = planted(own, seed)
-        trial = try_equations(equations(error.robot), own, seed=seed)
+        trial = run_robot_trial(equations(error.robot), own, seed=seed)
         if not trial.agrees:
             asked += 1
             named += is_named(error, trial)
@@ -157,14 +162,14 @@ def test_planted_errors_are_named_up_to_what_makes_the_same_equations():
 
 
 def test_a_coupling_left_out_of_the_mass_matrix_is_named(sliding):
-    exact, plain = (model_of("analytic", sliding, level) for level in ("coupled", "links"))
+    exact, plain = (build_model("analytic", sliding, level) for level in ("coupled", "links"))
 
     def mass(q: np.ndarray) -> np.ndarray:
         found = exact.mass_matrix(q[None])[0]
         found[0, 1] = found[1, 0] = plain.mass_matrix(q[None])[0, 0, 1]
         return found
 
-    found = try_equations(Equations(mass_matrix=mass), sliding).diagnosis
+    found = run_robot_trial(Equations(mass_matrix=mass), sliding).diagnosis
     assert found.explanations == ("no coupling of swivel and slide in M by the rotor of slide",)
     assert [entry.name for entry in found.entries] == ["M[swivel, slide]"]
 
@@ -199,14 +204,14 @@ def test_what_is_wrong_of_a_stage_is_named(case):
         axis = np.array([0.6, 0, 0.8])  # the sun is as heavy to turn as three planets
         rotors = tuple(Rotor(1, ratio, 3e-4, "ring", axis) for ratio in wrong)
         changed = replace(own, rotors=rotors, stages=())
-    found = try_equations(equations(changed), own).diagnosis
+    found = run_robot_trial(equations(changed), own).diagnosis
     assert any(each.startswith(f"stage of roll: {words}") for each in found.explanations)
-    assert try_equations(equations(own), own).agrees
+    assert run_robot_trial(equations(own), own).agrees
 
 
 def test_two_wrong_numbers_of_a_link_name_the_link(sliding):
     change = body(2, mass=lambda m: 1.3 * m, com=lambda c: 1.5 * c)
-    found = try_equations(equations(change(sliding)), sliding).diagnosis
+    found = run_robot_trial(equations(change(sliding)), sliding).diagnosis
     assert found.explanations == ()
     assert found.links == ("hand",)
 
@@ -214,7 +219,7 @@ def test_two_wrong_numbers_of_a_link_name_the_link(sliding):
 def test_nothing_is_guessed_where_nothing_fits(sliding):
     right = equations(sliding)
     noisy = replace(right, gravity=lambda q: right.gravity(q) + 0.1 * np.sin(7 * q))
-    found = try_equations(noisy, sliding).diagnosis
+    found = run_robot_trial(noisy, sliding).diagnosis
     assert (found.explanations, found.links) == ((), ())
     assert found.notes == ("gravity alone is wrong; mass_matrix and bias are right",)
 
@@ -223,7 +228,7 @@ def test_threads_are_judged_by_their_own_equations(sliding):
     right = equations(sliding)
     wrong = replace(right, gravity=lambda q: 2 * right.gravity(q))
     with ThreadPoolExecutor(3) as pool:
-        trials = list(pool.map(try_equations, (right, wrong, right), 3 * (sliding,)))
+        trials = list(pool.map(run_robot_trial, (right, wrong, right), 3 * (sliding,)))
     assert [trial.agrees for trial in trials] == [True, False, True]
 
 
@@ -243,7 +248,7 @@ UNUSABLE = {
 def test_answers_that_are_no_part_are_refused_with_what_came(sliding, words):
     part, answer = UNUSABLE[words]
     with pytest.raises(InputError) as caught:
-        try_equations(Equations(**{part: answer}), sliding)
+        run_robot_trial(Equations(**{part: answer}), sliding)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -293,7 +298,7 @@ def test_the_command_names_it_and_writes_all_files(crosscheck, tmp_path):
         answer = crosscheck(*heavy, "sliding", *files)
     assert (answer.code, answer.err) == (1, "")
     assert f"yours are the equations of coupled with {named}\n" in answer.out
-    assert kinds.is_of(file, kinds.EXPLAINED)
+    assert file_types.is_file_of_type(file, file_types.ROBOT_TRIAL)
     told = json.loads(file.read_text())
     assert {"with": named} in told["explanations"]
     cases = ElementTree.parse(junit).getroot().findall("testsuite/testcase")
@@ -304,7 +309,7 @@ def test_the_command_names_it_and_writes_all_files(crosscheck, tmp_path):
     ]
     assert failures > 0
     text = (tmp_path / "trial.html").read_text()
-    assert kinds.is_of(tmp_path / "trial.html", kinds.TRIAL_PAGE)
+    assert file_types.is_file_of_type(tmp_path / "trial.html", file_types.TRIAL_PAGE)
     page = re.sub("<[^>]+>", " ", text)
     assert f"yours are the equations of coupled with {named}" in page
     assert all(each["entry"] in page for each in told["entries"])
@@ -321,7 +326,7 @@ def test_what_of_a_robots_files_is_not_used_is_told(crosscheck, tmp_path):
     (tmp_path / "mine.py").write_text(CODE)
     urdf = load_robot("sliding").urdf.replace("</robot>", '<transmission name="t"/></robot>')
     (tmp_path / "r.urdf").write_text(urdf)
-    (note,) = load_robot(str(tmp_path / "r.urdf")).told
+    (note,) = load_robot(str(tmp_path / "r.urdf")).notes
     words = ("trial", f"{tmp_path / 'mine.py'}:made", tmp_path / "r.urdf")
     answer = crosscheck(*words, "--json", tmp_path / "a.json", "--out", tmp_path)
     assert f"\nnote: {note}\n" in answer.out

@@ -9,7 +9,7 @@ import pytest
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
-from crosscheck.trial.robots.trial import try_equations
+from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots import chains, two_link
 from tests.robots.test_trial import equations, steiner
 
@@ -104,7 +104,7 @@ ALONE: dict[str, tuple[dict[str, Callable[..., object]], list[str], list[str]]] 
 @pytest.mark.parametrize("case", ALONE)
 def test_one_part_alone_is_wrong(two, case):
     parts, wrong, said = ALONE[case]
-    found = try_equations(two_link.right(**parts), two).diagnosis
+    found = run_robot_trial(two_link.right(**parts), two).diagnosis
     assert sorted(entry.name for entry in found.entries) == wrong
     assert found.level == "armature"
     assert [words for words in said if words not in found.notes] == []
@@ -114,7 +114,7 @@ def test_one_part_alone_is_wrong(two, case):
 
 def test_what_would_also_explain_a_part_comes_after_it(two):
     own = two_link.right(gravity=lambda q: two_link.gravity(q, lever=two_link.C2))
-    *_, cause, others = try_equations(own, two).diagnosis.notes
+    *_, cause, others = run_robot_trial(own, two).diagnosis.notes
     assert cause.startswith("in gravity alone, as with joint j2: its place")
     assert others == (
         "gravity would also be explained by any one of these in it alone:"
@@ -125,7 +125,7 @@ def test_what_would_also_explain_a_part_comes_after_it(two):
 def test_a_wrong_coriolis_is_a_wrong_bias(two):
     parts = {"mass_matrix": two_link.mass_matrix, "gravity": two_link.gravity}
     own = Equations(**parts, coriolis=lambda q, v: 1e3 * np.ones((2, 2)))
-    found = try_equations(own, two).diagnosis
+    found = run_robot_trial(own, two).diagnosis
     assert {entry.part for entry in found.entries} == {"bias"}
     assert "bias alone is wrong; mass_matrix and gravity are right" in found.notes
 
@@ -138,7 +138,7 @@ def test_a_wrong_part_beside_right_ones_is_blamed_alone(two, part):
         "inverse_dynamics": lambda q, v, a: right(q, v, a) + 1e3,
         "acceleration": lambda q, v, torque: right(q, v, torque) + 1e3,
     }
-    found = try_equations(two_link.right(**{part: wrong[part]}), two).diagnosis
+    found = run_robot_trial(two_link.right(**{part: wrong[part]}), two).diagnosis
     assert {entry.part for entry in found.entries} == {part}
     assert found.notes[0] == f"{part} alone is wrong; mass_matrix and bias and gravity are right"
 
@@ -154,7 +154,7 @@ def test_a_wrong_part_beside_right_ones_is_blamed_alone(two, part):
 )
 def test_the_same_error_in_every_rotor(two, reflected, words):
     own = two_link.right(mass_matrix=lambda q: two_link.mass_matrix(q, reflected))
-    found = try_equations(own, two).diagnosis
+    found = run_robot_trial(own, two).diagnosis
     assert found.level == "armature"
     assert found.explanations[0] == words
 
@@ -189,8 +189,8 @@ def test_the_same_error_in_every_link(inertia, words):
     )
     changed = [replace(b, inertia=inertia(own, n)) for n, b in enumerate(own.bodies)]
     wrong = replace(own, bodies=tuple(changed))
-    assert try_equations(equations(wrong), own).diagnosis.explanations == (words,)
+    assert run_robot_trial(equations(wrong), own).diagnosis.explanations == (words,)
 
 
 def test_right_closed_forms_are_never_blamed(two):
-    assert try_equations(two_link.right(), two).diagnosis == RobotDiagnosis("armature")
+    assert run_robot_trial(two_link.right(), two).diagnosis == RobotDiagnosis("armature")

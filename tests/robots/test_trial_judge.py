@@ -13,12 +13,12 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
-from crosscheck.runner import patience
+from crosscheck.runner import cpu_limit
 from crosscheck.trial.input.calls import TAKES
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.input.loading import handed_over, of_object
-from crosscheck.trial.robots.output import lines
-from crosscheck.trial.robots.trial import RobotTrial, try_equations
+from crosscheck.trial.input.loading import extract_equations, load_equations
+from crosscheck.trial.robots.output import format_lines
+from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.robots import two_link
 from tests.robots.test_trial import equations
 from tests.tool.test_bad_input import assert_one_line
@@ -62,13 +62,13 @@ PARTS = ("mass_matrix", "bias", "gravity", "force", "inverse_dynamics", "acceler
 
 @pytest.mark.parametrize("part", PARTS)
 def test_an_entry_differs_just_beyond_its_tolerance(two, part):
-    above = try_equations(planted(part, ABOVE), two)
+    above = run_robot_trial(planted(part, ABOVE), two)
     assert verdicts(above)[part] == {"differ"}
     place = "M[j1, j2]" if part == "mass_matrix" else f"{part}[j2]"
     shares = {entry.name: entry.share for entry in above.diagnosis.entries}
     assert shares[place] == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
     assert above.largest == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
-    below = try_equations(planted(part, BELOW), two)
+    below = run_robot_trial(planted(part, BELOW), two)
     assert below.exit_code == 0
     assert below.diagnosis.entries == ()
 
@@ -110,9 +110,9 @@ OWN: dict[str, Callable[[float], Equations]] = {
 
 @pytest.mark.parametrize("check", OWN)
 def test_what_equations_owe_to_themselves_is_judged_by_itself(two, check):
-    above = verdicts(try_equations(OWN[check](ABOVE), two))
+    above = verdicts(run_robot_trial(OWN[check](ABOVE), two))
     assert [name for name, found in above.items() if found != {"agree"}] == [check]
-    assert try_equations(OWN[check](BELOW), two).exit_code == 0
+    assert run_robot_trial(OWN[check](BELOW), two).exit_code == 0
 
 
 SYMBOLS = sp.symbols("q1 q2")
@@ -178,7 +178,7 @@ FORMS: dict[str, dict[str, object]] = {
 
 @pytest.mark.parametrize("form", FORMS)
 def test_right_parts_in_any_form_are_never_blamed(two, form):
-    trial = try_equations(Equations(**FORMS[form]), two)
+    trial = run_robot_trial(Equations(**FORMS[form]), two)
     assert trial.exit_code == 0, [finding.id for finding in trial.agreement.disagreeing]
     wanted = set(FORMS[form]) - {"coriolis"}
     assert set(trial.parts) >= wanted
@@ -186,13 +186,13 @@ def test_right_parts_in_any_form_are_never_blamed(two, form):
 
 def test_casadi_functions_are_never_blamed(two):
     own = Equations(mass_matrix=by_casadi("mass_matrix"), bias=by_casadi("bias"))
-    assert try_equations(own, two).exit_code == 0
+    assert run_robot_trial(own, two).exit_code == 0
 
 
 def test_what_inverse_dynamics_leaves_out_is_said(two):
-    trial = try_equations(Equations(**FORMS["inverse dynamics without weights"]), two)
+    trial = run_robot_trial(Equations(**FORMS["inverse dynamics without weights"]), two)
     assert trial.not_judged == ("gravity (inverse_dynamics leaves it out)",)
-    assert try_equations(Equations(**FORMS["inverse dynamics"]), two).not_judged == ()
+    assert run_robot_trial(Equations(**FORMS["inverse dynamics"]), two).not_judged == ()
 
 
 @pytest.mark.parametrize("level", ["links", "armature", "coupled"])
@@ -200,17 +200,17 @@ def test_one_large_error_leaves_right_entries_alone(level):
     own = load_robot("sliding")
     right = equations(own, level)
     wrong = replace(right, gravity=lambda q: right.gravity(q) + np.array([0, 1e4, 0]))
-    found = try_equations(wrong, own).diagnosis
+    found = run_robot_trial(wrong, own).diagnosis
     assert [entry.name for entry in found.entries] == ["gravity[slide]"]
     assert found.level == level
 
 
 def test_a_stated_level_is_the_one_that_is_judged(two):
-    links = try_equations(replace(two_link.right(), level="links"), two)
+    links = run_robot_trial(replace(two_link.right(), level="links"), two)
     assert links.exit_code == 1
     assert [entry.name for entry in links.diagnosis.entries] == ["M[j2, j2]", "M[j1, j1]"]
     assert "all parts agree with armature, not with links" in links.diagnosis.notes
-    assert try_equations(replace(two_link.right(), level="armature"), two).exit_code == 0
+    assert run_robot_trial(replace(two_link.right(), level="armature"), two).exit_code == 0
 
 
 CANNOT = {
@@ -225,7 +225,7 @@ CANNOT = {
 @pytest.mark.parametrize("line", CANNOT)
 def test_what_cannot_be_judged_is_refused(two, line):
     with pytest.raises(InputError) as caught:
-        try_equations(replace(two_link.right(), **CANNOT[line]), two)
+        run_robot_trial(replace(two_link.right(), **CANNOT[line]), two)
     assert line in str(caught.value)
 
 
@@ -244,9 +244,9 @@ def hangs(q: np.ndarray) -> np.ndarray:
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(patience, "PATIENCE_S", 0.2)
-    monkeypatch.setattr(patience, "PATIENCE", 0.1)
-    monkeypatch.setattr(patience, "LOOK_S", 0.1)
+    monkeypatch.setattr(cpu_limit, "BASE_LIMIT_S", 0.2)
+    monkeypatch.setattr(cpu_limit, "COST_FACTOR", 0.1)
+    monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
 
 
 BROKEN = {
@@ -259,7 +259,7 @@ BROKEN = {
 @pytest.mark.parametrize("case", BROKEN)
 def test_a_part_that_does_not_answer_costs_that_part_alone(two, impatient, case):
     function, verdict, words = BROKEN[case]
-    trial = try_equations(two_link.right(gravity=function), two)
+    trial = run_robot_trial(two_link.right(gravity=function), two)
     (lost,) = trial.agreement.disagreeing
     assert (lost.verdict, lost.quantity) == (verdict, "answers-gravity")
     assert words in lost.note
@@ -296,17 +296,17 @@ def test_other_functions_of_a_model_are_named_as_not_judged(two):
         def jacobian(self, q):
             return q
 
-    trial = try_equations(of_object(Mine(), "mine", "is", tuple(TAKES)), two)
+    trial = run_robot_trial(extract_equations(Mine(), "mine", "is", tuple(TAKES)), two)
     reasons = ("bias (not supplied)", "gravity (not supplied)", "jacobian (no part of equations)")
     assert trial.not_judged == reasons
-    assert next(lines(trial)).endswith(f"; not judged: {', '.join(reasons)}")
+    assert next(format_lines(trial)).endswith(f"; not judged: {', '.join(reasons)}")
 
 
 def test_an_arm_refuses_the_names_that_a_robot_refuses(tmp_path):
     (tmp_path / "mine.py").write_text(MODEL.format(name="inertia_force"))
     arm = load_arm("paper-labelled")
     with pytest.raises(InputError, match=r"inertia_force: is no part .*did you mean force"):
-        handed_over(f"{tmp_path / 'mine.py'}:model", arm, None)
+        load_equations(f"{tmp_path / 'mine.py'}:model", arm, None)
     (tmp_path / "mine.py").write_text(MODEL.format(name="gravity"))
     with pytest.raises(InputError, match=r"gravity: is a part of a robot's equations"):
-        handed_over(f"{tmp_path / 'mine.py'}:model", arm, None)
+        load_equations(f"{tmp_path / 'mine.py'}:model", arm, None)

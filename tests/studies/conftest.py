@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.studies.batches.run import How, run_study
+from crosscheck.studies.batches.run import ExecutionSettings, run_study
 from crosscheck.studies.definition.files import read_study
 from tests.studies.studies import Hold, held_study
 
@@ -15,7 +15,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """A study's file, and its result, where nothing holds it."""
     folder = tmp_path_factory.mktemp("undisturbed")
     file, out = held_study(folder), folder / "out.nc"
-    run_study(read_study(file, run_code=True), out, How())
+    run_study(read_study(file, run_code=True), out, ExecutionSettings())
     return file, out
 
 

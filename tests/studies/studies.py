@@ -11,10 +11,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from crosscheck.models.loading import raw_case
+from crosscheck.models.loading import read_raw_case
 from crosscheck.provenance import ROOT
 from crosscheck.studies.definition.definition import Definition
-from crosscheck.studies.definition.files import study_from
+from crosscheck.studies.definition.files import build_study
 from crosscheck.studies.members.members import PreparedStudy
 
 PEAK = {"kind": "peak", "signal": "theta_ddot"}
@@ -62,7 +62,7 @@ def study(
         "switches": switches,
     }
     definition = Definition.model_validate(given)
-    return study_from(definition, raw_case(arm, scenario, switches), Path(), "study.toml")
+    return build_study(definition, read_raw_case(arm, scenario, switches), Path(), "study.toml")
 
 
 def held_study(folder: Path) -> Path:

@@ -12,11 +12,11 @@ from pydantic import TypeAdapter
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.loading import load_case
 from crosscheck.models.paths import assign
-from crosscheck.studies.batches.batches import batch_size, batches
+from crosscheck.studies.batches.batches import batch_size, split_into_batches
 from crosscheck.studies.definition.definition import AXIS_KINDS, Axis
 from crosscheck.studies.definition.quantities import QUANTITY_KINDS, Quantity
-from crosscheck.studies.members.members import study_of
-from crosscheck.studies.members.starts import perturbed
+from crosscheck.studies.members.members import load_study
+from crosscheck.studies.members.starts import perturb_start
 from tests.loops import require_items
 from tests.studies.studies import study
 
@@ -134,7 +134,7 @@ def test_members_are_the_grid_in_c_order_with_samples_and_starts_innermost():
         assert case.switches.ring_rate == ["corrected", "eq13"][phase]
         assert case.arm.payload_mass_kg == payloads[sample]
         alone = case._replace(scenario=made.base.scenario)
-        assert case.scenario == perturbed(alone, 5 + int(start)).scenario
+        assert case.scenario == perturb_start(alone, 5 + int(start)).scenario
     assert list(made.cases(7, 11)) == cases[7:11]
 
 
@@ -152,14 +152,14 @@ def test_nothing_but_the_named_paths_differs_from_the_files():
 
 def test_a_perturbed_start_adds_to_what_the_scenario_says():
     case = load_case("paper-labelled", "pd", settings=["scenario.start.sun_planet_offset_m=1e-6"])
-    offsets = perturbed(case, 1, 1e-9).scenario.start.sun_planet_offset_m
+    offsets = perturb_start(case, 1, 1e-9).scenario.start.sun_planet_offset_m
     assert isinstance(offsets, tuple)
     assert all(0 < abs(offset - 1e-6) <= 1e-9 for offset in offsets)
 
 
 def test_a_study_comes_through_its_text_as_it_was():
     made = study([{"path": BACKLASH, "kind": "normal", "relative_sd": 0.1}], samples={"count": 3})
-    there = study_of(made.text)
+    there = load_study(made.text)
     assert there.digest == made.digest
     assert list(there.cases(0, 3)) == list(made.cases(0, 3))
 
@@ -169,17 +169,17 @@ def test_the_digest_hangs_on_every_input_and_on_no_name():
     one = study([axis])
     moved = json.loads(one.text)
     moved["definition"]["arm"], moved["file"] = "elsewhere.toml", "other.toml"
-    assert study_of(json.dumps(moved)).digest == one.digest
+    assert load_study(json.dumps(moved)).digest == one.digest
     other = json.loads(one.text)
     assign(other["data"], ("arm", "payload_mass_kg"), 11.0)
-    assert study_of(json.dumps(other)).digest != one.digest
+    assert load_study(json.dumps(other)).digest != one.digest
     assert study([{**axis, "values": [2e-5]}]).digest != one.digest
 
 
 @given(st.integers(1, 3000))
 def test_batches_cover_every_member_once_in_full_lanes(count):
     made = study([{"path": BACKLASH, "kind": "grid", "start": 1e-5, "stop": 1e-4, "count": count}])
-    cut = list(batches(made, "version"))
+    cut = list(split_into_batches(made, "version"))
     assert [cut[0].begin, cut[-1].end] == [0, count]
     assert all(left.end == right.begin for left, right in pairwise(cut))
     assert len({batch.key for batch in cut}) == len(cut)

@@ -7,8 +7,8 @@ import pytest
 
 import crosscheck
 from crosscheck.models.errors import InputError
-from crosscheck.runner import patience
-from crosscheck.studies.batches import kept
+from crosscheck.runner import cpu_limit
+from crosscheck.studies.batches import batch_store
 from crosscheck.studies.definition.files import read_study
 from tests.obstacles import OBSTACLES
 
@@ -58,9 +58,9 @@ def test_more_members_than_the_disk_holds_are_refused_with_the_number(crosscheck
 
 
 def test_room_is_what_the_disk_has(tmp_path):
-    kept.require_room(tmp_path / "out.nc", 1000, 10)
+    batch_store.require_room(tmp_path / "out.nc", 1000, 10)
     with pytest.raises(InputError, match="10 members"):
-        kept.require_room(tmp_path / "out.nc", 10**18, 10)
+        batch_store.require_room(tmp_path / "out.nc", 10**18, 10)
 
 
 def test_a_file_of_somebody_elses_is_left_alone(crosscheck, tmp_path):
@@ -101,9 +101,9 @@ def test_a_function_that_cannot_be_used_is_named(case, crosscheck, tmp_path):
 def test_a_function_that_does_not_come_back_ends_the_study(
     case, jobs, crosscheck, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(patience, "IDLE_S", 2.0)
-    monkeypatch.setattr(patience, "LEAST_S", 0.01)
-    monkeypatch.setattr(patience, "LOOK_S", 0.1)
+    monkeypatch.setattr(cpu_limit, "IDLE_S", 2.0)
+    monkeypatch.setattr(cpu_limit, "LEAST_S", 0.01)
+    monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
     code, fragment = TABLES["lost"][case]
     (tmp_path / "mine.py").write_text(code, encoding="utf-8")
     quantity = 'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
@@ -154,7 +154,7 @@ def test_what_is_no_file_is_one_line(crosscheck, tmp_path, place, what):
         "function": tmp_path / "mine.py",
         "out": tmp_path / "out.nc",
         "batches": folder,
-        "mark": folder / kept.MARK,
+        "mark": folder / batch_store.MARK,
     }[place]
     if what == "folder":
         (named if place != "batches" else named / "a letter").mkdir(parents=True)
@@ -179,7 +179,7 @@ def test_batches_that_a_killed_study_left_beside_its_result_go(crosscheck, tmp_p
     folder, digest = tmp_path / "out.nc.batches", read_study(file).digest
     for owner, left in ((digest, False), ("0" * 64, True)):
         folder.mkdir()
-        (folder / kept.MARK).write_text(f"{owner}\n{'0' * 32}\n")
+        (folder / batch_store.MARK).write_text(f"{owner}\n{'0' * 32}\n")
         (folder / f"{'0' * 32}.kept").write_text("half")
         code, said, err = crosscheck("sweep", file, "--out", out, "--jobs", 1, "--resume")
         assert (code, err) == (0, "")
@@ -192,7 +192,7 @@ def test_what_the_mark_does_not_list_is_left_alone(crosscheck, tmp_path):
     folder = tmp_path / "out.nc.batches"
     folder.mkdir()
     study = read_study(file)
-    (folder / kept.MARK).write_text(f"{study.digest}\n{'0' * 32}\ntorn")
+    (folder / batch_store.MARK).write_text(f"{study.digest}\n{'0' * 32}\ntorn")
     letters = {f"{'1' * 32}.kept", f"{'2' * 32}.json", ".crosscheck-notes", "letter"}
     for name in letters:
         (folder / name).write_text("mine")

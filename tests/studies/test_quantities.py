@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crosscheck import signals
-from crosscheck.models.loading import raw_case
+from crosscheck.models.loading import read_raw_case
 from crosscheck.registry import build, reference_model
 from crosscheck.studies.batches.batch import run_batch, run_check
-from crosscheck.studies.definition.files import study_from
+from crosscheck.studies.definition.files import build_study
 from crosscheck.studies.measures import folds
 from crosscheck.studies.members.members import PreparedStudy
 from tests.loops import require_items
@@ -45,30 +45,30 @@ def pieces(draw: st.DrawFn):
 
 FOLDS = {
     "peak": (lambda: folds.PeakFold((2,)), lambda t, v: signals.amplitude(v)),
-    "range": (lambda: folds.Range((2,)), lambda t, v: signals.peak_to_peak(v)),
-    "mean": (lambda: folds.Average((2,), False), lambda t, v: signals.mean(v)),
-    "rms": (lambda: folds.Average((2,), True), lambda t, v: np.sqrt(np.mean(v**2))),
-    "last": (lambda: folds.Last((2,)), lambda t, v: v[-1]),
+    "range": (lambda: folds.RangeFold((2,)), lambda t, v: signals.peak_to_peak(v)),
+    "mean": (lambda: folds.AverageFold((2,), False), lambda t, v: signals.mean_value(v)),
+    "rms": (lambda: folds.AverageFold((2,), True), lambda t, v: np.sqrt(np.mean(v**2))),
+    "last": (lambda: folds.LastFold((2,)), lambda t, v: v[-1]),
     "above": (
-        lambda: folds.First((2,), lambda v: v > 1),
-        lambda t, v: _none(signals.first_above(t, v, 1)),
+        lambda: folds.FirstTimeFold((2,), lambda v: v > 1),
+        lambda t, v: _none(signals.crossing_time_above(t, v, 1)),
     ),
     "below": (
-        lambda: folds.First((2,), lambda v: v < -1),
-        lambda t, v: _none(signals.first_below(t, v, -1)),
+        lambda: folds.FirstTimeFold((2,), lambda v: v < -1),
+        lambda t, v: _none(signals.crossing_time_below(t, v, -1)),
     ),
     "settled": (
-        lambda: folds.Settled(np.array([1.0, 1.0]), 1.0),
+        lambda: folds.SettlingFold(np.array([1.0, 1.0]), 1.0),
         lambda t, v: _none(signals.settling_time(t, v, 1.0, 1.0)),
     ),
-    "share": (lambda: folds.ContactLossShare((2,)), lambda t, v: np.mean(v == 0)),
-    "loss": (lambda: folds.FirstLoss((2,)), lambda t, v: _lost(t, v)),
+    "share": (lambda: folds.NoContactShareFold((2,)), lambda t, v: np.mean(v == 0)),
+    "loss": (lambda: folds.FirstLossFold((2,)), lambda t, v: _lost(t, v)),
     "band": (
         lambda: folds.BandRmsFold((2,), 100, 400),
         lambda t, v: signals.band_rms(t, v, 100, 400),
     ),
     "line": (
-        lambda: folds.LargestLine((2,), 100, 400),
+        lambda: folds.LargestLineFold((2,), 100, 400),
         lambda t, v: signals.largest_line(t, v, 100, 400).frequency_Hz,
     ),
 }
@@ -184,7 +184,7 @@ def _with_function(tmp_path: Path, code: str, returns: dict[str, str]) -> Prepar
     quantity = {"kind": "user_function", "function": "mine.py:measure", "returns": returns}
     given = {**plain.definition.model_dump(), "quantities": [quantity]}
     definition = type(plain.definition).model_validate(given)
-    return study_from(definition, raw_case("paper-labelled", "pd"), tmp_path, "study.toml")
+    return build_study(definition, read_raw_case("paper-labelled", "pd"), tmp_path, "study.toml")
 
 
 def test_a_function_of_the_users_measures_a_run_as_a_model_records_it(tmp_path):

@@ -11,11 +11,11 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crosscheck.cli.surroundings import enough_memory
+from crosscheck.cli.environment import require_memory
 from crosscheck.models.errors import InputError
 from crosscheck.output import draft
 from crosscheck.studies.batches.result_file import PAGE, ResultFile, _Sparse
-from crosscheck.studies.measures.columns import columns
+from crosscheck.studies.measures.columns import list_columns
 from tests.processes import command_line, in_child
 from tests.studies.studies import study
 
@@ -53,7 +53,7 @@ def test_a_file_in_memory_is_like_any_other(writes):
 def test_numbers_are_where_they_belong_whatever_comes_first(tmp_path, starts):
     more = {} if starts is None else {"starts": starts}
     made = study(AXES, QUANTITIES, spot_checks=2, **more)
-    wanted = columns(made)
+    wanted = list_columns(made)
     generator = np.random.default_rng(1)
     numbers = {c.name: generator.normal(size=(made.count, *c.shape)) for c in wanted}
     out = tmp_path / "out.nc"
@@ -80,8 +80,8 @@ def test_numbers_are_where_they_belong_whatever_comes_first(tmp_path, starts):
 def test_a_study_of_one_member_has_its_numbers_too(tmp_path):
     made = study([], QUANTITIES)
     with draft(tmp_path) as new:
-        result = ResultFile(new, made, columns(made), [], "version")
-        result.write(0, {c.name: np.full((1, *c.shape), 7.0) for c in columns(made)})
+        result = ResultFile(new, made, list_columns(made), [], "version")
+        result.write(0, {c.name: np.full((1, *c.shape), 7.0) for c in list_columns(made)})
         new.publish(tmp_path / "out.nc")
     with xr.open_dataset(tmp_path / "out.nc") as found:
         assert found.diverged_s == 7.0
@@ -118,7 +118,7 @@ def test_a_limit_of_memory_is_one_line(tmp_path, megabytes):
 
 @pytest.mark.parametrize("error", [MemoryError("big"), OSError(errno.ENOMEM, "no memory")])
 def test_memory_that_runs_out_is_one_line(error):
-    with pytest.raises(InputError, match=r"is not enough: (big|no memory)"), enough_memory():
+    with pytest.raises(InputError, match=r"is not enough: (big|no memory)"), require_memory():
         raise error
 
 

@@ -14,8 +14,8 @@ from crosscheck.models.loading import load_arm, load_case, load_scenario
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build, reference_model, second_engine
-from crosscheck.studies.batches.opened import used
-from crosscheck.studies.plot import STYLE, drawable, study_figure, two_states
+from crosscheck.studies.batches.netcdf_file import use_file
+from crosscheck.studies.plot import STYLE, drawable_names, find_state_boundary, make_study_figure
 from tests.studies.studies import content
 
 PEAKS = [{"kind": "peak", "signal": "theta_ddot"}]
@@ -162,17 +162,17 @@ def test_what_cannot_be_drawn_is_said(result, tmp_path, crosscheck):
     assert (code, err.count("\n")) == (2, 1)
     code, _, err = crosscheck("plot", tmp_path / "nowhere.nc")
     assert (code, err.count("\n")) == (2, 1)
-    assert used(result, drawable) == ["theta_ddot_peak"]
+    assert use_file(result, drawable_names) == ["theta_ddot_peak"]
 
 
 def test_two_states_are_told_from_one():
     generator = np.random.default_rng(1)
     one = generator.uniform(size=200)
-    assert two_states(one) is None
-    assert two_states(np.where(one > 0.5, one + 3, one)) == pytest.approx(2, abs=0.6)
-    assert two_states(np.array([1.0, np.nan])) is None
+    assert find_state_boundary(one) is None
+    assert find_state_boundary(np.where(one > 0.5, one + 3, one)) == pytest.approx(2, abs=0.6)
+    assert find_state_boundary(np.array([1.0, np.nan])) is None
     far = np.append(np.where(one > 0.5, one + 3, one).ravel(), 1e5)
-    assert two_states(far) == pytest.approx(2, abs=0.6)
+    assert find_state_boundary(far) == pytest.approx(2, abs=0.6)
 
 
 def test_no_label_shows_the_signs_of_a_formula():
@@ -181,7 +181,7 @@ def test_no_label_shows_the_signs_of_a_formula():
     title = {"long_name": r"what it costs: $5 or $6 \alpha"}
     peak = xr.DataArray(np.arange(6.0), coords={"ratio": ratio}, attrs=title)
     with mpl.rc_context(STYLE):
-        (axes,) = study_figure(xr.Dataset({"peak": peak}), ["peak"]).axes
+        (axes,) = make_study_figure(xr.Dataset({"peak": peak}), ["peak"]).axes
         assert axes.get_xscale() == "log"
         axes.figure.draw_without_rendering()
     ticks = [*axes.get_xticklabels(which="both"), *axes.get_yticklabels()]

@@ -5,20 +5,28 @@ from collections.abc import Sequence
 
 import pytest
 
-from crosscheck.findings import About, Agreement, Finding, Key, checked, failed, measured_only
-from crosscheck.kinds import AGREEMENT, kind_of
-from crosscheck.models.loading import load_arm
-from crosscheck.planning.plan import Wanted
-from crosscheck.report.answers import (
-    agreement_json,
-    answers,
-    compared,
-    headline,
-    rigid_from_geared,
-    trust,
+from crosscheck.file_types import AGREEMENT, identify_file_type
+from crosscheck.findings import (
+    Agreement,
+    ComparisonKey,
+    Finding,
+    Subject,
+    make_check,
+    make_failed_check,
+    make_measurement,
 )
-from crosscheck.report.html import preliminary
-from crosscheck.report.matrix import cells
+from crosscheck.models.loading import load_arm
+from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.report.answers import (
+    answer_on_equations,
+    answer_on_rigid_arm,
+    answer_on_trust,
+    answer_questions,
+    compare_models,
+    format_agreement_json,
+)
+from crosscheck.report.html import describe_quick_limits
+from crosscheck.report.matrix import collect_cells
 
 PRINTED, LEAD, ENGINE, LINKS = (
     "analytic:printed",
@@ -29,27 +37,27 @@ PRINTED, LEAD, ENGINE, LINKS = (
 CASE = "paper-labelled/geared"
 
 
-def about(left: str, right: str, quantity: str, family: str, case: str, unit: str = "1") -> About:
-    return About(Key(family, case, quantity, left, right), unit, "largest")
+def about(left: str, right: str, quantity: str, family: str, case: str, unit: str = "1") -> Subject:
+    return Subject(ComparisonKey(family, case, quantity, left, right), unit, "largest")
 
 
 def state(left: str, measured: float, case: str = CASE) -> Finding:
     subject = about(left, ENGINE, "mass_matrix", "states", case)
-    return checked(subject, measured=measured, tolerance=1e-12, basis="rounding")
+    return make_check(subject, measured=measured, tolerance=1e-12, basis="rounding")
 
 
 def printed(measured: float) -> Finding:
     subject = about(PRINTED, ENGINE, "mass_matrix", "form-states", CASE)
-    return measured_only(subject, measured=measured)
+    return make_measurement(subject, measured=measured)
 
 
 def tip(level: str, metres: float) -> Finding:
     subject = about(f"pinocchio:{level}", LEAD, "tip", "deviation", "pd", "m")
-    return measured_only(subject, measured=metres)
+    return make_measurement(subject, measured=metres)
 
 
 def said(findings: Sequence[Finding], arm: object) -> str:
-    return headline(compared(Agreement(findings), arm))
+    return answer_on_equations(compare_models(Agreement(findings), arm))
 
 
 def test_printed_equations_that_differ_are_said_first_with_their_size(labelled):
@@ -72,12 +80,17 @@ def test_a_derivation_that_differs_is_named(labelled):
 
 
 def test_a_comparison_that_failed_is_no_agreement(labelled):
-    findings = [state(LEAD, 1e-15), failed(about(LEAD, "exudyn:tree", "bias", "states", CASE), "")]
+    findings = [
+        state(LEAD, 1e-15),
+        make_failed_check(about(LEAD, "exudyn:tree", "bias", "states", CASE), ""),
+    ]
     assert "do not agree" in said(findings, labelled)
 
 
 def test_another_arms_states_count_for_the_verdict_and_not_for_the_sizes(labelled):
-    rows = compared(Agreement([state(LEAD, 1e-15), state(LEAD, 1e-3, "probe/geared")]), labelled)
+    rows = compare_models(
+        Agreement([state(LEAD, 1e-15), state(LEAD, 1e-3, "probe/geared")]), labelled
+    )
     assert [(row.model, row.verdict, row.number("mass_matrix")) for row in rows] == [
         (LEAD, "differ", "1e-15")
     ]
@@ -85,7 +98,7 @@ def test_another_arms_states_count_for_the_verdict_and_not_for_the_sizes(labelle
 
 @pytest.mark.parametrize(("size", "agrees"), [(1e-15, True), (1e-3, False)])
 def test_a_check_of_any_kind_between_the_two_turns_the_answer(size, agrees, labelled):
-    modes = checked(
+    modes = make_check(
         about(LEAD, ENGINE, "mesh-modes", "modes", CASE), measured=size, tolerance=1e-9, basis=""
     )
     assert ("do not agree" not in said([state(LEAD, 1e-15), modes], labelled)) is agrees
@@ -97,37 +110,37 @@ def test_rigid_levels_are_told_from_the_first_to_the_last():
         "In experiment pd the rigid arm's tip is off by up to 39 mm with links and payload alone"
         " (links), by 1.7 µm with all of the gears' inertia (coupled)."
     )
-    assert rigid_from_geared(Agreement(levels)) == expected
-    assert "No rigid model" in rigid_from_geared(Agreement([]))
+    assert answer_on_rigid_arm(Agreement(levels)) == expected
+    assert "No rigid model" in answer_on_rigid_arm(Agreement([]))
 
 
 @pytest.mark.parametrize(("size", "count"), [(1e-15, "2 of 2"), (1e-3, "1 of 2")])
 def test_what_was_checked_is_counted(size, count):
     findings = [state(LEAD, 1e-15), state(LINKS, size)]
-    assert trust(Agreement(findings)).startswith(f"{count} checks agree")
+    assert answer_on_trust(Agreement(findings)).startswith(f"{count} checks agree")
 
 
 def test_the_answers_come_before_the_findings_in_json(labelled):
     agreement = Agreement([state(LEAD, 1e-15), printed(0.0127)])
-    text = agreement_json(agreement, labelled)
+    text = format_agreement_json(agreement, labelled)
     data = json.loads(text)
     assert list(data)[:2] == ["schema_version", "answers"]
-    found = answers(agreement, labelled)
+    found = answer_questions(agreement, labelled)
     texts = [found.equations, found.rigid, found.trust]
     assert [data["answers"][name]["answer"] for name in ("equations", "rigid", "trust")] == texts
-    assert kind_of(text.encode()) is AGREEMENT  # else the next run could not replace it
+    assert identify_file_type(text.encode()) is AGREEMENT  # else the next run could not replace it
     first = data["answers"]["equations"]["models"][0]
     assert (first["model"], first["verdict"]) == (PRINTED, "differ")
 
 
 def test_a_quick_page_says_what_it_leaves_out(labelled):
-    said = preliminary(Wanted(labelled, quick=True))
+    said = describe_quick_limits(CrossCheckRequest(labelled, quick=True))
     assert "0.05 of 0.5 s of constant-torque and 0.1 of 3 s of pd" in said
-    own = preliminary(Wanted(load_arm("three-unlike"), quick=True))
+    own = describe_quick_limits(CrossCheckRequest(load_arm("three-unlike"), quick=True))
     assert "at most 10000 steps" in own
     assert "up to 300000" in own
 
 
 def test_what_is_only_measured_is_no_agreement_of_the_matrix(labelled):
-    (cell,) = cells([printed(0.0127)])
+    (cell,) = collect_cells([printed(0.0127)])
     assert (cell.verdict, cell.checks) == ("measured", 0)

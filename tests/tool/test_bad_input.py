@@ -9,8 +9,8 @@ import pytest
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import Case, load_scenario
-from crosscheck.planning.energy_suite import energy_comparisons
-from crosscheck.planning.plan import OWN_NAMES, Experiment
+from crosscheck.planning.energy_suite import plan_energy_comparisons
+from crosscheck.planning.plan import RESERVED_NAMES, Experiment
 from tests.obstacles import OBSTACLES
 from tests.processes import Answer
 
@@ -87,7 +87,7 @@ REFUSED: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
             (*RUN, "--scenario", f"{name}.toml", "--out", "report"),
             ("name", name, "no other experiment"),
         )
-        for name in OWN_NAMES
+        for name in RESERVED_NAMES
     ),
     ((*LINKS, "file/below/run.nc"), ("file/below", "cannot be written")),
     ((*RUN, "--out", "file/below/run.nc"), ("file/below", "cannot be written")),
@@ -113,7 +113,7 @@ def test_arguments_are_refused_in_one_line_and_nothing_is_written(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "there").mkdir()
     files = {"file": "mine", "three.toml": THREE_TORQUES}
-    for name in OWN_NAMES:
+    for name in RESERVED_NAMES:
         files[f"{name}.toml"] = SCENARIO.replace('name = "constant-torque"', f'name = "{name}"')
     for name, text in files.items():
         (tmp_path / name).write_text(text)
@@ -124,9 +124,9 @@ def test_arguments_are_refused_in_one_line_and_nothing_is_written(
 
 def test_a_scenario_cannot_take_the_name_of_an_experiment_on_energy(labelled):
     first = Experiment("pd", Case(labelled, load_scenario("pd"), usual_switches(labelled)))
-    planned = {each.about.key.case for each in energy_comparisons(labelled, first, 1e-5)}
+    planned = {each.about.key.case for each in plan_energy_comparisons(labelled, first, 1e-5)}
     assert len(planned) == 4
-    assert planned <= set(OWN_NAMES)
+    assert planned <= set(RESERVED_NAMES)
 
 
 def big_file(path: Path) -> None:

@@ -14,22 +14,22 @@ import jsonschema
 import pytest
 
 import crosscheck as package
-from crosscheck.findings import About, Agreement, Finding, Key, checked
+from crosscheck.findings import Agreement, ComparisonKey, Finding, Subject, make_check
 from crosscheck.models.errors import Diverged, Unfinished
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.planning import preparation
-from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
-from crosscheck.planning.plan import Experiment, Wanted
-from crosscheck.planning.preparation import _is_fine, prepared
-from crosscheck.provenance import ROOT, provenance
-from crosscheck.report.junit import junit_xml
-from crosscheck.report.words import tally
-from crosscheck.run import performed, planned
-from crosscheck.runner import patience
+from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
+from crosscheck.planning.plan import CrossCheckRequest, Experiment
+from crosscheck.planning.preparation import _is_fine, prepare_experiments
+from crosscheck.provenance import ROOT, record_provenance
+from crosscheck.report.formatting import describe_tally
+from crosscheck.report.junit import format_junit
+from crosscheck.run import plan_comparisons, run_tasks
+from crosscheck.runner import cpu_limit
 from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.runner.tasks import Evaluation, Simulation
-from crosscheck.runner.underway import unsaid
 from crosscheck.runner.workers import Workers
 from tests.arms import arm_of
 
@@ -53,14 +53,14 @@ def others_at_work() -> Iterator[None]:
 @pytest.mark.slow
 @pytest.mark.usefixtures("brief_plan")
 def test_the_same_is_found_alone_and_beside_busy_processes():
-    wanted = Wanted(arm_of(1, direct=[0]), quick=True)
+    wanted = CrossCheckRequest(arm_of(1, direct=[0]), quick=True)
 
     def found() -> list[dict[str, object]]:
         with Workers(2) as crew:
-            comparisons = planned(wanted, prepared(wanted, crew))
+            comparisons = plan_comparisons(wanted, prepare_experiments(wanted, crew))
             some = [each for each in comparisons if each.about.key.family in FAMILIES]
-            results = performed(crew, tasks_of(some), unsaid)
-        return [finding.to_dict() for finding in findings_of(some, results)]
+            results = run_tasks(crew, collect_tasks(some), ignore_progress)
+        return [finding.to_dict() for finding in judge_comparisons(some, results)]
 
     alone = found()
     assert {finding["verdict"] for finding in alone} == {"agree"}
@@ -86,12 +86,12 @@ def _raising(*given: object) -> None:
 @pytest.mark.parametrize(("work", "why"), [(_never, "TooSlow: stopped"), (_dying, "SIGKILL")])
 def test_a_preparation_that_did_not_come_back_ends_the_command(monkeypatch, lost, work, why):
     monkeypatch.setattr(preparation, lost, work)
-    monkeypatch.setattr(patience, "IDLE_S", 2.0)
-    monkeypatch.setattr(patience, "LEAST_S", 0.01)
-    monkeypatch.setattr(patience, "LOOK_S", 0.1)
+    monkeypatch.setattr(cpu_limit, "IDLE_S", 2.0)
+    monkeypatch.setattr(cpu_limit, "LEAST_S", 0.01)
+    monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
     quantity = {"settled": "step", "growth_of": "growth-rate", "sizes_of": "sizes"}[lost]
     with Workers(2) as crew, pytest.raises(Unfinished) as error:
-        prepared(Wanted(arm_of(1), quick=True), crew)
+        prepare_experiments(CrossCheckRequest(arm_of(1), quick=True), crew)
     assert f": {quantity} by analytic:physical: " in str(error.value)
     assert why in str(error.value)
 
@@ -122,23 +122,25 @@ def test_only_a_finer_step_is_sought_where_one_may_help(monkeypatch, diverging, 
     assert _is_fine(Experiment("constant-torque", case)) is fine
 
 
-ABOUT = About(Key("states", "arm", "bias", "one", "other"), "1", "largest difference")
+ABOUT = Subject(ComparisonKey("states", "arm", "bias", "one", "other"), "1", "largest difference")
 
 
 def _stopped(task: Evaluation) -> Agreement:
     """Of one check that needs a task whose worker was stopped, and of one that agrees."""
 
-    def judged(about: About, results: Results) -> Finding:
-        results.settled(task)
-        return checked(about, measured=0.0, tolerance=0.0, basis="none needed")
+    def judged(about: Subject, results: Results) -> Finding:
+        results.get_if_finished(task)
+        return make_check(about, measured=0.0, tolerance=0.0, basis="none needed")
 
     other = replace(ABOUT, key=replace(ABOUT.key, quantity="force"))
     comparisons = [
         Comparison(ABOUT, (task,), judged),
-        Comparison(other, (), lambda about, _: checked(about, measured=0, tolerance=0, basis="")),
+        Comparison(
+            other, (), lambda about, _: make_check(about, measured=0, tolerance=0, basis="")
+        ),
     ]
     results = Results({task.key: Failure("TooSlow", "stopped", unfinished=True)})
-    return Agreement([*findings_of(comparisons, results)])
+    return Agreement([*judge_comparisons(comparisons, results)])
 
 
 def test_what_was_stopped_is_neither_an_agreement_nor_a_difference():
@@ -146,9 +148,9 @@ def test_what_was_stopped_is_neither_an_agreement_nor_a_difference():
     agreement = _stopped(Evaluation("one", case, "bias"))
     assert [finding.verdict for finding in agreement.findings] == ["unfinished", "agree"]
     assert agreement.exit_code == 3
-    assert tally(agreement) == "1 of 2 checks agree; 1 unfinished, not judged"
-    assert 'failures="0" errors="1"' in junit_xml(agreement)
-    whole = replace(agreement, provenance=provenance(arm_of(1), 0, True)).to_dict()
+    assert describe_tally(agreement) == "1 of 2 checks agree; 1 unfinished, not judged"
+    assert 'failures="0" errors="1"' in format_junit(agreement)
+    whole = replace(agreement, provenance=record_provenance(arm_of(1), 0, True)).to_dict()
     jsonschema.validate(whole, SCHEMA, jsonschema.Draft202012Validator)
-    differing = checked(ABOUT, measured=1.0, tolerance=0.0, basis="none")
+    differing = make_check(ABOUT, measured=1.0, tolerance=0.0, basis="none")
     assert replace(agreement, findings=[*agreement.findings, differing]).exit_code == 1

@@ -6,13 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.models import jitted
-from crosscheck.models.jitted import njit
-from crosscheck.models.places import code_folder, own_folder, temporary_folder
+from crosscheck.models import numba_cache
+from crosscheck.models.directories import (
+    make_temporary_folder,
+    prepare_cache_folder,
+    prepare_code_folder,
+)
+from crosscheck.models.numba_cache import njit
 from tests.processes import NOBODY, in_child, reachable
 
 SOURCE = """
-from crosscheck.models.jitted import njit
+from crosscheck.models.numba_cache import njit
 
 @njit(cache=True)
 def doubled(x):
@@ -33,7 +37,12 @@ def doubled(folder: Path) -> tuple[float, bool]:
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The program's folder, in an empty cache folder of the user's."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    remembered = own_folder, code_folder, temporary_folder, jitted._stamp
+    remembered = (
+        prepare_cache_folder,
+        prepare_code_folder,
+        make_temporary_folder,
+        numba_cache._stamp,
+    )
     for function in remembered:
         function.cache_clear()
     yield tmp_path / "cache" / "geararm-crosscheck"
@@ -87,7 +96,7 @@ def test_a_damaged_function_is_compiled_again_with_one_line(kept, sources, suffi
 def test_a_function_of_another_version_of_numba_is_compiled_again(
     kept, sources, monkeypatch, capsys
 ):
-    monkeypatch.setattr(jitted.numba, "__version__", "999")
+    monkeypatch.setattr(numba_cache.numba, "__version__", "999")
     assert doubled(sources) == (6.0, False)
     assert capsys.readouterr().err == ""
 
@@ -98,12 +107,12 @@ def test_a_function_alone_may_be_handed_over():
 
 def test_a_change_of_any_source_beside_it_compiles_it_again(kept, sources):
     (sources / "called.py").write_text("FACTOR = 2.0")
-    jitted._stamp.cache_clear()
+    numba_cache._stamp.cache_clear()
     assert doubled(sources) == (6.0, False)
 
 
 def test_a_folder_of_numbas_that_others_may_write_is_not_read(kept, sources, tmp_path, monkeypatch):
-    monkeypatch.setattr(jitted.numba.config, "CACHE_DIR", str(tmp_path / "open"))
+    monkeypatch.setattr(numba_cache.numba.config, "CACHE_DIR", str(tmp_path / "open"))
     assert doubled(sources) == (6.0, True)
     assert not (tmp_path / "open").exists()
 
@@ -141,7 +150,7 @@ def test_a_kept_pickle_that_is_not_the_users_own_is_not_run(kept, sources, suffi
 
 def test_what_lies_in_a_folder_that_others_could_write_is_removed(kept, sources, own):
     (own / "compiled").chmod(0o777)
-    code_folder.cache_clear()
+    prepare_code_folder.cache_clear()
     assert doubled(sources) == (6.0, False)
     assert (own / "compiled").stat().st_mode & 0o777 == 0o700
 

@@ -4,7 +4,7 @@ import pytest
 
 from crosscheck import __version__
 from crosscheck.cli import listing
-from crosscheck.cost.engines import engines
+from crosscheck.cost.engines import load_engines
 from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
 from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios
 from crosscheck.registry import MODELS
@@ -54,7 +54,7 @@ def test_list_names_all_that_other_commands_accept(crosscheck):
     assert (answer.code, answer.err) == (0, "")
     words = answer.out.split()
     assert set(words) >= {*builtin_arms(), *builtin_robots(), *MODELS, *builtin_scenarios()}
-    assert set(words) >= {*engines()}
+    assert set(words) >= {*load_engines()}
 
 
 def test_show_derives_the_papers_numbers(crosscheck):

@@ -12,7 +12,7 @@ from crosscheck.models.loading import load_arm
 from crosscheck.view.mesh_geometry import MeshGeometry, flank, mesh_geometry, teeth
 from tests.loops import require_items
 from tools import drawings
-from tools.drawings import DOCS, SIDES, drawing, write_drawings
+from tools.drawings import DOCS, SIDES, draw_mesh, write_drawings
 
 JOINTS = [
     joint
@@ -93,7 +93,7 @@ def test_carrying_teeth_are_on_either_side_of_the_contact(joint, side):
 
 @pytest.mark.parametrize("side", SIDES)
 def test_drawing_is_the_same_every_time(side):
-    assert drawing(side) == drawing(side)
+    assert draw_mesh(side) == draw_mesh(side)
 
 
 def test_drawings_are_written_beside_the_equations(tmp_path, monkeypatch):

@@ -19,12 +19,12 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.loading import load_arm, validated
-from crosscheck.planning.plan import Wanted, outlined, resolved
-from crosscheck.planning.preparation import Prepared
-from crosscheck.planning.sizing import sizes_of
+from crosscheck.models.loading import load_arm, validate_record
+from crosscheck.planning.plan import CrossCheckRequest, draft_experiments, set_stable_step
+from crosscheck.planning.preparation import Preparation
+from crosscheck.planning.sizing import compute_sizes
 from crosscheck.registry import build, reference_model
-from crosscheck.run import planned
+from crosscheck.run import plan_comparisons
 from tests.arms import arm_of
 from tests.draws import DRAWS, SAMPLE, fresh_seed, ranges_of
 
@@ -91,18 +91,18 @@ def _spread(
 def plan(data: dict[str, Any]) -> bool:
     """Whether an arm's cross-check is planned, as far as no run is needed; else it is refused."""
     try:
-        arm = validated(Arm, data, "arm")
+        arm = validate_record(Arm, data, "arm")
     except InputError:
         return False
-    wanted = Wanted(arm, quick=True)
+    wanted = CrossCheckRequest(arm, quick=True)
     try:
-        sizes = sizes_of(arm)
-        outline = outlined(wanted, sizes)
+        sizes = compute_sizes(arm)
+        outline = draft_experiments(wanted, sizes)
         model = build(reference_model(), arm, outline[0].case.scenario, usual_switches(arm))
         limit = model.largest_stable_step()
-        chosen = Prepared([resolved(each, limit) for each in outline], limit, ())
+        chosen = Preparation([set_stable_step(each, limit) for each in outline], limit, ())
         assert all(Scenario.model_validate(e.case.scenario.model_dump()) for e in outline)
-        planned(wanted, chosen)
+        plan_comparisons(wanted, chosen)
     except InputError:
         return False
     return True

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.checks.answers import random_states
+from crosscheck.checks.answers import sample_states
 from crosscheck.checks.invariants import torques_at
-from crosscheck.cli.export import model_of, prefix_of
-from crosscheck.runner import patience
+from crosscheck.cli.export import build_model, function_prefix
+from crosscheck.runner import cpu_limit
 from tests.tool.test_bad_input import assert_one_line
 
 COMPILER = shutil.which("gcc")
@@ -42,13 +42,13 @@ def test_compiled_it_says_what_the_model_says(crosscheck, setting, tmp_path):
     given = [word for law in laws for word in ("--set", law)]
     answer = crosscheck("export", arm, "--model", name, "--out", file, *given)
     assert (answer.code, answer.err) == (0, "")
-    model = model_of(arm, name, laws)
+    model = build_model(arm, name, laws)
     size, joints, theta = len(model.layout), len(model.arm.joints), model.layout.theta
-    call = compiled(file, prefix_of(model))
-    for t, q, v in zip(*random_states(model.layout, model.arm, 20, 5), strict=True):
+    call = compiled(file, function_prefix(model))
+    for t, q, v in zip(*sample_states(model.layout, model.arm, 20, 5), strict=True):
         torque = torques_at(model.drive, t, q[theta], v[theta])
         assert torque.shape == (joints,)
-        right = model.states.at(t, q, v)
+        right = model.states.evaluate(t, q, v)
         close(call("mass_matrix", size * size, q).reshape(size, size), right.mass_matrix)
         close(call("bias", size, q, v), right.bias)
         close(call("force", size, t, q, v, torque), right.force)
@@ -104,8 +104,8 @@ def test_a_compiler_that_makes_no_library_is_one_line(crosscheck, case, tmp_path
     (tmp_path / "cc").write_text(f"#!/bin/sh\n{work}\n")
     (tmp_path / "cc").chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    monkeypatch.setattr(patience, "IDLE_S", 0.5)
-    monkeypatch.setattr(patience, "LOOK_S", 0.1)
+    monkeypatch.setattr(cpu_limit, "IDLE_S", 0.5)
+    monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
     out = tmp_path / "unit.fmu"
     answer = crosscheck("export", "probe", "--model", "analytic:links", "--out", out)
     assert_one_line(answer, f"--out: {tmp_path / 'cc'} cannot compile the FMU", said)

@@ -10,7 +10,7 @@ import typer
 
 from crosscheck.api import require_stable_step
 from crosscheck.cli.app import main
-from crosscheck.cli.simulation import Request
+from crosscheck.cli.simulation import SimulationRequest
 from crosscheck.models.errors import LONGEST_LINE
 from crosscheck.registry import build
 from tests.draws import DRAWS, fresh_seed
@@ -18,12 +18,12 @@ from tests.tool.fuzz import Draw, draw
 
 # What each command does once its input is accepted; none of it is done here, nor a study's batches.
 WORK = {
-    "run": "crosscheck.cli.commands.cross_check",
-    "validate": "crosscheck.cli.commands.cross_check",
-    "baseline accept": "crosscheck.cli.commands.cross_check",
-    "baseline check": "crosscheck.cli.commands.cross_check",
+    "run": "crosscheck.cli.commands.run_cross_check",
+    "validate": "crosscheck.cli.commands.run_cross_check",
+    "baseline accept": "crosscheck.cli.commands.run_cross_check",
+    "baseline check": "crosscheck.cli.commands.run_cross_check",
     "simulate": "crosscheck.cli.simulation.perform_all",
-    "errata": "crosscheck.audit.page.command.errata_records",
+    "errata": "crosscheck.audit.page.command.simulate_errata",
     "sweep": None,
     "show": None,
     "init": None,
@@ -33,7 +33,7 @@ WORK = {
 def accepted(*tasks: object, **_: object) -> None:
     """In place of the work: of a simulation all but the run itself."""
     for task in tasks:
-        if isinstance(task, list) and isinstance(task[0], Request):
+        if isinstance(task, list) and isinstance(task[0], SimulationRequest):
             model = build(task[0].model, *task[0].case)
             if not task[0].force:
                 require_stable_step(model)
@@ -59,7 +59,9 @@ def test_any_input_is_accepted_or_refused_in_one_line(command, tmp_path, monkeyp
     work = WORK[command]
     if work is not None:
         monkeypatch.setattr(work, accepted)
-    monkeypatch.setattr("crosscheck.studies.batches.run.here", lambda jobs: nullcontext(accepted))
+    monkeypatch.setattr(
+        "crosscheck.studies.batches.run.open_local_executor", lambda jobs: nullcontext(accepted)
+    )
     seed, refused = fresh_seed(), 0
     generator = random.Random(seed)
     for number in range(DRAWS):

@@ -21,7 +21,7 @@ from crosscheck.audit.page import command as audit_command
 from crosscheck.cli import cost as cost_command
 from crosscheck.cli.app import main
 from crosscheck.cost import agreement
-from crosscheck.cost.cost import Extent
+from crosscheck.cost.shortcuts import SamplingPlan
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
@@ -210,11 +210,11 @@ def short_work() -> object:
         raise typer.Exit(0)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cost_command, "QUICK", Extent(1, 3, 1, 10, 100))
+        patch.setattr(cost_command, "QUICK", SamplingPlan(1, 3, 1, 10, 100))
         patch.setattr(agreement, "RUNS", 1)
-        patch.setattr(audit_command, "errata_records", leave)
-        patch.setattr("crosscheck.cli.commands.cross_check", leave)
-        patch.setattr("crosscheck.cli.trial.tried", leave)
+        patch.setattr(audit_command, "simulate_errata", leave)
+        patch.setattr("crosscheck.cli.commands.run_cross_check", leave)
+        patch.setattr("crosscheck.cli.trial.run_trial", leave)
         yield
 
 

@@ -9,16 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck import kinds
+from crosscheck import file_types
 from crosscheck.audit.page import command as paper
-from crosscheck.audit.page.report import paper_files
+from crosscheck.audit.page.report import list_paper_files
 from crosscheck.cli import commands, simulation, trial
+from crosscheck.file_types import FILE_TYPES, identify_file_type, is_file_of_type
 from crosscheck.findings import Agreement
-from crosscheck.kinds import KINDS, is_of, kind_of
 from crosscheck.models.files import HERE
 from crosscheck.output import write_files
-from crosscheck.provenance import ROOT, provenance
-from crosscheck.report.junit import junit_xml
+from crosscheck.provenance import ROOT, record_provenance
+from crosscheck.report.junit import format_junit
 from tests.tool.test_bad_input import assert_one_line
 
 MODEL = """\
@@ -114,40 +114,44 @@ def test_a_record_is_no_place_for_another_file_and_no_letter_is_a_record(crossch
 
 
 def test_a_result_of_the_same_kind_is_replaced(short, crosscheck, tmp_path, monkeypatch):
-    monkeypatch.setattr(paper, "errata_records", lambda *_: [])
+    monkeypatch.setattr(paper, "simulate_errata", lambda *_: [])
     run, errata = tmp_path / "run.nc", tmp_path / "errata.json"
     for _ in range(2):
         assert short().code == crosscheck("errata", "--json", errata).code == 0
-    assert kind_of(run.read_bytes()) is kinds.TRAJECTORY
-    assert kind_of(errata.read_bytes()) is kinds.ERRATA
+    assert identify_file_type(run.read_bytes()) is file_types.TRAJECTORY
+    assert identify_file_type(errata.read_bytes()) is file_types.ERRATA
     assert_one_line(crosscheck("errata", "--json", run), "run.nc", "exists")
 
 
 def test_what_a_cross_check_writes_is_told_by_its_content(labelled):
-    agreement = Agreement([], provenance(labelled, 0, True))
+    agreement = Agreement([], record_provenance(labelled, 0, True))
     baselines = ROOT / "baselines"
-    assert kind_of(agreement.to_json().encode()) is kinds.AGREEMENT
-    assert kind_of(junit_xml(agreement).encode()) is kinds.JUNIT
+    assert identify_file_type(agreement.to_json().encode()) is file_types.AGREEMENT
+    assert identify_file_type(format_junit(agreement).encode()) is file_types.JUNIT
     for path in baselines.glob("*.json"):
-        assert kind_of(path.read_bytes()) is kinds.RECORD
-    pages = {"page": kinds.PAGE, "trial": kinds.TRIAL_PAGE, "paper": kinds.PAPER_PAGE}
+        assert identify_file_type(path.read_bytes()) is file_types.RECORD
+    pages = {
+        "page": file_types.PAGE,
+        "trial": file_types.TRIAL_PAGE,
+        "paper": file_types.PAPER_PAGE,
+    }
     for name, kind in pages.items():
         file = ROOT / "crosscheck" / "report" / "templates" / f"{name}.html.j2"
-        assert kind_of(file.read_bytes()) is kind
+        assert identify_file_type(file.read_bytes()) is kind
 
 
 def test_a_mark_between_two_pieces_of_a_file_is_seen(tmp_path, monkeypatch):
-    kind, file = KINDS[0], tmp_path / "file"
+    kind, file = FILE_TYPES[0], tmp_path / "file"
     for piece in range(60, 90):
-        monkeypatch.setattr("crosscheck.kinds.PIECE", piece)
+        monkeypatch.setattr("crosscheck.file_types.PIECE", piece)
         file.write_bytes(kind.begins + b"x" * 60 + kind.holds[0] + b"y" * 100 + kind.holds[1])
-        assert is_of(file, kind)
+        assert is_file_of_type(file, kind)
         file.write_bytes(kind.begins + b"x" * 60 + kind.holds[0])
-        assert not is_of(file, kind)
+        assert not is_file_of_type(file, kind)
 
 
 def test_what_became_another_file_meanwhile_is_not_replaced(tmp_path):
-    content = KINDS[0].begins + b"".join(KINDS[0].holds)
+    content = FILE_TYPES[0].begins + b"".join(FILE_TYPES[0].holds)
     write_files({tmp_path / "a": content})
     write_files({tmp_path / "a": content})
     (tmp_path / "a").write_text("mine")
@@ -157,7 +161,7 @@ def test_what_became_another_file_meanwhile_is_not_replaced(tmp_path):
 
 def test_a_pipe_is_written_into(tmp_path):
     os.mkfifo(tmp_path / "pipe")
-    content, found = KINDS[0].begins + b"".join(KINDS[0].holds), []
+    content, found = FILE_TYPES[0].begins + b"".join(FILE_TYPES[0].holds), []
     reader = threading.Thread(target=lambda: found.append((tmp_path / "pipe").read_bytes()))
     reader.start()
     write_files({tmp_path / "pipe": content})
@@ -167,7 +171,7 @@ def test_a_pipe_is_written_into(tmp_path):
 
 def test_standard_output_is_written_into_whatever_it_is(tmp_path):
     script = "from pathlib import Path; from crosscheck.output import write_files\n"
-    script += "from crosscheck.kinds import KINDS; print('before')\n"
+    script += "from crosscheck.file_types import KINDS; print('before')\n"
     script += "write_files({Path('/dev/stdout'): KINDS[0].begins + b''.join(KINDS[0].holds)})\n"
     script += "print('after')"
     command = [sys.executable, "-c", script]
@@ -175,9 +179,9 @@ def test_standard_output_is_written_into_whatever_it_is(tmp_path):
     with (tmp_path / "file").open("wb") as file:
         subprocess.run(command, stdout=file, check=True)
     assert (tmp_path / "file").read_bytes() == piped
-    assert piped.startswith(b"before\n" + KINDS[0].begins)
+    assert piped.startswith(b"before\n" + FILE_TYPES[0].begins)
     assert piped.endswith(b"after\n")
 
 
 def test_every_file_of_the_papers_folder_has_a_kind(tmp_path):
-    assert set(paper_files(tmp_path).values()) <= set(KINDS)
+    assert set(list_paper_files(tmp_path).values()) <= set(FILE_TYPES)

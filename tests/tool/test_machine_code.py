@@ -16,11 +16,15 @@ import pytest
 
 from crosscheck.analytic.kernel import machine as module
 from crosscheck.analytic.kernel.batch import Batch
-from crosscheck.analytic.kernel.machine import Code, compiled, machine, machine_code
-from crosscheck.analytic.kernel.translate import ir_of
+from crosscheck.analytic.kernel.machine import Code, compile_ir, load_machine_code, target_machine
+from crosscheck.analytic.kernel.translate import translate_to_ir
 from crosscheck.analytic.model import PhysicalModel
+from crosscheck.models.directories import (
+    make_temporary_folder,
+    prepare_cache_folder,
+    prepare_code_folder,
+)
 from crosscheck.models.loading import load_case
-from crosscheck.models.places import code_folder, own_folder, temporary_folder
 from tests.interpreted import addresses
 from tests.obstacles import OBSTACLES
 from tests.processes import command_line
@@ -34,7 +38,7 @@ OTHER = SUM.replace("a + b\n", "a - b\n")
 def add(text: str = SUM) -> float:
     """What kept or new machine code makes of 2 and 3."""
     out = np.zeros(1)
-    data = machine_code(text, 1, 1)
+    data = load_machine_code(text, 1, 1)
     Code(data, {"add": (c_void_p, c_double, c_double)})["add"](out.ctypes.data, 2.0, 3.0)
     return float(out[0])
 
@@ -43,10 +47,10 @@ def add(text: str = SUM) -> float:
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Where machine code is kept, in an empty cache folder of the user's."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    for function in (own_folder, code_folder, temporary_folder):
+    for function in (prepare_cache_folder, prepare_code_folder, make_temporary_folder):
         function.cache_clear()
     yield tmp_path / "geararm-crosscheck" / "machine-code"
-    for function in (own_folder, code_folder, temporary_folder):
+    for function in (prepare_cache_folder, prepare_code_folder, make_temporary_folder):
         function.cache_clear()
 
 
@@ -59,7 +63,7 @@ def test_an_object_is_kept_in_a_private_folder(folder):
 
 def test_a_kept_object_is_not_made_again(folder, monkeypatch):
     add()
-    monkeypatch.setattr(module, "compiled", None)
+    monkeypatch.setattr(module, "compile_ir", None)
     assert add() == 5.0
 
 
@@ -108,7 +112,7 @@ def test_an_object_that_is_not_the_users_own_is_not_run(folder, case, capsys):
         pytest.skip("only root can give files away")
     add()
     (path,) = folder.iterdir()
-    path.write_bytes(seal(path, compiled(ir_of(OTHER, 1), machine(1), 1)))
+    path.write_bytes(seal(path, compile_ir(translate_to_ir(OTHER, 1), target_machine(1), 1)))
     assert add() == -1.0  # a kept object is believed by its checksum
     spoil(path)
     assert add() == 5.0
@@ -137,9 +141,9 @@ def test_an_object_of_another_name_is_not_run(folder):
 def test_objects_in_a_folder_that_others_could_write_are_removed(folder):
     add()
     (path,) = folder.iterdir()
-    path.write_bytes(seal(path, compiled(ir_of(OTHER, 1), machine(1), 1)))
+    path.write_bytes(seal(path, compile_ir(translate_to_ir(OTHER, 1), target_machine(1), 1)))
     folder.chmod(0o777)
-    code_folder.cache_clear()
+    prepare_code_folder.cache_clear()
     assert add() == 5.0
     assert folder.stat().st_mode & 0o777 == 0o700
 
@@ -225,7 +229,8 @@ def kernel_steps(batch: Batch, target: llvm.TargetMachine, level: int) -> np.nda
     """All rows after some steps, by machine code for a processor."""
     program = batch.program
     code = Code(
-        compiled(ir_of(program.text, program.lanes), target, level), dict(program.functions)
+        compile_ir(translate_to_ir(program.text, program.lanes), target, level),
+        dict(program.functions),
     )
     work, table = batch.work, (np.zeros(1), np.zeros(2), 1, np.zeros(2))
     before, out = work.copy(), np.zeros((20, work.size))
@@ -241,14 +246,14 @@ def kernel_steps(batch: Batch, target: llvm.TargetMachine, level: int) -> np.nda
 def test_every_processor_and_level_makes_the_same_bits(lanes):
     case = load_case("planets-apart", "pd", {"phase": "omega_t"})
     batch = Batch([PhysicalModel(*case)] * lanes, lanes)
-    right = kernel_steps(batch, machine(2), 2)
+    right = kernel_steps(batch, target_machine(2), 2)
     assert np.isfinite(right).all()
     target = llvm.Target.from_triple(llvm.get_process_triple())
     for name in ("x86-64", "x86-64-v3"):  # without fused operations in hardware, and with AVX2
         other = target.create_target_machine(cpu=name, features="", opt=2, jit=True)
         np.testing.assert_array_equal(kernel_steps(batch, other, 2), right)
     for level in (0, 1):
-        np.testing.assert_array_equal(kernel_steps(batch, machine(level), level), right)
+        np.testing.assert_array_equal(kernel_steps(batch, target_machine(level), level), right)
 
 
 @pytest.mark.parametrize(
@@ -260,7 +265,7 @@ def test_objects_can_be_made_for_other_machines(triple, number):
     other = llvm.Target.from_triple(triple).create_target_machine(opt=2)
     case = load_case("paper-labelled", "pd", {"dead_zone": "tanh"})
     program = Batch([PhysicalModel(*case)]).program
-    data = compiled(ir_of(program.text, 8), other, 2)
+    data = compile_ir(translate_to_ir(program.text, 8), other, 2)
     assert data[:4] == b"\x7fELF"
     assert int.from_bytes(data[18:20], "little") == number  # e_machine
     assert llvm.ObjectFileRef.from_data(data).sections()

@@ -6,7 +6,7 @@ import pytest
 import typer.main
 
 from crosscheck.cli.app import app
-from crosscheck.models.errors import LONGEST_LINE, Diverged, InputError, one_line
+from crosscheck.models.errors import LONGEST_LINE, Diverged, InputError, format_line
 from crosscheck.models.files import HERE, is_robot
 from crosscheck.models.loading import load_case
 from tests.loops import require_items
@@ -149,10 +149,10 @@ def test_error_line_keeps_a_piece_of_every_part():
 
 
 def test_any_text_becomes_one_line():
-    assert one_line("choose:\n\ta,\n\tb\r\n") == "choose: a, b"
-    assert one_line("a\x1b[2J\u202eb\ud800\x00") == r"a\x1b[2J\u202eb\ud800\x00"
-    assert len(one_line("word " * 1000)) <= LONGEST_LINE
-    assert one_line(str(Diverged("a:b", 0.25))) == "a:b: diverged at t = 0.25 s"
+    assert format_line("choose:\n\ta,\n\tb\r\n") == "choose: a, b"
+    assert format_line("a\x1b[2J\u202eb\ud800\x00") == r"a\x1b[2J\u202eb\ud800\x00"
+    assert len(format_line("word " * 1000)) <= LONGEST_LINE
+    assert format_line(str(Diverged("a:b", 0.25))) == "a:b: diverged at t = 0.25 s"
 
 
 def help_texts(command: Any, path: str = "") -> dict[str, list[str]]:

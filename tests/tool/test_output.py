@@ -17,9 +17,9 @@ import xarray as xr
 from crosscheck.audit.page import command as paper
 from crosscheck.cli import commands, simulation
 from crosscheck.models.errors import InputError
-from crosscheck.models.trajectory import netcdf, read_netcdf
+from crosscheck.models.trajectory import encode_netcdf, read_netcdf
 from crosscheck.output import draft, require_file, write_files, write_text
-from crosscheck.runner.interruption import leftovers
+from crosscheck.runner.interruption import cleanup_callbacks
 from tests.processes import command_line, in_child, reachable
 from tests.tool.test_bad_input import assert_one_line
 
@@ -137,14 +137,14 @@ def test_a_report_that_cannot_be_written_is_refused_before_the_work(
     obstacles(tmp_path)
     page = {"run": "index.html", "paper": "paper.html"}[command]
     (tmp_path / "folder" / page).mkdir()
-    monkeypatch.setattr(commands, "cross_check", None)
+    monkeypatch.setattr(commands, "run_cross_check", None)
     monkeypatch.setattr(paper, "write_paper", None)
     words = {"file": "a folder is expected", "folder": "is a folder; a file name is expected"}
     assert_one_line(crosscheck(command, "--out", tmp_path / name), str(tmp_path), words[name])
 
 
 def test_one_file_for_two_things_is_refused(crosscheck, tmp_path, monkeypatch):
-    monkeypatch.setattr(commands, "cross_check", None)
+    monkeypatch.setattr(commands, "run_cross_check", None)
     (tmp_path / "link").symlink_to("a")
     arguments = ("validate", "--json", tmp_path / "a", "--junit", tmp_path / "link")
     assert_one_line(crosscheck(*arguments), "link: is in use for two things")
@@ -188,13 +188,13 @@ def test_a_disk_too_full_for_compiled_code_is_one_line(crosscheck, tmp_path, mon
 def test_netcdf_is_read_as_it_was_written(tmp_path):
     values = np.array([[0.1, np.nan], [1e-300, -np.inf]])
     run = xr.Dataset({"theta": (("time", "joint"), values, {"units": "rad"})}, attrs={"arm": "ä"})
-    write_files({tmp_path / "run.nc": netcdf(run)})
+    write_files({tmp_path / "run.nc": encode_netcdf(run)})
     assert read_netcdf(tmp_path / "run.nc").identical(run)
 
 
 @pytest.mark.parametrize("content", [b"", b"no HDF5", None])
 def test_what_is_no_trajectory_is_one_line(tmp_path, content):
-    whole = netcdf(xr.Dataset({"theta": ("time", np.arange(1000.0))}))
+    whole = encode_netcdf(xr.Dataset({"theta": ("time", np.arange(1000.0))}))
     (tmp_path / "run.nc").write_bytes(whole[: len(whole) // 2] if content is None else content)
     with pytest.raises(InputError, match=r"run\.nc: is not a readable trajectory: .+"):
         read_netcdf(tmp_path / "run.nc")
@@ -223,10 +223,10 @@ with draft(Path({str(tmp_path)!r})) as new:
 def test_a_process_that_ends_without_unwinding_can_clear_up(tmp_path):
     with draft(tmp_path) as new:
         new.write(b"half")
-        for clear in leftovers:
+        for clear in cleanup_callbacks:
             clear()
         assert list(tmp_path.iterdir()) == []
-    assert leftovers == []
+    assert cleanup_callbacks == []
 
 
 def test_many_writers_of_one_file_leave_one_of_them(tmp_path):

@@ -8,9 +8,14 @@ import pytest
 
 from crosscheck.api import check
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.planning.plan import Wanted
-from crosscheck.planning.preparation import prepared
-from crosscheck.planning.sizing import growth_of, pd_scenario, sizes_of, step_scenario
+from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.planning.preparation import prepare_experiments
+from crosscheck.planning.sizing import (
+    compute_sizes,
+    find_growing_mode,
+    make_pd_scenario,
+    make_step_scenario,
+)
 from crosscheck.registry import build, reference_model
 from crosscheck.runner.workers import Workers
 
@@ -29,8 +34,8 @@ def test_sized_controllers_hold_the_teeth_stable(crosscheck, tmp_path, joints):
     file = tmp_path / "arm.toml"
     assert crosscheck("init", str(file), "--joints", str(joints)).code == 0
     arm = load_arm(str(file))
-    sizes = sizes_of(arm)
-    for scenario in (step_scenario(sizes), pd_scenario(sizes)):
+    sizes = compute_sizes(arm)
+    for scenario in (make_step_scenario(sizes), make_pd_scenario(sizes)):
         poles = build(reference_model(), arm, scenario).contact_poles()
         assert poles.real.max() <= 1e-9 * np.abs(poles).max()
 
@@ -39,12 +44,14 @@ def test_sizes_follow_the_arm():
     """An arm whose teeth are 4 times as stiff moves twice as fast, under 4 times the torques."""
     arm = load_arm("direct-between")
     stiffer = arm.model_copy(update={"joints": tuple(map(_stiffer, arm.joints))})
-    one, other = sizes_of(arm), sizes_of(stiffer)
+    one, other = compute_sizes(arm), compute_sizes(stiffer)
     assert other.mode_Hz == pytest.approx(2 * one.mode_Hz, rel=1e-9)
     assert other.rate == pytest.approx(2 * one.rate, rel=1e-9)
     # Both are rounded to six digits.
     assert other.step == pytest.approx(4 * np.array(one.step), rel=1e-5)
-    assert pd_scenario(other).duration_s == pytest.approx(pd_scenario(one).duration_s / 2, rel=1e-2)
+    assert make_pd_scenario(other).duration_s == pytest.approx(
+        make_pd_scenario(one).duration_s / 2, rel=1e-2
+    )
 
 
 def _stiffer(joint):
@@ -66,20 +73,22 @@ def _stiffer(joint):
 
 def test_an_unstable_loop_is_named_before_it_runs():
     arm, scenario = load_arm("three-unlike"), load_scenario("pd")
-    growth = growth_of(arm, scenario)
+    growth = find_growing_mode(arm, scenario)
     poles = build(reference_model(), arm, scenario).contact_poles()
     worst = poles[np.argmax(poles.real)]
     assert growth is not None
     assert growth.rate_per_s >= worst.real > 100
     with Workers(1) as workers:
-        found = prepared(Wanted(arm, quick=True, scenarios=(scenario,)), workers)
+        found = prepare_experiments(
+            CrossCheckRequest(arm, quick=True, scenarios=(scenario,)), workers
+        )
     assert f"pd: {growth}" in found.remarks
     assert "unstable while teeth touch: +" in found.remarks[0]
     assert " 1/s at " in found.remarks[0]
 
 
 def test_the_papers_own_loop_is_stable():
-    assert growth_of(load_arm("paper-labelled"), load_scenario("pd")) is None
+    assert find_growing_mode(load_arm("paper-labelled"), load_scenario("pd")) is None
 
 
 def test_a_scenario_of_ones_own_replaces_the_usual_ones_and_settings_change_it(
@@ -133,8 +142,8 @@ def test_a_light_wrist_gives_way_until_its_teeth_are_stable():
     """With hardly any damping the first controller would shake the teeth."""
     arm = load_arm("three-unlike")
     joints = tuple(_damped(joint, 1e-4) for joint in arm.joints)
-    sizes = sizes_of(arm.model_copy(update={"joints": joints}))
-    usual = sizes_of(arm)
+    sizes = compute_sizes(arm.model_copy(update={"joints": joints}))
+    usual = compute_sizes(arm)
     assert np.less(sizes.derivative, np.array(usual.derivative) / 2).all()
     assert sizes.rate == usual.rate  # the arm's clock is its own
 

@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 from crosscheck import registry
-from crosscheck.cli.listing import _told
+from crosscheck.cli.listing import _format_model
 from crosscheck.cost import agreement
 from crosscheck.cost import engines as module
-from crosscheck.cost.engines import RobotEngine, engines
+from crosscheck.cost.engines import RobotEngine, load_engines
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.robot.file import load_robot
-from crosscheck.runner import patience
+from crosscheck.runner import cpu_limit
 from tests.processes import warm_command_line
 
 ENTRY = (
@@ -87,11 +87,14 @@ def test_an_entry_is_looked_at_before_it_is_used(tmp_path, case, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "guest", raising=False)
     with pytest.raises(InputError, match=f"package guest: entry point guest .*{said}"):
-        registry.with_installed(registry.BUILT_IN)
+        registry.add_installed_models(registry.BUILT_IN)
 
 
 def test_a_title_has_no_escapes_on_the_terminal():
-    assert [text.plain for text in _told("guest", "", "\x1b[31mred")] == ["guest", "\\x1b[31mred"]
+    assert [text.plain for text in _format_model("guest", "", "\x1b[31mred")] == [
+        "guest",
+        "\\x1b[31mred",
+    ]
 
 
 def test_a_models_own_word_about_what_it_covers_may_raise(labelled):
@@ -103,7 +106,7 @@ def test_a_models_own_word_about_what_it_covers_may_raise(labelled):
         registry.register("guest", guest),
         pytest.raises(InputError, match="model guest: covers: raised KeyboardInterrupt"),
     ):
-        registry.covering("geared", labelled, switches())
+        registry.find_covering_models("geared", labelled, switches())
 
 
 class RobotThatInterrupts:
@@ -136,13 +139,13 @@ FAILURES = {
 
 @pytest.mark.parametrize("name", FAILURES)
 def test_whatever_an_engine_of_robots_does_fails_its_own_checks(monkeypatch, name):
-    monkeypatch.setattr(patience, "IDLE_S", 0.3)
-    monkeypatch.setattr(patience, "LOOK_S", 0.1)
-    own = {"analytic": engines()["analytic"], "guest": RobotEngine(__name__, name, ("links",))}
-    monkeypatch.setattr(agreement, "engines", lambda: own)
-    monkeypatch.setattr(module, "engines", lambda: own)
+    monkeypatch.setattr(cpu_limit, "IDLE_S", 0.3)
+    monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
+    own = {"analytic": load_engines()["analytic"], "guest": RobotEngine(__name__, name, ("links",))}
+    monkeypatch.setattr(agreement, "load_engines", lambda: own)
+    monkeypatch.setattr(module, "load_engines", lambda: own)
     robot = load_robot("sliding")
-    differences = agreement.compared(robot, agreement.drawn(robot, 1, 0))
+    differences = agreement.compare_engines(robot, agreement.sample_states(robot, 1, 0))
     assert len(differences) == len(agreement.QUANTITIES)
     assert all(each.failure.startswith(FAILURES[name]) for each in differences)
     assert not any(each.agrees for each in differences)

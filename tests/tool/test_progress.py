@@ -13,12 +13,12 @@ import xarray as xr
 from crosscheck.models.loading import load_case
 from crosscheck.registry import RIGID_LEVELS, build
 from crosscheck.report.plots.charts import Charts
-from crosscheck.run import in_words, performed
-from crosscheck.runner import progress, underway
+from crosscheck.run import describe_task, run_tasks
+from crosscheck.runner import progress, progress_update
 from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.progress import shown_progress
+from crosscheck.runner.progress import show_progress
+from crosscheck.runner.progress_update import ProgressUpdate, TimeEstimate
 from crosscheck.runner.tasks import Evaluation, RunKey
-from crosscheck.runner.underway import Expectation, Underway
 from crosscheck.runner.workers import Workers
 
 pytestmark = pytest.mark.slow
@@ -42,19 +42,19 @@ class Piece:
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """A time [s] that a test sets."""
     now = [100.0]
-    for module in (progress, underway):
+    for module in (progress, progress_update):
         monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: now[0]))
     return now
 
 
 def test_the_time_left_is_that_of_the_declared_costs_at_first(clock):
-    expected = Expectation([Piece("a", 30.0), Piece("b", 10.0)], 2)
+    expected = TimeEstimate([Piece("a", 30.0), Piece("b", 10.0)], 2)
     assert expected.left_s == pytest.approx(20.0)
 
 
 def test_the_time_left_follows_what_was_seen(clock):
     """Ten times as slow as declared: half is done, the other half takes as long again."""
-    expected = Expectation([Piece("a", 50.0), Piece("b", 50.0)], 1)
+    expected = TimeEstimate([Piece("a", 50.0), Piece("b", 50.0)], 1)
     clock[0] += 500.0
     expected.finish("a")
     assert expected.left_s == pytest.approx(500.0, rel=0.1)
@@ -66,7 +66,7 @@ def test_work_tells_every_task_as_it_begins_and_ends():
     tasks = [Piece(RunKey("pd", f"model-{n}"), cost=n) for n in range(5)]
     told, ended = [], []
     with Workers(2) as workers:
-        results = performed(workers, tasks, told.append, lambda *of: ended.append(of))
+        results = run_tasks(workers, tasks, told.append, lambda *of: ended.append(of))
     assert dict(ended) == results.outcomes == {task.key: task.perform() for task in tasks}
     assert [now.what for now in told] == [f"simulating pd, model-{n}" for n in (4, 3, 2, 1, 0)]
     assert {now.total for now in told} == {5}
@@ -78,25 +78,25 @@ def test_work_tells_every_task_as_it_begins_and_ends():
 
 
 def test_what_is_done_is_said_in_words():
-    assert in_words(RunKey("pd", "exudyn:tree", "coarse")) == "simulating pd, exudyn:tree"
+    assert describe_task(RunKey("pd", "exudyn:tree", "coarse")) == "simulating pd, exudyn:tree"
     asked = Evaluation("exudyn:tree", CASE, "bias", 3)
-    assert in_words(asked.key) == "evaluating bias, exudyn:tree"
+    assert describe_task(asked.key) == "evaluating bias, exudyn:tree"
 
 
 def test_where_there_is_no_terminal_a_line_comes_now_and_then(clock, capsys):
-    with shown_progress("cross-checking mine", quiet_s=20.0) as told:
-        told(Underway("preparing the experiments"))
+    with show_progress("cross-checking mine", quiet_s=20.0) as told:
+        told(ProgressUpdate("preparing the experiments"))
         clock[0] += 19.0
-        told(Underway("simulating pd, exudyn:tree", 1, 9, 50.0))
+        told(ProgressUpdate("simulating pd, exudyn:tree", 1, 9, 50.0))
         assert capsys.readouterr() == ("", "")
         clock[0] += 2.0
-        told(Underway("simulating pd, exudyn:tree", 3, 9, 25.4))
+        told(ProgressUpdate("simulating pd, exudyn:tree", 3, 9, 25.4))
         clock[0] += 1.0
-        told(Underway("simulating pd, exudyn:bodies", 4, 9, 20.0))
+        told(ProgressUpdate("simulating pd, exudyn:bodies", 4, 9, 20.0))
         clock[0] += 20.0
-        told(Underway("simulating pd, exudyn:bodies", 5, 9, 600.0))
+        told(ProgressUpdate("simulating pd, exudyn:bodies", 5, 9, 600.0))
         clock[0] += 20.0
-        told(Underway("comparing"))
+        told(ProgressUpdate("comparing"))
     assert capsys.readouterr().err.splitlines() == [
         "cross-checking mine: 3 of 9 done, about 25 s left, simulating pd, exudyn:tree",
         "cross-checking mine: 5 of 9 done, about 10 min left, simulating pd, exudyn:bodies",
@@ -107,8 +107,8 @@ def test_where_there_is_no_terminal_a_line_comes_now_and_then(clock, capsys):
 def test_on_a_terminal_there_is_a_bar_that_goes(monkeypatch, capsys):
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("TTY_INTERACTIVE", "1")
-    with shown_progress("cross-checking mine") as told:
-        told(Underway("simulating pd, exudyn:tree", 3, 9, 25.4))
+    with show_progress("cross-checking mine") as told:
+        told(ProgressUpdate("simulating pd, exudyn:tree", 3, 9, 25.4))
     shown = capsys.readouterr().err
     assert re.search(r"3/9.*about 25 s left.*simulating pd, exudyn:tree", shown)
     assert shown.rstrip().endswith("\x1b[2K")
@@ -152,7 +152,7 @@ def test_a_drawing_is_made_as_soon_as_its_runs_are_there(runs):
         charts.show(key, run)
         drawn.append(list(charts.levels))
     assert drawn == [*5 * [[]], *2 * [["one"]]]
-    pictures = charts.made()
+    pictures = charts.build_pictures()
     assert [each.experiment for each in pictures.signals] == [pictures.still_of] == ["one"]
     assert pictures.levels == charts.levels
 
@@ -165,4 +165,4 @@ def test_drawings_do_not_hang_on_which_run_ends_first(runs):
         other.show(key, runs[key])
     other.show(RunKey("one", "exudyn:bodies"), Failure("Died", "in vain"))
     other.show("no run", np.zeros(3))
-    assert one.made() == other.made()
+    assert one.build_pictures() == other.build_pictures()

@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.arm.mesh import Mesh
-from crosscheck.models.arm.quantities import Within
+from crosscheck.models.arm.quantities import NumberRange
 from crosscheck.models.arm.stiffness import FourierStiffness, SineStiffness, SquareStiffness
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
@@ -56,7 +56,7 @@ RECORDS: list[tuple[str, str, type[BaseModel]]] = [
 ]
 
 
-def limits() -> Iterator[tuple[str, str, Within]]:
+def limits() -> Iterator[tuple[str, str, NumberRange]]:
     """Arm, path and range of every number of an arm, and of a scenario with one drive."""
     for arm, path, record in RECORDS:
         for name, limit in ranges_of(record).items():
@@ -65,7 +65,7 @@ def limits() -> Iterator[tuple[str, str, Within]]:
     for name in ("duration_s", "step_s", "record_every"):
         yield "three-unlike", f"scenario.{name}", range_of(Scenario.model_fields[name])
     for place in (0, 1):
-        yield "three-unlike", f"arm.gravity_m_per_s2.{place}", Within(-1e3, 1e3, "m/s^2")
+        yield "three-unlike", f"arm.gravity_m_per_s2.{place}", NumberRange(-1e3, 1e3, "m/s^2")
 
 
 def _last(path: str) -> str:
@@ -215,7 +215,7 @@ def test_numbers_that_break_the_arithmetic_name_model_and_arm(monkeypatch):
     def broken(*_: object) -> None:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("crosscheck.registry.model_class", lambda name: broken)
+    monkeypatch.setattr("crosscheck.registry.load_model_class", lambda name: broken)
     with pytest.raises(InputError) as refused:
         build("analytic:physical", load_arm(ARM), load_scenario(SCENARIO))
     assert str(refused.value) == (

@@ -4,8 +4,8 @@ import re
 import tomllib
 from pathlib import Path
 
-from crosscheck.measured import record
 from crosscheck.provenance import ROOT
+from crosscheck.recordings import record
 from crosscheck.trial.fmu import archive
 
 README = Path(__file__).parents[2] / "README.md"
@@ -30,9 +30,9 @@ def test_it_is_short():
 
 
 def test_every_command_of_the_readme_exists():
-    from crosscheck.cli.app import add_installed, app
+    from crosscheck.cli.app import add_installed_commands, app
 
-    add_installed()
+    add_installed_commands()
     known = {command.name or command.callback.__name__ for command in app.registered_commands}
     known |= {group.name for group in app.registered_groups}
     named = re.findall(r"\.venv/bin/crosscheck (\w+)", README.read_text(encoding="utf-8"))

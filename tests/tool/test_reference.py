@@ -5,22 +5,22 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.models.files import raw_robot
-from crosscheck.models.loading import load_arm, load_scenario, validated
+from crosscheck.models.files import read_raw_robot
+from crosscheck.models.loading import load_arm, load_scenario, validate_record
 from crosscheck.models.robot.file import RobotFile
-from crosscheck.schema import described, records_below
+from crosscheck.schema import describe_fields, list_records_below
 from crosscheck.studies.definition.files import read_study
 from tests.loops import require_items
 from tools import reference
-from tools.reference import DOCS, FILES, HEADINGS, renewed, write_reference
+from tools.reference import DOCS, FILES, HEADINGS, renew_tables, write_reference
 
 LOAD = {
     "arm-file.md": load_arm,
     "scenario-file.md": load_scenario,
     "studies.md": lambda file: read_study(Path(file)).definition,
-    "robot-file.md": lambda file: validated(RobotFile, raw_robot(file), file),
+    "robot-file.md": lambda file: validate_record(RobotFile, read_raw_robot(file), file),
 }
-RECORDS = [record for top in FILES.values() for record in records_below(top)]
+RECORDS = [record for top in FILES.values() for record in list_records_below(top)]
 BLOCKS = [
     pytest.param(name, block, id=f"{name} {number}")
     for name in FILES
@@ -33,11 +33,11 @@ BLOCKS = [
 @pytest.mark.parametrize("name", FILES)
 def test_tables_are_those_of_the_schema(name):
     text = (DOCS / name).read_text(encoding="utf-8")
-    assert text == renewed(name), "stale: run python -m tools.reference"
+    assert text == renew_tables(name), "stale: run python -m tools.reference"
 
 
 def test_stale_tables_are_renewed(tmp_path, monkeypatch):
-    current = {name: renewed(name) for name in FILES}
+    current = {name: renew_tables(name) for name in FILES}
     for name, text in current.items():
         (tmp_path / name).write_text(text.replace("required", "whatever"), encoding="utf-8")
     monkeypatch.setattr(reference, "DOCS", tmp_path)
@@ -57,14 +57,14 @@ def test_every_example_is_a_whole_file(tmp_path, name, block):
 @pytest.mark.parametrize("record", RECORDS)
 def test_every_field_has_a_meaning_and_a_range(record):
     assert record in HEADINGS
-    for field in described(record):
+    for field in describe_fields(record):
         assert re.fullmatch(r"\S.*\.", field.meaning), field.name
         assert field.allowed or field.records, field.name
 
 
 @pytest.mark.parametrize("record", RECORDS)
 def test_the_unit_ends_the_name(record):
-    for field in require_items(described(record)):
+    for field in require_items(describe_fields(record)):
         unit = field.unit.replace("1/", " per ").replace("/", " per ").replace("^", "")
         assert field.name.endswith("_".join(unit.split())), field.name
 

@@ -13,8 +13,8 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import Case, load_arm, load_case
 from crosscheck.planning.plan import Experiment
-from crosscheck.planning.run_suite import experiment_comparisons
-from crosscheck.planning.state_suite import state_comparisons
+from crosscheck.planning.run_suite import plan_experiment_comparisons
+from crosscheck.planning.state_suite import plan_state_comparisons
 from crosscheck.runner.tasks import Evaluation
 from crosscheck.runner.workers import perform_all
 from tests.processes import command_line
@@ -96,12 +96,12 @@ def test_a_model_made_in_memory_takes_part_for_a_while():
     whole = Evaluation("analytic:links", case, "mass_matrix", 2)
     with registry.register("mine:twice", TWICE):
         assert isinstance(registry.build("mine:twice", ARM, case.scenario), Twice)
-        assert registry.is_guest("mine:twice")
+        assert registry.is_plugin("mine:twice")
         assert "pytest" in registry.packages()
         found = perform_all([task, whole], 2, lambda key: None)
         np.testing.assert_array_equal(found[task], 2 * found[whole])
     assert "mine:twice" not in registry.MODELS
-    assert not registry.is_guest("mine:twice")
+    assert not registry.is_plugin("mine:twice")
 
 
 def test_one_name_may_stand_for_one_model_after_another():
@@ -133,18 +133,18 @@ def experiment() -> Experiment:
 
 def test_a_geared_guest_that_promises_states_alone():
     with registry.register("mine", replace(registry.MODELS["pinocchio:gears"])):
-        assert registry.names("geared")[-1] == "mine"
-        assert compared(state_comparisons(ARM, True, 0), "mine") >= {"states", "modes"}
-        assert compared(experiment_comparisons(experiment()), "mine") == set()
+        assert registry.model_names("geared")[-1] == "mine"
+        assert compared(plan_state_comparisons(ARM, True, 0), "mine") >= {"states", "modes"}
+        assert compared(plan_experiment_comparisons(experiment()), "mine") == set()
 
 
 @pytest.mark.parametrize(("order", "family"), [(4, "same-step"), (2, "refined"), (None, "refined")])
 def test_a_geared_guest_that_simulates_is_compared_by_its_integrator(order, family):
-    before = {c.about.key.id for c in experiment_comparisons(experiment())}
+    before = {c.about.key.id for c in plan_experiment_comparisons(experiment())}
     with registry.register("mine", replace(registry.MODELS["exudyn:tree"], order=order)):
-        found = experiment_comparisons(experiment())
+        found = plan_experiment_comparisons(experiment())
         assert registry.second_engine() == "exudyn:tree"
-        assert registry.same_integrator()[0] == "analytic:physical"
+        assert registry.find_same_integrator_models()[0] == "analytic:physical"
         assert compared(found, "mine") - {"at-2-s"} == {family}
     assert before < {c.about.key.id for c in found}
 
@@ -153,10 +153,10 @@ def test_a_geared_guest_that_simulates_is_compared_by_its_integrator(order, fami
     "promises", [registry.STATES, registry.BUILT_IN["analytic:links"].promises]
 )
 def test_a_rigid_guest_is_compared_with_its_level(promises):
-    before = {c.about.key.id for c in experiment_comparisons(experiment())}
+    before = {c.about.key.id for c in plan_experiment_comparisons(experiment())}
     with registry.register("mine", replace(TWICE, promises=promises)):
-        found = experiment_comparisons(experiment())
-        assert compared(state_comparisons(ARM, True, 0), "mine") == {"states"}
+        found = plan_experiment_comparisons(experiment())
+        assert compared(plan_state_comparisons(ARM, True, 0), "mine") == {"states"}
         runs = "simulate" in promises
         assert compared(found, "mine") == ({"refined"} if runs else set())
     assert before <= {c.about.key.id for c in found}
@@ -168,8 +168,8 @@ def test_a_guest_is_asked_about_what_it_covers_alone():
     )
     with registry.register("mine", lumped):
         free = usual_switches(ARM, planets="free")
-        assert "mine" in registry.covering("geared", ARM, usual_switches(ARM))
-        assert "mine" not in registry.covering("geared", ARM, free)
-        tasks = [task for c in state_comparisons(ARM, True, 0) for task in c.needs]
+        assert "mine" in registry.find_covering_models("geared", ARM, usual_switches(ARM))
+        assert "mine" not in registry.find_covering_models("geared", ARM, free)
+        tasks = [task for c in plan_state_comparisons(ARM, True, 0) for task in c.needs]
         asked = {task.case.switches.planets for task in tasks if task.model == "mine"}
         assert asked == {"lumped"}

@@ -10,9 +10,9 @@ import xarray as xr
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.models.trajectory import recorded
-from crosscheck.report.plots.scheme import scheme
-from crosscheck.report.plots.signals import RecordStretch, Signals, all_signals
+from crosscheck.models.trajectory import build_trajectory
+from crosscheck.report.plots.scheme import draw_scheme
+from crosscheck.report.plots.signals import RecordStretch, Signals, collect_signals
 from tests.arms import PAPER, arm_of
 
 TIMES, STEP_S = 4000, 1e-4
@@ -25,7 +25,7 @@ def run(model: str, force: np.ndarray) -> xr.Dataset:
     time = STEP_S * np.arange(TIMES)
     angles = np.stack([np.sin(3 * time), np.cos(2 * time)], axis=1)
     signals = {"theta": angles, "F_sp": force}
-    return recorded(model, PAPER, load_scenario("pd"), switches(), time, **signals)
+    return build_trajectory(model, PAPER, load_scenario("pd"), switches(), time, **signals)
 
 
 @pytest.fixture
@@ -50,7 +50,7 @@ def sizes(found: list[Signals]) -> int:
 
 def test_rigid_levels_are_drawn_where_they_have_the_signal(runs):
     rigid = run(LEVEL, np.zeros((TIMES, 2, 1))).drop_vars("F_sp")
-    (found,) = all_signals(REFERENCE, {"pd": runs["pd"] | {LEVEL: rigid}}, 30_000)
+    (found,) = collect_signals(REFERENCE, {"pd": runs["pd"] | {LEVEL: rigid}}, 30_000)
     assert found.rigid == (LEVEL,)
     models = {q: {line.model for line in found.lines if line.quantity == q} for q in found.whole}
     assert models == {"theta": {REFERENCE, OTHER, LEVEL}, "F_sp": {REFERENCE, OTHER}}
@@ -60,7 +60,7 @@ def test_rigid_levels_are_drawn_where_they_have_the_signal(runs):
 
 
 def test_every_record_travels_where_there_is_room(runs):
-    (found,) = all_signals(REFERENCE, runs)
+    (found,) = collect_signals(REFERENCE, runs)
     assert not found.whole["F_sp"].binned
     expected = runs["pd"][REFERENCE]["F_sp"].values[:, 0, 0].astype("f4")
     assert np.array_equal(numbers(found.whole["F_sp"], f"F_sp/1/{REFERENCE}"), expected)
@@ -70,14 +70,14 @@ def test_every_record_travels_where_there_is_room(runs):
 
 
 def test_differences_are_formed_before_they_are_rounded(runs):
-    (found,) = all_signals(REFERENCE, runs)
+    (found,) = collect_signals(REFERENCE, runs)
     apart = numbers(found.whole["F_sp"], f"F_sp/1/{OTHER}")
     assert apart[2050] == pytest.approx(TINY, rel=1e-6)
 
 
 @pytest.mark.parametrize("most", [20_000, 3_000, 200])
 def test_bins_keep_every_extreme_and_windows_every_record(runs, most):
-    (found,) = all_signals(REFERENCE, runs, most)
+    (found,) = collect_signals(REFERENCE, runs, most)
     name, force = f"F_sp/1/{REFERENCE}", runs["pd"][REFERENCE]["F_sp"].values[:, 0, 0]
     whole = found.whole["F_sp"]
     assert whole.binned
@@ -98,14 +98,14 @@ def when(found: Signals, title: str) -> float:
 
 
 def test_windows_are_where_contact_changes(runs):
-    (found,) = all_signals(REFERENCE, runs)
+    (found,) = collect_signals(REFERENCE, runs)
     assert when(found, "contact lost") == pytest.approx(0.2, abs=STEP_S)
     assert when(found, "contact on the other side") == pytest.approx(0.21, abs=STEP_S)
 
 
 def test_a_page_is_shared_among_experiments(runs):
     many = {f"e{number}": runs["pd"] for number in range(5)}
-    found = all_signals(REFERENCE, many, 20_000)
+    found = collect_signals(REFERENCE, many, 20_000)
     assert sizes(found) <= 1.1 * 20_000
     assert [s.experiment for s in found] == list(many)
 
@@ -114,7 +114,7 @@ def test_a_page_is_shared_among_experiments(runs):
     "arm", [PAPER, load_arm("direct-between"), arm_of(7)], ids=lambda a: a.name
 )
 def test_the_scheme_shows_every_part_and_lies_in_its_frame(arm):
-    svg = scheme(arm)
+    svg = draw_scheme(arm)
     geared = [joint for joint in arm.joints if isinstance(joint, Planetary)]
     assert svg.count('class="link"') == len(arm.links)
     assert svg.count('class="ring"') == len(geared)
@@ -127,7 +127,7 @@ def test_the_scheme_shows_every_part_and_lies_in_its_frame(arm):
 
 
 def test_a_circle_of_the_scheme_has_the_gears_proportions():
-    radii = dict(re.findall(r'class="(sun|planet|ring)"[^>]* r="(\S+)"', scheme(PAPER)))
+    radii = dict(re.findall(r'class="(sun|planet|ring)"[^>]* r="(\S+)"', draw_scheme(PAPER)))
     ratio = float(radii["sun"]) / float(radii["ring"])
     assert ratio == pytest.approx(27 / 99, abs=0.01)  # Table I; drawn to a tenth of a pixel
     assert float(radii["planet"]) / float(radii["ring"]) == pytest.approx(36 / 99, abs=0.01)

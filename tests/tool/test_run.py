@@ -106,7 +106,7 @@ def test_all_models_take_part(quick_report):
         for engine in ("analytic", "pinocchio")
         for level in registry.RIGID_LEVELS
     }
-    assert named >= {*registry.names("geared"), *rigid}
+    assert named >= {*registry.model_names("geared"), *rigid}
 
 
 def test_provenance_holds_the_arm_and_no_path_of_this_machine(quick_report):

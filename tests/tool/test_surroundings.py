@@ -50,7 +50,7 @@ def unwritable(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("locale", LOCALES)
 def test_every_locale_has_every_letter(locale):
     script = (
-        r"from crosscheck.cli.surroundings import prepare; prepare(); print('\u00c4\u2192\u0416')"
+        r"from crosscheck.cli.environment import prepare; prepare(); print('\u00c4\u2192\u0416')"
     )
     answer = command_line(python=("-c", script), env=LOCALES[locale], text=False)
     assert (answer.returncode, answer.stderr) == (0, b"")
@@ -137,7 +137,7 @@ def test_a_removed_working_folder_is_one_line(tmp_path, arguments):
 @pytest.mark.parametrize("home", [HOMELESS, HOMELESS | {"HOME": ""}, HOMELESS | {"HOME": "."}])
 def test_drawing_needs_no_home(tmp_path, home):
     script = (
-        "from crosscheck.cli.surroundings import prepare; prepare()\n"
+        "from crosscheck.cli.environment import prepare; prepare()\n"
         "import matplotlib; print(matplotlib.get_configdir(), matplotlib.get_cachedir())"
     )
     env = home | {"PYTHONPATH": str(ROOT), "TMPDIR": str(tmp_path)}
@@ -167,7 +167,7 @@ def test_linear_algebra_has_one_thread_or_as_many_as_its_user_says(threads):
     # The library reads it when it is loaded.
     script = (
         "import os, sys\nfrom crosscheck.cli.app import main\nassert 'numpy' not in sys.modules\n"
-        "from crosscheck.cli.surroundings import prepare\nprepare()\n"
+        "from crosscheck.cli.environment import prepare\nprepare()\n"
         "print(os.environ['OPENBLAS_NUM_THREADS'])"
     )
     given = {key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"}

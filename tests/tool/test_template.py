@@ -12,7 +12,7 @@ from crosscheck.cli.template import template
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
-from crosscheck.schema import described, records_below
+from crosscheck.schema import describe_fields, list_records_below
 from tests.processes import HEAVY, modules_loaded_by
 from tests.tool.test_bad_input import assert_one_line
 
@@ -58,7 +58,7 @@ def assert_well_conditioned(arm: Arm, highest_Hz: float, step_s: float) -> None:
     """Mesh modes of kHz, steps of which a run does not need many, inertias that suit each other."""
     model = build("analytic:physical", arm, load_scenario("constant-torque"))
     modes = model.mesh_modes()
-    assert len(modes) == 2 * len(model.layout.meshing)
+    assert len(modes) == 2 * len(model.layout.mesh_joints)
     assert 1e3 < modes[0] < modes[-1] < highest_Hz
     assert model.largest_stable_step() > step_s
     mass = model.mass_matrix(np.zeros(len(model.layout)))
@@ -74,10 +74,12 @@ def test_examples_that_are_commented_out_load(tmp_path):
     assert arm.links[2].mass_kg is not None
 
 
-@pytest.mark.parametrize("record", [r for r in records_below(Arm) if "Stiff" not in r.__name__])
+@pytest.mark.parametrize(
+    "record", [r for r in list_records_below(Arm) if "Stiff" not in r.__name__]
+)
 def test_every_field_is_explained(record):
     text = template("mine", 1)
-    for field in described(record):
+    for field in describe_fields(record):
         if field.lists or field.records or field.name in OTHER_FORMS:
             continue
         unit = f"[{field.unit}] " if field.unit else ""

@@ -8,7 +8,7 @@ import pytest
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.testing import Equations, assert_agrees
-from crosscheck.trial.input.loading import handed_over
+from crosscheck.trial.input.loading import load_equations
 from tests.processes import command_line
 from tests.tool.supplied import model_file
 
@@ -21,7 +21,7 @@ def file(tmp_path):
 @pytest.fixture
 def equations(file, labelled) -> Equations:
     """Of the paper's arm, all of them right."""
-    return handed_over(f"{file}:two_link", labelled, None)
+    return load_equations(f"{file}:two_link", labelled, None)
 
 
 def test_right_equations_are_returned_judged(file, equations, labelled):
@@ -72,7 +72,7 @@ def test_what_cannot_be_tried_is_an_input_error(equations):
 
 def test_part_put_in_the_place_of_another_is_what_is_judged(equations, labelled):
     slipped = replace(equations, force=lambda torque: -torque)
-    assert slipped.on(labelled) is slipped
+    assert slipped.adapt_to_arm(labelled) is slipped
     assert equations.rebuild is not None
     assert replace(equations, rebuild=lambda arm, scenario: equations).rebuild is not None
 

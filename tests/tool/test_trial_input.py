@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.runner import patience
+from crosscheck.runner import cpu_limit
 from tests.tool.supplied import model_file
 from tests.tool.test_bad_input import assert_one_line
 
@@ -149,8 +149,8 @@ def test_traceback_has_the_users_lines_alone_in_every_view(judged, tmp_path):
 
 @pytest.mark.slow
 def test_a_part_that_hangs_is_waited_for_once(judged, monkeypatch):
-    monkeypatch.setattr(patience, "IDLE_S", 3.0)
-    monkeypatch.setattr(patience, "LEAST_S", 0.01)
+    monkeypatch.setattr(cpu_limit, "IDLE_S", 3.0)
+    monkeypatch.setattr(cpu_limit, "LEAST_S", 0.01)
     answer, trial = judged(
         "def bad(q, v):\n    while True: time.sleep(1)\n"
         "def f(arm): return replace(two_link(arm), bias=bad)"

@@ -16,9 +16,9 @@ from crosscheck.cli.view import view_page
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.models.trajectory import netcdf, recorded
+from crosscheck.models.trajectory import build_trajectory, encode_netcdf
 from crosscheck.output import write_files
-from crosscheck.view.gears import BESIDE, assembly, close_up, gear_angles, outline
+from crosscheck.view.gears import TEETH_BESIDE, gear_angles, gear_assembly, make_close_up, outline
 from crosscheck.view.mesh_geometry import SIDES, Wheel, mesh_geometry
 from crosscheck.view.trajectory_file import Run
 from tests.arms import PAPER, arm_of
@@ -43,7 +43,7 @@ def overlaps(joint: Planetary, theta: float, off: float = 0.0) -> int:
     off: pitches by which every planet is turned too far.
     """
     zero = np.zeros((1, joint.planet_count))
-    angles, stand = gear_angles(joint, np.array([theta]), zero, zero), assembly(joint)
+    angles, stand = gear_angles(joint, np.array([theta]), zero, zero), gear_assembly(joint)
     sun, ring = (mesh_geometry(joint, side).wheel for side in SIDES)
     planet = mesh_geometry(joint, "sun").planet
     sun_at = placed(sun, angles.sun[0])
@@ -83,10 +83,10 @@ def test_gear_angles_turn_eqs_2_and_3_around():
 @pytest.mark.parametrize("joint", JOINTS[:2])
 def test_the_gap_closes_where_x_is_half_the_backlash(joint, side):
     """Carrying flanks at the pitch point touch at x = b, and part by factor (b - x) else."""
-    near = close_up(joint, side, 0.0)
-    b = (joint.sun_mesh if side == "sun" else joint.ring_mesh).of_planet(0).backlash_m
+    near = make_close_up(joint, side, 0.0)
+    b = (joint.sun_mesh if side == "sun" else joint.ring_mesh).planet_mesh(0).backlash_m
     geometry = mesh_geometry(joint, side)
-    middle = 1 + BESIDE  # the rim stands first
+    middle = 1 + TEETH_BESIDE  # the rim stands first
 
     def gap(x: float) -> float:
         """Between the two flanks along the common tangent of the pitch circles, y."""
@@ -120,7 +120,7 @@ def a_run(arm: Any = PAPER, **more: Any) -> Any:
     joints = len(arm.joints)
     time = 1e-3 * np.arange(TIMES)
     theta = np.outer(time, 1 + np.arange(joints))
-    return recorded("mine", arm, load_scenario("pd"), switches(), time, theta=theta, **more)
+    return build_trajectory("mine", arm, load_scenario("pd"), switches(), time, theta=theta, **more)
 
 
 def of_meshes(value: float) -> dict[str, np.ndarray]:
@@ -137,7 +137,7 @@ def scene_of(page: str) -> dict[str, Any]:
 def test_the_page_holds_the_runs_numbers(tmp_path, crosscheck):
     file = tmp_path / "run.nc"
     run = a_run(**of_meshes(3e-5))
-    write_files({file: netcdf(run)})
+    write_files({file: encode_netcdf(run)})
     assert crosscheck("view", file).code == 0
     page = (tmp_path / "run.html").read_text(encoding="utf-8")
     joint = scene_of(page)["joints"][1]
@@ -160,7 +160,7 @@ def test_rigid_runs_and_direct_joints_are_shown(arm):
 
 def damaged(file: Path, kind: str) -> None:
     """A run's file that is none."""
-    content = netcdf(a_run(**of_meshes(0.0)))
+    content = encode_netcdf(a_run(**of_meshes(0.0)))
     if kind in ("empty", "truncated", "no HDF5"):
         half = content[: len(content) // 2]
         file.write_bytes({"empty": b"", "truncated": half, "no HDF5": b"time,theta\n0,1\n"}[kind])
@@ -198,7 +198,7 @@ def test_another_file_is_refused_in_one_line(tmp_path, crosscheck, kind):
 
 def test_a_page_that_cannot_be_written_is_told(tmp_path, crosscheck):
     file, mine = tmp_path / "run.nc", tmp_path / "run.html"
-    write_files({file: netcdf(a_run())})
+    write_files({file: encode_netcdf(a_run())})
     mine.write_text("mine", encoding="utf-8")
     for out in (file, tmp_path, file / "page.html", mine):
         assert_one_line(crosscheck("view", file, "--out", out), str(tmp_path))

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import typer
 
-from crosscheck.cli.app import add_installed, app
+from crosscheck.cli.app import add_installed_commands, app
 from crosscheck.provenance import ROOT
 
 # Each with the word to use in its place (docs/project/glossary.md).
@@ -82,7 +82,7 @@ def helps(command: Any, name: str) -> dict[str, str]:
 
 
 def test_help_has_no_private_words():
-    add_installed()
+    add_installed_commands()
     told = helps(typer.main.get_command(app), "crosscheck")
     assert {name: unclear(text) for name, text in told.items() if unclear(text)} == {}
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.runner import patience
+from crosscheck.runner import cpu_limit
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import Workers, perform_all
 
@@ -148,8 +148,8 @@ def test_a_task_that_breaks_its_process_costs_itself_alone(work, kind, message, 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Seconds become hundredths."""
-    monkeypatch.setattr(patience, "PATIENCE_S", 0.6)
-    monkeypatch.setattr(patience, "LOOK_S", 0.01)
+    monkeypatch.setattr(cpu_limit, "BASE_LIMIT_S", 0.6)
+    monkeypatch.setattr(cpu_limit, "LOOK_S", 0.01)
 
 
 @pytest.mark.parametrize("work", [busy, busy_in_a_child])
@@ -164,7 +164,7 @@ def test_a_task_that_computes_without_end_is_ended(work):
 
 @pytest.mark.usefixtures("impatient")
 def test_a_task_that_waits_for_nothing_is_ended(monkeypatch):
-    monkeypatch.setattr(patience, "IDLE_S", 0.3)
+    monkeypatch.setattr(cpu_limit, "IDLE_S", 0.3)
     results = perform_all([Job("good", good), Job("slow", deaf_and_endless)], 2, lambda key: None)
     assert results["good"] == "done"
     assert results["slow"].unfinished

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from crosscheck.checks.answers import random_states
+from crosscheck.checks.answers import sample_states
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, switches
 from crosscheck.models.loading import load_scenario
@@ -23,7 +23,7 @@ def worst(supplied: SuppliedEquations, arm: Arm, count: int = 10) -> dict[str, f
     name = f"analytic:{supplied.equations.level or 'physical'}"
     chosen = switches(planets="free" if supplied.frame.layout.free else "lumped")
     model, found = build(name, arm, scenario, chosen), dict.fromkeys(supplied.has, 0.0)
-    for t, *state in zip(*random_states(supplied.frame.layout, arm, count, 7), strict=True):
+    for t, *state in zip(*sample_states(supplied.frame.layout, arm, count, 7), strict=True):
         x = supplied.frame.place(state[0])
         q, jacobian = supplied.frame.position(x), supplied.frame.jacobian(x)
         u = np.linalg.solve(jacobian, state[1])

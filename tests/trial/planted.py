@@ -6,14 +6,19 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.coordinates.frame import build_frame
 from crosscheck.trial.diagnose.explain import explain
-from crosscheck.trial.diagnose.polynomial import Entry, Monomial, Product, TermKey
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
-from crosscheck.trial.diagnose.values import values_of
-from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values, states_wanted
+from crosscheck.trial.diagnose.harmonic_fit import (
+    HarmonicBasis,
+    HarmonicFit,
+    evaluate_entry,
+    minimum_state_count,
+)
+from crosscheck.trial.diagnose.polynomial import EntryTerms, Monomial, Product, TermKey
+from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, build_reference_terms
+from crosscheck.trial.diagnose.values import collect_arm_values
 from crosscheck.trial.input.equations import Coordinates
-from crosscheck.trial.judge.places import EntryPlace, Explanation
+from crosscheck.trial.judge.entries import EntryPlace, Explanation
 
 RELATIVE, ABSOLUTE = Coordinates(), Coordinates(links="absolute")
 LUMPED = Coordinates("lumped")
@@ -28,27 +33,27 @@ def terms(arm: Arm, coordinates: Coordinates) -> ReferenceTerms:
 @lru_cache
 def _dictionary(arm: Arm, gearing: str, links: str, gears: str) -> ReferenceTerms:
     chosen = {"planets": gearing} if gearing != "rigid" else {}
-    frame = frame_of(Coordinates(gearing, links, gears), arm)
-    return reference_terms_of(frame, arm, usual_switches(arm, **chosen))
+    frame = build_frame(Coordinates(gearing, links, gears), arm)
+    return build_reference_terms(frame, arm, usual_switches(arm, **chosen))
 
 
 @lru_cache
-def _fitting(known: ReferenceTerms) -> tuple[np.ndarray, Fitting]:
-    angles = np.random.default_rng(3).uniform(-3, 3, (states_wanted(known), known.joints))
-    return angles, Fitting.of_waves(known, angles)
+def _fitting(known: ReferenceTerms) -> tuple[np.ndarray, HarmonicBasis]:
+    angles = np.random.default_rng(3).uniform(-3, 3, (minimum_state_count(known), known.joints))
+    return angles, HarmonicBasis.from_angle_sums(known, angles)
 
 
-def observed(arm: Arm, known: ReferenceTerms, place: EntryPlace, yours: Entry) -> Observed:
+def observed(arm: Arm, known: ReferenceTerms, place: EntryPlace, yours: EntryTerms) -> HarmonicFit:
     """An entry of M or bias with these terms, against the right ones."""
     angles, fitting = _fitting(known)
-    values = values_of(arm)
-    right = entry_values(known.entry(place), values, angles)
-    mine = entry_values(yours, values, angles)
+    values = collect_arm_values(arm)
+    right = evaluate_entry(known.entry(place), values, angles)
+    mine = evaluate_entry(yours, values, angles)
     return fitting.fit(mine - right, float(np.abs(right).max() + np.abs(mine).max()), values)
 
 
 def explained(
-    known: ReferenceTerms, place: EntryPlace, yours: Entry, *arms: Arm
+    known: ReferenceTerms, place: EntryPlace, yours: EntryTerms, *arms: Arm
 ) -> Explanation | None:
     """What is said of an entry with these terms, on all these arms."""
     return explain(place, [observed(arm, known, place, yours) for arm in arms], known)

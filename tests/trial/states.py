@@ -10,8 +10,8 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_scenario
 from crosscheck.registry import build
-from crosscheck.trial.coordinates.frame import Frame, frame_of
-from crosscheck.trial.diagnose.reference_terms import ForceStates, rate_name, signal_columns
+from crosscheck.trial.coordinates.frame import Frame, build_frame
+from crosscheck.trial.diagnose.reference_terms import ForceStates, compute_signal_columns, rate_name
 from crosscheck.trial.input.equations import Coordinates
 
 
@@ -67,7 +67,7 @@ def sample(
     """At random states with teeth in contact and apart, torques of a PD law."""
     scenario: Scenario = load_scenario("pd")
     model = build(name, arm, scenario, chosen)
-    frame = frame_of(coordinates, arm)
+    frame = build_frame(coordinates, arm)
     generator = np.random.default_rng(seed)
     n, layout = len(frame.layout), frame.layout
     q, v = generator.uniform(-3, 3, (2, count, n))
@@ -83,7 +83,9 @@ def sample(
             for state in zip(time, q, v, strict=True)
         ]
     )
-    signals = dict(signal_columns(arm, layout, model.switches, ForceStates(time, q, v, torque)))
+    signals = dict(
+        compute_signal_columns(arm, layout, model.switches, ForceStates(time, q, v, torque))
+    )
     signals |= {rate_name(own): rates[:, k] for k, own in enumerate(frame.names)}
     return Sample(model, frame, x, rates, q[:, layout.theta], signals, time)
 

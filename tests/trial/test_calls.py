@@ -14,8 +14,8 @@ import sympy as sp
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.errors import CannotDo, InputError
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import SuppliedEquations, supplied
+from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.input.calls import SuppliedEquations, bind_equations
 from crosscheck.trial.input.equations import Coordinates, Equations
 
 ARM = load_arm("paper-labelled")
@@ -25,7 +25,7 @@ TWO = sp.symbols("a b")
 
 
 def of(**parts: Any) -> SuppliedEquations:
-    return supplied(Equations(**parts), ARM, frame_of(Coordinates(), ARM))
+    return bind_equations(Equations(**parts), ARM, build_frame(Coordinates(), ARM))
 
 
 class Callable4:
@@ -140,8 +140,10 @@ def test_what_a_function_does_to_its_arguments_does_no_harm():
 def test_one_joint_may_answer_numbers():
     arm = load_arm("paper-labelled")
     arm = arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]})
-    model = supplied(
-        Equations(mass_matrix=lambda q: 3, bias=lambda q, v: 0.0), arm, frame_of(Coordinates(), arm)
+    model = bind_equations(
+        Equations(mass_matrix=lambda q: 3, bias=lambda q, v: 0.0),
+        arm,
+        build_frame(Coordinates(), arm),
     )
     assert model.mass_matrix(np.zeros(1)).tolist() == [[3.0]]
     assert model.bias(np.zeros(1), np.zeros(1)).tolist() == [0.0]

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import SuppliedEquations, supplied
-from crosscheck.trial.input.loading import handed_over
+from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.input.calls import SuppliedEquations, bind_equations
+from crosscheck.trial.input.loading import load_equations
 from tests.loops import require_items
 from tests.trial.judge import worst
 
@@ -39,8 +39,8 @@ CASES = {
 
 def loaded(example: str, name: str) -> SuppliedEquations:
     arm = load_arm(name)
-    equations = handed_over(f"{EXAMPLES / example}.py:model", arm, None)
-    return supplied(equations, arm, frame_of(equations.coordinates, arm))
+    equations = load_equations(f"{EXAMPLES / example}.py:model", arm, None)
+    return bind_equations(equations, arm, build_frame(equations.coordinates, arm))
 
 
 def test_every_example_is_here():
@@ -67,6 +67,6 @@ def test_a_correct_example_on_another_arm_is_found_wrong():
 @pytest.mark.parametrize("example", ["casadi_two_link", "sympy_mechanics", "geared_free"])
 def test_knows_other_arms(example):
     model, probe = loaded(example, "paper-labelled"), load_arm("probe")
-    other = model.equations.on(probe)
-    bound = supplied(other, probe, frame_of(other.coordinates, probe))
+    other = model.equations.adapt_to_arm(probe)
+    bound = bind_equations(other, probe, build_frame(other.coordinates, probe))
     assert worst(bound, probe)["bias"] < ROUNDING

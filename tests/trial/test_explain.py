@@ -4,11 +4,21 @@ import numpy as np
 import pytest
 
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.diagnose.explain import bias_of, explain, follows, told_once
+from crosscheck.trial.diagnose.explain import (
+    compute_bias_differences,
+    explain,
+    group_by_errors,
+    is_caused_by_mass,
+)
+from crosscheck.trial.diagnose.harmonic_fit import HarmonicFit
+from crosscheck.trial.diagnose.messages import (
+    describe_term_error,
+    format_monomial,
+    guess,
+    make_difference_terms,
+)
 from crosscheck.trial.diagnose.polynomial import TermKey
-from crosscheck.trial.diagnose.waves import Observed
-from crosscheck.trial.diagnose.words import difference_of, guess, monomial_text, told
-from crosscheck.trial.judge.places import EntryPlace, Wrong
+from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace
 from tests.trial import planted
 
 PAPER, UNLIKE = load_arm("paper-labelled"), load_arm("three-unlike")
@@ -37,7 +47,7 @@ def test_a_centre_of_mass_where_a_length_belongs(arm):
     found = planted.explained(
         known, place, _with(known, place, old, planted.swapped(old, f"L{last}", f"d{last}")), arm
     )
-    assert [told(error) for error in found.errors] == [
+    assert [describe_term_error(error) for error in found.errors] == [
         f"missing term: m_payload L1 (L{last} - d{last})"
         f" cos(phi_1 - phi_{last}); d{last} where L{last} belongs"
     ]
@@ -115,7 +125,10 @@ def test_a_power_too_few(arm):
         (old._replace(monomial=old.monomial._replace(powers=(("M_s1", 1), ("r_s1", 1)))),),
         arm,
     )
-    assert told(found.errors[0]) == "missing term: M_s1 (r_s1^2 - r_s1); r_s1 where r_s1^2 belongs"
+    assert (
+        describe_term_error(found.errors[0])
+        == "missing term: M_s1 (r_s1^2 - r_s1); r_s1 where r_s1^2 belongs"
+    )
 
 
 @ARMS
@@ -133,7 +146,9 @@ def test_a_term_too_many(arm):
     foreign = known.entry(EntryPlace("mass_matrix", 1, 1))[0]
     assert foreign.symbols == ("I_l2",)
     found = planted.explained(known, COUPLING, (*known.entry(COUPLING), foreign), arm)
-    everything = [told(error) for errors in (found.errors, *found.others) for error in errors]
+    everything = [
+        describe_term_error(error) for errors in (found.errors, *found.others) for error in errors
+    ]
     assert "extra term: I_l2" in everything
 
 
@@ -154,7 +169,7 @@ def test_two_errors_are_told_apart(arm):
     yours = [planted.times(p, by.get(p, 1)) for p in known.entry(COUPLING)]
     found = planted.explained(known, COUPLING, tuple(yours), arm)
     errors = [{(s.kind, s.term.coefficient) for s in e} for e in (found.errors, *found.others)]
-    assert {("factor", "m2 L1 d2"), ("sign", monomial_text(load.monomial))} in errors
+    assert {("factor", "m2 L1 d2"), ("sign", format_monomial(load.monomial))} in errors
 
 
 def test_equal_numbers_are_told_apart_by_a_second_arm():
@@ -163,11 +178,11 @@ def test_equal_numbers_are_told_apart_by_a_second_arm():
     old = next(p for p in known.entry(place) if p.symbols == ("L1", "m_payload"))
     yours = _with(known, place, old)
     alone = planted.explained(known, place, yours, PAPER)
-    told_of = {told(errors[0]) for errors in (alone.errors, *alone.others)}
+    told_of = {describe_term_error(errors[0]) for errors in (alone.errors, *alone.others)}
     assert {"missing term: m_payload L1^2", "missing term: m_r2 L1^2"} <= told_of
     heavier = PAPER.model_copy(update={"payload_mass_kg": 7.3})
     both = planted.explained(known, place, yours, PAPER, heavier)
-    assert [told(error) for error in both.errors] == ["missing term: m_payload L1^2"]
+    assert [describe_term_error(error) for error in both.errors] == ["missing term: m_payload L1^2"]
     assert not both.others
 
 
@@ -175,11 +190,13 @@ def test_a_difference_that_fits_nothing_is_said_to():
     known = planted.terms(UNLIKE, planted.ABSOLUTE)
     seen = planted.observed(UNLIKE, known, COUPLING, known.entry(COUPLING))
     odd = {key: 0.01234567 * np.pi * (1 + number) for number, key in enumerate(seen.coefficients)}
-    found = explain(COUPLING, [Observed(seen.values, odd, seen.noise)], known)
+    found = explain(COUPLING, [HarmonicFit(seen.values, odd, seen.noise)], known)
     assert found is None
-    off = Wrong(COUPLING, 0.1, difference=difference_of({COUPLING_KEY: -0.25}, known))
+    off = EntryMismatch(
+        COUPLING, 0.1, difference=make_difference_terms({COUPLING_KEY: -0.25}, known)
+    )
     assert guess(off).startswith("yours minus right is -0.25 cos(phi_1 - phi_2); no error")
-    left = Observed(seen.values, {COUPLING_KEY: 0.1}, {COUPLING_KEY: 1e-15}, left_over=0.5)
+    left = HarmonicFit(seen.values, {COUPLING_KEY: 0.1}, {COUPLING_KEY: 1e-15}, left_over=0.5)
     assert explain(COUPLING, [left], known) is None
 
 
@@ -190,12 +207,14 @@ def test_a_bias_that_follows_from_a_wrong_mass_matrix(arm):
     old = _term(known, COUPLING, "m_payload")
     wrong = planted.times(old, 2)
     extra = {old.key: float(old.monomial.value(planted.observed(arm, known, COUPLING, ()).values))}
-    expected = bias_of({(0, 1): extra, (1, 0): extra}, known.angles)
+    expected = compute_bias_differences({(0, 1): extra, (1, 0): extra}, known.angles)
     place = EntryPlace("bias", 0, rates=(1, 1))
     own = next(p for p in known.entry(place) if "m_payload" in p.symbols)
     yours = _with(known, place, own, planted.times(own, 2))
-    assert follows(planted.observed(arm, known, place, yours), expected[place])
-    assert not follows(planted.observed(arm, known, place, known.entry(place)), expected[place])
+    assert is_caused_by_mass(planted.observed(arm, known, place, yours), expected[place])
+    assert not is_caused_by_mass(
+        planted.observed(arm, known, place, known.entry(place)), expected[place]
+    )
     assert wrong.symbols == old.symbols
 
 
@@ -205,5 +224,5 @@ def test_symmetric_entries_are_told_once():
     for place in (COUPLING, EntryPlace("mass_matrix", 1, 0), EntryPlace("mass_matrix", 2, 2)):
         old = next(p for p in known.entry(place) if "m_payload" in p.symbols)
         yours = _with(known, place, old)
-        wrong.append(Wrong(place, 0.1, planted.explained(known, place, yours, UNLIKE)))
-    assert [len(each) for each in told_once(wrong)] == [2, 1]
+        wrong.append(EntryMismatch(place, 0.1, planted.explained(known, place, yours, UNLIKE)))
+    assert [len(each) for each in group_by_errors(wrong)] == [2, 1]

@@ -9,13 +9,13 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crosscheck.analytic.derivation.chain import exact_chain
+from crosscheck.analytic.derivation.chain import build_exact_chain
 from crosscheck.analytic.derivation.symbols import parameter_values
 from crosscheck.models.arm.layout import free_layout, lumped_layout, rigid_layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
-from crosscheck.trial.coordinates.frame import Frame, frame_of
+from crosscheck.trial.coordinates.frame import Frame, build_frame
 from crosscheck.trial.input.equations import Coordinates
 from tests.arms import random_arm
 
@@ -40,17 +40,17 @@ def states(frame: Frame, seed: int) -> tuple[np.ndarray, np.ndarray]:
 @given(ARMS, NAMED, st.integers(0, 99))
 def test_named_maps(arm, coordinates, seed):
     """x are what their names say: cumulative angles, and gear angles by the chain's own rows."""
-    usual = frame_of(coordinates, arm)
+    usual = build_frame(coordinates, arm)
     order = tuple(np.random.default_rng(seed).permutation(usual.names).tolist())
-    frame = frame_of(replace(coordinates, order=order), arm)
+    frame = build_frame(replace(coordinates, order=order), arm)
     assert frame.names == order
     x, _ = states(frame, 1)
     q = frame.position(x)
-    expected, chain = {}, exact_chain(arm, frame.layout)
+    expected, chain = {}, build_exact_chain(arm, frame.layout)
     for joint in chain.numbers:
         expected[f"theta_{joint}"] = chain.row("theta", joint)
         expected[f"phi_{joint}"] = chain.angles[joint]
-    for joint, _ in chain.geared if coordinates.gearing != "rigid" else ():
+    for joint, _ in chain.geared_joints if coordinates.gearing != "rigid" else ():
         expected[f"theta_s{joint}"] = chain.sun_row(joint)
         for place, (_, row) in enumerate(chain.planet_rows(joint), start=1):
             suffix = f"_{place}" if frame.layout.free else ""
@@ -65,7 +65,7 @@ def test_named_maps(arm, coordinates, seed):
 @settings(max_examples=20)
 @given(ARMS, NAMED)
 def test_symbols_say_what_numbers_say(arm, coordinates):
-    frame = frame_of(coordinates, arm)
+    frame = build_frame(coordinates, arm)
     values = {symbol: float(value) for symbol, value in parameter_values(arm).items()}
     assert frame.symbolic is not None
     numbers = np.array(frame.symbolic.subs(values), dtype=float)
@@ -75,7 +75,7 @@ def test_symbols_say_what_numbers_say(arm, coordinates):
 @given(st.lists(SMALL, min_size=2, max_size=2), st.lists(SMALL, min_size=2, max_size=2))
 def test_mass_matrix_and_bias_in_absolute_angles(pose, rates):
     """J^T M J and J^T (h + M J' u) are what the textbook has in absolute angles."""
-    frame = frame_of(Coordinates(links="absolute"), PAPER)
+    frame = build_frame(Coordinates(links="absolute"), PAPER)
     x, u = np.array(pose), np.array(rates)
     model = build("analytic:links", PAPER, load_scenario("constant-torque"))
     q, jacobian = frame.position(x), frame.jacobian(x)
@@ -120,8 +120,8 @@ MAPS = {
 @pytest.mark.parametrize("found_by", MAPS)
 def test_curved_maps(found_by):
     """However the derivatives come about, they are the same."""
-    frame, exact = frame_of(MAPS[found_by], PAPER), frame_of(MAPS["sympy"], PAPER)
-    assert frame.found_by == found_by
+    frame, exact = build_frame(MAPS[found_by], PAPER), build_frame(MAPS["sympy"], PAPER)
+    assert frame.jacobian_source == found_by
     assert frame.matrix is frame.symbolic is None
     for seed in range(10):
         x, u = states(frame, seed)
@@ -134,7 +134,7 @@ def test_curved_maps(found_by):
 
 
 def test_a_function_that_drops_imaginary_parts_is_seen():
-    assert frame_of(Coordinates(function=cast), PAPER).found_by == "differences"
+    assert build_frame(Coordinates(function=cast), PAPER).jacobian_source == "differences"
 
 
 def test_a_straight_function_is_a_matrix():
@@ -146,7 +146,7 @@ def test_a_straight_function_is_a_matrix():
         gearing="lumped", function=sp.Matrix([*q, *others]), symbols=(sun, planet, *others)
     )
     named = Coordinates(gearing="lumped", gears="angles")
-    found, expected = frame_of(own, PAPER), frame_of(named, PAPER)
+    found, expected = build_frame(own, PAPER), build_frame(named, PAPER)
     assert found.matrix is not None
     assert expected.matrix is not None
     np.testing.assert_allclose(found.matrix[:3], expected.matrix[:3], rtol=1e-14)
@@ -155,12 +155,12 @@ def test_a_straight_function_is_a_matrix():
 
 
 def test_own_matrices():
-    frame = frame_of(Coordinates(matrix=[[1, 0], [-1, 1]], names=("a", "b")), PAPER)
+    frame = build_frame(Coordinates(matrix=[[1, 0], [-1, 1]], names=("a", "b")), PAPER)
     assert frame.names == ("a", "b")
     assert frame.symbolic == sp.ImmutableMatrix([[1, 0], [-1, 1]])
-    ratio = frame_of(Coordinates(matrix=np.diag([3 / 14, 0.1])), PAPER)
+    ratio = build_frame(Coordinates(matrix=np.diag([3 / 14, 0.1])), PAPER)
     assert ratio.symbolic == sp.ImmutableMatrix([[sp.Rational(3, 14), 0], [0, sp.Rational(1, 10)]])
-    assert frame_of(Coordinates(matrix=np.diag([math.pi, 1])), PAPER).symbolic is None
+    assert build_frame(Coordinates(matrix=np.diag([math.pi, 1])), PAPER).symbolic is None
 
 
 def saddle(x: np.ndarray) -> np.ndarray:
@@ -168,7 +168,7 @@ def saddle(x: np.ndarray) -> np.ndarray:
 
 
 def test_a_singular_state_is_named():
-    frame = frame_of(Coordinates(function=saddle), PAPER)
+    frame = build_frame(Coordinates(function=saddle), PAPER)
     with pytest.raises(InputError, match=r"jacobian: is singular at x = \[0, 0.5\]"):
         frame.jacobian(np.array([0.0, 0.5]))
     with pytest.raises(InputError, match="no x was found"):
@@ -216,7 +216,7 @@ BAD = {
 @pytest.mark.parametrize("reason", BAD)
 def test_bad_coordinates(reason):
     with pytest.raises(InputError, match=reason) as caught:
-        frame_of(BAD[reason], PAPER)
+        build_frame(BAD[reason], PAPER)
     assert "\n" not in str(caught.value)
 
 
@@ -224,7 +224,7 @@ def test_each_map_is_for_its_number_of_joints():
     three = load_arm("three-unlike")
     for own in (Coordinates(matrix=np.eye(2)), MAPS["complex step"], MAPS["sympy"]):
         with pytest.raises(InputError, match="3 rigid coordinates of three-unlike, 3 joints"):
-            frame_of(own, three)
+            build_frame(own, three)
 
 
 def edge(x: np.ndarray) -> np.ndarray:
@@ -232,6 +232,6 @@ def edge(x: np.ndarray) -> np.ndarray:
 
 
 def test_what_has_no_second_derivative_is_refused_where_it_has_none():
-    frame = frame_of(Coordinates(function=edge), PAPER)
+    frame = build_frame(Coordinates(function=edge), PAPER)
     with pytest.raises(InputError, match="second derivative is not to be found at x = "):
         frame.drift(np.zeros(2), np.ones(2))

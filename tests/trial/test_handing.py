@@ -9,10 +9,10 @@ import pytest
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import supplied
+from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.input.calls import bind_equations
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.input.loading import handed_over, made
+from crosscheck.trial.input.loading import build_equations, load_equations
 
 ARM, PROBE = load_arm("paper-labelled"), load_arm("probe")
 SCENARIO = load_scenario("constant-torque")
@@ -22,13 +22,13 @@ HEAD = "import numpy as np\nfrom crosscheck.trial.input.equations import Coordin
 def over(folder: Path, code: str, name: str = "model") -> Equations:
     path = folder / "hand.py"
     path.write_text(HEAD + code)
-    return handed_over(f"{path}:{name}", ARM, SCENARIO)
+    return load_equations(f"{path}:{name}", ARM, SCENARIO)
 
 
 def payload(equations: Equations) -> float:
     assert equations.mass_matrix is not None
     return float(
-        supplied(equations, ARM, frame_of(equations.coordinates, ARM)).mass_matrix(X)[0, 0]
+        bind_equations(equations, ARM, build_frame(equations.coordinates, ARM)).mass_matrix(X)[0, 0]
     )
 
 
@@ -43,8 +43,8 @@ def test_everything_that_can_be_handed_over(kind, tmp_path):
     equations = over(tmp_path, GIVEN[kind])
     assert payload(equations) == 10.0
     assert equations.any_arm == (kind in OF_ANY_ARM)
-    assert payload(equations.on(PROBE)) == (7.0 if kind in OF_ANY_ARM else 10.0)
-    assert payload(equations.on(PROBE).on(ARM)) == 10.0
+    assert payload(equations.adapt_to_arm(PROBE)) == (7.0 if kind in OF_ANY_ARM else 10.0)
+    assert payload(equations.adapt_to_arm(PROBE).adapt_to_arm(ARM)) == 10.0
 
 
 def test_a_module_itself_and_an_attribute_of_something(tmp_path):
@@ -62,7 +62,7 @@ def test_a_package_in_the_current_folder(tmp_path, monkeypatch):
     (tmp_path / "my_robot_package" / "hand.py").write_text(HEAD + GIVEN["of an arm"])
     monkeypatch.chdir(tmp_path)
     before = list(sys.path)
-    assert payload(handed_over("my_robot_package.hand:model", ARM, None)) == 10.0
+    assert payload(load_equations("my_robot_package.hand:model", ARM, None)) == 10.0
     assert sys.path == before
 
 
@@ -95,10 +95,10 @@ def test_bad_code_is_one_line(code, tmp_path):
 @pytest.mark.parametrize("text", PLACES)
 def test_bad_places(text):
     with pytest.raises(InputError, match=PLACES[text]):
-        handed_over(text, ARM, None)
+        load_equations(text, ARM, None)
 
 
 def test_from_python_nothing_is_a_file():
     equations = Equations(mass_matrix=lambda q: np.eye(2))
-    assert made(equations, ARM, None, "here") is equations
-    assert payload(made(lambda arm: equations, ARM, None, "here")) == 1.0
+    assert build_equations(equations, ARM, None, "here") is equations
+    assert payload(build_equations(lambda arm: equations, ARM, None, "here")) == 1.0

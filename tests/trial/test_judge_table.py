@@ -23,8 +23,8 @@ from crosscheck.runner.tasks import Evaluation
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.questions import VerificationProblem
-from crosscheck.trial.model import entry_for
-from crosscheck.trial.trial import Asked, problem_of
+from crosscheck.trial.model import make_registry_entry
+from crosscheck.trial.trial import TrialRequest, build_problem
 from tests.loops import require_items
 from tests.trial.test_trial import equations_of, in_frame
 
@@ -61,7 +61,7 @@ class Bench(NamedTuple):
 
     def key(self, part: str) -> Any:
         """The key of a question to the equations."""
-        return self.problem.yours(part).key
+        return self.problem.ask_equations(part).key
 
     def right(self, part: str) -> np.ndarray:
         """The right answers to a question, state by state."""
@@ -75,7 +75,7 @@ class Bench(NamedTuple):
 
 @contextmanager
 def registered(problem: VerificationProblem) -> Iterator[None]:
-    with register(problem.name, entry_for(problem.name, problem.equations, problem.has)):
+    with register(problem.name, make_registry_entry(problem.name, problem.equations, problem.has)):
         yield
 
 
@@ -98,13 +98,13 @@ def bench(gearing: str) -> Bench:
         )
 
     own = replace(factory(arm, load_scenario("pd")), rebuild=factory)
-    problem = replace(problem_of(Asked(NAME, own, arm, quick=True)), count=COUNT)
+    problem = replace(build_problem(TrialRequest(NAME, own, arm, quick=True)), count=COUNT)
     assert moved.frame.matrix is not None
     planned = [
-        *suite.own_comparisons(problem),
-        *suite.engine_comparisons(problem, level, binding=True),
-        *suite.run_comparisons(problem, RUN, level),
-        *suite.own_balances(problem),
+        *suite.plan_self_checks(problem),
+        *suite.plan_engine_comparisons(problem, level, binding=True),
+        *suite.plan_run_comparisons(problem, RUN, level),
+        *suite.plan_balance_checks(problem),
     ]
     comparisons = {
         (each.about.key.family, each.about.key.quantity, each.about.key.right): each

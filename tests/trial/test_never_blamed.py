@@ -7,10 +7,10 @@ import pytest
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
-from crosscheck.planning.sizing import unequal_gains
+from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.trial.coordinates.frame import LAYOUTS
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.trial import Asked, Trial, tried
+from crosscheck.trial.trial import Trial, TrialRequest, run_trial
 from tests.arms import random_arm
 from tests.trial.test_trial import equations_of, in_frame, trial_of, two_links
 
@@ -19,12 +19,12 @@ pytestmark = pytest.mark.slow
 
 def in_coordinates(model: str, coordinates: Coordinates, arm: Arm) -> Equations:
     """Of this arm alone, so that no probe is asked."""
-    moved = in_frame(model, coordinates, arm, unequal_gains(arm))
+    moved = in_frame(model, coordinates, arm, make_unequal_gains_scenario(arm))
     return replace(equations_of(moved), coordinates=coordinates)
 
 
 def judged(equations: Equations, arm: Arm) -> Trial:
-    return tried(Asked("yours", equations, arm, quick=True))
+    return run_trial(TrialRequest("yours", equations, arm, quick=True))
 
 
 def turned(n: int, seed: int, condition: float) -> np.ndarray:
@@ -45,7 +45,10 @@ def test_in_coordinates_that_hardly_tell_the_links_apart(seed, condition):
     matrix = lengths(arm, "lumped") * turned(len(LAYOUTS["lumped"](arm)), seed, condition)
     own = in_coordinates("pinocchio:gears", Coordinates("lumped", matrix=matrix), arm)
     trial = judged(own, arm)
-    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong) == ([], ())
+    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong_entries) == (
+        [],
+        (),
+    )
 
 
 @pytest.mark.parametrize("model", ["analytic:coupled", "pinocchio:links"])
@@ -55,14 +58,20 @@ def test_in_units_of_a_millionth_and_of_a_million(model):
     units = np.tril(turned(3, 1, 2.0)) + 2 * np.eye(3)
     coordinates = Coordinates(matrix=units * np.array([1e6, 1e-6, 1.0]))
     trial = judged(in_coordinates(model, coordinates, arm), arm)
-    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong) == ([], ())
+    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong_entries) == (
+        [],
+        (),
+    )
 
 
 def test_where_a_function_bends_gear_angles(labelled):
     bends = lengths(labelled, "lumped")[:, 0]
     coordinates = Coordinates("lumped", function=lambda x: bends * (x + 0.5 * np.sin(x)))
     trial = judged(in_coordinates("pinocchio:gears", coordinates, labelled), labelled)
-    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong) == ([], ())
+    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong_entries) == (
+        [],
+        (),
+    )
 
 
 def by_actuator(x: np.ndarray) -> np.ndarray:
@@ -75,7 +84,10 @@ def test_where_a_function_reaches_half_of_all_poses(labelled):
     """And an error is seen there as well."""
     own = in_coordinates("pinocchio:links", Coordinates(function=by_actuator), labelled)
     trial = judged(own, labelled)
-    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong) == ([], ())
+    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong_entries) == (
+        [],
+        (),
+    )
     wrong_equations = replace(own, bias=lambda x, v: (1 + 1e-8) * own.bias(x, v))
     assert judged(wrong_equations, labelled).exit_code == 1
 
@@ -83,7 +95,7 @@ def test_where_a_function_reaches_half_of_all_poses(labelled):
 @pytest.mark.parametrize("level", ["carriers", "armature", "coupled"])
 def test_without_a_mass_matrix_the_level_is_that_of_what_there_is(level):
     arm = load_arm("probe")
-    moved = in_frame(f"pinocchio:{level}", Coordinates(), arm, unequal_gains(arm))
+    moved = in_frame(f"pinocchio:{level}", Coordinates(), arm, make_unequal_gains_scenario(arm))
     own = Equations(acceleration=lambda t, x, v, torque: moved.model.acceleration(t, x, v))
     trial = judged(own, arm)
     assert (trial.level, trial.exit_code) == (level, 0)

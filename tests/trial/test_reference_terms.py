@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from crosscheck.checks.scales import largest_stiffness
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.trial.diagnose.reference_terms import reference_terms_of
-from crosscheck.trial.diagnose.values import values_of
-from crosscheck.trial.diagnose.waves import entry_values
-from crosscheck.trial.judge.places import EntryPlace
+from crosscheck.trial.diagnose.harmonic_fit import evaluate_entry
+from crosscheck.trial.diagnose.reference_terms import build_reference_terms
+from crosscheck.trial.diagnose.values import collect_arm_values
+from crosscheck.trial.judge.entries import EntryPlace
 from tests.any_arms import any_arms
 from tests.loops import require_items
 from tests.trial.states import Sample, drawn_coordinates, sample
@@ -54,11 +54,11 @@ def trials(draw):
 def test_dictionary_is_the_model(trial):
     arm, coordinates, switches, level, seed = trial
     sampled = sample(arm, LEVELS[level], coordinates, switches, COUNT, seed)
-    known = reference_terms_of(sampled.frame, arm, sampled.model.switches, level)
-    values = values_of(arm)
+    known = build_reference_terms(sampled.frame, arm, sampled.model.switches, level)
+    values = collect_arm_values(arm)
 
     def at(place: EntryPlace) -> np.ndarray:
-        return entry_values(known.entry(place), values, sampled.angles, sampled.signals)
+        return evaluate_entry(known.entry(place), values, sampled.angles, sampled.signals)
 
     n = len(sampled.frame.names)
     mass = sampled.mass()

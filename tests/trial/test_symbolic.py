@@ -10,14 +10,14 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.diagnose.reference_terms import reference_terms_of
-from crosscheck.trial.diagnose.values import values_of
-from crosscheck.trial.diagnose.words import symbolic_difference
-from crosscheck.trial.input.calls import SuppliedEquations, supplied
+from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.diagnose.messages import compute_symbolic_difference
+from crosscheck.trial.diagnose.reference_terms import build_reference_terms
+from crosscheck.trial.diagnose.values import collect_arm_values
+from crosscheck.trial.input.calls import SuppliedEquations, bind_equations
 from crosscheck.trial.input.equations import Coordinates, Equations, Symbolic
-from crosscheck.trial.input.symbolic import from_sympy, of_arm
-from crosscheck.trial.judge.places import EntryPlace
+from crosscheck.trial.input.symbolic import from_sympy, replace_symbols
+from crosscheck.trial.judge.entries import EntryPlace
 
 ARM, PROBE = load_arm("paper-labelled"), load_arm("probe")
 x, v = sp.symbols("x1 x2"), sp.symbols("v1 v2")
@@ -30,8 +30,8 @@ X, V, TORQUE = np.array([[0.3, -0.4], [1.0, 2.0], [30.0, 40.0]])
 
 
 def on(equations: Equations, arm: Arm = ARM) -> SuppliedEquations:
-    bound = equations.on(arm)
-    return supplied(bound, arm, frame_of(bound.coordinates, arm))
+    bound = equations.adapt_to_arm(arm)
+    return bind_equations(bound, arm, build_frame(bound.coordinates, arm))
 
 
 def assert_right(model: SuppliedEquations) -> None:
@@ -78,21 +78,21 @@ def test_values_by_name_and_by_number():
     mass = sp.diag(a, b + L1)
     named = from_sympy(x, v, mass_matrix=mass, values={a: "m_payload", "b": "L2"})
     assert on(named, PROBE).mass_matrix(X).tolist() == [[7.0, 0.0], [0.0, 1.7]]
-    assert named.on(ARM).any_arm
+    assert named.adapt_to_arm(ARM).any_arm
     fixed = from_sympy(x, v, mass_matrix=mass, values={a: 0.1, b: "L2"})
     assert on(fixed).mass_matrix(X)[0, 0] == 0.1
-    assert not fixed.on(ARM).any_arm
+    assert not fixed.adapt_to_arm(ARM).any_arm
     for matrix, known in ((np.eye(2), True), (np.eye(2) / 2, False)):
         mapped = from_sympy(x, v, mass_matrix=MASS, coordinates=Coordinates(matrix=matrix))
-        assert mapped.on(ARM).any_arm == known
+        assert mapped.adapt_to_arm(ARM).any_arm == known
     floats = from_sympy(x, v, mass_matrix=sp.diag(0.5, L1))
-    assert not floats.on(ARM).any_arm
+    assert not floats.adapt_to_arm(ARM).any_arm
 
 
 def test_in_the_symbols_of_an_arm():
-    symbolic = from_sympy(x, v, mass_matrix=MASS, values={L1: 0.25}).on(ARM).symbolic
+    symbolic = from_sympy(x, v, mass_matrix=MASS, values={L1: 0.25}).adapt_to_arm(ARM).symbolic
     assert symbolic is not None
-    found = of_arm(symbolic, ARM)
+    found = replace_symbols(symbolic, ARM)
     assert found.mass_matrix.free_symbols - set(x) <= set(parameter_values(ARM))
     assert found.mass_matrix[0, 0].coeff(next(iter(found.mass_matrix[0, 0].free_symbols))) == (
         sp.Rational(1, 16)
@@ -111,8 +111,8 @@ def test_a_constant_matrix_and_level_pass_through():
 
 
 q1, q2 = angles = sp.symbols("q1 q2")
-TERMS = reference_terms_of(
-    frame_of(Coordinates(names=("q1", "q2")), PROBE), PROBE, usual_switches(PROBE), "links"
+TERMS = build_reference_terms(
+    build_frame(Coordinates(names=("q1", "q2")), PROBE), PROBE, usual_switches(PROBE), "links"
 )
 RIGHT_BIAS = L1 * (sp.Symbol("m2") * sp.Symbol("d2") + m_payload * L2)
 
@@ -134,7 +134,7 @@ def test_a_difference_is_what_is_left_in_the_arms_symbols(written, apart):
     """By hand: the bias of joint 1 in v_2^2 is -L1 (m2 d2 + m_payload L2) sin(theta_2)."""
     symbolic = Symbolic(angles, v, bias=sp.Matrix([written * v[1] ** 2, 0]))
     place = EntryPlace("bias", 0, rates=(1, 1))
-    found = symbolic_difference(place, symbolic, TERMS, values_of(PROBE))
+    found = compute_symbolic_difference(place, symbolic, TERMS, collect_arm_values(PROBE))
     assert found is None if apart is None else sp.simplify(found - apart) == 0
 
 
@@ -162,7 +162,7 @@ BAD = {
 @pytest.mark.parametrize("reason", BAD)
 def test_bad_symbols(reason):
     with pytest.raises(InputError) as caught:
-        from_sympy(x, v, **BAD[reason]).on(ARM)
+        from_sympy(x, v, **BAD[reason]).adapt_to_arm(ARM)
     assert reason in str(caught.value)
 
 

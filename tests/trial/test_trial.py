@@ -11,26 +11,28 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
-from crosscheck.trial.coordinates.frame import Frame, frame_of
-from crosscheck.trial.diagnose.probe import probe_arms
+from crosscheck.trial.coordinates.frame import Frame, build_frame
+from crosscheck.trial.diagnose.probe import draw_probe_arms
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.input.loading import made
-from crosscheck.trial.judge.questions import Moved
-from crosscheck.trial.trial import Asked, Trial, tried
+from crosscheck.trial.input.loading import build_equations
+from crosscheck.trial.judge.questions import TransformedModel
+from crosscheck.trial.trial import Trial, TrialRequest, run_trial
 from tests.arms import random_arm
 
 LEVELS = ("links", "carriers", "armature", "coupled")
 
 
-def in_frame(model: str, coordinates: Coordinates, arm: Arm, scenario: Scenario) -> Moved:
+def in_frame(
+    model: str, coordinates: Coordinates, arm: Arm, scenario: Scenario
+) -> TransformedModel:
     """A model of the project in a user's coordinates."""
     gearing = coordinates.gearing
     planets = {} if gearing == "rigid" else {"planets": gearing}
     built = build(model, arm, scenario, usual_switches(arm, **planets))
-    return Moved(built, frame_of(coordinates, arm))
+    return TransformedModel(built, build_frame(coordinates, arm))
 
 
-def equations_of(moved: Moved, **errors: object) -> Equations:
+def equations_of(moved: TransformedModel, **errors: object) -> Equations:
     """Plain functions that answer as a model does; errors: other functions in their place."""
 
     def force(t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
@@ -47,8 +49,8 @@ def equations_of(moved: Moved, **errors: object) -> Equations:
 
 def trial_of(factory: object, arm: Arm, name: str = "yours", **asked: object) -> Trial:
     """Of a factory of an arm and a scenario."""
-    equations = made(factory, arm, load_scenario("pd"), name)
-    return tried(Asked(name, equations, arm, quick=True, **asked))
+    equations = build_equations(factory, arm, load_scenario("pd"), name)
+    return run_trial(TrialRequest(name, equations, arm, quick=True, **asked))
 
 
 def of_project(model: str, coordinates: Coordinates):
@@ -77,7 +79,7 @@ def test_right_geared_equations_pass_on_an_arm_of_random_numbers(gearing, gears,
     arm = random_arm(hash_of(gearing, gears, links), most_joints=2)
     trial = trial_of(of_project("analytic:physical", coordinates), arm)
     assert [finding.id for finding in trial.agreement.disagreeing] == []
-    assert trial.wrong == ()
+    assert trial.wrong_entries == ()
 
 
 @pytest.mark.parametrize("planets", range(2, 9))
@@ -86,7 +88,7 @@ def test_probe_arms_have_as_many_planets_that_mesh_in_the_same_order(planets, la
     ring = teeth["sun_teeth"] + 2 * teeth["planet_teeth"]
     joint = {**labelled.joints[0].model_dump(), **teeth, "ring_teeth": ring}
     joints = [{**joint, "planet_count": planets}] * 2
-    probe, _ = probe_arms(Arm.model_validate({**labelled.model_dump(), "joints": joints}), 2)
+    probe, _ = draw_probe_arms(Arm.model_validate({**labelled.model_dump(), "joints": joints}), 2)
     assert [made.planet_count for made in probe.joints] == [planets] * 2
     assert [(made.sun_teeth + 1) % planets for made in probe.joints] == [0, 0]
     assert probe.joints[0].sun_teeth != probe.joints[1].sun_teeth
@@ -102,7 +104,7 @@ def test_the_ladder_says_which_level_a_rigid_model_is(level):
     coordinates = Coordinates("rigid", "absolute")
     trial = trial_of(of_project(f"pinocchio:{level}", coordinates), load_arm("probe"))
     assert trial.level == level
-    assert [rung.level for rung in trial.rungs if rung.entries == 0] == [level]
+    assert [rung.level for rung in trial.level_mismatches if rung.entries == 0] == [level]
     assert trial.exit_code == 0
 
 
@@ -148,7 +150,7 @@ def rod(link: object) -> tuple[float, float, float, float]:
 def test_two_links_by_hand_pass(labelled):
     trial = trial_of(two_links, labelled)
     assert trial.exit_code == 0
-    assert (trial.level, trial.wrong, trial.missing) == ("links", (), ())
+    assert (trial.level, trial.wrong_entries, trial.missing) == ("links", (), ())
 
 
 def test_a_error_that_equal_joints_make_ambiguous_is_told_by_a_probe(labelled):
@@ -158,12 +160,12 @@ def test_a_error_that_equal_joints_make_ambiguous_is_told_by_a_probe(labelled):
         return two_links(arm, error=True)
 
     trial = trial_of(wrong_equations, labelled)
-    upper, lower = trial.wrong
+    upper, lower = trial.wrong_entries
     assert {(upper.place.row, upper.place.column), (lower.place.row, lower.place.column)} == {
         (0, 1),
         (1, 0),
     }
-    for wrong in trial.wrong:
+    for wrong in trial.wrong_entries:
         (error,) = wrong.explanation.errors
         assert (error.kind, error.yours, error.right) == ("swapped", "d2", "L2")
         assert error.term.coefficient == "m_payload L1 L2"
@@ -179,8 +181,8 @@ def test_half_a_length_for_a_centre_of_mass_is_a_note(labelled):
         return two_links(arm.model_copy(update={"links": (arm.links[0], outer)}))
 
     trial = trial_of(halves, labelled)
-    assert (trial.exit_code, trial.wrong, trial.hidden) == (0, (), ())
-    (number,) = trial.unfollowed
+    assert (trial.exit_code, trial.wrong_entries, trial.hidden_entries) == (0, (), ())
+    (number,) = trial.ignored_numbers
     assert (number.name, dict(number.goes_with)) == ("links[1].com_m", {"links[1].length_m": 1})
 
 
@@ -192,8 +194,8 @@ def test_a_bias_that_does_not_follow_from_its_own_inertia_needs_no_engine(labell
     own = {f.quantity: f.verdict for f in trial.agreement.findings if not f.about.key.right}
     assert own["bias-from-inertia"] == "differ"
     assert own["symmetric"] == own["bias-quadratic"] == "agree"
-    assert {(w.place.row, w.place.rates) for w in trial.wrong} == {(0, (1, 1)), (1, (0, 0))}
-    assert {error.by for w in trial.wrong for error in w.explanation.errors} == {2.0}
+    assert {(w.place.row, w.place.rates) for w in trial.wrong_entries} == {(0, (1, 1)), (1, (0, 0))}
+    assert {error.by for w in trial.wrong_entries for error in w.explanation.errors} == {2.0}
 
 
 def test_what_is_missing_is_said_and_the_rest_judged(labelled):

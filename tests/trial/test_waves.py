@@ -7,13 +7,18 @@ from hypothesis import strategies as st
 
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.diagnose.alternates import ForceDifferences
+from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.diagnose.force_variants import ForceDifferences
+from crosscheck.trial.diagnose.harmonic_fit import (
+    HarmonicBasis,
+    list_angle_sums,
+    make_term_keys,
+    minimum_state_count,
+)
+from crosscheck.trial.diagnose.messages import describe_term_error
 from crosscheck.trial.diagnose.polynomial import TermKey
 from crosscheck.trial.diagnose.reference_terms import ForceStates
-from crosscheck.trial.diagnose.waves import Fitting, keys_of, states_wanted, waves_tried
-from crosscheck.trial.diagnose.words import told
-from crosscheck.trial.judge.places import EntryPlace
+from crosscheck.trial.judge.entries import EntryPlace
 from tests.trial.planted import ABSOLUTE, LUMPED, terms
 from tests.trial.states import sample
 
@@ -24,9 +29,9 @@ UNLIKE, PAPER = load_arm("three-unlike"), load_arm("paper-labelled")
 @given(st.integers(0, 2**32 - 1), st.integers(1, 5))
 def test_waves_come_back(seed, count):
     known, generator = terms(PAPER, ABSOLUTE), np.random.default_rng(seed)
-    angles = generator.uniform(-3, 3, (states_wanted(known), known.joints))
-    fitting = Fitting.of_waves(known, angles)
-    keys = keys_of(waves_tried(known))
+    angles = generator.uniform(-3, 3, (minimum_state_count(known), known.joints))
+    fitting = HarmonicBasis.from_angle_sums(known, angles)
+    keys = make_term_keys(list_angle_sums(known))
     chosen = [keys[place] for place in generator.choice(len(keys), count, replace=False)]
     planted = dict(zip(chosen, generator.uniform(0.1, 10, count), strict=True))
     values = np.zeros(len(angles))
@@ -34,14 +39,14 @@ def test_waves_come_back(seed, count):
         angle = angles @ np.array(key.wave)
         values += coefficient * (np.sin(angle) if key.function == "sin" else np.cos(angle))
     fit = fitting.fit(values, float(np.abs(values).max()), {})
-    assert fit.found == pytest.approx(planted, rel=1e-11)
+    assert fit.significant_coefficients == pytest.approx(planted, rel=1e-11)
     assert fit.left_over == 0.0
 
 
 def test_what_no_wave_makes_is_left_over():
     known, generator = terms(PAPER, ABSOLUTE), np.random.default_rng(0)
-    angles = generator.uniform(-3, 3, (states_wanted(known), known.joints))
-    fit = Fitting.of_waves(known, angles).fit(np.tan(angles[:, 1] / 3.5), 1.0, {})
+    angles = generator.uniform(-3, 3, (minimum_state_count(known), known.joints))
+    fit = HarmonicBasis.from_angle_sums(known, angles).fit(np.tan(angles[:, 1] / 3.5), 1.0, {})
     assert fit.left_over > 1e-3
 
 
@@ -50,8 +55,8 @@ def test_enough_states_for_any_arm(joints):
     from crosscheck.cli.template import example_arm
 
     known = terms(example_arm("long", joints), ABSOLUTE)
-    angles = np.random.default_rng(0).uniform(-3, 3, (states_wanted(known), joints))
-    assert np.linalg.cond(Fitting.of_waves(known, angles).table) < 20
+    angles = np.random.default_rng(0).uniform(-3, 3, (minimum_state_count(known), joints))
+    assert np.linalg.cond(HarmonicBasis.from_angle_sums(known, angles).table) < 20
 
 
 def _forces(**chosen: str) -> tuple[ForceDifferences, np.ndarray]:
@@ -61,7 +66,7 @@ def _forces(**chosen: str) -> tuple[ForceDifferences, np.ndarray]:
     q, v = right.x @ right.frame.matrix.T, right.v @ right.frame.matrix.T
     torque = np.array([right.signals["T_1"], right.signals["T_2"]]).T
     states = ForceStates(right.time, q, v, torque)
-    differences = ForceDifferences(frame_of(LUMPED, PAPER), PAPER, own, states, right.v)
+    differences = ForceDifferences(build_frame(LUMPED, PAPER), PAPER, own, states, right.v)
     yours = sample(PAPER, "analytic:physical", LUMPED, usual_switches(PAPER, **chosen), 250, 5)
     return differences, yours.force() - right.force()
 
@@ -78,7 +83,7 @@ def test_another_law_of_the_mesh_is_named(chosen, expected):
     place = EntryPlace("force", 1)  # x_pr1
     found = differences.explain(place, off[:, 1], 1e5)
     assert found is not None
-    assert told(found.errors[0]).startswith(expected)
+    assert describe_term_error(found.errors[0]).startswith(expected)
 
 
 def test_backlash_left_out_of_one_mesh_is_named():
@@ -91,7 +96,9 @@ def test_backlash_left_out_of_one_mesh_is_named():
     assert not off.any()
     found = differences.explain(EntryPlace("force", 1), (yours.force() - right.force())[:, 1], 1e5)
     assert found is not None
-    errors = [told(error) for each in (found.errors, *found.others) for error in each]
+    errors = [
+        describe_term_error(error) for each in (found.errors, *found.others) for error in each
+    ]
     assert "backlash 0 where b belongs, in mesh force pr1" in errors
 
 
@@ -103,4 +110,6 @@ def test_a_torque_on_the_wrong_joint_is_named():
     found = differences.explain(place, lever * (torque[:, 1] - torque[:, 0]), 1e3)
     assert found is not None
     assert (found.errors[0].yours, found.errors[0].right) == ("T_2", "T_1")
-    assert TermKey((0, 0), "cos", "T_1") in differences.observed(torque[:, 0], 1e3).coefficients
+    assert (
+        TermKey((0, 0), "cos", "T_1") in differences.fit_difference(torque[:, 0], 1e3).coefficients
+    )

@@ -32,7 +32,7 @@ LARGEST = 20.0  # beyond it the hyperbolic tangent is 1 to all digits
 EXPONENTIAL = tuple(1 / math.factorial(n) for n in range(14))
 
 
-def reduced(name: str, turns: str) -> list[str]:
+def reduce_turns(name: str, turns: str) -> list[str]:
     """Lines that set ``name`` to the turns less their nearest whole number."""
     return [f"{name} = {turns}", f"{name} -= rint({name})"]
 
@@ -50,7 +50,7 @@ def cosine(name: str, turns: str) -> list[str]:
     ]
     whole = f"({pairs[0]} + {pairs[1]} * {u2}) + ({pairs[2]} + {pairs[3]} * {u2}) * {u4}"
     return [
-        *reduced(r, turns),
+        *reduce_turns(r, turns),
         f"{r} = 0.25 - abs({r})",
         f"{u} = {r} * {r}",
         f"{u2} = {u} * {u}",
@@ -64,13 +64,13 @@ def sine(name: str, turns: str) -> list[str]:
     return cosine(name, f"{turns} - 0.25")
 
 
-def hyperbolic_tangent(name: str, of: str) -> list[str]:
+def hyperbolic_tangent(name: str, argument: str) -> list[str]:
     """Lines that set ``name`` to tanh(y) = 1 - 2 / (exp(2 y) + 1), within 4e-16; NaN stays NaN."""
     y, shifted, power = f"{name}_y", f"{name}_shifted", f"{name}_power"
     rest, series = f"{name}_rest", f"{name}_series"
     terms = [f"{series} = {series} * {rest} + {value!r}" for value in reversed(EXPONENTIAL[:-1])]
     return [
-        f"{y} = {of}",
+        f"{y} = {argument}",
         f"{y} = {LARGEST!r} if {y} > {LARGEST!r} else {y}",
         f"{y} = 2.0 * (-{LARGEST!r} if {y} < -{LARGEST!r} else {y})",
         f"{shifted} = {y} * {PER_LN2!r} + {ROUNDING!r}",

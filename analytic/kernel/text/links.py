@@ -41,7 +41,7 @@ class LinkStructure(Structure):
         """x_s and every planet's x_pr of stage after stage, then theta of joint after joint."""
         gears = [
             name
-            for j, stage in self.geared
+            for j, stage in self.geared_joints
             for name in (f"x_s{j}", *(f"x_pr{j}_{n}" for n in range(1, stage.planets + 1)))
         ]
         return (*gears, *(f"theta{j}" for j in self.joints))
@@ -51,7 +51,7 @@ class LinkStructure(Structure):
         return acceleration(self)
 
 
-def link_structure(
+def build_link_structure(
     arm: Arm, layout: Layout, gears: Gears, drive: DriveData, links: Links
 ) -> LinkStructure:
     """The structure of a model over its links."""
@@ -162,7 +162,7 @@ def _solve(s: LinkStructure) -> Lines:
 
 
 def _gears(s: LinkStructure) -> Lines:
-    for j, stage in s.geared:
+    for j, stage in s.geared_joints:
         before = f"u_{{0}}{j} * A{j - 1} + " if j > 1 else ""
         carried = f" - ({before}kappa_{{0}}{j} * a_theta{j})"
         yield f"f_s{j} = advance{j} * T{j} - f_sp{j}"

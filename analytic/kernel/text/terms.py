@@ -34,25 +34,25 @@ Entry = tuple[int, ...]
 class TermStructure(Structure):
     """The structure of a model from terms: where those of M, bias and force stand; see Terms.
 
-    angles: places of the joint angles; waves: angle sums w . q; mass, bias, weight: indices of each
-    term; drives (row, joint) and pushes (row, mesh): entries that are not 0 of what torques and
-    mesh forces do; differences (place, place taken away or -1): every mesh's displacement; rubbed:
-    joints with friction; phased (mesh, place): coordinates that a mesh's phase depends on besides
-    its joint's angle, of stages with one planet coordinate; feedback (place, joint): what each
-    controller is told a sum of, if not its joint's own angle.
+    angles: places of the joint angles; angle_sums: angle sums w . q; mass, bias, weight: indices of
+    each term; drives (row, joint) and pushes (row, mesh): entries that are not 0 of what torques
+    and mesh forces do; differences (place, place taken away or -1): every mesh's displacement;
+    friction_joints: joints with friction; phased (mesh, place): coordinates that a mesh's phase
+    depends on besides its joint's angle, of stages with one planet coordinate; feedback (place,
+    joint): what each controller is told a sum of, if not its joint's own angle.
     """
 
     size: int
     angles: tuple[int, ...]
-    waves: tuple[tuple[float, ...], ...]
+    angle_sums: tuple[tuple[float, ...], ...]
     mass: tuple[Entry, ...]
     bias: tuple[Entry, ...]
     weight: tuple[Entry, ...]
     drives: tuple[Entry, ...]
     pushes: tuple[Entry, ...]
     differences: tuple[Entry, ...]
-    rubbed: tuple[int, ...]
-    phased: tuple[Entry, ...]
+    friction_joints: tuple[int, ...]
+    phase_entries: tuple[Entry, ...]
     feedback: tuple[Entry, ...]
 
     @cached_property
@@ -65,21 +65,21 @@ class TermStructure(Structure):
 
     def turns(self, joint: int, side: str) -> str:
         """Phase [turns] as text, as in Structure but with the part of its other coordinates."""
-        mesh = self.meshes.index(f"{side}{joint}_1") if self.phased else -1
+        mesh = self.meshes.index(f"{side}{joint}_1") if self.phase_entries else -1
         turns = super().turns(joint, side)
-        for place in (place for of, place in self.phased if of == mesh):
+        for place in (place for of, place in self.phase_entries if of == mesh):
             x = self.coordinates[place]
             turns += f" + phase{mesh}_{place} * " + (f"(v_{x} * t)" if self.omega_t else f"q_{x}")
         return turns
 
-    def sensed(self, joint: int) -> tuple[str, str]:
+    def sensor_signals(self, joint: int) -> tuple[str, str]:
         """Angle and rate that a controller is told, as text: sums if not its joint's own."""
         if not self.feedback:
-            return super().sensed(joint)
-        told = [place for place, of in self.feedback if of == joint - 1]
+            return super().sensor_signals(joint)
+        places = [place for place, of in self.feedback if of == joint - 1]
         angle, rate = (
             " + ".join(
-                f"told{place}_{joint - 1} * {kind}_{self.coordinates[place]}" for place in told
+                f"told{place}_{joint - 1} * {kind}_{self.coordinates[place]}" for place in places
             )
             for kind in "qv"
         )
@@ -91,7 +91,7 @@ class TermStructure(Structure):
         yield from _solve(self)
 
 
-def term_structure(
+def build_term_structure(
     arm: Arm,
     layout: Layout,
     gears: Gears,
@@ -103,21 +103,21 @@ def term_structure(
     """The structure of a model from its terms; see TermEquations."""
     common = common_structure(arm, layout, gears, drive)
     if phase_weights.any():  # sun and ring mesh each by its own
-        stages = (stage and stage._replace(one_rate=False) for stage in common.stages)
+        stages = (stage and stage._replace(shared_rate=False) for stage in common.stages)
         common = common._replace(stages=tuple(stages))
     return TermStructure(
         *common,
         size=len(layout),
         angles=tuple(map(int, terms.theta)),
-        waves=_entries(terms.waves),
+        angle_sums=_entries(terms.angle_sums),
         mass=_entries(terms.mass),
         bias=_entries(terms.bias),
         weight=_entries(terms.weight),
         drives=_entries(np.argwhere(terms.drive_map)),
         pushes=_entries(np.argwhere(terms.mesh_map)),
-        differences=tuple(zip(gears.where.tolist(), gears.less.tolist(), strict=True)),
-        rubbed=tuple(np.flatnonzero(terms.friction).tolist()),
-        phased=_entries(np.argwhere(phase_weights)),
+        differences=tuple(zip(gears.x_index.tolist(), gears.subtract_index.tolist(), strict=True)),
+        friction_joints=tuple(np.flatnonzero(terms.friction).tolist()),
+        phase_entries=_entries(np.argwhere(phase_weights)),
         feedback=_entries(np.argwhere(feedback)),
     )
 
@@ -146,13 +146,13 @@ def _each(entries: Sequence[Entry]) -> list[tuple[int, Entry]]:
     return list(enumerate(entries))
 
 
-def _still(s: TermStructure, wave: int) -> bool:
+def _is_still(s: TermStructure, wave: int) -> bool:
     """Whether a wave's angle is 0 at every state."""
-    return not any(s.waves[wave])
+    return not any(s.angle_sums[wave])
 
 
 def _by(s: TermStructure, function: str, wave: int) -> str:
-    return "" if _still(s, wave) else f" * {function}_w{wave}"
+    return "" if _is_still(s, wave) else f" * {function}_w{wave}"
 
 
 def _rate(s: TermStructure, place: int) -> str:
@@ -163,7 +163,7 @@ def _waves(s: TermStructure) -> Lines:
     """Lines of cosines and sines of the waves that some term has."""
     cosines = {w for *_, w in s.mass} | {w for _, w in s.weight}
     sines = {w for _, w, *_ in s.bias} | {w for _, w in s.weight}
-    for number, wave in enumerate(s.waves):
+    for number, wave in enumerate(s.angle_sums):
         angle = " + ".join(
             f"{factor!r} * q_{s.coordinates[place]}" for place, factor in enumerate(wave) if factor
         )
@@ -175,10 +175,10 @@ def _waves(s: TermStructure) -> Lines:
 
 def _sums(name: str, terms: Sequence[tuple[str, str]]) -> Lines:
     """Lines of every entry, the sum of its terms in their order."""
-    found = defaultdict[str, list[str]](list)
+    terms_by_entry = defaultdict[str, list[str]](list)
     for place, term in terms:
-        found[place].append(term)
-    for place, parts in found.items():
+        terms_by_entry[place].append(term)
+    for place, parts in terms_by_entry.items():
         yield f"{name}{place} = {' + '.join(parts)}"
 
 
@@ -192,7 +192,7 @@ def _forces(s: TermStructure) -> Lines:
         for kind in ("q", "v"):
             taken = f" - {kind}_{s.coordinates[less]}" if less >= 0 else ""
             yield f"{'x' if kind == 'q' else 'v'}_{mesh} = {kind}_{s.coordinates[where]}{taken}"
-    for j, stage in s.geared:
+    for j, stage in s.geared_joints:
         yield from stiffness_and_error(s, j, stage)
         yield from mesh_forces(s, j, stage)
     named = {number: mesh for mesh, number in numbers.items()}
@@ -201,19 +201,19 @@ def _forces(s: TermStructure) -> Lines:
     for k, (row, w) in _each(s.weight):
         terms += [(str(row), f"weight_c{k}" + _by(s, "c", w)), (str(row), f"weight_s{k} * s_w{w}")]
     yield from _sums("f", terms)
-    yield from _taken(s, numbers, {int(row) for row, _ in terms})
+    yield from _remaining_forces(s, numbers, {int(row) for row, _ in terms})
 
 
-def _taken(s: TermStructure, numbers: dict[str, int], begun: set[int]) -> Lines:
+def _remaining_forces(s: TermStructure, numbers: dict[str, int], begun: set[int]) -> Lines:
     """Lines that add friction, dampers and conservative springs to the forces."""
-    changes = [(s.angles[j], f"-(friction{j + 1} * v_theta{j + 1})") for j in s.rubbed]
+    changes = [(s.angles[j], f"-(friction{j + 1} * v_theta{j + 1})") for j in s.friction_joints]
     for mesh, number in numbers.items():
         where, less = s.differences[number]
         changes.append((where, f"-D_{mesh}"))
         if less >= 0:
             changes.append((less, f"D_{mesh}"))
     if s.conservative:
-        changes += [(s.angles[j - 1], f"on_theta{j}") for j, _ in s.geared]
+        changes += [(s.angles[j - 1], f"on_theta{j}") for j, _ in s.geared_joints]
     for row, change in changes:
         yield f"f{row} = " + (f"f{row} + {change}" if row in begun else change)
         begun.add(row)

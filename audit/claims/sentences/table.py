@@ -38,14 +38,14 @@ class Sentence:
     none: str = ""
 
     @model_validator(mode="after")
-    def _leads_somewhere_or_says_why_not(self) -> Self:
+    def _check_reason(self) -> Self:
         if bool(self.none) == bool(self.claims or self.errata):
             raise ValueError("needs claims or errata, or else a reason for none")
         return self
 
 
 @dataclass(frozen=True)
-class _File:
+class _SentenceFile:
     sentences: tuple[Sentence, ...]
 
 
@@ -56,4 +56,4 @@ def load_sentences() -> list[Sentence]:
 
 def _load_file(name: str) -> tuple[Sentence, ...]:
     text = (FOLDER / f"{name}.toml").read_text(encoding="utf-8")
-    return TypeAdapter(_File).validate_python(tomllib.loads(text)).sentences
+    return TypeAdapter(_SentenceFile).validate_python(tomllib.loads(text)).sentences

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from crosscheck.audit.claims import quantities as q
 from crosscheck.audit.claims import rule
-from crosscheck.audit.claims.rule import Decided, Limits, about, above, below, read_off
+from crosscheck.audit.claims.rule import (
+    ClaimCriteria,
+    Limits,
+    limits_above,
+    limits_around,
+    limits_below,
+    limits_from_plot,
+)
 from crosscheck.audit.experiments import experiments as run
 from crosscheck.audit.measures.events import AT_ONCE_S
 from crosscheck.audit.measures.thresholds import DOUBLED, EVIDENT, HALVED, SEVERE, VISIBLE_SHARE
@@ -13,65 +20,69 @@ from crosscheck.registry import RIGID_LEVELS
 
 PRINTED_DIGIT = "what rounds to the digit that the paper prints"
 THIRTY = Limits(25, 35, PRINTED_DIGIT)
-TWENTIETH = below(0.05, "a twentieth: as much as a controller may overshoot unnoticed")
-RAPID = below(0.1, "a fifth of the 0.5 s that Fig. 8 shows")
-CALMED = above(DOUBLED, "at least twice as much at the start as later")
+TWENTIETH = limits_below(0.05, "a twentieth: as much as a controller may overshoot unnoticed")
+RAPID = limits_below(0.1, "a fifth of the 0.5 s that Fig. 8 shows")
+CALMED = limits_above(DOUBLED, "at least twice as much at the start as later")
 POSITION_RAD = 1e-3  # Section 4.1's scale
 SUDDEN_S = 0.1  # two thirds of the time for which an impact's vibration is followed
 VANISHED = 0.1
 
 # Words that several statements use, each with one meaning.
-EXISTS = above(EVIDENT, "the smallest that Section 3.2 calls a fluctuation")
-SEVERELY = above(SEVERE, "four times the rigid arm's own largest acceleration")
-GONE = below(VANISHED, "a tenth is left: none of the plots would show it")
-LARGER = above(1.0, "the statement's own comparison")
-SMALLER = below(1.0, "the statement's own comparison")
-MOSTLY = above(HALVED, "more than half")
-VISIBLE = above(VISIBLE_SHARE, "what is wider than the line of a plot of the whole")
-QUICKLY = below(SUDDEN_S, "a thirtieth of the run, and a quarter of the way to the next event")
-SLOWLY = above(SUDDEN_S, "the opposite of what Section 4.2 means by rapidly")
-ON_SCALE = below(DOUBLED * POSITION_RAD, "twice the scale that Section 4.1 names")
+EXISTS = limits_above(EVIDENT, "the smallest that Section 3.2 calls a fluctuation")
+SEVERELY = limits_above(SEVERE, "four times the rigid arm's own largest acceleration")
+GONE = limits_below(VANISHED, "a tenth is left: none of the plots would show it")
+LARGER = limits_above(1.0, "the statement's own comparison")
+SMALLER = limits_below(1.0, "the statement's own comparison")
+MOSTLY = limits_above(HALVED, "more than half")
+VISIBLE = limits_above(VISIBLE_SHARE, "what is wider than the line of a plot of the whole")
+QUICKLY = limits_below(
+    SUDDEN_S, "a thirtieth of the run, and a quarter of the way to the next event"
+)
+SLOWLY = limits_above(SUDDEN_S, "the opposite of what Section 4.2 means by rapidly")
+ON_SCALE = limits_below(DOUBLED * POSITION_RAD, "twice the scale that Section 4.1 names")
 # Numbers that the paper prints, for claims, figures and fits alike.
 SIDE_CHANGE = Limits(0.3, 0.4, "after 0.3 s, and before the next tenth")
-RETURN = read_off(1.5)
+RETURN = limits_from_plot(1.5)
 FIRST_TWO = Limits(
     10 * (1 - rule.READ_OFF), 40 * (1 + rule.READ_OFF), f"10 to 40, each to {rule.PLOT}"
 )
-THIRD_SIZE = read_off(300)
+THIRD_SIZE = limits_from_plot(300)
 
 FIRST, SECOND, THIRD = (q.pd(name) for name in ("first", "second", "third"))
 ALL_THREE = (FIRST, SECOND, THIRD)
-WITHOUT_ERROR = q.of(run.NO_ERROR, "third")
-ANY_WITHOUT_ERROR = q.of_any_start(WITHOUT_ERROR)
-WITHOUT_BACKLASH, STEADY = (q.of(one, "third") for one in (run.NO_BACKLASH, run.CONSTANT_STIFFNESS))
+WITHOUT_ERROR = q.quantity_of(run.NO_ERROR, "third")
+ANY_WITHOUT_ERROR = q.maximum_over_starts(WITHOUT_ERROR)
+WITHOUT_BACKLASH, STEADY = (
+    q.quantity_of(one, "third") for one in (run.NO_BACKLASH, run.CONSTANT_STIFFNESS)
+)
 OWED = q.difference(THIRD, ANY_WITHOUT_ERROR)  # to the tooth error: no start has it without
 
 
-def in_third(quantity: q.Quantity) -> q.Quantity:
+def restrict_to_third(quantity: q.Quantity) -> q.Quantity:
     """The quantity where the tooth error makes a third fluctuation beyond the controller's own."""
-    return q.where(OWED, EVIDENT, quantity)
+    return q.restrict_above(OWED, EVIDENT, quantity)
 
 
-_OVERSHOOT = below(0.05, "a well damped step (damping ratio 0.7) overshoots by 4.6 %")
-_STABLE = below(0.02, "2 %, the usual settling band")
-_DIRECTLY = below(VISIBLE_SHARE, "what a plot of the whole step hides")
-_THREE_OF_THREE = above(2.5, "all of three")
+_OVERSHOOT = limits_below(0.05, "a well damped step (damping ratio 0.7) overshoots by 4.6 %")
+_STABLE = limits_below(0.02, "2 %, the usual settling band")
+_DIRECTLY = limits_below(VISIBLE_SHARE, "what a plot of the whole step hides")
+_THREE_OF_THREE = limits_above(2.5, "all of three")
 
 
-def _way(joint: int) -> q.Quantity:
+def _step_error(joint: int) -> q.Quantity:
     """How far a joint overshoots or sets back on its way up, whichever is more."""
-    return q.largest(q.pd(f"setback_{joint}"), q.pd(f"overshoot_{joint}"))
+    return q.maximum(q.pd(f"setback_{joint}"), q.pd(f"overshoot_{joint}"))
 
 
-DECIDED: Decided = {
+DECIDED: ClaimCriteria = {
     # data and start
     "3-01": (
         q.torque("torque_gain"),
-        about(99 / 27 + 1, 0.02, "the gears' own inertia takes a little of it"),
+        limits_around(99 / 27 + 1, 0.02, "the gears' own inertia takes a little of it"),
     ),
     "3-02": (
         q.torque("force_at_start_N"),
-        below(1e-3, "k_m times the 1e-12 m by which starts differ is 1e-4 N"),
+        limits_below(1e-3, "k_m times the 1e-12 m by which starts differ is 1e-4 N"),
     ),
     "3-03": (
         q.static("initial_values"),
@@ -79,7 +90,7 @@ DECIDED: Decided = {
     ),
     "3-04": (
         q.static("gyration_over_pitch"),
-        below(1.0, "no gear's mass lies, on average, beyond its pitch circle"),
+        limits_below(1.0, "no gear's mass lies, on average, beyond its pitch circle"),
     ),
     # deviations from the rigid arm
     "3.1-01": (
@@ -95,122 +106,132 @@ DECIDED: Decided = {
     "3.1-05": ({level: q.torque(f"stroke_share_{level}") for level in RIGID_LEVELS}, TWENTIETH),
     "3.1-06": (
         {level: q.torque(f"growth_{level}") for level in RIGID_LEVELS},
-        above(DOUBLED, "more than in proportion to the time"),
+        limits_above(DOUBLED, "more than in proportion to the time"),
     ),
     "3.1-07": (
-        q.over(q.torque("deviation_1_coupled_rad"), q.torque("deviation_1_links_rad")),
-        above(HALVED, "half of it is left when the rigid model has the gears' inertia"),
+        q.ratio(q.torque("deviation_1_coupled_rad"), q.torque("deviation_1_links_rad")),
+        limits_above(HALVED, "half of it is left when the rigid model has the gears' inertia"),
     ),
     "3.1-08": ({level: q.torque(f"relative_{level}") for level in RIGID_LEVELS}, TWENTIETH),
     "3.1-18": (
-        q.of(run.PLANTED, "planted_shown"),
-        above(0.9, "a validation shows nine of ten gross errors"),
+        q.quantity_of(run.PLANTED, "planted_shown"),
+        limits_above(0.9, "a validation shows nine of ten gross errors"),
     ),
     "3.1-19": (
         {"the shoulder": q.torque("stroke_1"), "the elbow": q.torque("stroke_2")},
-        about(1.0, 0.5, "half a circle is the nearest of quarter, half and whole"),
+        limits_around(1.0, 0.5, "half a circle is the nearest of quarter, half and whole"),
     ),
     "3.1-20": ({level: q.torque(f"own_share_{level}") for level in RIGID_LEVELS}, TWENTIETH),
     # the meshes
-    "3.1-09": (q.torque("x_middle_um"), about(52, 0.02, "1 µm to either side: " + PRINTED_DIGIT)),
+    "3.1-09": (
+        q.torque("x_middle_um"),
+        limits_around(52, 0.02, "1 µm to either side: " + PRINTED_DIGIT),
+    ),
     "3.1-10": (q.torque("vibration_decay_s"), RAPID),
     "3.1-11": (q.torque("force_decay"), CALMED),
     "3.1-12": (
-        q.over(q.of(run.CONSTANT_PRELOADED, "ringing_N"), q.torque("ringing_N")),
-        below(HALVED, "most of it is gone without the impact"),
+        q.ratio(q.quantity_of(run.CONSTANT_PRELOADED, "ringing_N"), q.torque("ringing_N")),
+        limits_below(HALVED, "most of it is gone without the impact"),
     ),
     "3.1-13": (
-        q.over(q.of(run.CONSTANT_NO_ERROR, "x_ripple_um"), q.torque("x_ripple_um")),
-        below(HALVED, "without the cause less than half is left"),
+        q.ratio(q.quantity_of(run.CONSTANT_NO_ERROR, "x_ripple_um"), q.torque("x_ripple_um")),
+        limits_below(HALVED, "without the cause less than half is left"),
     ),
-    "3.1-14": (q.torque("x_ripple_um"), read_off(10)),
-    "3.1-15": (q.torque("x_ripple_over_2E"), read_off(1)),
-    "3.1-16": (q.torque("turns_gained"), above(0.5, "one turning point more in the second half")),
-    "3.1-17": (q.torque("speeding_up"), above(0.95, "it speeds up nearly always")),
+    "3.1-14": (q.torque("x_ripple_um"), limits_from_plot(10)),
+    "3.1-15": (q.torque("x_ripple_over_2E"), limits_from_plot(1)),
+    "3.1-16": (
+        q.torque("turns_gained"),
+        limits_above(0.5, "one turning point more in the second half"),
+    ),
+    "3.1-17": (q.torque("speeding_up"), limits_above(0.95, "it speeds up nearly always")),
     "3.1-21": (q.torque("others_decay"), CALMED),
     "3.1-22": (q.torque("others_decay_s"), RAPID),
     # positioning
     "3.2-01": (q.pd("overshoot_1"), _OVERSHOOT),
     "3.2-02": (q.pd("overshoot_2"), _OVERSHOOT),
-    "3.2-03": (q.largest(q.pd("final_1_rad"), q.pd("final_2_rad")), ON_SCALE),
+    "3.2-03": (q.maximum(q.pd("final_1_rad"), q.pd("final_2_rad")), ON_SCALE),
     "3.2-04": (q.pd("late_distance_1"), _STABLE),
     "3.2-05": (q.pd("late_distance_2"), _STABLE),
     "3.2-06": (
         q.pd("theta_fast_rad"),
-        below(VISIBLE_SHARE * POSITION_RAD, "a hundredth of the scale of positioning errors"),
+        limits_below(
+            VISIBLE_SHARE * POSITION_RAD, "a hundredth of the scale of positioning errors"
+        ),
     ),
     "3.2-07": (q.pd("torque_fast_1"), VISIBLE),
     "3.2-08": (q.pd("torque_fast_2"), VISIBLE),
     "3.2-09": (
-        in_third(q.pd("torque_follows")),
-        above(0.9, "one explains four fifths of the other's variance"),
+        restrict_to_third(q.pd("torque_follows")),
+        limits_above(0.9, "one explains four fifths of the other's variance"),
     ),
     "3.2-10": (
-        in_third(q.pd("torque_frequency_Hz")),
-        above(100.0, "speed loops of servo drives reach some tens of hertz"),
+        restrict_to_third(q.pd("torque_frequency_Hz")),
+        limits_above(100.0, "speed loops of servo drives reach some tens of hertz"),
     ),
-    "3.2-47": (_way(1), _DIRECTLY),
-    "3.2-48": (_way(2), _DIRECTLY),
+    "3.2-47": (_step_error(1), _DIRECTLY),
+    "3.2-48": (_step_error(2), _DIRECTLY),
     # the course of the motion
-    "3.2-11": (q.largest(SECOND, THIRD), SEVERELY),
-    "3.2-12": (q.smallest(*ALL_THREE), EXISTS),
+    "3.2-11": (q.maximum(SECOND, THIRD), SEVERELY),
+    "3.2-12": (q.minimum(*ALL_THREE), EXISTS),
     "3.2-13": (q.pd("zero_windows"), _THREE_OF_THREE),
     "3.2-14": (q.pd("apart_windows"), _THREE_OF_THREE),
-    "3.2-49": (q.pd("apart_at_zero"), above(0.9, "a sign that is right nine times of ten")),
+    "3.2-49": (q.pd("apart_at_zero"), limits_above(0.9, "a sign that is right nine times of ten")),
     "3.2-15": (
-        q.over(q.of(run.PRELOADED, "first"), FIRST),
-        below(HALVED, "most of it is gone without the impact"),
+        q.ratio(q.quantity_of(run.PRELOADED, "first"), FIRST),
+        limits_below(HALVED, "most of it is gone without the impact"),
     ),
     "3.2-16": (q.pd("side_change_s"), SIDE_CHANGE),
     "3.2-17": (
-        q.where(q.pd("second_over_before"), 1.0, q.pd("second_delay_s")),
-        below(AT_ONCE_S, "four flights across 100 µm: nothing else happens so soon"),
+        q.restrict_above(q.pd("second_over_before"), 1.0, q.pd("second_delay_s")),
+        limits_below(AT_ONCE_S, "four flights across 100 µm: nothing else happens so soon"),
     ),
     "3.2-18": (q.pd("opposite_share"), MOSTLY),
     "3.2-19": (
-        q.times(q.pd("jump_um"), 1 / (2 * run.DEFAULT_B_UM), "2b"),
+        q.scaled_quantity(q.pd("jump_um"), 1 / (2 * run.DEFAULT_B_UM), "2b"),
         Limits(0.9, 1.1, "the tooth error may add or take 2 E, a tenth of 2 b"),
     ),
-    "3.2-50": (q.over(q.of(run.NO_BACKLASH, "jump_um"), q.pd("jump_um")), GONE),
-    "3.2-51": (q.pd("flight_s"), below(0.03, "a hundredth of Fig. 12's 3 s")),
+    "3.2-50": (q.ratio(q.quantity_of(run.NO_BACKLASH, "jump_um"), q.pd("jump_um")), GONE),
+    "3.2-51": (q.pd("flight_s"), limits_below(0.03, "a hundredth of Fig. 12's 3 s")),
     "3.2-20": (q.pd("return_s"), RETURN),
-    "3.2-21": (q.pd("speed_at_return"), below(0.05, "five widths of a plot's line")),
+    "3.2-21": (q.pd("speed_at_return"), limits_below(0.05, "five widths of a plot's line")),
     "3.2-22": (
         q.pd("fourth_over_before"),
-        above(DOUBLED, "twice what was there before is something new"),
+        limits_above(DOUBLED, "twice what was there before is something new"),
     ),
-    "3.2-23": (in_third(q.over(q.pd("fourth"), q.smallest(*ALL_THREE))), SMALLER),
-    "3.2-24": (q.largest(q.pd("first_decay_s"), q.pd("second_decay_s")), SLOWLY),
+    "3.2-23": (restrict_to_third(q.ratio(q.pd("fourth"), q.minimum(*ALL_THREE))), SMALLER),
+    "3.2-24": (q.maximum(q.pd("first_decay_s"), q.pd("second_decay_s")), SLOWLY),
     "3.2-25": (
-        in_third(q.pd("third_gap_s")),
-        above(DOUBLED * SUDDEN_S, "twice as long as an impact's own fluctuation may last"),
+        restrict_to_third(q.pd("third_gap_s")),
+        limits_above(DOUBLED * SUDDEN_S, "twice as long as an impact's own fluctuation may last"),
     ),
     "3.2-26": (
-        in_third(q.pd("third_growth")),
-        above(DOUBLED, "it has at least doubled since its window began"),
+        restrict_to_third(q.pd("third_growth")),
+        limits_above(DOUBLED, "it has at least doubled since its window began"),
     ),
     # sizes
     "3.2-27": (FIRST, FIRST_TWO),
     "3.2-28": (SECOND, FIRST_TWO),
     "3.2-29": (THIRD, THIRD_SIZE),
-    "3.2-30": (q.over(THIRD, q.largest(FIRST, SECOND)), LARGER),
-    "3.2-31": (q.largest(SECOND, OWED), EXISTS),
+    "3.2-30": (q.ratio(THIRD, q.maximum(FIRST, SECOND)), LARGER),
+    "3.2-31": (q.maximum(SECOND, OWED), EXISTS),
     "3.2-32": (
         q.pd("deviation_rad"),
-        below(POSITION_RAD, "the scale that Section 4.1 calls negligible"),
+        limits_below(POSITION_RAD, "the scale that Section 4.1 calls negligible"),
     ),
     "3.2-33": (
         q.pd("speed_fast"),
-        above(1.0, "the fluctuation is as large as the speed: its direction is not the drive's"),
+        limits_above(
+            1.0, "the fluctuation is as large as the speed: its direction is not the drive's"
+        ),
     ),
     # models that leave one of the gears' effects out
-    "3.2-35": (q.over(q.of(run.NO_BACKLASH, "second"), SECOND), GONE),
-    "3.2-36": (in_third(q.over(WITHOUT_BACKLASH, THIRD)), LARGER),
-    "3.2-39": (q.where(THIRD, EVIDENT, q.over(WITHOUT_ERROR, THIRD)), GONE),
-    "3.2-40": (q.of(run.CONSTANT_STIFFNESS, "first"), EXISTS),
-    "3.2-41": (q.of(run.CONSTANT_STIFFNESS, "second"), EXISTS),
-    "3.2-42": (in_third(STEADY), EXISTS),
-    "3.2-43": (in_third(q.over(STEADY, THIRD)), SMALLER),
+    "3.2-35": (q.ratio(q.quantity_of(run.NO_BACKLASH, "second"), SECOND), GONE),
+    "3.2-36": (restrict_to_third(q.ratio(WITHOUT_BACKLASH, THIRD)), LARGER),
+    "3.2-39": (q.restrict_above(THIRD, EVIDENT, q.ratio(WITHOUT_ERROR, THIRD)), GONE),
+    "3.2-40": (q.quantity_of(run.CONSTANT_STIFFNESS, "first"), EXISTS),
+    "3.2-41": (q.quantity_of(run.CONSTANT_STIFFNESS, "second"), EXISTS),
+    "3.2-42": (restrict_to_third(STEADY), EXISTS),
+    "3.2-43": (restrict_to_third(q.ratio(STEADY, THIRD)), SMALLER),
     "3.2-44": (q.difference(STEADY, WITHOUT_ERROR), EXISTS),
     "3.2-45": (q.difference(THIRD, STEADY), EXISTS),
 }

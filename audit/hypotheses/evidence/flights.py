@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.audit.experiments.question import Question, Records
-from crosscheck.audit.measures.undefined import known
+from crosscheck.audit.measures.undefined import is_defined
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.models.loading import Case, load_case
 from crosscheck.models.pinocchio.floating import FloatingBase, PinocchioFloating
@@ -46,7 +46,7 @@ class Flight:
 
 
 @dataclass(frozen=True)
-class Need:
+class RequiredMassRatio:
     """The mass ratio from which on the tip stays within LIMIT_M; None if no base flown is enough.
 
     ratio: over the whole run; error_times_ratio_m: of the heaviest base.
@@ -60,7 +60,7 @@ class Need:
 
 
 @dataclass(frozen=True)
-class Flights(Question[list[Flight]]):
+class FlightSweep(Question[list[Flight]]):
     """A question: the flights in one scenario on one cube, over its mass."""
 
     cost = 3.0
@@ -79,8 +79,8 @@ class Flights(Question[list[Flight]]):
 
     def answer(self) -> list[Flight]:
         case = self.case
-        fixed, carried_kg = on_fixed_base(case), arm_mass(case)
-        found = []
+        fixed, carried_kg = simulate_fixed_base(case), arm_mass(case)
+        flights = []
         for ratio in RATIOS:
             base = FloatingBase(ratio * carried_kg, self.side_m)
             free = PinocchioFloating(case.arm, case.scenario, base).simulate()
@@ -98,11 +98,11 @@ class Flights(Question[list[Flight]]):
                 joint_error_rad=float(np.abs(free["theta"] - fixed["theta"]).max()),
                 momentum_drift=float(np.abs(free["momentum"]).max()),
             )
-            found.append(flight)
-        return found
+            flights.append(flight)
+        return flights
 
 
-def on_fixed_base(case: Case) -> xr.Dataset:
+def simulate_fixed_base(case: Case) -> xr.Dataset:
     """The run of the same arm on a base that does not move."""
     return build(FIXED_BASE, *case).reference(FIXED_TOLERANCE)
 
@@ -121,7 +121,7 @@ def tip_error(free: xr.Dataset, fixed: xr.Dataset, case: Case) -> np.ndarray:
     return np.linalg.norm(flying - tip_position(fixed, case.arm).values, axis=1)
 
 
-def needed_ratio(ratios: np.ndarray, errors: np.ndarray, limit: float) -> float | None:
+def required_ratio(ratios: np.ndarray, errors: np.ndarray, limit: float) -> float | None:
     """Ratio from which on the error stays below the limit, between samples by power law.
 
     The smallest ratio if all are below; None if the largest ratio is not enough. An error that is
@@ -131,25 +131,25 @@ def needed_ratio(ratios: np.ndarray, errors: np.ndarray, limit: float) -> float 
     if above.size == 0:
         return float(ratios[0])
     last = int(above[-1])
-    if last == ratios.size - 1 or not known(errors[last]):
+    if last == ratios.size - 1 or not is_defined(errors[last]):
         return None
     near = slice(last, last + 2)
     x, y = np.log(ratios[near]), np.log(errors[near])
     return float(np.exp(np.interp(-np.log(limit), -y, x)))
 
 
-def larger_is_enough(needs: list[float | None]) -> bool:
+def is_larger_base_enough(needs: list[float | None]) -> bool:
     """Whether the smallest base of the sweep keeps every tip within the limit."""
     return all(need is not None and need <= RATIOS[0] for need in needs)
 
 
-def need(flown: Sequence[Flight]) -> Need:
+def find_required_ratio(flown: Sequence[Flight]) -> RequiredMassRatio:
     """The mass ratio that one scenario on one cube needs, from flights with ever heavier bases."""
     ratios, largest, end = np.array([(f.ratio, f.largest_m, f.end_m) for f in flown]).T
-    return Need(
+    return RequiredMassRatio(
         scenario=flown[0].scenario,
         side_m=flown[0].side_m,
-        ratio=needed_ratio(ratios, largest, LIMIT_M),
-        ratio_at_end=needed_ratio(ratios, end, LIMIT_M),
+        ratio=required_ratio(ratios, largest, LIMIT_M),
+        ratio_at_end=required_ratio(ratios, end, LIMIT_M),
         error_times_ratio_m=float(largest[-1] * ratios[-1]),
     )

@@ -17,16 +17,16 @@ from crosscheck import signals
 from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.audit.claims.rule import State, quantiles_of, state
-from crosscheck.audit.experiments import cells, pool, starts
+from crosscheck.audit.experiments import ensembles, paper_conditions, samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.torque import fast
+from crosscheck.audit.experiments.torque import fast_part
 from crosscheck.audit.experiments.variant import Numbers, Planets, Variant
-from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.rigid import rigid_arm
+from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.shares import Share, share_of
-from crosscheck.audit.measures.undefined import finite
-from crosscheck.audit.phase.runs import Continued, models_of, with_torque
+from crosscheck.audit.measures.undefined import floats_or_none
+from crosscheck.audit.phase.runs import ContinuedModel, build_models, set_drive_torque
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.loading import Case
 
@@ -65,26 +65,28 @@ class FlutterSetting(NamedTuple):
         ]
         if not self.varying:
             meshes.append("arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0")
-        cell = cells.Cell(cells.INTEGRAL, self.zeta, planets=self.planets).variant()
-        stride = round(starts.RECORDED_S / cell.case().scenario.step_s)
+        cell = paper_conditions.Condition(
+            paper_conditions.INTEGRAL, self.zeta, planets=self.planets
+        ).variant()
+        stride = round(ensembles.RECORDED_S / cell.case().scenario.step_s)
         return replace(cell, meshes=tuple(meshes), duration_s=SETTLED_S[1], record_every=stride)
 
 
 @dataclass(frozen=True)
-class Vibrations(starts.TransientPd):
+class VibrationQuestion(ensembles.TransientPdQuestion):
     """A question: shoulder vibration in SETTLED_S, less the rigid arm: [rad/s^2] and [Hz]."""
 
     played_back: bool = False
 
     def case(self) -> Case:
         case = super().case()
-        return played_back(case, self.variant) if self.played_back else case
+        return replace_drive_by_rigid_torque(case, self.variant) if self.played_back else case
 
-    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
+    def numbers(self, run: RunSignals, rigid: tuple[RunSignals, ...]) -> Numbers:
         (beside,) = rigid
         part = signals.window(run.time, *SETTLED_S)
         excess = (run.theta_ddot - beside.theta_ddot)[part, 0]
-        return finite(
+        return floats_or_none(
             {
                 "vibration": signals.amplitude(excess),
                 "frequency_Hz": signals.dominant_frequency(run.time[part], excess),
@@ -119,33 +121,42 @@ class Flutter:
         return quantiles_of(self.sizes) or ()
 
 
-def flutters(study: Study, settings: Sequence[FlutterSetting], scale: Scale) -> list[Flutter]:
+def measure_flutter(
+    study: Study, settings: Sequence[FlutterSetting], scale: Scale
+) -> list[Flutter]:
     """The vibration in every setting, from the scale's starts."""
-    asked = {
-        one: Vibrations(scale.cut(one.variant()), scale.seeds, played_back=one.played_back)
-        for one in settings
+    questions = {
+        flutter_setting: VibrationQuestion(
+            scale.cut(flutter_setting.variant()),
+            scale.seeds,
+            played_back=flutter_setting.played_back,
+        )
+        for flutter_setting in settings
     }
-    found = study.answered(asked, "H6, vibration against damping")
-    return [flutter_of(setting, pool.Sample.of(measured)) for setting, measured in found.items()]
+    measurements = study.answer_by_key(questions, "H6, vibration against damping")
+    return [
+        summarize_flutter(setting, samples.Sample.from_numbers(measured))
+        for setting, measured in measurements.items()
+    ]
 
 
-def flutter_of(setting: FlutterSetting, sample: pool.Sample) -> Flutter:
+def summarize_flutter(setting: FlutterSetting, sample: samples.Sample) -> Flutter:
     """The vibration in a setting from what its starts measured; starts that end before left out."""
     sizes = np.where(sample.diverged, np.inf, sample["vibration"])
     vibrating = sample["frequency_Hz"][np.isfinite(sizes) & (sizes > VIBRATES)]
-    known = np.sort(sizes[~np.isnan(sizes)])
+    defined_sizes = np.sort(sizes[~np.isnan(sizes)])
     frequency = float(np.median(vibrating)) if vibrating.size else None
-    return Flutter(setting, tuple(map(float, known)), frequency)
+    return Flutter(setting, tuple(map(float, defined_sizes)), frequency)
 
 
-def played_back(case: Case, variant: Variant) -> Case:
+def replace_drive_by_rigid_torque(case: Case, variant: Variant) -> Case:
     """The case with its drive replaced by the torque that the rigid arm needs in it."""
     count = round(case.scenario.duration_s / TABLE_S) + 1
     time = np.linspace(0.0, case.scenario.duration_s, count)
-    return with_torque(case, time, starts.rigid_course(rigid_arm(variant)).at(time).torque)
+    return set_drive_torque(case, time, ensembles.rigid_course(rigid_arm(variant)).at(time).torque)
 
 
-class Handed(NamedTuple):
+class VibrationAfterHandover(NamedTuple):
     """The shoulder vibration [rad/s^2] of every start, AFTER_S later, by what drives the arm."""
 
     link: list[float]
@@ -154,14 +165,16 @@ class Handed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class DriveHandover(starts.Perturbed[Handed]):
+class DriveHandover(ensembles.EnsembleQuestion[VibrationAfterHandover]):
     """A question: the variant's run under PD control, handed over at HANDED_S."""
 
     cost = 16.0
 
-    def answer(self) -> Handed:
-        case, models = self.variant.case(), models_of(self.variant, self.seeds)
-        table = drive_data(played_back(case, self.variant).scenario, len(case.arm.joints))
+    def answer(self) -> VibrationAfterHandover:
+        case, models = self.variant.case(), build_models(self.variant, self.seeds)
+        table = drive_data(
+            replace_drive_by_rigid_torque(case, self.variant).scenario, len(case.arm.joints)
+        )
         later = table._replace(table_time=table.table_time - HANDED_S)
         model = models[0]
         *_, last = Batch(models).run(1, round(HANDED_S / model.scenario.step_s), 1)
@@ -172,10 +185,12 @@ class DriveHandover(starts.Perturbed[Handed]):
             TermEquations(*parts, later, model.terms),
             TermEquations(*parts, model.drive, model.terms, sensor=model.terms.drive_map),
         )
-        return Handed(*([_left(Continued(case, *x, way)) for x in states] for way in ways))
+        return VibrationAfterHandover(
+            *([_residual_vibration(ContinuedModel(case, *x, way)) for x in states] for way in ways)
+        )
 
 
-def _left(run: Continued) -> float:
+def _residual_vibration(run: ContinuedModel) -> float:
     """Largest fast part [rad/s^2] of the shoulder's acceleration at the end; inf if it diverges."""
     step = run.scenario.step_s
     with np.errstate(invalid="ignore", over="ignore"):  # of a run that diverges
@@ -183,4 +198,4 @@ def _left(run: Continued) -> float:
     time, shoulder = STRIDE * step * np.arange(len(made)), made[:, run.layout.theta[0], 0]
     if not np.isfinite(shoulder).all():
         return np.inf
-    return signals.amplitude(fast(time, shoulder, SMOOTHED_S)[time >= AFTER_S - LAST_S])
+    return signals.amplitude(fast_part(time, shoulder, SMOOTHED_S)[time >= AFTER_S - LAST_S])

@@ -20,9 +20,9 @@ from scipy.optimize import brentq
 
 from crosscheck import signals
 from crosscheck.analytic.model import AnalyticModel, PhysicalModel
-from crosscheck.audit.experiments.cells import READINGS
+from crosscheck.audit.experiments.paper_conditions import READINGS
 from crosscheck.audit.experiments.variant import Numbers, Variant
-from crosscheck.audit.measures.undefined import where_known
+from crosscheck.audit.measures.undefined import propagate_undefined
 
 ELBOWS_DEG = (0, 30, 60, 90, 120, 150, 180)
 GAINS = ((1000.0, 0.0), (500.0, 400.0), (4000.0, 400.0), (1000.0, 100.0), (1000.0, 200.0),
@@ -57,7 +57,7 @@ def growth(point: Point, zeta: float) -> tuple[float, float]:
     return _least_stable(*_system(point), zeta)
 
 
-def threshold(point: Point) -> float:
+def find_threshold(point: Point) -> float:
     """Damping ratio below which a mesh mode flutters; 0 if none does even without damping."""
     matrices = _system(point)
 
@@ -77,9 +77,9 @@ def _system(point: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     pose[model.layout.theta[-1]] = point.elbow_rad
     mass = model.mass_matrix(pose)
     position, rate = feedback(model, point.gains, point.sensed)
-    position[:, model.gears.where] += point.stiffness * model.terms.mesh_map * model.gears.k_m
+    position[:, model.gears.x_index] += point.stiffness * model.terms.mesh_map * model.gears.k_m
     damping = np.zeros_like(mass)
-    damping[model.gears.where, model.gears.where] = -model.gears.d
+    damping[model.gears.x_index, model.gears.x_index] = -model.gears.d
     parts = (position, rate, damping)
     return tuple(np.linalg.solve(mass, part) for part in parts)  # type: ignore[return-value]
 
@@ -134,12 +134,12 @@ class Threshold:
         return self.point.sensed != SUN and self.point.gains == PAPER_GAINS
 
     @property
-    def by_pose(self) -> bool:
+    def has_paper_gains(self) -> bool:
         """Whether gains and mesh stiffness are the paper's: pose and sensor alone may differ."""
         return self.point.gains == PAPER_GAINS and self.point.stiffness == 1
 
 
-def survey(quick: bool) -> list[Threshold]:
+def find_thresholds(quick: bool) -> list[Threshold]:
     """The thresholds over poses, gains, stiffness and what the controller senses."""
     arms = tuple(READINGS)[:1] if quick else tuple(READINGS)
     elbows = ELBOWS_DEG[:2] if quick else ELBOWS_DEG
@@ -147,18 +147,20 @@ def survey(quick: bool) -> list[Threshold]:
               for s in (LINK, SUN)]  # fmt: skip
     points += [Point(arm, gains) for arm in arms for gains in GAINS]
     points += [Point(arm, stiffness=stiffness) for arm in arms for stiffness in STIFFNESSES]
-    found = []
+    thresholds = []
     for point in dict.fromkeys(points):
-        edge = threshold(point)
+        edge = find_threshold(point)
         rate, frequency = growth(point, edge)
-        found.append(Threshold(point, edge, frequency, growth(point, 0.0)[0], rate))
-    return found
+        thresholds.append(Threshold(point, edge, frequency, growth(point, 0.0)[0], rate))
+    return thresholds
 
 
-def cured_at_the_sun(found: Sequence[Threshold]) -> bool:
+def is_cured_at_sun(thresholds: Sequence[Threshold]) -> bool:
     """Whether sensing at the sun leaves no threshold, where there is one otherwise."""
-    sun = [one.zeta for one in found if one.point.sensed == SUN]
-    link = [one.zeta for one in found if one.point.sensed != SUN and one.point.gains[1] > 0]
+    sun = [limit.zeta for limit in thresholds if limit.point.sensed == SUN]
+    link = [
+        limit.zeta for limit in thresholds if limit.point.sensed != SUN and limit.point.gains[1] > 0
+    ]
     return max(sun) == 0.0 and min(link) > 0.0
 
 
@@ -175,7 +177,7 @@ class GrowthCheck:
     @property
     def agrees(self) -> bool | None:
         """Whether the vibration grows as predicted."""
-        return growth_agrees(self.measured_per_s, self.predicted_per_s)
+        return is_growth_predicted(self.measured_per_s, self.predicted_per_s)
 
 
 def smooth_variant() -> Variant:
@@ -204,7 +206,7 @@ def growth_rate(run: xr.Dataset) -> Numbers:
     }
 
 
-def growth_check(measured: Numbers) -> GrowthCheck:
+def check_growth(measured: Numbers) -> GrowthCheck:
     """The measured growth beside that by the eigenvalues at the measured pose."""
     elbow, rate = (measured.get(name) for name in ("elbow_rad", "growth_per_s"))
     if elbow is None:
@@ -213,7 +215,7 @@ def growth_check(measured: Numbers) -> GrowthCheck:
     return GrowthCheck(GROWTH_ZETA, elbow, rate, predicted, frequency)
 
 
-@where_known
-def growth_agrees(measured: float, predicted: float) -> bool:
+@propagate_undefined
+def is_growth_predicted(measured: float, predicted: float) -> bool:
     """Whether a simulated growth rate [1/s] is that of the linear model."""
     return abs(measured - predicted) <= GROWTH_TOLERANCE * abs(predicted)

@@ -16,15 +16,20 @@ import numpy as np
 
 from crosscheck import signals
 from crosscheck.analytic.model import PhysicalModel, RigidCoupled
-from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
 from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.variant import Variant
-from crosscheck.audit.measures.course import Course, courses
-from crosscheck.audit.measures.rigid import COUPLED, without_gears
+from crosscheck.audit.measures.rigid import COUPLED, remove_gears
+from crosscheck.audit.measures.run_signals import RunSignals, simulate_signals
 from crosscheck.audit.measures.shares import Share, share_of
-from crosscheck.audit.measures.undefined import all_of, defined, quotient, where_known
+from crosscheck.audit.measures.undefined import (
+    combine_answers,
+    float_or_none,
+    propagate_undefined,
+    quotient,
+)
 from crosscheck.models.errors import Diverged
-from crosscheck.studies.members.starts import perturbed
+from crosscheck.studies.members.starts import perturb_start
 
 DRIVES = ("sqrt_time", "time")  # 2000 sin(20 pi sqrt(t)) as printed, 2000 sin(20 pi t)
 ZETAS = (0.05, 0.005)
@@ -40,7 +45,7 @@ Errors = Mapping[float, np.ndarray]  # by b: (times, joints) [rad]
 
 
 @dataclass(frozen=True)
-class StartShaking:
+class StartMeasures:
     """The numbers of one start, each None where its run ends before.
 
     Growth rates [1/s] of the error of REFERENCE_M; misfit: of the rigid prediction, over the
@@ -67,7 +72,7 @@ class Curves:
 
 
 @dataclass(frozen=True)
-class Shaken:
+class ShakingResult:
     """Results of one drive and damping ratio. starts: all that did not diverge.
 
     rigid_growth_per_s: of the rigid arm's error when its elbow is nudged; sensitivities
@@ -77,7 +82,7 @@ class Shaken:
 
     drive: str
     zeta: float
-    starts: tuple[StartShaking, ...]
+    starts: tuple[StartMeasures, ...]
     rigid_growth_per_s: float | None
     sensitivity_small: float | None
     largest_sensitivity: float
@@ -93,27 +98,29 @@ class Shaken:
     def own(self) -> Share | None:
         """The share of starts in which the error's growth is the rigid arm's own."""
         rigid = self.rigid_growth_per_s
-        return share_of(is_own(one.growth_per_s, rigid, one.misfit) for one in self.starts)
+        return share_of(
+            is_rigid_sensitivity(start.growth_per_s, rigid, start.misfit) for start in self.starts
+        )
 
     @property
     def linear(self) -> Share | None:
         """The share of starts in which the error is proportional to b while small."""
-        return share_of(is_linear(found.nonlinearity) for found in self.starts)
+        return share_of(is_linear(start.nonlinearity) for start in self.starts)
 
     @property
     def ordered(self) -> Share | None:
         """The share of starts in which a larger b means a larger error later."""
-        return share_of(is_ordered(found.ordered_after) for found in self.starts)
+        return share_of(is_ordered(start.ordered_after) for start in self.starts)
 
     def span(self, name: str) -> tuple[float | None, float | None]:
         """The least and largest value of a number over the starts; None without any."""
-        values = [getattr(found, name) for found in self.starts]
-        known = [value for value in values if value is not None]
-        return min(known, default=None), max(known, default=None)
+        values = [getattr(start, name) for start in self.starts]
+        defined_values = [value for value in values if value is not None]
+        return min(defined_values, default=None), max(defined_values, default=None)
 
 
 @dataclass(frozen=True)
-class Shaking(Question[Shaken]):
+class ShakingQuestion(Question[ShakingResult]):
     """A question: every backlash from many starts, beside the rigid arm."""
 
     drive: str
@@ -124,7 +131,7 @@ class Shaking(Question[Shaken]):
     @property
     def variant(self) -> Variant:
         """The variant with the arm's own backlash."""
-        plain = Cell(INTEGRAL, self.zeta).variant("back-and-forth")
+        plain = Condition(INTEGRAL, self.zeta).variant("back-and-forth")
         drive = f"scenario.drive.argument={self.drive}"
         stride = round(EVERY_S / plain.case().scenario.step_s)
         return replace(plain, settings=(drive,), record_every=stride, duration_s=self.duration_s)
@@ -136,10 +143,10 @@ class Shaking(Question[Shaken]):
     def cost(self) -> float:
         return 0.1 * len(self.seeds) * self.duration_s * len(BACKLASHES_M)
 
-    def answer(self) -> Shaken:
-        time, rigid, sensitivity = self._rigid()
-        plain = self._geared(0.0)
-        with_play = {b: self._geared(b) for b in BACKLASHES_M}
+    def answer(self) -> ShakingResult:
+        time, rigid, sensitivity = self._simulate_rigid()
+        plain = self._simulate_geared(0.0)
+        with_play = {b: self._simulate_geared(b) for b in BACKLASHES_M}
         whole = [i for i in plain if all(i in x for x in with_play.values())]
         if not whole:
             raise Diverged(self.variant.model, 0.0)
@@ -148,60 +155,60 @@ class Shaking(Question[Shaken]):
         elbow = sensitivity[:, 0, 1]
         at = np.searchsorted(time, SMALL_S[1] - 1e-9)
         small = abs(elbow[at]) if at < time.size else None  # the run ends before
-        return Shaken(
+        return ShakingResult(
             self.drive,
             self.zeta,
-            tuple(found(time, error, sensitivity) for error in errors),
-            defined(growth_rate(time, elbow)),
-            defined(small),
+            tuple(measure_start(time, error, sensitivity) for error in errors),
+            float_or_none(growth_rate(time, elbow)),
+            float_or_none(small),
             float(np.abs(elbow).max()),
             max(float(np.abs(plain[i] - rigid)[:, 0].max()) for i in whole),
             Curves(
                 time[::DRAWN].tolist(),
                 [error[::DRAWN, 0].tolist() for error in errors[0].values()],
-                [defined(value) for value in predicted[::DRAWN, 0]],
+                [float_or_none(value) for value in predicted[::DRAWN, 0]],
             ),
         )
 
-    def _geared(self, backlash_m: float) -> dict[int, np.ndarray]:
+    def _simulate_geared(self, backlash_m: float) -> dict[int, np.ndarray]:
         """The angles theta (times, joints) [rad] of every start that did not diverge, by place."""
         meshes = (f"arm.joints.*.*_mesh.backlash_m={backlash_m!r}",)
         variant = replace(self.variant, meshes=meshes)
         case = variant.case()
-        made = courses([PhysicalModel(*perturbed(case, seed)) for seed in self.seeds])
-        return {i: run.theta for i, run in enumerate(made) if isinstance(run, Course)}
+        made = simulate_signals([PhysicalModel(*perturb_start(case, seed)) for seed in self.seeds])
+        return {i: run.theta for i, run in enumerate(made) if isinstance(run, RunSignals)}
 
-    def _rigid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _simulate_rigid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The rigid arm's time (times,), theta (times, 2) [rad] and sensitivity (times, 2, 4).
 
         The sensitivity is the derivative of theta by the start's states.
         """
-        plain = without_gears(self.variant, COUPLED)
+        plain = remove_gears(self.variant, COUPLED)
         nudges = [
             f"scenario.start.{name}={[NUDGE * (joint == moved) for joint in range(2)]}"
             for name in ("theta_rad", "theta_dot_rad_per_s")
             for moved in range(2)
         ]
         variants = [plain, *(replace(plain, settings=(*plain.settings, x)) for x in nudges)]
-        runs = courses([RigidCoupled(*variant.case()) for variant in variants])
-        first, *nudged = (run for run in runs if isinstance(run, Course))
+        runs = simulate_signals([RigidCoupled(*variant.case()) for variant in variants])
+        first, *nudged = (run for run in runs if isinstance(run, RunSignals))
         moved = [(run.theta - first.theta) / NUDGE for run in nudged]
         return first.time, first.theta, np.stack(moved, axis=2)
 
 
-def found(time: np.ndarray, errors: Errors, sensitivity: np.ndarray) -> StartShaking:
+def measure_start(time: np.ndarray, errors: Errors, sensitivity: np.ndarray) -> StartMeasures:
     """The numbers of one start, from its errors and the rigid arm's sensitivity."""
     error = errors[REFERENCE_M]
     predicted = rigid_prediction(time, error, sensitivity)
     ahead = (time >= LEARNT_S[1]) & (time <= SMALL_S[1])
     misfit = quotient(*(signals.amplitude(x[ahead, 0]) for x in (predicted - error, error)))
     ordered = partial(ordered_share, time, errors)
-    return StartShaking(
-        growth_per_s=defined(growth_rate(time, error[:, 0])),
-        misfit=defined(misfit),
-        nonlinearity=defined(linearity(time, errors)),
-        ordered_before=defined(ordered(*SMALL_S)),
-        ordered_after=defined(ordered(SMALL_S[1], float(time[-1]))),
+    return StartMeasures(
+        growth_per_s=float_or_none(growth_rate(time, error[:, 0])),
+        misfit=float_or_none(misfit),
+        nonlinearity=float_or_none(linearity(time, errors)),
+        ordered_before=float_or_none(ordered(*SMALL_S)),
+        ordered_after=float_or_none(ordered(SMALL_S[1], float(time[-1]))),
         largest_rad=tuple(float(np.abs(e[:, 0]).max()) for e in errors.values()),
         end_rad=tuple(float(e[-1, 0]) for e in errors.values()),
     )
@@ -212,10 +219,10 @@ def growth_rate(time: np.ndarray, values: np.ndarray) -> float:
     part = (time >= SMALL_S[0]) & (time < SMALL_S[1])
     if part.sum() < 2:
         return np.nan
-    return float(np.polyfit(time[part], np.log(running(values)[part]), 1)[0])
+    return float(np.polyfit(time[part], np.log(running_maximum(values)[part]), 1)[0])
 
 
-def running(values: np.ndarray) -> np.ndarray:
+def running_maximum(values: np.ndarray) -> np.ndarray:
     """The largest magnitude so far at every time, never 0."""
     return np.maximum.accumulate(np.abs(values)) + 1e-300
 
@@ -262,22 +269,22 @@ def ordered_share(time: np.ndarray, errors: Errors, begin: float, end: float) ->
     return float((np.diff(largest, axis=1) > 0).all(axis=1).mean())
 
 
-def is_own(
+def is_rigid_sensitivity(
     error_growth: float | None, rigid_growth: float | None, misfit: float | None
 ) -> bool | None:
     """Whether the rigid arm foretells the backlash error and both grow at one rate [1/s]."""
-    same_rate = where_known(lambda rates: abs(rates - 1) <= SAME_RATE)
-    same_size = where_known(lambda size: size <= SAME_SIZE)
-    return all_of((same_rate(quotient(error_growth, rigid_growth)), same_size(misfit)))
+    same_rate = propagate_undefined(lambda rates: abs(rates - 1) <= SAME_RATE)
+    same_size = propagate_undefined(lambda size: size <= SAME_SIZE)
+    return combine_answers((same_rate(quotient(error_growth, rigid_growth)), same_size(misfit)))
 
 
-@where_known
+@propagate_undefined
 def is_linear(nonlinearity: float) -> bool:
     """Whether the error is proportional to the backlash."""
     return nonlinearity <= LINEAR
 
 
-@where_known
+@propagate_undefined
 def is_ordered(share: float) -> bool:
     """Whether a larger backlash means a larger error in nearly all windows."""
     return share >= ORDERED

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from crosscheck.audit.errata.finder import energy_errata
+from crosscheck.audit.errata.finder import find_energy_errata
 from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.checks.trajectories import largest_difference, tip_position
 from crosscheck.models.loading import load_arm, load_scenario
@@ -48,13 +48,13 @@ class SpinCost(Question[Difference]):
 
     def answer(self) -> Difference:
         arm = load_arm(self.arm)
-        (spin,) = (erratum for erratum in energy_errata(arm) if erratum.where == WHERE)
+        (spin,) = (erratum for erratum in find_energy_errata(arm) if erratum.where == WHERE)
         assert spin.trial is not None  # an energy can always be put right
         update = {"duration_s": self.duration_s, "record_every": STRIDE}
         scenario = load_scenario(self.scenario).model_copy(update=update)
         sides = (spin.trial.as_printed, spin.trial.put_right)
         printed, right = (side(scenario).simulate() for side in sides)
-        apart = tip_position(printed, arm).values - tip_position(right, arm).values
+        tip_difference = tip_position(printed, arm).values - tip_position(right, arm).values
         return Difference(
             arm=self.arm,
             scenario=self.scenario,
@@ -62,11 +62,11 @@ class SpinCost(Question[Difference]):
             missing_kg_m2=spin.size,
             relative=spin.relative,
             theta_rad=largest_difference(printed, right, "theta"),
-            tip_m=float(np.linalg.norm(apart, axis=1).max()),
+            tip_m=float(np.linalg.norm(tip_difference, axis=1).max()),
             mesh_force_N=largest_difference(printed, right, "F_sp"),
         )
 
 
-def matters(tip_error_m: float) -> bool:
+def is_considerable(tip_error_m: float) -> bool:
     """Whether the tip moves by what the paper calls considerable."""
     return tip_error_m >= CONSIDERABLE_M

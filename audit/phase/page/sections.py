@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.audit.claims.rule import State
-from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE
+from crosscheck.audit.experiments.paper_conditions import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE
 from crosscheck.audit.experiments.torque import RING_CYCLES
 from crosscheck.audit.measures import events, stage, thresholds, twosamples
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.undefined import JsonObject, defined, extreme, quotient
-from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.text import text
+from crosscheck.audit.measures.undefined import JsonObject, extreme_value, float_or_none, quotient
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.text import render_template
 from crosscheck.audit.phase import (
     clock,
     dampers,
@@ -28,8 +28,8 @@ from crosscheck.audit.phase import (
     resonance,
     stability,
 )
-from crosscheck.audit.phase.maps import PHASES, Mapped, Maps, Presence
-from crosscheck.audit.phase.page import tables, views
+from crosscheck.audit.phase.maps import PHASES, MapPoint, Maps, Presence
+from crosscheck.audit.phase.page import drawings, tables
 from crosscheck.audit.phase.runs import HIGH_PASS_HZ
 from crosscheck.models.loading import load_arm
 
@@ -45,72 +45,73 @@ class Section(NamedTuple):
     supports: bool | None
 
 
-def of_clock(_: Maps, material: Material) -> Section:
+def build_clock_section(_: Maps, context: AuditContext) -> Section:
     """The section on the clock test."""
-    found = clock.clocks(material.study, material.scale)
-    by_law = {one.law: one for one in found.laws}
-    rows = [tables.OfClock(one.law, delay) for one in found.laws for delay in one.delays]
-    said = text(
+    result = clock.run_clock_test(context.study, context.scale)
+    by_law = {item.law: item for item in result.laws}
+    rows = [tables.ClockRow(item.law, delay) for item in result.laws for delay in item.delays]
+    html = render_template(
         "phase/clock",
         clock=clock,
-        found=found,
-        starts=material.scale.starts(clock.RUN_STARTS),
+        found=result,
+        starts=context.scale.limit_starts(clock.RUN_STARTS),
         table=tables.CLOCK.html(rows),
-        drawing=views.clock(found),
+        drawing=drawings.draw_clock_test(result),
         printed=by_law[PRINTED],
         repaired=by_law[REPAIRED_RATE],
         integral=by_law[INTEGRAL],
-        integral_same=all(one.same for one in by_law[INTEGRAL].delays),
-        vibrations=[[tables.vibrations(one) for one in law.delays] for law in found.laws],
+        integral_same=all(item.same for item in by_law[INTEGRAL].delays),
+        vibrations=[[tables.vibrations(item) for item in law.delays] for law in result.laws],
     )
-    return Section(said, tables.CLOCK.json(rows), found.supports)
+    return Section(html, tables.CLOCK.json(rows), result.supports)
 
 
-def of_maps(found: Maps, material: Material) -> Section:
+def build_maps_section(maps: Maps, context: AuditContext) -> Section:
     """The section on the maps over damping, tooth error, backlash, readings and laws."""
-    plain = [one for one in found.settings if one.setting.is_paper]
-    sizes = [float(size) for one in found.of("angle") for size in one.third.sizes]
-    said = text(
+    plain = [point for point in maps.settings if point.setting.is_paper]
+    sizes = [float(size) for point in maps.select("angle") for size in point.third.sizes]
+    html = render_template(
         "phase/maps",
-        starts=material.scale.most_starts,
+        starts=context.scale.most_starts,
         drawings=[]
-        if material.scale.quick
-        else [views.error_map(found), views.backlash_map(found)],
+        if context.scale.quick
+        else [drawings.draw_error_map(maps), drawings.draw_backlash_map(maps)],
         table=tables.MAPPED.html(plain),
-        counts=_counts(found),
-        by_law=_by_law(plain),
-        lumped_by_law=_by_law(found.lumped),
+        counts=_count_settings(maps),
+        by_law=_summarize_laws(plain),
+        lumped_by_law=_summarize_laws(maps.lumped),
         undecided=[
             (planets, sum(s.third.state == State.BISTABLE for s in settings), len(settings))
-            for planets, settings in (("free", plain), ("lumped", found.lumped))
+            for planets, settings in (("free", plain), ("lumped", maps.lumped))
             if settings
         ],
         State=State,
         pooled=Share(sum(size > thresholds.SEVERE for size in sizes), max(1, len(sizes))),
-        maps=found,
+        maps=maps,
     )
-    known = found.visible != Presence.UNKNOWN
-    supports = found.visible == Presence.PRINTED if known else None
-    return Section(said, tables.MAPPED.json([*found.settings, *found.lumped]), supports)
+    is_decided = maps.visible != Presence.UNKNOWN
+    supports = maps.visible == Presence.PRINTED if is_decided else None
+    return Section(html, tables.MAPPED.json([*maps.settings, *maps.lumped]), supports)
 
 
-def _counts(found: Maps) -> dict[str, object]:
+def _count_settings(maps: Maps) -> dict[str, object]:
     """How many settings let the tooth error make a fluctuation, by level and phase law."""
-    own = {phase: found.of(phase) for phase in PHASES}
+    points_by_phase = {phase: maps.select(phase) for phase in PHASES}
     return {
-        "settings": {phase: len(some) for phase, some in own.items()},
+        "settings": {phase: len(some) for phase, some in points_by_phase.items()},
         "visible": {
-            phase: sum(one.made_visible.state in PRESENT for one in some)
-            for phase, some in own.items()
+            phase: sum(point.made_visible.state in PRESENT for point in some)
+            for phase, some in points_by_phase.items()
         },
         "severe": {
-            phase: sum(one.made.state in PRESENT for one in some) for phase, some in own.items()
+            phase: sum(point.made.state in PRESENT for point in some)
+            for phase, some in points_by_phase.items()
         },
-        "silent": sum(one.made_visible.share is None for one in found.settings),
+        "silent": sum(point.made_visible.share is None for point in maps.settings),
     }
 
 
-class OfLaw(NamedTuple):
+class LawSummary(NamedTuple):
     """A law's settings at Table I's error and backlash: their states, and each branch's sizes.
 
     zetas: damping ratios at which a reading is severe in nine starts of ten or more; small, severe:
@@ -124,43 +125,56 @@ class OfLaw(NamedTuple):
     severe: tuple[float, float] | None
 
 
-def _by_law(plain: Sequence[Mapped]) -> list[OfLaw]:
+def _summarize_laws(plain: Sequence[MapPoint]) -> list[LawSummary]:
     """The laws' settings, in the order of the laws."""
-    found = []
-    for law in dict.fromkeys(one.setting.cell.law for one in plain):
-        own = [one for one in plain if one.setting.cell.law == law]
-        states = Counter(one.third.state for one in own)
-        zetas = sorted({x.setting.cell.zeta for x in own if x.third.state == State.YES})
-        medians = ([one.third.branch(severe).size for one in own] for severe in (False, True))
-        known = ([size for size in some if size is not None] for some in medians)
-        ranges = ((min(some), max(some)) if some else None for some in known)
-        found.append(OfLaw(views.law_name(law), states, zetas, *ranges))
-    return found
+    summaries = []
+    for law in dict.fromkeys(point.setting.cell.law for point in plain):
+        law_points = [point for point in plain if point.setting.cell.law == law]
+        states = Counter(point.third.state for point in law_points)
+        zetas = sorted({x.setting.cell.zeta for x in law_points if x.third.state == State.YES})
+        medians = (
+            [point.third.branch(severe).size for point in law_points] for severe in (False, True)
+        )
+        defined_medians = ([size for size in some if size is not None] for some in medians)
+        ranges = ((min(some), max(some)) if some else None for some in defined_medians)
+        summaries.append(LawSummary(drawings.law_name(law), states, zetas, *ranges))
+    return summaries
 
 
-def of_engines(_: Maps, material: Material) -> Section:
+def build_engines_section(_: Maps, context: AuditContext) -> Section:
     """The section on the third fluctuation in another engine."""
-    found = engines.engines(material)
+    result = engines.compare_engines(context)
     samples = [
-        tables.OfModel(one.cell, name, third, parted)
-        for one in found.compared
+        tables.ModelRow(comparison.cell, name, third, parted)
+        for comparison in result.compared
         for name, third, parted in zip(
-            ("analytic", "Exudyn"), (one.analytic, one.engine), one.parted, strict=True
+            ("analytic", "Exudyn"),
+            (comparison.analytic, comparison.engine),
+            comparison.parted,
+            strict=True,
         )
     ]
-    branches = [tables.Found(one.cell, each) for one in found.compared for each in one.apart]
-    judged = [one for one in branches if one.value.met is not None]
-    missed = [one for one in judged if not one.value.met]
-    parted_p = [twosamples.shares_p(*one.parted) for one in found.compared]
-    quiet = [one.engine.sizes.max() for one in found.under_angle if one.engine.sizes.size]
-    said = text(
+    branches = [
+        tables.SettingRow(comparison.cell, each)
+        for comparison in result.compared
+        for each in comparison.branches
+    ]
+    judged = [comparison for comparison in branches if comparison.value.met is not None]
+    missed = [comparison for comparison in judged if not comparison.value.met]
+    parted_p = [twosamples.shares_p(*comparison.parted) for comparison in result.compared]
+    quiet = [
+        comparison.engine.sizes.max()
+        for comparison in result.under_angle
+        if comparison.engine.sizes.size
+    ]
+    html = render_template(
         "phase/engines",
-        samples=tables.OF_MODEL.html(samples),
-        found=found,
+        samples=tables.MODEL_SAMPLES.html(samples),
+        found=result,
         parted_p=parted_p,
         parting_differs=any(p < twosamples.SIGNIFICANT for p in parted_p),
         limit=twosamples.SIGNIFICANT,
-        branches=tables.APART.html(branches),
+        branches=tables.BRANCHES.html(branches),
         met=len(judged) - len(missed),
         decided=len(judged),
         open=len(branches) - len(judged),
@@ -169,83 +183,83 @@ def of_engines(_: Maps, material: Material) -> Section:
         quiet=max(map(float, quiet), default=None),
     )
     records = [
-        *tables.OF_MODEL.json(samples),
-        *tables.APART.json(branches),
-        *tables.TESTS.json(found.compared),
+        *tables.MODEL_SAMPLES.json(samples),
+        *tables.BRANCHES.json(branches),
+        *tables.TESTS.json(result.compared),
     ]
-    return Section(said, records, found.supports)
+    return Section(html, records, result.supports)
 
 
-def of_stability(_: Maps, material: Material) -> Section:
+def build_stability_section(_: Maps, context: AuditContext) -> Section:
     """The section on the stability of the mesh modes along the motion."""
-    found = stability.stability(material.study, material.scale)
-    rows = [tables.Found(cell, one) for cell, one in found.cells.items()]
-    intervals = [tables.Found(row.cell, each) for row in rows for each in row.value.intervals]
-    said = text(
+    result = stability.run_stability_test(context.study, context.scale)
+    rows = [tables.SettingRow(cell, linearised) for cell, linearised in result.cells.items()]
+    intervals = [tables.SettingRow(row.cell, each) for row in rows for each in row.value.intervals]
+    html = render_template(
         "phase/stability",
         gain=RING_CYCLES * events.THIRD_S[1],
-        starts=material.scale.starts(stability.STARTS),
+        starts=context.scale.limit_starts(stability.STARTS),
         stability=stability,
         band=HIGH_PASS_HZ,
-        error=max(one.jacobian_error for one in found.cells.values()),
+        error=max(linearised.jacobian_error for linearised in result.cells.values()),
         table=tables.LINEARISED.html(rows),
         intervals=tables.INTERVAL.html(intervals),
-        drawing=views.stability(found),
-        found=found,
+        drawing=drawings.draw_stability(result),
+        found=result,
     )
-    return Section(said, tables.LINEARISED.json(rows), found.supports)
+    return Section(html, tables.LINEARISED.json(rows), result.supports)
 
 
-def of_handover(_: Maps, material: Material) -> Section:
+def build_handover_section(_: Maps, context: AuditContext) -> Section:
     """The section on the vibration continued under another law."""
-    found = handover.handover(material.study, material.scale)
+    result = handover.run_handover(context.study, context.scale)
     living = [
         f"ζ = {fate.cell.zeta:g}, {fate.cell.law.id}"
-        for fate in found.under(handover.INTEGRATED).values()
+        for fate in result.select_law(handover.INTEGRATED).values()
         if fate.dying is not None and fate.dying.yes < fate.dying.of
     ]
-    said = text(
+    html = render_template(
         "phase/handover",
-        table=tables.FATE.html(found.fates),
-        drawing=views.handed_over(found.shown) if found.shown.drawn else "",
+        table=tables.FATE.html(result.outcomes),
+        drawing=drawings.draw_handover(result.shown) if result.shown.drawn else "",
         shown=handover.SHOWN,
         living=living,
-        supports=found.supports,
+        supports=result.supports,
     )
-    return Section(said, tables.FATE.json(found.fates), found.supports)
+    return Section(html, tables.FATE.json(result.outcomes), result.supports)
 
 
-def of_resonance(_: Maps, material: Material) -> Section:
+def build_resonance_section(_: Maps, context: AuditContext) -> Section:
     """The section on where tooth error would resonate under `angle`."""
-    found = resonance.resonance(material.study, material.scale)
-    met = enumerate(zip(found.modes.modes_Hz, found.modes.speeds, strict=True))
+    result = resonance.run_resonance_test(context.study, context.scale)
+    met = enumerate(zip(result.modes.modes_Hz, result.modes.speeds, strict=True))
     modes = [
         tables.Mode(
             mode,
             speed,
-            speed / found.speeds.pd,
-            {zeta: ramp.peaks[0][place] for zeta, ramp in found.run_ups.items()},
+            speed / result.speeds.pd,
+            {zeta: ramp.peaks[0][place] for zeta, ramp in result.run_ups.items()},
         )
         for place, (mode, speed) in met
     ]
-    columns, growth = tables.modes(tuple(found.run_ups)), list(found.tongues.items())
-    said = text(
+    columns, growth = tables.mode_columns(tuple(result.run_ups)), list(result.tongues.items())
+    html = render_template(
         "phase/resonance",
-        digits=_digits(found),
+        digits=_common_digits(result),
         modes=columns.html(modes),
         tongues=tables.TONGUE.html(growth),
-        drawing=views.resonance(found),
-        found=found,
+        drawing=drawings.draw_resonance(result),
+        found=result,
         far=resonance.FAR,
     )
-    return Section(said, [*columns.json(modes), *tables.TONGUE.json(growth)], found.supports)
+    return Section(html, [*columns.json(modes), *tables.TONGUE.json(growth)], result.supports)
 
 
-def _digits(found: resonance.Resonance) -> int:
+def _common_digits(result: resonance.Resonance) -> int:
     """The number of digits to which all starts of a run-up have the same peaks; 15 at most."""
     sizes = [
         np.array([peak.size for peak in peaks])
-        for ramp in found.run_ups.values()
+        for ramp in result.run_ups.values()
         for peaks in zip(*ramp.peaks, strict=True)
         if all(peak.size is not None for peak in peaks)
     ]
@@ -253,94 +267,101 @@ def _digits(found: resonance.Resonance) -> int:
     return int(-np.log10(max(spread, 1e-15)))
 
 
-def of_dampers(_: Maps, material: Material) -> Section:
+def build_dampers_section(_: Maps, context: AuditContext) -> Section:
     """The section on what vibrates without any tooth error: told, and no evidence."""
-    found = dampers.dampers(material.study, material.scale)
-    ran = dampers.runaways(material.study, material.scale)
-    own = next(one for one in found.ablated if one.ablation == dampers.AS_IT_STANDS)
-    said = text(
+    result = dampers.run_damper_tests(context.study, context.scale)
+    ran = dampers.find_runaways(context.study, context.scale)
+    contact_result = next(
+        ablation for ablation in result.ablated if ablation.ablation == dampers.AS_IT_STANDS
+    )
+    html = render_template(
         "phase/dampers",
-        starts=material.scale.most_starts,
+        starts=context.scale.most_starts,
         dampers=dampers,
-        found=found,
-        ablated=tables.ABLATED.html(found.ablated),
-        fluttering=tables.ABLATED.html(found.fluttering),
-        flutter=[one.third.quantiles[1] for one in found.fluttering],
-        over_zeta=tables.ABLATED.html(found.over_zeta),
-        own=own.third.quantiles,
+        found=result,
+        ablated=tables.ABLATED.html(result.ablated),
+        fluttering=tables.ABLATED.html(result.fluttering),
+        flutter=[ablation.third.quantiles[1] for ablation in result.fluttering],
+        over_zeta=tables.ABLATED.html(result.over_zeta),
+        own=contact_result.third.quantiles,
         runaways=tables.RUNAWAY.html(ran),
     )
-    every = (*found.over_zeta, *found.ablated, *found.fluttering)
-    rows = {(one.ablation.name, one.zeta): one for one in every}
+    every = (*result.over_zeta, *result.ablated, *result.fluttering)
+    rows = {(ablation.ablation.name, ablation.zeta): ablation for ablation in every}
     return Section(
-        said, [*tables.ABLATED.json(rows.values()), *tables.RUNAWAY.json(ran)], supports=None
+        html, [*tables.ABLATED.json(rows.values()), *tables.RUNAWAY.json(ran)], supports=None
     )
 
 
-def of_repair(simulated: Maps, _: Material) -> Section:
+def build_repair_section(simulated: Maps, _: AuditContext) -> Section:
     """The section on whether the repair stands if the springs' own work is counted."""
-    found = simulated.repairs
-    calm = [one for one in found if one.plain.setting.cell.zeta >= CALM_ZETA]
-    thirds = [one.plain.third for one in calm], [one.conservative.third for one in calm]
-    sizes = [defined(extreme((one.quantiles[1] for one in some), max)) for some in thirds]
-    visible = sum(one.conservative.made_visible.state in PRESENT for one in found)
-    silent = all(one.conservative.made_visible.share is None for one in found)
-    severe = sum(bool((one.conservative.third.sizes > thresholds.SEVERE).any()) for one in found)
+    repairs = simulated.repairs
+    calm = [item for item in repairs if item.plain.setting.cell.zeta >= CALM_ZETA]
+    thirds = [item.plain.third for item in calm], [item.conservative.third for item in calm]
+    sizes = [
+        float_or_none(extreme_value((item.quantiles[1] for item in some), max)) for some in thirds
+    ]
+    visible = sum(item.conservative.made_visible.state in PRESENT for item in repairs)
+    silent = all(item.conservative.made_visible.share is None for item in repairs)
+    severe = sum(
+        bool((item.conservative.third.sizes > thresholds.SEVERE).any()) for item in repairs
+    )
     stands = None if silent else not visible
-    said = text(
+    html = render_template(
         "phase/repair",
         stands=None if stands is None else stands and not severe,
-        table=tables.REPAIR.html(found),
+        table=tables.REPAIR.html(repairs),
         calm=sizes,
         calm_zeta=CALM_ZETA,
         factor=None if not sizes[1] else float(f"{thresholds.SEVERE / sizes[1]:.1g}"),
         severe_settings=severe,
         visible_settings=visible,
-        settings=len(found),
+        settings=len(repairs),
     )
-    return Section(said, tables.REPAIR.json(found), stands)
+    return Section(html, tables.REPAIR.json(repairs), stands)
 
 
-def of_objections(simulated: Maps, material: Material) -> Section:
+def build_objections_section(simulated: Maps, context: AuditContext) -> Section:
     """The section on what a referee would object."""
-    found = objections.objections(material.study, material.scale)
-    rates = [tables.Found(cell, one) for cell, one in found.rates.items()]
-    over_own = [
-        quotient(one.eq11_in_full_per_s, one.as_it_stands_per_s) for one in found.rates.values()
+    result = objections.run_objections(context.study, context.scale)
+    rates = [tables.SettingRow(cell, entry) for cell, entry in result.rates.items()]
+    growth_ratios = [
+        quotient(entry.eq11_in_full_per_s, entry.as_it_stands_per_s)
+        for entry in result.rates.values()
     ]
     joint = stage.paper_stage(load_arm(LABELLED)).joint
     teeth, planets = (joint.sun_teeth, joint.ring_teeth), joint.planet_count
 
-    def made(objection: str, phase: str, level: str = "made") -> str:
+    def format_raised_shares(objection: str, phase: str, level: str = "made") -> str:
         """The shares of starts raised by the error, with an objection's changes, in words."""
-        chosen: Iterable[objections.Objected] = (
-            one
-            for one in found.objected
-            if (one.objection, one.cell.law.phase) == (objection, phase)
+        chosen: Iterable[objections.ObjectionResult] = (
+            entry
+            for entry in result.results
+            if (entry.objection, entry.cell.law.phase) == (objection, phase)
         )
-        shares = [getattr(one, level).share for one in chosen]
-        told = ["undefined" if one is None else str(one) for one in shares]
-        return ", ".join(told) + " starts"
+        shares = [getattr(entry, level).share for entry in chosen]
+        share_texts = ["undefined" if entry is None else str(entry) for entry in shares]
+        return ", ".join(share_texts) + " starts"
 
-    said = text(
+    html = render_template(
         "phase/objections",
-        starts=material.scale.most_starts,
-        table=tables.OBJECTED.html(found.objected),
+        starts=context.scale.most_starts,
+        table=tables.OBJECTED.html(result.results),
         rates=tables.RATES.html(rates, "Largest growth rates, 0.5 to 1.2 s [1/s]"),
         spacing=" and ".join(f"{z} / {planets} = {z / planets:g}" for z in teeth),
-        d_unknown=made(objections.D_UNKNOWN, "omega_t"),
-        d_unknown_angle=made(objections.D_UNKNOWN, "angle"),
-        flutter=made(objections.FLUTTER, "omega_t"),
-        flutter_angle=made(objections.FLUTTER, "angle"),
-        planets=made(objections.PLANETS, "omega_t"),
-        planets_angle=made(objections.PLANETS, "angle"),
+        d_unknown=format_raised_shares(objections.D_UNKNOWN, "omega_t"),
+        d_unknown_angle=format_raised_shares(objections.D_UNKNOWN, "angle"),
+        flutter=format_raised_shares(objections.FLUTTER, "omega_t"),
+        flutter_angle=format_raised_shares(objections.FLUTTER, "angle"),
+        planets=format_raised_shares(objections.PLANETS, "omega_t"),
+        planets_angle=format_raised_shares(objections.PLANETS, "angle"),
         in_phase=all(z % planets == 0 for z in teeth),
-        growth=[one.value for one in rates],
-        in_full_over_own=(extreme(over_own, min), extreme(over_own, max)),
-        eq11=made(objections.FULL, "omega_t"),
-        eq11_visible=made(objections.FULL, "omega_t", "made_visible"),
-        eq11_angle=made(objections.FULL, "angle", "made_visible"),
-        counts=_counts(simulated),
+        growth=[entry.value for entry in rates],
+        in_full_over_own=(extreme_value(growth_ratios, min), extreme_value(growth_ratios, max)),
+        eq11=format_raised_shares(objections.FULL, "omega_t"),
+        eq11_visible=format_raised_shares(objections.FULL, "omega_t", "made_visible"),
+        eq11_angle=format_raised_shares(objections.FULL, "angle", "made_visible"),
+        counts=_count_settings(simulated),
     )
-    records = [*tables.OBJECTED.json(found.objected), *tables.RATES.json(rates)]
-    return Section(said, records, found.supports)
+    records = [*tables.OBJECTED.json(result.results), *tables.RATES.json(rates)]
+    return Section(html, records, result.supports)

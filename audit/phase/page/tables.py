@@ -6,13 +6,13 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from crosscheck.audit.experiments.cells import Cell, Law
+from crosscheck.audit.experiments.paper_conditions import Condition, Law
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import Quantiles, Third, quantiles
+from crosscheck.audit.measures.third_fluctuation import Quantiles, ThirdFluctuation, quantiles
 from crosscheck.audit.measures.thresholds import EVIDENT
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.phase import dampers, engines, handover, maps, objections, stability
-from crosscheck.audit.phase.clock import Delayed
+from crosscheck.audit.phase.clock import DelayResult
 from crosscheck.audit.phase.linear import Interval
 from crosscheck.audit.phase.resonance import FloquetRates, Peak
 
@@ -52,26 +52,26 @@ RAISED: list[TableColumn[Any]] = [
 ]
 
 
-class Found(NamedTuple, Generic[Row]):
+class SettingRow(NamedTuple, Generic[Row]):
     """A row: something found in a setting."""
 
-    cell: Cell
+    cell: Condition
     value: Row
 
 
-class OfClock(NamedTuple):
+class ClockRow(NamedTuple):
     """A row: what a law makes of one delay."""
 
     law: Law
-    delay: Delayed
+    delay: DelayResult
 
 
-def vibrations(one: Delayed) -> Quantiles:
+def vibrations(delay: DelayResult) -> Quantiles:
     """The quantiles PARTS of the vibration [rad/s^2] over the starts."""
-    return quantiles(np.array(one.vibration_rad_per_s2, dtype=float))
+    return quantiles(np.array(delay.vibration_rad_per_s2, dtype=float))
 
 
-CLOCK = Columns[OfClock](
+CLOCK = Columns[ClockRow](
     "clock/{0.law.id}/{0.delay.clock_s:g}",
     [
         LAW,
@@ -92,7 +92,7 @@ CLOCK = Columns[OfClock](
         TableColumn("same_as_clock_0", "bit for bit the runs at 0", "delay.same"),
     ],
 )
-MAPPED = Columns[maps.Mapped](
+MAPPED = Columns[maps.MapPoint](
     "map/{0.setting.cell.id}/E {0.setting.error_um:g} um/b {0.setting.backlash_um:g} um",
     [
         *cell_columns("setting.cell"),
@@ -112,16 +112,16 @@ REPAIR = Columns[maps.RepairedSetting](
 )
 
 
-class OfModel(NamedTuple):
+class ModelRow(NamedTuple):
     """A row: a sample of one model in a setting."""
 
-    cell: Cell
+    cell: Condition
     model: str
-    third: Third
+    third: ThirdFluctuation
     parted: Share
 
 
-OF_MODEL = Columns[OfModel](
+MODEL_SAMPLES = Columns[ModelRow](
     "engine/{0.cell.id}/{0.model}",
     [
         *cell_columns(),
@@ -130,7 +130,7 @@ OF_MODEL = Columns[OfModel](
         TableColumn("parted", "planets 1 µm apart in"),
     ],
 )
-TESTS = Columns[engines.TwoModels](
+TESTS = Columns[engines.ModelComparison](
     "engine/{0.cell.id}",
     [
         TableColumn("p_of_shares", None, "tests.by_share"),
@@ -139,7 +139,7 @@ TESTS = Columns[engines.TwoModels](
         TableColumn("same", None),
     ],
 )
-APART = Columns[Found[engines.Apart]](
+BRANCHES = Columns[SettingRow[engines.BranchComparison]](
     "branch/{0.cell.id}/{0.value.branch}/{0.value.number}",
     [
         *cell_columns(),
@@ -154,13 +154,13 @@ APART = Columns[Found[engines.Apart]](
 )
 
 
-def _onsets(one: Found[stability.Linearised], which: int) -> Quantiles | None:
+def _onsets(row: SettingRow[stability.LinearisationResult], which: int) -> Quantiles | None:
     """The quantiles of the predicted (0) or simulated (1) onsets [s]; None without any."""
-    times = [begun[which] for begun in one.value.begun if begun[which] is not None]
+    times = [begun[which] for begun in row.value.onsets if begun[which] is not None]
     return quantiles(np.array(times, dtype=float)) if times else None
 
 
-LINEARISED = Columns[Found[stability.Linearised]](
+LINEARISED = Columns[SettingRow[stability.LinearisationResult]](
     "stability/{0.cell.id}",
     [
         *cell_columns(),
@@ -184,7 +184,7 @@ LINEARISED = Columns[Found[stability.Linearised]](
         TableColumn("jacobian_error", None, "value.jacobian_error"),
     ],
 )
-INTERVAL = Columns[Found[Interval]](
+INTERVAL = Columns[SettingRow[Interval]](
     "unstable/{0.cell.id}/{0.value.begin:.3f}",
     [
         *cell_columns(),
@@ -194,7 +194,7 @@ INTERVAL = Columns[Found[Interval]](
         TableColumn("folds", "∫ growth dt [e-folds]", "value.folds", ".1f"),
     ],
 )
-FATE = Columns[handover.Fate](
+FATE = Columns[handover.SwitchOutcome](
     "handover/{0.cell.id}/{0.heir.name}",
     [
         *cell_columns(),
@@ -220,7 +220,7 @@ class Mode(NamedTuple):
     peaks: dict[float, Peak]
 
 
-def modes(zetas: tuple[float, ...]) -> Columns[Mode]:
+def mode_columns(zetas: tuple[float, ...]) -> Columns[Mode]:
     """The columns of a mesh mode, with a run-up at every damping ratio."""
 
     def peak(zeta: float) -> TableColumn[Mode]:
@@ -248,7 +248,7 @@ TONGUE = Columns[tuple[float, FloquetRates]](
         TableColumn("slow_per_s", "growth at the PD run's fastest [1/s]", "1.slow", ".1f"),
     ],
 )
-OBJECTED = Columns[objections.Objected](
+OBJECTED = Columns[objections.ObjectionResult](
     "objection/{0.objection}/{0.change.name}/{0.cell.id}",
     [
         TableColumn("objection", "objection"),
@@ -257,7 +257,7 @@ OBJECTED = Columns[objections.Objected](
         *RAISED,
     ],
 )
-RATES = Columns[Found[objections.Rates]](
+RATES = Columns[SettingRow[objections.GrowthRates]](
     "growth/{0.cell.id}",
     [
         *cell_columns(),
@@ -270,12 +270,12 @@ RATES = Columns[Found[objections.Rates]](
 )
 
 
-def _frequency_Hz(row: dampers.Ablated) -> Quantiles | None:
+def _frequency_Hz(row: dampers.DamperAblation) -> Quantiles | None:
     """The quantiles of the frequency [Hz]; None where no vibration gives it a meaning."""
     return quantiles(row.third.frequency_Hz) if (row.third.quantiles[-1] or 0.0) > 1.0 else None
 
 
-ABLATED = Columns[dampers.Ablated](
+ABLATED = Columns[dampers.DamperAblation](
     "no error/{0.ablation.name}/{0.zeta:g}",
     [
         TableColumn("what", "E = 0, phase an integral", "ablation.name"),

@@ -35,13 +35,13 @@ def christoffel_force(
         back[k] -= shift
         return mass_matrix(forth) - mass_matrix(back)
 
-    found = []  # dM/dq_k
+    derivatives = []  # dM/dq_k
     for k, is_angle in enumerate(angular):
         if is_angle:
             weighed = (w * difference(k, h) for w, h in zip(WEIGHTS, SHIFTS, strict=True))
-            found.append(sum(weighed))
+            derivatives.append(sum(weighed))
         else:
-            found.append(difference(k, DISPLACEMENT_M) / (2 * DISPLACEMENT_M))
-    slopes = np.array(found)
+            derivatives.append(difference(k, DISPLACEMENT_M) / (2 * DISPLACEMENT_M))
+    slopes = np.array(derivatives)
     along = np.einsum("kij,j,k->i", slopes, v, v)
     return along - np.einsum("ijk,j,k->i", slopes, v, v) / 2

@@ -39,11 +39,11 @@ class Pose(NamedTuple):
     directions: np.ndarray
 
 
-def parts_of(content: Content, level: str = "coupled") -> list[CompositePart]:
+def build_parts(content: Content, level: str = "coupled") -> list[CompositePart]:
     """The bodies that a rigid level has; of ``coupled``, and of a geared arm, all of them."""
     links, joints = content["links"], content["joints"]
     after = np.tril(np.ones((len(links), len(links))))  # what turns with link k
-    found = []
+    parts = []
     for k, link in enumerate(links):
         if link.get("mass_kg") is not None:
             mass, inertia = float(link["mass_kg"]), float(link["inertia_kg_m2"])
@@ -51,18 +51,18 @@ def parts_of(content: Content, level: str = "coupled") -> list[CompositePart]:
             length = float(link["length_m"])
             mass = length * link["cross_section_m2"] * link["density_kg_per_m3"]
             inertia = mass * length * length / 12
-        found.append(CompositePart(mass, inertia, k, float(link["com_m"]), after[k], after[k]))
+        parts.append(CompositePart(mass, inertia, k, float(link["com_m"]), after[k], after[k]))
     last = len(links) - 1
     payload, tip = float(content["payload_mass_kg"]), float(links[-1]["length_m"])
-    found.append(CompositePart(payload, 0.0, last, tip, after[last], after[last]))
+    parts.append(CompositePart(payload, 0.0, last, tip, after[last], after[last]))
     for k, joint in enumerate(joints) if level != "links" else ():
-        found += _at_joint(joint, k, after, level)
-    return found
+        parts += _joint_parts(joint, k, after, level)
+    return parts
 
 
-def _at_joint(joint: Content, k: int, after: np.ndarray, level: str) -> Iterator[CompositePart]:
+def _joint_parts(joint: Content, k: int, after: np.ndarray, level: str) -> Iterator[CompositePart]:
     """The parts of a joint: motor or gears, their masses at the axis."""
-    before, own = after[k] - np.eye(len(after))[k], np.eye(len(after))[k]
+    before, unit = after[k] - np.eye(len(after))[k], np.eye(len(after))[k]
     if joint["kind"] == "direct":
         motor, rotor = float(joint["motor_mass_kg"]), float(joint["rotor_inertia_kg_m2"])
         yield CompositePart(motor, rotor, k, 0.0, after[k], after[k])
@@ -75,11 +75,11 @@ def _at_joint(joint: Content, k: int, after: np.ndarray, level: str) -> Iterator
     yield CompositePart(masses, 0.0, k, 0.0, after[k], after[k])
     yield CompositePart(0.0, carrier + carried * orbit**2, k, 0.0, after[k], after[k])
     yield CompositePart(0.0, float(joint.get("ring_inertia_kg_m2", 0.0)), k, 0.0, before, before)
-    base = {"armature": 0 * own, "coupled": before}.get(level)
+    base = {"armature": 0 * unit, "coupled": before}.get(level)
     if base is not None:
-        yield CompositePart(0.0, sun, k, 0.0, base + (1 + rings / suns) * own, after[k])
+        yield CompositePart(0.0, sun, k, 0.0, base + (1 + rings / suns) * unit, after[k])
         yield CompositePart(
-            0.0, count * planet, k, 0.0, base + (1 - rings / planets) * own, after[k]
+            0.0, count * planet, k, 0.0, base + (1 - rings / planets) * unit, after[k]
         )
 
 
@@ -102,7 +102,7 @@ def base_radius(joint: Content, teeth: int) -> float:
     return pitch * math.cos(math.radians(joint["pressure_angle_deg"]))
 
 
-def posed(content: Content, theta: np.ndarray) -> Pose:
+def arm_pose(content: Content, theta: np.ndarray) -> Pose:
     """The pose of an arm at relative angles theta (joints,) [rad]."""
     directions = np.exp(1j * np.cumsum(theta))
     ends = np.cumsum(np.array([float(link["length_m"]) for link in content["links"]]) * directions)
@@ -116,15 +116,15 @@ def inertia(parts: Sequence[CompositePart], pose: Pose, *, locked: bool) -> np.n
     with their gears locked, which turns everything beyond an axis as one body.
     """
     size = (2 if locked else 1) * len(pose.axes)
-    found = np.zeros((size, size))
+    matrix = np.zeros((size, size))
     for part in parts:
         levers = _levers(part, pose)
         turns = part.geared
         if locked:
             levers, turns = np.tile(levers, 2), np.append(turns, part.locked)
-        found += part.mass * np.outer(np.conj(levers), levers).real
-        found += part.inertia * np.outer(turns, turns)
-    return found
+        matrix += part.mass * np.outer(np.conj(levers), levers).real
+        matrix += part.inertia * np.outer(turns, turns)
+    return matrix
 
 
 def weight(parts: Sequence[CompositePart], pose: Pose, content: Content) -> np.ndarray:

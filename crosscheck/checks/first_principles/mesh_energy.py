@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.scales import geared
+from crosscheck.checks.scales import geared_joints
 from crosscheck.models.arm import stiffness
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.experiment.scenario import Switches
@@ -22,19 +22,19 @@ class MeshSpring(NamedTuple):
     gap: np.ndarray
 
 
-def springs(
+def mesh_springs(
     arm: Arm, chosen: Switches, theta: np.ndarray, x_sp: np.ndarray, x_pr: np.ndarray
 ) -> Iterator[MeshSpring]:
     """The spring of every mesh of every planet, with the mesh phase by the angle.
 
     theta (times, joints) [rad]; x_sp, x_pr (times, joints, planets) [m].
     """
-    for number, joint in geared(arm):
+    for number, joint in geared_joints(arm):
         # Teeth that pass a planet per turn of the carrier, at sun and ring; or as Eq. 13 has them.
         printed = chosen.ring_rate == "eq13"
         rates = joint.ring_teeth, joint.sun_teeth if printed else joint.ring_teeth
         for planet in range(joint.planet_count):
-            contacts = joint.sun_mesh.of_planet(planet), joint.ring_mesh.of_planet(planet)
+            contacts = joint.sun_mesh.planet_mesh(planet), joint.ring_mesh.planet_mesh(planet)
             phases = _constants(joint, planet)
             for mesh, rate, constant, x in zip(contacts, rates, phases, (x_sp, x_pr), strict=True):
                 phase = rate * theta[:, number] + constant
@@ -43,7 +43,7 @@ def springs(
                 yield MeshSpring(mesh.backlash_m, stiffness_at(mesh.stiffness, phase), gap)
 
 
-def energy_of(spring: MeshSpring) -> np.ndarray:
+def spring_energy(spring: MeshSpring) -> np.ndarray:
     """Energy 1/2 k f^2 [J], (times,): what of x - e is beyond the clearance is pressed in."""
     pressed = np.maximum(np.abs(spring.gap) - spring.backlash, 0.0)
     return spring.stiffness * pressed**2 / 2
@@ -56,8 +56,8 @@ def _constants(joint: Planetary, planet: int) -> tuple[float, float]:
     tooth sooner; at the ring the planet's other flank carries, half of its teeth further.
     """
     turn = 2 * math.pi * planet / joint.planet_count
-    sun, ring = (mesh.of_planet(planet).phase_rad for mesh in (joint.sun_mesh, joint.ring_mesh))
-    start = joint.sun_mesh.of_planet(0).phase_rad or 0.0
+    sun, ring = (mesh.planet_mesh(planet).phase_rad for mesh in (joint.sun_mesh, joint.ring_mesh))
+    start = joint.sun_mesh.planet_mesh(0).phase_rad or 0.0
     if ring is None:
         half = 0.0 if joint.planet_teeth % 2 else math.pi
         ring = start + math.fmod(joint.ring_teeth * turn, 2 * math.pi) + half
@@ -88,7 +88,7 @@ def stiffness_at(law: stiffness.StiffnessLaw, phase: np.ndarray) -> np.ndarray:
     return np.asarray(spline(np.mod(phase / (2 * np.pi), 1.0)))
 
 
-def waves(law: stiffness.StiffnessLaw) -> int:
+def highest_harmonic(law: stiffness.StiffnessLaw) -> int:
     """The highest order of a law's waves, or how many pieces its period has."""
     if isinstance(law, stiffness.SineStiffness):
         return 1

@@ -14,18 +14,20 @@ def weight_moments(arm: Arm, theta: np.ndarray) -> np.ndarray:
     """
     masses, places, owners = _masses(arm, theta)
     axes, pull = places[len(theta) : 2 * len(theta)], complex(*arm.gravity_m_per_s2)
-    found = []
+    joint_moments = []
     for joint, axis in enumerate(axes):
         moments = masses * (np.conj(places - axis) * pull).imag
-        found.append(float(moments[owners >= joint].sum()))
-    return np.array(found)
+        joint_moments.append(float(moments[owners >= joint].sum()))
+    return np.array(joint_moments)
 
 
 def weight_energy(arm: Arm, theta: np.ndarray) -> np.ndarray:
     """Potential energy of all masses in gravity [J], shape (times,), theta (times, joints)."""
     pull = complex(*arm.gravity_m_per_s2)
-    found = (_masses(arm, angles) for angles in theta)
-    return np.array([-float((m * (np.conj(places) * pull).real).sum()) for m, places, _ in found])
+    placed_masses = (_masses(arm, angles) for angles in theta)
+    return np.array(
+        [-float((m * (np.conj(places) * pull).real).sum()) for m, places, _ in placed_masses]
+    )
 
 
 def _masses(arm: Arm, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -49,18 +49,18 @@ def to_svg(figure: Figure) -> str:
     return _IMAGE_ID.sub(r"\1", text[text.index("<svg") :])
 
 
-def sound_links(html: str) -> str:
+def fix_links(html: str) -> str:
     """The page with no two drawings sharing an id, and no link to what is not on it.
 
     Ids of the n-th drawing begin with its number; of a link that leads nowhere the text stays.
     """
     numbers = itertools.count(1)
 
-    def numbered(svg: re.Match[str]) -> str:
+    def rename_ids(svg: re.Match[str]) -> str:
         return _ID.sub(rf"\1s{next(numbers)}-", svg[0])
 
     there = set(re.findall(r'\bid="([^"]+)"', html))
-    return _LINK.sub(lambda link: link[0 if link[1] in there else 2], _SVG.sub(numbered, html))
+    return _LINK.sub(lambda link: link[0 if link[1] in there else 2], _SVG.sub(rename_ids, html))
 
 
 _IMAGE_ID = re.compile(r'(<image\b[^>]*?) id="[^"]*"')  # like images get like ids
@@ -69,18 +69,18 @@ _LINK = re.compile(r'<a href="#([^"]+)">(.*?)</a>')
 _ID = re.compile(r'(\bid="|xlink:href="#|url\(#)')
 
 
-def new_figure(rows: int, columns: int = 2, height: float = 2.1) -> tuple[Figure, np.ndarray]:
+def make_figure(rows: int, columns: int = 2, height: float = 2.1) -> tuple[Figure, np.ndarray]:
     """A figure of the report's width with a grid of axes, (rows, columns)."""
     with _style():
         figure = Figure(figsize=(9.2, height * rows), layout="constrained")
         return figure, figure.subplots(rows, columns, squeeze=False)
 
 
-def legend(figure: Figure, *axes: Axes) -> None:
+def draw_legend(figure: Figure, *axes: Axes) -> None:
     """Say what the axes' lines are, once below the whole drawing, where no curve can be."""
     entries: dict[str, Artist] = {}
-    for one in axes:
-        for artist, name in zip(*one.get_legend_handles_labels(), strict=True):
+    for axis in axes:
+        for artist, name in zip(*axis.get_legend_handles_labels(), strict=True):
             entries.setdefault(name, artist)
     columns = max(1, min(len(entries), LEGEND_LETTERS // (max(map(len, entries)) + KEY_LETTERS)))
     figure.legend(
@@ -97,28 +97,28 @@ def draw(axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: s
     axes.fill_between(centres, low, high, label=label, color=colour, linewidth=0.6, alpha=0.75)
 
 
-def not_reached(axes: Axes) -> None:
+def mark_not_reached(axes: Axes) -> None:
     """Say that nothing is drawn since no run gets there."""
     axes.text(0.5, 0.5, NOT_REACHED, ha="center", va="center", transform=axes.transAxes)
 
 
-def log_y(axes: Axes) -> None:
+def set_log_scale(axes: Axes) -> None:
     """Set a logarithmic scale if a line has values above zero; else say that no run gets there."""
     if any((np.asarray(line.get_ydata(), dtype=float) > 0).any() for line in axes.lines):
         axes.set_yscale("log")
     else:
-        not_reached(axes)
+        mark_not_reached(axes)
 
 
-def _powers(axes: Axes) -> None:
+def _set_power_labels(axes: Axes) -> None:
     """Set a log scale labelled as 1e-05: typeset powers take a third of a drawing's time."""
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(LogFormatter())
 
 
-def run_figure(ours: xr.Dataset, theirs: xr.Dataset) -> str:
+def draw_run_comparison(reference_run: xr.Dataset, other_run: xr.Dataset) -> str:
     """Two models over one run: what they did on the left, their difference on the right."""
-    figure, grid = new_figure(4)
+    figure, grid = make_figure(4)
     rows = (
         ("theta", 1.0, "joint angle [rad]", "difference [rad]"),
         ("theta_ddot", 1.0, "acceleration [rad/s²]", "difference [rad/s²]"),
@@ -126,25 +126,27 @@ def run_figure(ours: xr.Dataset, theirs: xr.Dataset) -> str:
         ("F_sp", KILO, "F_sp, planet 1 [kN]", "difference [N]"),
     )
     for axes, (quantity, scale, label, difference_label) in zip(grid, rows, strict=True):
-        one, other = (first_planet(run[quantity]) for run in (ours, theirs))
-        time = ours["time"].values
-        for joint, colour in zip(range(one.shape[1]), COLOURS, strict=False):
-            draw(axes[0], time, scale * one[:, joint], f"joint {joint + 1}", colour)
-            gap = np.maximum(np.abs(one[:, joint] - other[:, joint]), 1e-20)
+        reference_values, other_values = (
+            first_planet(run[quantity]) for run in (reference_run, other_run)
+        )
+        time = reference_run["time"].values
+        for joint, colour in zip(range(reference_values.shape[1]), COLOURS, strict=False):
+            draw(axes[0], time, scale * reference_values[:, joint], f"joint {joint + 1}", colour)
+            gap = np.maximum(np.abs(reference_values[:, joint] - other_values[:, joint]), 1e-20)
             draw(axes[1], time, gap, f"joint {joint + 1}", colour)
         axes[0].set_ylabel(label)
         axes[1].set(ylabel=difference_label)
-        _powers(axes[1])
-    legend(figure, grid[0, 0])
+        _set_power_labels(axes[1])
+    draw_legend(figure, grid[0, 0])
     for axes in grid[-1]:
         axes.set_xlabel("time [s]")
     return to_svg(figure)
 
 
-def level_figure(geared: xr.Dataset, rigid: Mapping[str, xr.Dataset]) -> str:
+def draw_level_deviations(geared: xr.Dataset, rigid: Mapping[str, xr.Dataset]) -> str:
     """Deviation of every rigid level from the geared arm, joint by joint."""
     joints = geared["joint"].size
-    figure, grid = new_figure(1, joints, 2.6)
+    figure, grid = make_figure(1, joints, 2.6)
     for joint, axes in enumerate(grid[0]):
         for colour, (level, run) in zip(COLOURS, rigid.items(), strict=False):
             gap = run["theta"].values[:, joint] - geared["theta"].values[:, joint]
@@ -152,6 +154,6 @@ def level_figure(geared: xr.Dataset, rigid: Mapping[str, xr.Dataset]) -> str:
                 geared["time"].values, np.maximum(np.abs(gap), 1e-12), color=colour, label=level
             )
         axes.set(xlabel="time [s]", ylabel="|deviation| [rad]", title=f"joint {joint + 1}")
-        _powers(axes)
-    legend(figure, grid[0, 0])
+        _set_power_labels(axes)
+    draw_legend(figure, grid[0, 0])
     return to_svg(figure)

@@ -18,7 +18,7 @@ import xarray as xr
 
 from crosscheck.models.trajectory import meaning_of, unit_of
 from crosscheck.registry import MODELS
-from crosscheck.report.words import in_words
+from crosscheck.report.formatting import format_unit
 
 QUANTITIES = ("theta", "theta_ddot", "x_sp", "F_sp", "F_pr")
 MOST_NUMBERS = 1_150_000  # on a page: 6.1 MB as base64 of float32, of 8 MB for all
@@ -85,16 +85,16 @@ class Signals:
     windows: tuple[SignalWindow, ...]
 
 
-def signals_json(found: Sequence[Signals]) -> dict[str, object]:
+def format_signals(signal_sets: Sequence[Signals]) -> dict[str, object]:
     """What the page's script is given: experiments, and each quantity's unit and meaning."""
-    used = dict.fromkeys(line.quantity for each in found for line in each.lines)
+    used = dict.fromkeys(line.quantity for each in signal_sets for line in each.lines)
     quantities = {
-        name: {"unit": in_words(unit_of(name)), "meaning": meaning_of(name)} for name in used
+        name: {"unit": format_unit(unit_of(name)), "meaning": meaning_of(name)} for name in used
     }
-    return {"experiments": [asdict(each) for each in found], "quantities": quantities}
+    return {"experiments": [asdict(each) for each in signal_sets], "quantities": quantities}
 
 
-def all_signals(
+def collect_signals(
     reference: str, runs: Mapping[str, Mapping[str, xr.Dataset]], most: int = MOST_NUMBERS
 ) -> list[Signals]:
     """The signals of each experiment.
@@ -112,11 +112,13 @@ def all_signals(
         share = left // (len(sizes) - place)
         widths[key] = 1 if size <= share else -(-2 * size // share)
         left -= size if widths[key] == 1 else 2 * size // widths[key]
-    found = []
+    signal_sets = []
     for name, table in tables.items():
-        own = {quantity: width for (each, quantity), width in widths.items() if each == name}
-        found.append(_signals(name, reference, runs[name], table, own))
-    return found
+        quantity_widths = {
+            quantity: width for (each, quantity), width in widths.items() if each == name
+        }
+        signal_sets.append(_signals(name, reference, runs[name], table, quantity_widths))
+    return signal_sets
 
 
 def _signals(
@@ -137,13 +139,15 @@ def _signals(
     for title, begin, end in _events(time, runs[reference], values):
         inside = slice(int(np.searchsorted(time, begin)), int(np.searchsorted(time, end, "right")))
         full_rate = {
-            quantity: level(time[inside], {name: v[inside] for name, v in table.items()}, 1)
+            quantity: make_stretch(time[inside], {name: v[inside] for name, v in table.items()}, 1)
             for quantity, table in binned.items()
         }
         windows.append(SignalWindow(title, begin, end, full_rate))
     others = tuple(name for name in runs if name != reference)
     rigid = tuple(name for name in others if MODELS[name].role == "rigid")
-    whole = {quantity: level(time, table, widths[quantity]) for quantity, table in tables.items()}
+    whole = {
+        quantity: make_stretch(time, table, widths[quantity]) for quantity, table in tables.items()
+    }
     return Signals(experiment, reference, others, rigid, tuple(values), whole, tuple(windows))
 
 
@@ -156,10 +160,12 @@ def _values(reference: str, runs: Mapping[str, xr.Dataset]) -> Iterator[tuple[Li
             for model, run in runs.items():
                 if quantity not in run:
                     continue
-                own = base if model == reference else first_planet(run[quantity])[:, place] - base
+                values = (
+                    base if model == reference else first_planet(run[quantity])[:, place] - base
+                )
                 name = f"{quantity}/{joint}/{model}"
-                peak = float(np.abs(own).max())
-                yield Line(name, quantity, joint, model, peak), own
+                peak = float(np.abs(values).max())
+                yield Line(name, quantity, joint, model, peak), values
 
 
 def first_planet(values: xr.DataArray) -> np.ndarray:
@@ -167,7 +173,7 @@ def first_planet(values: xr.DataArray) -> np.ndarray:
     return (values.isel(planet=0) if "planet" in values.dims else values).values
 
 
-def level(time: np.ndarray, table: Mapping[str, np.ndarray], width: int) -> RecordStretch:
+def make_stretch(time: np.ndarray, table: Mapping[str, np.ndarray], width: int) -> RecordStretch:
     """Records in bins of ``width``; with one record each, the records themselves."""
     edges = np.arange(0, time.size, width)
     data = {}
@@ -192,28 +198,30 @@ def _events(
     }
     joint = max(force, key=lambda number: float(np.abs(force[number]).max()))
     places = {f"largest {CONTACT}, joint {joint}": int(np.abs(force[joint]).argmax())}
-    lost = {n: _first(each[1:] == 0, each[:-1] != 0) for n, each in force.items()}
-    places |= _earliest("contact lost", lost)
-    other = {n: _first(each * each[np.flatnonzero(each)[:1]] < 0) for n, each in force.items()}
-    places |= _earliest("contact on the other side", other)
-    for line, apart in values.items():
+    lost = {n: _first_index(each[1:] == 0, each[:-1] != 0) for n, each in force.items()}
+    places |= _select_earliest("contact lost", lost)
+    other = {
+        n: _first_index(each * each[np.flatnonzero(each)[:1]] < 0) for n, each in force.items()
+    }
+    places |= _select_earliest("contact on the other side", other)
+    for line, difference in values.items():
         if (line.quantity, line.joint) == (CONTACT, joint) and line.model != run.attrs["model"]:
             title = f"largest difference of {line.model}, joint {joint}"
-            places[title] = int(np.abs(apart).argmax())
+            places[title] = int(np.abs(difference).argmax())
     for title, place in places.items():
         begin, end = time[place] - HALF_WINDOW_S, time[place] + HALF_WINDOW_S
         yield title, float(max(begin, time[0])), float(min(end, time[-1]))
 
 
-def _first(*conditions: np.ndarray) -> int | None:
+def _first_index(*conditions: np.ndarray) -> int | None:
     """The first place where all conditions hold; None where there is none."""
     held = np.logical_and.reduce(np.broadcast_arrays(*conditions))
     return int(held.argmax()) if held.any() else None
 
 
-def _earliest(title: str, places: Mapping[int, int | None]) -> dict[str, int]:
-    found = {number: place for number, place in places.items() if place is not None}
-    if not found:
+def _select_earliest(title: str, places: Mapping[int, int | None]) -> dict[str, int]:
+    defined_places = {number: place for number, place in places.items() if place is not None}
+    if not defined_places:
         return {}
-    number = min(found, key=lambda each: found[each])
-    return {f"{title}, joint {number}": found[number]}
+    number = min(defined_places, key=lambda each: defined_places[each])
+    return {f"{title}, joint {number}": defined_places[number]}

@@ -3,6 +3,6 @@
 from importlib.resources import files
 
 
-def vendored(name: str) -> str:
+def read_vendored(name: str) -> str:
     """The text of one of the vendored files, by name."""
     return (files(__name__) / name).read_text(encoding="utf-8")

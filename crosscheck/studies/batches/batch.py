@@ -15,9 +15,9 @@ from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import Case
 from crosscheck.registry import build, reference_model, second_engine
 from crosscheck.studies.definition.quantities import SIGNALS
-from crosscheck.studies.measures.columns import DIVERGED, columns
-from crosscheck.studies.measures.observers import ChunkRecords, Watched, observer
-from crosscheck.studies.members.members import PreparedStudy, study_of
+from crosscheck.studies.measures.columns import DIVERGED, list_columns
+from crosscheck.studies.measures.observers import ChunkRecords, MemberGroup, make_observer
+from crosscheck.studies.members.members import PreparedStudy, load_study
 
 if TYPE_CHECKING:
     from crosscheck.analytic.model import AnalyticModel
@@ -31,21 +31,23 @@ def run_batch(text: str, begin: int, end: int) -> Numbers:
     text: ``PreparedStudy.text``. All numbers of a member that diverged are nan, but the time at
     which it did. Raises InputError.
     """
-    from crosscheck.analytic.ensemble import groups
+    from crosscheck.analytic.ensemble import group_models
 
-    study = study_of(text)
+    study = load_study(text)
     cases = list(study.cases(begin, end))
-    numbers = _nothing(study, len(cases))
-    for group in groups(models_of(cases)):
-        mine = list(group.members)
+    numbers = _make_empty_numbers(study, len(cases))
+    for group in group_models(build_models(cases)):
+        members = list(group.members)
         with np.errstate(invalid="ignore", over="ignore"):  # of members that diverge
-            found = _watch(study, [cases[member] for member in mine], group.chunks())
-        for name, values in found.items():
-            numbers[name][mine] = values
-        gone = np.array(mine)[~np.isnan(group.diverged_s)]
+            values_by_column = _observe_members(
+                study, [cases[member] for member in members], group.chunks()
+            )
+        for name, values in values_by_column.items():
+            numbers[name][members] = values
+        gone = np.array(members)[~np.isnan(group.diverged_s)]
         for values in numbers.values():
             values[gone] = np.nan
-        numbers[DIVERGED][mine] = group.diverged_s
+        numbers[DIVERGED][members] = group.diverged_s
     return numbers
 
 
@@ -54,24 +56,24 @@ def run_check(text: str, place: int) -> Numbers:
 
     Raises InputError.
     """
-    study = study_of(text)
+    study = load_study(text)
     (case,) = study.cases(place, place + 1)
-    numbers = _nothing(study, 1)
+    numbers = _make_empty_numbers(study, 1)
     try:
         run = build(second_engine(), *case).simulate()
     except Diverged as error:
         numbers[DIVERGED][0] = error.time_s
         return numbers
-    return numbers | _watch(study, [case], [_AsChunk(run)])
+    return numbers | _observe_members(study, [case], [_RunChunk(run)])
 
 
-def models_of(cases: Sequence[Case]) -> list[AnalyticModel]:
+def build_models(cases: Sequence[Case]) -> list[AnalyticModel]:
     """The reference model of each case; their kernels run side by side. Raises InputError."""
     return [cast("AnalyticModel", build(reference_model(), *case)) for case in cases]
 
 
 @lru_cache
-def made_ready() -> None:
+def prepare_worker() -> None:
     """Prepare a worker for its batches, once: import what they need, out of the collector's sight.
 
     The collector would go through a million objects of the libraries again and again (measured:
@@ -81,7 +83,7 @@ def made_ready() -> None:
     gc.freeze()
 
 
-class _AsChunk:
+class _RunChunk:
     """A whole run as the only chunk of a group of one."""
 
     def __init__(self, run: xr.Dataset) -> None:
@@ -95,14 +97,16 @@ class _AsChunk:
         return self.run[name].values[..., np.newaxis]
 
 
-def _nothing(study: PreparedStudy, members: int) -> Numbers:
-    return {c.name: np.full((members, *c.shape), np.nan) for c in columns(study)}
+def _make_empty_numbers(study: PreparedStudy, members: int) -> Numbers:
+    return {c.name: np.full((members, *c.shape), np.nan) for c in list_columns(study)}
 
 
-def _watch(study: PreparedStudy, cases: list[Case], chunks: Iterable[ChunkRecords]) -> Numbers:
-    watched = Watched(cases, study.sources, study.file)
-    watching = [observer(quantity, watched) for quantity in study.definition.quantities]
+def _observe_members(
+    study: PreparedStudy, cases: list[Case], chunks: Iterable[ChunkRecords]
+) -> Numbers:
+    member_group = MemberGroup(cases, study.sources, study.file)
+    observers = [make_observer(quantity, member_group) for quantity in study.definition.quantities]
     for chunk in chunks:
-        for one in watching:
-            one.see(chunk)
-    return {name: values for one in watching for name, values in one.found().items()}
+        for watcher in observers:
+            watcher.observe(chunk)
+    return {name: values for watcher in observers for name, values in watcher.results().items()}

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.studies.batches.batch import Numbers, run_batch, run_check
-from crosscheck.studies.batches.schedule import FunctionTask, digest_of
+from crosscheck.studies.batches.schedule import FunctionTask, compute_digest
 from crosscheck.studies.definition import quantities
 from crosscheck.studies.measures.columns import Column
 from crosscheck.studies.members.members import PreparedStudy
@@ -29,25 +29,25 @@ class MemberBatch(NamedTuple):
     end: int
 
 
-def batches(study: PreparedStudy, version: str) -> Iterator[MemberBatch]:
+def split_into_batches(study: PreparedStudy, version: str) -> Iterator[MemberBatch]:
     """All batches of a study, in order; version: a part of their keys."""
     size = batch_size(study)
     for begin in range(0, study.count, size):
         end = min(begin + size, study.count)
-        yield MemberBatch(digest_of(study.digest, version, begin, end), begin, end)
+        yield MemberBatch(compute_digest(study.digest, version, begin, end), begin, end)
 
 
-def task_of(study: PreparedStudy, batch: MemberBatch) -> FunctionTask:
+def make_batch_task(study: PreparedStudy, batch: MemberBatch) -> FunctionTask:
     """The task that runs a batch."""
     return FunctionTask(batch.key, run_batch, (study.text, batch.begin, batch.end))
 
 
-def checks(study: PreparedStudy, version: str) -> list[FunctionTask]:
+def make_check_tasks(study: PreparedStudy, version: str) -> list[FunctionTask]:
     """Tasks by which a second engine runs evenly chosen members again; arguments: (text, place)."""
-    wanted = min(study.definition.spot_checks, study.count)
-    places = [(2 * number + 1) * study.count // (2 * wanted) for number in range(wanted)]
+    count = min(study.definition.spot_checks, study.count)
+    places = [(2 * number + 1) * study.count // (2 * count) for number in range(count)]
     return [
-        FunctionTask(digest_of(study.digest, version, "check", p), run_check, (study.text, p))
+        FunctionTask(compute_digest(study.digest, version, "check", p), run_check, (study.text, p))
         for p in places
     ]
 
@@ -81,13 +81,13 @@ def _kept_bytes(study: PreparedStudy) -> float:
     return total
 
 
-def packed(numbers: Numbers, columns: Sequence[Column]) -> bytes:
+def pack_numbers(numbers: Numbers, columns: Sequence[Column]) -> bytes:
     """The numbers as the bytes that are kept: one column behind the other."""
     arrays = [np.ascontiguousarray(numbers[column.name], np.float64) for column in columns]
     return b"".join(array.tobytes() for array in arrays)
 
 
-def unpacked(content: bytes, columns: Sequence[Column], members: int) -> Numbers:
+def unpack_numbers(content: bytes, columns: Sequence[Column], members: int) -> Numbers:
     """The numbers of so many members, by column, from the bytes kept. Raises ValueError."""
     sizes = [members * math.prod(column.shape) for column in columns]
     numbers = np.frombuffer(content, np.float64)

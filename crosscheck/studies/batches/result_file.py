@@ -19,10 +19,10 @@ import numpy as np
 from crosscheck.models.errors import InputError
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.output import Draft
-from crosscheck.provenance import provenance
+from crosscheck.provenance import record_provenance
 from crosscheck.registry import second_engine
 from crosscheck.studies.batches.batch import Numbers
-from crosscheck.studies.definition.axes import SAMPLE, START, TAKEN, VariedAxis
+from crosscheck.studies.definition.axes import RESERVED_NAMES, SAMPLE, START, VariedAxis
 from crosscheck.studies.measures.columns import DIVERGED, Column
 from crosscheck.studies.members.members import PreparedStudy
 
@@ -43,31 +43,35 @@ def _size(column: Column) -> int:
     return math.prod(column.shape)
 
 
-def checked_columns(columns: Sequence[Column], engine: str) -> list[Column]:
+def spot_check_columns(columns: Sequence[Column], engine: str) -> list[Column]:
     """Columns of a second engine's values and differences, over the members that are checked."""
-    found = []
+    new_columns = []
     for column in columns:
         name, unit, about = column.name, column.unit, f"{column.name} by {engine}"
         if "time" in column.dims:
             over = column.dims[1:], column.shape[1:]
             worst = f"largest difference of {about} over the run"
-            found.append(Column(f"{name}_difference", unit, worst, *over))
+            new_columns.append(Column(f"{name}_difference", unit, worst, *over))
             continue
         over = column.dims, column.shape
-        found.append(Column(f"{name}_checked", unit, about, *over))
-        found.append(Column(f"{name}_difference", unit, f"{about}, distance", *over))
+        new_columns.append(Column(f"{name}_checked", unit, about, *over))
+        new_columns.append(Column(f"{name}_difference", unit, f"{about}, distance", *over))
         if name != DIVERGED:
             meaning = f"{about}, distance over spread"
-            found.append(Column(f"{name}_difference_over_spread", "1", meaning, *over))
-    return found
+            new_columns.append(Column(f"{name}_difference_over_spread", "1", meaning, *over))
+    return new_columns
 
 
-def require_apart(study: PreparedStudy, columns: Sequence[Column]) -> None:
+def require_unique_names(study: PreparedStudy, columns: Sequence[Column]) -> None:
     """Raise InputError unless every variable and dimension has a name of its own."""
-    found = [*columns, *checked_columns(columns, second_engine())]
-    of_axes = {name for axis in study.axes for name in (axis.name, f"{axis.name}_entry")}
-    names = [*TAKEN, *of_axes, *(f"{CHECKED}_{one}" for one in study.dimensions)]
-    names += [column.name for column in found]
+    all_columns = [*columns, *spot_check_columns(columns, second_engine())]
+    axis_names = {name for axis in study.axes for name in (axis.name, f"{axis.name}_entry")}
+    names = [
+        *RESERVED_NAMES,
+        *axis_names,
+        *(f"{CHECKED}_{dimension}" for dimension in study.dimensions),
+    ]
+    names += [column.name for column in all_columns]
     for name in names:
         if names.count(name) > 1:
             allowed = "more than one has this name; give each a name of its own"
@@ -87,7 +91,7 @@ class ResultFile:
         self.new, self.study, self.checks = new, study, checks
         self.columns = {column.name: column for column in columns}
         self.engine = second_engine()
-        extra = checked_columns(columns, self.engine) if checks else []
+        extra = spot_check_columns(columns, self.engine) if checks else []
         self.over_checks = {column.name: column for column in extra}
         memory = _Sparse()
         with h5netcdf.File(memory, "w") as file:
@@ -130,14 +134,14 @@ class ResultFile:
         column = self.columns[name]
         count = members * _size(column)
         offset = self.places[name] + place * _size(column) * NUMBER_BYTES
-        found = np.fromfile(self.new.path, np.float64, count, offset=offset)
-        return found.reshape(members, *column.shape)
+        values = np.fromfile(self.new.path, np.float64, count, offset=offset)
+        return values.reshape(members, *column.shape)
 
     def _fill(self, file: h5netcdf.File, version: str) -> None:
         """Lay out the file: everything but the numbers of its columns."""
         self.file = file
         base, definition = self.study.base, self.study.definition
-        record = provenance(base.arm, 0, False, [base.scenario], base.switches)
+        record = record_provenance(base.arm, 0, False, [base.scenario], base.switches)
         file.attrs.update(
             {
                 "Conventions": "CF-1.11",
@@ -181,12 +185,16 @@ class ResultFile:
             seeds = starts.seed + np.arange(starts.count)
             about = f"seed of the start's perturbation of up to {starts.size_m:g} m"
             self._coordinate(START, (START,), seeds, "", about)
-        own = {d: s for c in self.columns.values() for d, s in zip(c.dims, c.shape, strict=True)}
-        file.dimensions.update(own)
+        dimension_sizes = {
+            d: s for c in self.columns.values() for d, s in zip(c.dims, c.shape, strict=True)
+        }
+        file.dimensions.update(dimension_sizes)
         for name in ("joint", "planet"):
-            if name in own:
-                self._coordinate(name, (name,), 1 + np.arange(own[name]), "", f"{name} number")
-        if "time" in own:
+            if name in dimension_sizes:
+                self._coordinate(
+                    name, (name,), 1 + np.arange(dimension_sizes[name]), "", f"{name} number"
+                )
+        if "time" in dimension_sizes:
             time = recorded_times(study.base.scenario)
             self._coordinate("time", ("time",), time, "s", "time")
 

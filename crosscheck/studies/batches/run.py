@@ -10,75 +10,90 @@ from pathlib import Path
 
 import numpy as np
 
-from crosscheck.output import draft, in_one_line, remove_abandoned, require_file
+from crosscheck.output import convert_os_errors, draft, remove_abandoned, require_file
 from crosscheck.registry import second_engine
-from crosscheck.runner.interruption import advice, finished_first
+from crosscheck.runner.interruption import advice, finish_before_interrupt
 from crosscheck.studies.batches.batch import Numbers
-from crosscheck.studies.batches.batches import MemberBatch, batches, checks, task_of
-from crosscheck.studies.batches.kept import (
-    KeptBatches,
-    batches_of,
+from crosscheck.studies.batches.batch_store import (
+    BatchStore,
     clear_batches,
     is_complete,
+    open_batches,
     require_room,
 )
-from crosscheck.studies.batches.result_file import ResultFile, expected_bytes, require_apart
-from crosscheck.studies.batches.schedule import FunctionTask, Place, cluster, fingerprint, here
-from crosscheck.studies.measures.columns import DIVERGED, Column, columns
+from crosscheck.studies.batches.batches import (
+    MemberBatch,
+    make_batch_task,
+    make_check_tasks,
+    split_into_batches,
+)
+from crosscheck.studies.batches.result_file import ResultFile, expected_bytes, require_unique_names
+from crosscheck.studies.batches.schedule import (
+    BatchExecutor,
+    FunctionTask,
+    compute_fingerprint,
+    open_cluster_executor,
+    open_local_executor,
+)
+from crosscheck.studies.measures.columns import DIVERGED, Column, list_columns
 from crosscheck.studies.members.members import PreparedStudy, require_members
 
-Told = Callable[[str, int, int], None]
+BatchProgressCallback = Callable[[str, int, int], None]
 RESUME = "the same with --resume goes on where it stopped"
 
 
 @dataclass(frozen=True)
-class How:
+class ExecutionSettings:
     """How a study is run. scheduler: address of Dask's, else ``jobs`` processes of this machine."""
 
     jobs: int = 1
     scheduler: str | None = None
     resume: bool = False
-    told: Told = lambda what, done, total: None
+    progress: BatchProgressCallback = lambda what, done, total: None
 
-    def place(self) -> AbstractContextManager[Place]:
+    def open_executor(self) -> AbstractContextManager[BatchExecutor]:
         """The place where the study's batches are run."""
-        return cluster(self.scheduler) if self.scheduler is not None else here(self.jobs)
+        return (
+            open_cluster_executor(self.scheduler)
+            if self.scheduler is not None
+            else open_local_executor(self.jobs)
+        )
 
 
-def run_study(study: PreparedStudy, out: Path, how: How) -> int:
+def run_study(study: PreparedStudy, out: Path, settings: ExecutionSettings) -> int:
     """Make the result of a study, a file; returns how many members were run for it.
 
     Raises InputError, Unfinished, and OSError where the disk is full.
     """
     target = require_file(out, option="--out")
-    wanted, version = columns(study), fingerprint()
-    require_apart(study, wanted)
-    if is_complete(target, study, version, how.resume):
-        clear_batches(target, study, wanted)
+    result_columns, version = list_columns(study), compute_fingerprint()
+    require_unique_names(study, result_columns)
+    if is_complete(target, study, version, settings.resume):
+        clear_batches(target, study, result_columns)
         return 0
     remove_abandoned(target.parent)
-    require_room(target, expected_bytes(study, wanted), study.count)
+    require_room(target, expected_bytes(study, result_columns), study.count)
     with (
-        how.place() as place,
-        batches_of(target, study, wanted, how.resume) as kept,
+        settings.open_executor() as executor,
+        open_batches(target, study, result_columns, settings.resume) as store,
         draft(target.parent) as new,
     ):
         require_members(study)
-        also = checks(study, version)
-        with in_one_line(target):
-            places = [task.arguments[1] for task in also]
-            result = ResultFile(new, study, wanted, places, version)
-        with _advised():
-            making = _Making(study, result, kept, how.told, place)
-            ran = making.run(list(batches(study, version)))
-            making.check(also, wanted)
+        check_tasks = make_check_tasks(study, version)
+        with convert_os_errors(target):
+            places = [task.arguments[1] for task in check_tasks]
+            result = ResultFile(new, study, result_columns, places, version)
+        with _show_resume_advice():
+            study_run = _StudyRun(study, result, store, settings.progress, executor)
+            run_count = study_run.run(list(split_into_batches(study, version)))
+            study_run.check(check_tasks, result_columns)
             os.fsync(new.handle)
         new.publish(target)
-    return ran
+    return run_count
 
 
 @contextmanager
-def _advised() -> Iterator[None]:
+def _show_resume_advice() -> Iterator[None]:
     """Tell whoever interrupts the work how to go on."""
     advice.append(RESUME)
     try:
@@ -90,33 +105,33 @@ def _advised() -> Iterator[None]:
 
 
 @dataclass
-class _Making:
+class _StudyRun:
     """A study's result while it is made."""
 
     study: PreparedStudy
     result: ResultFile
-    kept: KeptBatches
-    told: Told
-    place: Place
+    store: BatchStore
+    progress: BatchProgressCallback
+    executor: BatchExecutor
 
     def run(self, all_batches: Sequence[MemberBatch]) -> int:
         """Run all members, or take what is kept of them; returns how many were run."""
         begins = {batch.key: batch.begin for batch in all_batches}
-        work = {task_of(self.study, each): each.end - each.begin for each in all_batches}
+        work = {make_batch_task(self.study, each): each.end - each.begin for each in all_batches}
         return self._gather(
             self.study.definition.name, work, lambda key, n: self.result.write(begins[key], n)
         )
 
-    def check(self, tasks: Sequence[FunctionTask], wanted: Sequence[Column]) -> None:
+    def check(self, tasks: Sequence[FunctionTask], checked_columns: Sequence[Column]) -> None:
         """Run the members that a second engine checks, and write how far it is from them."""
         if not tasks:
             return
-        found: dict[str, Numbers] = {}
+        numbers_by_key: dict[str, Numbers] = {}
         self._gather(
-            f"spot checks by {second_engine()}", dict.fromkeys(tasks, 1), found.__setitem__
+            f"spot checks by {second_engine()}", dict.fromkeys(tasks, 1), numbers_by_key.__setitem__
         )
-        for column in wanted:
-            self._compare(column, [found[task.key] for task in tasks])
+        for column in checked_columns:
+            self._compare(column, [numbers_by_key[task.key] for task in tasks])
 
     def _gather(
         self, what: str, work: Mapping[FunctionTask, int], take: Callable[[str, Numbers], None]
@@ -127,37 +142,41 @@ class _Making:
         """
         done, missing = 0, []
         for task, members in work.items():
-            numbers = self.kept.get(task.key, members)
+            numbers = self.store.get(task.key, members)
             if numbers is None:
                 missing.append(task)
             else:
                 take(task.key, numbers)
                 done += members
-        all_members, ran = sum(work.values()), 0
-        self.told(what, done, all_members)
-        for task, numbers in self.place(missing):
-            with finished_first():
-                self.kept.put(task.key, numbers)
+        all_members, run_count = sum(work.values()), 0
+        self.progress(what, done, all_members)
+        for task, numbers in self.executor(missing):
+            with finish_before_interrupt():
+                self.store.put(task.key, numbers)
                 take(task.key, numbers)
-            ran += work[task]
-            self.told(what, done + ran, all_members)
-        return ran
+            run_count += work[task]
+            self.progress(what, done + run_count, all_members)
+        return run_count
 
-    def _compare(self, column: Column, theirs: Sequence[Numbers]) -> None:
+    def _compare(self, column: Column, engine_numbers: Sequence[Numbers]) -> None:
         """Write a second engine's values of a column, and the differences."""
         name = column.name
-        said = np.stack([numbers[name][0] for numbers in theirs])
-        ours = np.stack([self.result.values_at(name, place) for place in self.result.checks])
-        difference = np.abs(said - ours)
+        engine_values = np.stack([numbers[name][0] for numbers in engine_numbers])
+        reference_values = np.stack(
+            [self.result.values_at(name, place) for place in self.result.checks]
+        )
+        difference = np.abs(engine_values - reference_values)
         if "time" in column.dims:
-            known = np.isfinite(difference)
-            worst = np.where(known, difference, -np.inf).max(axis=1)
-            difference = np.where(known.any(axis=1), worst, np.nan)
+            is_finite = np.isfinite(difference)
+            worst = np.where(is_finite, difference, -np.inf).max(axis=1)
+            difference = np.where(is_finite.any(axis=1), worst, np.nan)
         else:
-            self.result.add(f"{name}_checked", said)
+            self.result.add(f"{name}_checked", engine_values)
         self.result.add(f"{name}_difference", difference)
         if "time" in column.dims or name == DIVERGED:
             return
         spread = self.result.spread(name)
-        over = np.divide(difference, spread, where=spread > 0, out=np.full_like(said, np.nan))
+        over = np.divide(
+            difference, spread, where=spread > 0, out=np.full_like(engine_values, np.nan)
+        )
         self.result.add(f"{name}_difference_over_spread", over)

@@ -21,16 +21,16 @@ from queue import SimpleQueue
 from typing import Any, Protocol
 
 from crosscheck import __version__
-from crosscheck.models.errors import InputError, Unfinished, install_extra
-from crosscheck.provenance import version
+from crosscheck.models.errors import InputError, Unfinished, format_install_command
+from crosscheck.provenance import find_version
 from crosscheck.registry import MODELS, reference_model, second_engine
 from crosscheck.runner.outcomes import DIED, Failure
-from crosscheck.runner.sources import code_hash
+from crosscheck.runner.sources import compute_code_hash
 from crosscheck.runner.workers import Workers
-from crosscheck.studies.batches.batch import made_ready
+from crosscheck.studies.batches.batch import prepare_worker
 
 BATCH = "crosscheck.studies.batches.batch"  # whose code, and all that it imports, makes a batch
-PATIENCE_S = 6.0  # until an unreachable scheduler is given up
+CONNECT_TIMEOUT_S = 6.0  # until an unreachable scheduler is given up
 AHEAD = 2  # tasks that wait beyond those that run
 ATTEMPTS = 3  # at a batch whose worker dies
 BATCH_S = 60.0  # rough cost of a batch: a user's function may be slow
@@ -49,18 +49,18 @@ class FunctionTask:
 
 # Gives each task with its result, as they come. Raises what a task raised, and Unfinished for one
 # that came to no end.
-Place = Callable[[Iterable[FunctionTask]], Iterator[tuple[FunctionTask, Any]]]
+BatchExecutor = Callable[[Iterable[FunctionTask]], Iterator[tuple[FunctionTask, Any]]]
 
 
 @contextmanager
-def here(jobs: int) -> Iterator[Place]:
+def open_local_executor(jobs: int) -> Iterator[BatchExecutor]:
     """A place on this machine, with so many processes."""
     with Workers(jobs) as workers:
-        yield partial(_by_workers, workers)
+        yield partial(_run_by_workers, workers)
 
 
 @dataclass(frozen=True)
-class _Work:
+class _WorkerTask:
     """A task for a worker of this machine."""
 
     task: FunctionTask
@@ -73,41 +73,41 @@ class _Work:
 
     def perform(self) -> Any:
         """The function's result, or the error that it raised."""
-        made_ready()
+        prepare_worker()
         try:
             return self.task.function(*self.task.arguments)
         except Exception as error:
-            return _Raised(error)
+            return _TaskError(error)
 
 
 @dataclass(frozen=True)
-class _Raised:
+class _TaskError:
     error: Exception
 
 
-class _Waiting:
+class _TaskQueue:
     """Tasks not yet begun, and those to be tried again, which come first."""
 
     def __init__(self, tasks: Iterable[FunctionTask]) -> None:
-        self.tasks, self.again = iter(tasks), list[_Work]()
-        self.given: dict[str, _Work] = {}
+        self.tasks, self.retries = iter(tasks), list[_WorkerTask]()
+        self.running: dict[str, _WorkerTask] = {}
 
-    def __iter__(self) -> Iterator[_Work]:
+    def __iter__(self) -> Iterator[_WorkerTask]:
         return self
 
-    def __next__(self) -> _Work:
-        work = self.again.pop() if self.again else _Work(next(self.tasks))
-        self.given[work.key] = work
+    def __next__(self) -> _WorkerTask:
+        work = self.retries.pop() if self.retries else _WorkerTask(next(self.tasks))
+        self.running[work.key] = work
         return work
 
 
-def _by_workers(
+def _run_by_workers(
     workers: Workers, tasks: Iterable[FunctionTask]
 ) -> Iterator[tuple[FunctionTask, Any]]:
-    waiting, tries = _Waiting(tasks), Counter[str]()
+    waiting, tries = _TaskQueue(tasks), Counter[str]()
     for key, result in workers.stream(waiting):
-        work = waiting.given.pop(key)
-        if isinstance(result, _Raised):
+        work = waiting.running.pop(key)
+        if isinstance(result, _TaskError):
             raise result.error
         if isinstance(result, Failure):
             tries[key] += 1
@@ -115,7 +115,7 @@ def _by_workers(
                 often = f" in {ATTEMPTS} attempts" if result.kind == DIED else ""
                 reason = f"{result}{often}"
                 raise Unfinished(f"a batch came to no end: {reason}; --resume goes on")
-            waiting.again.append(work)
+            waiting.retries.append(work)
             continue
         yield work.task, result
 
@@ -128,7 +128,7 @@ class Future(Protocol):
     def add_done_callback(self, fn: Callable[[Any], Any], /) -> None: ...
 
 
-def _by_futures(
+def _run_by_futures(
     submit: Callable[[FunctionTask], Future], most: int, tasks: Iterable[FunctionTask]
 ) -> Iterator[tuple[FunctionTask, Any]]:
     """Each task with its result as it comes; at most so many are handed over at once."""
@@ -159,7 +159,7 @@ def _by_futures(
 
 
 @contextmanager
-def cluster(address: str) -> Iterator[Place]:
+def open_cluster_executor(address: str) -> Iterator[BatchExecutor]:
     """A place on the workers of a Dask scheduler. Raises InputError if it cannot be used."""
     # Host and port; other protocols need more than a name.
     host = r"(?:tcp://)?(?:[\w.-]+|\[[0-9A-Fa-f:.%\w]+\])"
@@ -169,33 +169,33 @@ def cluster(address: str) -> Iterator[Place]:
     try:
         import distributed
     except ImportError:
-        allowed = f"needs Dask: {install_extra('dask')}"
+        allowed = f"needs Dask: {format_install_command('dask')}"
         raise InputError("--scheduler", "", address, allowed) from None
     # Dask's own remarks would stand between the lines of the progress.
     for name in [*logging.root.manager.loggerDict, "tornado", "asyncio"]:
         if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
     warnings.filterwarnings("ignore", module="distributed")
-    ours = fingerprint()
-    with _connected(distributed, address) as client:
-        threads = _ready(client, address, ours)
+    local_fingerprint = compute_fingerprint()
+    with _connect(distributed, address) as client:
+        threads = _prepare_workers(client, address, local_fingerprint)
 
         def submit(task: FunctionTask) -> Future:
-            arguments = (ours, task.function, *task.arguments)
-            future: Future = client.submit(performed_as, *arguments, key=task.key)
+            arguments = (local_fingerprint, task.function, *task.arguments)
+            future: Future = client.submit(run_with_version, *arguments, key=task.key)
             return future
 
         try:
-            yield partial(_by_futures, submit, threads + max(AHEAD, threads // 2))
+            yield partial(_run_by_futures, submit, threads + max(AHEAD, threads // 2))
         except (distributed.KilledWorker, distributed.client.FutureCancelledError) as error:
             reason = f"{type(error).__name__}: a batch's workers died, or the scheduler did"
             raise Unfinished(f"{address}: {reason}; --resume goes on") from None
 
 
 @contextmanager
-def _connected(distributed: Any, address: str) -> Iterator[Any]:
+def _connect(distributed: Any, address: str) -> Iterator[Any]:
     try:
-        client = distributed.Client(address, timeout=PATIENCE_S, set_as_default=False)
+        client = distributed.Client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError):
         allowed = f"no scheduler answers there; start one with: {START}"
         raise InputError("--scheduler", "", address, allowed) from None
@@ -205,55 +205,57 @@ def _connected(distributed: Any, address: str) -> Iterator[Any]:
         client.close(timeout=1)
 
 
-def _ready(client: Any, address: str, ours: str) -> int:
+def _prepare_workers(client: Any, address: str, local_fingerprint: str) -> int:
     """Prepare the workers; returns their threads. Raises InputError for none or other versions."""
     threads: dict[str, int] = client.nthreads()
     if not threads:
         allowed = f"has no workers; start one with: {JOIN.format(address=address)}"
         raise InputError("--scheduler", "", address, allowed)
-    for worker, theirs in client.run(fingerprint, on_error="return").items():
-        if not isinstance(theirs, str):
-            reason = f"{type(theirs).__name__}: {theirs}"
+    for worker, worker_fingerprint in client.run(compute_fingerprint, on_error="return").items():
+        if not isinstance(worker_fingerprint, str):
+            reason = f"{type(worker_fingerprint).__name__}: {worker_fingerprint}"
             allowed = f"cannot run this program, it must be installed there: {reason}"
             raise InputError("--scheduler", "", worker, allowed)
-        require_same(ours, theirs, worker)
-    client.run(made_ready)
+        require_same_version(local_fingerprint, worker_fingerprint, worker)
+    client.run(prepare_worker)
     return sum(threads.values())
 
 
 @cache
-def fingerprint() -> str:
+def compute_fingerprint() -> str:
     """Versions that this process runs, as text: equal where a study gives the same numbers."""
     run_by = [MODELS[name] for name in (reference_model(), second_engine())]
-    packages = sorted({name for entry in run_by for name in entry.versioned})
+    packages = sorted({name for entry in run_by for name in entry.versioned_packages})
     models = [entry.module for entry in run_by]
     parts = [
         f"python {platform.python_version()} {platform.machine()}",
-        *(f"{name} {version(name) or 'missing'}" for name in packages),
-        f"crosscheck {__version__} {code_hash(BATCH, *models)[:16]}",
+        *(f"{name} {find_version(name) or 'missing'}" for name in packages),
+        f"crosscheck {__version__} {compute_code_hash(BATCH, *models)[:16]}",
     ]
     return ", ".join(parts)
 
 
-def digest_of(*parts: object) -> str:
+def compute_digest(*parts: object) -> str:
     """Digest of all parts, as the key of what depends on them."""
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:32]
 
 
-def differs(ours: str, theirs: str) -> str:
+def describe_difference(local_fingerprint: str, worker_fingerprint: str) -> str:
     """What two fingerprints have unlike, in words."""
-    pairs = zip(ours.split(", "), theirs.split(", "), strict=False)
+    pairs = zip(local_fingerprint.split(", "), worker_fingerprint.split(", "), strict=False)
     return "; ".join(f"{a} here, {b} there" for a, b in pairs if a != b) or "another one"
 
 
-def require_same(ours: str, theirs: str, worker: str) -> None:
+def require_same_version(local_fingerprint: str, worker_fingerprint: str, worker: str) -> None:
     """Raise InputError unless a worker's fingerprint is the one that is expected."""
-    if ours != theirs:
-        allowed = f"runs another version: {differs(ours, theirs)}"
+    if local_fingerprint != worker_fingerprint:
+        allowed = (
+            f"runs another version: {describe_difference(local_fingerprint, worker_fingerprint)}"
+        )
         raise InputError("--scheduler", "", worker, allowed)
 
 
-def performed_as(expected: str, function: Callable[..., Any], *arguments: Any) -> Any:
+def run_with_version(expected: str, function: Callable[..., Any], *arguments: Any) -> Any:
     """What a function returns, where the versions are the expected ones. Raises InputError."""
-    require_same(expected, fingerprint(), f"a worker on {platform.node()}")
+    require_same_version(expected, compute_fingerprint(), f"a worker on {platform.node()}")
     return function(*arguments)

@@ -13,13 +13,13 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, Switches
-from crosscheck.models.paths import Place, is_path, places, shown, value_at
-from crosscheck.schema import Described, described
+from crosscheck.models.paths import FieldPath, find_paths, format_path, is_path, value_at
+from crosscheck.schema import FieldDescription, describe_fields
 from crosscheck.studies.definition import definition
 
 RECORDS: dict[str | int, type[Data]] = {"arm": Arm, "scenario": Scenario, "switches": Switches}
 SAMPLE, START = "sample", "start"
-TAKEN = {SAMPLE, START, "joint", "planet", "time", "checked"}  # dimensions of every result
+RESERVED_NAMES = {SAMPLE, START, "joint", "planet", "time", "checked"}  # dimensions of every result
 
 
 @dataclass(frozen=True)
@@ -34,42 +34,45 @@ class VariedAxis:
     dimension: str
     path: str
     unit: str
-    entries: tuple[Place, ...]
+    entries: tuple[FieldPath, ...]
     values: np.ndarray | tuple[tuple[Any, ...], ...]
 
     def __len__(self) -> int:
         return len(self.values)
 
-    def given(self, point: int) -> Sequence[Any]:
+    def entry_values(self, point: int) -> Sequence[Any]:
         """What each entry is given at a point of the axis, as a file would have it."""
         row = self.values[point]
         plain = row.tolist() if isinstance(row, np.ndarray) else row
         return plain if len(plain) == len(self.entries) else list(plain) * len(self.entries)
 
 
-def varied(
+def build_axes(
     axes: Sequence[definition.Axis],
     samples: definition.Samples | None,
     data: dict[str, Any],
     file: str,
 ) -> list[VariedAxis]:
-    """All axes of a study; data: what ``raw_case`` gave; file: the study's. Raises InputError."""
-    found: list[VariedAxis] = []
+    """All axes of a study; data: what ``read_raw_case`` gave; file: the study's.
+
+    Raises InputError.
+    """
+    varied_axes: list[VariedAxis] = []
     for number, axis in enumerate(axes):
-        where, entries = f"{file}: axes[{number}]", list[Place]()
+        where, entries = f"{file}: axes[{number}]", list[FieldPath]()
         for path in axis.paths:
             if not is_path(path):
                 allowed = "must be the path of an entry, beginning with arm, scenario, switches"
                 raise InputError(where, "path", path, allowed)
-            entries += places(data, path, f"{where}: path")
-        found.append(_varied(axis, tuple(entries), samples, data, where))
-    _require_apart(found, file)
-    return found
+            entries += find_paths(data, path, f"{where}: path")
+        varied_axes.append(_build_axis(axis, tuple(entries), samples, data, where))
+    _require_distinct(varied_axes, file)
+    return varied_axes
 
 
-def _varied(
+def _build_axis(
     axis: definition.Axis,
-    entries: tuple[Place, ...],
+    entries: tuple[FieldPath, ...],
     samples: definition.Samples | None,
     data: dict[str, Any],
     where: str,
@@ -83,25 +86,25 @@ def _varied(
         values = space(axis.start, axis.stop, axis.count)[:, np.newaxis]
     else:
         assert samples is not None  # the definition's own validation
-        values = _sampled(axis, entries, samples, data, where)
-    dimension = SAMPLE if isinstance(axis, definition.Sampled) else name
+        values = _draw_samples(axis, entries, samples, data, where)
+    dimension = SAMPLE if isinstance(axis, definition.SampledAxisBase) else name
     return VariedAxis(name, dimension, ", ".join(axis.paths), _unit(entries[0]), entries, values)
 
 
-def _unit(place: Place) -> str:
+def _unit(place: FieldPath) -> str:
     """Unit of an entry, as the schema states it; empty where none is known."""
     section, *keys = place
     records: list[type[Data]] = [RECORDS[section]]
-    fields: list[Described] = []
+    fields: list[FieldDescription] = []
     for name in (key for key in keys if isinstance(key, str)):
-        fields = [f for record in records for f in described(record) if f.name == name]
+        fields = [f for record in records for f in describe_fields(record) if f.name == name]
         records = [record for field in fields for record in field.records]
     return next((field.unit for field in fields if field.unit), "")
 
 
-def _sampled(
+def _draw_samples(
     axis: definition.SampledAxis,
-    entries: tuple[Place, ...],
+    entries: tuple[FieldPath, ...],
     samples: definition.Samples,
     data: dict[str, Any],
     where: str,
@@ -136,28 +139,30 @@ def _sampled(
 
 
 def _centres(
-    centre: float | None, entries: tuple[Place, ...], data: dict[str, Any], where: str
+    centre: float | None, entries: tuple[FieldPath, ...], data: dict[str, Any], where: str
 ) -> np.ndarray:
     """Values that the entries are drawn about, (entries,): the file's own unless given."""
     if centre is not None:
         return np.full(len(entries), centre)
-    found = [value_at(data, entry) for entry in entries]
-    for entry, value in zip(entries, found, strict=True):
-        if not isinstance(value, int | float) or isinstance(value, bool):
+    values = [value_at(data, entry) for entry in entries]
+    for entry, centre_value in zip(entries, values, strict=True):
+        if not isinstance(centre_value, int | float) or isinstance(centre_value, bool):
             allowed = "the file has no number there to vary about; give the centre"
-            raise InputError(where, shown(entry), value, allowed)
-    return np.array(found, dtype=float)
+            raise InputError(where, format_path(entry), centre_value, allowed)
+    return np.array(values, dtype=float)
 
 
-def _require_apart(axes: Sequence[VariedAxis], file: str) -> None:
+def _require_distinct(axes: Sequence[VariedAxis], file: str) -> None:
     """Raise InputError unless every axis has a name and entries of its own."""
-    seen: dict[Place, str] = {}
-    names: set[str] = set(TAKEN)
+    seen: dict[FieldPath, str] = {}
+    names: set[str] = set(RESERVED_NAMES)
     for axis in axes:
         if axis.name in names:
             raise InputError(file, "axes", axis.name, "is taken; give the axis a name of its own")
         names |= {axis.name, f"{axis.name}_entry"}
         for entry in axis.entries:
             if entry in seen:
-                raise InputError(file, "axes", shown(entry), f"is varied by {seen[entry]} already")
+                raise InputError(
+                    file, "axes", format_path(entry), f"is varied by {seen[entry]} already"
+                )
             seen[entry] = axis.name

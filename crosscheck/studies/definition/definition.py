@@ -7,15 +7,15 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Discriminator, Field, JsonValue, Tag, model_validator
 
 from crosscheck import LARGEST_SEED
-from crosscheck.models.arm.quantities import Data, Name, Printable, Title, Within
-from crosscheck.studies.definition.quantities import QUANTITY_KINDS, Called, Quantity, Rule
+from crosscheck.models.arm.quantities import Data, Name, NumberRange, PrintableText, Title
+from crosscheck.studies.definition.quantities import QUANTITY_KINDS, PlainName, Quantity, Rule
 from crosscheck.studies.members.starts import PERTURBATION_M
 
-Path = Annotated[str, Printable(200)]
-Value = Annotated[float, Within(-1e15, 1e15)]
-Amount = Annotated[int, Within(1, 1e7)]
-Seed = Annotated[int, Within(0, LARGEST_SEED)]
-Perturbation = Annotated[float, Within(0, 0.1, "m")]
+Path = Annotated[str, PrintableText(200)]
+Value = Annotated[float, NumberRange(-1e15, 1e15)]
+Amount = Annotated[int, NumberRange(1, 1e7)]
+Seed = Annotated[int, NumberRange(0, LARGEST_SEED)]
+Perturbation = Annotated[float, NumberRange(0, 0.1, "m")]
 
 
 Paths = Annotated[
@@ -23,15 +23,15 @@ Paths = Annotated[
     | Annotated[tuple[Path, ...], Field(min_length=1, max_length=100, strict=False), Tag("list")],
     Discriminator(lambda value: "list" if isinstance(value, list | tuple) else "word"),
 ]
-Tolerance = Annotated[float, Within(0, 1e15)]
+Tolerance = Annotated[float, NumberRange(0, 1e15)]
 
 
-class AxisOf(Data):
+class AxisBase(Data):
     """An axis of any kind: the entries that it varies."""
 
     path: Paths
     """Entries as --set names them; all of a list of paths are given the same."""
-    name: Called | None = None
+    name: PlainName | None = None
     """What the result calls the axis; the last key of its path."""
 
     @property
@@ -40,7 +40,7 @@ class AxisOf(Data):
         return self.path if isinstance(self.path, tuple) else (self.path,)
 
 
-class ListAxis(AxisOf):
+class ListAxis(AxisBase):
     """The values themselves: numbers, words, or lists of one value per joint or planet."""
 
     kind: Literal["list"]
@@ -53,7 +53,7 @@ class ListAxis(AxisOf):
     """One after the other."""
 
 
-class GridAxis(AxisOf):
+class GridAxis(AxisBase):
     """Equally spaced values, both ends among them."""
 
     kind: Literal["grid"]
@@ -74,14 +74,14 @@ class GridAxis(AxisOf):
         return self
 
 
-class Sampled(AxisOf):
+class SampledAxisBase(AxisBase):
     """An axis of any kind along the study's samples."""
 
     each: bool = False
     """Whether every entry that the path names draws its own; else one draw serves all."""
 
 
-class HypercubeAxis(Sampled):
+class HypercubeAxis(SampledAxisBase):
     """Latin hypercube: one sample in each of as many equal parts of the range as samples."""
 
     kind: Literal["latin_hypercube"]
@@ -102,7 +102,7 @@ class HypercubeAxis(Sampled):
         return self
 
 
-class NormalAxis(Sampled):
+class NormalAxis(SampledAxisBase):
     """Normally distributed about the file's own value, entry by entry."""
 
     kind: Literal["normal"]
@@ -113,17 +113,17 @@ class NormalAxis(Sampled):
     """Standard deviation, in the entry's unit; this or relative_sd."""
     relative_sd: Tolerance | None = None
     """Standard deviation over the magnitude of the mean."""
-    within_sd: Annotated[float, Within(0.1, 100)] | None = None
+    within_sd: Annotated[float, NumberRange(0.1, 100)] | None = None
     """Draws further than so many standard deviations off are drawn again."""
 
     @model_validator(mode="after")
-    def _one_width(self) -> Self:
+    def _require_single_width(self) -> Self:
         if (self.sd is None) == (self.relative_sd is None):
             raise ValueError("sd|give either this or relative_sd")
         return self
 
 
-class UniformAxis(Sampled):
+class UniformAxis(SampledAxisBase):
     """Equally likely anywhere within a tolerance of the file's own value, entry by entry."""
 
     kind: Literal["uniform"]
@@ -136,7 +136,7 @@ class UniformAxis(Sampled):
     """Plus or minus, over the magnitude of the middle."""
 
     @model_validator(mode="after")
-    def _one_width(self) -> Self:
+    def _require_single_width(self) -> Self:
         if (self.tolerance is None) == (self.relative_tolerance is None):
             raise ValueError("tolerance|give either this or relative_tolerance")
         return self
@@ -175,7 +175,7 @@ class Definition(Data):
 
     union_tags: ClassVar[frozenset[str]] = AXIS_KINDS | QUANTITY_KINDS
 
-    schema_version: Annotated[int, Within(1, 1)]
+    schema_version: Annotated[int, NumberRange(1, 1)]
     """Version of the file."""
     name: Name
     """What progress, results and drawings call the study."""
@@ -199,12 +199,12 @@ class Definition(Data):
     """Perturbed starts; without them each member starts as the scenario says."""
     quantities: Annotated[tuple[Quantity, ...], Field(min_length=1, max_length=200, strict=False)]
     """What is measured of every member."""
-    spot_checks: Annotated[int, Within(0, 1000)] = 0
+    spot_checks: Annotated[int, NumberRange(0, 1000)] = 0
     """Members that a second engine runs again, evenly chosen."""
 
     @model_validator(mode="after")
     def _samples_serve_axes(self) -> Self:
-        drawn = [place for place, axis in enumerate(self.axes) if isinstance(axis, Sampled)]
+        drawn = [place for place, axis in enumerate(self.axes) if isinstance(axis, SampledAxisBase)]
         if drawn and self.samples is None:
             raise ValueError("samples|is missing; axes with a distribution need its count")
         if self.samples is not None and not drawn:

@@ -20,15 +20,15 @@ import xarray as xr
 
 from crosscheck.models.errors import InputError, describe_error
 from crosscheck.models.files import LARGEST_FILE
-from crosscheck.models.inputs import content_of
+from crosscheck.models.inputs import read_content
 from crosscheck.runner.interruption import was_stopped
-from crosscheck.runner.supervision import overseen
+from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.studies.definition.quantities import Function
 
-Measuring = Callable[[xr.Dataset], dict[str, float]]
+MeasureFunction = Callable[[xr.Dataset], dict[str, float]]
 
 
-def source_of(function: str, folder: Path) -> str:
+def read_source(function: str, folder: Path) -> str:
     """The text of the file that a function is in; folder: of the study. Raises InputError."""
     where, colon, name = function.rpartition(":")
     if not colon or not name.isidentifier() or not where:
@@ -37,34 +37,34 @@ def source_of(function: str, folder: Path) -> str:
         if where.endswith(".py"):
             path = folder / where
         else:
-            with overseen(where):  # a package that it is in is imported
-                found = importlib.util.find_spec(where)
-            if found is None or not found.origin or not found.origin.endswith(".py"):
+            with track_foreign_code(where):  # a package that it is in is imported
+                spec = importlib.util.find_spec(where)
+            if spec is None or not spec.origin or not spec.origin.endswith(".py"):
                 raise ImportError(f"no module {where} with a source file")
-            path = Path(found.origin)
-        return content_of(path, LARGEST_FILE).decode("utf-8")
+            path = Path(spec.origin)
+        return read_content(path, LARGEST_FILE).decode("utf-8")
     except (OSError, ValueError, ImportError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError("function", "", function, f"cannot be read: {reason}") from None
 
 
 @lru_cache(maxsize=64)
-def function_of(function: str, source: str) -> Measuring:
+def load_function(function: str, source: str) -> MeasureFunction:
     """The user's function; the file that it is in is run. Raises InputError."""
     where, _, name = function.rpartition(":")
-    load = partial(_run, where, source)
+    load = partial(_run_source, where, source)
     if not where.endswith(".py"):
         load = partial(importlib.import_module, where)
-    module, raised = _outcome(load)
+    module, raised = _call_user_code(load)
     if raised:
         raise InputError("function", "", function, f"cannot be loaded: {raised}")
-    found = getattr(module, name, None)
-    if not callable(found):
+    attribute = getattr(module, name, None)
+    if not callable(attribute):
         raise InputError("function", "", function, f"{where} has no function {name}")
-    return found
+    return attribute
 
 
-def _outcome(call: Callable[[], Any]) -> tuple[Any, str]:
+def _call_user_code(call: Callable[[], Any]) -> tuple[Any, str]:
     """What the user's code returns, and what it raised if anything, in words.
 
     The exception itself does not go on: elsewhere nobody may know its class.
@@ -77,7 +77,7 @@ def _outcome(call: Callable[[], Any]) -> tuple[Any, str]:
         return None, describe_error(error)
 
 
-def _run(file: str, source: str) -> ModuleType:
+def _run_source(file: str, source: str) -> ModuleType:
     name = f"crosscheck_measures_{hashlib.sha256(source.encode()).hexdigest()[:16]}"
     module = ModuleType(name)
     module.__file__ = file
@@ -86,10 +86,10 @@ def _run(file: str, source: str) -> ModuleType:
     return module
 
 
-def returned(quantity: Function, source: str, run: xr.Dataset) -> dict[str, float]:
+def call_function(quantity: Function, source: str, run: xr.Dataset) -> dict[str, float]:
     """What the function returns for a run, nan for None. Raises InputError for anything else."""
-    function = function_of(quantity.function, source)
-    answer, raised = _outcome(partial(function, run))
+    function = load_function(quantity.function, source)
+    answer, raised = _call_user_code(partial(function, run))
     if raised:
         raise InputError("function", "", quantity.function, f"raised {raised}")
     try:

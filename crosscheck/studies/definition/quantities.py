@@ -8,28 +8,28 @@ from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import Field, model_validator
 
-from crosscheck.models.arm.quantities import Data, Limit, Printable, Within
+from crosscheck.models.arm.quantities import Data, Limit, NumberRange, PrintableText
 
 JointSignal = Literal["theta", "theta_dot", "theta_ddot", "torque"]
 MeshSignal = Literal["x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr"]
 MeshForce = Literal["F_sp", "F_pr"]
 Signal = Literal[JointSignal, MeshSignal]
-OF_JOINTS: tuple[str, ...] = get_args(JointSignal)
+JOINT_SIGNALS: tuple[str, ...] = get_args(JointSignal)
 SIGNALS: tuple[str, ...] = get_args(Signal)
-Second = Annotated[float, Within(0, 1e6, "s")]
-Hertz = Annotated[float, Within(0, 1e9, "Hz")]
-Level = Annotated[float, Within(-1e15, 1e15)]
+Second = Annotated[float, NumberRange(0, 1e6, "s")]
+Hertz = Annotated[float, NumberRange(0, 1e9, "Hz")]
+Level = Annotated[float, NumberRange(-1e15, 1e15)]
 Pair = Field(strict=False)
 
 
 class Rule(Limit):
     """Metadata of a field: what it may be, in words; ``holds``: what the schema does not see to."""
 
-    def __init__(self, said: str, holds: Callable[[Any], bool] = lambda value: True) -> None:
-        self.said, self.holds = said, holds
+    def __init__(self, description: str, holds: Callable[[Any], bool] = lambda value: True) -> None:
+        self.description, self.holds = description, holds
 
     def __str__(self) -> str:
-        return self.said
+        return self.description
 
     def allows(self, value: object) -> bool:
         """Whether a value may stand in the field, see Limit."""
@@ -41,14 +41,14 @@ def _is_plain(value: object) -> bool:
     return not isinstance(value, str) or bool(re.fullmatch(r"[A-Za-z_][\w.+-]{0,79}", value))
 
 
-Called = Annotated[str, Rule("1 to 80 letters, digits, or _ . + -", _is_plain)]
+PlainName = Annotated[str, Rule("1 to 80 letters, digits, or _ . + -", _is_plain)]
 UNITS = Rule("units by name, as { ripple = 'rad/s^2' }", lambda value: value != {})
 
 
 class MeasuredQuantity(Data):
     """A quantity of any kind: its name in the result."""
 
-    name: Called | None = None
+    name: PlainName | None = None
     """What the result calls it; made of signal and kind."""
 
     @model_validator(mode="after")
@@ -65,39 +65,39 @@ class MeasuredQuantity(Data):
         return getattr(self, "signal", "theta"), getattr(self, "kind", "")
 
     @property
-    def called(self) -> str:
+    def result_name(self) -> str:
         """The quantity's name in the result."""
         joint = getattr(self, "joint", None)
-        own = f"joint{joint}" if joint else ""
-        return self.name or "_".join(filter(None, (*self.words, own)))
+        joint_name = f"joint{joint}" if joint else ""
+        return self.name or "_".join(filter(None, (*self.words, joint_name)))
 
 
-class InWindow(MeasuredQuantity):
+class WindowedQuantity(MeasuredQuantity):
     """A quantity of a joint, in a part of the run."""
 
-    joint: Annotated[int, Within(1, 7)] | None = None
+    joint: Annotated[int, NumberRange(1, 7)] | None = None
     """Number of the joint; without it, of every joint."""
     window_s: Annotated[tuple[Second, Second], Pair] | None = None
     """From the first time on, until before the second; the whole run."""
 
 
-class OfSignal(InWindow):
+class SignalQuantity(WindowedQuantity):
     """A quantity of one of a run's signals."""
 
     signal: Signal
     """Which: angles and torques are the joint's, displacements and forces of its meshes."""
-    planet: Annotated[int, Within(1, 8)] = 1
+    planet: Annotated[int, NumberRange(1, 8)] = 1
     """Number of the planet, of signals of meshes; lumped, all are the same."""
 
 
-class Size(OfSignal):
+class Size(SignalQuantity):
     """A number of a signal: largest magnitude, largest less smallest, mean, RMS or last value."""
 
     kind: Literal["peak", "peak_to_peak", "mean", "rms", "final"]
     """Which of them."""
 
 
-class BandRms(OfSignal):
+class BandRms(SignalQuantity):
     """Root mean square of what lies in a band of frequencies, less the mean; Hann window."""
 
     kind: Literal["band_rms"]
@@ -106,7 +106,7 @@ class BandRms(OfSignal):
     """From the first frequency on, until below the second."""
 
 
-class SpectralPeak(OfSignal):
+class SpectralPeak(SignalQuantity):
     """The largest line in a band: its frequency, and its amplitude; Hann window."""
 
     kind: Literal["spectral_peak"]
@@ -120,11 +120,11 @@ class FinalError(MeasuredQuantity):
 
     kind: Literal["final_error"]
     """Which quantity this is."""
-    joint: Annotated[int, Within(1, 7)] | None = None
+    joint: Annotated[int, NumberRange(1, 7)] | None = None
     """Number of the joint; without it, of every joint."""
 
 
-class Crossing(OfSignal):
+class Crossing(SignalQuantity):
     """When a signal is first above, or below, a level [s]."""
 
     kind: Literal["crossing"]
@@ -139,45 +139,45 @@ class Crossing(OfSignal):
         return self.signal, self.side, f"{self.level:g}"
 
 
-class Settling(InWindow):
+class Settling(WindowedQuantity):
     """When an angle is within a band about a target for good [s]."""
 
     kind: Literal["settling"]
     """Which quantity this is."""
-    band_rad: Annotated[float, Within(1e-15, 1e4, "rad")]
+    band_rad: Annotated[float, NumberRange(1e-15, 1e4, "rad")]
     """Largest distance from the target."""
-    target_rad: Annotated[float, Within(-1e4, 1e4, "rad")] | None = None
+    target_rad: Annotated[float, NumberRange(-1e4, 1e4, "rad")] | None = None
     """In place of the PD drive's target."""
 
 
-class ContactLoss(InWindow):
+class ContactLoss(WindowedQuantity):
     """When a mesh that carried a force first carries none [s]."""
 
     kind: Literal["contact_loss"]
     """Which quantity this is."""
     signal: MeshForce
     """Of which mesh: F_sp the sun's, F_pr the ring's."""
-    planet: Annotated[int, Within(1, 8)] = 1
+    planet: Annotated[int, NumberRange(1, 8)] = 1
     """Number of the planet; lumped, all are the same."""
 
 
-class ApartShare(InWindow):
+class NoContactShare(WindowedQuantity):
     """Share of the time in which a mesh carries no force."""
 
     kind: Literal["apart_share"]
     """Which quantity this is."""
     signal: MeshForce
     """Of which mesh: F_sp the sun's, F_pr the ring's."""
-    planet: Annotated[int, Within(1, 8)] = 1
+    planet: Annotated[int, NumberRange(1, 8)] = 1
     """Number of the planet; lumped, all are the same."""
 
 
-class RigidDeviation(InWindow):
+class RigidDeviation(WindowedQuantity):
     """Largest distance of an angle from that of the rigid arm in the same experiment [rad]."""
 
     kind: Literal["rigid_deviation"]
     """Which quantity this is."""
-    level: Annotated[str, Printable(40)] = "coupled"
+    level: Annotated[str, PrintableText(40)] = "coupled"
     """What of the gears' inertia the rigid arm has: links, carriers, armature or coupled."""
 
     @property
@@ -190,9 +190,9 @@ class Function(MeasuredQuantity):
 
     kind: Literal["user_function"]
     """Which quantity this is."""
-    function: Annotated[str, Printable(200)]
+    function: Annotated[str, PrintableText(200)]
     """Whose code is run: module:function, or file.py:function beside the study's file."""
-    returns: Annotated[dict[Called, str], UNITS]
+    returns: Annotated[dict[PlainName, str], UNITS]
     """The numbers that it returns by name, with their units."""
 
     @property
@@ -221,7 +221,7 @@ Quantity = Annotated[
     | Crossing
     | Settling
     | ContactLoss
-    | ApartShare
+    | NoContactShare
     | RigidDeviation
     | Function
     | Trajectories,

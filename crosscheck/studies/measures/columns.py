@@ -28,27 +28,27 @@ class Column:
     shape: tuple[int, ...] = ()
 
 
-def columns(study: PreparedStudy) -> list[Column]:
+def list_columns(study: PreparedStudy) -> list[Column]:
     """Every variable of the result, over the members. Raises InputError."""
-    found = [Column(DIVERGED, SECOND, "time at which the run diverged, if it did")]
+    result_columns = [Column(DIVERGED, SECOND, "time at which the run diverged, if it did")]
     for quantity in study.definition.quantities:
         require_measurable(quantity, study.base, study.file)
-        found += _columns(quantity, study.base)
-    return found
+        result_columns += _columns(quantity, study.base)
+    return result_columns
 
 
 def require_measurable(quantity: quantities.Quantity, case: Case, file: str) -> None:
     """Raise InputError unless a quantity means something for an arm in an experiment."""
-    where = f"{file}: {quantity.called}"
+    where = f"{file}: {quantity.result_name}"
     joints = len(case.arm.joints)
     joint = getattr(quantity, "joint", None)
     if joint is not None and joint > joints:
         raise InputError(where, "joint", joint, f"the arm has {joints}")
-    planets = max(one.planet_count for one in case.arm.joints)
+    planets = max(arm_joint.planet_count for arm_joint in case.arm.joints)
     planet = getattr(quantity, "planet", None)
     if planet is not None and planet > max(planets, 1):
         raise InputError(where, "planet", planet, f"the arm's joints have up to {planets}")
-    of_contact = isinstance(quantity, quantities.ContactLoss | quantities.ApartShare)
+    of_contact = isinstance(quantity, quantities.ContactLoss | quantities.NoContactShare)
     if of_contact and case.switches.dead_zone != "exact":
         allowed = "needs dead_zone = exact: by Eq. 6 no force is ever 0"
         raise InputError(where, "kind", quantity.kind, allowed)
@@ -59,7 +59,7 @@ def require_measurable(quantity: quantities.Quantity, case: Case, file: str) -> 
         raise InputError(where, "kind", quantity.kind, "needs a PD drive, which has a target")
     if isinstance(quantity, quantities.RigidDeviation) and quantity.level not in RIGID_LEVELS:
         raise InputError(where, "level", quantity.level, f"allowed: {', '.join(RIGID_LEVELS)}")
-    window = quantity.window_s if isinstance(quantity, quantities.InWindow) else None
+    window = quantity.window_s if isinstance(quantity, quantities.WindowedQuantity) else None
     if window is not None and window[0] >= case.scenario.duration_s:
         allowed = f"must begin before the run's end, {case.scenario.duration_s:g} s"
         raise InputError(where, "window_s", list(window), allowed)
@@ -78,7 +78,7 @@ def _columns(quantity: quantities.Quantity, case: Case) -> Iterator[Column]:
         for signal in quantity.signals:
             name = signal if quantity.name is None else f"{quantity.name}_{signal}"
             dims, shape = ("time", "joint"), (records, joints)
-            if signal not in quantities.OF_JOINTS:
+            if signal not in quantities.JOINT_SIGNALS:
                 dims, shape = (*dims, "planet"), (*shape, planets)
             yield Column(name, unit_of(signal), meaning_of(signal), dims, shape)
     else:
@@ -86,11 +86,11 @@ def _columns(quantity: quantities.Quantity, case: Case) -> Iterator[Column]:
         dims, shape = (("joint",), (joints,)) if every else ((), ())
         if isinstance(quantity, quantities.SpectralPeak):
             about = f"largest line of {quantity.signal}"
-            name, unit = quantity.called, unit_of(quantity.signal)
+            name, unit = quantity.result_name, unit_of(quantity.signal)
             yield Column(f"{name}_frequency", "Hz", f"frequency of the {about}", dims, shape)
             yield Column(f"{name}_amplitude", unit, f"amplitude of the {about}", dims, shape)
         else:
-            yield Column(quantity.called, *_meaning(quantity), dims, shape)
+            yield Column(quantity.result_name, *_meaning(quantity), dims, shape)
 
 
 def _meaning(quantity: quantities.Quantity) -> tuple[str, str]:
@@ -102,7 +102,7 @@ def _meaning(quantity: quantities.Quantity) -> tuple[str, str]:
         return SECOND, f"{quantity.signal} first {quantity.side} {quantity.level:g}"
     if isinstance(quantity, quantities.ContactLoss):
         return SECOND, f"{quantity.signal} first lost"
-    if isinstance(quantity, quantities.ApartShare):
+    if isinstance(quantity, quantities.NoContactShare):
         return "1", f"share of the time without {quantity.signal}"
     if isinstance(quantity, quantities.Settling):
         return SECOND, f"theta within {quantity.band_rad:g} rad of its target for good"

@@ -52,7 +52,7 @@ class PeakFold(Fold):
         return (np.where(np.isfinite(self.high), self.high, np.nan),)
 
 
-class Range(Fold):
+class RangeFold(Fold):
     """Fold for the largest less the smallest value."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
@@ -63,11 +63,11 @@ class Range(Fold):
         np.minimum(self.low, values.min(axis=0), out=self.low)
 
     def numbers(self) -> Numbers:
-        found = self.high - self.low
-        return (np.where(np.isfinite(found), found, np.nan),)
+        value_range = self.high - self.low
+        return (np.where(np.isfinite(value_range), value_range, np.nan),)
 
 
-class Average(Fold):
+class AverageFold(Fold):
     """Fold for the mean, or the root mean square."""
 
     def __init__(self, columns: tuple[int, ...], squared: bool) -> None:
@@ -83,7 +83,7 @@ class Average(Fold):
         return (np.sqrt(mean) if self.squared else mean,)
 
 
-class Last(Fold):
+class LastFold(Fold):
     """Fold for the last value."""
 
     ends = True
@@ -98,7 +98,7 @@ class Last(Fold):
         return (self.value,)
 
 
-class First(Fold):
+class FirstTimeFold(Fold):
     """Fold for the time of the first record at which something is so."""
 
     def __init__(self, columns: tuple[int, ...], so: Callable[[np.ndarray], np.ndarray]) -> None:
@@ -113,37 +113,41 @@ class First(Fold):
         return (self.time,)
 
 
-class FirstLoss(First):
+class FirstLossFold(FirstTimeFold):
     """Fold for the time of the first record without a force after one with it."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
-        super().__init__(columns, self._lost)
+        super().__init__(columns, self._contact_losses)
         self.carried = np.zeros(columns, dtype=bool)
 
-    def _lost(self, values: np.ndarray) -> np.ndarray:
+    def _contact_losses(self, values: np.ndarray) -> np.ndarray:
         before = np.logical_or.accumulate(np.concatenate([[self.carried], values != 0]), axis=0)
         self.carried = before[-1]
         return before[:-1] & (values == 0)
 
 
-class ContactLossShare(Fold):
+class NoContactShareFold(Fold):
     """Fold for the share of the records without a force; nan of a joint that has no such mesh."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
-        self.apart, self.count = np.zeros(columns), 0
-        self.known = np.ones(columns, dtype=bool)
+        self.no_contact_count, self.count = np.zeros(columns), 0
+        self.is_defined = np.ones(columns, dtype=bool)
 
     def take(self, time: np.ndarray, values: np.ndarray) -> None:
-        self.apart += (values == 0).sum(axis=0)
+        self.no_contact_count += (values == 0).sum(axis=0)
         self.count += time.size
-        self.known &= ~np.isnan(values[-1])
+        self.is_defined &= ~np.isnan(values[-1])
 
     def numbers(self) -> Numbers:
-        share = self.apart / self.count if self.count else np.full_like(self.apart, np.nan)
-        return (np.where(self.known, share, np.nan),)
+        share = (
+            self.no_contact_count / self.count
+            if self.count
+            else np.full_like(self.no_contact_count, np.nan)
+        )
+        return (np.where(self.is_defined, share, np.nan),)
 
 
-class Settled(Fold):
+class SettlingFold(Fold):
     """Fold for the time after which values stay within a band about their targets, (*columns,)."""
 
     def __init__(self, target: np.ndarray, band: float) -> None:
@@ -166,7 +170,7 @@ class Settled(Fold):
         return (np.where(self.inside, self.since, np.nan),)
 
 
-class Spectrum(Fold):
+class SpectrumFold(Fold):
     """Fold that needs the whole signal: it is kept, until the numbers are asked for."""
 
     def __init__(self, columns: tuple[int, ...], above_hz: float, below_hz: float) -> None:
@@ -179,30 +183,32 @@ class Spectrum(Fold):
         self.values.append(values.reshape(time.size, -1).copy())  # the kernel's to reuse
 
     def numbers(self) -> Numbers:
-        found = np.full((len(self.parts), int(np.prod(self.columns))), np.nan)
+        column_numbers = np.full((len(self.parts), int(np.prod(self.columns))), np.nan)
         if self.time:
             time, values = np.concatenate(self.time), np.concatenate(self.values)
             for column, signal in enumerate(values.T):
                 if np.isfinite(signal).all():
-                    found[:, column] = self.of(time, np.ascontiguousarray(signal))
-        return tuple(row.reshape(self.columns) for row in found)
+                    column_numbers[:, column] = self.column_numbers(
+                        time, np.ascontiguousarray(signal)
+                    )
+        return tuple(row.reshape(self.columns) for row in column_numbers)
 
     @abstractmethod
-    def of(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
+    def column_numbers(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
         """The numbers of one column, from its whole signal (records,)."""
 
 
-class BandRmsFold(Spectrum):
+class BandRmsFold(SpectrumFold):
     """Fold for the root mean square of what lies in a band of frequencies."""
 
-    def of(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
+    def column_numbers(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
         return (signals.band_rms(time, signal, *self.band),)
 
 
-class LargestLine(Spectrum):
+class LargestLineFold(SpectrumFold):
     """Fold for the frequency and the amplitude of the largest line in a band."""
 
     parts = ("_frequency", "_amplitude")
 
-    def of(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
+    def column_numbers(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
         return tuple(signals.largest_line(time, signal, *self.band))

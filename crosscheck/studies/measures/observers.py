@@ -10,14 +10,14 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from crosscheck import signals
-from crosscheck.models.experiment.scenario import PdDrive, per_joint
+from crosscheck.models.experiment.scenario import PdDrive, expand_to_joints
 from crosscheck.models.loading import Case
-from crosscheck.models.trajectory import recorded
+from crosscheck.models.trajectory import build_trajectory
 from crosscheck.studies.definition import quantities
-from crosscheck.studies.definition.functions import returned
+from crosscheck.studies.definition.functions import call_function
 from crosscheck.studies.measures import folds
 from crosscheck.studies.measures.columns import require_measurable
-from crosscheck.studies.members.rigid import rigid_angles
+from crosscheck.studies.members.rigid import simulate_rigid_angles
 
 
 class ChunkRecords(Protocol):
@@ -30,14 +30,14 @@ class ChunkRecords(Protocol):
 class Observer(Protocol):
     """An observer of members that run side by side."""
 
-    def see(self, chunk: ChunkRecords) -> None:
+    def observe(self, chunk: ChunkRecords) -> None:
         """Take in the next chunk in the order of time."""
 
-    def found(self) -> Mapping[str, np.ndarray]:
+    def results(self) -> Mapping[str, np.ndarray]:
         """The numbers found by the names of columns, (members, *the column's shape)."""
 
 
-class Watched(NamedTuple):
+class MemberGroup(NamedTuple):
     """Members that run side by side; sources: text of the user's functions; file: the study's."""
 
     cases: Sequence[Case]
@@ -45,36 +45,36 @@ class Watched(NamedTuple):
     file: str
 
 
-def observer(quantity: quantities.Quantity, watched: Watched) -> Observer:
+def make_observer(quantity: quantities.Quantity, group: MemberGroup) -> Observer:
     """The observer of a quantity. Raises InputError where it means nothing for a member."""
-    for case in watched.cases:
-        require_measurable(quantity, case, watched.file)
+    for case in group.cases:
+        require_measurable(quantity, case, group.file)
     if isinstance(quantity, quantities.Function):
-        return _Called(quantity, watched)
+        return _FunctionObserver(quantity, group)
     if isinstance(quantity, quantities.Trajectories):
-        return _Kept(quantity, watched.cases)
+        return _TrajectoryObserver(quantity, group.cases)
     if isinstance(quantity, quantities.RigidDeviation):
-        return _Deviation(quantity, watched.cases)
-    return _Folded(quantity, watched.cases)
+        return _DeviationObserver(quantity, group.cases)
+    return _FoldObserver(quantity, group.cases)
 
 
-class _Folded:
+class _FoldObserver:
     """Observer of a signal of one joint, or of all, folded over a window."""
 
     def __init__(self, quantity: quantities.Quantity, cases: Sequence[Case]) -> None:
-        self.name, self.window = quantity.called, getattr(quantity, "window_s", None)
+        self.name, self.window = quantity.result_name, getattr(quantity, "window_s", None)
         self.signal = getattr(quantity, "signal", "theta")
         self.planet = getattr(quantity, "planet", 1)
         self.joints = _joints(quantity, cases)
-        self.fold, self.less = _fold(quantity, cases, self.joints)
+        self.fold, self.less = _make_fold(quantity, cases, self.joints)
         # Where the last value alone counts, what comes before is not even looked at.
         scenario = cases[0].scenario
         late = scenario.step_s * (scenario.steps - scenario.stride / 2)
         self.after_s = late if self.fold.ends and self.window is None else -np.inf
         self.seen = 0  # records
 
-    def see(self, chunk: ChunkRecords) -> None:
-        part = _inside(chunk.time, self.window)
+    def observe(self, chunk: ChunkRecords) -> None:
+        part = _window_slice(chunk.time, self.window)
         if part.stop > part.start and chunk.time[-1] > self.after_s:
             self.fold.take(chunk.time[part], self.values(chunk, part))
         self.seen += chunk.time.size
@@ -83,18 +83,18 @@ class _Folded:
         """The values that are folded, (records of the part, [joints,] members)."""
         return _signal(chunk, self.signal, self.planet)[part, self.joints]
 
-    def found(self) -> Mapping[str, np.ndarray]:
+    def results(self) -> Mapping[str, np.ndarray]:
         numbers = self.fold.numbers()
         named = zip(self.fold.parts, numbers, strict=True)
         return {self.name + part: (value - self.less).T for part, value in named}
 
 
-class _Deviation(_Folded):
+class _DeviationObserver(_FoldObserver):
     """Observer of how far an angle gets from the rigid arm's."""
 
     def __init__(self, quantity: quantities.RigidDeviation, cases: Sequence[Case]) -> None:
         super().__init__(quantity, cases)
-        self.angles, self.whose = rigid_angles(quantity.level, cases)
+        self.angles, self.whose = simulate_rigid_angles(quantity.level, cases)
 
     def values(self, chunk: ChunkRecords, part: slice) -> np.ndarray:
         here = slice(self.seen + part.start, self.seen + part.stop)
@@ -102,19 +102,19 @@ class _Deviation(_Folded):
         return super().values(chunk, part) - rigid
 
 
-class _Whole:
+class _SignalRecorder:
     """Observer that keeps signals as they are, (records, joints, [planets,] members) each."""
 
     def __init__(self, names: Sequence[str]) -> None:
         self.time: list[np.ndarray] = []
         self.values: dict[str, list[np.ndarray]] = {name: [] for name in names}
 
-    def see(self, chunk: ChunkRecords) -> None:
+    def observe(self, chunk: ChunkRecords) -> None:
         self.time.append(chunk.time.copy())
         for name, pieces in self.values.items():
             pieces.append(getattr(chunk, name).copy())
 
-    def joined(self, name: str, planets: Sequence[int]) -> np.ndarray:
+    def join_signal(self, name: str, planets: Sequence[int]) -> np.ndarray:
         """A whole signal, (records, joints, [planets,] members).
 
         A signal of meshes is there for each of a joint's planets, also where one stands for all; it
@@ -123,14 +123,14 @@ class _Whole:
         whole = np.concatenate(self.values[name])
         if whole.ndim == 3:
             return whole
-        records, joints, known, members = whole.shape
-        found = np.full((records, joints, max(1, *planets), members), np.nan)
+        records, joints, planet_count, members = whole.shape
+        signal = np.full((records, joints, max(1, *planets), members), np.nan)
         for joint, count in enumerate(planets):
-            found[:, joint, :count] = whole[:, joint, : 1 if known == 1 else count]
-        return found
+            signal[:, joint, :count] = whole[:, joint, : 1 if planet_count == 1 else count]
+        return signal
 
 
-class _Kept(_Whole):
+class _TrajectoryObserver(_SignalRecorder):
     """Observer that keeps trajectories for the result."""
 
     def __init__(self, quantity: quantities.Trajectories, cases: Sequence[Case]) -> None:
@@ -138,73 +138,73 @@ class _Kept(_Whole):
         self.prefix = f"{quantity.name}_" if quantity.name else ""
         self.planets = _planets(cases[0])
 
-    def found(self) -> Mapping[str, np.ndarray]:
+    def results(self) -> Mapping[str, np.ndarray]:
         if not self.time:
             return {}
         return {
-            self.prefix + name: np.moveaxis(self.joined(name, self.planets), -1, 0)
+            self.prefix + name: np.moveaxis(self.join_signal(name, self.planets), -1, 0)
             for name in self.values
         }
 
 
-class _Called(_Whole):
+class _FunctionObserver(_SignalRecorder):
     """Observer that keeps runs for a function of the user's."""
 
-    def __init__(self, quantity: quantities.Function, watched: Watched) -> None:
+    def __init__(self, quantity: quantities.Function, group: MemberGroup) -> None:
         super().__init__(quantities.SIGNALS)
-        self.quantity, self.watched = quantity, watched
+        self.quantity, self.group = quantity, group
 
-    def found(self) -> Mapping[str, np.ndarray]:
+    def results(self) -> Mapping[str, np.ndarray]:
         if not self.time:
             return {}
-        time, source = np.concatenate(self.time), self.watched.sources[self.quantity.function]
+        time, source = np.concatenate(self.time), self.group.sources[self.quantity.function]
         answers: dict[str, list[float]] = {name: [] for name in self.quantity.returns}
-        planets = _planets(self.watched.cases[0])  # of all alike, as they stand side by side
-        wanted = quantities.SIGNALS if any(planets) else quantities.OF_JOINTS
-        whole = {name: self.joined(name, planets) for name in wanted}
-        for place, (arm, scenario, chosen) in enumerate(self.watched.cases):
-            own = {name: values[..., place] for name, values in whole.items()}
-            run = recorded("ensemble", arm, scenario, chosen, time, **own)
-            known = np.isfinite(run["theta"].values).all()
-            said = returned(self.quantity, source, run) if known else {}
+        planets = _planets(self.group.cases[0])  # of all alike, as they stand side by side
+        names = quantities.SIGNALS if any(planets) else quantities.JOINT_SIGNALS
+        whole = {name: self.join_signal(name, planets) for name in names}
+        for place, (arm, scenario, chosen) in enumerate(self.group.cases):
+            member_signals = {name: values[..., place] for name, values in whole.items()}
+            run = build_trajectory("ensemble", arm, scenario, chosen, time, **member_signals)
+            is_finite = np.isfinite(run["theta"].values).all()
+            function_numbers = call_function(self.quantity, source, run) if is_finite else {}
             for name, numbers in answers.items():
-                numbers.append(said.get(name, np.nan))
+                numbers.append(function_numbers.get(name, np.nan))
         return {name: np.array(numbers) for name, numbers in answers.items()}
 
 
-def _fold(
+def _make_fold(
     quantity: quantities.Quantity, cases: Sequence[Case], joints: slice | int
 ) -> tuple[folds.Fold, np.ndarray | float]:
     """The fold of a quantity, and what is taken off its number."""
     columns = _columns(joints, cases)
     if isinstance(quantity, quantities.FinalError):
-        return folds.Last(columns), _targets(cases)[joints]
+        return folds.LastFold(columns), _targets(cases)[joints]
     fold: folds.Fold
     if isinstance(quantity, quantities.Settling):
         aim = quantity.target_rad
         targets = _targets(cases)[joints] if aim is None else np.full(columns, aim)
-        fold = folds.Settled(targets, quantity.band_rad)
+        fold = folds.SettlingFold(targets, quantity.band_rad)
     elif isinstance(quantity, quantities.ContactLoss):
-        fold = folds.FirstLoss(columns)
-    elif isinstance(quantity, quantities.ApartShare):
-        fold = folds.ContactLossShare(columns)
+        fold = folds.FirstLossFold(columns)
+    elif isinstance(quantity, quantities.NoContactShare):
+        fold = folds.NoContactShareFold(columns)
     elif isinstance(quantity, quantities.BandRms):
         fold = folds.BandRmsFold(columns, *quantity.band_Hz)
     elif isinstance(quantity, quantities.SpectralPeak):
-        fold = folds.LargestLine(columns, *quantity.band_Hz)
+        fold = folds.LargestLineFold(columns, *quantity.band_Hz)
     elif isinstance(quantity, quantities.Crossing):
         beyond = operator.gt if quantity.side == "above" else operator.lt
-        fold = folds.First(columns, lambda values: beyond(values, quantity.level))
+        fold = folds.FirstTimeFold(columns, lambda values: beyond(values, quantity.level))
     elif isinstance(quantity, quantities.RigidDeviation):
         fold = folds.PeakFold(columns)
     else:
         assert isinstance(quantity, quantities.Size)
         sizes: dict[str, Callable[[tuple[int, ...]], folds.Fold]] = {
-            "final": folds.Last,
+            "final": folds.LastFold,
             "peak": folds.PeakFold,
-            "peak_to_peak": folds.Range,
-            "mean": partial(folds.Average, squared=False),
-            "rms": partial(folds.Average, squared=True),
+            "peak_to_peak": folds.RangeFold,
+            "mean": partial(folds.AverageFold, squared=False),
+            "rms": partial(folds.AverageFold, squared=True),
         }
         fold = sizes[quantity.kind](columns)
     return fold, 0.0
@@ -229,21 +229,21 @@ def _planets(case: Case) -> list[int]:
 
 def _targets(cases: Sequence[Case]) -> np.ndarray:
     """Targets of the PD drives [rad], (joints, members)."""
-    found = []
+    targets = []
     for case in cases:
         assert isinstance(case.scenario.drive, PdDrive)  # as was required
-        found.append(per_joint(case.scenario.drive.target_rad, len(case.arm.joints)))
-    return np.array(found).T
+        targets.append(expand_to_joints(case.scenario.drive.target_rad, len(case.arm.joints)))
+    return np.array(targets).T
 
 
-def _inside(time: np.ndarray, window: tuple[float, float] | None) -> slice:
+def _window_slice(time: np.ndarray, window: tuple[float, float] | None) -> slice:
     return slice(0, time.size) if window is None else signals.window(time, *window)
 
 
 def _signal(chunk: ChunkRecords, name: str, planet: int) -> np.ndarray:
     """A signal of a chunk, of one planet where it is a mesh's, (records, joints, members)."""
     values: np.ndarray = getattr(chunk, name)
-    if name in quantities.OF_JOINTS:
+    if name in quantities.JOINT_SIGNALS:
         return values
     if values.shape[2] == 1:
         return values[:, :, 0]

@@ -16,13 +16,19 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.loading import Case, case_of, require_fitting, switches_of, validated
+from crosscheck.models.loading import (
+    Case,
+    require_fitting,
+    validate_case,
+    validate_record,
+    validate_switches,
+)
 from crosscheck.models.paths import assign
-from crosscheck.studies.definition.axes import SAMPLE, START, VariedAxis, varied
+from crosscheck.studies.definition.axes import SAMPLE, START, VariedAxis, build_axes
 from crosscheck.studies.definition.definition import Definition
-from crosscheck.studies.members.starts import perturbed
+from crosscheck.studies.members.starts import perturb_start
 
-LOOKED_AT = 500  # members that are checked before any of them is run
+CHECK_LIMIT = 500  # members that are checked before any of them is run
 Raw = dict[str, Any]  # by section, what an arm's and a scenario's files hold
 
 
@@ -49,29 +55,29 @@ class PreparedStudy:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of what decides the study's numbers: not of the names of files."""
-        unsaid = {"arm", "scenario", "name", "title"}
-        defined = self.definition.model_dump(mode="json", exclude=unsaid)
+        excluded_fields = {"arm", "scenario", "name", "title"}
+        defined = self.definition.model_dump(mode="json", exclude=excluded_fields)
         text = json.dumps([defined, self.data, self.sources], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
     @cached_property
     def base(self) -> Case:
         """The case that the axes start from. Raises InputError."""
-        return case_of(self.data, self.definition.arm, self.definition.scenario)
+        return validate_case(self.data, self.definition.arm, self.definition.scenario)
 
     @cached_property
     def axes(self) -> list[VariedAxis]:
         """The study's axes with their values. Raises InputError."""
         definition = self.definition
-        return varied(definition.axes, definition.samples, self.data, self.file)
+        return build_axes(definition.axes, definition.samples, self.data, self.file)
 
     @cached_property
     def dimensions(self) -> dict[str, int]:
         """Sizes of the grid's dimensions by name: the axes' own, then samples, then starts."""
-        own = {axis.name: len(axis) for axis in self.axes if axis.dimension != SAMPLE}
+        axis_sizes = {axis.name: len(axis) for axis in self.axes if axis.dimension != SAMPLE}
         samples, starts = self.definition.samples, self.definition.starts
         drawn = {SAMPLE: samples.count} if samples is not None else {}
-        return {**own, **drawn, **({START: starts.count} if starts is not None else {})}
+        return {**axis_sizes, **drawn, **({START: starts.count} if starts is not None else {})}
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -85,7 +91,7 @@ class PreparedStudy:
 
     def cases(self, begin: int, end: int, step: int = 1) -> Iterator[Case]:
         """The members' cases from one place to before another, in C order. Raises InputError."""
-        maker = _Maker(self)
+        maker = _CaseBuilder(self)
         for place in range(begin, end, step):
             yield maker.case(place)
 
@@ -96,14 +102,14 @@ class PreparedStudy:
 
 
 @lru_cache(maxsize=4)
-def study_of(text: str) -> PreparedStudy:
+def load_study(text: str) -> PreparedStudy:
     """The study whose ``PreparedStudy.text`` this is."""
     read = json.loads(text)
     definition = Definition.model_validate(read["definition"])
     return PreparedStudy(definition, read["data"], read["sources"], read["file"])
 
 
-class _Maker:
+class _CaseBuilder:
     """Maker of members' cases in one copy of the files' content; what stayed is not read again."""
 
     def __init__(self, study: PreparedStudy) -> None:
@@ -121,11 +127,11 @@ class _Maker:
         try:
             case = self._case(points)
         except InputError as error:
-            raise blamed(self.study, place, error) from None
+            raise explain_refusal(self.study, place, error) from None
         starts = self.study.definition.starts
         if starts is None:
             return case
-        return perturbed(case, starts.seed + points[START], starts.size_m)
+        return perturb_start(case, starts.seed + points[START], starts.size_m)
 
     def _case(self, points: dict[str, int]) -> Case:
         changed = {section: self._put(section, points) for section in self.of_section}
@@ -135,11 +141,11 @@ class _Maker:
         arm, scenario, chosen = self.made or (None, None, None)
         self.made = None
         if arm is None or changed["arm"]:
-            arm = validated(Arm, self.data["arm"], names.arm)
+            arm = validate_record(Arm, self.data["arm"], names.arm)
         if scenario is None or changed["scenario"]:
-            scenario = validated(Scenario, self.data["scenario"], names.scenario)
+            scenario = validate_record(Scenario, self.data["scenario"], names.scenario)
         if chosen is None or changed["switches"] or changed["arm"]:
-            chosen = switches_of(self.data["switches"], arm)
+            chosen = validate_switches(self.data["switches"], arm)
         case = Case(arm, scenario, chosen)
         require_fitting(case, names.arm, names.scenario)
         self.made = case
@@ -153,7 +159,7 @@ class _Maker:
             return False
         self.points[section] = now
         for axis, point in zip(axes, now, strict=True):
-            for entry, value in zip(axis.entries, axis.given(point), strict=True):
+            for entry, value in zip(axis.entries, axis.entry_values(point), strict=True):
                 assign(self.data, entry, value)
         return True
 
@@ -165,8 +171,8 @@ def require_members(study: PreparedStudy) -> None:
     what else is wrong with two values only together shows when their batch is made.
     """
     extremes = {place for axis in study.axes for place in _extremes(study, axis)}
-    spread = np.linspace(0, study.count - 1, min(LOOKED_AT, study.count)).astype(int)
-    maker = _Maker(study)
+    spread = np.linspace(0, study.count - 1, min(CHECK_LIMIT, study.count)).astype(int)
+    maker = _CaseBuilder(study)
     for place in sorted(extremes | set(map(int, spread))):
         maker.case(place)
 
@@ -180,16 +186,16 @@ def _extremes(study: PreparedStudy, axis: VariedAxis) -> Iterator[int]:
     return (point * stride for point in points)
 
 
-def blamed(study: PreparedStudy, place: int, error: InputError) -> InputError:
+def explain_refusal(study: PreparedStudy, place: int, error: InputError) -> InputError:
     """The error of a refused member: names the axis to blame alone, else the member."""
     points = study.points(place)
     for axis in study.axes:
         data = copy.deepcopy(study.data)
-        given = axis.given(points[axis.dimension])
+        given = axis.entry_values(points[axis.dimension])
         for entry, value in zip(axis.entries, given, strict=True):
             assign(data, entry, value)
         try:
-            case_of(data, study.definition.arm, study.definition.scenario)
+            validate_case(data, study.definition.arm, study.definition.scenario)
         except InputError as alone:
             where, allowed = f"{study.file}: axis {axis.path}", f"{alone.field}: {alone.allowed}"
             return InputError(where, "", alone.value, allowed)

@@ -8,14 +8,14 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.mesh import Mesh
-from crosscheck.models.arm.meshes import with_meshes
+from crosscheck.models.arm.meshes import change_meshes
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import Scenario, Start
 from crosscheck.models.loading import Case
-from crosscheck.registry import MODELS, build, of_level
+from crosscheck.registry import MODELS, build, find_level_models
 
-COARSER = 10  # steps of the geared arm in one of the rigid arm, which is smooth
+STEP_RATIO = 10  # steps of the geared arm in one of the rigid arm, which is smooth
 
 # In place of all meshes, which a rigid arm has none of.
 ANY_MESH = Mesh(
@@ -26,33 +26,33 @@ ANY_MESH = Mesh(
 )
 
 
-def rigid_angles(level: str, cases: Sequence[Case]) -> tuple[np.ndarray, np.ndarray]:
+def simulate_rigid_angles(level: str, cases: Sequence[Case]) -> tuple[np.ndarray, np.ndarray]:
     """Angles [rad] of unlike rigid arms, (arms, records, joints), and each case's arm, (cases,).
 
     They are on the geared runs' own recording grid; nan where a run diverged. Members that differ
     in their meshes alone share an arm.
     """
-    model = next(name for name in of_level(level) if MODELS[name].order is not None)
+    model = next(name for name in find_level_models(level) if MODELS[name].order is not None)
     places: dict[tuple[Arm, Scenario], int] = {}
-    whose = [places.setdefault(without_meshes(case), len(places)) for case in cases]
-    found = []
+    whose = [places.setdefault(remove_meshes(case), len(places)) for case in cases]
+    angles = []
     for arm, scenario in places:
         try:
-            found.append(build(model, arm, scenario).simulate()["theta"].values)
+            angles.append(build(model, arm, scenario).simulate()["theta"].values)
         except Diverged:
             records = scenario.steps // scenario.stride + 1
-            found.append(np.full((records, len(arm.joints)), np.nan))
-    return np.stack(found), np.array(whose)
+            angles.append(np.full((records, len(arm.joints)), np.nan))
+    return np.stack(angles), np.array(whose)
 
 
-def without_meshes(case: Case) -> tuple[Arm, Scenario]:
+def remove_meshes(case: Case) -> tuple[Arm, Scenario]:
     """Arm and experiment with nothing left that is a mesh's own, in steps for a smooth motion."""
     scenario = case.scenario
-    longer = next(n for n in range(COARSER, 0, -1) if scenario.stride % n == 0)
+    longer = next(n for n in range(STEP_RATIO, 0, -1) if scenario.stride % n == 0)
     given = {name: getattr(scenario.start, name) for name in ("theta_rad", "theta_dot_rad_per_s")}
     changed = {
         "step_s": scenario.step_s * longer,
         "record_every": scenario.stride // longer,
         "start": Start(**given),
     }
-    return with_meshes(case.arm, lambda mesh: ANY_MESH), scenario.model_copy(update=changed)
+    return change_meshes(case.arm, lambda mesh: ANY_MESH), scenario.model_copy(update=changed)

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from crosscheck.models.experiment.scenario import per_joint, planet_offsets
+from crosscheck.models.experiment.scenario import expand_to_joints, planet_offsets
 from crosscheck.models.loading import Case
 
 PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
 
 
-def perturbed(case: Case, seed: int, size_m: float = PERTURBATION_M) -> Case:
+def perturb_start(case: Case, seed: int, size_m: float = PERTURBATION_M) -> Case:
     """The case with every mesh displacement of its start moved by up to ``size_m``, by a seed.
 
     If planets are free, every planet's own displacement is moved too. All is added to what the
@@ -22,14 +22,15 @@ def perturbed(case: Case, seed: int, size_m: float = PERTURBATION_M) -> Case:
     start, joints = case.scenario.start, len(case.arm.joints)
     sun, ring = size_m * generator.uniform(-1, 1, (2, joints))
     update: dict[str, object] = {
-        "sun_planet_offset_m": _sum(per_joint(start.sun_planet_offset_m, joints), sun),
-        "planet_ring_offset_m": _sum(per_joint(start.planet_ring_offset_m, joints), ring),
+        "sun_planet_offset_m": _sum(expand_to_joints(start.sun_planet_offset_m, joints), sun),
+        "planet_ring_offset_m": _sum(expand_to_joints(start.planet_ring_offset_m, joints), ring),
     }
     if case.switches.planets == "free":
         counts = [joint.planet_count for joint in case.arm.joints]
-        own = [size_m * generator.uniform(-1, 1, count) for count in counts]
+        displacements = [size_m * generator.uniform(-1, 1, count) for count in counts]
         update["planet_offset_m"] = tuple(
-            _sum(planet_offsets(start, joint, counts[joint]), own[joint]) for joint in range(joints)
+            _sum(planet_offsets(start, joint, counts[joint]), displacements[joint])
+            for joint in range(joints)
         )
     moved = start.model_copy(update=update)
     return case._replace(scenario=case.scenario.model_copy(update={"start": moved}))

@@ -18,9 +18,13 @@ from crosscheck.runner.interruption import was_stopped
 from crosscheck.trial.coordinates import frame as frames
 from crosscheck.trial.coordinates.differences import derivative
 from crosscheck.trial.coordinates.frame import WHERE, Along, Frame, Vector
-from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
+from crosscheck.trial.input.arrays import NotNumbers, convert_to_numbers, format_vector
 from crosscheck.trial.input.equations import Coordinates
-from crosscheck.trial.input.symbolic import in_arm_symbols, in_numbers, plain_symbols
+from crosscheck.trial.input.symbolic import (
+    express_in_arm_symbols,
+    express_in_numbers,
+    make_plain_symbols,
+)
 
 COMPLEX_STEP = 1e-30
 SAMPLES = 3
@@ -28,14 +32,14 @@ AGREED = 1e-6  # of a Jacobian held against differences, relative to its row
 CERTAIN = 1e-9  # of what differences give where nothing better is to be had
 
 
-def curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
+def build_curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
     """The frame of a user's function. Raises InputError."""
     n, function = len(layout), coordinates.function
-    count = frames.counted(coordinates, n, arm)
+    count = frames.describe_coordinate_count(coordinates, n, arm)
     if isinstance(function, sp.MatrixBase):
-        frame = _sympy_frame(coordinates, function, layout, arm, count)
+        frame = _build_sympy_frame(coordinates, function, layout, arm, count)
     elif callable(function):
-        frame = _callable_frame(coordinates, layout, count)
+        frame = _build_callable_frame(coordinates, layout, count)
     else:
         reason = f"is a {type(function).__name__}; must be a function of x or a sympy Matrix"
         raise InputError(WHERE, "function", None, reason)
@@ -44,7 +48,7 @@ def curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
     return frame
 
 
-def _sympy_frame(
+def _build_sympy_frame(
     coordinates: Coordinates, function: Any, layout: Layout, arm: Arm, count: str
 ) -> Frame:
     """The frame of a sympy Matrix, its derivatives by sympy.
@@ -58,84 +62,99 @@ def _sympy_frame(
             f" must be {n} over {n}, for {count}"
         )
         raise InputError(WHERE, "function", None, reason)
-    plain = plain_symbols(coordinates.symbols)
+    plain = make_plain_symbols(coordinates.symbols)
     x = [plain[symbol] for symbol in coordinates.symbols]
-    q = in_arm_symbols(sp.Matrix(list(function)).xreplace(plain), x, {}, arm, f"{WHERE}: function")
-    names = frames.names_of(coordinates, [symbol.name for symbol in x])
+    q = express_in_arm_symbols(
+        sp.Matrix(list(function)).xreplace(plain), x, {}, arm, f"{WHERE}: function"
+    )
+    names = frames.select_coordinate_names(coordinates, [symbol.name for symbol in x])
     jacobian = q.jacobian(x)
     if not jacobian.free_symbols & set(x) and not any(
         map(sp.simplify, q.subs(dict.fromkeys(x, 0)))
     ):
-        matrix = np.array(in_numbers(jacobian, arm), dtype=np.float64)
+        matrix = np.array(express_in_numbers(jacobian, arm), dtype=np.float64)
         frames.require_invertible(matrix, "function")
-        return frames.linear_frame(layout, names, matrix, jacobian)
+        return frames.build_linear_frame(layout, names, matrix, jacobian)
     u = [sp.Dummy(f"u{k}") for k in range(n)]
     drift = (jacobian * sp.Matrix(u)).jacobian(x) * sp.Matrix(u)
     value, slopes, along = (
-        sp.lambdify([x, u], in_numbers(entries, arm), "numpy", cse=True)
+        sp.lambdify([x, u], express_in_numbers(entries, arm), "numpy", cse=True)
         for entries in (q, jacobian, drift)
     )
     return Frame(
         layout,
         names,
         "sympy",
-        position=lambda x: _answer(value(x, x), (n,), "function", x),
-        slopes=lambda x: _answer(slopes(x, x), (n, n), "function's jacobian", x),
-        drift=lambda x, u: _answer(along(x, u), (n,), "function's second derivative", x),
+        position=lambda x: _convert_answer(value(x, x), (n,), "function", x),
+        slopes=lambda x: _convert_answer(slopes(x, x), (n, n), "function's jacobian", x),
+        drift=lambda x, u: _convert_answer(along(x, u), (n,), "function's second derivative", x),
     )
 
 
-def _callable_frame(coordinates: Coordinates, layout: Layout, count: str) -> Frame:
+def _build_callable_frame(coordinates: Coordinates, layout: Layout, count: str) -> Frame:
     """The frame of a Python function, its Jacobian as given, by complex steps or differences."""
-    n, own, given = len(layout), coordinates.function, coordinates.jacobian
-    names = frames.names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
+    n, user_function, given = len(layout), coordinates.function, coordinates.jacobian
+    names = frames.select_coordinate_names(coordinates, [f"x_{k + 1}" for k in range(n)])
 
     def function(x: np.ndarray) -> np.ndarray:
-        return _answer(_called(own, "function", x), (n,), f"function, for {count}", x)
+        return _convert_answer(
+            _call_user_function(user_function, "function", x), (n,), f"function, for {count}", x
+        )
 
-    by_differences = Frame(
+    difference_frame = Frame(
         layout,
         names,
         "differences",
         position=function,
-        slopes=lambda x: _by_differences(function, x),
+        slopes=lambda x: _difference_jacobian(function, x),
         drift=lambda x, u: _curvature(function, x, u),
     )
     if given is None:
-        return _complex_frame(by_differences, own) or by_differences
+        return _build_complex_frame(difference_frame, user_function) or difference_frame
     if not callable(given):
         reason = f"is a {type(given).__name__}; must be a function of x"
         raise InputError(WHERE, "jacobian", None, reason)
 
     def slopes(x: np.ndarray) -> np.ndarray:
-        return _answer(_called(given, "jacobian", x), (n, n), f"jacobian, for {count}", x)
+        return _convert_answer(
+            _call_user_function(given, "jacobian", x), (n, n), f"jacobian, for {count}", x
+        )
 
     return replace(
-        by_differences,
-        found_by="given",
+        difference_frame,
+        jacobian_source="given",
         slopes=slopes,
-        drift=lambda x, u: _turning(lambda y, w: slopes(y) @ w, x, u),
+        drift=lambda x, u: _jacobian_drift(lambda y, w: slopes(y) @ w, x, u),
     )
 
 
-def _complex_frame(frame: Frame, own: Any) -> Frame | None:
+def _build_complex_frame(frame: Frame, user_function: Any) -> Frame | None:
     """The frame with a Jacobian by complex steps; None if the function does not take them."""
 
     def forward(x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        answer = np.asarray(own(x + 1j * COMPLEX_STEP * u), dtype=np.complex128)
+        answer = np.asarray(user_function(x + 1j * COMPLEX_STEP * u), dtype=np.complex128)
         return answer.reshape(len(x)).imag / COMPLEX_STEP
 
     def slopes(x: np.ndarray) -> np.ndarray:
         columns = [forward(x, unit) for unit in np.eye(len(x))]
-        return _answer(np.stack(columns, axis=1), (len(x), len(x)), "function's jacobian", x)
+        return _convert_answer(
+            np.stack(columns, axis=1), (len(x), len(x)), "function's jacobian", x
+        )
 
-    found = replace(
-        frame, found_by="complex step", slopes=slopes, drift=lambda x, u: _turning(forward, x, u)
+    candidate = replace(
+        frame,
+        jacobian_source="complex step",
+        slopes=slopes,
+        drift=lambda x, u: _jacobian_drift(forward, x, u),
     )
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # numpy's, for an imaginary part that is lost
-            return found if all(_misfit(found, x) is None for x in _samples(frame)) else None
+            return (
+                candidate
+                if all(_misfit(candidate, x) is None for x in _sample_states(frame))
+                else None
+            )
     except InputError:
         raise
     except BaseException:  # whatever a function that means floats does with complex ones
@@ -144,24 +163,26 @@ def _complex_frame(frame: Frame, own: Any) -> Frame | None:
         return None
 
 
-def _by_differences(function: Vector, x: np.ndarray) -> np.ndarray:
-    columns = [_certain(1, function, x, unit) for unit in np.eye(len(x))]
+def _difference_jacobian(function: Vector, x: np.ndarray) -> np.ndarray:
+    columns = [_certain_derivative(1, function, x, unit) for unit in np.eye(len(x))]
     return np.stack(columns, axis=1)
 
 
 def _curvature(function: Vector, x: np.ndarray, u: np.ndarray) -> np.ndarray:
     """The second derivative (n,) of the function along u."""
     size = float(np.abs(u).max()) or 1.0
-    return size**2 * _certain(2, function, x, u / size)
+    return size**2 * _certain_derivative(2, function, x, u / size)
 
 
-def _turning(forward: Along, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+def _jacobian_drift(forward: Along, x: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Derivative (n,) of J u along u, at fixed u; forward(x, u): J u."""
     size = float(np.abs(u).max()) or 1.0
-    return size**2 * _certain(1, lambda y: forward(y, u / size), x, u / size, "second derivative")
+    return size**2 * _certain_derivative(
+        1, lambda y: forward(y, u / size), x, u / size, "second derivative"
+    )
 
 
-def _certain(
+def _certain_derivative(
     order: int, function: Vector, x: np.ndarray, unit: np.ndarray, what: str = ""
 ) -> np.ndarray:
     """A derivative (n,) of the function along a line. Raises InputError where it is not certain."""
@@ -173,55 +194,59 @@ def _certain(
         except (ArithmeticError, ValueError):
             return np.full(len(x), math.nan)
 
-    found, apart = derivative(curve, order)
-    if not (apart < CERTAIN).all():
+    derivatives, uncertainties = derivative(curve, order)
+    if not (uncertainties < CERTAIN).all():
         what = what or ("derivative" if order == 1 else "second derivative")
-        reason = f"its {what} is not to be found at x = {shown(x)}; give a sympy Matrix of it"
+        reason = (
+            f"its {what} is not to be found at x = {format_vector(x)}; give a sympy Matrix of it"
+        )
         raise InputError(WHERE, "function", None, reason)
-    return found
+    return derivatives
 
 
-def _called(own: Callable[[np.ndarray], Any], what: str, x: np.ndarray) -> Any:
+def _call_user_function(
+    user_function: Callable[[np.ndarray], Any], what: str, x: np.ndarray
+) -> Any:
     try:
-        return own(x.copy())
+        return user_function(x.copy())
     except BaseException as error:  # the user's own code
         if was_stopped():
             raise
-        reason = f"raises {type(error).__name__}: {error}, at x = {shown(x)}"
+        reason = f"raises {type(error).__name__}: {error}, at x = {format_vector(x)}"
         raise InputError(WHERE, what, None, reason) from error
 
 
-def _answer(raw: Any, shape: tuple[int, ...], what: str, x: np.ndarray) -> np.ndarray:
+def _convert_answer(raw: Any, shape: tuple[int, ...], what: str, x: np.ndarray) -> np.ndarray:
     try:
-        return numbers_of(raw, shape)
+        return convert_to_numbers(raw, shape)
     except NotNumbers as error:
-        raise InputError(WHERE, what, None, f"{error}, at x = {shown(x)}") from None
+        raise InputError(WHERE, what, None, f"{error}, at x = {format_vector(x)}") from None
 
 
-def _samples(frame: Frame) -> list[np.ndarray]:
+def _sample_states(frame: Frame) -> list[np.ndarray]:
     """A few states at which the function has values. Raises what it raises where it has none."""
-    found: list[np.ndarray] = []
+    samples: list[np.ndarray] = []
     states = np.random.default_rng(1).uniform(-1.0, 1.0, (frames.TRIES, len(frame.names)))
     for number, x in enumerate(states):
         try:
             with np.errstate(all="ignore"):
                 frame.position(x)
-            found.append(x)
+            samples.append(x)
         except (ArithmeticError, ValueError):
-            if number + 1 == frames.TRIES and not found:
+            if number + 1 == frames.TRIES and not samples:
                 raise
-        if len(found) == SAMPLES:
+        if len(samples) == SAMPLES:
             break
-    return found
+    return samples
 
 
 def _require_derivative(frame: Frame) -> None:
     """Raise InputError unless J is what differences say, and invertible somewhere."""
-    states = _samples(frame)
+    states = _sample_states(frame)
     for x in states:
         misfit = _misfit(frame, x)
         if misfit is not None:
-            raise InputError(WHERE, "jacobian", None, f"{misfit}, at x = {shown(x)}")
+            raise InputError(WHERE, "jacobian", None, f"{misfit}, at x = {format_vector(x)}")
     singular = None
     for x in states:
         try:
@@ -235,10 +260,12 @@ def _require_derivative(frame: Frame) -> None:
 
 def _misfit(frame: Frame, x: np.ndarray) -> str | None:
     """Which entry of J differs from differences, and both values; None if all agree."""
-    given, expected = frame.slopes(x), _by_differences(frame.position, x)
-    apart = np.abs(given - expected) / np.abs(expected).max(axis=1, keepdims=True).clip(1e-12)
-    row, column = np.unravel_index(int(apart.argmax()), apart.shape)
-    if apart[row, column] <= AGREED:
+    given, expected = frame.slopes(x), _difference_jacobian(frame.position, x)
+    relative_errors = np.abs(given - expected) / np.abs(expected).max(axis=1, keepdims=True).clip(
+        1e-12
+    )
+    row, column = np.unravel_index(int(relative_errors.argmax()), relative_errors.shape)
+    if relative_errors[row, column] <= AGREED:
         return None
     return (
         f"[{row}, {column}], of {frame.layout.names[row]} by {frame.names[column]}, is"

@@ -42,12 +42,12 @@ def derivative(curve: Curve, order: int) -> tuple[np.ndarray, np.ndarray]:
         high, low = (w @ values / step**order for w in CENTRAL[order])
         size = np.abs(values).max(axis=0)
         size[size == 0] = 1.0
-        apart = np.abs(high - low) / size
-        apart[~np.isfinite(apart)] = np.inf
+        difference = np.abs(high - low) / size
+        difference[~np.isfinite(difference)] = np.inf
         if not best.size:
-            best, uncertain = high, apart
-        better = apart < uncertain
-        best, uncertain = np.where(better, high, best), np.where(better, apart, uncertain)
+            best, uncertain = high, difference
+        better = difference < uncertain
+        best, uncertain = np.where(better, high, best), np.where(better, difference, uncertain)
         if (uncertain < ENOUGH).all():
             break
     return best, uncertain
@@ -64,12 +64,12 @@ def rate_terms(
     rates = np.ones(n) if steps is None else 2.0 ** np.round(np.log2(steps / TURN_RAD))
     units = np.diag(rates)
     alone = [bias(unit) for unit in units]
-    found = np.zeros((n, n, n))
+    terms = np.zeros((n, n, n))
     for j in range(n):
-        found[:, j, j] = alone[j]
+        terms[:, j, j] = alone[j]
         for k in range(j + 1, n):
-            found[:, j, k] = bias(units[j] + units[k]) - alone[j] - alone[k]
-    return found / np.outer(rates, rates)
+            terms[:, j, k] = bias(units[j] + units[k]) - alone[j] - alone[k]
+    return terms / np.outer(rates, rates)
 
 
 def christoffel_terms(
@@ -83,10 +83,10 @@ def christoffel_terms(
     find = _certain_slope if curved else _slope
     slopes = np.array([find(mass_matrix, x, k, step) for k, step in enumerate(steps)])
     terms = np.einsum("kij->ijk", slopes) - np.einsum("ijk->ijk", slopes) / 2
-    return paired(terms)
+    return fold_rate_pairs(terms)
 
 
-def paired(terms: np.ndarray) -> np.ndarray:
+def fold_rate_pairs(terms: np.ndarray) -> np.ndarray:
     """A quadratic form's coefficients (n, n, n) gathered on j <= k."""
     both = terms + terms.swapaxes(1, 2)
     diagonal = np.einsum("ijj->ij", terms)
@@ -125,9 +125,9 @@ def _certain_slope(mass_matrix: Mass, x: np.ndarray, k: int, step: float) -> np.
         except (ArithmeticError, ValueError):
             return np.full(x.size**2, np.nan)
 
-    found, uncertain = derivative(answer, 1)
-    found[~np.isfinite(uncertain)] = np.nan
-    return found.reshape(x.size, x.size) / (step / 2)
+    slope, uncertain = derivative(answer, 1)
+    slope[~np.isfinite(uncertain)] = np.nan
+    return slope.reshape(x.size, x.size) / (step / 2)
 
 
 def _slope(mass_matrix: Mass, x: np.ndarray, k: int, step: float) -> np.ndarray:

@@ -13,11 +13,11 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 import sympy as sp
 
-from crosscheck.analytic.derivation.chain import Chain, exact_chain
+from crosscheck.analytic.derivation.chain import Chain, build_exact_chain
 from crosscheck.analytic.derivation.stage import Stage
-from crosscheck.analytic.derivation.symbols import arm_chain
+from crosscheck.analytic.derivation.symbols import build_arm_chain
 from crosscheck.analytic.paper.kinematics import mesh_displacements
-from crosscheck.checks.answers import random_states
+from crosscheck.checks.answers import sample_states
 from crosscheck.checks.invariants import torques_at
 from crosscheck.models.arm import layout as layouts
 from crosscheck.models.arm.arm import Arm
@@ -25,7 +25,7 @@ from crosscheck.models.arm.layout import Coordinate, Layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
+from crosscheck.trial.input.arrays import NotNumbers, convert_to_numbers, format_vector
 from crosscheck.trial.input.equations import Coordinates, Gearing
 
 WHERE = "coordinates"
@@ -41,7 +41,7 @@ LAYOUTS = {
     "lumped": layouts.lumped_layout,
     "free": layouts.free_layout,
 }
-FoundBy = Literal["linear", "sympy", "given", "complex step", "differences"]
+JacobianSource = Literal["linear", "sympy", "given", "complex step", "differences"]
 Vector = Callable[[np.ndarray], np.ndarray]
 Along = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -50,16 +50,16 @@ Along = Callable[[np.ndarray, np.ndarray], np.ndarray]
 class Frame:
     """The map from x (n,), called ``names``, to the coordinates q (n,) of ``layout``.
 
-    position(x): q. slopes(x): dq/dx (n, n); found_by: where it comes from. drift(x, u): J' u (n,)
-    at rates u = x', what q'' has beside J x''. They raise InputError where they find none. matrix:
-    where the map is linear, q = matrix @ x. symbolic: the same in symbols of
+    position(x): q. slopes(x): dq/dx (n, n); jacobian_source: where it comes from. drift(x, u): J' u
+    (n,) at rates u = x', what q'' has beside J x''. They raise InputError where they find none.
+    matrix: where the map is linear, q = matrix @ x. symbolic: the same in symbols of
     ``analytic.derivation.symbols``, of named maps and of matrices whose numbers are ratios, radii
     and gear ratios of the arm.
     """
 
     layout: Layout
     names: tuple[str, ...]
-    found_by: FoundBy
+    jacobian_source: JacobianSource
     position: Vector
     slopes: Vector
     drift: Along
@@ -68,10 +68,10 @@ class Frame:
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """J = dq/dx (n, n). Raises InputError where it is singular."""
-        found = self.slopes(x)
+        jacobian = self.slopes(x)
         if self.matrix is None:  # which was looked at once and for all
-            require_invertible(found, "jacobian", x)
-        return found
+            require_invertible(jacobian, "jacobian", x)
+        return jacobian
 
     def place(self, q: np.ndarray) -> np.ndarray:
         """An x (n,) that gives this q. Raises InputError where none is found.
@@ -83,26 +83,30 @@ class Frame:
         n = len(self.names)
         drawn = np.random.default_rng(0).uniform(-np.pi, np.pi, (TRIES, n))
         for start in (q.copy(), np.zeros(n), *drawn):
-            found = self._solved(start, q)
-            if found is not None:
-                return found
-        raise InputError(WHERE, "function", None, f"no x was found that gives q = {shown(q)}")
+            solution = self._solve(start, q)
+            if solution is not None:
+                return solution
+        raise InputError(
+            WHERE, "function", None, f"no x was found that gives q = {format_vector(q)}"
+        )
 
-    def nearest(self, q: np.ndarray, known: np.ndarray) -> np.ndarray:
+    def find_nearest(self, q: np.ndarray, reachable_x: np.ndarray) -> np.ndarray:
         """An x (n,) that gives this q, or one on the way to it from that of a known x.
 
         It is found by Newton's method from few starts; where it is not, the way is halved.
         """
-        start = self.position(known)
+        start = self.position(reachable_x)
         for halved in range(MOST_HALVED):
-            wanted = start + (q - start) / 2**halved
-            for guess in (wanted, known) if halved else (wanted, np.zeros(len(q)), known):
-                found = self._solved(guess, wanted)
-                if found is not None:
-                    return found
-        return known
+            target = start + (q - start) / 2**halved
+            for guess in (
+                (target, reachable_x) if halved else (target, np.zeros(len(q)), reachable_x)
+            ):
+                solution = self._solve(guess, target)
+                if solution is not None:
+                    return solution
+        return reachable_x
 
-    def _solved(self, start: np.ndarray, q: np.ndarray) -> np.ndarray | None:
+    def _solve(self, start: np.ndarray, q: np.ndarray) -> np.ndarray | None:
         """The x (n,) that gives q, by Newton's method from a start; None if it does not arrive."""
         from scipy.optimize import root
 
@@ -118,7 +122,7 @@ class Frame:
         return x if reached.all() else None
 
 
-def linear_frame(
+def build_linear_frame(
     layout: Layout, names: tuple[str, ...], matrix: np.ndarray, symbolic: sp.ImmutableMatrix | None
 ) -> Frame:
     """The frame of q = matrix @ x."""
@@ -134,28 +138,28 @@ def linear_frame(
     )
 
 
-def frame_of(coordinates: Coordinates, arm: Arm) -> Frame:
+def build_frame(coordinates: Coordinates, arm: Arm) -> Frame:
     """The frame of a user's coordinates. Raises InputError."""
-    from crosscheck.trial.coordinates.curved import curved_frame
+    from crosscheck.trial.coordinates.curved import build_curved_frame
 
-    _require_known(coordinates)
+    _require_allowed_choices(coordinates)
     layout = LAYOUTS[coordinates.gearing](arm)
     if coordinates.function is not None:
-        return curved_frame(coordinates, layout, arm)
+        return build_curved_frame(coordinates, layout, arm)
     if coordinates.matrix is None:
-        return _named_frame(coordinates, layout, arm)
+        return _build_named_frame(coordinates, layout, arm)
     n = len(layout)
     try:
-        matrix = numbers_of(coordinates.matrix, (n, n))
+        matrix = convert_to_numbers(coordinates.matrix, (n, n))
     except NotNumbers as error:
-        reason = f"{error}, for {counted(coordinates, n, arm)}"
+        reason = f"{error}, for {describe_coordinate_count(coordinates, n, arm)}"
         raise InputError(WHERE, "matrix", None, reason) from None
     require_invertible(matrix, "matrix")
-    names = names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
-    return linear_frame(layout, names, matrix, in_symbols(matrix, layout, arm))
+    names = select_coordinate_names(coordinates, [f"x_{k + 1}" for k in range(n)])
+    return build_linear_frame(layout, names, matrix, express_in_symbols(matrix, layout, arm))
 
 
-def _require_known(coordinates: Coordinates) -> None:
+def _require_allowed_choices(coordinates: Coordinates) -> None:
     """Raise InputError for a word that is not allowed, or for two maps at once."""
     allowed = {
         "gearing": get_args(Gearing),
@@ -168,38 +172,38 @@ def _require_known(coordinates: Coordinates) -> None:
             raise InputError(WHERE, name, word, f"must be one of {', '.join(words)}")
     if coordinates.matrix is not None and coordinates.function is not None:
         raise InputError(WHERE, "matrix", None, "give either matrix or function")
-    own = "matrix" if coordinates.matrix is not None else "function"
+    map_field = "matrix" if coordinates.matrix is not None else "function"
     mapped = coordinates.matrix is not None or coordinates.function is not None
     usual = Coordinates()
     for name in ("links", "gears", "order"):
         if mapped and getattr(coordinates, name) != getattr(usual, name):
-            reason = f"is for named coordinates; {own} alone says what x is"
+            reason = f"is for named coordinates; {map_field} alone says what x is"
             raise InputError(WHERE, name, getattr(coordinates, name), reason)
     for name in ("jacobian", "symbols"):
         if coordinates.function is None and getattr(coordinates, name) not in (None, ()):
             raise InputError(WHERE, name, None, "needs function beside")
 
 
-def _named_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
+def _build_named_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
     """The frame of coordinates by name, in the user's order. Raises InputError."""
-    usual = [_named(coordinates, coordinate) for coordinate in layout.coordinates]
+    usual = [_coordinate_name(coordinates, coordinate) for coordinate in layout.coordinates]
     ordered = coordinates.order or usual
     missing = [name for name in usual if name not in ordered]
     unknown = [name for name in ordered if name not in usual]
     twice = [name for name, count in Counter(ordered).items() if count > 1]
-    said = {"is without": missing, "has unknown": unknown, "has twice": twice}
-    wrong = [f"{what} {', '.join(map(str, names))}" for what, names in said.items() if names]
+    mistakes = {"is without": missing, "has unknown": unknown, "has twice": twice}
+    wrong = [f"{what} {', '.join(map(str, names))}" for what, names in mistakes.items() if names]
     if wrong:
         reason = f"{' and '.join(wrong)}; must be all of {', '.join(usual)}"
         raise InputError(WHERE, "order", None, reason)
     order = [usual.index(name) for name in ordered]
-    symbolic = _rows(arm_chain(arm, layout), coordinates)[:, order]
-    numbers = _rows(exact_chain(arm, layout), coordinates)[:, order].astype(np.float64)
-    names = names_of(coordinates, [usual[place] for place in order])
-    return linear_frame(layout, names, numbers, sp.ImmutableMatrix(symbolic))
+    symbolic = _map_rows(build_arm_chain(arm, layout), coordinates)[:, order]
+    numbers = _map_rows(build_exact_chain(arm, layout), coordinates)[:, order].astype(np.float64)
+    names = select_coordinate_names(coordinates, [usual[place] for place in order])
+    return build_linear_frame(layout, names, numbers, sp.ImmutableMatrix(symbolic))
 
 
-def _named(coordinates: Coordinates, meant: Coordinate) -> str:
+def _coordinate_name(coordinates: Coordinates, meant: Coordinate) -> str:
     """The name of the coordinate of x that stands in place of one of the layout."""
     if meant.is_angle:
         return f"{'phi' if coordinates.links == 'absolute' else 'theta'}_{meant.joint}"
@@ -209,20 +213,20 @@ def _named(coordinates: Coordinates, meant: Coordinate) -> str:
     return gear + (f"_{meant.planet}" if meant.planet else "")
 
 
-def _rows(chain: Chain, coordinates: Coordinates) -> np.ndarray:
+def _map_rows(chain: Chain, coordinates: Coordinates) -> np.ndarray:
     """Rows over x that give q, x in the layout's order; numbers or symbols, as the chain's are."""
-    own = [chain.row(c.meaning, c.joint, c.planet) for c in chain.layout.coordinates]
+    layout_rows = [chain.row(c.meaning, c.joint, c.planet) for c in chain.layout.coordinates]
     turns = {joint: chain.row("theta", joint) for joint in chain.numbers}
     if coordinates.links == "absolute":
         turns |= {joint: turns[joint] - turns[joint - 1] for joint in chain.numbers if joint > 1}
     if coordinates.gears == "displacements":
-        pairs = zip(chain.layout.coordinates, own, strict=True)
+        pairs = zip(chain.layout.coordinates, layout_rows, strict=True)
         return np.array([turns[c.joint] if c.is_angle else row for c, row in pairs])
-    found = []
+    mapped_rows = []
     for meant in chain.layout.coordinates:
         turn, stage = turns[meant.joint], chain.stages[meant.joint - 1]
         if meant.is_angle:
-            found.append(turn)
+            mapped_rows.append(turn)
             continue
         assert isinstance(stage, Stage)
         theta_s = chain.row("x_s" if chain.layout.free else "x_sp", meant.joint)
@@ -230,16 +234,16 @@ def _rows(chain: Chain, coordinates: Coordinates) -> np.ndarray:
         radii = stage.r_s, stage.r_p, stage.r_cp
         x_sp, x_pr = mesh_displacements(theta_s, theta_p, turn, *radii)  # Eqs. 2-3
         rows: dict[str, np.ndarray] = {"x_sp": x_sp, "x_pr": x_pr, "x_s": x_sp + x_pr}
-        found.append(rows[meant.meaning])
-    return np.array(found)
+        mapped_rows.append(rows[meant.meaning])
+    return np.array(mapped_rows)
 
 
-def counted(coordinates: Coordinates, n: int, arm: Arm) -> str:
+def describe_coordinate_count(coordinates: Coordinates, n: int, arm: Arm) -> str:
     """How many coordinates there are and of what, in words, for a line on a wrong length."""
     return f"the {n} {coordinates.gearing} coordinates of {arm.name}, {len(arm.joints)} joints"
 
 
-def names_of(coordinates: Coordinates, usual: Sequence[str]) -> tuple[str, ...]:
+def select_coordinate_names(coordinates: Coordinates, usual: Sequence[str]) -> tuple[str, ...]:
     """The user's names of x, or the usual ones. Raises InputError."""
     names = tuple(coordinates.names) or tuple(usual)
     if len(names) != len(usual):
@@ -250,32 +254,38 @@ def names_of(coordinates: Coordinates, usual: Sequence[str]) -> tuple[str, ...]:
     return names
 
 
-def in_symbols(matrix: np.ndarray, layout: Layout, arm: Arm) -> sp.ImmutableMatrix | None:
+def express_in_symbols(matrix: np.ndarray, layout: Layout, arm: Arm) -> sp.ImmutableMatrix | None:
     """The matrix in ratios of whole numbers and the radii and ratios of each row's own joint.
 
     None where some number is none of these; what rounding left of a 0 counts as 0.
     """
-    symbols, numbers = arm_chain(arm, layout).stages, exact_chain(arm, layout).stages
-    found = []
+    symbols, numbers = build_arm_chain(arm, layout).stages, build_exact_chain(arm, layout).stages
+    symbolic_entries = []
     for row, meant in zip(matrix, layout.coordinates, strict=True):
-        stage, own = symbols[meant.joint - 1], numbers[meant.joint - 1]
-        known: dict[sp.Expr, float] = {}
-        if isinstance(stage, Stage) and isinstance(own, Stage):
-            known = dict(zip(_quantities(stage), map(float, _quantities(own)), strict=True))
+        stage, numeric_stage = symbols[meant.joint - 1], numbers[meant.joint - 1]
+        quantity_values: dict[sp.Expr, float] = {}
+        if isinstance(stage, Stage) and isinstance(numeric_stage, Stage):
+            quantity_values = dict(
+                zip(_quantities(stage), map(float, _quantities(numeric_stage)), strict=True)
+            )
         nothing = ROUNDING * float(np.abs(row).max())
         for value in row.tolist():
             ratio = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
-            alike = (f for f, n in known.items() if abs(abs(value) - abs(n)) <= ROUNDING * abs(n))
+            alike = (
+                f
+                for f, n in quantity_values.items()
+                if abs(abs(value) - abs(n)) <= ROUNDING * abs(n)
+            )
             form = next(alike, None)
             if abs(value) <= nothing:
-                found.append(sp.Integer(0))
+                symbolic_entries.append(sp.Integer(0))
             elif float(ratio) == value:
-                found.append(sp.Rational(ratio.numerator, ratio.denominator))
+                symbolic_entries.append(sp.Rational(ratio.numerator, ratio.denominator))
             elif form is not None:
-                found.append(form if value * known[form] > 0 else -form)
+                symbolic_entries.append(form if value * quantity_values[form] > 0 else -form)
             else:
                 return None
-    return sp.ImmutableMatrix(*matrix.shape, found)
+    return sp.ImmutableMatrix(*matrix.shape, symbolic_entries)
 
 
 def _quantities(stage: Stage) -> tuple[Any, ...]:
@@ -294,7 +304,7 @@ def require_invertible(matrix: np.ndarray, what: str, x: np.ndarray | None = Non
         rows = np.abs(scaled).max(axis=1)
         condition = np.linalg.cond(scaled / rows[:, None]) if rows.all() else np.inf
     if not condition < WORST_CONDITION:
-        place = "" if x is None else f" at x = {shown(x)}"
+        place = "" if x is None else f" at x = {format_vector(x)}"
         raise InputError(WHERE, what, None, f"is singular{place}: other x give the same q")
 
 
@@ -314,7 +324,7 @@ class UserState(NamedTuple):
 
 
 @lru_cache(maxsize=8)  # every question of a trial asks at the same ones
-def states_of(
+def draw_states(
     frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int
 ) -> tuple[UserState, ...]:
     """Random states on both flanks of the teeth, at any pose, moving briskly.
@@ -322,24 +332,24 @@ def states_of(
     A pose that no x gives is moved towards one that some x gives. Raises InputError.
     """
     drive, theta = drive_data(scenario, len(arm.joints)), frame.layout.theta
-    drawn, found = random_states(frame.layout, arm, count, seed), []
-    for t, x, v in zip(drawn.t.tolist(), _places(frame, drawn.q), drawn.v, strict=True):
+    drawn, states = sample_states(frame.layout, arm, count, seed), []
+    for t, x, v in zip(drawn.t.tolist(), _find_coordinates(frame, drawn.q), drawn.v, strict=True):
         q = frame.position(x)
         u = np.linalg.solve(frame.jacobian(x), v)
-        found.append(UserState(t, x, u, q, v, torques_at(drive, t, q[theta], v[theta])))
-    return tuple(found)
+        states.append(UserState(t, x, u, q, v, torques_at(drive, t, q[theta], v[theta])))
+    return tuple(states)
 
 
-def _places(frame: Frame, drawn: np.ndarray) -> Iterator[np.ndarray]:
+def _find_coordinates(frame: Frame, drawn: np.ndarray) -> Iterator[np.ndarray]:
     """An x for each q (count, n). Raises InputError where no x gives any of the first ones."""
     if frame.matrix is not None:
         yield from map(frame.place, drawn)
         return
-    known = None
+    reachable_x = None
     for q in drawn[:FIRST]:
         with suppress(InputError):
-            known = frame.place(q)
+            reachable_x = frame.place(q)
             break
-    known = frame.place(drawn[0]) if known is None else known
+    reachable_x = frame.place(drawn[0]) if reachable_x is None else reachable_x
     for q in drawn:
-        yield frame.nearest(q, known)
+        yield frame.find_nearest(q, reachable_x)

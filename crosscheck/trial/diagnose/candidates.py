@@ -9,13 +9,25 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.diagnose.polynomial import Entry, Monomial, Product, TermKey, power_text
-from crosscheck.trial.diagnose.values import KINDS, Alternative, Values, alternatives, named
+from crosscheck.trial.diagnose.polynomial import (
+    EntryTerms,
+    Monomial,
+    Product,
+    TermKey,
+    format_power,
+)
+from crosscheck.trial.diagnose.values import (
+    STEMS_BY_QUANTITY,
+    Alternative,
+    Values,
+    generate_alternatives,
+    parse_symbol,
+)
 
-Kind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
+ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
 Change = Mapping[TermKey, np.ndarray]  # yours - right, (arms,) each
 FACTORS = (2, 1 / 2, 3, 1 / 3, 4, 1 / 4, -2, -1 / 2, 3 / 2, 2 / 3, 6, 1 / 6, 12, 1 / 12)
-PLAIN: tuple[tuple[Kind, str, float, float], ...] = (
+PLAIN: tuple[tuple[ErrorKind, str, float, float], ...] = (
     ("dropped", "", 0.0, 1.0),
     ("sign", "", -1.0, 1.0),
     ("factor", "", FACTORS[0], 1.02),
@@ -24,7 +36,7 @@ PLAIN: tuple[tuple[Kind, str, float, float], ...] = (
 )
 TIMES = ((1, 0.0), (-1, 0.0), (2, 0.2), (-2, 0.2), (0.5, 0.2), (-0.5, 0.2))
 # Terms that one error may concern together, and how far-fetched that is.
-TermGroup = tuple[Entry, float]
+TermGroup = tuple[EntryTerms, float]
 Fits = Callable[[np.ndarray], np.ndarray]  # of changes (terms, arms): which make a difference
 LENGTHS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
 INERTIAS = ("I_l", "J_r", "J_m")
@@ -34,57 +46,58 @@ MOST_SHARED = 12  # symbols of which an error may concern all terms at once
 class Candidate(NamedTuple):
     """An error in some terms of an entry.
 
-    change: what it changes; cost: how far-fetched it is; yours, right: texts of what is swapped.
+    change: what it changes; cost: how far-fetched it is; user_text, reference_text: texts of what
+    is swapped.
     """
 
-    kind: Kind
-    products: Entry
+    kind: ErrorKind
+    products: EntryTerms
     change: Change
     cost: float
-    yours: str = ""
-    right: str = ""
+    user_text: str = ""
+    reference_text: str = ""
     by: float | None = None
     key: TermKey | None = None  # of an angle: where yours stands
 
     @property
-    def print(self) -> tuple[tuple[TermKey, str], ...]:
+    def fingerprint(self) -> tuple[tuple[TermKey, str], ...]:
         """The changes on the last arm, whose numbers are unrelated: equal for the same error."""
         last = ((key, f"{change[-1]:.9e}") for key, change in self.change.items() if change[-1])
         return tuple(sorted(last))
 
 
-def groups(entry: Entry) -> list[TermGroup]:
+def group_terms(entry: EntryTerms) -> list[TermGroup]:
     """Terms that one error may concern: each; all; of one wave or symbol; of a joint's masses."""
-    found: list[TermGroup] = [((product,), 0.0) for product in entry]
+    term_groups: list[TermGroup] = [((product,), 0.0) for product in entry]
     by_key: defaultdict[TermKey, list[Product]] = defaultdict(list)
     by_symbol: defaultdict[str, list[Product]] = defaultdict(list)
     for product in entry:
         by_key[product.key].append(product)
         for symbol in product.symbols:
             by_symbol[symbol].append(product)
-    found.append((entry, 0.02))
-    found += [(tuple(each), 0.04) for each in by_key.values()]
-    found += [(tuple(each), 0.06) for each in by_symbol.values()]
+    term_groups.append((entry, 0.02))
+    term_groups += [(tuple(each), 0.04) for each in by_key.values()]
+    term_groups += [(tuple(each), 0.06) for each in by_symbol.values()]
     for each in by_symbol.values():
         keys = {product.key for product in each}
-        found += [(tuple(p for p in each if p.key == k), 0.12) for k in keys if len(keys) > 1]
-    found += _joint_masses(entry)
-    unique = {group[0]: group for group in reversed(found) if group[0]}
+        term_groups += [(tuple(p for p in each if p.key == k), 0.12) for k in keys if len(keys) > 1]
+    term_groups += _joint_masses(entry)
+    unique = {group[0]: group for group in reversed(term_groups) if group[0]}
     return list(unique.values())
 
 
-def _joint_masses(entry: Entry) -> Iterator[TermGroup]:
+def _joint_masses(entry: EntryTerms) -> Iterator[TermGroup]:
     """Groups of terms with masses of one joint's bodies but links, before the same lever."""
     levers: defaultdict[Any, list[Product]] = defaultdict(list)
     for product in entry:
-        masses = [named(s) for s in product.symbols if s[0] == "m" and s != "m_payload"]
+        masses = [parse_symbol(s) for s in product.symbols if s[0] == "m" and s != "m_payload"]
         if masses and masses[0].stem != "m":
-            lever = tuple(p for p in product.monomial.powers if named(p[0]).stem in LENGTHS)
+            lever = tuple(p for p in product.monomial.powers if parse_symbol(p[0]).stem in LENGTHS)
             levers[masses[0].joint, lever, product.key].append(product)
     yield from ((tuple(each), 0.05) for each in levers.values() if len(each) > 1)
 
 
-def change_by(products: Iterable[Product], of_each: Iterable[Any]) -> dict[TermKey, np.ndarray]:
+def add_changes(products: Iterable[Product], of_each: Iterable[Any]) -> dict[TermKey, np.ndarray]:
     """The changes of products, each (arms,), added up for each key."""
     total: dict[TermKey, np.ndarray] = {}
     for product, change in zip(products, of_each, strict=True):
@@ -92,18 +105,18 @@ def change_by(products: Iterable[Product], of_each: Iterable[Any]) -> dict[TermK
     return total
 
 
-class Candidates:
+class CandidateSet:
     """The candidate errors of one entry.
 
     values: arrays (arms,) by symbol, the last arm having the unrelated numbers.
     """
 
-    def __init__(self, entry: Entry, values: Values) -> None:
+    def __init__(self, entry: EntryTerms, values: Values) -> None:
         self.entry, self.values = entry, values
-        self.groups = groups(entry)
+        self.groups = group_terms(entry)
         self.size = {product: self._value(product.monomial) for product in entry}
         self.others = {
-            symbol: list(alternatives(symbol, values))
+            symbol: list(generate_alternatives(symbol, values))
             for symbol in {symbol for product in entry for symbol in product.symbols}
         }
 
@@ -111,41 +124,43 @@ class Candidates:
         some = next(iter(self.values.values()))
         return monomial.value(self.values) + np.zeros(len(some))
 
-    def all(self) -> list[Candidate]:
+    def list_term_candidates(self) -> list[Candidate]:
         """Candidates but for those of angles; each error once, in its simplest form."""
-        found: dict[Any, Candidate] = {}
-        for candidate in self._made():
-            mark = candidate.print
-            if mark and (mark not in found or candidate.cost < found[mark].cost):
-                found[mark] = candidate
-        return list(found.values())
+        candidates: dict[Any, Candidate] = {}
+        for candidate in self._generate_term_candidates():
+            mark = candidate.fingerprint
+            if mark and (mark not in candidates or candidate.cost < candidates[mark].cost):
+                candidates[mark] = candidate
+        return list(candidates.values())
 
-    def _made(self) -> Iterator[Candidate]:
+    def _generate_term_candidates(self) -> Iterator[Candidate]:
         """Candidates: factors of every group of terms; then one symbol in the place of another."""
         for products, extra in self.groups:
-            whole = change_by(products, (self.size[p] for p in products))
-            for kind, yours, by, cost in (*PLAIN, *self._counts(products)):
+            whole = add_changes(products, (self.size[p] for p in products))
+            for kind, user_text, by, cost in (*PLAIN, *self._counts(products)):
                 change = {key: (by - 1) * size for key, size in whole.items()}
-                plain = None if yours else float(by)
-                yield Candidate(kind, products, change, cost + extra, yours, by=plain)
+                plain = None if user_text else float(by)
+                yield Candidate(kind, products, change, cost + extra, user_text, by=plain)
         for products, extra in self.groups:
             symbols = {symbol for product in products for symbol in product.symbols}
             for symbol in symbols if len(symbols) <= MOST_SHARED or extra <= 0.06 else ():
-                yield from self._swapped(products, symbol, extra)
+                yield from self._generate_swaps(products, symbol, extra)
                 ((key, (number, powers)), *more) = products
                 if not more and abs(number) == 2:  # a coupling that is written twice, once wrong
                     once = Product(key, Monomial(Fraction(number) / 2, powers))
-                    yield from self._swapped((once,), symbol, extra + 0.15)
+                    yield from self._generate_swaps((once,), symbol, extra + 0.15)
 
-    def _counts(self, products: Entry) -> Iterator[tuple[Kind, str, Any, float]]:
+    def _counts(self, products: EntryTerms) -> Iterator[tuple[ErrorKind, str, Any, float]]:
         """Factors that are a number of planets, or a ratio, of a joint that these terms concern.
 
         Of a single term also another of the entry's symbols.
         """
-        joints = {named(symbol).joint for product in products for symbol in product.symbols}
-        joints |= {named(product.key.signal).joint for product in products if product.key.signal}
+        joints = {parse_symbol(symbol).joint for product in products for symbol in product.symbols}
+        joints |= {
+            parse_symbol(product.key.signal).joint for product in products if product.key.signal
+        }
         for symbol, count in self.values.items():
-            stem, joint, _ = named(symbol)
+            stem, joint, _ = parse_symbol(symbol)
             if stem in ("N", "n") and joint in joints:
                 yield "factor", symbol, count, 1.25
                 yield "factor", f"1/{symbol}", 1 / count, 1.25
@@ -156,25 +171,30 @@ class Candidates:
             elif len(products) == 1 and symbol in self.others and np.all(count):
                 yield "factor", symbol, count, 1.45
 
-    def _swapped(self, products: Entry, symbol: str, extra: float) -> Iterator[Candidate]:
+    def _generate_swaps(
+        self, products: EntryTerms, symbol: str, extra: float
+    ) -> Iterator[Candidate]:
         """Candidates with one symbol by another in all products; of a single one also a power."""
         inside = tuple(p for p in products if symbol in p.symbols)
-        own = self.values[symbol]
+        symbol_value = self.values[symbol]
         sizes = []  # of the products without the symbol, and its powers
         for _, (number, powers) in inside:
             rest = Monomial(number, tuple(power for power in powers if power[0] != symbol))
             sizes.append((self._value(rest), dict(powers)[symbol]))
         for other in (*self.others[symbol], *self._forms(symbol, single=len(products) == 1)):
-            change = change_by(
-                inside, (rest * (_power(other.value, p) - _power(own, p)) for rest, p in sizes)
+            change = add_changes(
+                inside,
+                (rest * (_power(other.value, p) - _power(symbol_value, p)) for rest, p in sizes),
             )
             cost = 1.0 + other.cost + extra
             yield Candidate("swapped", inside, change, cost, other.text, symbol)
         size, power = sizes[0]
         if len(products) == 1 and power >= 2:
-            fewer, right = power_text(symbol, power - 1), power_text(symbol, power)
-            for other in (Alternative("", np.ones_like(own), 0.1), *self.others[symbol]):
-                change = {inside[0].key: size * own ** (power - 1) * (other.value - own)}
+            fewer, right = format_power(symbol, power - 1), format_power(symbol, power)
+            for other in (Alternative("", np.ones_like(symbol_value), 0.1), *self.others[symbol]):
+                change = {
+                    inside[0].key: size * symbol_value ** (power - 1) * (other.value - symbol_value)
+                }
                 text = f"{other.text} {fewer}".strip()
                 yield Candidate("swapped", inside, change, 1.15 + other.cost + extra, text, right)
 
@@ -184,7 +204,7 @@ class Candidates:
         Of a component of gravity also its sign alone, for g is written as a positive number.
         """
         value = self.values[symbol]
-        if named(symbol).stem in KINDS["gravity"]:
+        if parse_symbol(symbol).stem in STEMS_BY_QUANTITY["gravity"]:
             yield Alternative("-1", -np.ones_like(value), 0.45)
         yield Alternative(f"{symbol}^2", value**2, 0.5)
         yield Alternative("1", np.ones_like(value), 0.45)
@@ -193,20 +213,20 @@ class Candidates:
             yield Alternative(f"2 {symbol}", 2 * value, 0.2)
             yield Alternative(f"{symbol}/2", value / 2, 0.2)
 
-    def angles(self, keys: Sequence[TermKey]) -> Iterator[Candidate]:
+    def generate_angle_candidates(self, keys: Sequence[TermKey]) -> Iterator[Candidate]:
         """Candidates in which terms before one wave stand before another of these keys instead."""
         for products, extra in self.groups:
-            own = {product.key for product in products}
-            if len(own) > 1:
+            group_keys = {product.key for product in products}
+            if len(group_keys) > 1:
                 continue
-            (key,) = own
+            (key,) = group_keys
             size = np.sum([self.size[p] for p in products], axis=0)
             for other in keys:
                 if other == key:
                     continue
                 for sign, cost in ((1, 1.0), (-1, 1.2)):
                     change = {key: -size, other: sign * size}
-                    kind: Kind = "swapped" if other.signal != key.signal else "angle"
+                    kind: ErrorKind = "swapped" if other.signal != key.signal else "angle"
                     cost += 0.4 * (kind == "swapped")  # rather a term is missing
                     yield Candidate(kind, products, change, cost + extra, by=float(sign), key=other)
 
@@ -217,14 +237,14 @@ def _power(value: Any, power: int) -> Any:
         return np.asarray(value, dtype=float) ** power
 
 
-def extras(
-    products: Iterable[Product], wanted: Mapping[TermKey, Fits], values: Values
+def generate_extras(
+    products: Iterable[Product], fits_by_key: Mapping[TermKey, Fits], values: Values
 ) -> Iterator[Candidate]:
     """Candidates of an extra term, of any entry or of none, that makes what is off before a key."""
     monomials = list(dict.fromkeys(product.monomial for product in products))
     arms = len(next(iter(values.values())))
     sizes = np.array([monomial.value(values) + np.zeros(arms) for monomial in monomials])
-    for key, fits in wanted.items():
+    for key, fits in fits_by_key.items():
         for by, cost in TIMES if monomials else ():
             for place in np.flatnonzero(fits(by * sizes)).tolist():
                 number, powers = monomials[place]
@@ -233,11 +253,11 @@ def extras(
                 yield Candidate("extra", (product,), {key: by * sizes[place]}, far)
 
 
-def generic(values: Values) -> Iterator[Product]:
+def generate_products(values: Values) -> Iterator[Product]:
     """Products of a mass and up to two lengths, and inertias."""
     of = defaultdict(list)
     for symbol in values:
-        stem = named(symbol).stem
+        stem = parse_symbol(symbol).stem
         kind = "length" if stem in LENGTHS else "mass" if stem[0] in "mM" else "inertia"
         if stem in LENGTHS or stem in INERTIAS or stem[0] in "mM":
             of[kind].append(symbol)

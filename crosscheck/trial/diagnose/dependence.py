@@ -17,17 +17,17 @@ from pydantic import ValidationError
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import Case
-from crosscheck.planning.comparison import ModelTask, Results, Unavailable
+from crosscheck.planning.comparison import MissingResult, ModelTask, Results
 from crosscheck.trial.diagnose.arm_numbers import (
     Powers,
-    instead_of_0,
-    names_of_numbers,
-    natural_powers,
-    number_at,
-    with_numbers,
+    find_natural_powers,
+    get_number,
+    list_number_names,
+    nonzero_substitute,
+    replace_numbers,
 )
-from crosscheck.trial.diagnose.reasons import Compared, compared, entry_questions
-from crosscheck.trial.judge.places import PARTS, EntryPlace, Part, place_of
+from crosscheck.trial.diagnose.reasons import EntryComparison, compare_entries, list_entry_questions
+from crosscheck.trial.judge.entries import PARTS, EntryPlace, Part, entry_place
 from crosscheck.trial.judge.questions import VerificationProblem
 
 FEW_STATES = 3
@@ -37,7 +37,7 @@ Perform = Callable[[Sequence[ModelTask]], Results]
 
 
 @dataclass(frozen=True)
-class Unfollowed:
+class IgnoredNumber:
     """A number of the arm's file that equations do not follow.
 
     parts: those of the equations that stay as they are while the right ones change, none of a
@@ -59,90 +59,92 @@ class Unfollowed:
 class Dependence:
     """How equations depend on the numbers of their arm's file.
 
-    here: the comparison on that arm; perform: asks questions of models.
+    comparison: the comparison on that arm; perform: asks questions of models.
     """
 
-    here: Compared
+    comparison: EntryComparison
     perform: Perform
 
     @cached_property
-    def _wrong_here(self) -> frozenset[EntryPlace]:
-        return frozenset(wrong.place for wrong in self.here.wrong)
+    def _wrong_places(self) -> frozenset[EntryPlace]:
+        return frozenset(wrong.place for wrong in self.comparison.wrong_entries)
 
     @cached_property
-    def _unchanged(self) -> Compared | None:
+    def _unchanged_comparison(self) -> EntryComparison | None:
         """The comparison on the arm itself, at the few states."""
-        (found,) = self._compared([self.here.problem.case.arm])
-        return found
+        (comparison,) = self._compare_on_arms([self.comparison.problem.case.arm])
+        return comparison
 
-    def unfollowed(self) -> list[Unfollowed]:
+    def find_ignored_numbers(self) -> list[IgnoredNumber]:
         """The numbers that the equations do not follow, in the order of the file."""
-        if self._unchanged is None:
+        if self._unchanged_comparison is None:
             return []
-        arm = self.here.problem.case.arm
-        changes = {name: self._changed(name) for name in names_of_numbers(arm)}
+        arm = self.comparison.problem.case.arm
+        changes = {name: self._change_number(name) for name in list_number_names(arm)}
         arms = [arm for arm in changes.values() if arm is not None]
-        answers = iter(self._compared(arms))
-        found, drivers = list[Unfollowed](), list[str]()
+        answers = iter(self._compare_on_arms(arms))
+        numbers, drivers = list[IgnoredNumber](), list[str]()
         for name, changed in changes.items():
             there = None if changed is None else next(answers)
             if there is None:
                 continue
-            own = self._judged(name, there)
-            if own is not None:
-                found.append(own)
-            elif self._differs_beyond(there):
+            number = self._judge_number(name, there)
+            if number is not None:
+                numbers.append(number)
+            elif self._has_new_errors(there):
                 drivers.append(name)
-        return self._together(found, drivers)
+        return self._mark_tied_numbers(numbers, drivers)
 
-    def _judged(self, name: str, there: Compared) -> Unfollowed | None:
+    def _judge_number(self, name: str, there: EntryComparison) -> IgnoredNumber | None:
         """What is said of a number, by the comparison on the arm where it is another one."""
-        assert self._unchanged is not None  # else nobody asks
+        assert self._unchanged_comparison is not None  # else nobody asks
         parts, right_entry, partly, matters = list[Part](), False, False, False
-        for quantity, before in self._unchanged.right.items():
-            if quantity not in there.yours:
+        for quantity, before in self._unchanged_comparison.reference_values.items():
+            if quantity not in there.user_values:
                 return None
-            rounding = self._unchanged.sizes.tolerance(quantity) * self._unchanged.sizes.of(
+            rounding = self._unchanged_comparison.sizes.tolerance(
                 quantity
-            )
-            moved = np.abs(there.right[quantity] - before).max(axis=0) > rounding
-            still = there.yours[quantity] - self._unchanged.yours[quantity]
+            ) * self._unchanged_comparison.sizes.entry_sizes(quantity)
+            moved = np.abs(there.reference_values[quantity] - before).max(axis=0) > rounding
+            still = there.user_values[quantity] - self._unchanged_comparison.user_values[quantity]
             follows = bool((np.abs(still).max(axis=0) > rounding).any())
             matters = matters or follows or bool(moved.any())
             partly = partly or (follows and bool(moved.any()))
             if follows or not moved.any():
                 continue
             parts.append(PARTS[quantity])
-            places = {place_of(quantity, tuple(index)) for index in np.argwhere(moved).tolist()}
-            right_entry = right_entry or not places <= self._wrong_here
+            places = {entry_place(quantity, tuple(index)) for index in np.argwhere(moved).tolist()}
+            right_entry = right_entry or not places <= self._wrong_places
         if matters and not parts:
             return None
-        value = number_at(self.here.problem.case.arm, name)
+        value = get_number(self.comparison.problem.case.arm, name)
         certain = right_entry or value == 0 or not matters
-        return Unfollowed(name, value, tuple(parts), certain=certain, partly=partly)
+        return IgnoredNumber(name, value, tuple(parts), certain=certain, partly=partly)
 
-    def _differs_beyond(self, there: Compared) -> bool:
+    def _has_new_errors(self, there: EntryComparison) -> bool:
         """Whether entries differ there that do not on the arm on trial."""
-        return not {wrong.place for wrong in there.wrong} <= self._wrong_here
+        return not {wrong.place for wrong in there.wrong_entries} <= self._wrong_places
 
-    def _together(self, found: list[Unfollowed], drivers: Sequence[str]) -> list[Unfollowed]:
+    def _mark_tied_numbers(
+        self, numbers: list[IgnoredNumber], drivers: Sequence[str]
+    ) -> list[IgnoredNumber]:
         """The numbers, those that go with a driver so marked: its change alone is not followed."""
-        arm = self.here.problem.case.arm
-        loose = {each.name for each in found if each.parts}
-        natural = {driver: natural_powers(arm, driver) for driver in drivers}
+        arm = self.comparison.problem.case.arm
+        loose = {each.name for each in numbers if each.parts}
+        natural = {driver: find_natural_powers(arm, driver) for driver in drivers}
         all_loose = {
             driver: {name: power for name, power in powers.items() if name in loose}
             for driver, powers in natural.items()
         }
         # All that may go with a driver, as a rule does; else the fewest that do.
-        settled = self._agreeing(list(all_loose.items()))
+        settled = self._find_agreeing_choices(list(all_loose.items()))
         fewer = [
             (driver, chosen)
             for driver, powers in all_loose.items()
             if driver not in settled
             for chosen in _subsets(powers)
         ]
-        settled |= self._agreeing(fewer)
+        settled |= self._find_agreeing_choices(fewer)
         goes_with: dict[str, dict[str, int]] = {}
         for driver, powers in settled.items():
             for name, power in powers.items():
@@ -150,84 +152,90 @@ class Dependence:
         # Of one that goes with another here and is followed there, one of the two is an error.
         return [
             replace(each, goes_with=goes_with.get(each.name, {}))
-            for each in found
+            for each in numbers
             if not (each.partly and each.name in goes_with)
         ]
 
-    def _agreeing(self, choices: Sequence[tuple[str, Powers]]) -> dict[str, Powers]:
+    def _find_agreeing_choices(self, choices: Sequence[tuple[str, Powers]]) -> dict[str, Powers]:
         """By driver, the first choice with which no more entries differ than on this arm."""
-        made = [self._scaled(driver, powers) if powers else None for driver, powers in choices]
-        answers = iter(self._compared([each for each in made if each is not None]))
-        found: dict[str, Powers] = {}
+        made = [
+            self._scale_numbers(driver, powers) if powers else None for driver, powers in choices
+        ]
+        answers = iter(self._compare_on_arms([each for each in made if each is not None]))
+        agreeing_powers: dict[str, Powers] = {}
         for (driver, powers), arm in zip(choices, made, strict=True):
             there = None if arm is None else next(answers)
-            if there is not None and not self._differs_beyond(there):
-                found.setdefault(driver, powers)
-        return found
+            if there is not None and not self._has_new_errors(there):
+                agreeing_powers.setdefault(driver, powers)
+        return agreeing_powers
 
-    def _changed(self, name: str) -> Arm | None:
+    def _change_number(self, name: str) -> Arm | None:
         """The arm with another number of this name; None where there is none."""
-        arm = self.here.problem.case.arm
-        value = number_at(arm, name)
+        arm = self.comparison.problem.case.arm
+        value = get_number(arm, name)
         for factor in FACTORS:
-            other = value * factor if value else instead_of_0(arm, name)
+            other = value * factor if value else nonzero_substitute(arm, name)
             try:
-                return with_numbers(arm, {name: other}) if other else None
+                return replace_numbers(arm, {name: other}) if other else None
             except ValidationError:
                 continue
         return None
 
-    def _scaled(self, driver: str, powers: Powers) -> Arm | None:
+    def _scale_numbers(self, driver: str, powers: Powers) -> Arm | None:
         """The arm with a driver's number by a factor, others by the powers of that."""
-        arm = self.here.problem.case.arm
+        arm = self.comparison.problem.case.arm
         for factor in FACTORS:
             scaled = {driver: 1, **powers}
-            numbers = {n: number_at(arm, n) * factor**power for n, power in scaled.items()}
+            numbers = {n: get_number(arm, n) * factor**power for n, power in scaled.items()}
             try:
-                return with_numbers(arm, numbers)
+                return replace_numbers(arm, numbers)
             except ValidationError:
                 continue
         return None
 
-    def _compared(self, arms: Sequence[Arm]) -> list[Compared | None]:
+    def _compare_on_arms(self, arms: Sequence[Arm]) -> list[EntryComparison | None]:
         """The comparison on each arm at a few states, None where there is no answer."""
-        problems = [self._on(arm) for arm in arms]
-        level, quantities = self.here.level, list(self.here.yours)
+        problems = [self._adapt_to_arm(arm) for arm in arms]
+        level, quantities = self.comparison.level, list(self.comparison.user_values)
         tasks = dict.fromkeys(
             task
             for problem in problems
             if problem is not None
-            for task in entry_questions(problem, [level], quantities)
+            for task in list_entry_questions(problem, [level], quantities)
         )
         results = self.perform(list(tasks))
-        found: list[Compared | None] = []
+        comparisons: list[EntryComparison | None] = []
         for problem in problems:
-            there = None if problem is None else _answered(problem, level, quantities, results)
-            found.append(there)
-        return found
+            there = (
+                None
+                if problem is None
+                else _compare_if_answered(problem, level, quantities, results)
+            )
+            comparisons.append(there)
+        return comparisons
 
-    def _on(self, arm: Arm) -> VerificationProblem | None:
+    def _adapt_to_arm(self, arm: Arm) -> VerificationProblem | None:
         """The problem on another arm at few states, the drive as it is."""
-        problem = self.here.problem
+        problem = self.comparison.problem
         case = Case(arm, problem.case.scenario, problem.case.switches)
         try:
-            equations = problem.equations.on(arm, case.scenario)
+            equations = problem.equations.adapt_to_arm(arm, case.scenario)
         except InputError:  # equations of some arms alone
             return None
         return replace(problem, equations=equations, case=case, count=FEW_STATES)
 
 
-def kept_numbers(unfollowed: Sequence[Unfollowed]) -> Mapping[str, Powers]:
+def kept_numbers(unfollowed: Sequence[IgnoredNumber]) -> Mapping[str, Powers]:
     """The numbers that other arms must not draw, and what each goes with."""
     return {each.name: each.goes_with for each in unfollowed}
 
 
-def _answered(
+def _compare_if_answered(
     problem: VerificationProblem, level: str, quantities: Sequence[str], results: Results
-) -> Compared | None:
+) -> EntryComparison | None:
     try:
-        return compared(problem, level, quantities, results)
-    except Unavailable:
+        return compare_entries(problem, level, quantities, results)
+    except MissingResult:
         return None
 
 

@@ -6,17 +6,22 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from crosscheck.models.errors import InputError
-from crosscheck.trial.diagnose.dependence import Dependence, Perform, Unfollowed, kept_numbers
-from crosscheck.trial.diagnose.probe import NONE_KEPT, probe_arms
-from crosscheck.trial.diagnose.reasons import Compared, compared, entry_questions, reasoned
-from crosscheck.trial.judge.places import Wrong
+from crosscheck.trial.diagnose.dependence import Dependence, IgnoredNumber, Perform, kept_numbers
+from crosscheck.trial.diagnose.probe import NONE_KEPT, draw_probe_arms
+from crosscheck.trial.diagnose.reasons import (
+    EntryComparison,
+    compare_entries,
+    explain_entries,
+    list_entry_questions,
+)
+from crosscheck.trial.judge.entries import EntryMismatch
 from crosscheck.trial.judge.questions import VerificationProblem
 
 PROBES = 2
 
 
-def probes_of(
-    problem: VerificationProblem, unfollowed: Sequence[Unfollowed] = ()
+def build_probe_problems(
+    problem: VerificationProblem, unfollowed: Sequence[IgnoredNumber] = ()
 ) -> list[VerificationProblem]:
     """Benches of the same equations on arms that show what equal numbers and zeros hide, if any.
 
@@ -26,7 +31,9 @@ def probes_of(
         return []
     try:
         kept = kept_numbers(unfollowed) if unfollowed else NONE_KEPT
-        return [problem.on(arm) for arm in probe_arms(problem.case.arm, PROBES, kept)]
+        return [
+            problem.adapt_to_arm(arm) for arm in draw_probe_arms(problem.case.arm, PROBES, kept)
+        ]
     except InputError:  # equations of some arms alone are right or wrong on this one
         return []
 
@@ -37,12 +44,14 @@ class Diagnosis(NamedTuple):
     uncertain: further ones, which may be errors.
     """
 
-    wrong: list[Wrong]
-    unfollowed: list[Unfollowed]
-    uncertain: list[Unfollowed]
+    wrong_entries: list[EntryMismatch]
+    ignored_numbers: list[IgnoredNumber]
+    uncertain: list[IgnoredNumber]
 
 
-def diagnosed(here: Compared, there: Sequence[Compared], perform: Perform) -> Diagnosis:
+def diagnose(
+    here: EntryComparison, there: Sequence[EntryComparison], perform: Perform
+) -> Diagnosis:
     """The wrong entries, here and on other arms, with their reasons.
 
     Where any differ, the numbers of the arm's file are changed one by one; those that the equations
@@ -50,30 +59,41 @@ def diagnosed(here: Compared, there: Sequence[Compared], perform: Perform) -> Di
     """
     problem = here.problem
     alone = not there or problem.equations.table is not None
-    if alone or not any(any(each.wrong) for each in (here, *there)):
-        return Diagnosis(list(reasoned(here, there)), [], [])
-    unfollowed = Dependence(here, perform).unfollowed()
+    if alone or not any(any(each.wrong_entries) for each in (here, *there)):
+        return Diagnosis(list(explain_entries(here, there)), [], [])
+    unfollowed = Dependence(here, perform).find_ignored_numbers()
     certain = [each for each in unfollowed if each.certain]
     uncertain = [each for each in unfollowed if not each.certain]
-    found = Diagnosis(_reasons(here, there, certain, perform), certain, uncertain)
-    if uncertain and _unexplained(found.wrong):
-        other = Diagnosis(_reasons(here, there, unfollowed, perform), unfollowed, [])
-        found = min(found, other, key=lambda each: _unexplained(each.wrong))
-    return found
+    diagnosis = Diagnosis(_explain_with_probes(here, there, certain, perform), certain, uncertain)
+    if uncertain and _count_unexplained(diagnosis.wrong_entries):
+        other = Diagnosis(_explain_with_probes(here, there, unfollowed, perform), unfollowed, [])
+        diagnosis = min(diagnosis, other, key=lambda each: _count_unexplained(each.wrong_entries))
+    return diagnosis
 
 
-def _reasons(
-    here: Compared, there: Sequence[Compared], kept: Sequence[Unfollowed], perform: Perform
-) -> list[Wrong]:
+def _explain_with_probes(
+    here: EntryComparison,
+    there: Sequence[EntryComparison],
+    kept: Sequence[IgnoredNumber],
+    perform: Perform,
+) -> list[EntryMismatch]:
     """The wrong entries with their reasons, by other arms that keep these numbers."""
     if any(each.parts for each in kept):
-        probes = probes_of(here.problem, kept)
-        questions = (entry_questions(each, [here.level], list(here.yours)) for each in probes)
-        results = perform(list(dict.fromkeys(question for own in questions for question in own)))
-        there = [compared(each, here.level, list(here.yours), results) for each in probes]
-    return list(reasoned(here, there))
+        probes = build_probe_problems(here.problem, kept)
+        questions = (
+            list_entry_questions(each, [here.level], list(here.user_values)) for each in probes
+        )
+        results = perform(
+            list(dict.fromkeys(question for group in questions for question in group))
+        )
+        there = [
+            compare_entries(each, here.level, list(here.user_values), results) for each in probes
+        ]
+    return list(explain_entries(here, there))
 
 
-def _unexplained(found: Sequence[Wrong]) -> int:
+def _count_unexplained(wrong_entries: Sequence[EntryMismatch]) -> int:
     """How many entries are wrong on the arm on trial for a reason that is not told."""
-    return sum(each.explanation is None and not each.notes for each in found if not each.shown_on)
+    return sum(
+        each.explanation is None and not each.notes for each in wrong_entries if not each.shown_on
+    )

@@ -15,13 +15,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.diagnose.candidates import Candidate, Candidates, extras, generic
+from crosscheck.trial.diagnose.candidates import (
+    Candidate,
+    CandidateSet,
+    generate_extras,
+    generate_products,
+)
+from crosscheck.trial.diagnose.harmonic_fit import HarmonicFit
+from crosscheck.trial.diagnose.messages import make_term_error
 from crosscheck.trial.diagnose.polynomial import TermKey
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
-from crosscheck.trial.diagnose.values import Values, unrelated
-from crosscheck.trial.diagnose.waves import Observed
-from crosscheck.trial.diagnose.words import error_of
-from crosscheck.trial.judge.places import EntryPlace, Explanation, TermError, Wrong
+from crosscheck.trial.diagnose.values import Values, draw_unrelated_values
+from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, Explanation, TermError
 
 ROUNDING = 1e-11  # of a coefficient's difference, beside the noise that its fit shows
 NOISES = 8  # standard errors that a coefficient may be off
@@ -49,43 +54,45 @@ class Target(NamedTuple):
     tolerance: np.ndarray
     wrong: np.ndarray
 
-    def of(self, keys: np.ndarray) -> Target:
+    def select_keys(self, keys: np.ndarray) -> Target:
         """The target at some of its keys, the rest being made by other errors."""
         chosen = tuple(key for key, there in zip(self.keys, keys, strict=True) if there)
         return Target(chosen, self.difference[keys], self.tolerance[keys], self.wrong[keys])
 
 
-Found = tuple[Candidate, ...]
+ErrorSet = tuple[Candidate, ...]
 
 
 def explain(
-    place: EntryPlace, observed: Sequence[Observed], terms: ReferenceTerms
+    place: EntryPlace, observed: Sequence[HarmonicFit], terms: ReferenceTerms
 ) -> Explanation | None:
     """An explanation by errors that make the difference on all arms; None if no few do."""
-    target = target_of(observed)
+    target = build_target(observed)
     if not target.wrong.any() or max(each.left_over for each in observed) > UNEXPLAINED:
         return None
     # What every arm has none of can neither be missing nor stand where something else belongs.
     present = [name for name in observed[0].values if any(each.values[name] for each in observed)]
-    arms = [*(each.values for each in observed), unrelated(observed[0].values)]
+    arms = [*(each.values for each in observed), draw_unrelated_values(observed[0].values)]
     values = {name: np.array([arm[name] for arm in arms]) for name in present}
-    terms = terms.without(set(observed[0].values) - set(present))
-    unique: dict[object, Found] = {}  # what does the same on all arms is the same
-    for errors in sorted(search(target, place, terms, values), key=_cost):
-        unique.setdefault(frozenset(error.print for error in errors), errors)
+    terms = terms.drop_symbols(set(observed[0].values) - set(present))
+    unique: dict[object, ErrorSet] = {}  # what does the same on all arms is the same
+    for errors in sorted(search_errors(target, place, terms, values), key=_cost):
+        unique.setdefault(frozenset(error.fingerprint for error in errors), errors)
     likely = list(unique.values())
     if not likely:
         return None
-    found = [errors for errors in likely if _cost(errors) <= _cost(likely[0]) + FAR_FETCHED]
-    first, *others = (tuple(error_of(each, terms) for each in errors) for errors in found)
-    made = table_of(target, found[0]).sum(axis=0)
+    explanations = [errors for errors in likely if _cost(errors) <= _cost(likely[0]) + FAR_FETCHED]
+    first, *others = (
+        tuple(make_term_error(each, terms) for each in errors) for errors in explanations
+    )
+    made = build_change_table(target, explanations[0]).sum(axis=0)
     size = float(np.linalg.norm(target.difference))
     left = float(np.linalg.norm(target.difference - made)) / size
     left = max(left, *(each.left_over for each in observed))
     return Explanation(first, left, tuple(others[:MOST_OTHERS]))
 
 
-def target_of(observed: Sequence[Observed]) -> Target:
+def build_target(observed: Sequence[HarmonicFit]) -> Target:
     """The target of one entry, observed on several arms."""
     keys = tuple(dict.fromkeys(key for each in observed for key in each.coefficients))
     table = [[each.coefficients.get(key, 0.0) for each in observed] for key in keys]
@@ -97,44 +104,52 @@ def target_of(observed: Sequence[Observed]) -> Target:
     return Target(keys, difference, tolerance, wrong)
 
 
-def search(target: Target, place: EntryPlace, terms: ReferenceTerms, values: Values) -> list[Found]:
+def search_errors(
+    target: Target, place: EntryPlace, terms: ReferenceTerms, values: Values
+) -> list[ErrorSet]:
     """The errors that make a target: one; else one for each part of it; else two together.
 
     An error is one in the entry's own terms, or a term that does not belong there.
     """
-    of_entry = Candidates(terms.entry(place), values)
+    of_entry = CandidateSet(terms.entry(place), values)
     wrong_keys = [key for key, wrong in zip(target.keys, target.wrong, strict=True) if wrong]
-    known = [*of_entry.all(), *of_entry.angles(wrong_keys)]
-    changes = table_of(target, known)
-    single = _singles(target, known, changes)
+    candidates = [*of_entry.list_term_candidates(), *of_entry.generate_angle_candidates(wrong_keys)]
+    changes = build_change_table(target, candidates)
+    single = _find_singles(target, candidates, changes)
     if min(map(_cost, single), default=UNLIKELY) >= UNLIKELY and len(wrong_keys) <= MOST_WRONG:
         same_part = (entry for other, entry in terms.entries.items() if other.part == place.part)
         foreign = [product for entry in same_part for product in entry]
-        beyond = generic(values) if place.part != "force" else ()
-        wanted = {
-            key: partial(_makes, target, row)
+        beyond = generate_products(values) if place.part != "force" else ()
+        fits_by_key = {
+            key: partial(_fitting_changes, target, row)
             for row, key in enumerate(target.keys)
             if target.wrong[row]
         }
-        known += extras([*foreign, *beyond], wanted, values)
-        changes = table_of(target, known)
-        single = _singles(target, known, changes)
-    return single or covers(target, known, changes) or pairs(target, known, changes)
+        candidates += generate_extras([*foreign, *beyond], fits_by_key, values)
+        changes = build_change_table(target, candidates)
+        single = _find_singles(target, candidates, changes)
+    return (
+        single
+        or find_covers(target, candidates, changes)
+        or find_pairs(target, candidates, changes)
+    )
 
 
-def _singles(target: Target, known: Sequence[Candidate], changes: np.ndarray) -> list[Found]:
+def _find_singles(
+    target: Target, candidates: Sequence[Candidate], changes: np.ndarray
+) -> list[ErrorSet]:
     fits = (np.abs(changes - target.difference) <= target.tolerance).all(axis=(1, 2))
-    return [(known[number],) for number in np.flatnonzero(fits).tolist()]
+    return [(candidates[number],) for number in np.flatnonzero(fits).tolist()]
 
 
-def _makes(target: Target, row: int, changes: np.ndarray) -> np.ndarray:
+def _fitting_changes(target: Target, row: int, changes: np.ndarray) -> np.ndarray:
     """Which changes (terms, arms) make the difference before one key."""
     arms = target.difference.shape[1]
     off = np.abs(changes[:, :arms] - target.difference[row])
     return (off <= target.tolerance[row]).all(axis=1)
 
 
-def table_of(target: Target, candidates: Sequence[Candidate]) -> np.ndarray:
+def build_change_table(target: Target, candidates: Sequence[Candidate]) -> np.ndarray:
     """Changes by candidates (candidates, keys, arms); infinite for one that changes other keys."""
     numbers = {key: number for number, key in enumerate(target.keys)}
     arms = target.difference.shape[1]
@@ -148,7 +163,9 @@ def table_of(target: Target, candidates: Sequence[Candidate]) -> np.ndarray:
     return table
 
 
-def covers(target: Target, candidates: Sequence[Candidate], changes: np.ndarray) -> list[Found]:
+def find_covers(
+    target: Target, candidates: Sequence[Candidate], changes: np.ndarray
+) -> list[ErrorSet]:
     """Sets of errors of which each makes some coefficients alone, and all together make all.
 
     Or, where some are made so, two more errors that make the rest together.
@@ -165,7 +182,7 @@ def covers(target: Target, candidates: Sequence[Candidate], changes: np.ndarray)
         if not fitting:  # what is left may be made by two errors together
             inside = ~active[:, ~open_keys].any(axis=1)
             left = [each for each, there in zip(candidates, inside, strict=True) if there]
-            two = pairs(target.of(open_keys), left, changes[inside][:, open_keys])
+            two = find_pairs(target.select_keys(open_keys), left, changes[inside][:, open_keys])
             return [(*(each[0] for each in chosen), *pair) for pair in two]
         best = active[fitting[0]]
         same = [s for s in fitting if (active[s] == best).all()]
@@ -174,7 +191,9 @@ def covers(target: Target, candidates: Sequence[Candidate], changes: np.ndarray)
     return list(combinations(*chosen)) if len(chosen) <= 3 else [tuple(c[0] for c in chosen)]
 
 
-def pairs(target: Target, candidates: Sequence[Candidate], changes: np.ndarray) -> list[Found]:
+def find_pairs(
+    target: Target, candidates: Sequence[Candidate], changes: np.ndarray
+) -> list[ErrorSet]:
     """Pairs of errors that make the difference together, found by sorting one side."""
     size = np.abs(target.difference)
     if not size.any() or (target.tolerance.max() > TOO_NOISY * size.max()):
@@ -184,33 +203,33 @@ def pairs(target: Target, candidates: Sequence[Candidate], changes: np.ndarray) 
     key, arm = np.unravel_index(size.argmax(), size.shape)
     order = np.array(sorted(likeliest, key=lambda s: changes[s, key, arm]), dtype=np.int64)
     along = changes[order, key, arm]
-    wanted, margin = target.difference[key, arm] - along, target.tolerance[key, arm]
-    first = np.searchsorted(along, wanted - margin, "left")
-    after = np.searchsorted(along, wanted + margin, "right")
-    found: list[Found] = []
+    complement, margin = target.difference[key, arm] - along, target.tolerance[key, arm]
+    first = np.searchsorted(along, complement - margin, "left")
+    after = np.searchsorted(along, complement + margin, "right")
+    error_pairs: list[ErrorSet] = []
     for left in np.flatnonzero(after > first).tolist():
         for right in range(max(first[left], left + 1), after[left]):
             a, b = int(order[left]), int(order[right])
             both = changes[a] + changes[b]
             if (np.abs(both - target.difference) <= target.tolerance).all():
-                found.append((candidates[a], candidates[b]))
-    return found
+                error_pairs.append((candidates[a], candidates[b]))
+    return error_pairs
 
 
-def _cost(found: Found) -> float:
-    return sum(candidate.cost for candidate in found)
+def _cost(errors: ErrorSet) -> float:
+    return sum(candidate.cost for candidate in errors)
 
 
-def told_once(wrong: Sequence[Wrong]) -> list[list[Wrong]]:
+def group_by_errors(wrong: Sequence[EntryMismatch]) -> list[list[EntryMismatch]]:
     """The wrong entries, grouped by the errors that explain them, in order of first entries."""
-    found: defaultdict[object, list[Wrong]] = defaultdict(list)
+    groups: defaultdict[object, list[EntryMismatch]] = defaultdict(list)
     for number, each in enumerate(wrong):
         errors = each.explanation.errors if each.explanation else ()
-        found[tuple(map(alike, errors)) or number].append(each)
-    return list(found.values())
+        groups[tuple(map(error_signature, errors)) or number].append(each)
+    return list(groups.values())
 
 
-def alike(error: TermError) -> object:
+def error_signature(error: TermError) -> object:
     """What errors in other entries must share: of a swap, what is swapped; else the term too."""
     if error.kind == "swapped":
         return error.kind, error.yours, error.right
@@ -219,7 +238,9 @@ def alike(error: TermError) -> object:
     return error.kind, error.yours, error.right, error.by, where
 
 
-def bias_of(mass: Entries, turns: np.ndarray) -> dict[EntryPlace, dict[TermKey, float]]:
+def compute_bias_differences(
+    mass: Entries, turns: np.ndarray
+) -> dict[EntryPlace, dict[TermKey, float]]:
     """What differences of M change in a bias that follows from M: cosines and sines alone.
 
     turns (joints, n): d theta / d x.
@@ -242,7 +263,7 @@ def _pair(j: int, k: int) -> tuple[int, int]:
     return min(j, k), max(j, k)
 
 
-def follows(observed: Observed, expected: Mapping[TermKey, float]) -> bool:
+def is_caused_by_mass(observed: HarmonicFit, expected: Mapping[TermKey, float]) -> bool:
     """Whether a bias entry's difference is what the differences of M make it."""
     keys = {*observed.coefficients, *expected}
     return all(

@@ -19,7 +19,7 @@ Number = int | Fraction | float
 Powers = tuple[tuple[str, int], ...]  # (symbol, power), by name; powers may be negative
 
 
-def power_text(name: str, power: int) -> str:
+def format_power(name: str, power: int) -> str:
     """A power as text, such as L1^2."""
     return name if power == 1 else f"{name}^{power}"
 
@@ -56,7 +56,7 @@ class Polynomial:
         if isinstance(other, np.ndarray):
             return NotImplemented
         total = dict(self.terms)
-        for powers, number in constant(other).terms.items():
+        for powers, number in as_polynomial(other).terms.items():
             total[powers] = total.get(powers, 0) + number
         return Polynomial({powers: number for powers, number in total.items() if number})
 
@@ -65,7 +65,7 @@ class Polynomial:
             return NotImplemented
         total: dict[Powers, Number] = {}
         for left, a in self.terms.items():
-            for right, b in constant(other).terms.items():
+            for right, b in as_polynomial(other).terms.items():
                 powers = _product(left, right)
                 total[powers] = total.get(powers, 0) + a * b
         return Polynomial({powers: number for powers, number in total.items() if number})
@@ -73,11 +73,11 @@ class Polynomial:
     def __truediv__(self, other: Any) -> Polynomial:
         if isinstance(other, np.ndarray):
             return NotImplemented
-        return self * constant(other) ** -1
+        return self * as_polynomial(other) ** -1
 
     def __pow__(self, power: int) -> Polynomial:
         if power >= 0:
-            result = constant(1)
+            result = as_polynomial(1)
             for _ in range(power):
                 result = result * self
             return result
@@ -89,21 +89,21 @@ class Polynomial:
         return self * -1
 
     def __sub__(self, other: Any) -> Polynomial:
-        return self + -1 * constant(other)
+        return self + -1 * as_polynomial(other)
 
     def __rsub__(self, other: Any) -> Polynomial:
-        return constant(other) - self
+        return as_polynomial(other) - self
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def without(self, nothing: float) -> Polynomial:
+    def drop_small_terms(self, nothing: float) -> Polynomial:
         """The polynomial without those terms whose number is a float of at most this size."""
         there = self.terms.items()
         return Polynomial({p: n for p, n in there if not isinstance(n, float) or abs(n) > nothing})
 
-    def replaced(self, name: str, other: Polynomial) -> Polynomial:
+    def replace_symbol(self, name: str, other: Polynomial) -> Polynomial:
         """The polynomial with another in place of a symbol, except in denominators."""
-        total = constant(0)
+        total = as_polynomial(0)
         for powers, number in self.terms.items():
             power = dict(powers).get(name, 0)
             rest = tuple(p for p in powers if p[0] != name or power < 0)
@@ -116,7 +116,7 @@ def symbol(name: str) -> Polynomial:
     return Polynomial({((name, 1),): 1})
 
 
-def constant(value: Any) -> Polynomial:
+def as_polynomial(value: Any) -> Polynomial:
     """A number as a polynomial; a polynomial stays as it is."""
     if isinstance(value, Polynomial):
         return value
@@ -126,9 +126,9 @@ def constant(value: Any) -> Polynomial:
 
 def from_sympy(expression: sp.Expr) -> Polynomial | None:
     """The polynomial of a sympy expression; None where it is no sum of products."""
-    total = constant(0)
+    total = as_polynomial(0)
     for part in sp.Add.make_args(sp.expand(expression)):
-        product = constant(1)
+        product = as_polynomial(1)
         for factor in sp.Mul.make_args(part):
             base, power = factor.as_base_exp()
             if not power.is_Integer or not (base.is_Symbol or base.is_number):
@@ -137,7 +137,9 @@ def from_sympy(expression: sp.Expr) -> Polynomial | None:
                 of_base = symbol(base.name)
             else:
                 exact = base.is_Rational
-                of_base = constant(Fraction(int(base.p), int(base.q)) if exact else float(base))
+                of_base = as_polynomial(
+                    Fraction(int(base.p), int(base.q)) if exact else float(base)
+                )
             product = product * of_base ** int(power)
         total = total + product
     return total
@@ -152,7 +154,7 @@ def _product(left: Powers, right: Powers) -> Powers:
     return tuple(sorted((name, power) for name, power in powers.items() if power))
 
 
-Wave = tuple[int, ...]  # whole multiples of the joint angles of q, the first one positive
+AngleSum = tuple[int, ...]  # whole multiples of the joint angles of q, the first one positive
 
 
 class TermKey(NamedTuple):
@@ -163,7 +165,7 @@ class TermKey(NamedTuple):
     contact ``D_sp1``, what springs do to an angle ``Q_sp1``.
     """
 
-    wave: Wave
+    wave: AngleSum
     function: str = "cos"
     signal: str = ""
 
@@ -180,4 +182,4 @@ class Product(NamedTuple):
         return tuple(name for name, _ in self.monomial.powers)
 
 
-Entry = tuple[Product, ...]
+EntryTerms = tuple[Product, ...]

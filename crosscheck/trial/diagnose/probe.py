@@ -17,11 +17,11 @@ from crosscheck.models.errors import InputError
 from crosscheck.trial.diagnose.arm_numbers import (
     COM,
     INERTIA,
-    INSTEAD_OF_0,
+    NONZERO_SUBSTITUTES,
     Powers,
-    number_at,
-    scaled_by,
-    with_numbers,
+    get_number,
+    replace_numbers,
+    scale_by_powers,
 )
 
 TEETH_PER_PLANET = 20  # of sun and planet together
@@ -31,7 +31,7 @@ DRAWS = 100
 NONE_KEPT: Mapping[str, Powers] = MappingProxyType({})
 
 
-def probe_arms(arm: Arm, count: int, kept: Mapping[str, Powers] = NONE_KEPT) -> list[Arm]:
+def draw_probe_arms(arm: Arm, count: int, kept: Mapping[str, Powers] = NONE_KEPT) -> list[Arm]:
     """`count` arms of an arm's structure: kinds of joints, planets, stiffness laws, descriptions.
 
     Seeded, so the same every time. A mass, inertia or error that is 0 in the arm is not in them;
@@ -46,44 +46,49 @@ def probe_arms(arm: Arm, count: int, kept: Mapping[str, Powers] = NONE_KEPT) -> 
     Raises:
         InputError: No such arm can be made.
     """
-    found = []
+    probes = []
     for number in range(1, count + 1):
         for draw in range(DRAWS):
             generator = random.Random(1000 * number + draw)
             with suppress(ValidationError):
-                made = Arm.model_validate(_arm(arm, generator, number))
-                found.append(with_numbers(made, _kept_values(arm, made, kept)))
+                probe = Arm.model_validate(_draw_arm_fields(arm, generator, number))
+                probes.append(replace_numbers(probe, _kept_values(arm, probe, kept)))
                 break
         else:
             reason = "no arm of its structure with other numbers can be made"
             raise InputError(arm.name, "", None, reason)
-    return found
+    return probes
 
 
 def _kept_values(arm: Arm, probe: Arm, kept: Mapping[str, Powers]) -> dict[str, float]:
     """The values that kept numbers of the arm have on a probe."""
 
     def factor(name: str) -> float:
-        return number_at(probe, name) / number_at(arm, name)
+        return get_number(probe, name) / get_number(arm, name)
 
-    return {name: scaled_by(number_at(arm, name), powers, factor) for name, powers in kept.items()}
+    return {
+        name: scale_by_powers(get_number(arm, name), powers, factor)
+        for name, powers in kept.items()
+    }
 
 
-def _arm(arm: Arm, generator: random.Random, number: int) -> dict[str, Any]:
+def _draw_arm_fields(arm: Arm, generator: random.Random, number: int) -> dict[str, Any]:
     joints = [
-        _planetary(joint, generator, number + place)
+        _draw_planetary_fields(joint, generator, number + place)
         if isinstance(joint, Planetary)
-        else _scaled(joint, generator, **INSTEAD_OF_0)
+        else _perturb_record(joint, generator, **NONZERO_SUBSTITUTES)
         for place, joint in enumerate(arm.joints)
     ]
     return {
         **arm.model_dump(),
         "name": f"probe {number} of {arm.name}"[:80],
-        "payload_mass_kg": _near(arm.payload_mass_kg or INSTEAD_OF_0["payload_mass_kg"], generator),
-        "gravity_m_per_s2": [_near(value, generator) for value in arm.gravity_m_per_s2],
+        "payload_mass_kg": _perturb_number(
+            arm.payload_mass_kg or NONZERO_SUBSTITUTES["payload_mass_kg"], generator
+        ),
+        "gravity_m_per_s2": [_perturb_number(value, generator) for value in arm.gravity_m_per_s2],
         "joints": joints,
         "links": [
-            _scaled(
+            _perturb_record(
                 link,
                 generator,
                 com_m=COM * link.length_m,
@@ -94,29 +99,35 @@ def _arm(arm: Arm, generator: random.Random, number: int) -> dict[str, Any]:
     }
 
 
-def _near(value: float, generator: random.Random) -> float:
+def _perturb_number(value: float, generator: random.Random) -> float:
     return value * generator.uniform(0.7, 1.4)
 
 
-def _scaled(record: Any, generator: random.Random, **instead_of_0: float) -> dict[str, Any]:
+def _perturb_record(
+    record: Any, generator: random.Random, **nonzero_substitutes: float
+) -> dict[str, Any]:
     """The fields of a record, its numbers moved; zeros become what is given for them."""
-    found: dict[str, Any] = record.model_dump()
-    for name, value in found.items():
+    record_fields: dict[str, Any] = record.model_dump()
+    for name, value in record_fields.items():
         if isinstance(value, float):
-            found[name] = _near(value or instead_of_0.get(name, 0.0), generator)
-    return found
+            record_fields[name] = _perturb_number(
+                value or nonzero_substitutes.get(name, 0.0), generator
+            )
+    return record_fields
 
 
-def _planetary(joint: Planetary, generator: random.Random, place: int) -> dict[str, Any]:
+def _draw_planetary_fields(
+    joint: Planetary, generator: random.Random, place: int
+) -> dict[str, Any]:
     """The fields of a joint's probe; place: of its gear set among others, so that joints differ."""
-    found = _scaled(joint, generator, **INSTEAD_OF_0)
+    joint_fields = _perturb_record(joint, generator, **NONZERO_SUBSTITUTES)
     sun, planet = _gear_set(joint, OF_WIDEST[place % len(OF_WIDEST)])
-    found |= {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
+    joint_fields |= {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
     for name in ("sun_mesh", "ring_mesh"):  # law and lists stay; single numbers move
         mesh: Mesh = getattr(joint, name)
-        moved = _scaled(mesh, generator, backlash_m=1e-5, tooth_error_m=1e-5)
-        found[name] = {**moved, "stiffness": mesh.model_dump()["stiffness"]}
-    return {**found, "pressure_angle_deg": generator.uniform(18, 25)}
+        moved = _perturb_record(mesh, generator, backlash_m=1e-5, tooth_error_m=1e-5)
+        joint_fields[name] = {**moved, "stiffness": mesh.model_dump()["stiffness"]}
+    return {**joint_fields, "pressure_angle_deg": generator.uniform(18, 25)}
 
 
 def _gear_set(joint: Planetary, of_widest: float) -> tuple[int, int]:

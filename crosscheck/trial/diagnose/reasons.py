@@ -10,24 +10,38 @@ import numpy as np
 import sympy as sp
 
 from crosscheck.planning.comparison import Results
-from crosscheck.trial.coordinates.differences import paired
-from crosscheck.trial.coordinates.frame import Frame, UserState, frame_of
-from crosscheck.trial.diagnose.alternates import ForceDifferences
-from crosscheck.trial.diagnose.explain import UNEXPLAINED, alike, bias_of, explain, follows
+from crosscheck.trial.coordinates.differences import fold_rate_pairs
+from crosscheck.trial.coordinates.frame import Frame, UserState, build_frame
+from crosscheck.trial.diagnose.explain import (
+    UNEXPLAINED,
+    compute_bias_differences,
+    error_signature,
+    explain,
+    is_caused_by_mass,
+)
+from crosscheck.trial.diagnose.force_variants import ForceDifferences
+from crosscheck.trial.diagnose.harmonic_fit import HarmonicBasis, HarmonicFit, minimum_state_count
+from crosscheck.trial.diagnose.messages import (
+    compute_symbolic_difference,
+    format_latex,
+    make_difference_terms,
+)
 from crosscheck.trial.diagnose.polynomial import TermKey, from_sympy
 from crosscheck.trial.diagnose.reference_terms import (
     ForceStates,
     ReferenceTerms,
-    reference_terms_of,
+    build_reference_terms,
 )
-from crosscheck.trial.diagnose.values import values_of
-from crosscheck.trial.diagnose.waves import Fitting, Observed, states_wanted
-from crosscheck.trial.diagnose.words import difference_of, latex_of, symbolic_difference
+from crosscheck.trial.diagnose.values import collect_arm_values
 from crosscheck.trial.input.equations import Coordinates
-from crosscheck.trial.judge import places as entries
-from crosscheck.trial.judge.places import EntryPlace, Explanation, NaturalSizes, Wrong
+from crosscheck.trial.judge import entries
+from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, Explanation, NaturalSizes
 from crosscheck.trial.judge.questions import StateQuestion, VerificationProblem
-from crosscheck.trial.judge.suite import sizes_in, sizing, trusted
+from crosscheck.trial.judge.suite import (
+    compute_natural_sizes,
+    get_trusted_answers,
+    make_size_questions,
+)
 
 SAME = 1e-12  # of a row of a map: what two readings of it may differ by
 ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
@@ -38,80 +52,90 @@ QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quan
 
 
 @dataclass(frozen=True)
-class Compared:
+class EntryComparison:
     """A model and the reference on one arm: answers of both for every part, at every state.
 
-    seen: built-in coordinates in which all of this is, None for the user's. symbolic: the user's
-    map in symbols of the arm.
+    coordinates: built-in coordinates in which all of this is, None for the user's. symbolic: the
+    user's map in symbols of the arm.
     """
 
     problem: VerificationProblem
     level: str
     results: Results
-    yours: Mapping[str, np.ndarray]
-    right: Mapping[str, np.ndarray]
+    user_values: Mapping[str, np.ndarray]
+    reference_values: Mapping[str, np.ndarray]
     symbolic: sp.ImmutableMatrix | None = None
-    seen: Coordinates | None = None
+    coordinates: Coordinates | None = None
 
-    def seen_in(self, coordinates: Coordinates) -> Compared:
+    def transform_to(self, coordinates: Coordinates) -> EntryComparison:
         """The comparison carried into built-in coordinates. Only of a linear map."""
-        frame = frame_of(coordinates, self.problem.case.arm)
-        S = self._columns_of(frame)
-        yours, right = (
-            {quantity: _carried(quantity, values, S) for quantity, values in each.items()}
-            for each in (self.yours, self.right)
+        frame = build_frame(coordinates, self.problem.case.arm)
+        S = self._coordinate_jacobian(frame)
+        user_values, reference_values = (
+            {quantity: _transform_values(quantity, values, S) for quantity, values in each.items()}
+            for each in (self.user_values, self.reference_values)
         )
-        return replace(self, yours=yours, right=right, symbolic=frame.symbolic, seen=coordinates)
+        return replace(
+            self,
+            user_values=user_values,
+            reference_values=reference_values,
+            symbolic=frame.symbolic,
+            coordinates=coordinates,
+        )
 
-    def _columns_of(self, frame: Frame) -> np.ndarray:
+    def _coordinate_jacobian(self, frame: Frame) -> np.ndarray:
         """dx/dy (n, n) of the user's x by coordinates y of a frame."""
-        own, built_in = self.problem.frame.matrix, frame.matrix
-        assert own is not None  # or nobody asks
+        user_matrix, built_in = self.problem.frame.matrix, frame.matrix
+        assert user_matrix is not None  # or nobody asks
         assert built_in is not None
-        return np.linalg.solve(own, built_in)
+        return np.linalg.solve(user_matrix, built_in)
 
     @cached_property
     def frame(self) -> Frame:
         """The frame of the coordinates in use, its map in symbols where it has any."""
-        if self.seen is not None:
-            return frame_of(self.seen, self.problem.case.arm)
+        if self.coordinates is not None:
+            return build_frame(self.coordinates, self.problem.case.arm)
         return replace(self.problem.frame, symbolic=self.symbolic)
 
     @cached_property
     def states(self) -> Sequence[UserState]:
         """The states at which both were asked, in the coordinates in use."""
-        if self.seen is None:
+        if self.coordinates is None:
             return self.problem.states
-        S = np.linalg.inv(self._columns_of(self.frame))
+        S = np.linalg.inv(self._coordinate_jacobian(self.frame))
         return [state._replace(x=S @ state.x, u=S @ state.u) for state in self.problem.states]
 
     @cached_property
     def sizes(self) -> NaturalSizes:
         """Natural sizes of the entries in the coordinates in use."""
-        if self.seen is None:
-            return sizes_in(self.problem, self.results, self.level)
-        S = self._columns_of(self.frame)
-        mass, force, acceleration = trusted(self.problem, self.results, self.level)
-        return entries.sizes_of(
+        if self.coordinates is None:
+            return compute_natural_sizes(self.problem, self.results, self.level)
+        S = self._coordinate_jacobian(self.frame)
+        mass, force, acceleration = get_trusted_answers(self.problem, self.results, self.level)
+        return entries.compute_sizes(
             self.frame,
             self.states,
-            _carried("mass_matrix", mass, S),
-            None if force is None else _carried("force", force, S),
-            None if acceleration is None else _carried("acceleration", acceleration, S),
+            _transform_values("mass_matrix", mass, S),
+            None if force is None else _transform_values("force", force, S),
+            None if acceleration is None else _transform_values("acceleration", acceleration, S),
         )
 
     @property
-    def wrong(self) -> Iterator[Wrong]:
+    def wrong_entries(self) -> Iterator[EntryMismatch]:
         """The entries that differ, part by part."""
-        for quantity, own in self.yours.items():
-            yield from entries.wrong_entries(quantity, own, self.right[quantity], self.sizes)
+        for quantity, values in self.user_values.items():
+            yield from entries.find_wrong_entries(
+                quantity, values, self.reference_values[quantity], self.sizes
+            )
 
     @property
-    def apart(self) -> dict[str, np.ndarray]:
+    def relative_errors(self) -> dict[str, np.ndarray]:
         """How far each entry is from the reference's, relative to its size, part by part."""
         return {
-            quantity: entries.deviations(own, self.right[quantity], self.sizes.of(quantity))
-            for quantity, own in self.yours.items()
+            quantity: entries.deviations(
+                values, self.reference_values[quantity], self.sizes.entry_sizes(quantity)
+            )
+            for quantity, values in self.user_values.items()
         }
 
     @cached_property
@@ -123,8 +147,8 @@ class Compared:
         if self.frame.matrix is None:
             return None
         arm, chosen = self.problem.case.arm, self.problem.case.switches
-        found = reference_terms_of(self.frame, arm, chosen, self.level)
-        return found if self.problem.count >= states_wanted(found) else None
+        terms = build_reference_terms(self.frame, arm, chosen, self.level)
+        return terms if self.problem.count >= minimum_state_count(terms) else None
 
     @cached_property
     def forces(self) -> ForceDifferences:
@@ -136,128 +160,134 @@ class Compared:
         return ForceDifferences(self.frame, arm, chosen, at, rates, self.level)
 
     @cached_property
-    def fitting(self) -> Fitting:
+    def harmonic_basis(self) -> HarmonicBasis:
         """The fit by which differences of M's entries and of the bias's terms are taken apart."""
         assert self.terms is not None  # else nobody asks
         angles = np.array([state.q[self.frame.layout.theta] for state in self.states])
-        return Fitting.of_waves(self.terms, angles)
+        return HarmonicBasis.from_angle_sums(self.terms, angles)
 
     @cached_property
     def numbers(self) -> Mapping[str, float]:
         """The arm's quantities by the names of their symbols."""
-        return values_of(self.problem.case.arm)
+        return collect_arm_values(self.problem.case.arm)
 
     @cached_property
-    def demanded(self) -> Mapping[EntryPlace, Mapping[TermKey, float]]:
+    def bias_from_mass(self) -> Mapping[EntryPlace, Mapping[TermKey, float]]:
         """Differences of the bias that follow from the wrong entries of M, by place."""
         mass = {
-            (wrong.place.row, wrong.place.column): self.observed(wrong.place).coefficients
-            for wrong in self.wrong
+            (wrong.place.row, wrong.place.column): self.fit_difference(wrong.place).coefficients
+            for wrong in self.wrong_entries
             if wrong.place.column is not None
         }
         assert self.terms is not None  # else nobody asks
-        return bias_of(mass, self.terms.angles)
+        return compute_bias_differences(mass, self.terms.angles)
 
-    def follows(self, place: EntryPlace) -> bool:
+    def is_caused_by_mass(self, place: EntryPlace) -> bool:
         """Whether an entry of the bias is wrong for no other reason than M."""
-        expected = self.demanded.get(place, {})
-        return bool(expected) and follows(self.observed(place), expected)
+        expected = self.bias_from_mass.get(place, {})
+        return bool(expected) and is_caused_by_mass(self.fit_difference(place), expected)
 
     def difference(self, place: EntryPlace) -> tuple[np.ndarray, float]:
         """Yours minus right of an entry at every state (count,), and the entry's size."""
         quantity, beside = QUANTITIES[place.part], place.rates or ()
         index = (place.row, *beside) if place.column is None else (place.row, place.column)
-        apart = self.yours[quantity] - self.right[quantity]
-        return apart[(slice(None), *index)], float(self.sizes.of(quantity)[index])
+        differences = self.user_values[quantity] - self.reference_values[quantity]
+        return differences[(slice(None), *index)], float(self.sizes.entry_sizes(quantity)[index])
 
-    def observed(self, place: EntryPlace) -> Observed:
+    def fit_difference(self, place: EntryPlace) -> HarmonicFit:
         """The difference of an entry, taken apart into waves and signals."""
         values, scale = self.difference(place)
         if place.part == "force":
-            return self.forces.observed(values, scale)
-        return self.fitting.fit(values, scale, self.numbers)
+            return self.forces.fit_difference(values, scale)
+        return self.harmonic_basis.fit(values, scale, self.numbers)
 
 
-def _carried(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:
+def _transform_values(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:
     """Values (count, ...) of a part, carried from x to coordinates y; S: dx/dy."""
     if quantity == "mass_matrix":
         return np.einsum("sij,ia,jb->sab", values, S, S)
     if quantity == "rate_terms":
         turned = np.einsum("sijk,ia,jb,kc->sabc", values, S, S, S, optimize=True)
-        return np.array([paired(each) for each in turned])
+        return np.array([fold_rate_pairs(each) for each in turned])
     if quantity == "acceleration":
         return values @ np.linalg.inv(S).T
     return values @ S
 
 
-def entry_questions(
+def list_entry_questions(
     problem: VerificationProblem, levels: Sequence[str], quantities: Sequence[str]
 ) -> Iterator[StateQuestion]:
     """Questions for a look entry by entry: to the equations, and to each level's reference."""
     for level in levels:
-        yield from sizing(problem, level)
+        yield from make_size_questions(problem, level)
         yield from (problem.ask(problem.reference(level), part) for part in quantities)
-    yield from map(problem.yours, quantities)
+    yield from map(problem.ask_equations, quantities)
 
 
-def entry_quantities(problem: VerificationProblem) -> list[str]:
+def list_entry_quantities(problem: VerificationProblem) -> list[str]:
     """Parts that are compared entry by entry; the acceleration only where nothing else is there."""
-    found = [quantity for part, quantity in BY_ENTRY.items() if part in problem.has]
-    return found or ["acceleration"]
+    quantities = [quantity for part, quantity in BY_ENTRY.items() if part in problem.has]
+    return quantities or ["acceleration"]
 
 
-def compared(
+def compare_entries(
     problem: VerificationProblem, level: str, quantities: Sequence[str], results: Results
-) -> Compared:
+) -> EntryComparison:
     """Both answers to every part that both answer. Raises Unavailable without a reference's M."""
     reference = problem.reference(level)
-    yours: dict[str, np.ndarray] = {}
-    right: dict[str, np.ndarray] = {}
+    user_values: dict[str, np.ndarray] = {}
+    reference_values: dict[str, np.ndarray] = {}
     for quantity in quantities:
-        one = results.found(problem.yours(quantity))
-        other = results.settled(problem.ask(reference, quantity))
-        if one is not None and other is not None:
-            yours[quantity], right[quantity] = one, other
-    return Compared(problem, level, results, yours, right, problem.frame.symbolic)
+        user_answer = results.get(problem.ask_equations(quantity))
+        reference_answer = results.get_if_finished(problem.ask(reference, quantity))
+        if user_answer is not None and reference_answer is not None:
+            user_values[quantity], reference_values[quantity] = user_answer, reference_answer
+    return EntryComparison(
+        problem, level, results, user_values, reference_values, problem.frame.symbolic
+    )
 
 
-def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
+def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> list[EntryMismatch]:
     """The wrong entries with their reasons; then those that only another arm shows.
 
     probes: the same on arms of the same structure and other numbers. Coordinates of a matrix are
     looked at in the built-in ones too: where fewer errors explain a part of the equations there,
     these are told.
     """
-    if probes and probes[0].symbolic is not None and _is(probes[0].symbolic, arm):
+    if probes and probes[0].symbolic is not None and _is_same_map(probes[0].symbolic, arm):
         arm = replace(arm, symbolic=probes[0].symbolic)  # equal numbers are no symbol's own
-    found = list(_reasons(arm, probes))
+    wrong_entries = list(_explain_arms(arm, probes))
     if arm.problem.equations.coordinates.matrix is None:
-        return found
-    kinds = {(wrong.place.part, wrong.shown_on) for wrong in found if not wrong.notes}
+        return wrong_entries
+    groups = {(wrong.place.part, wrong.shown_on) for wrong in wrong_entries if not wrong.notes}
     rank = 0 if arm.symbolic is not None else 2
-    short = {kind: _length(_of(found, *kind), rank) for kind in kinds}
+    short = {
+        group: _explanation_length(_select_group(wrong_entries, *group), rank) for group in groups
+    }
     spread = rank or any(length[:2] > (0, 1) for length in short.values())
     gearing = arm.problem.gearing
     built_in = [Coordinates(gearing), Coordinates(gearing, "absolute")]
     if gearing != "rigid":
         built_in += [replace(each, gears="angles") for each in built_in]
     for coordinates in built_in if spread else ():
-        seen = arm.seen_in(coordinates)
-        there = list(_reasons(seen, [probe.seen_in(coordinates) for probe in probes]))
-        for kind, length in short.items():
-            own = _of(there, *kind)
-            if own and _length(own, 1) < length:
-                short[kind] = _length(own, 1)
-                found = [
-                    _seen(wrong, own, seen) if wrong in _of(found, *kind) else wrong
-                    for wrong in found
+        seen = arm.transform_to(coordinates)
+        there = list(_explain_arms(seen, [probe.transform_to(coordinates) for probe in probes]))
+        for group, length in short.items():
+            group_entries = _select_group(there, *group)
+            if group_entries and _explanation_length(group_entries, 1) < length:
+                short[group] = _explanation_length(group_entries, 1)
+                wrong_entries = [
+                    _explain_in_coordinates(wrong, group_entries, seen)
+                    if wrong in _select_group(wrong_entries, *group)
+                    else wrong
+                    for wrong in wrong_entries
                 ]
-    return found
+    return wrong_entries
 
 
-def _is(symbolic: sp.ImmutableMatrix, arm: Compared) -> bool:
+def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
     """Whether a map in symbols has the same numbers as the user's map of an arm."""
-    values, matrix = values_of(arm.problem.case.arm), arm.problem.frame.matrix
+    values, matrix = collect_arm_values(arm.problem.case.arm), arm.problem.frame.matrix
     polynomials = [from_sympy(entry) for entry in symbolic]
     if matrix is None or None in polynomials:
         return False
@@ -268,37 +298,53 @@ def _is(symbolic: sp.ImmutableMatrix, arm: Compared) -> bool:
     return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
 
 
-def _of(found: Sequence[Wrong], part: str, shown_on: str) -> list[Wrong]:
-    return [w for w in found if (w.place.part, w.shown_on) == (part, shown_on) and not w.notes]
+def _select_group(
+    wrong_entries: Sequence[EntryMismatch], part: str, shown_on: str
+) -> list[EntryMismatch]:
+    return [
+        w for w in wrong_entries if (w.place.part, w.shown_on) == (part, shown_on) and not w.notes
+    ]
 
 
-def _length(found: Sequence[Wrong], rank: int) -> tuple[int, int, int, int]:
+def _explanation_length(
+    wrong_entries: Sequence[EntryMismatch], rank: int
+) -> tuple[int, int, int, int]:
     """How long an explanation is: unexplained entries, errors of the others, rank, all entries."""
-    open_ones = sum(wrong.explanation is None for wrong in found)
-    errors = {alike(e) for w in found if w.explanation for e in w.explanation.errors}
-    return open_ones, len(errors), rank, len(found)
+    open_ones = sum(wrong.explanation is None for wrong in wrong_entries)
+    errors = {
+        error_signature(e) for w in wrong_entries if w.explanation for e in w.explanation.errors
+    }
+    return open_ones, len(errors), rank, len(wrong_entries)
 
 
-def _seen(wrong: Wrong, there: Sequence[Wrong], seen: Compared) -> Wrong:
+def _explain_in_coordinates(
+    wrong: EntryMismatch, there: Sequence[EntryMismatch], comparison: EntryComparison
+) -> EntryMismatch:
     """A wrong entry, explained by those entries that make it in other coordinates."""
-    turns = np.abs(np.linalg.inv(seen._columns_of(seen.frame)))  # dy/dx
+    turns = np.abs(np.linalg.inv(comparison._coordinate_jacobian(comparison.frame)))  # dy/dx
     turns = turns > ROUNDING * turns.max(axis=1, keepdims=True)
-    making = [each for each in there if _reaches(each.place, wrong.place, turns)]
+    making = [each for each in there if _is_part_of(each.place, wrong.place, turns)]
     if not making or any(each.explanation is None for each in making):
         return wrong
     explanations = [each.explanation for each in making if each.explanation]
     ways = 1 + max(len(each.others) for each in explanations)
-    told = []
+    error_sets = []
     for way in range(ways):  # each error once; of each entry as likely ones as there are
         of_each = ((each.errors, *each.others) for each in explanations)
-        errors = (error for own in of_each for error in own[min(way, len(own) - 1)])
-        told.append(tuple({alike(error): error for error in errors}.values()))
+        errors = (
+            error
+            for alternatives in of_each
+            for error in alternatives[min(way, len(alternatives) - 1)]
+        )
+        error_sets.append(tuple({error_signature(error): error for error in errors}.values()))
     left = max(each.left_over for each in explanations)
-    where = ", ".join(entries.named(each.place, seen.frame.names) for each in making)
-    return replace(wrong, explanation=Explanation(told[0], left, tuple(told[1:]), where))
+    where = ", ".join(entries.format_entry(each.place, comparison.frame.names) for each in making)
+    return replace(
+        wrong, explanation=Explanation(error_sets[0], left, tuple(error_sets[1:]), where)
+    )
 
 
-def _reaches(there: EntryPlace, here: EntryPlace, turns: np.ndarray) -> bool:
+def _is_part_of(there: EntryPlace, here: EntryPlace, turns: np.ndarray) -> bool:
     """Whether an entry in y is a part of one in x; turns (n, n): where dy/dx is not 0."""
     pairs = [(there.row, here.row)]
     if there.column is not None and here.column is not None:
@@ -310,36 +356,42 @@ def _reaches(there: EntryPlace, here: EntryPlace, turns: np.ndarray) -> bool:
     return all(turns[pair] for pair in pairs)
 
 
-def _reasons(arm: Compared, probes: Sequence[Compared]) -> Iterator[Wrong]:
+def _explain_arms(
+    arm: EntryComparison, probes: Sequence[EntryComparison]
+) -> Iterator[EntryMismatch]:
     seen = set()
-    for wrong in arm.wrong:
+    for wrong in arm.wrong_entries:
         seen.add(wrong.place)
-        yield _explained(wrong, arm, probes)
+        yield _explain_entry(wrong, arm, probes)
     for number, probe in enumerate(probes):
-        for wrong in probe.wrong:
+        for wrong in probe.wrong_entries:
             if wrong.place not in seen:
                 seen.add(wrong.place)
-                hidden = _explained(wrong, probe, probes[number + 1 :])
+                hidden = _explain_entry(wrong, probe, probes[number + 1 :])
                 yield replace(hidden, shown_on=probe.problem.case.arm.name)
 
 
-def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong:
+def _explain_entry(
+    wrong: EntryMismatch, arm: EntryComparison, others: Sequence[EntryComparison]
+) -> EntryMismatch:
     if arm.terms is None or wrong.place.part == "acceleration":
         return wrong
-    if wrong.place.rates is not None and arm.follows(wrong.place):
+    if wrong.place.rates is not None and arm.is_caused_by_mass(wrong.place):
         return replace(wrong, notes=(FOLLOWS,))
     symbolic = arm.problem.equations.symbolic
-    if symbolic is not None and arm.seen is None:
-        apart = symbolic_difference(wrong.place, symbolic, arm.terms, arm.numbers)
-        wrong = replace(wrong, latex="" if apart is None else latex_of(apart))
+    if symbolic is not None and arm.coordinates is None:
+        difference = compute_symbolic_difference(wrong.place, symbolic, arm.terms, arm.numbers)
+        wrong = replace(wrong, latex="" if difference is None else format_latex(difference))
     quantity = QUANTITIES[wrong.place.part]
-    more = [other.observed(wrong.place) for other in others if quantity in other.yours]
-    observed = arm.observed(wrong.place)
+    more = [other.fit_difference(wrong.place) for other in others if quantity in other.user_values]
+    observed = arm.fit_difference(wrong.place)
     if wrong.place.part == "force":
         values, scale = arm.difference(wrong.place)
-        found = arm.forces.explain(wrong.place, values, scale, more)
+        explanation = arm.forces.explain(wrong.place, values, scale, more)
     else:
-        found = explain(wrong.place, [observed, *more], arm.terms)
-    if found is not None or observed.left_over > UNEXPLAINED:
-        return replace(wrong, explanation=found)
-    return replace(wrong, difference=difference_of(observed.found, arm.terms))
+        explanation = explain(wrong.place, [observed, *more], arm.terms)
+    if explanation is not None or observed.left_over > UNEXPLAINED:
+        return replace(wrong, explanation=explanation)
+    return replace(
+        wrong, difference=make_difference_terms(observed.significant_coefficients, arm.terms)
+    )

@@ -15,25 +15,25 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 
-from crosscheck.analytic.derivation.bodies import Body, all_bodies
+from crosscheck.analytic.derivation.bodies import Body, build_bodies
 from crosscheck.analytic.derivation.chain import Chain
 from crosscheck.analytic.derivation.efforts import drive_rows, mesh_rows
-from crosscheck.analytic.derivation.gears import gears
-from crosscheck.analytic.derivation.lagrange import MassTerms, mass_terms, weight_terms
+from crosscheck.analytic.derivation.gears import build_gears
+from crosscheck.analytic.derivation.lagrange import MassTerms, build_mass_terms, build_weight_terms
 from crosscheck.analytic.derivation.rigid import rigid_bodies
-from crosscheck.analytic.derivation.symbols import arm_chain
-from crosscheck.analytic.paper.mesh_force import in_contact, mesh_force, phase_force
+from crosscheck.analytic.derivation.symbols import build_arm_chain
+from crosscheck.analytic.paper.mesh_force import is_in_contact, mesh_force, phase_force
 from crosscheck.analytic.paper.mesh_frequency import mesh_phase
 from crosscheck.analytic.paper.stiffness import stiffness, stiffness_slope
-from crosscheck.analytic.paper.tooth_error import whole_error
+from crosscheck.analytic.paper.tooth_error import total_error
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.diagnose import polynomial as poly
-from crosscheck.trial.diagnose.polynomial import Entry, Polynomial, Product, TermKey, Wave
+from crosscheck.trial.diagnose.polynomial import AngleSum, EntryTerms, Polynomial, Product, TermKey
 from crosscheck.trial.diagnose.values import damper_name
-from crosscheck.trial.judge.places import EntryPlace
+from crosscheck.trial.judge.entries import EntryPlace
 
 SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a sum
 
@@ -48,18 +48,18 @@ class ReferenceTerms:
 
     names: tuple[str, ...]
     angles: np.ndarray
-    entries: Mapping[EntryPlace, Entry]
+    entries: Mapping[EntryPlace, EntryTerms]
 
     @property
     def joints(self) -> int:
         """How many joints the arm has."""
         return len(self.angles)
 
-    def entry(self, place: EntryPlace) -> Entry:
+    def entry(self, place: EntryPlace) -> EntryTerms:
         """The terms that belong in an entry; none where it is 0."""
         return self.entries.get(place, ())
 
-    def without(self, absent: Set[str]) -> ReferenceTerms:
+    def drop_symbols(self, absent: Set[str]) -> ReferenceTerms:
         """The terms without those that have a symbol of these."""
         if not absent:
             return self
@@ -70,53 +70,64 @@ class ReferenceTerms:
         return replace(self, entries=entries)
 
     @cached_property
-    def waves(self) -> tuple[Wave, ...]:
+    def angle_sums(self) -> tuple[AngleSum, ...]:
         """Every angle sum that occurs anywhere, 0 first."""
-        found = {product.key.wave for entry in self.entries.values() for product in entry}
-        return tuple(sorted(found | {(0,) * self.joints}, key=lambda w: (sum(map(abs, w)), w)))
+        sums = {product.key.wave for entry in self.entries.values() for product in entry}
+        return tuple(sorted(sums | {(0,) * self.joints}, key=lambda w: (sum(map(abs, w)), w)))
 
     @cached_property
     def signals(self) -> tuple[str, ...]:
         """Every signal of the force's entries."""
-        found = (product.key.signal for entry in self.entries.values() for product in entry)
-        return tuple(dict.fromkeys(filter(None, found)))
+        signals = (product.key.signal for entry in self.entries.values() for product in entry)
+        return tuple(dict.fromkeys(filter(None, signals)))
 
 
-def reference_terms_of(frame: Frame, arm: Arm, chosen: Switches, level: str = "") -> ReferenceTerms:
+def build_reference_terms(
+    frame: Frame, arm: Arm, chosen: Switches, level: str = ""
+) -> ReferenceTerms:
     """The reference terms of a geared model, or of a rigid one at a level.
 
     Raises ValueError if the map is not linear.
     """
     chain, columns = _polynomial_chain(arm, frame.layout), _columns(frame)
-    bodies = all_bodies(chain) if frame.layout.meshing else rigid_bodies(chain, level or "coupled")
-    mass = _mapped(mass_terms(bodies, chain.angles[1:]), columns, frame.layout)
+    bodies = (
+        build_bodies(chain) if frame.layout.mesh_joints else rigid_bodies(chain, level or "coupled")
+    )
+    mass = _transform_mass_terms(build_mass_terms(bodies, chain.angles[1:]), columns, frame.layout)
     turns = columns[frame.layout.theta]
     ordered = sorted(mass.items(), key=lambda item: item[0])
-    entries = _entries(
+    entries = _group_entries(
         {(EntryPlace("mass_matrix", i, j), TermKey(wave)): c for (i, j, wave), c in ordered}
     )
     entries |= _bias_entries(mass, turns)
-    force = forces(chain, bodies, arm, chosen)
+    force = build_force_coefficients(chain, bodies, arm, chosen)
     entries |= _force_entries(force, columns, frame)
     angles = np.array(  # of dtheta/dx, of which symbols are no part
-        [[float(sum(m.number for m in poly.constant(e).monomials)) for e in row] for row in turns]
+        [
+            [float(sum(m.number for m in poly.as_polynomial(e).monomials)) for e in row]
+            for row in turns
+        ]
     )
     return ReferenceTerms(frame.names, angles, entries)
 
 
-def _force_entries(found: Forces, columns: np.ndarray, frame: Frame) -> dict[EntryPlace, Entry]:
+def _force_entries(
+    force: ForceCoefficients, columns: np.ndarray, frame: Frame
+) -> dict[EntryPlace, EntryTerms]:
     """Terms of the force in x, S^T f with S = dq/dx, rates by those of x."""
     total: defaultdict[tuple[int, TermKey], Any] = defaultdict(lambda: 0)
-    for (a, key), coefficient in found.driven.items():
-        for i in _filled(columns[a]):
+    for (a, key), coefficient in force.driven.items():
+        for i in _nonzero_places(columns[a]):
             total[i, key] += coefficient * columns[a, i]
     still = (0,) * len(frame.layout.theta)
-    for a, b, coefficient in found.damped:
-        for i in _filled(columns[a]):
+    for a, b, coefficient in force.damped:
+        for i in _nonzero_places(columns[a]):
             left = coefficient * columns[a, i]
-            for k in _filled(columns[b]):
+            for k in _nonzero_places(columns[b]):
                 total[i, TermKey(still, signal=rate_name(frame.names[k]))] += left * columns[b, k]
-    return _entries({(EntryPlace("force", i), key): c for (i, key), c in _kept(total).items()})
+    return _group_entries(
+        {(EntryPlace("force", i), key): c for (i, key), c in _reduce_sums(total).items()}
+    )
 
 
 def _polynomial_chain(arm: Arm, layout: Layout) -> Chain:
@@ -125,22 +136,22 @@ def _polynomial_chain(arm: Arm, layout: Layout) -> Chain:
     def polynomial(value: sp.Expr) -> Any:
         return poly.symbol(value.name) if value.is_Symbol else int(value)
 
-    known = arm_chain(arm, layout)
+    symbol_chain = build_arm_chain(arm, layout)
     stages = [
         stage._replace(**{n: polynomial(value) for n, value in stage._asdict().items()})
-        for stage in known.stages
+        for stage in symbol_chain.stages
     ]
-    return Chain(tuple(stages), polynomial(known.payload), layout)
+    return Chain(tuple(stages), polynomial(symbol_chain.payload), layout)
 
 
 def _columns(frame: Frame) -> np.ndarray:
     """The matrix dq/dx (n, n) of numbers or polynomials. Raises ValueError if it is no constant."""
     if frame.matrix is None:
         raise ValueError("the map is not linear")
-    found = (
+    symbolic_entries = (
         [poly.from_sympy(entry) for entry in frame.symbolic] if frame.symbolic is not None else []
     )
-    polynomials = [entry for entry in found if entry is not None]
+    polynomials = [entry for entry in symbolic_entries if entry is not None]
     # A number where it is one.
     entries: list[Any] = [sum(p.terms.values()) if {*p.terms} <= {()} else p for p in polynomials]
     if len(entries) < frame.matrix.size:
@@ -148,32 +159,32 @@ def _columns(frame: Frame) -> np.ndarray:
     return np.array(entries, dtype=object).reshape(frame.matrix.shape)
 
 
-def _mapped(mass: MassTerms, columns: np.ndarray, layout: Layout) -> MassTerms:
+def _transform_mass_terms(mass: MassTerms, columns: np.ndarray, layout: Layout) -> MassTerms:
     """Terms of the mass matrix in x, S^T M S with S = dq/dx, over joint angles alone."""
-    total: defaultdict[tuple[int, int, Wave], Any] = defaultdict(lambda: 0)
+    total: defaultdict[tuple[int, int, AngleSum], Any] = defaultdict(lambda: 0)
     for (a, b, wave), coefficient in mass.items():
         turned = tuple(wave[place] for place in layout.theta)
-        for i in _filled(columns[a]):
+        for i in _nonzero_places(columns[a]):
             left = coefficient * columns[a, i]
-            for j in _filled(columns[b]):
+            for j in _nonzero_places(columns[b]):
                 total[i, j, turned] += left * columns[b, j]
-    return _kept(total)
+    return _reduce_sums(total)
 
 
-def _filled(row: np.ndarray) -> list[int]:
+def _nonzero_places(row: np.ndarray) -> list[int]:
     return [place for place, entry in enumerate(row) if entry]
 
 
-def _kept(total: Mapping[Any, Any]) -> dict[Any, Polynomial]:
+def _reduce_sums(total: Mapping[Any, Any]) -> dict[Any, Polynomial]:
     """Sums without what cancelled, in the fewest terms that r_cp = r_s + r_p allows."""
-    every = {place: poly.constant(entry) for place, entry in total.items()}
+    every = {place: poly.as_polynomial(entry) for place, entry in total.items()}
     sizes = (abs(float(n)) for entry in every.values() for n in entry.terms.values())
     nothing = SHORTEST * max(sizes, default=0.0)
-    found = {place: entry.without(nothing) for place, entry in every.items()}
-    return {place: _shortest(entry) for place, entry in found.items() if entry}
+    sums = {place: entry.drop_small_terms(nothing) for place, entry in every.items()}
+    return {place: _shortest_form(entry) for place, entry in sums.items() if entry}
 
 
-def _shortest(entry: Polynomial) -> Polynomial:
+def _shortest_form(entry: Polynomial) -> Polynomial:
     names = {name for powers in entry.terms for name, _ in powers}
     for number in sorted(name[4:] for name in names if name.startswith("r_cp")):
         r_s, r_p, r_cp = (poly.symbol(f"{radius}{number}") for radius in ("r_s", "r_p", "r_cp"))
@@ -182,38 +193,42 @@ def _shortest(entry: Polynomial) -> Polynomial:
             f"r_s{number}": r_cp - r_p,
             f"r_p{number}": r_cp - r_s,
         }
-        others = [entry.replaced(name, other) for name, other in instead.items()]
+        others = [entry.replace_symbol(name, other) for name, other in instead.items()]
         entry = min((entry, *others), key=lambda each: len(each.terms))
     return entry
 
 
-def _entries(terms: Mapping[tuple[EntryPlace, TermKey], Any]) -> dict[EntryPlace, Entry]:
+def _group_entries(terms: Mapping[tuple[EntryPlace, TermKey], Any]) -> dict[EntryPlace, EntryTerms]:
     """The entries by place, out of coefficients by place and key."""
-    found: defaultdict[EntryPlace, list[Product]] = defaultdict(list)
+    entries: defaultdict[EntryPlace, list[Product]] = defaultdict(list)
     for (place, key), entry in terms.items():
-        found[place] += [Product(key, monomial) for monomial in poly.constant(entry).monomials]
-    return {place: tuple(products) for place, products in found.items()}
+        entries[place] += [
+            Product(key, monomial) for monomial in poly.as_polynomial(entry).monomials
+        ]
+    return {place: tuple(products) for place, products in entries.items()}
 
 
-def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[EntryPlace, Entry]:
+def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[EntryPlace, EntryTerms]:
     """Terms of the bias in any x: Christoffel's symbols of M, as ``derivation.lagrange`` has."""
-    total: defaultdict[tuple[int, int, int, Wave], Any] = defaultdict(lambda: 0)
+    total: defaultdict[tuple[int, int, int, AngleSum], Any] = defaultdict(lambda: 0)
     for (i, j, wave), coefficient in mass.items():
         slopes = sum(entry * turns[joint] for joint, entry in enumerate(wave) if entry)
-        for k in _filled(slopes) if any(wave) else ():
+        for k in _nonzero_places(slopes) if any(wave) else ():
             slope = -1 * coefficient * slopes[k]
             total[i, min(j, k), max(j, k), wave] += slope
             total[k, min(i, j), max(i, j), wave] += slope * Fraction(-1, 2)
     terms = {}
-    for (i, j, k, wave), coefficient in sorted(_kept(total).items(), key=lambda item: item[0]):
+    for (i, j, k, wave), coefficient in sorted(
+        _reduce_sums(total).items(), key=lambda item: item[0]
+    ):
         terms[EntryPlace("bias", i, rates=(j, k)), TermKey(wave, "sin")] = coefficient
-    return _entries(terms)
+    return _group_entries(terms)
 
 
 Columns = Mapping[str, np.ndarray]  # signals by name, (K,) each
 
 
-class Forces(NamedTuple):
+class ForceCoefficients(NamedTuple):
     """The coefficients of a force.
 
     driven: by row and key; damped: (row, rate, coefficient) on rates of q.
@@ -244,23 +259,27 @@ def rate_name(coordinate: str) -> str:
     return f"{coordinate}'"
 
 
-def named_meshes(arm: Arm, layout: Layout) -> list[ForcedMesh]:
+def list_meshes(arm: Arm, layout: Layout) -> list[ForcedMesh]:
     """All meshes of an arm, in the order of crosscheck.analytic.derivation.gears."""
-    found = []
-    for place in layout.meshing:
+    meshes = []
+    for place in layout.mesh_joints:
         joint, number = arm.joints[place], place + 1
         assert isinstance(joint, Planetary)  # as joints with mesh displacements are
         for planet in range(joint.planet_count if layout.free else 1):
             suffix = f"{number}_{planet + 1}" if layout.free else f"{number}"
             for pair in ("sp", "pr"):
                 force, damper, work = (f"{kind}_{pair}{suffix}" for kind in "FDQ")
-                own = damper_name(pair, joint, number, planet)
+                damping_name = damper_name(pair, joint, number, planet)
                 count = joint.planet_count if layout.free else 1
-                found.append(ForcedMesh(place, planet, pair, force, damper, work, own, count))
-    return found
+                meshes.append(
+                    ForcedMesh(place, planet, pair, force, damper, work, damping_name, count)
+                )
+    return meshes
 
 
-def forces(chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches) -> Forces:
+def build_force_coefficients(
+    chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches
+) -> ForceCoefficients:
     """Forces of drive, meshes, dampers, friction and weight (see docs/explanation/equations.md)."""
     layout = chain.layout
     still = (0,) * len(chain.stages)
@@ -268,7 +287,7 @@ def forces(chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches) -> 
     damped: list[tuple[int, int, Any]] = []
     for number, row in enumerate(drive_rows(chain), start=1):
         _add(driven, row, 1, TermKey(still, signal=f"T_{number}"))
-    meshes = named_meshes(arm, layout)
+    meshes = list_meshes(arm, layout)
     for mesh, row in zip(meshes, mesh_rows(chain), strict=True):
         _add(driven, row, 1, TermKey(still, signal=mesh.force))
         moved = layout.displacement(MESHES[mesh.pair == "pr"], mesh.joint, mesh.planet)
@@ -291,14 +310,14 @@ def forces(chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches) -> 
         poly.symbol(f"g_{axis}") if g else 0
         for axis, g in zip("xy", arm.gravity_m_per_s2, strict=True)
     ]
-    weight = weight_terms(bodies, chain.angles[1:], (pull[0], pull[1])) if any(pull) else {}
+    weight = build_weight_terms(bodies, chain.angles[1:], (pull[0], pull[1])) if any(pull) else {}
     for (place, wave), pair in weight.items():
         turned = tuple(wave[angle] for angle in layout.theta)
         for function, coefficient in zip(("cos", "sin"), pair, strict=True):
             key = place, TermKey(turned, function)
             if coefficient:
                 driven[key] = driven.get(key, 0) + coefficient
-    return Forces(driven, damped)
+    return ForceCoefficients(driven, damped)
 
 
 def _add(
@@ -317,47 +336,47 @@ class ForceStates(NamedTuple):
     torque: np.ndarray
 
 
-class Phases(NamedTuple):
+class PhaseConvention(NamedTuple):
     """How mesh phases are counted: by absolute link angles; faster by factors (meshes,) or one."""
 
     absolute: bool = False
-    faster: np.ndarray | float = 1.0
+    rate_factor: np.ndarray | float = 1.0
 
 
-USUAL = Phases()
+USUAL = PhaseConvention()
 
 
-def signal_columns(
-    arm: Arm, layout: Layout, chosen: Switches, states: ForceStates, phases: Phases = USUAL
+def compute_signal_columns(
+    arm: Arm, layout: Layout, chosen: Switches, states: ForceStates, phases: PhaseConvention = USUAL
 ) -> Columns:
     """Output torques [N m], forces of a planet's meshes [N], and the dampers' rates [m/s].
 
     Each is (K,), by the signal's name. The user's rates, ``rate_name`` of each coordinate, are
     added by the caller.
     """
-    found = {f"T_{j + 1}": states.torque[:, j] for j in range(states.torque.shape[1])}
-    data, meshes = gears(arm, layout, chosen), named_meshes(arm, layout)
+    columns = {f"T_{j + 1}": states.torque[:, j] for j in range(states.torque.shape[1])}
+    data, meshes = build_gears(arm, layout, chosen), list_meshes(arm, layout)
     clock, q, v = states.t[:, None], states.q, states.v
-    of_two = data.less >= 0
-    x, rate = (each[:, data.where] - of_two * each[:, data.less] for each in (q, v))
+    of_two = data.subtract_index >= 0
+    x, rate = (each[:, data.x_index] - of_two * each[:, data.subtract_index] for each in (q, v))
     turned = np.array((q, v))
     if phases.absolute:
         turned[:, :, layout.theta] = turned[:, :, layout.theta].cumsum(axis=2)
     phase = mesh_phase(
-        data.phase, data.rate * phases.faster, data.offset, clock, *turned[:, :, data.theta]
+        data.phase, data.rate * phases.rate_factor, data.offset, clock, *turned[:, :, data.theta]
     )
-    gap = x - whole_error(phase, data.E, data.lead, data.static)
-    touching = in_contact(gap, data.b) | data.damps_apart
+    gap = x - total_error(phase, data.E, data.error_phase, data.static_error)
+    touching = is_in_contact(gap, data.b) | data.damps_without_contact
     for i, mesh in enumerate(meshes):
         k = stiffness(data.law, i, phase[:, i], data.k_m[i], data.k_a[i])
-        found[mesh.force] = mesh_force(data.dead_zone, gap[:, i], k, data.b[i], data.sigma[i])
+        columns[mesh.force] = mesh_force(data.dead_zone, gap[:, i], k, data.b[i], data.sigma[i])
         if chosen.damping == "contact":
-            found[mesh.damper] = np.where(touching[:, i], rate[:, i], 0.0)
+            columns[mesh.damper] = np.where(touching[:, i], rate[:, i], 0.0)
         if chosen.mesh_work == "conservative":
             slopes = (
                 stiffness_slope(data.law, i, phase[:, i], data.k_a[i]),
-                data.E[i] * np.cos(phase[:, i] + data.lead[i]),
+                data.E[i] * np.cos(phase[:, i] + data.error_phase[i]),
             )
             on_phase = phase_force(gap[:, i], k, *slopes, data.b[i])
-            found[mesh.work] = data.planets[i] * data.rate[i] * on_phase
-    return found
+            columns[mesh.work] = data.planets[i] * data.rate[i] * on_phase
+    return columns

@@ -14,7 +14,7 @@ from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.models.arm.arm import Arm, Planetary
 
 Values = Mapping[str, Any]  # numbers, or arrays of numbers: one for each arm
-KINDS = {
+STEMS_BY_QUANTITY = {
     "count": ("N",),
     "ratio": ("n",),
     "mass": ("m_payload", "m", "m_s", "m_p", "m_c", "m_r", "m_m", "M_s", "M_p", "M_c"),
@@ -23,8 +23,8 @@ KINDS = {
     "gravity": ("g_x", "g_y"),
     "length": ("L", "d", "r_s", "r_p", "r_c", "r_cp", "r_r"),
 }
-KIND_OF = {stem: kind for kind, stems in KINDS.items() for stem in stems}
-ORDER = {stem: place for place, stem in enumerate(KIND_OF)}
+QUANTITY_OF_STEM = {stem: kind for kind, stems in STEMS_BY_QUANTITY.items() for stem in stems}
+ORDER = {stem: place for place, stem in enumerate(QUANTITY_OF_STEM)}
 GEAR_PARTS = frozenset(("N", "n", "m_s", "m_p", "m_c", "m_r", "M_s", "M_p", "M_c", "J_r"))
 RADII = frozenset(("r_s", "r_p", "r_c", "r_cp", "r_r"))
 # A ratio n = z_r / z_s + 1 of the wrong teeth, as code and as text: sun, planet, ring.
@@ -49,7 +49,7 @@ CARRIERS: tuple[tuple[str, Callable[[Any, Any, Any], Any]], ...] = (
 )
 
 
-class Named(NamedTuple):
+class SymbolName(NamedTuple):
     """The parts of a symbol's name: its stem, its joint (0: none); d_sp and 2 of ``d_sp2_1``."""
 
     stem: str
@@ -65,34 +65,34 @@ class Alternative(NamedTuple):
     cost: float
 
 
-def named(symbol: str) -> Named:
+def parse_symbol(symbol: str) -> SymbolName:
     """The parts of a symbol's name."""
-    found = re.fullmatch(r"(.*?)(\d+)(_\d+)?", symbol)
-    return Named(found[1], int(found[2]), found[3] or "") if found else Named(symbol, 0)
+    match = re.fullmatch(r"(.*?)(\d+)(_\d+)?", symbol)
+    return SymbolName(match[1], int(match[2]), match[3] or "") if match else SymbolName(symbol, 0)
 
 
-def values_of(arm: Arm) -> dict[str, float]:
+def collect_arm_values(arm: Arm) -> dict[str, float]:
     """Every quantity of an arm in SI units, by the names of ``derivation.symbols`` and a few more.
 
     ``z_s1``, ``z_p1``, ``z_r1``: teeth; ``r_r1``: base radius of the ring; ``d_sp1``, ``d_pr1``
     (``d_sp1_2`` of planet 2, if planets differ): damping of all planets; ``c1``: friction;
     ``g_x``, ``g_y``: gravity.
     """
-    found = {symbol.name: float(value) for symbol, value in parameter_values(arm).items()}
-    found["g_x"], found["g_y"] = arm.gravity_m_per_s2
+    values = {symbol.name: float(value) for symbol, value in parameter_values(arm).items()}
+    values["g_x"], values["g_y"] = arm.gravity_m_per_s2
     for number, joint in enumerate(arm.joints, start=1):
-        found[f"c{number}"] = joint.friction_N_m_s_per_rad
+        values[f"c{number}"] = joint.friction_N_m_s_per_rad
         if not isinstance(joint, Planetary):
             continue
         geometry = stage_geometry(joint)
-        found[f"z_s{number}"] = float(joint.sun_teeth)
-        found[f"z_p{number}"] = float(joint.planet_teeth)
-        found[f"z_r{number}"] = float(joint.ring_teeth)
-        found[f"r_r{number}"] = geometry.r_s + 2 * geometry.r_p
+        values[f"z_s{number}"] = float(joint.sun_teeth)
+        values[f"z_p{number}"] = float(joint.planet_teeth)
+        values[f"z_r{number}"] = float(joint.ring_teeth)
+        values[f"r_r{number}"] = geometry.r_s + 2 * geometry.r_p
         for planet in range(joint.planet_count):
             for pair, d in zip(("sp", "pr"), damping(joint, planet), strict=True):
-                found[damper_name(pair, joint, number, planet)] = d
-    return found
+                values[damper_name(pair, joint, number, planet)] = d
+    return values
 
 
 def damper_name(pair: str, joint: Planetary, number: int, planet: int) -> str:
@@ -101,69 +101,71 @@ def damper_name(pair: str, joint: Planetary, number: int, planet: int) -> str:
     return f"d_{pair}{number}" + ("" if alike else f"_{planet + 1}")
 
 
-def unrelated(symbols: Iterable[str], seed: int = 0) -> dict[str, float]:
+def draw_unrelated_values(symbols: Iterable[str], seed: int = 0) -> dict[str, float]:
     """Other numbers for the same symbols, none of which has to do with another.
 
     Two errors that differ with these are two errors, whatever they come to on an arm at hand.
     """
     seeds = {name: [seed, *name.encode()] for name in symbols}
-    return {n: float(np.random.default_rng(own).uniform(0.5, 2.0)) for n, own in seeds.items()}
+    return {
+        n: float(np.random.default_rng(entropy).uniform(0.5, 2.0)) for n, entropy in seeds.items()
+    }
 
 
-def alternatives(symbol: str, values: Values) -> Iterator[Alternative]:
+def generate_alternatives(symbol: str, values: Values) -> Iterator[Alternative]:
     """Alternatives that one might write where this symbol belongs."""
-    own = named(symbol)
-    yield from _of_teeth(own, values)
-    kind = KIND_OF.get(own.stem)
+    symbol_name = parse_symbol(symbol)
+    yield from _tooth_alternatives(symbol_name, values)
+    kind = QUANTITY_OF_STEM.get(symbol_name.stem)
     for name in values:
-        other = named(name)
-        if kind and name != symbol and KIND_OF.get(other.stem) == kind:
-            yield Alternative(name, values[name], _distance(own, other))
-    if own.stem in RADII and f"r_cp{own.joint}" in values:
-        cosine = values[f"r_cp{own.joint}"] / values[f"r_c{own.joint}"]
-        if own.stem != "r_c":
+        other = parse_symbol(name)
+        if kind and name != symbol and QUANTITY_OF_STEM.get(other.stem) == kind:
+            yield Alternative(name, values[name], _distance(symbol_name, other))
+    if symbol_name.stem in RADII and f"r_cp{symbol_name.joint}" in values:
+        cosine = values[f"r_cp{symbol_name.joint}"] / values[f"r_c{symbol_name.joint}"]
+        if symbol_name.stem != "r_c":
             text = f"the pitch radius {symbol}/cos(alpha)"
             yield Alternative(text, values[symbol] / cosine, 0.15)
         yield Alternative(f"{symbol} cos(alpha)", values[symbol] * cosine, 0.25)
-    if own.stem == "d":
-        length = values[f"L{own.joint}"]
-        yield Alternative(f"L{own.joint}/2", length / 2, 0.1)
-        yield Alternative(f"L{own.joint} - {symbol}", length - values[symbol], 0.15)
-    if own.stem == "n":
+    if symbol_name.stem == "d":
+        length = values[f"L{symbol_name.joint}"]
+        yield Alternative(f"L{symbol_name.joint}/2", length / 2, 0.1)
+        yield Alternative(f"L{symbol_name.joint} - {symbol}", length - values[symbol], 0.15)
+    if symbol_name.stem == "n":
         yield Alternative(f"1/{symbol}", 1 / values[symbol], 0.3)
-    if own.stem == "N":
+    if symbol_name.stem == "N":
         yield Alternative(f"sqrt({symbol})", values[symbol] ** 0.5, 0.4)
         for text, shift in ((f"{symbol} - 1", -1), (f"{symbol} + 1", 1)):
             yield Alternative(text, values[symbol] + shift, 0.4)
 
 
-def _distance(own: Named, other: Named) -> float:
+def _distance(symbol_name: SymbolName, other: SymbolName) -> float:
     """How unlikely two symbols are confused: least of one joint and kind, then of other ones."""
-    cost = 0.1 if own.joint == other.joint else 0.3
-    if {own.stem, other.stem} == {"L", "d"} and own.joint == other.joint:
-        return 0.05 - 1e-3 * own.joint  # a body's own lever is that of its last link
-    if own.stem != other.stem:
-        cost += 0.05 if own.stem in RADII else 0.15
-        cost += 0.3 if (own.stem in RADII) != (other.stem in RADII) else 0.0
-        cost += 0.1 if (own.stem in GEAR_PARTS) != (other.stem in GEAR_PARTS) else 0.0
-        cost += 0.3 if own.joint != other.joint else 0.0
+    cost = 0.1 if symbol_name.joint == other.joint else 0.3
+    if {symbol_name.stem, other.stem} == {"L", "d"} and symbol_name.joint == other.joint:
+        return 0.05 - 1e-3 * symbol_name.joint  # a body's own lever is that of its last link
+    if symbol_name.stem != other.stem:
+        cost += 0.05 if symbol_name.stem in RADII else 0.15
+        cost += 0.3 if (symbol_name.stem in RADII) != (other.stem in RADII) else 0.0
+        cost += 0.1 if (symbol_name.stem in GEAR_PARTS) != (other.stem in GEAR_PARTS) else 0.0
+        cost += 0.3 if symbol_name.joint != other.joint else 0.0
     return cost
 
 
-def _of_teeth(own: Named, values: Values) -> Iterator[Alternative]:
+def _tooth_alternatives(symbol_name: SymbolName, values: Values) -> Iterator[Alternative]:
     """Alternatives that are the same quantity, worked out with the teeth of other gears."""
-    j = own.joint
-    if own.stem == "n":
+    j = symbol_name.joint
+    if symbol_name.stem == "n":
         teeth = [values[f"{z}{j}"] for z in ("z_s", "z_p", "z_r")]
         for text, ratio in RATIOS:
-            yield Alternative(_numbered(text, j), ratio(*teeth), 0.1)
-    if own.stem in ("r_c", "r_cp") and f"r_r{j}" in values:
+            yield Alternative(_add_joint_number(text, j), ratio(*teeth), 0.1)
+    if symbol_name.stem in ("r_c", "r_cp") and f"r_r{j}" in values:
         radii = [values[f"{r}{j}"] for r in ("r_s", "r_p", "r_r")]
-        share = values[f"{own.stem}{j}"] / (radii[0] + radii[1])
+        share = values[f"{symbol_name.stem}{j}"] / (radii[0] + radii[1])
         for text, sum_of in CARRIERS:
-            name = f"{own.stem}{j} by {_numbered(text, j)}"
+            name = f"{symbol_name.stem}{j} by {_add_joint_number(text, j)}"
             yield Alternative(name, share * sum_of(*radii), 0.2)
 
 
-def _numbered(text: str, joint: int) -> str:
+def _add_joint_number(text: str, joint: int) -> str:
     return re.sub(r"(z_[spr])", rf"\g<1>{joint}", text)

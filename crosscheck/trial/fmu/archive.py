@@ -18,12 +18,12 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import InputError, describe_error, install_extra
+from crosscheck.models.errors import InputError, describe_error, format_install_command
 from crosscheck.models.files import read_toml
-from crosscheck.models.inputs import input_content
-from crosscheck.models.loading import validated
-from crosscheck.runner.foreign import read_apart
-from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.models.inputs import read_input
+from crosscheck.models.loading import validate_record
+from crosscheck.runner.isolated_reading import read_in_subprocess
+from crosscheck.trial.coordinates.frame import build_frame
 from crosscheck.trial.input.equations import MOST, Coordinates, CoordinatesFile, Level
 
 LARGEST_FILE = 200_000_000  # bytes
@@ -37,27 +37,27 @@ BINARIES = {
     ("Darwin", "arm64"): ("aarch64-darwin", "darwin64"),
 }
 LIBRARIES = (".so", ".dylib")
-EXTRA = f"needs FMPy: {install_extra('fmu')}"
+EXTRA = f"needs FMPy: {format_install_command('fmu')}"
 LONGEST = 200  # characters of a name that is looked at
 Variables = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST)]
 
 
-def unpacked(path: Path, folder: Path) -> None:
+def unpack_fmu(path: Path, folder: Path) -> None:
     """Unpack description, resources and this machine's binaries into an empty folder.
 
     Raises InputError for what is no FMU, leads out of the folder or grows beyond all measure, when
     nothing is unpacked, and for what cannot be unpacked.
     """
     where = str(path)
-    content = input_content(path, LARGEST_FILE)
+    content = read_input(path, LARGEST_FILE)
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             entries = archive.infolist()
             _require_harmless(where, entries)
-            own = ("resources/", *(f"binaries/{name}/" for name in _folders()))
+            prefixes = ("resources/", *(f"binaries/{name}/" for name in _folders()))
             for entry in entries:
                 name = entry.filename
-                if entry.is_dir() or not (name == DESCRIPTION or name.startswith(own)):
+                if entry.is_dir() or not (name == DESCRIPTION or name.startswith(prefixes)):
                     continue
                 target = folder / name
                 target.parent.mkdir(parents=True, exist_ok=True)
@@ -127,44 +127,44 @@ class FmuDescription:
     states: tuple[str, ...]
 
 
-def described(where: str, folder: Path) -> FmuDescription:
+def read_description(where: str, folder: Path) -> FmuDescription:
     """What an unpacked FMU says of itself; a foreign file is parsed apart. Raises InputError."""
-    found: FmuDescription = read_apart(where, _described, where, folder)
-    if not re.fullmatch(r"[A-Za-z_]\w{,199}", found.identifier, re.ASCII):
+    description: FmuDescription = read_in_subprocess(where, _parse_description, where, folder)
+    if not re.fullmatch(r"[A-Za-z_]\w{,199}", description.identifier, re.ASCII):
         allowed = "must be a name of C with at most 200 characters"
-        raise InputError(where, "modelIdentifier", found.identifier, allowed)
-    return found
+        raise InputError(where, "modelIdentifier", description.identifier, allowed)
+    return description
 
 
-def _described(where: str, folder: Path) -> FmuDescription:
+def _parse_description(where: str, folder: Path) -> FmuDescription:
     try:
         from fmpy import read_model_description
     except ImportError:
         raise InputError(where, "", None, EXTRA) from None
     text = (folder / DESCRIPTION).read_bytes()
     version = re.search(rb"fmiVersion\s*=\s*[\"']([^\"']*)", text)
-    said = "" if version is None else version[1].decode("utf-8", "backslashreplace")
-    if said[:2] not in ("2.", "3."):
-        raise InputError(where, "fmiVersion", said, "must be 2.0 or 3.0")
+    fmi_version = "" if version is None else version[1].decode("utf-8", "backslashreplace")
+    if fmi_version[:2] not in ("2.", "3."):
+        raise InputError(where, "fmiVersion", fmi_version, "must be 2.0 or 3.0")
     try:
         # Vendors' annotations break the schema, and nothing of them is read.
-        found = read_model_description(str(folder), validate=False)
+        model_description = read_model_description(str(folder), validate=False)
     except Exception as error:
         reason = f"is no model description: {describe_error(error)}"
         raise InputError(where, "", None, reason) from None
-    interface = found.modelExchange or found.coSimulation
+    interface = model_description.modelExchange or model_description.coSimulation
     if interface is None:
         reason = "is neither for Model Exchange nor for Co-Simulation"
         raise InputError(where, "", None, reason)
     for name, value in (
         ("modelIdentifier", interface.modelIdentifier),
-        ("guid, or instantiationToken", found.guid),
+        ("guid, or instantiationToken", model_description.guid),
     ):
         if not value:
             raise InputError(where, name, None, "is missing")
     variables = [
         variable
-        for variable in found.modelVariables
+        for variable in model_description.modelVariables
         if variable.type in ("Real", "Float64")
         and not variable.dimensions
         and len(variable.name) <= LONGEST
@@ -172,39 +172,39 @@ def _described(where: str, folder: Path) -> FmuDescription:
     ]
     states = tuple(
         unknown.variable.derivative.name
-        for unknown in found.derivatives
+        for unknown in model_description.derivatives
         if unknown.variable.derivative is not None
     )
     return FmuDescription(
-        version=int(said[0]),
-        kind="exchange" if found.modelExchange else "co-simulation",
+        version=int(fmi_version[0]),
+        kind="exchange" if model_description.modelExchange else "co-simulation",
         identifier=interface.modelIdentifier,
-        token=found.guid,
+        token=model_description.guid,
         references={v.name: int(v.valueReference) for v in variables},
         inputs=tuple(v.name for v in variables if v.causality == "input"),
         states=states,
     )
 
 
-def drafted(name: str, found: FmuDescription) -> str:
+def draft_mapping(name: str, description: FmuDescription) -> str:
     """The text of a draft mapping: states and their rates by their order, then the inputs."""
-    half = len(found.states) // 2
+    half = len(description.states) // 2
     runs = '# The rigid level that a unit for Co-Simulation is compared with.\nlevel = "links"\n'
     return (
         f"# Written by crosscheck trial --ask, from what {name} says of itself: check every name.\n"
         "# Coordinates in their order, their rates, and the drive's torques on the output side.\n"
-        f"q = {_list(found.states[:half])}\n"
-        f"v = {_list(found.states[half:])}\n"
-        f"torque = {_list(found.inputs)}\n"
+        f"q = {_format_list(description.states[:half])}\n"
+        f"v = {_format_list(description.states[half:])}\n"
+        f"torque = {_format_list(description.inputs)}\n"
         "\n"
         '# What q are: gearing = "rigid", "lumped" or "free"; links = "relative" or "absolute";\n'
         '# gears = "displacements" or "angles"; or matrix = [[1, 0], [0, 1]].\n'
         'gearing = "rigid"\n'
-        'links = "relative"\n' + runs * (found.kind == "co-simulation")
+        'links = "relative"\n' + runs * (description.kind == "co-simulation")
     )
 
 
-def _list(names: tuple[str, ...]) -> str:
+def _format_list(names: tuple[str, ...]) -> str:
     quoted = ('"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"' for name in names)
     return f"[{', '.join(quoted)}]"
 
@@ -239,36 +239,47 @@ class MappedUnit:
         return [self.description.states.index(name) for name in names]
 
 
-def mapped_unit(path: Path, mapping: Path, arm: Arm, folder: Path) -> MappedUnit:
+def load_unit(path: Path, mapping: Path, arm: Arm, folder: Path) -> MappedUnit:
     """The unit with its mapping, unpacked into an empty folder, not run. Raises InputError."""
-    said = validated(MappingFile, read_toml(mapping), str(mapping))
-    unpacked(path, folder)
-    description = described(str(path), folder)
-    coordinates = Coordinates(**said.model_dump(exclude={"level", "q", "v", "torque"}))
-    size = len(frame_of(coordinates, arm).names)
+    mapping_file = validate_record(MappingFile, read_toml(mapping), str(mapping))
+    unpack_fmu(path, folder)
+    description = read_description(str(path), folder)
+    coordinates = Coordinates(**mapping_file.model_dump(exclude={"level", "q", "v", "torque"}))
+    size = len(build_frame(coordinates, arm).names)
     states, kind = description.states, "a continuous state"
     if description.kind == "co-simulation":
         states, kind = tuple(description.references), "a real variable"
-    _require(mapping, "q", said.q, size, states, kind)
-    _require(mapping, "v", said.v, size, states, kind)
-    _require(mapping, "torque", said.torque, len(arm.joints), description.inputs, "a real input")
+    _require_names(mapping, "q", mapping_file.q, size, states, kind)
+    _require_names(mapping, "v", mapping_file.v, size, states, kind)
+    _require_names(
+        mapping, "torque", mapping_file.torque, len(arm.joints), description.inputs, "a real input"
+    )
     name = description.identifier
-    places = (folder / "binaries" / own / f"{name}{end}" for own in _folders() for end in LIBRARIES)
+    places = (
+        folder / "binaries" / folder_name / f"{name}{end}"
+        for folder_name in _folders()
+        for end in LIBRARIES
+    )
     library = next((place for place in places if place.is_file()), None)
     if library is None:
         machine = f"{platform.system()} {platform.machine()}"
         raise InputError(str(path), "binaries", None, f"holds none of {name} for {machine}")
-    names = said.q, said.v, said.torque
-    return MappedUnit(folder, library, description, coordinates, said.level, *names)
+    names = mapping_file.q, mapping_file.v, mapping_file.torque
+    return MappedUnit(folder, library, description, coordinates, mapping_file.level, *names)
 
 
-def _require(
-    mapping: Path, field: str, names: tuple[str, ...], count: int, known: tuple[str, ...], kind: str
+def _require_names(
+    mapping: Path,
+    field: str,
+    names: tuple[str, ...],
+    count: int,
+    available_names: tuple[str, ...],
+    kind: str,
 ) -> None:
     """Raise InputError unless the names are `count` different ones of the unit's own."""
     if len(names) != count or len(set(names)) < count:
         raise InputError(str(mapping), field, list(names), f"must be {count} names, each once")
     for name in names:
-        if name not in known:
-            allowed = f"is not {kind} of the unit; there are {', '.join(known) or 'none'}"
+        if name not in available_names:
+            allowed = f"is not {kind} of the unit; there are {', '.join(available_names) or 'none'}"
             raise InputError(str(mapping), field, name, allowed)

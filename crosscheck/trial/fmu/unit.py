@@ -17,29 +17,34 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from crosscheck.checks.invariants import torques_at
-from crosscheck.checks.scales import meaningful
-from crosscheck.checks.trajectories import UNITS, refined, size
-from crosscheck.findings import About, Agreement, Finding, Key
+from crosscheck.checks.scales import acceptance_limit
+from crosscheck.checks.trajectories import UNITS, check_refined_runs, size
+from crosscheck.findings import Agreement, ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.directories import require_private
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
-from crosscheck.models.places import require_private
-from crosscheck.models.trajectory import recorded, recorded_times
-from crosscheck.planning.comparison import Comparison, answered, findings_of, tasks_of
+from crosscheck.models.trajectory import build_trajectory, recorded_times
+from crosscheck.planning.comparison import (
+    Comparison,
+    collect_tasks,
+    judge_comparisons,
+    make_comparison,
+)
 from crosscheck.planning.plan import Experiment
-from crosscheck.planning.run_suite import engines_first
-from crosscheck.provenance import provenance
-from crosscheck.registry import build, packages, reference_model, same_integrator
-from crosscheck.run import performed
-from crosscheck.runner.foreign import read_apart
-from crosscheck.runner.outcomes import Failure, failure
+from crosscheck.planning.run_suite import sort_engines
+from crosscheck.provenance import record_provenance
+from crosscheck.registry import build, find_same_integrator_models, packages, reference_model
+from crosscheck.run import run_tasks
+from crosscheck.runner.isolated_reading import read_in_subprocess
+from crosscheck.runner.outcomes import Failure, failure_from_error
 from crosscheck.runner.process_tree import limit_resources
+from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import RunKey
-from crosscheck.runner.underway import Told
 from crosscheck.runner.workers import Workers
-from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.coordinates.frame import build_frame
 from crosscheck.trial.fmu.archive import MappedUnit
 from crosscheck.trial.input.equations import Equations
 
@@ -54,7 +59,7 @@ STEP_S = 1e-4  # rough cost of a communication
 
 
 @lru_cache(maxsize=2)
-def _exchange(unit: MappedUnit, process: int) -> ExchangeUnit:
+def _load_exchange_unit(unit: MappedUnit, process: int) -> ExchangeUnit:
     """The unit, loaded once in each process: a worker must not use what its parent has loaded."""
     return ExchangeUnit(unit)
 
@@ -65,20 +70,20 @@ class LoadedUnit:
     def __init__(self, mapped: MappedUnit) -> None:
         from fmpy import fmi2, fmi3
 
-        said = mapped.description
+        description = mapped.description
         limit_resources(UNIT_BYTES)
         with require_private(mapped.library):  # which was unpacked a while ago
             pass
-        self.mapped, self.old = mapped, said.version == 2
-        kinds = {
+        self.mapped, self.old = mapped, description.version == 2
+        unit_classes = {
             ("exchange", True): fmi2.FMU2Model,
             ("exchange", False): fmi3.FMU3Model,
             ("co-simulation", True): fmi2.FMU2Slave,
             ("co-simulation", False): fmi3.FMU3Slave,
         }
-        self.unit: Any = kinds[said.kind, self.old](
-            guid=said.token,
-            modelIdentifier=said.identifier,
+        self.unit: Any = unit_classes[description.kind, self.old](
+            guid=description.token,
+            modelIdentifier=description.identifier,
             unzipDirectory=str(mapped.folder),
             libraryPath=str(mapped.library),
         )
@@ -111,15 +116,15 @@ class ExchangeUnit(LoadedUnit):
 
     def rates(self, t: float, q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Derivatives (states,) of all continuous states at time t [s]."""
-        states, found = self.begin.copy(), np.full(self.begin.size, np.nan)
+        states, derivatives = self.begin.copy(), np.full(self.begin.size, np.nan)
         states[self.mapped.places(self.mapped.q)] = q
         states[self.mapped.places(self.mapped.v)] = v
         self.unit.setTime(t)
         self.set(self.torque, torque.tolist())
         self.unit.setContinuousStates(_pointer(states), states.size)
         ask = self.unit.getDerivatives if self.old else self.unit.getContinuousStateDerivatives
-        ask(_pointer(found), found.size)
-        return found
+        ask(_pointer(derivatives), derivatives.size)
+        return derivatives
 
 
 class SteppedUnit(LoadedUnit):
@@ -131,7 +136,7 @@ class SteppedUnit(LoadedUnit):
         self.set(self.state, [*q.tolist(), *v.tolist()])
         self.initialise()
 
-    def now(self) -> tuple[np.ndarray, np.ndarray]:
+    def get_state(self) -> tuple[np.ndarray, np.ndarray]:
         """q and v, each (n,), as the unit has them."""
         q, v = np.split(np.array(self.get(self.state)), 2)
         return q, v
@@ -148,7 +153,7 @@ def _pointer(values: np.ndarray) -> Any:
 
 def require_running(unit: MappedUnit, where: str) -> None:
     """Raise InputError for a unit that does not start and answer once, in a process of its own."""
-    read_apart(where, _start, unit, fails="does not run")
+    read_in_subprocess(where, _start, unit, fails="does not run")
 
 
 def _start(unit: MappedUnit) -> None:
@@ -157,24 +162,24 @@ def _start(unit: MappedUnit) -> None:
     if unit.description.kind == "co-simulation":
         LoadedUnit(unit).initialise()
         return
-    own = ExchangeUnit(unit)
-    q, v = (own.begin[unit.places(names)] for names in (unit.q, unit.v))
+    exchange_unit = ExchangeUnit(unit)
+    q, v = (exchange_unit.begin[unit.places(names)] for names in (unit.q, unit.v))
     with suppress(Exception):
-        own.rates(0.0, q, v, np.zeros(len(unit.torque)))
+        exchange_unit.rates(0.0, q, v, np.zeros(len(unit.torque)))
 
 
-def fmu_equations(unit: MappedUnit, arm: Arm) -> Equations:
+def build_fmu_equations(unit: MappedUnit, arm: Arm) -> Equations:
     """The equations of a unit for Model Exchange, which runs in workers alone.
 
     With a torque on each coordinate M is what resists them; else there is the acceleration alone.
     """
-    frame = frame_of(unit.coordinates, arm)
+    frame = build_frame(unit.coordinates, arm)
     theta = frame.jacobian(np.zeros(len(frame.names)))[frame.layout.theta]
     joints, size = theta.shape
 
     def ask(t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """v' (n,) at time t [s], torques (joints,); other states are as the unit begins."""
-        return _exchange(unit, os.getpid()).rates(t, x, v, torque)[unit.places(unit.v)]
+        return _load_exchange_unit(unit, os.getpid()).rates(t, x, v, torque)[unit.places(unit.v)]
 
     if joints != size:
         return Equations(acceleration=ask, coordinates=unit.coordinates)
@@ -234,7 +239,7 @@ class UnitRun:
         try:
             return self._run()
         except BaseException as error:  # also what a unit raises through FMPy
-            return failure(error)
+            return failure_from_error(error)
 
     def _run(self) -> xr.Dataset:
         """The unit's run, as a trajectory.
@@ -242,54 +247,54 @@ class UnitRun:
         Torques are set and held at every communication, at least two between records.
         """
         arm, scenario, _ = self.case
-        frame = frame_of(self.unit.coordinates, arm)
+        frame = build_frame(self.unit.coordinates, arm)
         theta, drive = frame.layout.theta, drive_data(scenario, len(arm.joints))
         q, v = build(self.reference, *self.case).start()
         x_0 = frame.place(q)
-        own = SteppedUnit(self.unit, x_0, np.linalg.solve(frame.jacobian(x_0), v))
+        stepped_unit = SteppedUnit(self.unit, x_0, np.linalg.solve(frame.jacobian(x_0), v))
 
-        def moving() -> tuple[np.ndarray, np.ndarray]:
+        def joint_motion() -> tuple[np.ndarray, np.ndarray]:
             """Angles and rates of the joints, as the unit has them now."""
-            x, u = own.now()
+            x, u = stepped_unit.get_state()
             return frame.position(x)[theta], (frame.jacobian(x) @ u)[theta]
 
         time = recorded_times(scenario)
         often = max(scenario.stride // 2, 1) * (1 if self.variant else 2)
-        found = []
+        records = []
         for begin, end in zip(time, [*time[1:], None], strict=True):
-            found.append(moving())
+            records.append(joint_motion())
             for part in range(often if end is not None else 0):
                 h = (end - begin) / often
                 t = begin + part * h
-                own.step(t, h, torques_at(drive, t, *moving()))
-        angles, rates = (np.array(each) for each in zip(*found, strict=True))
-        run = recorded(self.name, *self.case, time, theta=angles, theta_dot=rates)
+                stepped_unit.step(t, h, torques_at(drive, t, *joint_motion()))
+        angles, rates = (np.array(each) for each in zip(*records, strict=True))
+        run = build_trajectory(self.name, *self.case, time, theta=angles, theta_dot=rates)
         return run.assign_attrs(step_s=(time[1] - time[0]) / often)
 
 
-def beside(
+def compare_unit_runs(
     unit: MappedUnit,
     name: str,
     arm: Arm,
     scenarios: Sequence[Scenario],
     laws: Switches,
     jobs: int,
-    told: Told,
+    progress: ProgressCallback,
 ) -> Agreement:
     """The cross-check of a unit's runs with those of the engines.
 
     Each run is as uncertain as refining its steps shows; of the unit, the steps of communication.
     """
-    found = [
+    comparisons = [
         comparison
         for scenario in scenarios
-        for comparison in _comparisons(unit, name, Case(arm, scenario, laws))
+        for comparison in _plan_comparisons(unit, name, Case(arm, scenario, laws))
     ]
     with Workers(jobs) as workers:
-        results = performed(workers, tasks_of(found), told)
+        results = run_tasks(workers, collect_tasks(comparisons), progress)
     settings = arm, 0, False, tuple(scenarios), laws
-    record = provenance(*settings, packages=packages(), model=name)
-    return Agreement(list(findings_of(found, results)), record)
+    record = record_provenance(*settings, packages=packages(), model=name)
+    return Agreement(list(judge_comparisons(comparisons, results)), record)
 
 
 def require_comparable(unit: MappedUnit, where: str) -> None:
@@ -299,21 +304,25 @@ def require_comparable(unit: MappedUnit, where: str) -> None:
         raise InputError(where, "level", None, allowed)
 
 
-def _comparisons(unit: MappedUnit, name: str, case: Case) -> Iterator[Comparison]:
-    engines = engines_first(unit.level) if unit.level else [reference_model(), *same_integrator()]
+def _plan_comparisons(unit: MappedUnit, name: str, case: Case) -> Iterator[Comparison]:
+    engines = (
+        sort_engines(unit.level)
+        if unit.level
+        else [reference_model(), *find_same_integrator_models()]
+    )
     first = next(engine for engine in engines if engine.startswith("analytic"))
-    own = UnitRun(unit, name, case, first), UnitRun(unit, name, case, first, "coarse")
+    unit_runs = UnitRun(unit, name, case, first), UnitRun(unit, name, case, first, "coarse")
     experiment = Experiment(case.scenario.name, case)
 
-    def judged(about: About, *runs: Any) -> Finding:
+    def judge(about: Subject, *runs: Any) -> Finding:
         left, right, quantity = runs[:2], runs[2:], about.key.quantity
-        widest = meaningful(quantity, case.arm, case.scenario, size(right[0], quantity))
-        return refined(about, left, right, widest)
+        widest = acceptance_limit(quantity, case.arm, case.scenario, size(right[0], quantity))
+        return check_refined_runs(about, left, right, widest)
 
     for engine in dict.fromkeys(engines):
-        theirs = experiment.run(engine), experiment.run(engine, "coarse")
+        engine_runs = experiment.run(engine), experiment.run(engine, "coarse")
         for quantity in ("theta", "theta_dot"):
-            key = Key(FAMILY, case.scenario.name, quantity, name, engine)
-            about = About(key, UNITS[quantity], "largest absolute difference")
+            key = ComparisonKey(FAMILY, case.scenario.name, quantity, name, engine)
+            about = Subject(key, UNITS[quantity], "largest absolute difference")
 
-            yield answered(about, (*own, *theirs), judged)
+            yield make_comparison(about, (*unit_runs, *engine_runs), judge)

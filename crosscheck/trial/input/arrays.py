@@ -11,26 +11,26 @@ class NotNumbers(ValueError):
     """What is wrong with an answer: what came, and what must come."""
 
 
-def numbers_of(answer: Any, shape: tuple[int, ...]) -> np.ndarray:
+def convert_to_numbers(answer: Any, shape: tuple[int, ...]) -> np.ndarray:
     """The answer as finite float64 of this shape; vectors may come as a row or a column.
 
     Raises NotNumbers.
     """
-    found = _array(answer)
-    if found.dtype.kind not in "biufc":
-        raise NotNumbers(f"is of type {found.dtype}, must be numbers")
-    if found.dtype.kind == "c" and np.any(found.imag != 0):
+    array = _array(answer)
+    if array.dtype.kind not in "biufc":
+        raise NotNumbers(f"is of type {array.dtype}, must be numbers")
+    if array.dtype.kind == "c" and np.any(array.imag != 0):
         raise NotNumbers("is complex, must be real")
-    found = found.real.astype(np.float64)
-    if [n for n in found.shape if n != 1] == [n for n in shape if n != 1]:
-        found = found.reshape(shape)
-    if found.shape != shape:
-        raise NotNumbers(f"has shape {found.shape}, must be {shape}")
-    if not np.isfinite(found).all():
-        what = "NaN" if np.isnan(found).any() else "an infinite number"
-        place = tuple(int(k) for k in np.argwhere(~np.isfinite(found))[0])
+    array = array.real.astype(np.float64)
+    if [n for n in array.shape if n != 1] == [n for n in shape if n != 1]:
+        array = array.reshape(shape)
+    if array.shape != shape:
+        raise NotNumbers(f"has shape {array.shape}, must be {shape}")
+    if not np.isfinite(array).all():
+        what = "NaN" if np.isnan(array).any() else "an infinite number"
+        place = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
         raise NotNumbers(f"has {what} at {list(place)}, must be finite")
-    return found
+    return array
 
 
 def _array(answer: Any) -> np.ndarray:
@@ -41,22 +41,22 @@ def _array(answer: Any) -> np.ndarray:
         raise NotNumbers(f"is {'None' if answer is None else 'masked'}, must be numbers")
     name = type(answer).__name__
     try:
-        found = np.array(answer)
+        array = np.array(answer)
     except ValueError:
         raise NotNumbers("has rows of unequal length, must be an array of numbers") from None
     except TypeError:  # a casadi expression
         raise NotNumbers(f"is a {name}, must be numbers") from None
-    if found.dtype != object:
-        return found
+    if array.dtype != object:
+        return array
     try:
-        return np.array([complex(item) for item in found.flat]).reshape(found.shape)
+        return np.array([complex(item) for item in array.flat]).reshape(array.shape)
     except OverflowError:
         raise NotNumbers(f"is a {name} that holds an integer too large for a float") from None
     except (TypeError, ValueError):
-        kinds = ", ".join(sorted({type(item).__name__ for item in found.flat}))
-        raise NotNumbers(f"is a {name} that holds {kinds or name}, must be numbers") from None
+        type_names = ", ".join(sorted({type(item).__name__ for item in array.flat}))
+        raise NotNumbers(f"is a {name} that holds {type_names or name}, must be numbers") from None
 
 
-def shown(vector: np.ndarray) -> str:
+def format_vector(vector: np.ndarray) -> str:
     """A state's numbers as text for an error line."""
     return f"[{', '.join(f'{value:.6g}' for value in vector)}]"

@@ -15,10 +15,10 @@ import numpy as np
 
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import CannotDo, InputError, one_line
-from crosscheck.runner.outcomes import Failure, failure
+from crosscheck.models.errors import CannotDo, InputError, format_line
+from crosscheck.runner.outcomes import Failure, failure_from_error
 from crosscheck.trial.coordinates.frame import Frame, UserState
-from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
+from crosscheck.trial.input.arrays import NotNumbers, convert_to_numbers, format_vector
 from crosscheck.trial.input.equations import Equations
 
 Arguments = Mapping[str, Any]
@@ -41,12 +41,12 @@ TAKES: dict[str, tuple[str, ...]] = {
     "inverse_dynamics": ("x", "v", "a"),
     "gravity": ("x",),
 }
-OF_ROBOTS = ("gravity",)  # parts that the equations of an arm have not
+ROBOT_PARTS = ("gravity",)  # parts that the equations of an arm have not
 MATRICES = ("mass_matrix", "coriolis")
 LAMBDIFIED = "<lambdifygenerated"  # what sympy calls the file of a function that it writes
 # These packages' frames count where we call them; a user's own frame comes before those of a
 # user's call. FMPy calls a unit, of which Python has no frame.
-OURS = ("crosscheck", "numpy", "fmpy")
+CALLING_PACKAGES = ("crosscheck", "numpy", "fmpy")
 
 
 @dataclass(frozen=True)
@@ -79,30 +79,32 @@ class SuppliedEquations:
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
         """M(x), shape (n, n)."""
         if "mass_matrix" in self.given:
-            return self._answer("mass_matrix", x=x)
+            return self._call_part("mass_matrix", x=x)
         zero, units = np.zeros(len(x)), np.eye(len(x))
-        rest = self._answer("inverse_dynamics", x=x, v=zero, a=zero)
-        columns = [self._answer("inverse_dynamics", x=x, v=zero, a=unit) - rest for unit in units]
+        rest = self._call_part("inverse_dynamics", x=x, v=zero, a=zero)
+        columns = [
+            self._call_part("inverse_dynamics", x=x, v=zero, a=unit) - rest for unit in units
+        ]
         return np.stack(columns, axis=1)
 
     def bias(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """C(x, v) v, shape (n,), which stands on the left of the equation."""
         if "bias" in self.given:
-            return self._answer("bias", x=x, v=v)
+            return self._call_part("bias", x=x, v=v)
         if "coriolis" in self.given:
-            return self._answer("coriolis", x=x, v=v) @ v
-        return self._answer("inverse_dynamics", x=x, v=v, a=np.zeros(len(x)))
+            return self._call_part("coriolis", x=x, v=v) @ v
+        return self._call_part("inverse_dynamics", x=x, v=v, a=np.zeros(len(x)))
 
     def force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Sum of all forces at time t [s], shape (n,), on the right of the equation."""
-        return self._answer("force", t=t, x=x, v=v, torque=torque)
+        return self._call_part("force", t=t, x=x, v=v, torque=torque)
 
     def acceleration(
         self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray
     ) -> np.ndarray:
         """x'' at time t [s], shape (n,). Raises numpy's LinAlgError where M is singular."""
         if "acceleration" in self.given:
-            return self._answer("acceleration", t=t, x=x, v=v, torque=torque)
+            return self._call_part("acceleration", t=t, x=x, v=v, torque=torque)
         balance = self.force(t, x, v, torque) - self.bias(x, v)
         mass = self.mass_matrix(x)
         # The units of x must not choose the pivots.
@@ -121,17 +123,17 @@ class SuppliedEquations:
     def inverse_dynamics(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """M(x) a + bias(x, v), shape (n,)."""
         if "inverse_dynamics" in self.given:
-            return self._answer("inverse_dynamics", x=x, v=v, a=a)
+            return self._call_part("inverse_dynamics", x=x, v=v, a=a)
         return self.mass_matrix(x) @ a + self.bias(x, v)
 
-    def _answer(self, part: str, **arguments: Any) -> np.ndarray:
+    def _call_part(self, part: str, **arguments: Any) -> np.ndarray:
         """The answer of the user's function to copies of the arguments, (n,) or (n, n)."""
         if part not in self.given:
             raise CannotDo(f"the equations have no {part}")
-        return part_answer(self.calls[part], part, len(self.frame.names), arguments)
+        return call_part(self.calls[part], part, len(self.frame.names), arguments)
 
 
-def part_answer(
+def call_part(
     call: Callable[[Arguments], Any], part: str, size: int, arguments: Arguments
 ) -> np.ndarray:
     """The answer of a part to copies of its arguments, (size,) or (size, size).
@@ -144,25 +146,25 @@ def part_answer(
     try:
         raw = call(copies)
     except BaseException as error:  # also SystemExit
-        error.add_note(f"{part}{_state(arguments)}")
+        error.add_note(f"{part}{_describe_state(arguments)}")
         raise
     try:
-        return numbers_of(raw, (size, size) if part in MATRICES else (size,))
+        return convert_to_numbers(raw, (size, size) if part in MATRICES else (size,))
     except NotNumbers as error:
-        raise BadAnswer(one_line(f"{part} {error}{_state(arguments)}")) from None
+        raise BadAnswer(format_line(f"{part} {error}{_describe_state(arguments)}")) from None
 
 
-def _state(arguments: Arguments) -> str:
+def _describe_state(arguments: Arguments) -> str:
     """The state at which a function was asked, as words for an error line."""
-    vectors = {name: shown(np.atleast_1d(value)) for name, value in arguments.items()}
+    vectors = {name: format_vector(np.atleast_1d(value)) for name, value in arguments.items()}
     return f" at {', '.join(f'{name} = {text}' for name, text in vectors.items())}"
 
 
-def supplied(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEquations:
+def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEquations:
     """The equations, bound to an arm and in a frame of it. Raises InputError."""
     functions = {part: getattr(equations, part) for part in TAKES}
-    given = {part: own for part, own in functions.items() if own is not None}
-    calls = {part: by_name(own, part) for part, own in given.items()}
+    given = {part: function for part, function in functions.items() if function is not None}
+    calls = {part: make_named_call(function, part) for part, function in given.items()}
     has = set(given)
     if has & {"coriolis", "inverse_dynamics"}:
         has.add("bias")
@@ -183,7 +185,7 @@ class NamedCall:
     it takes some of them.
     """
 
-    own: Callable[..., Any]
+    function: Callable[..., Any]
     positional: tuple[str, ...] = ()
     keywords: Mapping[str, str] = field(default_factory=dict)
 
@@ -195,48 +197,52 @@ class NamedCall:
     def __call__(self, arguments: Arguments) -> Any:
         """The function's answer, whatever it is."""
         by_keyword = {name: arguments[meant] for name, meant in self.keywords.items()}
-        return self.own(*(arguments[meant] for meant in self.positional), **by_keyword)
+        return self.function(*(arguments[meant] for meant in self.positional), **by_keyword)
 
 
-def by_name(own: Any, part: str, *, in_order: bool = False) -> NamedCall:
+def make_named_call(function: Any, part: str, *, in_order: bool = False) -> NamedCall:
     """A user's function as one of all its arguments by name.
 
     in_order: whether one whose parameters all have names of the user's own gets the part's
     arguments in their order, if they are as many. Raises InputError.
     """
-    if not callable(own):
-        reason = f"is a {type(own).__name__}; must be a function of {', '.join(TAKES[part])}"
+    if not callable(function):
+        reason = f"is a {type(function).__name__}; must be a function of {', '.join(TAKES[part])}"
         raise InputError("equations", part, None, reason)
-    if callable(getattr(own, "name_in", None)):  # a casadi Function
-        return NamedCall(own, _casadi_arguments(own, part))
+    if callable(getattr(function, "name_in", None)):  # a casadi Function
+        return NamedCall(function, _casadi_arguments(function, part))
     try:
-        parameters = list(inspect.signature(own).parameters.values())
+        parameters = list(inspect.signature(function).parameters.values())
     except (TypeError, ValueError):  # a builtin, or an extension's function
-        return NamedCall(own, TAKES[part])
-    fixed = own.keywords if isinstance(own, functools.partial) else {}
+        return NamedCall(function, TAKES[part])
+    fixed = function.keywords if isinstance(function, functools.partial) else {}
     parameters = [p for p in parameters if p.name not in fixed and p.kind != p.VAR_KEYWORD]
     if any(p.kind == p.VAR_POSITIONAL for p in parameters):
-        return NamedCall(own, TAKES[part])
+        return NamedCall(function, TAKES[part])
     required = [p for p in parameters if p.default is p.empty]
-    if _nameless(own, required) or (in_order and _is_renamed(required, part)):
-        return NamedCall(own, _first(part, len(required)))
-    wanted = [p for p in parameters if p.default is p.empty or MEANT.get(p.name) in TAKES[part]]
-    for parameter in wanted:
+    if _is_nameless(function, required) or (in_order and _is_renamed(required, part)):
+        return NamedCall(function, _first_arguments(part, len(required)))
+    used_parameters = [
+        p for p in parameters if p.default is p.empty or MEANT.get(p.name) in TAKES[part]
+    ]
+    for parameter in used_parameters:
         _require_meaning(parameter.name, part)
-    before = tuple(MEANT[p.name] for p in wanted if p.kind == p.POSITIONAL_ONLY)
+    before = tuple(MEANT[p.name] for p in used_parameters if p.kind == p.POSITIONAL_ONLY)
     return NamedCall(
-        own, before, {p.name: MEANT[p.name] for p in wanted if p.kind != p.POSITIONAL_ONLY}
+        function,
+        before,
+        {p.name: MEANT[p.name] for p in used_parameters if p.kind != p.POSITIONAL_ONLY},
     )
 
 
-def _nameless(own: Any, required: Sequence[inspect.Parameter]) -> bool:
+def _is_nameless(function: Any, required: Sequence[inspect.Parameter]) -> bool:
     """Whether the names of parameters mean nothing: sympy's lambdify and C functions make them."""
-    known = [parameter.name in MEANT for parameter in required]
-    code = getattr(own, "__code__", None)
+    name_matches = [parameter.name in MEANT for parameter in required]
+    code = getattr(function, "__code__", None)
     if code is not None and code.co_filename.startswith(LAMBDIFIED):
-        return not all(known)
+        return not all(name_matches)
     by_place = all(parameter.kind == parameter.POSITIONAL_ONLY for parameter in required)
-    return bool(required) and by_place and not any(known)
+    return bool(required) and by_place and not any(name_matches)
 
 
 def _is_renamed(required: Sequence[inspect.Parameter], part: str) -> bool:
@@ -252,7 +258,7 @@ def _require_meaning(name: str, part: str) -> None:
     raise InputError("equations", part, None, f"takes {name}, which is none of {allowed}")
 
 
-def _first(part: str, count: int) -> tuple[str, ...]:
+def _first_arguments(part: str, count: int) -> tuple[str, ...]:
     """The first `count` arguments of a part; torque, the last, may be left out."""
     order = TAKES[part]
     if count != len(order) and order[:count] != tuple(name for name in order if name != "torque"):
@@ -261,39 +267,43 @@ def _first(part: str, count: int) -> tuple[str, ...]:
     return order[:count]
 
 
-def _casadi_arguments(own: Any, part: str) -> tuple[str, ...]:
+def _casadi_arguments(function: Any, part: str) -> tuple[str, ...]:
     """The arguments that a casadi Function's inputs mean, in their order.
 
     They go by their names, or by their order where they were given none (i0, i1).
     """
-    names = list(own.name_in())
-    if own.n_out() != 1:
-        reason = f"gives {own.n_out()} outputs, must be one"
+    names = list(function.name_in())
+    if function.n_out() != 1:
+        reason = f"gives {function.n_out()} outputs, must be one"
         raise InputError("equations", part, None, reason)
     if names == [f"i{k}" for k in range(len(names))]:
-        return _first(part, len(names))
+        return _first_arguments(part, len(names))
     for name in names:
         _require_meaning(name, part)
     return tuple(MEANT[name] for name in names)
 
 
-def told_failure(error: BaseException) -> Failure:
+def describe_failure(error: BaseException) -> Failure:
     """An exception with the state at which it was raised and, if it is the user's, its traceback.
 
     The message is one line of at most 400 characters. The traceback is without the frames by which
     the user's code was reached; of exceptions that led to each other all are told, without notes.
     """
-    ours = {Path(str(sys.modules[own].__file__)).parent for own in OURS if own in sys.modules}
-    known, notes = failure(error), "; ".join(getattr(error, "__notes__", ()))
-    message = one_line(f"{known.message} ({notes})" if notes else known.message)
+    package_folders = {
+        Path(str(sys.modules[package].__file__)).parent
+        for package in CALLING_PACKAGES
+        if package in sys.modules
+    }
+    base_failure, notes = failure_from_error(error), "; ".join(getattr(error, "__notes__", ()))
+    message = format_line(f"{base_failure.message} ({notes})" if notes else base_failure.message)
     whole = TracebackException.from_exception(error, compact=True)
-    told: TracebackException | None = whole
+    trace: TracebackException | None = whole
     users = False
-    while told is not None:
-        frames = list(told.stack)
-        while frames and not ours.isdisjoint(Path(frames[0].filename).parents):
+    while trace is not None:
+        frames = list(trace.stack)
+        while frames and not package_folders.isdisjoint(Path(frames[0].filename).parents):
             frames.pop(0)
-        told.stack, told.__notes__ = StackSummary.from_list(frames), []
+        trace.stack, trace.__notes__ = StackSummary.from_list(frames), []
         users = users or bool(frames)
-        told = told.__cause__ or told.__context__
-    return Failure(known.kind, message, "".join(whole.format()) if users else "")
+        trace = trace.__cause__ or trace.__context__
+    return Failure(base_failure.kind, message, "".join(whole.format()) if users else "")

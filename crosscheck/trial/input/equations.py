@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.files import read_toml
-from crosscheck.models.loading import validated
+from crosscheck.models.loading import validate_record
 
 Function = Callable[..., Any]
 Gearing = Literal["rigid", "lumped", "free"]
@@ -137,7 +137,7 @@ class Equations:
             object.__setattr__(self, "symbolic", None)
             object.__setattr__(self, "any_arm", False)
 
-    def on(self, arm: Arm, scenario: Scenario | None = None) -> Equations:
+    def adapt_to_arm(self, arm: Arm, scenario: Scenario | None = None) -> Equations:
         """These equations with the numbers of an arm. Raises InputError."""
         return self if self.rebuild is None else self.rebuild(arm, scenario)
 
@@ -155,9 +155,9 @@ class CoordinatesFile(BaseModel):
     level: Level = ""
 
 
-def coordinates_of(path: Path | None) -> tuple[Coordinates, Level]:
+def load_coordinates(path: Path | None) -> tuple[Coordinates, Level]:
     """Coordinates and level of a file; without, relative joint angles. Raises InputError."""
     if path is None:
         return Coordinates(), ""
-    said = validated(CoordinatesFile, read_toml(path), str(path))
-    return Coordinates(**said.model_dump(exclude={"level"})), said.level
+    coordinates_file = validate_record(CoordinatesFile, read_toml(path), str(path))
+    return Coordinates(**coordinates_file.model_dump(exclude={"level"})), coordinates_file.level

@@ -22,104 +22,112 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.runner.interruption import was_stopped
-from crosscheck.runner.supervision import overseen
-from crosscheck.trial.input.calls import MEANT, OF_ROBOTS, TAKES, by_name
+from crosscheck.runner.supervision import track_foreign_code
+from crosscheck.trial.input.calls import MEANT, ROBOT_PARTS, TAKES, make_named_call
 from crosscheck.trial.input.equations import Coordinates, Equations, Level
 
 EXPECTED = "file.py:name or package.module:name"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
-OF_ARMS = tuple(part for part in TAKES if part not in OF_ROBOTS)  # parts of an arm's equations
+ARM_PARTS = tuple(part for part in TAKES if part not in ROBOT_PARTS)  # parts of an arm's equations
 SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "any_scenario", "unused"}  # asked of no object
 Maker = Callable[..., Any]
 
 
-def handed_over(text: str, arm: Arm, scenario: Scenario | None) -> Equations:
+def load_equations(text: str, arm: Arm, scenario: Scenario | None) -> Equations:
     """The equations that a user names, with the numbers of an arm.
 
     text: ``file.py:name`` or ``package.module:name``; the name is of Equations, of an object with
     functions called like theirs, or of a function or class that takes none, one or both of arm and
     scenario and gives either. Raises InputError for whatever is wrong with it, in one line.
     """
-    _, _, folder = _place(text)
-    with overseen(text):
-        return made(object_named(text), arm, scenario, text, folder)
+    _, _, folder = _parse_location(text)
+    with track_foreign_code(text):
+        return build_equations(import_object(text), arm, scenario, text, folder)
 
 
-def object_named(text: str) -> Any:
+def import_object(text: str) -> Any:
     """The object that ``file.py:name`` or ``package.module:name`` names.
 
-    The code runs in ``user_code``. Raises InputError.
+    The code runs in ``run_user_code``. Raises InputError.
     """
-    module, name, folder = _place(text)
-    loaded = _module(text, module, folder)
-    found: Any = loaded
+    module, name, folder = _parse_location(text)
+    loaded = _load_module(text, module, folder)
+    named_object: Any = loaded
     for part in name.split("."):
-        if isinstance(getattr(found, part, sys), ModuleType):  # or there, once it is imported
+        if isinstance(
+            getattr(named_object, part, sys), ModuleType
+        ):  # or there, once it is imported
             names = [name for name in vars(loaded) if not name.startswith("_")]
             near = difflib.get_close_matches(part, names, n=MOST_NAMED, cutoff=0.5) or names
             there = f"; there is {', '.join(near[:MOST_NAMED])}" if near else ""
             raise InputError(text, "", None, f"no {part} in {module}{there}")
-        found = getattr(found, part)
-    return found
+        named_object = getattr(named_object, part)
+    return named_object
 
 
 @contextmanager
-def user_code(text: str) -> Iterator[None]:
+def run_user_code(text: str) -> Iterator[None]:
     """Run a user's code inside; whatever it raises is an InputError that names it by its text."""
-    with overseen(text), _told(text, _place(text)[2]):
+    with track_foreign_code(text), _translate_errors(text, _parse_location(text)[2]):
         yield
 
 
-def made(
-    found: Any, arm: Arm, scenario: Scenario | None, where: str, folder: Path | None = None
+def build_equations(
+    source: Any, arm: Arm, scenario: Scenario | None, where: str, folder: Path | None = None
 ) -> Equations:
     """Equations out of what a user gave, see handed_over; folder: the one that the code is in."""
     beside = (folder or Path.cwd()).resolve()
-    if not _is_factory(found):
-        return _whole(of_object(found, where).on(arm, scenario), where)
-    by_arm = _arguments(found, where, ("arm", "scenario"))
+    if not _is_factory(source):
+        return _require_arm_equations(
+            extract_equations(source, where).adapt_to_arm(arm, scenario), where
+        )
+    by_arm = _match_arguments(source, where, ("arm", "scenario"))
 
-    def rebuilt(other: Arm, drive: Scenario | None) -> Equations:
+    def rebuild(other: Arm, drive: Scenario | None) -> Equations:
         values = {"arm": other, "scenario": drive or scenario}
-        with _told(where, beside):
-            answer = _call_factory(found, {name: values[of] for name, of in by_arm.items()})
-        whole = _whole(of_object(answer, where, "returned").on(other, drive), where)
+        with _translate_errors(where, beside):
+            answer = _call_factory(source, {name: values[of] for name, of in by_arm.items()})
+        whole = _require_arm_equations(
+            extract_equations(answer, where, "returned").adapt_to_arm(other, drive), where
+        )
         any_arm = whole.any_arm or "arm" in by_arm.values()
         any_scenario = whole.any_scenario or "scenario" in by_arm.values()
-        return replace(whole, rebuild=rebuilt, any_arm=any_arm, any_scenario=any_scenario)
+        return replace(whole, rebuild=rebuild, any_arm=any_arm, any_scenario=any_scenario)
 
-    return rebuilt(arm, scenario)
+    return rebuild(arm, scenario)
 
 
-def robot_equations(text: str, robot: Robot) -> Equations:
+def load_robot_equations(text: str, robot: Robot) -> Equations:
     """The equations of a robot that a user names, see handed_over.
 
     A factory takes the robot, or nothing. Raises InputError for whatever is wrong with it.
     """
-    with user_code(text):
-        found = object_named(text)
-        if _is_factory(found):
-            taken = _arguments(found, text, ("robot",))
-            found = _call_factory(found, dict.fromkeys(taken, robot))
-            return require_of_robot(of_object(found, text, "returned", tuple(TAKES)), text)
-        return require_of_robot(of_object(found, text, "is", tuple(TAKES)), text)
+    with run_user_code(text):
+        source = import_object(text)
+        if _is_factory(source):
+            taken = _match_arguments(source, text, ("robot",))
+            source = _call_factory(source, dict.fromkeys(taken, robot))
+            return require_robot_equations(
+                extract_equations(source, text, "returned", tuple(TAKES)), text
+            )
+        return require_robot_equations(extract_equations(source, text, "is", tuple(TAKES)), text)
 
 
-def _is_factory(found: Any) -> bool:
+def _is_factory(source: Any) -> bool:
     """Whether what a user named makes the equations, and is not these."""
-    if isinstance(found, Equations) or not callable(found):
+    if isinstance(source, Equations) or not callable(source):
         return False
-    return isinstance(found, type) or not _has_parts(found)
+    return isinstance(source, type) or not _has_parts(source)
 
 
-def _call_factory(found: Maker, arguments: Mapping[str, Any]) -> Any:
-    bound = inspect.signature(found).bind_partial()
+def _call_factory(factory: Maker, arguments: Mapping[str, Any]) -> Any:
+    bound = inspect.signature(factory).bind_partial()
     bound.arguments.update(arguments)
-    return found(*bound.args, **bound.kwargs)
+    return factory(*bound.args, **bound.kwargs)
 
 
-def _place(text: str) -> tuple[str, str, Path]:
+def _parse_location(text: str) -> tuple[str, str, Path]:
     """Module or file, the name in it, and the folder that it is in. Raises InputError."""
     module, colon, name = text.rpartition(":")
     if not colon or not module or not name:
@@ -128,9 +136,9 @@ def _place(text: str) -> tuple[str, str, Path]:
     return module, name, folder
 
 
-def _module(text: str, module: str, folder: Path) -> ModuleType:
+def _load_module(text: str, module: str, folder: Path) -> ModuleType:
     if not module.endswith(".py") and "/" not in module:
-        with _told(text, folder), _findable(folder):
+        with _translate_errors(text, folder), _make_importable(folder):
             return importlib.import_module(module)
     if not Path(module).is_file():
         raise InputError(text, "", None, f"no such file; must be {EXPECTED}")
@@ -142,15 +150,15 @@ def _module(text: str, module: str, folder: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None  # a .py file always has a loader
     assert spec.loader is not None
-    found = importlib.util.module_from_spec(spec)
-    sys.modules[name] = found  # dataclasses and pickles look their module up
-    with _told(text, folder), _findable(folder):
-        spec.loader.exec_module(found)
-    return found
+    user_module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = user_module  # dataclasses and pickles look their module up
+    with _translate_errors(text, folder), _make_importable(folder):
+        spec.loader.exec_module(user_module)
+    return user_module
 
 
 @contextmanager
-def _findable(folder: Path) -> Iterator[None]:
+def _make_importable(folder: Path) -> Iterator[None]:
     """Make what stands in a folder importable, after everything else."""
     sys.path.append(str(folder))
     try:
@@ -160,7 +168,7 @@ def _findable(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _told(where: str, folder: Path) -> Iterator[None]:
+def _translate_errors(where: str, folder: Path) -> Iterator[None]:
     """Turn whatever the user's code raises into an InputError that tells the line of the code."""
     try:
         yield
@@ -172,11 +180,11 @@ def _told(where: str, folder: Path) -> Iterator[None]:
     except BaseException as error:
         if was_stopped():
             raise
-        reason = f"raises {error_text(error)}{error_line(error, folder)}"
+        reason = f"raises {format_error(error)}{format_error_line(error, folder)}"
         raise InputError(where, "", None, reason) from error
 
 
-def error_text(error: BaseException) -> str:
+def format_error(error: BaseException) -> str:
     """The error's class, and what it says if it says anything."""
     name = type(error).__name__
     try:
@@ -186,73 +194,78 @@ def error_text(error: BaseException) -> str:
     return f"{name}: {text}" if text else name
 
 
-def error_line(error: BaseException, folder: Path) -> str:
+def format_error_line(error: BaseException, folder: Path) -> str:
     """File and line of what raised: the last of the user's own, else the last of anybody's."""
-    ours = Path(crosscheck.__file__).parent
+    package_folder = Path(crosscheck.__file__).parent
     frames = [
         (Path(frame.filename), frame.lineno)
         for frame in traceback.extract_tb(error.__traceback__)
-        if ours not in Path(frame.filename).parents and not frame.filename.startswith("<frozen")
+        if package_folder not in Path(frame.filename).parents
+        and not frame.filename.startswith("<frozen")
     ]
-    own = [
+    user_frames = [
         (path, line)
         for path, line in frames
         if folder in path.parents and "site-packages" not in path.parts
     ]
-    path, line = (own or frames or [(Path(), None)])[-1]
+    path, line = (user_frames or frames or [(Path(), None)])[-1]
     return f" ({path.name}, line {line})" if line else ""
 
 
-def _has_parts(found: Any) -> bool:
-    return any(callable(getattr(found, part, None)) for part in TAKES)
+def _has_parts(source: Any) -> bool:
+    return any(callable(getattr(source, part, None)) for part in TAKES)
 
 
-def of_object(
-    found: Any, where: str, verb: str = "is", parts: Sequence[str] = OF_ARMS
+def extract_equations(
+    source: Any, where: str, verb: str = "is", parts: Sequence[str] = ARM_PARTS
 ) -> Equations:
     """Equations out of an object whose functions are called like those of Equations.
 
     parts: that equations of this kind may have. Raises InputError, also for a function that is
     called almost like a part that is missing.
     """
-    if isinstance(found, Equations):
-        return found
-    if isinstance(found, type) or not (_has_parts(found) or isinstance(found, SimpleNamespace)):
-        kind = "None" if found is None else f"a {type(found).__name__}"
+    if isinstance(source, Equations):
+        return source
+    if isinstance(source, type) or not (_has_parts(source) or isinstance(source, SimpleNamespace)):
+        kind = "None" if source is None else f"a {type(source).__name__}"
         must = "must return" if verb == "returned" else "must be"
         raise InputError(where, "", None, f"{verb} {kind}; {must} {ACCEPTED}")
     names = {entry.name for entry in fields(Equations)} - SET_HERE
-    own = {name: getattr(found, name) for name in names if getattr(found, name, None) is not None}
-    return Equations(**own, unused=_unused(found, names, set(own), parts, where))
+    attributes = {
+        name: getattr(source, name) for name in names if getattr(source, name, None) is not None
+    }
+    return Equations(
+        **attributes, unused=_find_unused(source, names, set(attributes), parts, where)
+    )
 
 
-def _unused(
-    found: Any, names: set[str], given: set[str], parts: Sequence[str], where: str
+def _find_unused(
+    source: Any, names: set[str], given: set[str], parts: Sequence[str], where: str
 ) -> tuple[str, ...]:
     """Names of an object's functions that are no part of equations; of a namespace, of anything.
 
     names: of what is read; given: of those that are there. Raises InputError for a name like that
     of a part that is missing, and for any other name in a namespace.
     """
-    missing, other = [part for part in parts if part not in given], _own_names(found) - names
+    missing, other = [part for part in parts if part not in given], _public_names(source) - names
     for name in sorted(other):
         near = next((part for part in missing if part in name.lower()), "")
         near = near or next(iter(difflib.get_close_matches(name.lower(), missing, 1, 0.75)), "")
-        if near or isinstance(found, SimpleNamespace):
+        if near or isinstance(source, SimpleNamespace):
             meant = f" (did you mean {near}?)" if near else ""
             reason = f"is no part of equations{meant}; parts are {', '.join(parts)}"
             raise InputError(where, name, None, reason)
     return tuple(sorted(other))
 
 
-def _own_names(found: Any) -> set[str]:
+def _public_names(source: Any) -> set[str]:
     """Public names of an object's functions, those of libraries' classes excepted."""
-    if isinstance(found, SimpleNamespace):
-        return {name for name in vars(found) if not name.startswith("_")}
-    of_module = isinstance(found, ModuleType)
-    home = found.__name__ if of_module else type(found).__module__
-    places = [getattr(found, "__dict__", {})]
-    places += [] if of_module else [vars(c) for c in type(found).__mro__ if c.__module__ == home]
+    if isinstance(source, SimpleNamespace):
+        return {name for name in vars(source) if not name.startswith("_")}
+    of_module = isinstance(source, ModuleType)
+    home = source.__name__ if of_module else type(source).__module__
+    places = [getattr(source, "__dict__", {})]
+    places += [] if of_module else [vars(c) for c in type(source).__mro__ if c.__module__ == home]
     return {
         name
         for place in places
@@ -264,17 +277,17 @@ def _own_names(found: Any) -> set[str]:
     }
 
 
-def _arguments(found: Maker, where: str, names: tuple[str, ...]) -> dict[str, str]:
+def _match_arguments(factory: Maker, where: str, names: tuple[str, ...]) -> dict[str, str]:
     """What each parameter of a factory gets: what has its name, or else the first that is left.
 
     names: of what there is, such as arm and scenario.
     """
     try:
-        parameters = inspect.signature(found).parameters.values()
+        parameters = inspect.signature(factory).parameters.values()
     except (TypeError, ValueError):
         raise InputError(where, "", None, f"is a builtin; must be {ACCEPTED}") from None
     meant = {p.name: p.name for p in parameters if p.name in names}
-    ours = [name for name in names if name not in meant]
+    free_names = [name for name in names if name not in meant]
     variadic = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
     for parameter in parameters:
         if parameter.name in meant or parameter.kind in variadic:
@@ -285,20 +298,20 @@ def _arguments(found: Maker, where: str, names: tuple[str, ...]) -> dict[str, st
             functions = "hand functions over as Equations(mass_matrix=..., bias=...)"
             reason = f"takes {parameter.name}, no {names[0]}; {functions}"
             raise InputError(where, "", None, reason)
-        if not ours or parameter.kind == parameter.KEYWORD_ONLY:
+        if not free_names or parameter.kind == parameter.KEYWORD_ONLY:
             reason = f"takes {parameter.name}; may take {' and '.join(names)} alone"
             raise InputError(where, "", None, reason)
-        meant[parameter.name] = ours.pop(0)
+        meant[parameter.name] = free_names.pop(0)
     return meant
 
 
-def _whole(equations: Equations, where: str) -> Equations:
+def _require_arm_equations(equations: Equations, where: str) -> Equations:
     """The equations of an arm themselves. Raises InputError unless they are usable."""
-    for part in OF_ROBOTS:
+    for part in ROBOT_PARTS:
         if getattr(equations, part) is not None:
             reason = "is a part of a robot's equations; those of an arm count the weights in force"
             raise InputError(where, part, None, reason)
-    _require_parts(equations, where, OF_ARMS, in_order=False)
+    _require_parts(equations, where, ARM_PARTS, in_order=False)
     if not isinstance(equations.coordinates, Coordinates):
         kind = type(equations.coordinates).__name__
         raise InputError(where, "coordinates", None, f"is a {kind}; must be Coordinates")
@@ -315,7 +328,7 @@ def _whole(equations: Equations, where: str) -> Equations:
     return equations
 
 
-def require_of_robot(equations: Equations, where: str) -> Equations:
+def require_robot_equations(equations: Equations, where: str) -> Equations:
     """The equations of a robot themselves. Raises InputError unless all of them can be judged."""
     for name in ("coordinates", "switches", "symbolic", "table"):
         if repr(getattr(equations, name)) != repr(getattr(Equations(), name)):
@@ -339,6 +352,6 @@ def _require_parts(
         raise InputError(where, "coriolis", None, "give either bias or coriolis")
     try:
         for part in given:
-            by_name(getattr(equations, part), part, in_order=in_order)
+            make_named_call(getattr(equations, part), part, in_order=in_order)
     except InputError as error:
         raise InputError(where, error.field, error.value, error.allowed) from None

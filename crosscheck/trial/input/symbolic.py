@@ -48,13 +48,15 @@ def from_sympy(
 
     Symbols may be dynamicsymbols and their derivatives. forcing, as KanesMethod and LagrangesMethod
     give it, is force - bias: what is quadratic in v is the bias, the rest is the force. values says
-    what each other symbol is, a number or the name of a quantity of the arm; a symbol called like
-    a quantity (``L1``, ``r_s2``, ``m_payload``) needs none. ``Equations.on`` puts an arm's numbers
-    in. Raises InputError.
+    what each other symbol is, a number or the name of a quantity of the arm; a symbol called like a
+    quantity (``L1``, ``r_s2``, ``m_payload``) needs none. ``Equations.adapt_to_arm`` puts an arm's
+    numbers in. Raises InputError.
     """
     x, v = tuple(x), tuple(v)
-    plain = plain_symbols(x, v, torque)
-    own_x, own_v, own_torque = (tuple(plain[own] for own in group) for group in (x, v, torque))
+    plain = make_plain_symbols(x, v, torque)
+    x_symbols, v_symbols, torque_symbols = (
+        tuple(plain[variable] for variable in group) for group in (x, v, torque)
+    )
     given = {
         "mass_matrix": mass_matrix,
         "bias": bias,
@@ -68,16 +70,21 @@ def from_sympy(
         if matrix is not None
     }
     symbolic = Symbolic(
-        own_x, own_v, own_torque, t=t, values=dict(values or {}), **_standard(parts, own_v)
+        x_symbols,
+        v_symbols,
+        torque_symbols,
+        t=t,
+        values=dict(values or {}),
+        **_standard_parts(parts, v_symbols),
     )
-    names = coordinates.names or tuple(symbol.name for symbol in own_x)
+    names = coordinates.names or tuple(symbol.name for symbol in x_symbols)
     unbound = Equations(
         coordinates=replace(coordinates, names=names),
         level=level,
         switches=switches,
         symbolic=symbolic,
     )
-    return replace(unbound, rebuild=lambda arm, scenario: _bound(unbound, symbolic, arm))
+    return replace(unbound, rebuild=lambda arm, scenario: _bind_to_arm(unbound, symbolic, arm))
 
 
 def _matrix(given: Any, name: str, n: int) -> sp.ImmutableMatrix:
@@ -94,18 +101,18 @@ def _matrix(given: Any, name: str, n: int) -> sp.ImmutableMatrix:
     return matrix
 
 
-def _standard(parts: Parts, v: Sequence[sp.Symbol]) -> Parts:
+def _standard_parts(parts: Parts, v: Sequence[sp.Symbol]) -> Parts:
     """Mass matrix, bias and force out of whatever of them was given. Raises InputError."""
     twice = (("bias", "coriolis"), ("force", "forcing"), ("bias", "forcing"))
-    for one, other in (*twice, ("coriolis", "forcing")):
-        if one in parts and other in parts:
-            raise InputError(WHERE, other, None, f"give either {one} or {other}")
-    found = {name: parts[name] for name in PARTS if name in parts}
+    for name_a, name_b in (*twice, ("coriolis", "forcing")):
+        if name_a in parts and name_b in parts:
+            raise InputError(WHERE, name_b, None, f"give either {name_a} or {name_b}")
+    standard_parts = {name: parts[name] for name in PARTS if name in parts}
     if "coriolis" in parts:
-        found["bias"] = sp.ImmutableMatrix(parts["coriolis"] * sp.Matrix(v))
+        standard_parts["bias"] = sp.ImmutableMatrix(parts["coriolis"] * sp.Matrix(v))
     if "forcing" in parts:
-        found["bias"], found["force"] = _split(parts["forcing"], v)
-    return found
+        standard_parts["bias"], standard_parts["force"] = _split(parts["forcing"], v)
+    return standard_parts
 
 
 def _split(
@@ -131,14 +138,14 @@ def _split(
     return sp.ImmutableMatrix(bias), sp.ImmutableMatrix(force)
 
 
-def of_arm(symbolic: Symbolic, arm: Arm) -> Symbolic:
+def replace_symbols(symbolic: Symbolic, arm: Arm) -> Symbolic:
     """The expressions with only the arm's symbols (``derivation.symbols``) beside the variables.
 
     Raises InputError naming a symbol that is no quantity of the arm.
     """
-    own = {*symbolic.x, *symbolic.v, *symbolic.torque, symbolic.t}
+    variables = {*symbolic.x, *symbolic.v, *symbolic.torque, symbolic.t}
     parts = {
-        name: in_arm_symbols(matrix, own, symbolic.values, arm, f"{WHERE}: {name}")
+        name: express_in_arm_symbols(matrix, variables, symbolic.values, arm, f"{WHERE}: {name}")
         for name, matrix in _parts(symbolic).items()
     }
     return replace(symbolic, values={}, **parts)
@@ -149,47 +156,47 @@ def _parts(symbolic: Symbolic) -> Parts:
     return {name: matrix for name, matrix in parts.items() if matrix is not None}
 
 
-def _bound(unbound: Equations, symbolic: Symbolic, arm: Arm) -> Equations:
+def _bind_to_arm(unbound: Equations, symbolic: Symbolic, arm: Arm) -> Equations:
     """The equations with an arm's numbers; of this arm alone where the user's own are in it."""
     numbers = {symbol: float(value) for symbol, value in parameter_values(arm).items()}
-    bound = of_arm(symbolic, arm)
+    bound = replace_symbols(symbolic, arm)
     functions = {
-        name: _function(matrix, bound, name, numbers) for name, matrix in _parts(bound).items()
+        name: _make_function(matrix, bound, name, numbers) for name, matrix in _parts(bound).items()
     }
     return replace(
         unbound,
         mass_matrix=functions.get("mass_matrix"),
         bias=functions.get("bias"),
         force=functions.get("force"),
-        rebuild=lambda other, scenario: _bound(unbound, symbolic, other),
-        any_arm=_by_name(symbolic, unbound.coordinates),
+        rebuild=lambda other, scenario: _bind_to_arm(unbound, symbolic, other),
+        any_arm=_is_by_name(symbolic, unbound.coordinates),
     )
 
 
-def _by_name(symbolic: Symbolic, coordinates: Coordinates) -> bool:
+def _is_by_name(symbolic: Symbolic, coordinates: Coordinates) -> bool:
     """Whether all that depends on an arm is there by name, and no number of one."""
-    own, matrices = coordinates.function, list(_parts(symbolic).values())
+    function, matrices = coordinates.function, list(_parts(symbolic).values())
     if coordinates.matrix is not None and not np.all(np.mod(coordinates.matrix, 1) == 0):
         return False
-    if own is not None and not isinstance(own, sp.MatrixBase):
+    if function is not None and not isinstance(function, sp.MatrixBase):
         return False
-    matrices += [] if own is None else [own]
+    matrices += [] if function is None else [function]
     floats = any(matrix.atoms(sp.Float) for matrix in matrices)
     return not floats and all(isinstance(value, str) for value in symbolic.values.values())
 
 
-def _function(
+def _make_function(
     matrix: sp.ImmutableMatrix, bound: Symbolic, name: str, numbers: Mapping[sp.Symbol, float]
 ) -> Callable[..., np.ndarray]:
     """The function of a part. Raises InputError where M or bias depends on what it must not."""
     strange = {"mass_matrix": (*bound.v, *bound.torque, bound.t), "bias": (*bound.torque, bound.t)}
-    found = sorted(map(str, matrix.free_symbols & set(strange.get(name, ()))))
-    if found:
+    forbidden_symbols = sorted(map(str, matrix.free_symbols & set(strange.get(name, ()))))
+    if forbidden_symbols:
         allowed = "x alone" if name == "mass_matrix" else "x and v alone"
-        reason = f"has {', '.join(found)}; must be of {allowed}"
+        reason = f"has {', '.join(forbidden_symbols)}; must be of {allowed}"
         raise InputError(WHERE, name, None, reason)
     quantities = tuple(sorted(matrix.free_symbols & set(numbers), key=str))
-    compiled = _compiled(matrix, bound.t, (bound.x, bound.v, bound.torque), quantities)
+    compiled = _compile(matrix, bound.t, (bound.x, bound.v, bound.torque), quantities)
     values = [numbers[symbol] for symbol in quantities]
     if name == "mass_matrix":
         return lambda x: compiled(0.0, x, 0 * x, np.zeros(len(bound.torque)), values)
@@ -201,7 +208,7 @@ def _function(
 
 
 @lru_cache(maxsize=64)
-def _compiled(
+def _compile(
     matrix: sp.ImmutableMatrix,
     t: sp.Symbol,
     variables: tuple[tuple[sp.Symbol, ...], ...],
@@ -214,7 +221,7 @@ def _compiled(
     return function
 
 
-def plain_symbols(
+def make_plain_symbols(
     x: Sequence[Any], v: Sequence[Any] = (), torque: Sequence[Any] = ()
 ) -> dict[Any, sp.Symbol]:
     """A symbol for each coordinate, rate and torque, whatever sympy.physics.mechanics calls them.
@@ -224,27 +231,31 @@ def plain_symbols(
     """
     if v and len(v) != len(x):
         raise InputError("symbols", "v", None, f"has {len(v)}, x has {len(x)}; must be as many")
-    found = {own: _plain(own) for own in (*x, *v, *torque)}
-    if len(set(found.values())) < len(x) + len(v) + len(torque):
+    symbols = {variable: _plain_symbol(variable) for variable in (*x, *v, *torque)}
+    if len(set(symbols.values())) < len(x) + len(v) + len(torque):
         words = ", ".join(map(str, (*x, *v, *torque)))
         raise InputError("symbols", "", None, f"two of them are called the same: {words}")
-    moving = [(own, rate) for own, rate in zip(x, v, strict=False) if own not in found.values()]
-    return found | {own.diff(own.args[0]): found[rate] for own, rate in moving}
+    moving = [
+        (variable, rate)
+        for variable, rate in zip(x, v, strict=False)
+        if variable not in symbols.values()
+    ]
+    return symbols | {variable.diff(variable.args[0]): symbols[rate] for variable, rate in moving}
 
 
-def _plain(own: Any) -> sp.Symbol:
-    if isinstance(own, sp.Symbol):
-        return own
-    if isinstance(own, AppliedUndef):
-        return sp.Symbol(own.func.__name__, real=True)
-    if isinstance(own, sp.Derivative) and isinstance(own.expr, AppliedUndef):
-        return sp.Symbol(f"d{own.expr.func.__name__}", real=True)
-    raise InputError("symbols", str(own), None, "must be a Symbol or a dynamicsymbol")
+def _plain_symbol(variable: Any) -> sp.Symbol:
+    if isinstance(variable, sp.Symbol):
+        return variable
+    if isinstance(variable, AppliedUndef):
+        return sp.Symbol(variable.func.__name__, real=True)
+    if isinstance(variable, sp.Derivative) and isinstance(variable.expr, AppliedUndef):
+        return sp.Symbol(f"d{variable.expr.func.__name__}", real=True)
+    raise InputError("symbols", str(variable), None, "must be a Symbol or a dynamicsymbol")
 
 
-def in_arm_symbols(
+def express_in_arm_symbols(
     expression: sp.Matrix,
-    own: Collection[Any],
+    variables: Collection[Any],
     values: Mapping[Any, float | str],
     arm: Arm,
     where: str,
@@ -254,28 +265,31 @@ def in_arm_symbols(
     values: symbol, or its name, to a number or the name of a quantity of the arm; a symbol that is
     called like a quantity is this. Raises InputError naming a symbol that is nothing of this.
     """
-    known = {symbol.name: symbol for symbol in parameter_values(arm)}
+    arm_symbols = {symbol.name: symbol for symbol in parameter_values(arm)}
     undone = sorted(map(str, expression.atoms(AppliedUndef, sp.Derivative)))
     if undone:
         reason = "depend on time; coordinates and rates are x and v"
         raise InputError(where, ", ".join(undone), None, reason)
-    unbound = sorted(expression.free_symbols - set(own), key=str)
-    meant = {symbol: _meaning(symbol, values, known, where) for symbol in unbound}
+    unbound = sorted(expression.free_symbols - set(variables), key=str)
+    meant = {symbol: _meaning(symbol, values, arm_symbols, where) for symbol in unbound}
     return sp.ImmutableMatrix(expression.xreplace(meant))
 
 
 def _meaning(
-    symbol: sp.Symbol, values: Mapping[Any, float | str], known: dict[str, sp.Symbol], where: str
+    symbol: sp.Symbol,
+    values: Mapping[Any, float | str],
+    arm_symbols: dict[str, sp.Symbol],
+    where: str,
 ) -> Any:
     value = values.get(symbol, values.get(symbol.name, symbol.name))
     if isinstance(value, str):
-        if value in known:
-            return known[value]
+        if value in arm_symbols:
+            return arm_symbols[value]
         # l_1 and L1 are called alike, but for the way of writing.
         bare = value.replace("_", "").lower()
-        close = [own for own in known if own.replace("_", "").lower() == bare]
-        close = close or difflib.get_close_matches(value, known, n=MOST_NAMED, cutoff=NEAR)
-        near = f"near it: {', '.join(close)}" if close else f"there are {', '.join(known)}"
+        close = [name for name in arm_symbols if name.replace("_", "").lower() == bare]
+        close = close or difflib.get_close_matches(value, arm_symbols, n=MOST_NAMED, cutoff=NEAR)
+        near = f"near it: {', '.join(close)}" if close else f"there are {', '.join(arm_symbols)}"
         reason = f"is no quantity of the arm; give its value, or its name ({near})"
         raise InputError(where, symbol.name, None if value == symbol.name else value, reason)
     if isinstance(value, Real | sp.Number) and sp.sympify(value).is_finite:
@@ -283,7 +297,7 @@ def _meaning(
     raise InputError(where, symbol.name, value, "must be a number, or the name of a quantity")
 
 
-def in_numbers(expression: sp.Matrix, arm: Arm) -> sp.ImmutableMatrix:
+def express_in_numbers(expression: sp.Matrix, arm: Arm) -> sp.ImmutableMatrix:
     """An expression in the arm's symbols with its numbers, rounded only when it is evaluated."""
     numbers = {
         symbol: sp.Float(float(value)) if value.denominator > 1 else sp.Integer(value)

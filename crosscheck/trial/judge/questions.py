@@ -23,18 +23,31 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import ModelTask
-from crosscheck.planning.sizing import at_rest, unequal_gains
-from crosscheck.registry import MODELS, RIGID_LEVELS, names, of_level, promising, reference_model
-from crosscheck.run import performed
+from crosscheck.planning.sizing import make_rest_scenario, make_unequal_gains_scenario
+from crosscheck.registry import (
+    MODELS,
+    RIGID_LEVELS,
+    find_level_models,
+    model_names,
+    reference_model,
+    select_with_method,
+)
+from crosscheck.run import run_tasks
 from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.tasks import Evaluation, Simulation, built
-from crosscheck.runner.underway import Told
+from crosscheck.runner.progress_update import ProgressCallback
+from crosscheck.runner.tasks import Evaluation, Simulation, build_model
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.differences import christoffel_terms, difference_steps, rate_terms
-from crosscheck.trial.coordinates.frame import Frame, UserState, counted, frame_of, states_of
-from crosscheck.trial.input.calls import SuppliedEquations, supplied, told_failure
+from crosscheck.trial.coordinates.frame import (
+    Frame,
+    UserState,
+    build_frame,
+    describe_coordinate_count,
+    draw_states,
+)
+from crosscheck.trial.input.calls import SuppliedEquations, bind_equations, describe_failure
 from crosscheck.trial.input.equations import Equations, Gearing
-from crosscheck.trial.input.loading import error_line, error_text
+from crosscheck.trial.input.loading import format_error, format_error_line
 from crosscheck.trial.model import CALL_S, SuppliedModel
 
 SPEEDS = (-1.0, 2.0)
@@ -43,7 +56,7 @@ BY_RATES = ("rate_terms", "christoffel")
 
 
 @dataclass(frozen=True)
-class Moved:
+class TransformedModel:
     """A model of the arm, its answers carried from the project's coordinates q into a user's x.
 
     With q = phi(x), J = dphi/dx and q' = J u (Siciliano et al., Robotics, ch. 7: the equations of
@@ -106,28 +119,28 @@ class StateQuestion:
         try:
             return self._answers()
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
-            return told_failure(error)
+            return describe_failure(error)
 
     def _answers(self) -> np.ndarray:
         """The answers, state by state along the first axis.
 
         Of what is asked again the last state is asked first.
         """
-        asker = built(self.asker, self.case)
+        asker = build_model(self.asker, self.case)
         assert isinstance(asker, SuppliedModel)  # as it was registered
         case, frame = self.case, asker.frame
-        states = states_of(frame, case.arm, case.scenario, self.count, self.seed)
-        model = built(self.model, self.case)
-        source: Source = Moved(model, frame)
+        states = draw_states(frame, case.arm, case.scenario, self.count, self.seed)
+        model = build_model(self.model, self.case)
+        source: Source = TransformedModel(model, frame)
         again = self.quantity.endswith(AGAIN)
         if isinstance(model, SuppliedModel):
-            source = model.asked_again if again else model.supplied
+            source = model.repeated_equations if again else model.supplied
         order, ask = -1 if again else 1, QUESTIONS[self.quantity]
         pairs = list(zip(states, [*states[1:], states[0]], strict=True))[::order]
         return np.array([ask(source, state, other.u) for state, other in pairs][::order])
 
 
-Source = SuppliedEquations | Moved
+Source = SuppliedEquations | TransformedModel
 # At a state, and with an acceleration (n,) where one is needed: the rates of another state.
 Answer = Callable[[Source, UserState, np.ndarray], np.ndarray]
 
@@ -143,13 +156,13 @@ def _christoffel(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
     return christoffel_terms(source.mass_matrix, state.x, steps, curved=frame.matrix is None)
 
 
-def _at_other_speeds(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+def _bias_at_other_speeds(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
     """The bias at other speeds, h(x, s u) / s^2, then h(x, 0): shape (speeds + 1, n)."""
     moving = [source.bias(state.x, speed * state.u) / speed**2 for speed in SPEEDS]
     return np.array([*moving, source.bias(state.x, 0 * state.u)])
 
 
-def _by_torques(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+def _forces_by_torque(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
     """Forces at no torque, each alone, twice each alone, all together: shape (2 m + 2, n)."""
     alone = np.diag(state.torque)
     torques = [0 * state.torque, *alone, *(2 * alone), state.torque]
@@ -159,8 +172,10 @@ def _by_torques(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
 def _inverse_dynamics(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
     """Inverse dynamics as handed over, then M a + h, then a: shape (3, n)."""
     assert isinstance(source, SuppliedEquations)  # nobody else is asked
-    own = source.inverse_dynamics(state.x, state.u, a)
-    return np.array([own, source.mass_matrix(state.x) @ a + source.bias(state.x, state.u), a])
+    user_torques = source.inverse_dynamics(state.x, state.u, a)
+    return np.array(
+        [user_torques, source.mass_matrix(state.x) @ a + source.bias(state.x, state.u), a]
+    )
 
 
 REPEATED: dict[str, Answer] = {
@@ -174,15 +189,15 @@ QUESTIONS: dict[str, Answer] = {
     **{f"{part}{AGAIN}": ask for part, ask in REPEATED.items()},
     "rate_terms": _rate_terms,
     "christoffel": _christoffel,
-    "other_speeds": _at_other_speeds,
-    "by_torques": _by_torques,
+    "other_speeds": _bias_at_other_speeds,
+    "by_torques": _forces_by_torque,
     "inverse_dynamics": _inverse_dynamics,
 }
 
 
-def experiment(arm: Arm, *, undriven: bool) -> Scenario:
+def make_experiment(arm: Arm, *, undriven: bool) -> Scenario:
     """The scenario whose torques act at the states that are asked; none of undriven equations."""
-    return at_rest() if undriven else unequal_gains(arm)
+    return make_rest_scenario() if undriven else make_unequal_gains_scenario(arm)
 
 
 @dataclass(frozen=True)
@@ -209,12 +224,12 @@ class VerificationProblem:
     @cached_property
     def frame(self) -> Frame:
         """The frame of the equations' coordinates on the arm on trial. Raises InputError."""
-        return frame_of(self.equations.coordinates, self.case.arm)
+        return build_frame(self.equations.coordinates, self.case.arm)
 
     @cached_property
     def states(self) -> tuple[UserState, ...]:
         """The random states at which everything is asked."""
-        return states_of(self.frame, self.case.arm, self.case.scenario, self.count, self.seed)
+        return draw_states(self.frame, self.case.arm, self.case.scenario, self.count, self.seed)
 
     @property
     def levels(self) -> tuple[str, ...]:
@@ -226,19 +241,25 @@ class VerificationProblem:
     def engines(self, level: str = "") -> tuple[str, ...]:
         """The models to compare with, the lead first: geared ones, or those of a rigid level."""
         if level:
-            return tuple(sorted(of_level(level), key=lambda name: MODELS[name].order is None))
-        return tuple(dict.fromkeys((reference_model(), *promising("mass_matrix", names("geared")))))
+            return tuple(
+                sorted(find_level_models(level), key=lambda name: MODELS[name].order is None)
+            )
+        return tuple(
+            dict.fromkeys(
+                (reference_model(), *select_with_method("mass_matrix", model_names("geared")))
+            )
+        )
 
     def reference(self, level: str) -> str:
         """The model that entries are compared with one by one."""
         return self.engines(level)[0]
 
-    def on(self, arm: Arm) -> VerificationProblem:
+    def adapt_to_arm(self, arm: Arm) -> VerificationProblem:
         """The problem of the same equations with another arm's numbers. Raises InputError."""
-        case = Case(arm, experiment(arm, undriven=self.undriven), self.case.switches)
-        return replace(self, equations=self.equations.on(arm, case.scenario), case=case)
+        case = Case(arm, make_experiment(arm, undriven=self.undriven), self.case.switches)
+        return replace(self, equations=self.equations.adapt_to_arm(arm, case.scenario), case=case)
 
-    def yours(self, quantity: str) -> StateQuestion:
+    def ask_equations(self, quantity: str) -> StateQuestion:
         """The question of a part of the equations on trial."""
         return self.ask(self.name, quantity)
 
@@ -247,7 +268,7 @@ class VerificationProblem:
         return StateQuestion(self.name, model, self.case, quantity, self.count, self.seed)
 
 
-class Raised(NamedTuple):
+class ErrorReport(NamedTuple):
     """What a user's function raised: class and words, and in brackets the file and line of it."""
 
     error: str
@@ -269,21 +290,25 @@ class FirstCall:
         """The task's key, which is the task itself."""
         return self
 
-    def perform(self) -> InputError | Raised | None:
+    def perform(self) -> InputError | ErrorReport | None:
         """The error if the answer is unusable, or what the function raises; None if neither."""
-        asker = built(self.model, self.case)
+        asker = build_model(self.model, self.case)
         assert isinstance(asker, SuppliedModel)  # as it was registered
         try:
-            (state,) = states_of(asker.frame, self.case.arm, self.case.scenario, 1, self.seed)
+            (state,) = draw_states(asker.frame, self.case.arm, self.case.scenario, 1, self.seed)
         except InputError:  # a pose that the user's map does not reach
             return None
         try:
             FIRST[self.quantity](asker.supplied, state)
         except BadAnswer as error:
-            count = counted(asker.equations.coordinates, len(asker.frame.names), self.case.arm)
+            count = describe_coordinate_count(
+                asker.equations.coordinates, len(asker.frame.names), self.case.arm
+            )
             return InputError(self.model, "", None, f"{error}; x are {count}")
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
-            return Raised(error_text(error), error_line(error, Path(Path.cwd().anchor)))
+            return ErrorReport(
+                format_error(error), format_error_line(error, Path(Path.cwd().anchor))
+            )
         return None
 
 
@@ -297,35 +322,39 @@ FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
 }
 
 
-def first_calls(problem: VerificationProblem, workers: Workers, told: Told) -> dict[str, Failure]:
+def run_first_calls(
+    problem: VerificationProblem, workers: Workers, progress: ProgressCallback
+) -> dict[str, Failure]:
     """The parts whose function did not come back, with why; none of a table.
 
     Raises InputError for an answer that cannot be used, and where all parts raise the same.
     """
     if problem.equations.table is not None:
         return {}
-    tasks = [FirstCall(problem.name, part, problem.case, problem.seed) for part in _given(problem)]
-    outcomes: Mapping[object, object] = performed(workers, tasks, told).outcomes
-    raised = [outcome for outcome in outcomes.values() if isinstance(outcome, Raised)]
+    tasks = [
+        FirstCall(problem.name, part, problem.case, problem.seed) for part in _given_parts(problem)
+    ]
+    outcomes: Mapping[object, object] = run_tasks(workers, tasks, progress).outcomes
+    raised = [outcome for outcome in outcomes.values() if isinstance(outcome, ErrorReport)]
     if len(raised) == len(tasks) and len({each.error for each in raised}) == 1:
         reason = f"every part raises {raised[0].error}{raised[0].line}"
         raise InputError(problem.name, "", None, reason)
-    lost = {}
+    failed_parts = {}
     for task in tasks:
         outcome = outcomes[task]
         if isinstance(outcome, InputError):
             raise outcome
         if isinstance(outcome, Failure):
             message = f"{task.quantity}: {outcome.message}"
-            lost[task.quantity] = replace(outcome, message=message)
-    return lost
+            failed_parts[task.quantity] = replace(outcome, message=message)
+    return failed_parts
 
 
-def spared(
-    problem: VerificationProblem, tasks: Iterable[ModelTask], lost: dict[str, Failure]
+def skip_dependent_tasks(
+    problem: VerificationProblem, tasks: Iterable[ModelTask], failed_parts: dict[str, Failure]
 ) -> dict[ModelTask, Failure]:
     """The tasks that would call a function that does not come back, each with the reason."""
-    given = _given(problem)
+    given = _given_parts(problem)
     mass = tuple(part for part in ("mass_matrix", "inverse_dynamics") if part in given)[:1]
     bias = tuple(part for part in ("bias", "coriolis", "inverse_dynamics") if part in given)[:1]
     whole = ("acceleration",) if "acceleration" in given else (*mass, *bias, "force")
@@ -338,7 +367,7 @@ def spared(
         "acceleration": whole,
         "inverse_dynamics": ("inverse_dynamics", *mass, *bias),
     }
-    found: dict[ModelTask, Failure] = {}
+    skipped_tasks: dict[ModelTask, Failure] = {}
     for task in tasks:
         if task.model != problem.name:
             continue
@@ -346,12 +375,12 @@ def spared(
         if not isinstance(task, Simulation):
             assert isinstance(task, StateQuestion | Evaluation)  # nothing else is asked of it
             parts = calls.get(task.quantity.removesuffix(AGAIN), ("force",))
-        reasons = [lost[part] for part in parts if part in lost]
+        reasons = [failed_parts[part] for part in parts if part in failed_parts]
         if reasons:
-            found[task] = reasons[0]
-    return found
+            skipped_tasks[task] = reasons[0]
+    return skipped_tasks
 
 
-def _given(problem: VerificationProblem) -> list[str]:
+def _given_parts(problem: VerificationProblem) -> list[str]:
     """The parts that are functions of the user's own."""
-    return sorted(supplied(problem.equations, problem.case.arm, problem.frame).given)
+    return sorted(bind_equations(problem.equations, problem.case.arm, problem.frame).given)

@@ -11,18 +11,25 @@ from typing import Any
 import numpy as np
 
 from crosscheck.checks.invariants import SYMMETRY
-from crosscheck.checks.scales import meaningful
-from crosscheck.checks.states import LOOSEST, scaled, usable
-from crosscheck.checks.trajectories import UNITS, Pair, same_step, size
-from crosscheck.findings import About, Finding, Key, checked, failed, measured_only
+from crosscheck.checks.scales import acceptance_limit
+from crosscheck.checks.states import LOOSEST, is_usable, scale_mass_matrix
+from crosscheck.checks.trajectories import UNITS, Pair, check_same_step, size
+from crosscheck.findings import (
+    ComparisonKey,
+    Finding,
+    Subject,
+    make_check,
+    make_failed_check,
+    make_measurement,
+)
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.planning.comparison import Comparison, Results, answered
-from crosscheck.planning.plan import nudged
-from crosscheck.planning.state_suite import SampledModel, balances
-from crosscheck.registry import MODELS, same_integrator
+from crosscheck.planning.comparison import Comparison, Results, make_comparison
+from crosscheck.planning.plan import perturb_start_by_one_ulp
+from crosscheck.planning.state_suite import SampledModel, plan_balances
+from crosscheck.registry import MODELS, find_same_integrator_models
 from crosscheck.runner.tasks import RunKey, Simulation
-from crosscheck.trial.judge import places as entries
-from crosscheck.trial.judge.places import EntryPlace, NaturalSizes
+from crosscheck.trial.judge import entries
+from crosscheck.trial.judge.entries import EntryPlace, NaturalSizes
 from crosscheck.trial.judge.questions import AGAIN, StateQuestion, VerificationProblem
 
 MEANINGFUL = 1e-4  # engines further apart, at the end of what numbers can do, judge nobody
@@ -31,11 +38,11 @@ RUN = "trial-run"
 RIGID = ("theta", "theta_dot", "kinetic_energy")
 MESH = ("x_sp", "x_pr")
 NO_DIAGONAL = "the diagonal is not positive at every state"
-Judged = tuple[Finding, list[EntryPlace]]
-Check = Callable[..., Judged]  # of About, sizes, and the answers to what is asked
+CheckResult = tuple[Finding, list[EntryPlace]]
+Check = Callable[..., CheckResult]  # of About, sizes, and the answers to what is asked
 
 
-def sizing(
+def make_size_questions(
     problem: VerificationProblem, level: str
 ) -> tuple[StateQuestion, StateQuestion, StateQuestion]:
     """The questions whose answers give the sizes: M, force and acceleration of the reference."""
@@ -43,48 +50,59 @@ def sizing(
     return ask("mass_matrix"), ask("force"), ask("acceleration")
 
 
-def trusted(
+def get_trusted_answers(
     problem: VerificationProblem, results: Results, level: str
 ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None]:
     """The reference's M, force and acceleration, state by state. Raises Unavailable without M."""
-    mass, force, acceleration = sizing(problem, level)
-    return results.need(mass), results.settled(force), results.settled(acceleration)
+    mass, force, acceleration = make_size_questions(problem, level)
+    return results.need(mass), results.get_if_finished(force), results.get_if_finished(acceleration)
 
 
-def sizes_in(problem: VerificationProblem, results: Results, level: str) -> NaturalSizes:
+def compute_natural_sizes(
+    problem: VerificationProblem, results: Results, level: str
+) -> NaturalSizes:
     """Natural sizes by the reference's answers. Raises Unavailable."""
     precision = problem.equations.table.precision if problem.equations.table else 0.0
-    found = trusted(problem, results, level)
-    return entries.sizes_of(problem.frame, problem.states, *found, precision)
+    answers = get_trusted_answers(problem, results, level)
+    return entries.compute_sizes(problem.frame, problem.states, *answers, precision)
 
 
-def own_comparisons(problem: VerificationProblem) -> Iterator[Comparison]:
+def plan_self_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     """Engine-free checks of the parts that are there; the reference lends its sizes alone."""
     has, equations = problem.has, problem.equations
     for part in COMPARED:
         if part in has and (part != "acceleration" or equations.acceleration):
-            again = _entries(part, partial(_apart, part))
-            yield _own(problem, f"repeatable-{part}", again, part, part, f"{part}{AGAIN}")
+            again = _entry_check(part, partial(_relative_errors, part))
+            yield _self_check(problem, f"repeatable-{part}", again, part, part, f"{part}{AGAIN}")
     if "mass_matrix" in has:
-        yield _own(problem, "symmetric", _symmetric, "mass_matrix", "mass_matrix")
-        yield _own(problem, "positive-definite", _positive, "mass_matrix", "mass_matrix")
+        yield _self_check(problem, "symmetric", _check_symmetry, "mass_matrix", "mass_matrix")
+        yield _self_check(
+            problem, "positive-definite", _check_positive, "mass_matrix", "mass_matrix"
+        )
     if "bias" in has:
-        quadratic = _entries("bias", _quadratic)
-        yield _own(problem, "bias-quadratic", quadratic, "bias", "bias", "other_speeds")
+        quadratic = _entry_check("bias", _quadratic_errors)
+        yield _self_check(problem, "bias-quadratic", quadratic, "bias", "bias", "other_speeds")
     if {"mass_matrix", "bias"} <= has:
-        demanded, terms = _entries("rate_terms", partial(_apart, "rate_terms")), "rate_terms"
-        yield _own(problem, "bias-from-inertia", demanded, "mass_matrix", terms, "christoffel")
+        demanded, terms = (
+            _entry_check("rate_terms", partial(_relative_errors, "rate_terms")),
+            "rate_terms",
+        )
+        yield _self_check(
+            problem, "bias-from-inertia", demanded, "mass_matrix", terms, "christoffel"
+        )
     if equations.inverse_dynamics is not None:
-        whole = _entries("bias", _inverse_dynamics)
-        yield _own(problem, "inverse-dynamics", whole, "mass_matrix", "inverse_dynamics")
+        whole = _entry_check("bias", _inverse_dynamics_errors)
+        yield _self_check(problem, "inverse-dynamics", whole, "mass_matrix", "inverse_dynamics")
     if "force" in has and not problem.undriven:
-        linear = _entries("force", _by_torques)
-        yield _own(problem, "linear-in-torques", linear, "force", "by_torques")
+        linear = _entry_check("force", _torque_linearity_errors)
+        yield _self_check(problem, "linear-in-torques", linear, "force", "by_torques")
     if equations.acceleration is not None and has >= {*COMPARED}:
-        yield _own(problem, "second-law", _entries("force", _second_law), "force", *COMPARED)
+        yield _self_check(
+            problem, "second-law", _entry_check("force", _second_law_errors), "force", *COMPARED
+        )
 
 
-def _own(
+def _self_check(
     problem: VerificationProblem, quantity: str, check: Check, unit_part: str, *parts: str
 ) -> Comparison:
     """A check of equations against themselves.
@@ -96,82 +114,104 @@ def _own(
         unit_part: The part whose numbers show the unit of what is judged.
         parts: The questions whose answers are judged.
     """
-    questions = tuple(map(problem.yours, parts))
-    key = Key("trial-own", problem.case.arm.name, quantity, problem.name)
+    questions = tuple(map(problem.ask_equations, parts))
+    key = ComparisonKey("trial-own", problem.case.arm.name, quantity, problem.name)
     metric = f"largest relative deviation of an entry over {problem.count} random states"
 
-    def judged(about: About, results: Results) -> Finding:
+    def judge(about: Subject, results: Results) -> Finding:
         answers = [results.need(question) for question in questions]
-        finding, places = check(about, _own_sizes(problem, results, unit_part), *answers)
-        return replace(finding, note=finding.note or entries.listed(places, problem.frame.names))
+        finding, places = check(about, _sizes_in_user_unit(problem, results, unit_part), *answers)
+        return replace(
+            finding, note=finding.note or entries.format_wrong_entries(places, problem.frame.names)
+        )
 
-    about = About(key, "1", metric, "first principles")
+    about = Subject(key, "1", metric, "first principles")
     right = (problem.ask(problem.reference(level), unit_part) for level in problem.levels)
-    sizes = (question for level in problem.levels for question in sizing(problem, level))
-    needs = dict.fromkeys((*questions, problem.yours(unit_part), *right, *sizes))
-    return Comparison(about, tuple(needs), judged)
+    sizes = (
+        question for level in problem.levels for question in make_size_questions(problem, level)
+    )
+    needs = dict.fromkeys((*questions, problem.ask_equations(unit_part), *right, *sizes))
+    return Comparison(about, tuple(needs), judge)
 
 
-def _own_sizes(problem: VerificationProblem, results: Results, unit_part: str) -> NaturalSizes:
+def _sizes_in_user_unit(
+    problem: VerificationProblem, results: Results, unit_part: str
+) -> NaturalSizes:
     """Natural sizes by the level that is nearest, in the unit of the equations' own numbers.
 
     What equations owe to themselves they owe in any unit; no number of theirs but that power of ten
     is in a size. Raises Unavailable.
     """
-    yours, ratios = results.need(problem.yours(unit_part)), dict[str, float]()
+    user_values, ratios = results.need(problem.ask_equations(unit_part)), dict[str, float]()
     for level in problem.levels:
-        right = results.settled(problem.ask(problem.reference(level), unit_part))
-        ratios[level] = 1.0 if right is None else entries.unit_ratio(yours, right)
+        reference_values = results.get_if_finished(problem.ask(problem.reference(level), unit_part))
+        ratios[level] = (
+            1.0 if reference_values is None else entries.unit_ratio(user_values, reference_values)
+        )
     nearest = min(problem.levels, key=lambda level: abs(math.log(ratios[level])))
-    sizes = sizes_in(problem, results, nearest)
-    return sizes.in_unit(entries.power_of_ten(ratios[nearest]))
+    sizes = compute_natural_sizes(problem, results, nearest)
+    return sizes.scale_by(entries.power_of_ten(ratios[nearest]))
 
 
-def _entries(quantity: str, apart_of: Callable[..., np.ndarray]) -> Check:
-    """A check of every entry; apart_of: how far it is off, by sizes and answers, over its size."""
+def _entry_check(quantity: str, relative_errors_of: Callable[..., np.ndarray]) -> Check:
+    """A check of every entry; relative_errors_of: how far it is off, by sizes and answers, over its
+    size.
+    """
 
-    def check(about: About, sizes: NaturalSizes, *answers: np.ndarray) -> Judged:
-        apart, tolerance = apart_of(sizes, *answers), sizes.tolerance(quantity)
-        beyond = np.argwhere(~(apart <= tolerance))
-        wrong = [entries.place_of(quantity, tuple(index)) for index in beyond.tolist()]
+    def check(about: Subject, sizes: NaturalSizes, *answers: np.ndarray) -> CheckResult:
+        relative_errors, tolerance = relative_errors_of(sizes, *answers), sizes.tolerance(quantity)
+        beyond = np.argwhere(~(relative_errors <= tolerance))
+        wrong = [entries.entry_place(quantity, tuple(index)) for index in beyond.tolist()]
         basis = sizes.basis(quantity)
-        return checked(about, measured=float(apart.max()), tolerance=tolerance, basis=basis), wrong
+        return make_check(
+            about, measured=float(relative_errors.max()), tolerance=tolerance, basis=basis
+        ), wrong
 
     return check
 
 
-def _apart(quantity: str, sizes: NaturalSizes, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _relative_errors(
+    quantity: str, sizes: NaturalSizes, values: np.ndarray, expected: np.ndarray
+) -> np.ndarray:
     """Deviations of two answers: to a question asked twice, or of bias terms and what M demands."""
-    return entries.deviations(one, other, sizes.of(quantity))
+    return entries.deviations(values, expected, sizes.entry_sizes(quantity))
 
 
-def _symmetric(about: About, sizes: NaturalSizes, mass: np.ndarray) -> Judged:
+def _check_symmetry(about: Subject, sizes: NaturalSizes, mass: np.ndarray) -> CheckResult:
     """Check that M (count, n, n) equals its transpose at every state."""
-    if not all(map(usable, mass)):
+    if not all(map(is_usable, mass)):
         lowest = np.einsum("kii->ki", mass).min(axis=0)
         bad = np.flatnonzero(~(lowest > 0)).tolist()
-        return failed(about, NO_DIAGONAL), [EntryPlace("mass_matrix", i, i) for i in bad]
-    apart = entries.deviations(mass, mass.swapaxes(1, 2), sizes.mass)
-    tolerance = SYMMETRY + sizes.written("mass_matrix")
-    wrong = [EntryPlace("mass_matrix", i, j) for i, j in np.argwhere(apart > tolerance) if i < j]
+        return make_failed_check(about, NO_DIAGONAL), [EntryPlace("mass_matrix", i, i) for i in bad]
+    relative_errors = entries.deviations(mass, mass.swapaxes(1, 2), sizes.mass)
+    tolerance = SYMMETRY + sizes.file_rounding("mass_matrix")
+    wrong = [
+        EntryPlace("mass_matrix", i, j)
+        for i, j in np.argwhere(relative_errors > tolerance)
+        if i < j
+    ]
     basis = "rounding of the entries' natural sizes"
-    return checked(about, measured=float(apart.max()), tolerance=tolerance, basis=basis), wrong
+    return make_check(
+        about, measured=float(relative_errors.max()), tolerance=tolerance, basis=basis
+    ), wrong
 
 
-def _positive(about: About, sizes: NaturalSizes, mass: np.ndarray) -> Judged:
+def _check_positive(about: Subject, sizes: NaturalSizes, mass: np.ndarray) -> CheckResult:
     """Check that the scaled M (count, n, n) has positive eigenvalues at every state."""
-    if not all(map(usable, mass)):
-        return failed(about, NO_DIAGONAL), []
+    if not all(map(is_usable, mass)):
+        return make_failed_check(about, NO_DIAGONAL), []
     symmetric_part = (mass + mass.swapaxes(1, 2)) / 2
-    lowest = [float(np.linalg.eigvalsh(scaled(matrix)).min()) for matrix in symmetric_part]
+    lowest = [
+        float(np.linalg.eigvalsh(scale_mass_matrix(matrix)).min()) for matrix in symmetric_part
+    ]
     state = int(np.argmin(lowest))
     if lowest[state] <= 0:
         note = f"not positive definite at state {state + 1} of {len(mass)}: {lowest[state]:.3g}"
-        return failed(about, note), []
-    return checked(about, measured=0.0, tolerance=0.0, basis="every eigenvalue is positive"), []
+        return make_failed_check(about, note), []
+    return make_check(about, measured=0.0, tolerance=0.0, basis="every eigenvalue is positive"), []
 
 
-def _quadratic(sizes: NaturalSizes, bias: np.ndarray, at_speeds: np.ndarray) -> np.ndarray:
+def _quadratic_errors(sizes: NaturalSizes, bias: np.ndarray, at_speeds: np.ndarray) -> np.ndarray:
     """Deviation from h(x, s u) = s^2 h(x, u) for s = -1 and 2, and h(x, 0) = 0, shape (n,).
 
     bias (count, n); at_speeds (count, speeds + 1, n): h(x, s u) / s^2, then h(x, 0).
@@ -181,7 +221,7 @@ def _quadratic(sizes: NaturalSizes, bias: np.ndarray, at_speeds: np.ndarray) -> 
     return (np.abs(at_speeds - expected) / sizes.bias).max(axis=(0, 1))
 
 
-def _by_torques(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
+def _torque_linearity_errors(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
     """Deviation of forces (n,) from sums of what each torque does, proportional to it.
 
     answers (count, 2 m + 2, n): at no torque, each alone, twice each alone, all together.
@@ -191,11 +231,11 @@ def _by_torques(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
     twice, together = answers[:, 1 + joints : -1], answers[:, -1:]
     doubled = twice - none - 2 * (each - none)
     summed = together - none - (each - none).sum(axis=1, keepdims=True)
-    apart: np.ndarray = np.abs(np.concatenate([doubled, summed], axis=1)).max(axis=(0, 1))
-    return apart / sizes.force
+    differences: np.ndarray = np.abs(np.concatenate([doubled, summed], axis=1)).max(axis=(0, 1))
+    return differences / sizes.force
 
 
-def _second_law(sizes: NaturalSizes, *answers: np.ndarray) -> np.ndarray:
+def _second_law_errors(sizes: NaturalSizes, *answers: np.ndarray) -> np.ndarray:
     """Deviation from M a + h = f, with the acceleration that was handed over beside them, (n,).
 
     answers: M (count, n, n); bias, force and acceleration (count, n).
@@ -205,17 +245,17 @@ def _second_law(sizes: NaturalSizes, *answers: np.ndarray) -> np.ndarray:
     return entries.deviations(left, force, sizes.force)
 
 
-def _inverse_dynamics(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
+def _inverse_dynamics_errors(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
     """Deviation of inverse dynamics from M a + h, for any a and u together, shape (n,).
 
     answers (count, 3, n): as handed over; M a + h; a.
     """
-    one, other, a = answers.swapaxes(0, 1)
+    torques, expected, a = answers.swapaxes(0, 1)
     size = sizes.bias + sizes.mass @ np.abs(a).max(axis=0)
-    return entries.deviations(one, other, size)
+    return entries.deviations(torques, expected, size)
 
 
-def own_balances(problem: VerificationProblem) -> Iterator[Comparison]:
+def plan_balance_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     """Checks of power and momentum, for geared equations that have everything.
 
     There are none if the map is a function: it need not reach every pose that these checks draw.
@@ -226,29 +266,29 @@ def own_balances(problem: VerificationProblem) -> Iterator[Comparison]:
     sampled = SampledModel(
         problem.case.arm.name, problem.name, problem.case, problem.count, problem.seed
     )
-    for found in balances(sampled):
-        judged = partial(_carried, problem, found)
-        yield Comparison(found.about, (*found.needs, *sizing(problem, "")), judged)
+    for balance in plan_balances(sampled):
+        judge = partial(_judge_balance, problem, balance)
+        yield Comparison(balance.about, (*balance.needs, *make_size_questions(problem, "")), judge)
 
 
-def _carried(
-    problem: VerificationProblem, balance: Comparison, about: About, results: Results
+def _judge_balance(
+    problem: VerificationProblem, balance: Comparison, about: Subject, results: Results
 ) -> Finding:
     """The finding of a balance, its tolerance widened by the rounding of the coordinates' map."""
-    found, sizes = balance.judge(about, results), sizes_in(problem, results, "")
-    if found.measured is None or found.tolerance is None:
-        return found
+    finding, sizes = balance.judge(about, results), compute_natural_sizes(problem, results, "")
+    if finding.measured is None or finding.tolerance is None:
+        return finding
     looser = sizes.tolerance("acceleration") / LOOSEST
-    return checked(
+    return make_check(
         about,
-        measured=found.measured,
-        tolerance=found.tolerance * looser,
-        basis=f"{found.basis}; times {looser:.3g}: {sizes.basis('acceleration')}",
-        relative=found.relative,
+        measured=finding.measured,
+        tolerance=finding.tolerance * looser,
+        basis=f"{finding.basis}; times {looser:.3g}: {sizes.basis('acceleration')}",
+        relative=finding.relative,
     )
 
 
-def engine_comparisons(
+def plan_engine_comparisons(
     problem: VerificationProblem, level: str, *, binding: bool
 ) -> Iterator[Comparison]:
     """Compare every part with every engine.
@@ -257,64 +297,83 @@ def engine_comparisons(
     """
     for part in COMPARED:
         for engine in problem.engines(level) if part in problem.has else ():
-            yield _against(problem, engine, part, level, binding)
+            yield _compare_with_engine(problem, engine, part, level, binding)
 
 
-def _against(
+def _compare_with_engine(
     problem: VerificationProblem, engine: str, part: str, level: str, binding: bool
 ) -> Comparison:
-    yours, theirs = problem.yours(part), problem.ask(engine, part)
+    user_question, engine_question = problem.ask_equations(part), problem.ask(engine, part)
     reference = problem.ask(problem.reference(level), part)
-    key = Key("trial-states", problem.case.arm.name, part, problem.name, engine)
+    key = ComparisonKey("trial-states", problem.case.arm.name, part, problem.name, engine)
     metric = f"largest relative difference of an entry over {problem.count} random states"
 
-    def judged(about: About, results: Results) -> Finding:
-        one, other = results.need(yours), results.need(theirs)
-        sizes = sizes_in(problem, results, level)
-        measured = float(entries.deviations(one, other, sizes.of(part)).max())
+    def judge(about: Subject, results: Results) -> Finding:
+        user_values, engine_values = results.need(user_question), results.need(engine_question)
+        sizes = compute_natural_sizes(problem, results, level)
+        measured = float(
+            entries.deviations(user_values, engine_values, sizes.entry_sizes(part)).max()
+        )
         if not binding:
-            return measured_only(about, measured=measured)
-        wrong = [each.place for each in entries.wrong_entries(part, one, other, sizes)]
-        among = float(entries.deviations(results.need(reference), other, sizes.of(part)).max())
-        return checked(
+            return make_measurement(about, measured=measured)
+        wrong = [
+            each.place
+            for each in entries.find_wrong_entries(part, user_values, engine_values, sizes)
+        ]
+        among = float(
+            entries.deviations(
+                results.need(reference), engine_values, sizes.entry_sizes(part)
+            ).max()
+        )
+        return make_check(
             about,
             measured=measured,
             tolerance=sizes.tolerance(part) + among,
             basis=f"{sizes.basis(part)}; engines among themselves {among:.2g}",
             resolved=among <= MEANINGFUL,
             relative=measured,
-            note=entries.listed(wrong, problem.frame.names),
+            note=entries.format_wrong_entries(wrong, problem.frame.names),
         )
 
-    needs = dict.fromkeys((yours, theirs, reference, *sizing(problem, level)))
-    return Comparison(About(key, "1", metric), tuple(needs), judged)
+    needs = dict.fromkeys(
+        (user_question, engine_question, reference, *make_size_questions(problem, level))
+    )
+    return Comparison(Subject(key, "1", metric), tuple(needs), judge)
 
 
-def run_comparisons(
+def plan_run_comparisons(
     problem: VerificationProblem, scenario: Scenario, level: str
 ) -> Iterator[Comparison]:
     """Compare a scenario's run by the equations with each engine that takes the same steps."""
-    engines = same_integrator()
+    engines = find_same_integrator_models()
     if level:
         engines = tuple(name for name in problem.engines(level) if MODELS[name].order == 4)
-    meshes = () if level or not problem.frame.layout.meshing else MESH
+    meshes = () if level or not problem.frame.layout.mesh_joints else MESH
     for engine in engines:
         for quantity in (*RIGID, *meshes):
-            yield _same_steps(problem, scenario, engine, quantity)
+            yield _compare_same_steps(problem, scenario, engine, quantity)
 
 
-def _same_steps(
+def _compare_same_steps(
     problem: VerificationProblem, scenario: Scenario, engine: str, quantity: str
 ) -> Comparison:
     case, name = problem.case._replace(scenario=scenario), scenario.name
-    yours = Simulation(RunKey(name, problem.name), case)
-    theirs = Simulation(RunKey(name, engine), case)
-    repeated = Simulation(RunKey(name, engine, "nudged"), nudged(case))
+    user_run = Simulation(RunKey(name, problem.name), case)
+    engine_run = Simulation(RunKey(name, engine), case)
+    repeated = Simulation(RunKey(name, engine, "nudged"), perturb_start_by_one_ulp(case))
 
-    def judged(about: About, one: Any, other: Any, moved: Any) -> Finding:
-        widest = meaningful(quantity, case.arm, scenario, size(other, quantity))
-        return same_step(about, one, other, Pair(other, moved), widest)
+    def judge(
+        about: Subject, user_trajectory: Any, engine_trajectory: Any, nudged_trajectory: Any
+    ) -> Finding:
+        widest = acceptance_limit(quantity, case.arm, scenario, size(engine_trajectory, quantity))
+        return check_same_step(
+            about,
+            user_trajectory,
+            engine_trajectory,
+            Pair(engine_trajectory, nudged_trajectory),
+            widest,
+        )
 
-    key = Key(RUN, name, quantity, problem.name, engine)
-    about = About(key, UNITS[quantity], "largest absolute difference")
-    return answered(about, (yours, theirs, repeated), judged)
+    key = ComparisonKey(RUN, name, quantity, problem.name, engine)
+    about = Subject(key, UNITS[quantity], "largest absolute difference")
+    return make_comparison(about, (user_run, engine_run, repeated), judge)

@@ -12,14 +12,14 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.answers import BadAnswer
-from crosscheck.cost.agreement import TOLERANCE, DrawnStates, drawn
+from crosscheck.cost.agreement import TOLERANCE, RandomStates, sample_states
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
-from crosscheck.run import performed
-from crosscheck.runner.outcomes import Failure, OwnKey
-from crosscheck.runner.underway import Told
+from crosscheck.run import run_tasks
+from crosscheck.runner.outcomes import Failure, SelfKeyedTask
+from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.workers import Workers
-from crosscheck.trial.input.calls import TAKES, by_name, part_answer, told_failure
+from crosscheck.trial.input.calls import TAKES, call_part, describe_failure, make_named_call
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.sizes import RobotSizes
 
@@ -38,7 +38,7 @@ _one_at_a_time = threading.Lock()  # of trials in several threads, whose equatio
 
 
 @dataclass(frozen=True)
-class PartCalls(OwnKey):
+class PartTask(SelfKeyedTask):
     """A task: a function of a user's equations, called with each row of its arguments.
 
     size: n, the number of coordinates; arguments (rows, n) by TAKES, t (rows,).
@@ -64,8 +64,8 @@ class PartCalls(OwnKey):
         call, answers = _supplied[self.model][self.quantity], list[np.ndarray]()
         try:
             for row in range(self.rows):
-                own = {name: values[row] for name, values in self.arguments.items()}
-                answer = part_answer(call, self.quantity, self.size, own)
+                row_arguments = {name: values[row] for name, values in self.arguments.items()}
+                answer = call_part(call, self.quantity, self.size, row_arguments)
                 if not (np.abs(answer) <= LARGEST).all():
                     most = f"{LARGEST:g}, the most that can be compared"
                     raise BadAnswer(f"{self.quantity} is larger than {most}")
@@ -74,9 +74,9 @@ class PartCalls(OwnKey):
             if not answers:
                 about = f"{error}; the coordinates are {self.size}"
                 return InputError(self.model, "", None, about)
-            return told_failure(error)
+            return describe_failure(error)
         except BaseException as error:  # also SystemExit and KeyboardInterrupt of the user's code
-            return told_failure(error)
+            return describe_failure(error)
         return np.array(answers)
 
 
@@ -97,18 +97,20 @@ class RobotAnswers:
     weightless: bool
 
 
-def states_of(robot: Robot, seed: int) -> DrawnStates:
+def draw_states(robot: Robot, seed: int) -> RandomStates:
     """The random states at which equations are asked."""
-    states, rng = drawn(robot, STATES, seed), np.random.default_rng([seed, 1])
+    states, rng = sample_states(robot, STATES, seed), np.random.default_rng([seed, 1])
     return states._replace(v=rng.uniform(-FASTEST, FASTEST, states.v.shape))
 
 
 @contextmanager
-def supplied_as(name: str, equations: Equations) -> Iterator[None]:
+def register_functions(name: str, equations: Equations) -> Iterator[None]:
     """Let workers that begin in this context call the functions of equations by a name."""
     given = {part: getattr(equations, part) for part in TAKES}
     functions = {
-        part: by_name(own, part, in_order=True) for part, own in given.items() if own is not None
+        part: make_named_call(function, part, in_order=True)
+        for part, function in given.items()
+        if function is not None
     }
     with _one_at_a_time:
         _supplied[name] = functions
@@ -119,14 +121,24 @@ def supplied_as(name: str, equations: Equations) -> Iterator[None]:
 
 
 def ask(
-    name: str, robot: Robot, states: DrawnStates, sizes: RobotSizes, jobs: int, told: Told
+    name: str,
+    robot: Robot,
+    states: RandomStates,
+    sizes: RobotSizes,
+    jobs: int,
+    progress: ProgressCallback,
 ) -> RobotAnswers:
     """Ask all functions of the equations of a robot that are supplied under a name.
 
     Raises InputError for answers that can be none of this robot.
     """
-    blocks = {part: _blocks(part, states, sizes) for part in _supplied[name]}
-    outcomes = call({part: list(own.values()) for part, own in blocks.items()}, name, jobs, told)
+    blocks = {part: _make_blocks(part, states, sizes) for part in _supplied[name]}
+    outcomes = call_functions(
+        {part: list(part_blocks.values()) for part, part_blocks in blocks.items()},
+        name,
+        jobs,
+        progress,
+    )
     failures = {part: each for part, each in outcomes.items() if isinstance(each, Failure)}
     answers = {
         part: dict(zip(blocks[part], np.split(each, len(blocks[part])), strict=True))
@@ -139,8 +151,10 @@ def ask(
             for block, matrix in answers.pop("coriolis").items()
         }
     whole = answers.get("inverse_dynamics")
-    values = {quantity: own[HERE] for quantity, own in answers.items()}
-    derived = {} if whole is None else _derived(whole, sizes, _weigh(robot, states, sizes))
+    values = {quantity: part_blocks[HERE] for quantity, part_blocks in answers.items()}
+    derived = (
+        {} if whole is None else _derive_values(whole, sizes, _has_weights(robot, states, sizes))
+    )
     sources = {quantity: quantity for quantity in values}
     sources |= {quantity: "inverse_dynamics" for quantity in derived if quantity not in values}
     if "coriolis" in outcomes and "bias" in values:
@@ -150,63 +164,72 @@ def ask(
     if by_rates is not None:
         rest = by_rates[0.0] if by_rates is whole else 0.0
         speeds = np.stack([by_rates[speed] - rest for speed in SPEEDS], axis=1)
-    again = {quantity: own[AGAIN][::-1] for quantity, own in answers.items()}
+    again = {quantity: part_blocks[AGAIN][::-1] for quantity, part_blocks in answers.items()}
     weightless = whole is not None and "gravity" not in derived
     return RobotAnswers(derived | values, again, sources, speeds, failures, weightless)
 
 
-def call(
-    asked: Mapping[str, Sequence[DrawnStates]], name: str, jobs: int, told: Told
+def call_functions(
+    states_by_part: Mapping[str, Sequence[RandomStates]],
+    name: str,
+    jobs: int,
+    progress: ProgressCallback,
 ) -> dict[str, np.ndarray | Failure]:
     """Call functions of the supplied equations at states, each by a worker; answers by part.
 
     Raises InputError for answers that can be none of this robot.
     """
-    tasks = {part: _calls(name, part, states) for part, states in asked.items()}
+    tasks = {part: _make_part_task(name, part, states) for part, states in states_by_part.items()}
     with Workers(min(jobs, len(tasks))) as workers:
-        outcomes: Mapping[Any, Any] = performed(workers, list(tasks.values()), told).outcomes
-    found = {part: outcomes[task] for part, task in tasks.items()}
-    for outcome in found.values():
+        outcomes: Mapping[Any, Any] = run_tasks(workers, list(tasks.values()), progress).outcomes
+    answers = {part: outcomes[task] for part, task in tasks.items()}
+    for outcome in answers.values():
         if isinstance(outcome, InputError):
             raise outcome
-    return found
+    return answers
 
 
-def _calls(name: str, part: str, blocks: Sequence[DrawnStates]) -> PartCalls:
+def _make_part_task(name: str, part: str, blocks: Sequence[RandomStates]) -> PartTask:
     q, v, a, torques = (np.concatenate(rows) for rows in zip(*blocks, strict=True))
-    known = {"x": q, "v": v, "a": a, "torque": torques, "t": np.linspace(0.0, 1.0, len(q))}
-    own = {argument: known[argument] for argument in TAKES[part]}
-    return PartCalls(name, part, q.shape[1], own)
+    argument_values = {
+        "x": q,
+        "v": v,
+        "a": a,
+        "torque": torques,
+        "t": np.linspace(0.0, 1.0, len(q)),
+    }
+    arguments = {argument: argument_values[argument] for argument in TAKES[part]}
+    return PartTask(name, part, q.shape[1], arguments)
 
 
-def _blocks(part: str, states: DrawnStates, sizes: RobotSizes) -> dict[Block, DrawnStates]:
+def _make_blocks(part: str, states: RandomStates, sizes: RobotSizes) -> dict[Block, RandomStates]:
     """The states at which a part is asked, all blocks of them equally long."""
-    found: dict[Block, DrawnStates] = {HERE: states}
-    found[AGAIN] = DrawnStates(*(each[::-1] for each in states))
+    blocks: dict[Block, RandomStates] = {HERE: states}
+    blocks[AGAIN] = RandomStates(*(each[::-1] for each in states))
     if part in BY_RATES:
         for speed in SPEEDS:
-            found[speed] = states._replace(v=speed * states.v, a=0 * states.a)
+            blocks[speed] = states._replace(v=speed * states.v, a=0 * states.a)
     if part == "inverse_dynamics":
         for joint in range(states.q.shape[1]):
             a = np.zeros_like(states.a)
             a[:, joint] = sizes.unit_accelerations[:, joint]
-            found[joint,] = states._replace(v=0 * states.v, a=a)
-    return found
+            blocks[joint,] = states._replace(v=0 * states.v, a=a)
+    return blocks
 
 
-def _weigh(robot: Robot, states: DrawnStates, sizes: RobotSizes) -> bool:
+def _has_weights(robot: Robot, states: RandomStates, sizes: RobotSizes) -> bool:
     """Whether the weights of a robot need any torques."""
     weights = AnalyticRobot(robot, "links").gravity(states.q)
     return bool((np.abs(weights) > TOLERANCE * sizes.gravity).any())
 
 
-def _derived(whole: Blocks, sizes: RobotSizes, weigh: bool) -> dict[str, np.ndarray]:
+def _derive_values(whole: Blocks, sizes: RobotSizes, weigh: bool) -> dict[str, np.ndarray]:
     """M, bias and, if inverse dynamics counts the weights, gravity: what follows from its answers.
 
     weigh: whether there are any to be counted.
     """
     rest, units = whole[0.0], sizes.unit_accelerations
     columns = [(whole[joint,] - rest) / units[:, joint, None] for joint in range(units.shape[1])]
-    found = {"mass_matrix": np.stack(columns, axis=2), "bias": whole[1.0] - rest}
+    values = {"mass_matrix": np.stack(columns, axis=2), "bias": whole[1.0] - rest}
     weightless = weigh and bool((np.abs(rest) <= TOLERANCE * sizes.gravity).all())
-    return found if weightless else found | {"gravity": rest}
+    return values if weightless else values | {"gravity": rest}

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from crosscheck.cost.springs import rotors_of
+from crosscheck.cost.springs import stage_rotors
 from crosscheck.models.robot.robot import (
     BASE,
     Joint,
@@ -25,10 +25,10 @@ AXES = "xyz"
 MOMENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2)}
 PRODUCTS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 INERTIA = MOMENTS | PRODUCTS
-Kind = Literal["bodies", "joints", "rotors", "stages"]
+PartKind = Literal["bodies", "joints", "rotors", "stages"]
 
 
-Part = RobotBody | Joint | Rotor
+RobotPart = RobotBody | Joint | Rotor
 # Values of a number that somebody may have written by mistake, as parts of the right one.
 USUAL = {-1.0: "with the opposite sign", 0.0: "left out", 0.5: "half", 2.0: "twice"}
 ALIKE = 1e-6  # of numbers that are the same one
@@ -55,12 +55,12 @@ class RobotNumber:
         if self.factor:
             near = [words for usual, words in USUAL.items() if abs(shown - usual) < ALIKE]
             return f"{self.name} {near[0] if near else f'times {shown:.6g}'}"
-        own = f"{self.value:.6g} {self.unit}".rstrip()
-        return f"{self.name} = {shown:.6g} {self.unit}".rstrip() + f" (file: {own})"
+        file_value = f"{self.value:.6g} {self.unit}".rstrip()
+        return f"{self.name} = {shown:.6g} {self.unit}".rstrip() + f" (file: {file_value})"
 
 
 @dataclass(frozen=True)
-class Confusion:
+class FrameMistake:
     """One thing taken for another: words that complete `with ...`, and the robot with it.
 
     several: whether in every part of a kind.
@@ -71,34 +71,36 @@ class Confusion:
     several: bool = False
 
 
-def numbers(robot: Robot) -> Iterator[RobotNumber]:
+def list_numbers(robot: Robot) -> Iterator[RobotNumber]:
     """The numbers of bodies, joints' places, rotors, stages and gravity that may be wrong."""
     for number, body in enumerate(robot.bodies):
-        yield from _of_body(robot, number, body)
+        yield from _body_numbers(robot, number, body)
     for number, joint in enumerate(robot.joints):
-        for axis, own in enumerate(joint.placement.position.tolist()):
-            moved = partial(_displaced, robot, number, axis)
+        for axis, value in enumerate(joint.placement.position.tolist()):
+            moved = partial(_move_joint, robot, number, axis)
             size = max(float(np.abs(joint.placement.position).max()), 0.1)
-            yield RobotNumber(f"joint {joint.name}: its place, {AXES[axis]}", "m", own, size, moved)
+            yield RobotNumber(
+                f"joint {joint.name}: its place, {AXES[axis]}", "m", value, size, moved
+            )
     for number, rotor in enumerate(robot.rotors):
         name = f"rotor of {robot.joints[rotor.joint].name}"
-        put = partial(_put, robot, "rotors", number)
+        put = partial(_set_field, robot, "rotors", number)
         yield RobotNumber(
             f"{name}: inertia", "kg m^2", rotor.inertia, rotor.inertia, partial(put, "inertia")
         )
         size = max(abs(rotor.ratio), 1.0)
         yield RobotNumber(f"{name}: ratio", "", rotor.ratio, size, partial(put, "ratio"))
     for number, stage in enumerate(robot.stages):
-        yield from _of_stage(robot, number, stage)
-    for axis, own in enumerate(robot.gravity.tolist()):
-        pulled = partial(_pulled, robot, axis)
-        yield RobotNumber(f"gravity: {AXES[axis]}", "m/s^2", own, 10.0, pulled)
+        yield from _stage_numbers(robot, number, stage)
+    for axis, value in enumerate(robot.gravity.tolist()):
+        pulled = partial(_set_gravity, robot, axis)
+        yield RobotNumber(f"gravity: {AXES[axis]}", "m/s^2", value, 10.0, pulled)
     yield from _factors(robot)
 
 
 def _factors(robot: Robot) -> Iterator[RobotNumber]:
     """Factors of a number of every link, or of every rotor, where there are several."""
-    several: tuple[tuple[str, Kind, str], ...] = (
+    several: tuple[tuple[str, PartKind, str], ...] = (
         ("every link's mass", "bodies", "mass"),
         ("every link's inertia", "bodies", "inertia"),
         ("every link's centre of mass", "bodies", "com"),
@@ -108,47 +110,47 @@ def _factors(robot: Robot) -> Iterator[RobotNumber]:
     for name, kind, field in several:
         parts = getattr(robot, kind)
 
-        def put(by: float, kind: Kind = kind, field: str = field) -> Robot:
-            own = getattr(robot, kind)
-            scaled = [replace(part, **{field: by * getattr(part, field)}) for part in own]
-            return _with_all(robot, kind, scaled)
+        def put(by: float, kind: PartKind = kind, field: str = field) -> Robot:
+            current_parts = getattr(robot, kind)
+            scaled = [replace(part, **{field: by * getattr(part, field)}) for part in current_parts]
+            return _replace_parts(robot, kind, scaled)
 
         if len(parts) > 1:
             yield RobotNumber(name, "", 1.0, 1.0, put, factor=True)
 
 
-def _of_stage(robot: Robot, number: int, stage: JointStage) -> Iterator[RobotNumber]:
+def _stage_numbers(robot: Robot, number: int, stage: JointStage) -> Iterator[RobotNumber]:
     """The inertias of sun and planets of a stage, in the form in which they are given."""
     name = f"stage of {robot.joints[stage.joint].name}"
     for part in ("sun", "planet"):
         for what, unit in (("inertia", "kg m^2"), ("equivalent mass", "kg")):
             field = f"{part}_{what}_{unit}".replace(" ", "_").replace("^", "")
-            own = getattr(stage.gears, field)
+            value = getattr(stage.gears, field)
 
             def put(value: float, field: str = field) -> Robot:
                 gears = stage.gears.model_copy(update={field: value})
-                return _put(robot, "stages", number, "gears", gears)
+                return _set_field(robot, "stages", number, "gears", gears)
 
-            if own is not None:
-                yield RobotNumber(f"{name}: {what} of {part}", unit, own, own, put)
+            if value is not None:
+                yield RobotNumber(f"{name}: {what} of {part}", unit, value, value, put)
 
 
-def _of_body(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotNumber]:
-    link, put = link_of(robot, number), partial(_put, robot, "bodies", number)
+def _body_numbers(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotNumber]:
+    link, put = get_link_name(robot, number), partial(_set_field, robot, "bodies", number)
 
     def put_entry(field: str, place: tuple[int, ...], value: float) -> Robot:
         """The robot with another entry in the body's centre or inertia."""
-        return put(field, _with(getattr(body, field), place, value))
+        return put(field, _set_entry(getattr(body, field), place, value))
 
     yield RobotNumber(f"{link}: mass", "kg", body.mass, body.mass, partial(put, "mass"))
     reach = _reach(body)
-    for axis, own in enumerate(body.com.tolist()):
+    for axis, value in enumerate(body.com.tolist()):
         entry = partial(put_entry, "com", (axis,))
-        yield RobotNumber(f"{link}: centre of mass, {AXES[axis]}", "m", own, reach, entry)
+        yield RobotNumber(f"{link}: centre of mass, {AXES[axis]}", "m", value, reach, entry)
     size = float(np.trace(body.inertia)) or body.mass * reach**2
     for key, place in INERTIA.items():
-        own, entry = float(body.inertia[place]), partial(put_entry, "inertia", place)
-        yield RobotNumber(f"{link}: I{key}", "kg m^2", own, size, entry)
+        value, entry = float(body.inertia[place]), partial(put_entry, "inertia", place)
+        yield RobotNumber(f"{link}: I{key}", "kg m^2", value, size, entry)
 
 
 def _reach(body: RobotBody) -> float:
@@ -156,16 +158,20 @@ def _reach(body: RobotBody) -> float:
     return max(float(np.abs(body.com).max()), 0.01)
 
 
-def confusions(robot: Robot) -> Iterator[Confusion]:
+def generate_frame_mistakes(robot: Robot) -> Iterator[FrameMistake]:
     """Confusions of frames, signs and places that are easily taken for each other."""
-    links = [link_of(robot, number) for number in range(len(robot.bodies))]
-    bodies = list(map(_bodies, robot.bodies, robot.joints))
-    yield from _of_each(robot, "bodies", "every link", links, bodies)
+    links = [get_link_name(robot, number) for number in range(len(robot.bodies))]
+    bodies = list(map(_body_mistakes, robot.bodies, robot.joints))
+    yield from _part_mistakes(robot, "bodies", "every link", links, bodies)
     names = [f"joint {joint.name}" for joint in robot.joints]
-    yield from _of_each(robot, "joints", "every joint", names, list(map(_joints, robot.joints)))
+    yield from _part_mistakes(
+        robot, "joints", "every joint", names, list(map(_joint_mistakes, robot.joints))
+    )
     names = [f"rotor of {robot.joints[rotor.joint].name}" for rotor in robot.rotors]
-    yield from _of_each(robot, "rotors", "every rotor", names, list(map(_rotors, robot.rotors)))
-    yield from _mimics(robot)
+    yield from _part_mistakes(
+        robot, "rotors", "every rotor", names, list(map(_rotor_mistakes, robot.rotors))
+    )
+    yield from _mimic_mistakes(robot)
     for number, rotor in enumerate(robot.rotors):
         name = f"rotor of {robot.joints[rotor.joint].name}"
         seen = {robot.frames[rotor.stator].body}
@@ -174,24 +180,24 @@ def confusions(robot: Robot) -> Iterator[Confusion]:
                 continue
             seen.add(frame.body)  # one link of each body
             words = f"on {stator}" if frame.body != BASE else f"on the ground, {stator}"
-            moved = _put(robot, "rotors", number, "stator", stator)
-            yield Confusion(f"{name}: its stator {words}", moved)
+            moved = _set_field(robot, "rotors", number, "stator", stator)
+            yield FrameMistake(f"{name}: its stator {words}", moved)
         for roll, axis in ((1, "y, z, x"), (2, "z, x, y")):
-            rolled = _put(robot, "rotors", number, "axis", np.roll(rotor.axis, roll))
-            yield Confusion(f"{name}: its axis in another order, {axis}", rolled)
+            rolled = _set_field(robot, "rotors", number, "axis", np.roll(rotor.axis, roll))
+            yield FrameMistake(f"{name}: its axis in another order, {axis}", rolled)
     for stage in robot.stages:
         name = f"stage of {robot.joints[stage.joint].name}"
         others = tuple(other for other in robot.stages if other is not stage)
-        sun, planets = rotors_of(robot, stage)
+        sun, planets = stage_rotors(robot, stage)
         for words, pair in (
             ("its ratio z_r / z_s, that of a carrier held", (sun.ratio - 1, planets.ratio)),
             ("its sun turning the other way", (-sun.ratio, planets.ratio)),
             ("its planets turning the other way", (sun.ratio, -planets.ratio)),
             ("its planets turning as on the carrier", (sun.ratio, planets.ratio - 1)),
         ):
-            turned = [replace(own, ratio=k) for own, k in zip((sun, planets), pair, strict=True)]
+            turned = [replace(gear, ratio=k) for gear, k in zip((sun, planets), pair, strict=True)]
             changed_robot = replace(robot, rotors=(*robot.rotors, *turned), stages=others)
-            yield Confusion(f"{name}: {words}", changed_robot)
+            yield FrameMistake(f"{name}: {words}", changed_robot)
 
 
 def steiner(mass: float, com: np.ndarray) -> np.ndarray:
@@ -199,13 +205,13 @@ def steiner(mass: float, com: np.ndarray) -> np.ndarray:
     return mass * (com @ com * np.eye(3) - np.outer(com, com))
 
 
-def _of_each(
+def _part_mistakes(
     robot: Robot,
-    kind: Kind,
+    kind: PartKind,
     every: str,
     names: list[str],
     confused: list[Iterator[tuple[str, Any]]],
-) -> Iterator[Confusion]:
+) -> Iterator[FrameMistake]:
     """Confusions of one part, and the same of all parts of a kind where there are several.
 
     confused: of each part words and the part so, alike in number and order.
@@ -213,20 +219,22 @@ def _of_each(
     for together in zip(*confused, strict=True):
         words = together[0][0]
         for number, (_, changed) in enumerate(together):
-            yield Confusion(f"{names[number]}: {words}", with_part(robot, kind, number, changed))
+            yield FrameMistake(
+                f"{names[number]}: {words}", replace_part(robot, kind, number, changed)
+            )
         if len(together) > 1:
-            changed_robot = _with_all(robot, kind, [changed for _, changed in together])
-            yield Confusion(f"{every}: {words}", changed_robot, several=True)
+            changed_robot = _replace_parts(robot, kind, [changed for _, changed in together])
+            yield FrameMistake(f"{every}: {words}", changed_robot, several=True)
 
 
-def _joints(joint: Joint) -> Iterator[tuple[str, Joint]]:
+def _joint_mistakes(joint: Joint) -> Iterator[tuple[str, Joint]]:
     """Words on what a joint's frame may be taken for, and the joint so."""
     turn, position = joint.placement.rotation, joint.placement.position
     yield "its axis the other way", replace(joint, axis=-joint.axis)
     for words, other in (
         ("its frame turned the other way", turn.T),
         ("its frame not turned", np.eye(3)),
-        ("its rpy turned in the other order, about x last", _other_order(turn)),
+        ("its rpy turned in the other order, about x last", _reordered_rotation(turn)),
     ):
         yield words, replace(joint, placement=Placement(other, position))
     yield (
@@ -235,22 +243,22 @@ def _joints(joint: Joint) -> Iterator[tuple[str, Joint]]:
     )
 
 
-def _other_order(turn: np.ndarray) -> np.ndarray:
+def _reordered_rotation(turn: np.ndarray) -> np.ndarray:
     """The rotation by the same roll, pitch and yaw, but about z first and about x last."""
     pitch = -np.arcsin(np.clip(turn[2, 0], -1.0, 1.0))
     roll, yaw = np.arctan2(turn[2, 1], turn[2, 2]), np.arctan2(turn[1, 0], turn[0, 0])
-    found = np.eye(3)
+    rotation = np.eye(3)
     for axis, angle in enumerate((roll, pitch, yaw)):
         i, j = (axis + 1) % 3, (axis + 2) % 3
-        own = np.eye(3)
-        own[i, i] = own[j, j] = np.cos(angle)
-        own[j, i] = np.sin(angle)
-        own[i, j] = -own[j, i]
-        found = found @ own
-    return found
+        axis_rotation = np.eye(3)
+        axis_rotation[i, i] = axis_rotation[j, j] = np.cos(angle)
+        axis_rotation[j, i] = np.sin(angle)
+        axis_rotation[i, j] = -axis_rotation[j, i]
+        rotation = rotation @ axis_rotation
+    return rotation
 
 
-def _rotors(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
+def _rotor_mistakes(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
     """Words on what a rotor's inertia and ratio may be taken for, and the rotor so."""
     yield (
         "the ratio once where its square belongs",
@@ -259,25 +267,37 @@ def _rotors(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
     yield "its ratio left out", replace(rotor, inertia=rotor.inertia / rotor.ratio**2)
 
 
-def _mimics(robot: Robot) -> Iterator[Confusion]:
+def _mimic_mistakes(robot: Robot) -> Iterator[FrameMistake]:
     """Confusions of how joints follow others."""
     for number, joint in enumerate(robot.joints):
-        own = joint.mimic
-        if own is None:
+        original_mimic = joint.mimic
+        if original_mimic is None:
             continue
         for words, multiplier, offset in (
-            ("its multiplier with the opposite sign", -own.multiplier, own.offset),
-            ("its multiplier left out", 1.0, own.offset),
-            ("its offset left out", own.multiplier, 0.0),
-            ("its offset with the opposite sign", own.multiplier, -own.offset),
-            ("its offset multiplied too", own.multiplier, own.multiplier * own.offset),
+            (
+                "its multiplier with the opposite sign",
+                -original_mimic.multiplier,
+                original_mimic.offset,
+            ),
+            ("its multiplier left out", 1.0, original_mimic.offset),
+            ("its offset left out", original_mimic.multiplier, 0.0),
+            (
+                "its offset with the opposite sign",
+                original_mimic.multiplier,
+                -original_mimic.offset,
+            ),
+            (
+                "its offset multiplied too",
+                original_mimic.multiplier,
+                original_mimic.multiplier * original_mimic.offset,
+            ),
         ):
-            mimic = replace(own, multiplier=multiplier, offset=offset)
-            changed = with_part(robot, "joints", number, replace(joint, mimic=mimic))
-            yield Confusion(f"joint {joint.name}: {words}", changed)
+            mimic = replace(original_mimic, multiplier=multiplier, offset=offset)
+            changed = replace_part(robot, "joints", number, replace(joint, mimic=mimic))
+            yield FrameMistake(f"joint {joint.name}: {words}", changed)
 
 
-def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
+def _body_mistakes(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
     """Words on what a body's numbers may be taken for, and the body so."""
     about = steiner(body.mass, body.com)
     diagonal = np.diag(np.diag(body.inertia))
@@ -294,11 +314,11 @@ def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
         replace(body, inertia=2 * diagonal - body.inertia),
     )
     for keys in (MOMENTS, PRODUCTS):
-        for one, other in combinations(keys, 2):
+        for first_key, second_key in combinations(keys, 2):
             inertia = body.inertia
-            for key, source in ((one, other), (other, one)):
-                inertia = _with(inertia, INERTIA[key], float(body.inertia[INERTIA[source]]))
-            yield f"I{one} and I{other} exchanged", replace(body, inertia=inertia)
+            for key, source in ((first_key, second_key), (second_key, first_key)):
+                inertia = _set_entry(inertia, INERTIA[key], float(body.inertia[INERTIA[source]]))
+            yield f"I{first_key} and I{second_key} exchanged", replace(body, inertia=inertia)
     for words, turn in (
         ("the frame of the link before it", joint.placement.rotation),
         ("its own frame, read as that of the link before", joint.placement.rotation.T),
@@ -312,12 +332,12 @@ def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
         )
 
 
-def link_of(robot: Robot, number: int) -> str:
+def get_link_name(robot: Robot, number: int) -> str:
     """The URDF's name of the link that a joint moves."""
     return next(name for name, frame in robot.frames.items() if frame.body == number)
 
 
-def with_part(robot: Robot, kind: Kind, number: int, part: object) -> Robot:
+def replace_part(robot: Robot, kind: PartKind, number: int, part: object) -> Robot:
     """The robot with another body, joint, rotor or stage in place of one of these."""
     parts: list[object] = list(getattr(robot, kind))
     parts[number] = part
@@ -325,29 +345,33 @@ def with_part(robot: Robot, kind: Kind, number: int, part: object) -> Robot:
     return replace(robot, **changed)
 
 
-def _with_all(robot: Robot, kind: Kind, parts: Sequence[Part]) -> Robot:
+def _replace_parts(robot: Robot, kind: PartKind, parts: Sequence[RobotPart]) -> Robot:
     """The robot with other bodies, joints or rotors."""
     changed: dict[str, Any] = {kind: tuple(parts)}
     return replace(robot, **changed)
 
 
-def _displaced(robot: Robot, number: int, axis: int, value: float) -> Robot:
+def _move_joint(robot: Robot, number: int, axis: int, value: float) -> Robot:
     """The robot with another coordinate of a joint's place on the link before it."""
-    own = robot.joints[number].placement
-    placement = Placement(own.rotation, _with(own.position, (axis,), value))
-    return _put(robot, "joints", number, "placement", placement)
+    old_placement = robot.joints[number].placement
+    placement = Placement(
+        old_placement.rotation, _set_entry(old_placement.position, (axis,), value)
+    )
+    return _set_field(robot, "joints", number, "placement", placement)
 
 
-def _put(robot: Robot, kind: Kind, number: int, field: str, value: object) -> Robot:
+def _set_field(robot: Robot, kind: PartKind, number: int, field: str, value: object) -> Robot:
     """The robot with another value in a field of one of its parts."""
-    return with_part(robot, kind, number, replace(getattr(robot, kind)[number], **{field: value}))
+    return replace_part(
+        robot, kind, number, replace(getattr(robot, kind)[number], **{field: value})
+    )
 
 
-def _pulled(robot: Robot, axis: int, value: float) -> Robot:
-    return replace(robot, gravity=_with(robot.gravity, (axis,), value))
+def _set_gravity(robot: Robot, axis: int, value: float) -> Robot:
+    return replace(robot, gravity=_set_entry(robot.gravity, (axis,), value))
 
 
-def _with(values: np.ndarray, place: tuple[int, ...], value: float) -> np.ndarray:
+def _set_entry(values: np.ndarray, place: tuple[int, ...], value: float) -> np.ndarray:
     """The values with another at a place; of a symmetric matrix at its mirror image too."""
     changed = values.copy()
     changed[place] = changed[place[::-1]] = value

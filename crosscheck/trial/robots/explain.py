@@ -10,17 +10,17 @@ import numpy as np
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.cost.agreement import TOLERANCE
 from crosscheck.models.robot.robot import Level
+from crosscheck.trial.robots.angle_sums import describe_angle_sum
 from crosscheck.trial.robots.candidates import ALIKE
 from crosscheck.trial.robots.judge import (
     SINGLE,
     LevelDistance,
     RobotEntry,
     RobotProblem,
-    at_entry,
+    select_entry,
 )
-from crosscheck.trial.robots.rates import BiasTerms, term_sizes, terms_by
+from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.search import Cause, CauseSearch
-from crosscheck.trial.robots.waves import wave_words
 
 RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
 SHOWN = 1e-5  # of a ratio, of which six digits are shown
@@ -55,25 +55,25 @@ def diagnose(
     nearest = distances[0]
     if not nearest.entries:
         return RobotDiagnosis(nearest.level)
-    allowed = _worth_searching(problem, distances)
+    allowed = _select_levels(problem, distances)
     searches = {each.level: CauseSearch(problem, each.level) for each in allowed}
-    level, explanations = _explanations(searches, allowed)
+    level, explanations = _find_explanations(searches, allowed)
     links: tuple[str, ...] = ()
     for each in allowed if not explanations and _are_several_wrong(problem, level) else ():
         if links := tuple(searches[each.level].links()):
             level = each.level
             break
-    entries = [_with_words(problem, level, entry) for entry in problem.entries(level)]
+    entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
     right = [part for part in right if all(entry.part != part for entry in entries)]
-    notes = _of_another_level(problem, distances)
+    notes = _level_notes(problem, distances)
     notes += _asymmetries(problem, level, entries)
-    notes += _alone(entries, wrong, right)
+    notes += _lone_part_notes(entries, wrong, right)
     if "bias" in wrong:
         terms = rates()
-        found = (*explanations, *links)
-        notes += [] if terms is None else _bias_notes(problem, level, terms, right, bool(found))
+        causes = (*explanations, *links)
+        notes += [] if terms is None else _bias_notes(problem, level, terms, right, bool(causes))
     if not explanations and not links:
         for part in wrong:
             notes += _causes_within(searches[level], part, entries)
@@ -82,27 +82,27 @@ def diagnose(
     return RobotDiagnosis(level, tuple(entries), tuple(notes), words, links)
 
 
-def _explanations(
+def _find_explanations(
     searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance]
 ) -> tuple[Level, list[Cause]]:
     """The first level at which single changes explain all, and these; else the first, and none.
 
     Among levels of as many wrong entries one where somebody may well have made the change.
     """
-    level, found = distances[0].level, list[Cause]()
+    level, single_causes = distances[0].level, list[Cause]()
     first: int | None = None
     for each in distances:
         if first is not None and each.entries > first:
             break
-        causes = searches[each.level].causes()
+        causes = searches[each.level].find_causes()
         if causes and (first is None or any(cause.usual for cause in causes)):
-            level, found, first = each.level, causes, each.entries
+            level, single_causes, first = each.level, causes, each.entries
         if any(cause.usual for cause in causes):
             break
-    return level, found
+    return level, single_causes
 
 
-def _worth_searching(
+def _select_levels(
     problem: RobotProblem, distances: Sequence[LevelDistance]
 ) -> list[LevelDistance]:
     """The levels at which one change may explain all.
@@ -130,41 +130,50 @@ def _are_several_wrong(problem: RobotProblem, level: Level) -> bool:
     return len(wrong) > 1 or not (set(problem.parts) & set(SINGLE)) - set(wrong)
 
 
-def _of_another_level(problem: RobotProblem, distances: Sequence[LevelDistance]) -> list[str]:
+def _level_notes(problem: RobotProblem, distances: Sequence[LevelDistance]) -> list[str]:
     """The sentence that equations are of another level than the one that they state."""
-    found = [each.level for each in distances if not each.entries]
-    return [f"all parts agree with {level}, not with {problem.stated}" for level in found]
+    levels = [each.level for each in distances if not each.entries]
+    return [f"all parts agree with {level}, not with {problem.stated}" for level in levels]
 
 
 def _wrong_parts(entries: Sequence[RobotEntry]) -> list[str]:
     """The parts that are wrong, without those that M, bias and gravity make, if these are wrong."""
-    found = list(dict.fromkeys(entry.part for entry in entries))
-    return [part for part in found if part in SINGLE] or found
+    parts = list(dict.fromkeys(entry.part for entry in entries))
+    return [part for part in parts if part in SINGLE] or parts
 
 
-def _with_words(problem: RobotProblem, level: Level, entry: RobotEntry) -> RobotEntry:
+def _add_remark(problem: RobotProblem, level: Level, entry: RobotEntry) -> RobotEntry:
     """The entry with words on what it is beside the right one, where a few are enough."""
-    yours = at_entry(problem.answers.values[entry.part], entry.place)
-    right = at_entry(problem.right[level][entry.part], entry.place)
-    size = at_entry(problem.sizes[level].of(entry.part), entry.place)
-    said = ratio_words(yours, right, size * TOLERANCE)
-    wave = "" if entry.part in ("bias", "acceleration") else _wave(problem, yours - right)
-    return replace(entry, said="; ".join(filter(None, (said, wave))))
+    user_values = select_entry(problem.answers.values[entry.part], entry.place)
+    reference_values = select_entry(problem.reference_values[level][entry.part], entry.place)
+    size = select_entry(problem.sizes[level].entry_sizes(entry.part), entry.place)
+    ratio_text = describe_ratio(user_values, reference_values, size * TOLERANCE)
+    wave = (
+        ""
+        if entry.part in ("bias", "acceleration")
+        else _describe_difference(problem, user_values - reference_values)
+    )
+    return replace(entry, remark="; ".join(filter(None, (ratio_text, wave))))
 
 
-def _wave(problem: RobotProblem, difference: np.ndarray) -> str:
-    words = wave_words(difference, problem.states.q, problem.robot)
+def _describe_difference(problem: RobotProblem, difference: np.ndarray) -> str:
+    words = describe_angle_sum(difference, problem.states.q, problem.robot)
     return f"yours minus right is {words}" if words else ""
 
 
-def ratio_words(yours: np.ndarray, right: np.ndarray, rounding: np.ndarray) -> str:
+def describe_ratio(
+    user_values: np.ndarray, reference_values: np.ndarray, rounding: np.ndarray
+) -> str:
     """What yours (states,) are beside right, if it is the same at every state; else ''."""
-    if (np.abs(right) <= rounding).all():
+    if (np.abs(reference_values) <= rounding).all():
         return "right is 0"
-    if (np.abs(yours) <= rounding).all():
+    if (np.abs(user_values) <= rounding).all():
         return MISSING
-    ratio = float(yours @ right / (right @ right))
-    if not (np.abs(yours - ratio * right) <= ALIKE * np.abs(ratio * right) + rounding).all():
+    ratio = float(user_values @ reference_values / (reference_values @ reference_values))
+    if not (
+        np.abs(user_values - ratio * reference_values)
+        <= ALIKE * np.abs(ratio * reference_values) + rounding
+    ).all():
         return ""
     if abs(ratio - 1) < SHOWN:
         return ""
@@ -182,14 +191,16 @@ def _asymmetries(
         if mirror in places and place > mirror:
             continue
         mass, size = problem.answers.values["mass_matrix"], problem.sizes[level].mass_matrix
-        apart = (mass - mass.swapaxes(1, 2)) / size
-        if np.abs(at_entry(apart, place)).max() > TOLERANCE:
-            one, other = (problem.entry_name("mass_matrix", each) for each in (place, mirror))
-            also = "both are wrong" if mirror in places else f"{other} is right"
-            yield f"mass_matrix is not symmetric: {one} differs from {other}; {also}"
+        relative_errors = (mass - mass.swapaxes(1, 2)) / size
+        if np.abs(select_entry(relative_errors, place)).max() > TOLERANCE:
+            name, mirror_name = (
+                problem.entry_name("mass_matrix", each) for each in (place, mirror)
+            )
+            also = "both are wrong" if mirror in places else f"{mirror_name} is right"
+            yield f"mass_matrix is not symmetric: {name} differs from {mirror_name}; {also}"
 
 
-def _alone(
+def _lone_part_notes(
     entries: Sequence[RobotEntry], wrong: Sequence[str], right: Sequence[str]
 ) -> Iterator[str]:
     """The sentence that one part alone is wrong, or one entry of it, while others are right."""
@@ -197,11 +208,11 @@ def _alone(
         return
     within = [entry for entry in entries if entry.part == wrong[0]]
     name = within[0].name if len(within) == 1 else wrong[0]
-    said = f": {within[0].said}" if len(within) == 1 and within[0].said else ""
-    yield f"{name} alone is wrong{said}; {' and '.join(right)} {_are(right)} right"
+    remark = f": {within[0].remark}" if len(within) == 1 and within[0].remark else ""
+    yield f"{name} alone is wrong{remark}; {' and '.join(right)} {_is_or_are(right)} right"
 
 
-def _are(names: Sequence[str]) -> str:
+def _is_or_are(names: Sequence[str]) -> str:
     return "is" if len(names) == 1 else "are"
 
 
@@ -218,10 +229,12 @@ def _bias_notes(
     """
     states, sizes = problem.states, problem.sizes[level]
     source = problem.answers.sources["bias"]
-    size = sizes.of("bias", source)
+    size = sizes.entry_sizes("bias", source)
     model, names = AnalyticRobot(problem.robot, level), problem.names
     # The terms are sums of a few answers each.
-    left = np.abs(problem.answers.values["bias"] - terms.at(states.v)) / (size + sizes.gravity)
+    left = np.abs(problem.answers.values["bias"] - terms.evaluate(states.v)) / (
+        size + sizes.gravity
+    )
     if left.max() > TOLERANCE:
         yield "bias is no sum of a constant, rates and products of two rates, as it must be"
         return
@@ -230,7 +243,7 @@ def _bias_notes(
         what = "gravity: it counts the weights" if weights.all() else "not 0"
         yield f"bias at rest is {what}; bias must be Coriolis and centrifugal torques alone"
     yield from _linear_notes(terms, size, names)
-    wrong = list(_wrong_products(problem, level, terms, terms_by(model.bias, states)))
+    wrong = list(_wrong_products(problem, level, terms, sample_bias_terms(model.bias, states)))
     if wrong and "mass_matrix" in right:
         yield "bias does not follow from mass_matrix, which is right"
     if not explained:
@@ -239,40 +252,49 @@ def _bias_notes(
 
 def _linear_notes(terms: BiasTerms, size: np.ndarray, names: Sequence[str]) -> Iterator[str]:
     """The sentence on a part of the bias that is linear in the rates."""
-    found = []
+    linear_terms = []
     for row, column in np.ndindex(terms.linear.shape[1:]):
         values = terms.linear[:, row, column]
         if np.abs(values).max() > TOLERANCE * size[:, row].max():
             constant = np.ptp(values) <= ALIKE * np.abs(values).max()
             factor = f"{values.mean():.6g} " if constant else ""
-            found.append(f"{factor}{names[column]}' in bias[{names[row]}]")
-    if found:
-        shown = ", ".join(found[:MOST_SHOWN]) + (", ..." if len(found) > MOST_SHOWN else "")
+            linear_terms.append(f"{factor}{names[column]}' in bias[{names[row]}]")
+    if linear_terms:
+        shown = ", ".join(linear_terms[:MOST_SHOWN]) + (
+            ", ..." if len(linear_terms) > MOST_SHOWN else ""
+        )
         yield f"bias has a part linear in v, {shown}: friction?"
 
 
 def _wrong_products(
-    problem: RobotProblem, level: Level, yours: BiasTerms, right: BiasTerms
+    problem: RobotProblem, level: Level, user_terms: BiasTerms, reference_terms: BiasTerms
 ) -> Iterator[str]:
     """Sentences on products of rates whose coefficients are wrong; rows that are alike as one."""
     with_weights = problem.answers.sources["bias"] == "inverse_dynamics"
     sizes, names = term_sizes(problem.sizes[level], with_weights=with_weights), problem.names
-    apart, others = np.abs(yours.products - right.products), list[str]()
+    differences, others = np.abs(user_terms.products - reference_terms.products), list[str]()
     for row, name in enumerate(names):
-        own, theirs = yours.products[:, row], right.products[:, row]
-        beyond = np.argwhere((apart[:, row] > TOLERANCE * sizes[:, row]).any(axis=0))
+        user_products, reference_products = (
+            user_terms.products[:, row],
+            reference_terms.products[:, row],
+        )
+        beyond = np.argwhere((differences[:, row] > TOLERANCE * sizes[:, row]).any(axis=0))
         if not beyond.size:
             continue
         small = TOLERANCE * sizes[:, row]
-        whole = ratio_words(own.ravel(), theirs.ravel(), small.ravel())
+        whole = describe_ratio(user_products.ravel(), reference_products.ravel(), small.ravel())
         if whole and len(beyond) > 1:
             yield f"bias[{name}], all products of rates: {whole}"
             continue
         for j, k in beyond.tolist():
-            said = ratio_words(own[:, j, k], theirs[:, j, k], small[:, j, k])
-            wave = _wave(problem, own[:, j, k] - theirs[:, j, k])
+            ratio_text = describe_ratio(
+                user_products[:, j, k], reference_products[:, j, k], small[:, j, k]
+            )
+            wave = _describe_difference(
+                problem, user_products[:, j, k] - reference_products[:, j, k]
+            )
             rates = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
-            term, words = f"bias[{name}] of {rates}", "; ".join(filter(None, (said, wave)))
+            term, words = f"bias[{name}] of {rates}", "; ".join(filter(None, (ratio_text, wave)))
             if words:
                 yield f"{term}: {words}"
             else:
@@ -285,17 +307,17 @@ def _wrong_products(
 def _causes_within(search: CauseSearch, part: str, entries: Sequence[RobotEntry]) -> Iterator[str]:
     """Sentences on what makes the difference of a part in this part alone, or of its entries."""
     within = [entry for entry in entries if entry.part == part]
-    if all(entry.said.startswith(MISSING) for entry in within):
+    if all(entry.remark.startswith(MISSING) for entry in within):
         return
-    if causes := search.causes(search.where(part)):
-        yield from _said(causes, part)
+    if causes := search.find_causes(search.select_places(part)):
+        yield from _describe_causes(causes, part)
         return
     for entry in within if part != "bias" else ():
-        causes = search.causes(search.where(entry=entry))
-        yield from _said([cause for cause in causes if cause.usual], entry.name)
+        causes = search.find_causes(search.select_places(entry=entry))
+        yield from _describe_causes([cause for cause in causes if cause.usual], entry.name)
 
 
-def _said(causes: Sequence[Cause], where: str) -> Iterator[str]:
+def _describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
     """Sentences on causes in one place: first those that somebody may well have written."""
     usual = [cause for cause in causes if cause.usual]
     others = [cause.words for cause in causes if not cause.usual][:MOST_OTHERS]

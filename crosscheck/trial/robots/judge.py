@@ -10,10 +10,17 @@ from typing import Any
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.cost.agreement import DrawnStates
-from crosscheck.cost.engines import engines, model_of
-from crosscheck.findings import About, Finding, Key, checked, failed, unfinished
-from crosscheck.models.errors import one_line
+from crosscheck.cost.agreement import RandomStates
+from crosscheck.cost.engines import build_model, load_engines
+from crosscheck.findings import (
+    ComparisonKey,
+    Finding,
+    Subject,
+    make_check,
+    make_failed_check,
+    make_unfinished_check,
+)
+from crosscheck.models.errors import format_line
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.runner.outcomes import Failure
@@ -32,14 +39,14 @@ class RobotEntry:
     """An entry of a part that differs from the level: by how much of its size, and its place.
 
     place: row and column of M, the row alone of other parts. Of a symmetric pair of M's entries
-    that differ alike there is the upper one. said: what the entry is beside the right one.
+    that differ alike there is the upper one. remark: what the entry is beside the right one.
     """
 
     part: str
     name: str
     share: float
     place: tuple[int, ...]
-    said: str = ""
+    remark: str = ""
 
 
 @dataclass(frozen=True)
@@ -61,7 +68,7 @@ class RobotProblem:
 
     name: str
     robot: Robot
-    states: DrawnStates
+    states: RandomStates
     sizes: Mapping[Level, RobotSizes]
     answers: RobotAnswers
     stated: str
@@ -77,52 +84,63 @@ class RobotProblem:
         return [self.robot.joints[number].name for number in self.robot.coordinates]
 
     @cached_property
-    def right(self) -> dict[Level, Mapping[str, np.ndarray]]:
+    def reference_values(self) -> dict[Level, Mapping[str, np.ndarray]]:
         """What the project's own derivation says of each part, by level."""
-        return {level: self.said(AnalyticRobot(self.robot, level)) for level in self.sizes}
+        return {
+            level: self.evaluate_model(AnalyticRobot(self.robot, level)) for level in self.sizes
+        }
 
-    def said(self, model: RobotModel) -> dict[str, np.ndarray]:
+    def evaluate_model(self, model: RobotModel) -> dict[str, np.ndarray]:
         """What a model says of each part of the equations, in their meaning."""
         q, v, a, torques = self.states
         meant = {
             "mass_matrix": lambda: model.mass_matrix(q),
             "bias": lambda: model.bias(q, v),
             "gravity": lambda: model.gravity(q),
-            "inverse_dynamics": lambda: model.inverse_dynamics(q, v, a) - self.left_out(model),
+            "inverse_dynamics": lambda: (
+                model.inverse_dynamics(q, v, a) - self.omitted_weights(model)
+            ),
             "force": lambda: torques - model.gravity(q),
             "acceleration": lambda: model.forward_dynamics(q, v, torques),
         }
         return {part: meant[part]() for part in self.parts}
 
-    def left_out(self, model: RobotModel) -> np.ndarray:
+    def omitted_weights(self, model: RobotModel) -> np.ndarray:
         """The weights, where inverse dynamics leaves them out; else 0."""
         weights = model.gravity(self.states.q)
         return weights if self.answers.weightless else 0 * weights
 
-    def apart(self, level: Level, right: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    def relative_errors(
+        self, level: Level, reference_values: Mapping[str, np.ndarray]
+    ) -> dict[str, np.ndarray]:
         """By part, the differences from what is right over their sizes (states, ...)."""
-        sizes, own = self.sizes[level], self.answers
+        sizes, answers = self.sizes[level], self.answers
         return {
-            part: (own.values[part] - right[part]) / sizes.of(part, own.sources[part])
+            part: (answers.values[part] - reference_values[part])
+            / sizes.entry_sizes(part, answers.sources[part])
             for part in self.parts
         }
 
     def entries(self, level: Level) -> list[RobotEntry]:
         """The entries that differ from a level by more than rounding, the largest share first."""
-        found = [
+        wrong_entries = [
             entry
-            for part, own in self.apart(level, self.right[level]).items()
-            for entry in self._beyond(part, own, self.sizes[level].tolerance(part))
+            for part, errors in self.relative_errors(level, self.reference_values[level]).items()
+            for entry in self._find_wrong_entries(part, errors, self.sizes[level].tolerance(part))
         ]
-        return sorted(found, key=lambda entry: -entry.share)
+        return sorted(wrong_entries, key=lambda entry: -entry.share)
 
-    def _beyond(self, part: str, apart: np.ndarray, tolerance: float) -> Iterator[RobotEntry]:
-        largest = np.abs(apart).max(axis=0)
+    def _find_wrong_entries(
+        self, part: str, relative_errors: np.ndarray, tolerance: float
+    ) -> Iterator[RobotEntry]:
+        largest = np.abs(relative_errors).max(axis=0)
         for index in np.argwhere(~(largest <= tolerance)).tolist():
             place = tuple(index)
             mirrored = place[::-1]
             if place > mirrored and largest[mirrored] > tolerance:
-                unlike = np.abs(at_entry(apart, place) - at_entry(apart, mirrored))
+                unlike = np.abs(
+                    select_entry(relative_errors, place) - select_entry(relative_errors, mirrored)
+                )
                 if unlike.max() <= tolerance:
                     continue
             yield RobotEntry(part, self.entry_name(part, place), float(largest[place]), place)
@@ -137,92 +155,105 @@ class RobotProblem:
         Of as many the one with the least mean; of several that agree the first. One large error
         must not choose a level from which right entries differ.
         """
-        found = []
+        distances = []
         for level in self.sizes:
-            apart = self.apart(level, self.right[level])
-            shares = np.concatenate([np.abs(own).max(axis=0).ravel() for own in apart.values()])
+            relative_errors = self.relative_errors(level, self.reference_values[level])
+            shares = np.concatenate(
+                [np.abs(errors).max(axis=0).ravel() for errors in relative_errors.values()]
+            )
             mean = float(shares.mean())
-            found.append(LevelDistance(level, len(self.entries(level)), float(shares.max()), mean))
+            distances.append(
+                LevelDistance(level, len(self.entries(level)), float(shares.max()), mean)
+            )
 
         def order(each: LevelDistance) -> tuple[bool, int, float]:
             return each.level != self.stated, each.entries, each.mean if each.entries else 0.0
 
-        return sorted(found, key=order)
+        return sorted(distances, key=order)
 
 
-def at_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:
+def select_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:
     """An entry of a part (states, ...) at all states, (states,)."""
     index: tuple[Any, ...] = (slice(None), *place)
-    found: np.ndarray = values[index]
-    return found
+    entry: np.ndarray = values[index]
+    return entry
 
 
-def findings_of(problem: RobotProblem, level: Level) -> list[Finding]:
+def collect_findings(problem: RobotProblem, level: Level) -> list[Finding]:
     """All checks: what the equations owe to themselves, then to every engine of the level."""
     lost = problem.answers.failures
-    parts = [_not_answered(problem, part, why) for part, why in lost.items()]
-    return [*parts, *_own(problem, level), *_against_engines(problem, level)]
+    parts = [_failure_finding(problem, part, why) for part, why in lost.items()]
+    return [*parts, *_self_checks(problem, level), *_engine_findings(problem, level)]
 
 
-def _not_answered(problem: RobotProblem, part: str, why: Failure) -> Finding:
-    about = _about(problem, OWN, f"answers-{part}", "an answer at every state")
-    return (unfinished if why.unfinished else failed)(about, f"{part}: {why}")
+def _failure_finding(problem: RobotProblem, part: str, why: Failure) -> Finding:
+    about = _make_subject(problem, OWN, f"answers-{part}", "an answer at every state")
+    return (make_unfinished_check if why.unfinished else make_failed_check)(about, f"{part}: {why}")
 
 
-def _about(
+def _make_subject(
     problem: RobotProblem, family: str, quantity: str, against: str, engine: str = ""
-) -> About:
-    key = Key(family, problem.robot.name, quantity, problem.name, engine)
-    return About(key, "1", METRIC, against)
+) -> Subject:
+    key = ComparisonKey(family, problem.robot.name, quantity, problem.name, engine)
+    return Subject(key, "1", METRIC, against)
 
 
-def _own(problem: RobotProblem, level: Level) -> Iterator[Finding]:
+def _self_checks(problem: RobotProblem, level: Level) -> Iterator[Finding]:
     """Checks without an engine: the levels lend their sizes alone."""
-    own, sizes = problem.answers, problem.sizes[level]
-    for part, again in own.again.items():
-        apart = (own.values[part] - again) / sizes.of(part, own.sources[part])
-        yield _checked(problem, f"repeatable-{part}", part, apart, sizes)
-    if "mass_matrix" in own.values:
-        mass = own.values["mass_matrix"]
-        apart = (mass - mass.swapaxes(1, 2)) / sizes.mass_matrix
-        yield _checked(problem, "symmetric", "mass_matrix", apart, sizes)
-    if own.speeds is not None and "bias" in own.values:
-        size = sizes.of("bias", own.sources["bias"])[:, None]
+    answers, sizes = problem.answers, problem.sizes[level]
+    for part, again in answers.again.items():
+        relative_errors = (answers.values[part] - again) / sizes.entry_sizes(
+            part, answers.sources[part]
+        )
+        yield _check_errors(problem, f"repeatable-{part}", part, relative_errors, sizes)
+    if "mass_matrix" in answers.values:
+        mass = answers.values["mass_matrix"]
+        relative_errors = (mass - mass.swapaxes(1, 2)) / sizes.mass_matrix
+        yield _check_errors(problem, "symmetric", "mass_matrix", relative_errors, sizes)
+    if answers.speeds is not None and "bias" in answers.values:
+        size = sizes.entry_sizes("bias", answers.sources["bias"])[:, None]
         squares = np.array(SPEEDS)[:, None] ** 2
-        apart = (own.speeds - squares * own.speeds[:, :1]) / size / np.maximum(squares, 1.0)
-        yield _checked(problem, "bias-quadratic", "bias", apart.swapaxes(1, 2), sizes)
+        relative_errors = (
+            (answers.speeds - squares * answers.speeds[:, :1]) / size / np.maximum(squares, 1.0)
+        )
+        yield _check_errors(
+            problem, "bias-quadratic", "bias", relative_errors.swapaxes(1, 2), sizes
+        )
 
 
-def _checked(
-    problem: RobotProblem, quantity: str, part: str, apart: np.ndarray, sizes: RobotSizes
+def _check_errors(
+    problem: RobotProblem, quantity: str, part: str, relative_errors: np.ndarray, sizes: RobotSizes
 ) -> Finding:
-    about = _about(problem, OWN, quantity, "first principles")
-    measured, tolerance = float(np.abs(apart).max()), sizes.tolerance(part)
-    return checked(about, measured=measured, tolerance=tolerance, basis=sizes.basis(part))
+    about = _make_subject(problem, OWN, quantity, "first principles")
+    measured, tolerance = float(np.abs(relative_errors).max()), sizes.tolerance(part)
+    return make_check(about, measured=measured, tolerance=tolerance, basis=sizes.basis(part))
 
 
-def _against_engines(problem: RobotProblem, level: Level) -> Iterator[Finding]:
+def _engine_findings(problem: RobotProblem, level: Level) -> Iterator[Finding]:
     """Every part compared with every engine; one that raises fails there."""
     sizes = problem.sizes[level]
-    for engine in [name for name, entry in engines().items() if entry.promises(level)]:
+    for engine in [name for name, entry in load_engines().items() if entry.has_level(level)]:
         try:
-            apart = problem.apart(level, problem.said(model_of(engine, problem.robot, level)))
+            relative_errors = problem.relative_errors(
+                level, problem.evaluate_model(build_model(engine, problem.robot, level))
+            )
         except Exception as error:  # whatever an engine raises is told, and fails
-            said = one_line(f"{engine} raised {type(error).__name__}: {error}")
+            message = format_line(f"{engine} raised {type(error).__name__}: {error}")
             yield from (
-                failed(_about(problem, AGAINST, part, "", engine), said) for part in problem.parts
+                make_failed_check(_make_subject(problem, AGAINST, part, "", engine), message)
+                for part in problem.parts
             )
             continue
-        for part, own in apart.items():
-            yield checked(
-                _about(problem, AGAINST, part, "", engine),
-                measured=float(np.abs(own).max()),
+        for part, errors in relative_errors.items():
+            yield make_check(
+                _make_subject(problem, AGAINST, part, "", engine),
+                measured=float(np.abs(errors).max()),
                 tolerance=sizes.tolerance(part),
                 basis=sizes.basis(part),
             )
 
 
-def engines_differ(findings: Sequence[Finding]) -> bool:
+def has_engine_conflict(findings: Sequence[Finding]) -> bool:
     """Whether engines judge a part in different ways, so that one of them must be wrong."""
     verdicts: dict[str, set[str]] = {}
     for finding in findings:

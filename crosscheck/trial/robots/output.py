@@ -6,35 +6,35 @@ from collections.abc import Iterator
 
 from crosscheck import __version__
 from crosscheck.models.robot.robot import LEVELS
-from crosscheck.report.junit import junit_xml
-from crosscheck.report.records import document, plain
-from crosscheck.report.words import counted, outcome
+from crosscheck.report.formatting import describe_outcome, format_count
+from crosscheck.report.junit import format_junit
+from crosscheck.report.records import format_json, to_json_value
 from crosscheck.trial.robots.explain import RobotDiagnosis
-from crosscheck.trial.robots.judge import LETTERS, engines_differ
+from crosscheck.trial.robots.judge import LETTERS, has_engine_conflict
 from crosscheck.trial.robots.trial import RobotTrial
 
 SCHEMA_VERSION = 1
-MOST_ENTRIES, MOST_SAID = 5, 12
+MOST_ENTRIES, MOST_SENTENCES = 5, 12
 
 
-def lines(trial: RobotTrial) -> Iterator[str]:
+def format_lines(trial: RobotTrial) -> Iterator[str]:
     """Lines on what the equations are, which entries differ, and what explains it."""
-    found = trial.diagnosis
+    diagnosis = trial.diagnosis
     yield first_line(trial)
-    for entry in found.entries[:MOST_ENTRIES]:
-        yield f"  {entry.name}: {entry.share:.2g} of its size{entry.said and f'; {entry.said}'}"
-    if len(found.entries) > MOST_ENTRIES:
-        yield f"  and {len(found.entries) - MOST_ENTRIES} more"
-    yield from found.notes[:MOST_SAID]
-    if len(found.notes) > MOST_SAID:
-        yield f"  and {counted(len(found.notes) - MOST_SAID, 'more sentence')}, all in --json"
-    yield from _explanations(found)
+    for entry in diagnosis.entries[:MOST_ENTRIES]:
+        yield f"  {entry.name}: {entry.share:.2g} of its size{entry.remark and f'; {entry.remark}'}"
+    if len(diagnosis.entries) > MOST_ENTRIES:
+        yield f"  and {len(diagnosis.entries) - MOST_ENTRIES} more"
+    yield from diagnosis.notes[:MOST_SENTENCES]
+    if len(diagnosis.notes) > MOST_SENTENCES:
+        yield f"  and {format_count(len(diagnosis.notes) - MOST_SENTENCES, 'more sentence')}, all in --json"
+    yield from _explanations(diagnosis)
     yield from _disagreements(trial)
     for part, why in trial.failures.items():
         if why.trace:
             yield f"{part} raised:"
             yield from why.trace.splitlines()
-    for told in trial.robot.told:
+    for told in trial.robot.notes:
         yield f"note: {told}"
 
 
@@ -46,7 +46,7 @@ def first_line(trial: RobotTrial) -> str:
         return f"no part answered{left_out}"
     if not found.entries:
         parts = ", ".join(trial.parts)
-        return f"agrees with {_levels(trial)}: {parts}, to {trial.largest:.1e}{left_out}"
+        return f"agrees with {_format_levels(trial)}: {parts}, to {trial.largest:.1e}{left_out}"
     wrong = {entry.part for entry in found.entries}
     parts = ", ".join(part for part in trial.parts if part in wrong)
     by = f"by up to {trial.largest:.2g} of an entry's size"
@@ -55,14 +55,14 @@ def first_line(trial: RobotTrial) -> str:
 
 def _disagreements(trial: RobotTrial) -> Iterator[str]:
     """Sentences on checks that do not agree and that no entry tells."""
-    if engines_differ(trial.agreement.findings):
+    if has_engine_conflict(trial.agreement.findings):
         yield "the engines differ on this robot: `crosscheck cost` tells where"
     elif not trial.diagnosis.entries:
         for finding in trial.agreement.disagreeing:
-            yield f"{finding.verdict} {finding.quantity}: {outcome(finding)}"
+            yield f"{finding.verdict} {finding.quantity}: {describe_outcome(finding)}"
 
 
-def _levels(trial: RobotTrial) -> str:
+def _format_levels(trial: RobotTrial) -> str:
     """The level that equations agree with, or all that are alike in their parts."""
     level = trial.diagnosis.level
     alike = [each.level for each in trial.distances if not each.entries]
@@ -73,7 +73,7 @@ def _levels(trial: RobotTrial) -> str:
 
 def _explanations(found: RobotDiagnosis) -> Iterator[str]:
     """Sentences on what explains all differences."""
-    for words in found.explanations[:MOST_SAID]:
+    for words in found.explanations[:MOST_SENTENCES]:
         yield f"yours are the equations of {found.level} with {words}"
     if len(found.explanations) > 1:
         yield "each of these alone makes the same equations"
@@ -83,26 +83,31 @@ def _explanations(found: RobotDiagnosis) -> Iterator[str]:
         yield "no single number, frame or place explains it"
 
 
-def robot_trial_json(trial: RobotTrial) -> str:
+def format_robot_trial(trial: RobotTrial) -> str:
     """JSON text of all that was found."""
-    found = trial.diagnosis
-    return document(
+    diagnosis = trial.diagnosis
+    return format_json(
         {
             "schema_version": SCHEMA_VERSION,
             **_made_of(trial),
             "parts": trial.parts,
             "not_judged": trial.not_judged,
             "agrees": trial.agrees,
-            "level": found.level,
-            "levels": plain(trial.distances),
+            "level": diagnosis.level,
+            "levels": to_json_value(trial.distances),
             "largest_difference": trial.largest,
             "entries": [
-                {"entry": each.name, "part": each.part, "difference": each.share, "told": each.said}
-                for each in found.entries
+                {
+                    "entry": each.name,
+                    "part": each.part,
+                    "difference": each.share,
+                    "told": each.remark,
+                }
+                for each in diagnosis.entries
             ],
-            "notes": [*found.notes, *trial.robot.told],
-            "explanations": [{"with": words} for words in found.explanations],
-            "links": found.links,
+            "notes": [*diagnosis.notes, *trial.robot.notes],
+            "explanations": [{"with": words} for words in diagnosis.explanations],
+            "links": diagnosis.links,
             "findings": [finding.to_dict() for finding in trial.agreement.findings],
         }
     )
@@ -118,28 +123,28 @@ def _made_of(trial: RobotTrial) -> dict[str, object]:
 def robot_trial_junit(trial: RobotTrial) -> str:
     """JUnit XML with a test case for each check."""
     named = _made_of(trial)
-    return junit_xml(trial.agreement, f"trial {trial.name} {trial.robot.name}", named)
+    return format_junit(trial.agreement, f"trial {trial.name} {trial.robot.name}", named)
 
 
 def robot_trial_page(trial: RobotTrial) -> str:
     """The page on a trial: HTML text."""
     from crosscheck.report.heat_map import entry_map
-    from crosscheck.report.rendering import WrongRow, page
+    from crosscheck.report.rendering import WrongRow, render_page
 
     found, robot = trial.diagnosis, trial.robot
     names = [robot.joints[number].name for number in robot.coordinates]
     said = [first_line(trial)]
     told = [*_explanations(found), *_disagreements(trial)]
-    return page(
+    return render_page(
         "trial",
         name=trial.name,
         subject=robot.name,
         agreement=trial.agreement,
         traces={part: why.trace for part, why in trial.failures.items() if why.trace},
         summary=[*said, *(f"{name}: {value}" for name, value in _made_of(trial).items())],
-        wrong=[WrongRow(each.name, each.share, each.said) for each in found.entries],
+        wrong=[WrongRow(each.name, each.share, each.remark) for each in found.entries],
         verdicts=said * bool(found.entries) + told,
-        notes=[*found.notes, *robot.told],
+        notes=[*found.notes, *robot.notes],
         maps=[
             entry_map(LETTERS.get(part, part), names, apart, trial.allowed[part])
             for part, apart in trial.apart.items()

@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from crosscheck.cost.agreement import DrawnStates
+from crosscheck.cost.agreement import RandomStates
 from crosscheck.trial.robots.sizes import RobotSizes
 
 
@@ -23,14 +23,14 @@ class BiasTerms:
     linear: np.ndarray
     products: np.ndarray
 
-    def at(self, v: np.ndarray) -> np.ndarray:
+    def evaluate(self, v: np.ndarray) -> np.ndarray:
         """The sum of the terms at rates v (states, n), shape (states, n)."""
         quadratic = np.einsum("sijk,sj,sk->si", self.products, v, v)
         total: np.ndarray = self.rest + np.einsum("sij,sj->si", self.linear, v) + quadratic
         return total
 
 
-def rate_states(states: DrawnStates) -> list[DrawnStates]:
+def make_rate_states(states: RandomStates) -> list[RandomStates]:
     """The states at the rates that terms_of needs: none, each alone, two together, both ways."""
     size = states.q.shape[1]
     units = np.eye(size)
@@ -41,26 +41,26 @@ def rate_states(states: DrawnStates) -> list[DrawnStates]:
     return [states._replace(v=np.tile(rate, (len(states.q), 1)), a=still) for rate in rates]
 
 
-def terms_of(answers: Sequence[np.ndarray]) -> BiasTerms:
+def compute_bias_terms(answers: Sequence[np.ndarray]) -> BiasTerms:
     """The terms of a bias (states, n) that answered at each of rate_states."""
     rest, *moving = answers
     states, size = rest.shape
     linear, products = np.zeros((states, size, size)), np.zeros((states, size, size, size))
     pairs = list(zip(moving[::2], moving[1::2], strict=True))
-    for j, (one, other) in enumerate(pairs[:size]):
-        linear[:, :, j] = (one - other) / 2
-        products[:, :, j, j] = (one + other) / 2 - rest
-    for (j, k), (one, other) in zip(combinations(range(size), 2), pairs[size:], strict=True):
+    for j, (forward, backward) in enumerate(pairs[:size]):
+        linear[:, :, j] = (forward - backward) / 2
+        products[:, :, j, j] = (forward + backward) / 2 - rest
+    for (j, k), (forward, backward) in zip(combinations(range(size), 2), pairs[size:], strict=True):
         alone = products[:, :, j, j] + products[:, :, k, k]
-        products[:, :, j, k] = (one + other) / 2 - rest - alone
+        products[:, :, j, k] = (forward + backward) / 2 - rest - alone
     return BiasTerms(rest, linear, products)
 
 
-def terms_by(
-    bias: Callable[[np.ndarray, np.ndarray], np.ndarray], states: DrawnStates
+def sample_bias_terms(
+    bias: Callable[[np.ndarray, np.ndarray], np.ndarray], states: RandomStates
 ) -> BiasTerms:
     """The terms of a function of q and v, (states, n) each."""
-    return terms_of([bias(each.q, each.v) for each in rate_states(states)])
+    return compute_bias_terms([bias(each.q, each.v) for each in make_rate_states(states)])
 
 
 def term_sizes(sizes: RobotSizes, *, with_weights: bool) -> np.ndarray:
@@ -70,5 +70,5 @@ def term_sizes(sizes: RobotSizes, *, with_weights: bool) -> np.ndarray:
     """
     root = np.sqrt(np.diagonal(sizes.mass_matrix, axis1=1, axis2=2))
     pairs = 2 * (root[:, :, None] + root[:, None, :])
-    found = root[:, :, None, None] * pairs[:, None]
-    return found + sizes.gravity[:, :, None, None] if with_weights else found
+    product_sizes = root[:, :, None, None] * pairs[:, None]
+    return product_sizes + sizes.gravity[:, :, None, None] if with_weights else product_sizes

@@ -14,15 +14,15 @@ from crosscheck.models.robot.robot import Level, Robot, RobotBody
 from crosscheck.trial.robots.candidates import (
     ALIKE,
     USUAL,
-    Confusion,
+    FrameMistake,
     RobotNumber,
-    confusions,
-    link_of,
-    numbers,
+    generate_frame_mistakes,
+    get_link_name,
+    list_numbers,
+    replace_part,
     steiner,
-    with_part,
 )
-from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, at_entry
+from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
 
 # What an explanation may leave of each entry's largest difference; and of its size, by rounding.
 LEFT, ROUNDING = 1e-5, 1e-12
@@ -64,8 +64,8 @@ class CauseSearch:
         robot = problem.robot
         self.robot = robot if level != "links" else replace(robot, rotors=(), stages=())
         self.base = self.row(self.robot)
-        self.difference = self._own_row() - self.base
-        self.allowed = self._allowed()
+        self.difference = self._user_row() - self.base
+        self.allowed = self._compute_allowances()
 
     def row(self, robot: Robot) -> np.ndarray:
         """The parts by the project's own derivation of a robot, in one row."""
@@ -73,50 +73,50 @@ class CauseSearch:
         mass, bias, gravity = AnalyticRobot(robot, self.level).terms(q, v)
         held = bias + gravity
         values = self.problem.answers.values
-        found = {"mass_matrix": mass, "bias": bias, "gravity": gravity, "force": torques - gravity}
+        parts = {"mass_matrix": mass, "bias": bias, "gravity": gravity, "force": torques - gravity}
         if "inverse_dynamics" in values:
             whole = bias if self.problem.answers.weightless else held
-            found["inverse_dynamics"] = np.einsum("sij,sj->si", mass, a) + whole
+            parts["inverse_dynamics"] = np.einsum("sij,sj->si", mass, a) + whole
         if "acceleration" in values:
             accelerated = np.einsum("sij,sj->si", mass, values["acceleration"])
-            found["acceleration"] = accelerated + held - torques
-        return self._joined(found)
+            parts["acceleration"] = accelerated + held - torques
+        return self._join_parts(parts)
 
-    def _own_row(self) -> np.ndarray:
-        own = dict(self.problem.answers.values)
-        if "acceleration" in own:
-            own["acceleration"] = np.zeros_like(own["acceleration"])
-        return self._joined(own)
+    def _user_row(self) -> np.ndarray:
+        values = dict(self.problem.answers.values)
+        if "acceleration" in values:
+            values["acceleration"] = np.zeros_like(values["acceleration"])
+        return self._join_parts(values)
 
-    def _joined(self, found: dict[str, np.ndarray]) -> np.ndarray:
+    def _join_parts(self, parts: dict[str, np.ndarray]) -> np.ndarray:
         sizes = self.problem.sizes[self.level]
         scaled = {
-            part: found[part] / sizes.of("balance" if part == "acceleration" else part)
+            part: parts[part] / sizes.entry_sizes("balance" if part == "acceleration" else part)
             for part in self.problem.parts
         }
         return np.concatenate([each.ravel() for each in scaled.values()])
 
-    def _allowed(self) -> np.ndarray:
+    def _compute_allowances(self) -> np.ndarray:
         """What an explanation may leave at each place of a row.
 
         An entry's own difference decides, so that a large one elsewhere hides nothing here.
         """
-        sizes, found, start = self.problem.sizes[self.level], list[np.ndarray](), 0
+        sizes, allowances, start = self.problem.sizes[self.level], list[np.ndarray](), 0
         for part in self.problem.parts:
             shape = self.problem.answers.values[part].shape
             stop = start + int(np.prod(shape))
             largest = np.abs(self.difference[start:stop].reshape(shape)).max(axis=0)
             rounding = sizes.tolerance(part) if part == "acceleration" else ROUNDING
-            found.append(np.broadcast_to(np.maximum(rounding, LEFT * largest), shape).ravel())
+            allowances.append(np.broadcast_to(np.maximum(rounding, LEFT * largest), shape).ravel())
             start = stop
-        return np.concatenate(found)
+        return np.concatenate(allowances)
 
-    def explains(self, change: np.ndarray, places: Places = slice(None)) -> bool:
+    def can_explain(self, change: np.ndarray, places: Places = slice(None)) -> bool:
         """Whether a change of the row leaves nothing of the difference at some places of it."""
         left = np.abs(self.difference[places] - change[places])
         return bool((left <= self.allowed[places]).all())
 
-    def where(self, part: str = "", entry: RobotEntry | None = None) -> np.ndarray:
+    def select_places(self, part: str = "", entry: RobotEntry | None = None) -> np.ndarray:
         """Which places of a row belong to a part, or to an entry and its mirror image."""
         places = []
         for each in self.problem.parts:
@@ -124,52 +124,54 @@ class CauseSearch:
             inside = np.full(shape, entry is None and each == part)
             if entry is not None and each == entry.part:
                 for place in {entry.place, entry.place[::-1]}:
-                    at_entry(inside, place)[:] = True
+                    select_entry(inside, place)[:] = True
             places.append(inside.ravel())
         return np.concatenate(places)
 
     @cached_property
     def _effects(self) -> list[_NumberEffect]:
-        found = []
-        for number in numbers(self.robot):
+        effects = []
+        for number in list_numbers(self.robot):
             up, down = (
                 self.row(number.put(number.value + sign * number.step)) - self.base
                 for sign in (1, -1)
             )
-            found.append(_NumberEffect(number, (up - down) / 2, (up + down) / 2))
-        return found
+            effects.append(_NumberEffect(number, (up - down) / 2, (up + down) / 2))
+        return effects
 
     @cached_property
-    def _confused(self) -> list[tuple[Confusion, np.ndarray]]:
-        return [(each, self.row(each.robot) - self.base) for each in confusions(self.robot)]
+    def _mistake_effects(self) -> list[tuple[FrameMistake, np.ndarray]]:
+        return [
+            (each, self.row(each.robot) - self.base) for each in generate_frame_mistakes(self.robot)
+        ]
 
-    def causes(self, places: Places = slice(None)) -> list[Cause]:
+    def find_causes(self, places: Places = slice(None)) -> list[Cause]:
         """Every single change that leaves nothing of the difference in some places of the row."""
-        found = [*self._numbers(places), *self._confusions(places)]
+        causes = [*self._number_causes(places), *self._mistake_causes(places)]
         if isinstance(places, slice) and self.level == "coupled":
-            found += self._missing_pairs()
-        return found
+            causes += self._missing_pairs()
+        return causes
 
-    def _numbers(self, places: Places) -> Iterator[Cause]:
+    def _number_causes(self, places: Places) -> Iterator[Cause]:
         for effect in self._effects:
             number, linear, square = effect.number, effect.linear, effect.square
             if number.factor and not isinstance(places, slice):
                 continue  # which says no more of one part than one of its numbers
-            by = _solved(linear[places], square[places], self.difference[places])
-            if by and self.explains(linear * by + square * by**2, places):
+            by = _solve_step(linear[places], square[places], self.difference[places])
+            if by and self.can_explain(linear * by + square * by**2, places):
                 value = number.value + by * number.step
                 missing = number.name if abs(value) < ALIKE * number.step else ""
                 yield Cause(self._words(number, value), self._is_usual(number, value), missing)
 
     def _words(self, number: RobotNumber, value: float) -> str:
-        same = self._same_as(number, value)
+        same = self._equal_number_name(number, value)
         return number.words(value) + (f", {same}" if same else "")
 
     def _is_usual(self, number: RobotNumber, value: float) -> bool:
         usual = any(abs(value - by * number.value) < ALIKE * number.step for by in USUAL)
-        return usual or bool(self._same_as(number, value))
+        return usual or bool(self._equal_number_name(number, value))
 
-    def _same_as(self, number: RobotNumber, value: float) -> str:
+    def _equal_number_name(self, number: RobotNumber, value: float) -> str:
         """The name of another number of the file that the value is, with its unit; '' for none."""
         if abs(value) < ALIKE * number.step or not number.unit:
             return ""
@@ -182,53 +184,56 @@ class CauseSearch:
         ]
         return f"as {names[0]}" if names else ""
 
-    def _confusions(self, places: Places) -> list[Cause]:
-        found = [
+    def _mistake_causes(self, places: Places) -> list[Cause]:
+        mistakes = [
             confusion
-            for confusion, changed in self._confused
+            for confusion, changed in self._mistake_effects
             if np.abs(changed[places]).max(initial=0.0) > TOLERANCE
-            and self.explains(changed, places)
+            and self.can_explain(changed, places)
         ]
-        single = [each for each in found if not each.several]
-        return [Cause(each.words, usual=True) for each in single or found]
+        single = [each for each in mistakes if not each.several]
+        return [Cause(each.words, usual=True) for each in single or mistakes]
 
     def _missing_pairs(self) -> Iterator[Cause]:
         """Couplings of two joints by a rotor or stage, if M lacks one of these and nothing else."""
         if "mass_matrix" not in self.problem.parts:
             return
         robot, q, names = self.problem.robot, self.problem.states.q, self.problem.names
-        places = self.where("mass_matrix")
+        places = self.select_places("mass_matrix")
         if np.abs(self.difference[~places]).max(initial=0.0) > TOLERANCE:
             return
         sizes = self.problem.sizes[self.level].mass_matrix
         bare = replace(robot, rotors=(), stages=())
-        gears = [("rotor", own.joint, replace(bare, rotors=(own,))) for own in robot.rotors]
-        gears += [("stage", own.joint, replace(bare, stages=(own,))) for own in robot.stages]
+        gears = [("rotor", item.joint, replace(bare, rotors=(item,))) for item in robot.rotors]
+        gears += [("stage", item.joint, replace(bare, stages=(item,))) for item in robot.stages]
         for kind, joint, alone in gears:
             pair = AnalyticRobot(alone, "coupled").mass_matrix(q)
             pair = (pair - AnalyticRobot(alone, "links").mass_matrix(q)) / sizes
             for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
-                wanted, row = np.zeros_like(pair), np.zeros_like(self.difference)
-                wanted[:, i, j] = wanted[:, j, i] = -pair[:, i, j]
-                row[places] = wanted.ravel()
-                if np.abs(wanted).max() > TOLERANCE and self.explains(row):
-                    own = robot.joints[joint].name
+                missing_coupling, row = np.zeros_like(pair), np.zeros_like(self.difference)
+                missing_coupling[:, i, j] = missing_coupling[:, j, i] = -pair[:, i, j]
+                row[places] = missing_coupling.ravel()
+                if np.abs(missing_coupling).max() > TOLERANCE and self.can_explain(row):
+                    item = robot.joints[joint].name
                     yield Cause(
-                        f"no coupling of {names[i]} and {names[j]} in M by the {kind} of {own}",
+                        f"no coupling of {names[i]} and {names[j]} in M by the {kind} of {item}",
                         usual=True,
                     )
 
     def links(self) -> Iterator[str]:
         """Links whose mass, first moments and inertia about the joint make the difference."""
         for number, body in enumerate(self.robot.bodies):
-            changed = [with_part(self.robot, "bodies", number, other) for other in _ten(body)]
+            changed = [
+                replace_part(self.robot, "bodies", number, other)
+                for other in _vary_parameters(body)
+            ]
             columns = np.stack([self.row(each) - self.base for each in changed], axis=1)
             fit = np.linalg.lstsq(columns, self.difference, rcond=1e-10)[0]
-            if self.explains(columns @ fit):
-                yield link_of(self.robot, number)
+            if self.can_explain(columns @ fit):
+                yield get_link_name(self.robot, number)
 
 
-def _solved(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> float:
+def _solve_step(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> float:
     """x that makes linear x + square x^2 nearest to a difference; 0 if it changes nothing."""
     coefficients = [
         2 * square @ square,
@@ -248,7 +253,7 @@ def _solved(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> f
     return float(real[int(np.argmin(left))])
 
 
-def _ten(body: RobotBody) -> Iterator[RobotBody]:
+def _vary_parameters(body: RobotBody) -> Iterator[RobotBody]:
     """The body with more of each of the ten parameters on which equations depend linearly."""
     moments = body.mass * body.com
     about = body.inertia + steiner(body.mass, body.com)

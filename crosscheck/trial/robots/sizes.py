@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.cost.agreement import LARGEST_TOLERANCE, ROUNDINGS, TOLERANCE, DrawnStates
-from crosscheck.cost.runs import too_unlike
+from crosscheck.cost.agreement import LARGEST_TOLERANCE, ROUNDINGS, TOLERANCE, RandomStates
+from crosscheck.cost.runs import conditioning_error
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import RIGID, Level, Robot
 
@@ -33,7 +33,7 @@ class RobotSizes:
     unit_accelerations: np.ndarray
     condition: float
 
-    def of(self, quantity: str, source: str = "") -> np.ndarray:
+    def entry_sizes(self, quantity: str, source: str = "") -> np.ndarray:
         """Sizes of a quantity's entries, (states, n) or (states, n, n).
 
         source: the part that it comes from; a bias that is inverse dynamics less the weights has
@@ -41,8 +41,8 @@ class RobotSizes:
         """
         if quantity == "bias" and source == "inverse_dynamics":
             return self.bias + self.gravity
-        found: np.ndarray = getattr(self, quantity)
-        return found
+        sizes: np.ndarray = getattr(self, quantity)
+        return sizes
 
     def tolerance(self, quantity: str) -> float:
         """What an entry may differ, as a part of its size."""
@@ -51,31 +51,33 @@ class RobotSizes:
 
     def basis(self, quantity: str) -> str:
         """Where the tolerance comes from."""
-        said = f"{TOLERANCE:g} of the entry's natural size, of which rounding explains 1e-15"
+        reason = f"{TOLERANCE:g} of the entry's natural size, of which rounding explains 1e-15"
         if self.tolerance(quantity) > TOLERANCE:
-            said = f"{ROUNDINGS:.2g} times the condition number of M, {self.condition:.2g}"
-        return said
+            reason = f"{ROUNDINGS:.2g} times the condition number of M, {self.condition:.2g}"
+        return reason
 
 
-def sizes_by_level(robot: Robot, stated: str, states: DrawnStates) -> dict[Level, RobotSizes]:
+def compute_sizes_by_level(
+    robot: Robot, stated: str, states: RandomStates
+) -> dict[Level, RobotSizes]:
     """The sizes at each rigid level.
 
     Levels whose mass matrix is singular are left out. Raises InputError where none remains, or
     where the one that equations state is one of them.
     """
-    found: dict[Level, RobotSizes] = {}
+    sizes: dict[Level, RobotSizes] = {}
     for level in RIGID:
         try:
-            found[level] = sizes_of(robot, level, states)
+            sizes[level] = compute_sizes(robot, level, states)
         except InputError:
             if level == stated:
                 raise
-    if not found:
-        raise too_unlike(robot)
-    return found
+    if not sizes:
+        raise conditioning_error(robot)
+    return sizes
 
 
-def sizes_of(robot: Robot, level: Level, states: DrawnStates) -> RobotSizes:
+def compute_sizes(robot: Robot, level: Level, states: RandomStates) -> RobotSizes:
     """The natural sizes of a robot's equations at a level.
 
     Raises InputError for a robot whose mass matrix has lost its digits.
@@ -83,12 +85,12 @@ def sizes_of(robot: Robot, level: Level, states: DrawnStates) -> RobotSizes:
     mass = AnalyticRobot(robot, level).mass_matrix(states.q)
     root = np.sqrt(np.diagonal(mass, axis1=1, axis2=2))
     if not (root > 0).all():
-        raise too_unlike(robot)
+        raise conditioning_error(robot)
     roots = root[:, :, None] * root[:, None, :]
     values = np.linalg.eigvalsh(mass / roots)
     condition = float((values[:, -1] / values[:, 0]).max())
     if not 0 < ROUNDINGS * condition <= LARGEST_TOLERANCE:
-        raise too_unlike(robot)
+        raise conditioning_error(robot)
     moving, accelerated = (
         np.sqrt(np.einsum("si,sij,sj->s", each, mass, each)) for each in (states.v, states.a)
     )

@@ -10,19 +10,19 @@ import numpy as np
 from crosscheck.findings import Agreement
 from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.underway import Told, unsaid
+from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.input.loading import require_of_robot
-from crosscheck.trial.robots.answers import ask, call, states_of, supplied_as
+from crosscheck.trial.input.loading import require_robot_equations
+from crosscheck.trial.robots.answers import ask, call_functions, draw_states, register_functions
 from crosscheck.trial.robots.explain import RobotDiagnosis, diagnose
 from crosscheck.trial.robots.judge import (
     SINGLE,
     LevelDistance,
     RobotProblem,
-    findings_of,
+    collect_findings,
 )
-from crosscheck.trial.robots.rates import BiasTerms, rate_states, terms_of
-from crosscheck.trial.robots.sizes import sizes_by_level
+from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
+from crosscheck.trial.robots.sizes import compute_sizes_by_level
 
 
 @dataclass(frozen=True)
@@ -65,62 +65,62 @@ class RobotTrial:
         return next((each.largest for each in self.distances if each.level == level), 0.0)
 
 
-def try_equations(
+def run_robot_trial(
     equations: Equations,
     robot: Robot,
     *,
     name: str = "yours",
     seed: int = 0,
     jobs: int = 1,
-    told: Told = unsaid,
+    progress: ProgressCallback = ignore_progress,
 ) -> RobotTrial:
     """Judge a user's equations of a robot.
 
     Raises InputError for equations that cannot be judged, and for answers of another shape.
     """
-    require_of_robot(equations, name)
-    states = states_of(robot, seed)
-    sizes = sizes_by_level(robot, equations.level, states)
+    require_robot_equations(equations, name)
+    states = draw_states(robot, seed)
+    sizes = compute_sizes_by_level(robot, equations.level, states)
     level = next((each for each in sizes if each == equations.level), next(iter(sizes)))
-    with supplied_as(name, equations):
-        answers = ask(name, robot, states, sizes[level], jobs, told)
+    with register_functions(name, equations):
+        answers = ask(name, robot, states, sizes[level], jobs, progress)
         problem = RobotProblem(name, robot, states, sizes, answers, equations.level)
 
         def rates() -> BiasTerms | None:
-            source, asked = answers.sources["bias"], rate_states(states)
-            (found,) = call({source: asked}, name, jobs, told).values()
-            if isinstance(found, Failure):
+            source, sampled_states = answers.sources["bias"], make_rate_states(states)
+            (answer,) = call_functions({source: sampled_states}, name, jobs, progress).values()
+            if isinstance(answer, Failure):
                 return None
-            parts = np.split(found, len(asked))
+            parts = np.split(answer, len(sampled_states))
             if source == "coriolis":
-                pairs = zip(parts, asked, strict=True)
+                pairs = zip(parts, sampled_states, strict=True)
                 parts = [np.einsum("sij,sj->si", c, each.v) for c, each in pairs]
             if source == "inverse_dynamics":
                 parts = [each - parts[0] for each in parts]
-            return terms_of(parts)
+            return compute_bias_terms(parts)
 
         distances = tuple(problem.distances()) if problem.parts else ()
-        found = RobotDiagnosis(level)
+        diagnosis = RobotDiagnosis(level)
         if distances:
-            found = diagnose(problem, distances, rates)
-    apart = problem.apart(found.level, problem.right[found.level])
+            diagnosis = diagnose(problem, distances, rates)
+    apart = problem.relative_errors(diagnosis.level, problem.reference_values[diagnosis.level])
     return RobotTrial(
         name=name,
         robot=robot,
         stated=equations.level,
         parts=problem.parts,
-        not_judged=tuple(_not_judged(problem, equations)),
+        not_judged=tuple(_list_unjudged(problem, equations)),
         distances=distances,
-        diagnosis=found,
+        diagnosis=diagnosis,
         failures=answers.failures,
-        agreement=Agreement(findings_of(problem, found.level)),
+        agreement=Agreement(collect_findings(problem, diagnosis.level)),
         apart={part: np.abs(own).max(axis=0) for part, own in apart.items()},
-        allowed={part: sizes[found.level].tolerance(part) for part in problem.parts},
+        allowed={part: sizes[diagnosis.level].tolerance(part) for part in problem.parts},
         seed=seed,
     )
 
 
-def _not_judged(problem: RobotProblem, equations: Equations) -> Iterator[str]:
+def _list_unjudged(problem: RobotProblem, equations: Equations) -> Iterator[str]:
     """What of equations is not judged, each with the reason."""
     failures = problem.answers.failures
     yield from (f"{part} ({why.kind})" for part, why in failures.items())

@@ -12,18 +12,30 @@ from typing import Any
 import numpy as np
 
 from crosscheck.models.errors import InputError
-from crosscheck.models.inputs import input_content
-from crosscheck.runner.foreign import MOST_NUMBERS, TooManyNumbers, arrays_in, read_apart
+from crosscheck.models.inputs import read_input
+from crosscheck.runner.isolated_reading import (
+    MOST_NUMBERS,
+    TooManyNumbers,
+    read_arrays,
+    read_in_subprocess,
+)
 from crosscheck.trial.input.calls import MATRICES
 from crosscheck.trial.input.equations import SINGLE
-from crosscheck.trial.tables.asked import ARGUMENTS, LETTERS, NEEDED, ROW, SHORT, answer_columns
+from crosscheck.trial.tables.state_requests import (
+    ARGUMENTS,
+    LETTERS,
+    NEEDED,
+    ROW,
+    SHORT,
+    answer_columns,
+)
 
 LARGEST_FILE = 500_000_000  # bytes
 READING_S = 60.0
 FEW = 20  # different numbers, that show nothing of how many digits a file has
 SAMPLE = 2000
 LEAST_DIGITS, MOST_DIGITS = 7, 15
-Named = Mapping[str, Sequence[str]]
+ColumnNames = Mapping[str, Sequence[str]]
 
 
 @dataclass(frozen=True)
@@ -31,36 +43,36 @@ class AnswerFile:
     """The answers in a file.
 
     rows (rows,): their numbers, counted from 1; answers: by part (rows, entries), NaN where there
-    is none; beside: other columns (rows,) by name, as the states have them; precision: relative
-    rounding of the answers, 0 for that of double precision.
+    is none; state_columns: other columns (rows,) by name, as the states have them; precision:
+    relative rounding of the answers, 0 for that of double precision.
     """
 
     where: str
     rows: np.ndarray
     answers: Mapping[str, np.ndarray]
-    beside: Mapping[str, np.ndarray]
+    state_columns: Mapping[str, np.ndarray]
     precision: float
 
 
-def read_answers(path: Path, n: int, states: Named) -> AnswerFile:
+def read_answers(path: Path, n: int, states: ColumnNames) -> AnswerFile:
     """The answers in a file for n coordinates; states: columns that may stand beside, by argument.
 
     Raises InputError naming file, row and column.
     """
     where = str(path)
-    content = input_content(path, LARGEST_FILE)
-    read = _from_mat if path.suffix == ".mat" else _from_csv
-    found = read(where, content, n, states)
-    rows, answers = found.pop(ROW), {part: found.pop(part) for part in SHORT if part in found}
+    content = read_input(path, LARGEST_FILE)
+    read = _read_mat if path.suffix == ".mat" else _read_csv
+    columns = read(where, content, n, states)
+    rows, answers = columns.pop(ROW), {part: columns.pop(part) for part in SHORT if part in columns}
     if not answers:
         allowed = "; ".join(answer_columns(part, n)[0] + ", ..." for part in SHORT)
         raise InputError(where, "", None, f"has no answers; columns may be {allowed}")
     # That of the part whose numbers have the fewest digits.
     precision = max(_precision(where, values) for values in answers.values())
-    return AnswerFile(where, _numbered(where, rows), answers, found, precision)
+    return AnswerFile(where, _row_numbers(where, rows), answers, columns, precision)
 
 
-def _numbered(where: str, rows: np.ndarray) -> np.ndarray:
+def _row_numbers(where: str, rows: np.ndarray) -> np.ndarray:
     numbers = np.asarray(rows, dtype=float).ravel()
     wrong = np.flatnonzero(~((numbers >= 1) & (numbers == np.round(numbers)) & (numbers < 2**53)))
     if wrong.size:
@@ -93,34 +105,34 @@ def _precision(where: str, values: np.ndarray) -> float:
     return 0.0 if digits > MOST_DIGITS else 0.5 * 10.0 ** (1 - digits)
 
 
-def _from_csv(where: str, content: bytes, n: int, states: Named) -> dict[str, np.ndarray]:
+def _read_csv(where: str, content: bytes, n: int, states: ColumnNames) -> dict[str, np.ndarray]:
     """Columns of a CSV file by name; those of a part's answers together, (rows, entries)."""
     try:
         lines = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True)
         header = [name.strip() for name in next(lines, [])]
         _require_header(where, header, n, states)
-        table = [_numbers(where, header, line, lines.line_num) for line in lines if line]
+        table = [_parse_numbers(where, header, line, lines.line_num) for line in lines if line]
     except UnicodeDecodeError:
         raise InputError(where, "", None, "is not UTF-8 text; a CSV file is expected") from None
     except csv.Error as error:
         raise InputError(where, "", None, f"is no CSV file: {error}") from None
     if not table:
         raise InputError(where, "", None, "has no rows")
-    found = dict(zip(header, np.array(table).T, strict=True))
+    columns = dict(zip(header, np.array(table).T, strict=True))
     for name in NEEDED:
-        found.pop(name, None)
+        columns.pop(name, None)
     for part in SHORT:
         names = answer_columns(part, n)
-        there = [name for name in names if name in found]
+        there = [name for name in names if name in columns]
         if 0 < len(there) < len(names):
-            missing = next(name for name in names if name not in found)
+            missing = next(name for name in names if name not in columns)
             raise InputError(where, missing, None, f"is missing; {there[0]} is there")
         if there:
-            found[part] = np.stack([found.pop(name) for name in names], axis=1)
-    return found
+            columns[part] = np.stack([columns.pop(name) for name in names], axis=1)
+    return columns
 
 
-def _require_header(where: str, header: Sequence[str], n: int, states: Named) -> None:
+def _require_header(where: str, header: Sequence[str], n: int, states: ColumnNames) -> None:
     """Raise InputError unless the first line names columns, each known, each once."""
     answers = [name for part in SHORT for name in answer_columns(part, n)]
     if header[:1] and header[0].startswith(ROW) and set(";\t") & set("".join(header)):
@@ -131,9 +143,14 @@ def _require_header(where: str, header: Sequence[str], n: int, states: Named) ->
     if len(header) > 1 and all(_is_number(name) for name in header if name != ROW):
         reason = "are numbers: the table is transposed; must be a state a row"
         raise InputError(where, f"line 1: what follows {ROW}", None, reason)
-    known = {ROW, *answers, *NEEDED, *(name for names in states.values() for name in names)}
+    allowed_columns = {
+        ROW,
+        *answers,
+        *NEEDED,
+        *(name for names in states.values() for name in names),
+    }
     for place, name in enumerate(header):
-        if name not in known:
+        if name not in allowed_columns:
             allowed = ", ".join([ROW, answers[0], "..."])
             raise InputError(where, "line 1", name, f"unknown column; allowed: {allowed}")
         if name in header[:place]:
@@ -148,13 +165,15 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _numbers(where: str, header: Sequence[str], line: Sequence[str], number: int) -> list[float]:
+def _parse_numbers(
+    where: str, header: Sequence[str], line: Sequence[str], number: int
+) -> list[float]:
     """The numbers of a line of a CSV file; NaN for an empty cell. Raises InputError."""
     if len(line) != len(header):
         reason = f"has {len(line)} columns, must have {len(header)}, as line 1"
         raise InputError(where, f"line {number}", None, reason)
     try:
-        found = [float(text) if text.strip() else np.nan for text in line]
+        numbers = [float(text) if text.strip() else np.nan for text in line]
     except ValueError:
         name, text = next(
             pair
@@ -162,37 +181,41 @@ def _numbers(where: str, header: Sequence[str], line: Sequence[str], number: int
             if pair[1].strip() and not _is_number(pair[1])
         )
         raise InputError(where, f"line {number}, {name}", text, "must be a number") from None
-    if not np.isfinite(found[header.index(ROW)]):
+    if not np.isfinite(numbers[header.index(ROW)]):
         raise InputError(where, f"line {number}, {ROW}", None, "must be a row's number")
-    return found
+    return numbers
 
 
-def _from_mat(where: str, content: bytes, n: int, states: Named) -> dict[str, np.ndarray]:
-    read = read_apart(
+def _read_mat(where: str, content: bytes, n: int, states: ColumnNames) -> dict[str, np.ndarray]:
+    read = read_in_subprocess(
         where, _mat_variables, where, content, within_s=READING_S, fails="is no MAT file"
     )
     if ROW not in read:
         raise InputError(where, ROW, None, "is missing: the numbers of the rows that are answered")
     rows = read[ROW].ravel()
-    found = {ROW: rows}
+    columns = {ROW: rows}
     for part, name in SHORT.items():
         if name in read:
-            found[part] = _by_row(
+            columns[part] = _reshape_by_row(
                 where, name, read[name], len(rows), n if part in MATRICES else 1, n
             )
     for argument, names in states.items():
         letter = LETTERS.get(argument, argument)
         if letter in read:
-            beside = _by_row(where, letter, read[letter], len(rows), 1, len(names))
-            found |= dict(zip(names, beside.T, strict=True))
-    return found
+            beside = _reshape_by_row(where, letter, read[letter], len(rows), 1, len(names))
+            columns |= dict(zip(names, beside.T, strict=True))
+    return columns
 
 
 def _mat_variables(where: str, content: bytes) -> dict[str, np.ndarray]:
     """Those variables of a MAT file, v5 or v7.3, that answers may have. Raises InputError."""
-    known = (ROW, *SHORT.values(), *(LETTERS.get(argument, argument) for argument in ARGUMENTS))
+    allowed_names = (
+        ROW,
+        *SHORT.values(),
+        *(LETTERS.get(argument, argument) for argument in ARGUMENTS),
+    )
     try:
-        return arrays_in(content, set(known).intersection, as_matlab=True)
+        return read_arrays(content, set(allowed_names).intersection, as_matlab=True)
     except TooManyNumbers:
         reason = f"holds more than {MOST_NUMBERS} numbers"
         raise InputError(where, "", None, reason) from None
@@ -201,7 +224,9 @@ def _mat_variables(where: str, content: bytes) -> dict[str, np.ndarray]:
         raise InputError(where, "", None, reason) from None
 
 
-def _by_row(where: str, name: str, values: Any, count: int, height: int, width: int) -> np.ndarray:
+def _reshape_by_row(
+    where: str, name: str, values: Any, count: int, height: int, width: int
+) -> np.ndarray:
     """A variable as (rows, height x width).
 
     One of matrices may also come as (rows, n, n) or (n, n, rows). Raises InputError.

@@ -11,27 +11,27 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.coordinates.frame import build_frame
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.tables.answer_files import AnswerFile, read_answers
-from crosscheck.trial.tables.asked import (
+from crosscheck.trial.tables.state_requests import (
     ARGUMENTS,
     PARTS,
     SHORT,
-    AskedStates,
     Call,
+    StateRequest,
     TableTrial,
     argument_columns,
-    asked_apart,
-    asked_on_probes,
-    asked_states,
+    collect_inverse_requests,
+    collect_probe_requests,
+    collect_state_request,
 )
 
 SAME_STATE = 1e-4  # of a column's largest number: what single precision leaves of it
 
 
 @dataclass(frozen=True)
-class AnsweredTrial:
+class TrialAnswers:
     """Files of answers beside what was asked.
 
     parts: those that are answered; here: what is asked on the arm, inverse dynamics apart; probes:
@@ -41,85 +41,89 @@ class AnsweredTrial:
     trial: TableTrial
     files: tuple[AnswerFile, ...]
     parts: tuple[str, ...]
-    here: tuple[AskedStates, ...]
-    probes: tuple[AskedStates, ...]
+    here: tuple[StateRequest, ...]
+    probes: tuple[StateRequest, ...]
 
 
-def answered(trial: TableTrial, paths: Sequence[Path]) -> AnsweredTrial:
+def read_trial_answers(trial: TableTrial, paths: Sequence[Path]) -> TrialAnswers:
     """The answers in files. Raises InputError if anything that they must answer is missing."""
-    frame = frame_of(trial.coordinates, trial.arm)
+    frame = build_frame(trial.coordinates, trial.arm)
     named = argument_columns(frame, trial.coordinates, trial.arm)
     files = tuple(read_answers(path, len(frame.names), named) for path in paths)
     parts = tuple(part for part in PARTS if any(part in file.answers for file in files))
-    asked = asked_states(trial)
-    here: tuple[AskedStates, ...] = (asked,)
+    request = collect_state_request(trial)
+    here: tuple[StateRequest, ...] = (request,)
     last = max(int(file.rows.max()) for file in files)
-    if last >= asked.first + asked.count:
-        here = (asked, *asked_apart(trial, asked))
-    probes: tuple[AskedStates, ...] = ()
-    if last >= following(here):
-        probes = tuple(asked_on_probes(trial, parts, following(here)))
+    if last >= request.first + request.count:
+        here = (request, *collect_inverse_requests(trial, request))
+    probes: tuple[StateRequest, ...] = ()
+    if last >= next_row(here):
+        probes = tuple(collect_probe_requests(trial, parts, next_row(here)))
     for file in files:
-        beyond = file.rows[file.rows >= following((*here, *probes))]
+        beyond = file.rows[file.rows >= next_row((*here, *probes))]
         if beyond.size:
             reason = (
-                f"must be at most {following((*here, *probes)) - 1};"
+                f"must be at most {next_row((*here, *probes)) - 1};"
                 " arm, coordinates, --seed and --quick must be those of --ask"
             )
             raise InputError(file.where, "row", int(beyond[0]), reason)
         for sheet in (*here, *probes):
             _require_same_states(file, sheet, named)
-    return AnsweredTrial(trial, files, parts, here, probes)
+    return TrialAnswers(trial, files, parts, here, probes)
 
 
-def following(sheets: Sequence[AskedStates]) -> int:
+def next_row(sheets: Sequence[StateRequest]) -> int:
     """The number of the row after the last one of these sheets."""
     return sheets[-1].first + sheets[-1].count
 
 
-def equations_of(found: AnsweredTrial) -> Equations:
+def build_table_equations(answers: TrialAnswers) -> Equations:
     """The answers as Equations, on the arm and on the probes. Raises InputError."""
-    for part in found.parts:
-        if not any(sheet.needed[part].any() for sheet in found.here):
+    for part in answers.parts:
+        if not any(sheet.needed[part].any() for sheet in answers.here):
             reason = "is not asked in these rows; what a row needs stands in the files of states"
-            raise InputError(found.files[0].where, SHORT[part], None, reason)
-    here = _on_arm(found, found.here)
-    own = {sheet.arm.name: (sheet.arm, _on_arm(found, (sheet,))) for sheet in found.probes}
+            raise InputError(answers.files[0].where, SHORT[part], None, reason)
+    here = _arm_equations(answers, answers.here)
+    probe_equations = {
+        sheet.arm.name: (sheet.arm, _arm_equations(answers, (sheet,))) for sheet in answers.probes
+    }
 
-    def on(arm: Arm, scenario: Scenario | None) -> Equations:
-        known, equations = own.get(arm.name, (found.trial.arm, whole))
-        if known != arm:
+    def select_equations(arm: Arm, scenario: Scenario | None) -> Equations:
+        expected_arm, equations = probe_equations.get(arm.name, (answers.trial.arm, whole))
+        if expected_arm != arm:
             raise InputError(arm.name, "", None, "no answers are there for this arm")
         return equations
 
-    whole = replace(here, rebuild=on, any_arm=bool(own))
+    whole = replace(here, rebuild=select_equations, any_arm=bool(probe_equations))
     return whole
 
 
-def _on_arm(found: AnsweredTrial, sheets: Sequence[AskedStates]) -> Equations:
+def _arm_equations(answers: TrialAnswers, sheets: Sequence[StateRequest]) -> Equations:
     """Equations of an arm: each part answers from the sheet in which it is asked, if it is."""
-    home = {part: sheet for part in found.parts for sheet in sheets if sheet.needed[part].any()}
-    values = {part: _values(found, sheet, part) for part, sheet in home.items()}
+    home = {part: sheet for part in answers.parts for sheet in sheets if sheet.needed[part].any()}
+    values = {part: _values(answers, sheet, part) for part, sheet in home.items()}
 
     def answer(call: Call) -> np.ndarray:
         sheet = home[call.part]
         return values[call.part][sheet.row_of[call]].reshape(sheet.shape(call.part))
 
-    made = found.trial.equations(found.parts, answer)
-    precision = max(file.precision for file in found.files)
+    equations = answers.trial.equations(answers.parts, answer)
+    precision = max(file.precision for file in answers.files)
     at = {part: sheet.at[part] for part, sheet in home.items() if part in sheet.at}
-    assert made.table is not None  # as they are made
-    return replace(made, table=replace(made.table, precision=precision, values=values, at=at))
+    assert equations.table is not None  # as they are made
+    return replace(
+        equations, table=replace(equations.table, precision=precision, values=values, at=at)
+    )
 
 
-def _values(found: AnsweredTrial, sheet: AskedStates, part: str) -> np.ndarray:
+def _values(answers: TrialAnswers, sheet: StateRequest, part: str) -> np.ndarray:
     """Answers (rows, entries) of a part. Raises InputError for one that is missing."""
     values = np.full((sheet.count, int(np.prod(sheet.shape(part)))), np.nan)
     whose = np.full(sheet.count, "", dtype=object)
-    for file in found.files:
+    for file in answers.files:
         if part not in file.answers:
             continue
-        places, here = _on(file, sheet)
+        places, here = _match_rows(file, sheet)
         given = file.answers[part][here]
         there = ~np.isnan(given).all(axis=1)
         twice = places[there & (whose[places] != "")]
@@ -132,16 +136,16 @@ def _values(found: AnsweredTrial, sheet: AskedStates, part: str) -> np.ndarray:
     missing = sheet.needed[part] & ~np.isfinite(values).all(axis=1)
     if missing.any():
         row = int(np.flatnonzero(missing)[0])
-        where = whose[row] or next(file.where for file in found.files if part in file.answers)
+        where = whose[row] or next(file.where for file in answers.files if part in file.answers)
         entry = values[row]
-        said = "is missing" if np.isnan(entry).any() else "is infinite"
+        problem = "is missing" if np.isnan(entry).any() else "is infinite"
         others = f", and {int(missing.sum()) - 1} more" if missing.sum() > 1 else ""
         field = f"row {sheet.first + row}{others}, {SHORT[part]}"
-        raise InputError(where, field, None, f"{said}; must be finite numbers")
+        raise InputError(where, field, None, f"{problem}; must be finite numbers")
     return values
 
 
-def _on(file: AnswerFile, sheet: AskedStates) -> tuple[np.ndarray, np.ndarray]:
+def _match_rows(file: AnswerFile, sheet: StateRequest) -> tuple[np.ndarray, np.ndarray]:
     """Places in the sheet of the file's rows, and which of the file's rows these are."""
     places = file.rows - sheet.first
     here = (places >= 0) & (places < sheet.count)
@@ -149,15 +153,15 @@ def _on(file: AnswerFile, sheet: AskedStates) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _require_same_states(
-    file: AnswerFile, sheet: AskedStates, named: Mapping[str, Sequence[str]]
+    file: AnswerFile, sheet: StateRequest, named: Mapping[str, Sequence[str]]
 ) -> None:
     """Raise InputError for answers to other states, where these stand beside them."""
-    places, here = _on(file, sheet)
+    places, here = _match_rows(file, sheet)
     for argument in ARGUMENTS:
         for column, name in enumerate(named[argument]):
-            if name not in file.beside:
+            if name not in file.state_columns:
                 continue
-            right, given = sheet.arguments[argument][places, column], file.beside[name][here]
+            right, given = sheet.arguments[argument][places, column], file.state_columns[name][here]
             size = float(np.abs(sheet.arguments[argument][:, column]).max())
             # A column that was left empty, or belongs to the other file of states, says nothing.
             wrong = np.flatnonzero(np.abs(given - right) > SAME_STATE * size)

@@ -17,9 +17,14 @@ from crosscheck.models.arm.arm import Arm, Joint, Planetary
 from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque, torques_along
-from crosscheck.models.experiment.scenario import Scenario, Switches, per_joint, planet_offsets
+from crosscheck.models.experiment.scenario import (
+    Scenario,
+    Switches,
+    expand_to_joints,
+    planet_offsets,
+)
 from crosscheck.models.exudyn.bodies import contact, poses
-from crosscheck.models.exudyn.bodies.contact import ContactMesh, mesh_of
+from crosscheck.models.exudyn.bodies.contact import ContactMesh, build_contact_mesh
 from crosscheck.models.exudyn.bodies.engine import BodyEngine, Connector
 from crosscheck.models.exudyn.bodies.stiffness import Spring
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
@@ -29,39 +34,41 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-STANDS = (0.0, 0.0, 0.0)  # pose and velocity of the ground
+GROUND_STATE = (0.0, 0.0, 0.0)  # pose and velocity of the ground
 
 # Of the largest acceleration or squared rate: a linear solve leaves 1e-12 between equal planets.
-MOVES_ALIKE = 1e-9
+ALIKE_TOLERANCE = 1e-9
 
 
-class Toothed(NamedTuple):
+class GearPair(NamedTuple):
     """A mesh and its four bodies: planet, carrier, wheel, previous link (for a ring, three)."""
 
     mesh: ContactMesh
     bodies: tuple[int, ...]
 
 
-def meshes_of(arm: Arm, chosen: Switches) -> list[list[list[Toothed]]]:
+def build_gear_pairs(arm: Arm, chosen: Switches) -> list[list[list[GearPair]]]:
     """The meshes by joint, side (sun, ring; none of a direct joint) and planet."""
-    found: list[list[list[Toothed]]] = []
-    for number, (stage, joint) in enumerate(zip(poses.stages_of(arm), arm.joints, strict=True)):
-        found.append([])
+    pairs: list[list[list[GearPair]]] = []
+    for number, (stage, joint) in enumerate(zip(poses.build_stages(arm), arm.joints, strict=True)):
+        pairs.append([])
         if not isinstance(joint, Planetary):
             continue
         ring_at = poses.ring_seat(arm, number)
         sides: tuple[contact.Side, contact.Side] = ("sun", "ring")
         for side, wheel in zip(sides, ((stage.driven,), ()), strict=True):
             bodies = [(planet, stage.link, *wheel, stage.previous) for planet in stage.planets]
-            meshes = (mesh_of(joint, chosen, side, ring_at, n) for n in range(len(bodies)))
-            found[-1].append([Toothed(*each) for each in zip(meshes, bodies, strict=True)])
-    return found
+            meshes = (
+                build_contact_mesh(joint, chosen, side, ring_at, n) for n in range(len(bodies))
+            )
+            pairs[-1].append([GearPair(*each) for each in zip(meshes, bodies, strict=True)])
+    return pairs
 
 
-def teeth(toothed: Toothed) -> Connector:
+def build_tooth_connector(pair: GearPair) -> Connector:
     """Connector of one mesh's forces on its moving bodies; the ground bears what acts on it."""
-    moving = tuple(body for body in toothed.bodies if body != poses.GROUND)
-    mesh, ground, size = toothed.mesh, STANDS * (poses.GROUND in toothed.bodies), 3 * len(moving)
+    moving = tuple(body for body in pair.bodies if body != poses.GROUND)
+    mesh, ground, size = pair.mesh, GROUND_STATE * (poses.GROUND in pair.bodies), 3 * len(moving)
 
     def force(_: object, t: float, _item: int, q: list[float], q_t: list[float]) -> list[float]:
         forces = contact.push_bodies(mesh, t, np.array([*q, *ground]), np.array([*q_t, *ground]))
@@ -70,7 +77,9 @@ def teeth(toothed: Toothed) -> Connector:
     return Connector(moving, force)
 
 
-def motor(stage: poses.StageBodies, joint: Joint, law: DriveData, place: int) -> Connector:
+def build_motor_connector(
+    stage: poses.StageBodies, joint: Joint, law: DriveData, place: int
+) -> Connector:
     """Connector of one joint's motor and friction, both acting back on the previous body.
 
     The motor turns the sun, or the link without gears, by T / n; friction acts on the link. T and
@@ -115,43 +124,47 @@ class ExudynBodies(Model):
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
         self.layout = geared_layout(arm, self.switches)
-        self.stages = poses.stages_of(arm)
+        self.stages = poses.build_stages(arm)
         self.poses = poses.PoseMap(arm, self.layout)
-        self.meshes = meshes_of(arm, self.switches)
+        self.meshes = build_gear_pairs(arm, self.switches)
 
     @cached_property
-    def free(self) -> BodyEngine:
+    def free_engine(self) -> BodyEngine:
         """Engine of the bodies on their joints without any force."""
         return self._engine([], gravity=(0.0, 0.0))
 
     @cached_property
-    def driven(self) -> BodyEngine:
+    def driven_engine(self) -> BodyEngine:
         """Engine of the bodies on their joints with meshes, motors, friction and gravity."""
         law = drive_data(self.scenario, len(self.stages))
         motors = [
-            motor(stage, joint, law, place)
+            build_motor_connector(stage, joint, law, place)
             for place, (stage, joint) in enumerate(zip(self.stages, self.arm.joints, strict=True))
         ]
-        contacts = [teeth(toothed) for joint in self.meshes for side in joint for toothed in side]
+        contacts = [
+            build_tooth_connector(pair) for joint in self.meshes for side in joint for pair in side
+        ]
         return self._engine(motors + contacts, self.arm.gravity_m_per_s2)
 
     def _engine(self, connectors: Sequence[Connector], gravity: tuple[float, float]) -> BodyEngine:
         zero = self.poses.pose(np.zeros(len(self.layout)))
-        return BodyEngine(poses.bodies_of(self.arm), connectors, gravity, zero)
+        return BodyEngine(poses.build_bodies(self.arm), connectors, gravity, zero)
 
-    def _placed(self, engine: BodyEngine, t: float, q: np.ndarray, v: np.ndarray) -> BodyEngine:
+    def _place_engine(
+        self, engine: BodyEngine, t: float, q: np.ndarray, v: np.ndarray
+    ) -> BodyEngine:
         engine.place(t, self.poses.pose(q), self.poses.velocity(q, v))
         return engine
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q) = J^T M J, shape (n, n), J the derivative of the poses by q."""
         jacobian = self.poses.jacobian(q)
-        mass = self._placed(self.free, 0.0, q, np.zeros_like(q)).mass_matrix()
+        mass = self._place_engine(self.free_engine, 0.0, q, np.zeros_like(q)).mass_matrix()
         return jacobian.T @ mass @ jacobian
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """C(q, v) v = J^T (M J' v - f), shape (n,), f the engine's inertial forces."""
-        engine = self._placed(self.free, 0.0, q, v)
+        engine = self._place_engine(self.free_engine, 0.0, q, v)
         swing = self.poses.acceleration(q, v, np.zeros_like(v))
         inertial = engine.mass_matrix() @ swing - engine.right_hand_side()
         return self.poses.jacobian(q).T @ inertial
@@ -165,7 +178,9 @@ class ExudynBodies(Model):
 
         Of teeth, motors, friction and gravity.
         """
-        driven, free = (self._placed(engine, t, q, v) for engine in (self.driven, self.free))
+        driven, free = (
+            self._place_engine(engine, t, q, v) for engine in (self.driven_engine, self.free_engine)
+        )
         return driven.right_hand_side() - free.right_hand_side()
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -176,43 +191,43 @@ class ExudynBodies(Model):
         turning, rates = self.body_accelerations(t, q, v)[2::3], self.poses.velocity(q, v)[2::3]
         if not self.layout.free:
             size = max(abs(turning).max(), (rates**2).max())
-            self.poses.require_alike(turning, MOVES_ALIKE * size + self._rounding(q, v))
-        return self.poses.back(turning)
+            self.poses.require_alike(turning, ALIKE_TOLERANCE * size + self._rounding(q, v))
+        return self.poses.coordinates(turning)
 
     def _rounding(self, q: np.ndarray, v: np.ndarray) -> float:
         """Largest change of a planet's acceleration [rad/s^2] by rounding of its meshes' forces."""
         pose, velocity = self.poses.pose(q)[None], self.poses.velocity(q, v)[None]
         felt = [
             contact.torque_rounding(
-                mesh, largest, _seen(pose, bodies)[0], _seen(velocity, bodies)[0]
+                mesh, largest, _body_columns(pose, bodies)[0], _body_columns(velocity, bodies)[0]
             )
             / inertia
-            for (mesh, bodies), largest, inertia in self._stiffest
+            for (mesh, bodies), largest, inertia in self._stiffest_pairs
         ]
         return max(felt, default=0.0)
 
     @cached_property
-    def _stiffest(self) -> list[tuple[Toothed, float, float]]:
+    def _stiffest_pairs(self) -> list[tuple[GearPair, float, float]]:
         """One mesh of each kind, its largest stiffness [N/m], its planet's inertia [kg m^2].
 
         Lumped planets have the same ones.
         """
-        found = []
+        entries = []
         for joint, sides in zip(self.arm.joints, self.meshes, strict=True):
-            for toothed, *_ in sides:
+            for pair, *_ in sides:
                 assert isinstance(joint, Planetary)  # as joints with meshes are
-                mesh = toothed.mesh
-                largest = Spring(mesh.kind, mesh.mean, mesh.numbers).largest
-                found.append((toothed, largest, poses.gear_inertia(joint, "planet")))
-        return found
+                mesh = pair.mesh
+                largest = Spring(mesh.kind, mesh.mean, mesh.numbers).largest_stiffness
+                entries.append((pair, largest, poses.gear_inertia(joint, "planet")))
+        return entries
 
     def body_accelerations(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Accelerations of x, y and angle of every body at t [s], shape (3 bodies,)."""
-        return self.driven.solve(t, self.poses.pose(q), self.poses.velocity(q, v))[0]
+        return self.driven_engine.solve(t, self.poses.pose(q), self.poses.velocity(q, v))[0]
 
     def joint_forces(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Forces [N] of its revolute joint on every body at t [s], ground frame, (bodies, 2)."""
-        engine, pose = self.driven, self.poses.pose(q)
+        engine, pose = self.driven_engine, self.poses.pose(q)
         reactions = engine.solve(t, pose, self.poses.velocity(q, v))[1].reshape(-1, 2)
         sign = np.diag(engine.joint_jacobian()[::2, ::3])  # of its own body in the gap: +1 or -1
         return -sign[:, None] * reactions
@@ -225,17 +240,17 @@ class ExudynBodies(Model):
         The engine evaluates its own constraints at this model's poses, or with the bodies moved
         apart so far, without turning.
         """
-        engine, pose, velocity = self.free, self.poses.pose(q), self.poses.velocity(q, v)
+        engine, pose, velocity = self.free_engine, self.poses.pose(q), self.poses.velocity(q, v)
         acceleration = self.poses.acceleration(q, v, a)
         swing = engine.swing(0.0, pose, velocity)
         engine.place(0.0, pose, velocity)
         jacobian = engine.joint_jacobian()
         if opened is not None:
             along = np.arange(pose.size) % 3 != 2  # x and y of every body, one joint for each
-            apart = np.zeros((3, pose.size))
-            apart[:, along] = np.linalg.solve(jacobian[:, along], opened.T).T
-            pose, velocity = pose + apart[0], velocity + apart[1]
-            acceleration = acceleration + apart[2]
+            shifts = np.zeros((3, pose.size))
+            shifts[:, along] = np.linalg.solve(jacobian[:, along], opened.T).T
+            pose, velocity = pose + shifts[0], velocity + shifts[1]
+            acceleration = acceleration + shifts[2]
             engine.place(0.0, pose, velocity)
         gaps, rates = engine.joints(), engine.joints(velocity_level=True)
         return gaps, rates, jacobian @ acceleration + swing
@@ -244,10 +259,10 @@ class ExudynBodies(Model):
         """q and v at t = 0, shape (n,) each; no mesh slides."""
         start, layout, joints = self.scenario.start, self.layout, len(self.stages)
         q, v = np.zeros(len(layout)), np.zeros(len(layout))
-        for place in layout.meshing:
+        for place in layout.mesh_joints:
             self._place_planets(q, place)
-        q[layout.theta] = per_joint(start.theta_rad, joints)
-        v[layout.theta] = per_joint(start.theta_dot_rad_per_s, joints)
+        q[layout.theta] = expand_to_joints(start.theta_rad, joints)
+        v[layout.theta] = expand_to_joints(start.theta_dot_rad_per_s, joints)
         return q, v
 
     def _place_planets(self, q: np.ndarray, place: int) -> None:
@@ -258,18 +273,18 @@ class ExudynBodies(Model):
         start, layout, joints = self.scenario.start, self.layout, len(self.stages)
         x_sp, x_pr = (
             (start.mesh == "contact")
-            * np.array([contact.touching(toothed.mesh) for toothed in side])
+            * np.array([contact.contact_deflection(pair.mesh) for pair in side])
             for side in self.meshes[place]
         )
         offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
-        apart, from_ring = (per_joint(offset, joints)[place] for offset in offsets)
+        sun_offset, ring_offset = (expand_to_joints(offset, joints)[place] for offset in offsets)
         rings = poses.ring_places(layout, place)
-        q[rings] = x_pr[: len(rings)] + from_ring
+        q[rings] = x_pr[: len(rings)] + ring_offset
         if layout.free:
             q[rings] += planet_offsets(start, place, len(rings))
-            q[layout.at("x_s", place)] = (x_pr + x_sp).min() + apart + from_ring
+            q[layout.at("x_s", place)] = (x_pr + x_sp).min() + sun_offset + ring_offset
         else:
-            q[layout.at("x_sp", place)] = x_sp[0] + apart
+            q[layout.at("x_sp", place)] = x_sp[0] + sun_offset
 
     def simulate(self) -> xr.Dataset:
         """Run the scenario by the trapezoidal rule at its step, all of it in the engine.
@@ -282,15 +297,15 @@ class ExudynBodies(Model):
         run, (q, v) = self.scenario, self.start()
         time = recorded_times(run)
         pose, velocity = self.poses.pose(q), self.poses.velocity(q, v)
-        states = self.driven.run(pose, velocity, run.steps, run.step_s, run.stride)
+        states = self.driven_engine.run(pose, velocity, run.steps, run.step_s, run.stride)
         require_finite(self.name, time[: len(states)], states)
         if len(states) < len(time):
             raise Diverged(self.name, float(time[len(states)]))
         pose, velocity = states.swapaxes(0, 1)
         accelerations, energy = np.empty((len(time), states.shape[2])), np.empty(len(time))
         for row, (t, state) in enumerate(zip(time, states, strict=True)):
-            accelerations[row] = self.driven.solve(t, *state)[0]
-            energy[row] = state[1] @ self.driven.mass_matrix() @ state[1] / 2
+            accelerations[row] = self.driven_engine.solve(t, *state)[0]
+            energy[row] = state[1] @ self.driven_engine.mass_matrix() @ state[1] / 2
         theta, theta_dot, theta_ddot = (
             np.diff(values[:, 2::3][:, self.poses.links], axis=1, prepend=0.0)
             for values in (pose, velocity, accelerations)
@@ -311,14 +326,14 @@ class ExudynBodies(Model):
         self, time: np.ndarray, pose: np.ndarray, velocity: np.ndarray
     ) -> dict[str, np.ndarray]:
         """The trajectory's mesh variables by name, (times, joints, planets); none without gears."""
-        if not self.layout.meshing:
+        if not self.layout.mesh_joints:
             return {}
         planets = max(len(stage.planets) for stage in self.stages)
         read = np.full((2, 3, len(time), len(self.stages), planets), np.nan)
         for joint, sides in enumerate(self.meshes):
             for side, toothed in enumerate(sides):
                 for planet, (mesh, bodies) in enumerate(toothed):
-                    seen = [_seen(values, bodies) for values in (pose, velocity)]
+                    seen = [_body_columns(values, bodies) for values in (pose, velocity)]
                     read[side, :, :, joint, planet] = contact.readings(mesh, time, *seen)
         return {
             "x_sp": read[0, 0],
@@ -337,7 +352,7 @@ class ExudynBodies(Model):
         return float("inf")
 
 
-def _seen(values: np.ndarray, bodies: Sequence[int]) -> np.ndarray:
+def _body_columns(values: np.ndarray, bodies: Sequence[int]) -> np.ndarray:
     """Columns of a mesh's bodies out of values (times, 3 bodies); zeros for the ground."""
     by_body = values.reshape(len(values), -1, 3)
     columns: list[Any] = [

@@ -24,8 +24,8 @@ from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.exudyn.bodies.poses import equivalent_mass, pitch_radius, planet_seats
-from crosscheck.models.exudyn.bodies.stiffness import Spring, slope_at, spring_of, stiffness_at
-from crosscheck.models.jitted import njit
+from crosscheck.models.exudyn.bodies.stiffness import Spring, build_spring, slope_at, stiffness_at
+from crosscheck.models.numba_cache import njit
 
 Side = Literal["sun", "ring"]
 EPSILON = float(np.finfo(float).eps)
@@ -57,7 +57,7 @@ class ContactMesh(NamedTuple):
     sharpness: float
     teeth: float
     offset: float
-    by_clock: float
+    clock_phase: float
     smooth: float
     contact_only: float
     conservative: float
@@ -69,7 +69,7 @@ class ContactMesh(NamedTuple):
 class PointMotion(NamedTuple):
     """A point [m, m/s] and the angle [rad, rad/s] of the body it belongs to."""
 
-    at: complex
+    position: complex
     velocity: complex
     angle: float
     spin: float
@@ -86,7 +86,7 @@ class ContactState(NamedTuple):
     phase: float
 
 
-def mesh_of(
+def build_contact_mesh(
     joint: Planetary, chosen: Switches, side: Side, ring_at: float, planet: int
 ) -> ContactMesh:
     """The mesh of a planet, counted from 0, with sun or ring.
@@ -94,8 +94,8 @@ def mesh_of(
     ring_at [m]: where the ring is centred on its body's x axis.
     """
     sun, alpha = side == "sun", np.radians(joint.pressure_angle_deg)
-    own = (joint.sun_mesh if sun else joint.ring_mesh).of_planet(planet)
-    spring, direction = spring_of(own.stiffness), float(np.angle(planet_seats(joint)[planet]))
+    mesh = (joint.sun_mesh if sun else joint.ring_mesh).planet_mesh(planet)
+    spring, direction = build_spring(mesh.stiffness), float(np.angle(planet_seats(joint)[planet]))
     return ContactMesh(
         side=1.0 if sun else -1.0,
         wheel_pitch=pitch_radius(joint, joint.sun_teeth if sun else joint.ring_teeth),
@@ -104,15 +104,15 @@ def mesh_of(
         sine=float(np.sin(alpha)),
         seat=0.0 if sun else ring_at,
         direction=direction,
-        error=own.tooth_error_m,
-        error_phase=own.tooth_error_phase_rad,
-        runout=own.static_error_m,
-        backlash=own.backlash_m,
-        damping=damping_of(joint, side, own, spring),
-        sharpness=own.tanh_sharpness_per_m,
+        error=mesh.tooth_error_m,
+        error_phase=mesh.tooth_error_phase_rad,
+        runout=mesh.static_error_m,
+        backlash=mesh.backlash_m,
+        damping=mesh_damping(joint, side, mesh, spring),
+        sharpness=mesh.tanh_sharpness_per_m,
         teeth=teeth_passing(joint, chosen, side),
-        offset=teeth_passed(joint, side, direction) if own.phase_rad is None else own.phase_rad,
-        by_clock=float(chosen.phase == "omega_t"),
+        offset=teeth_passed(joint, side, direction) if mesh.phase_rad is None else mesh.phase_rad,
+        clock_phase=float(chosen.phase == "omega_t"),
         smooth=float(chosen.dead_zone == "tanh"),
         contact_only=float(chosen.damping == "contact"),
         conservative=float(chosen.mesh_work == "conservative"),
@@ -122,15 +122,15 @@ def mesh_of(
     )
 
 
-def damping_of(joint: Planetary, side: Side, own: PlanetMesh, spring: Spring) -> float:
+def mesh_damping(joint: Planetary, side: Side, mesh: PlanetMesh, spring: Spring) -> float:
     """Damping [N s/m] of one mesh: an N-th of 2 zeta sqrt(N k_m M), M = M_s or N M_p."""
-    count, given = joint.planet_count, own.damping_N_s_per_m
+    count, given = joint.planet_count, mesh.damping_N_s_per_m
     if given is None:
-        assert own.damping_ratio is not None
+        assert mesh.damping_ratio is not None
         mass = equivalent_mass(joint, "sun")
         if side == "ring":
             mass = count * equivalent_mass(joint, "planet")
-        given = own.damping_ratio * 2 * float(np.sqrt(count * spring.mean * mass))
+        given = mesh.damping_ratio * 2 * float(np.sqrt(count * spring.mean * mass))
     return given / count
 
 
@@ -146,7 +146,7 @@ def teeth_passed(joint: Planetary, side: Side, direction: float) -> float:
         passed = -joint.sun_teeth * direction
     else:
         passed = joint.ring_teeth * direction + (joint.planet_teeth - 1) % 2 * np.pi
-        passed += joint.sun_mesh.of_planet(0).phase_rad or 0.0
+        passed += joint.sun_mesh.planet_mesh(0).phase_rad or 0.0
     return float(passed % (2 * np.pi))
 
 
@@ -171,7 +171,7 @@ def rounded_dead_zone(gap: float, b: float, sharpness: float) -> float:
     return gap + (above * np.tanh(sharpness * above) - below * np.tanh(sharpness * below)) / 2
 
 
-def touching(mesh: ContactMesh) -> float:
+def contact_deflection(mesh: ContactMesh) -> float:
     """x [m] at which the teeth touch, on the driving flank and without the error's wave."""
     return mesh.backlash + mesh.runout
 
@@ -201,8 +201,8 @@ def elastic_force(mesh: ContactMesh, contact: ContactState) -> float:
 @njit(cache=True)
 def damping_force(mesh: ContactMesh, contact: ContactState) -> float:
     """Damper force [N] along the line of action."""
-    apart = mesh.contact_only and dead_zone(gap_of(mesh, contact), mesh.backlash) == 0
-    return 0.0 if apart else mesh.damping * contact.x_dot
+    is_undamped = mesh.contact_only and dead_zone(gap_of(mesh, contact), mesh.backlash) == 0
+    return 0.0 if is_undamped else mesh.damping * contact.x_dot
 
 
 @njit(cache=True)
@@ -222,15 +222,15 @@ def motion(q: np.ndarray, q_t: np.ndarray, body: int) -> PointMotion:
 
 
 @njit(cache=True)
-def carried(body: PointMotion, lever: complex) -> PointMotion:
+def point_motion(body: PointMotion, lever: complex) -> PointMotion:
     """Motion of the point of a body that lies at this lever [m], ground frame, from its origin."""
     return PointMotion(
-        body.at + lever, body.velocity + 1j * body.spin * lever, body.angle, body.spin
+        body.position + lever, body.velocity + 1j * body.spin * lever, body.angle, body.spin
     )
 
 
 @njit(cache=True)
-def turned(line: complex, direction: float, carrier: float) -> float:
+def line_rotation(line: complex, direction: float, carrier: float) -> float:
     """How far the line of centres has turned since zero [rad], full turns told by the carrier."""
     angle = np.arctan2(line.imag, line.real) - direction
     return angle + 2 * np.pi * np.round((carrier - angle) / (2 * np.pi))
@@ -244,19 +244,19 @@ def line_of_action(mesh: ContactMesh, along: complex, flank: float) -> complex:
 
 
 @njit(cache=True)
-def look(mesh: ContactMesh, t: float, q: np.ndarray, q_t: np.ndarray) -> ContactState:
+def contact_state(mesh: ContactMesh, t: float, q: np.ndarray, q_t: np.ndarray) -> ContactState:
     """State of a mesh's contact at t [s] by its bodies' poses q and rates q_t, each (3 bodies,)."""
     planet, carrier = motion(q, q_t, PLANET), motion(q, q_t, CARRIER)
     body, previous = motion(q, q_t, WHEEL), motion(q, q_t, len(q) // 3 + PREVIOUS)
-    wheel = carried(body, mesh.seat * np.exp(1j * body.angle))
-    line = planet.at - wheel.at
+    wheel = point_motion(body, mesh.seat * np.exp(1j * body.angle))
+    line = planet.position - wheel.position
     along = line / abs(line)
-    turn = turned(line, mesh.direction, carrier.angle)
+    turn = line_rotation(line, mesh.direction, carrier.angle)
     rolled = mesh.wheel_pitch * (wheel.angle - turn)
     x = mesh.cosine * (rolled + mesh.side * mesh.planet_pitch * (planet.angle - turn))
-    pitch_point = wheel.at + mesh.wheel_pitch * along
-    planet_lever, wheel_lever = pitch_point - planet.at, pitch_point - body.at
-    slip = carried(body, wheel_lever).velocity - carried(planet, planet_lever).velocity
+    pitch_point = wheel.position + mesh.wheel_pitch * along
+    planet_lever, wheel_lever = pitch_point - planet.position, pitch_point - body.position
+    slip = point_motion(body, wheel_lever).velocity - point_motion(planet, planet_lever).velocity
     x_dot = (np.conj(line_of_action(mesh, along, x)) * slip).real
     return ContactState(
         x, x_dot, along, planet_lever, wheel_lever, mesh_phase(mesh, t, carrier, previous)
@@ -267,7 +267,7 @@ def look(mesh: ContactMesh, t: float, q: np.ndarray, q_t: np.ndarray) -> Contact
 def mesh_phase(mesh: ContactMesh, t: float, carrier: PointMotion, previous: PointMotion) -> float:
     """The mesh phase [rad] (Eqs. 8, 14), from the angle or the rate of link against link."""
     angle = carrier.angle - previous.angle
-    if mesh.by_clock:
+    if mesh.clock_phase:
         angle = (carrier.spin - previous.spin) * t
     return mesh.teeth * angle + mesh.offset
 
@@ -275,7 +275,7 @@ def mesh_phase(mesh: ContactMesh, t: float, carrier: PointMotion, previous: Poin
 @njit(cache=True)
 def mesh_forces(mesh: ContactMesh, t: float, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
     """Forces [N] and torque [N m] about its origin on every body of a mesh, shape (3 bodies,)."""
-    contact = look(mesh, t, q, q_t)
+    contact = contact_state(mesh, t, q, q_t)
     force = elastic_force(mesh, contact) + damping_force(mesh, contact)
     push = force * line_of_action(mesh, contact.along, force)
     forces = np.zeros(len(q))
@@ -311,7 +311,7 @@ def readings(mesh: ContactMesh, t: np.ndarray, q: np.ndarray, q_t: np.ndarray) -
     """x [m], spring force [N] and x' [m/s], shape (3, times), along t, q and q_t (times, ...)."""
     read = np.empty((3, len(t)))
     for row in range(len(t)):
-        contact = look(mesh, t[row], q[row], q_t[row])
+        contact = contact_state(mesh, t[row], q[row], q_t[row])
         read[0, row] = contact.x
         read[1, row] = elastic_force(mesh, contact)
         read[2, row] = contact.x_dot
@@ -321,7 +321,7 @@ def readings(mesh: ContactMesh, t: np.ndarray, q: np.ndarray, q_t: np.ndarray) -
 def torque_rounding(mesh: ContactMesh, largest: float, q: np.ndarray, q_t: np.ndarray) -> float:
     """Largest change of the torque on a planet [N m] by rounding of a mesh's deflection and rate.
 
-    largest: its stiffness [N/m]. q, q_t: of the mesh's bodies as in ``look``.
+    largest: its stiffness [N/m]. q, q_t: of the mesh's bodies as in ``contact_state``.
     """
 
     def path(values: np.ndarray) -> float:  # what a deflection is the small difference of

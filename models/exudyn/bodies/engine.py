@@ -49,8 +49,8 @@ class BodyEngine:
         self.container = exudyn.SystemContainer()
         self.system = self.container.AddSystem()
         self.nodes = [
-            self.system.AddNode(items.NodeRigidBody2D(initialCoordinates=own))
-            for own in pose.reshape(-1, 3)
+            self.system.AddNode(items.NodeRigidBody2D(initialCoordinates=coordinates))
+            for coordinates in pose.reshape(-1, 3)
         ]
         self._add_bodies(bodies, gravity)
         for connector in connectors:

@@ -53,7 +53,7 @@ def pitch_radius(joint: Planetary, teeth: int) -> float:
     return joint.module_m * teeth / 2
 
 
-def stages_of(arm: Arm) -> list[StageBodies]:
+def build_stages(arm: Arm) -> list[StageBodies]:
     """Numbers of every joint's bodies, counted joint by joint: link, then any sun and planets."""
     stages, previous, number = [], GROUND, 0
     for joint in arm.joints:
@@ -68,14 +68,14 @@ def stages_of(arm: Arm) -> list[StageBodies]:
 
 def body_count(arm: Arm) -> int:
     """Number of bodies that move."""
-    last = stages_of(arm)[-1]
+    last = build_stages(arm)[-1]
     return last.driven + 1 + len(last.planets)
 
 
-def bodies_of(arm: Arm) -> list[RigidBody]:
-    """Every moving body of the arm, in the order of ``stages_of``."""
+def build_bodies(arm: Arm) -> list[RigidBody]:
+    """Every moving body of the arm, in the order of ``build_stages``."""
     bodies = []
-    for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
+    for place, (stage, joint) in enumerate(zip(build_stages(arm), arm.joints, strict=True)):
         axis = ring_seat(arm, place) + 0j
         bodies.append(RigidBody(link_parts(arm, place), stage.previous, axis))
         if isinstance(joint, Planetary):
@@ -130,7 +130,7 @@ def _bare_link(link: Link) -> Part:
 
 def gear_inertia(joint: Planetary, gear: Gear) -> float:
     """Inertia J [kg m^2], or the M [kg] given instead times the square of ``base_radius``."""
-    inertia, mass = _given(joint, gear)
+    inertia, mass = _inertia_and_mass(joint, gear)
     if mass is not None:
         return mass * base_radius(joint, gear) ** 2
     assert inertia is not None
@@ -139,14 +139,14 @@ def gear_inertia(joint: Planetary, gear: Gear) -> float:
 
 def equivalent_mass(joint: Planetary, gear: Gear) -> float:
     """Equivalent mass M [kg], or J [kg m^2] given instead over the square of ``base_radius``."""
-    inertia, mass = _given(joint, gear)
+    inertia, mass = _inertia_and_mass(joint, gear)
     if inertia is not None:
         return inertia / base_radius(joint, gear) ** 2
     assert mass is not None
     return mass
 
 
-def _given(joint: Planetary, gear: Gear) -> tuple[float | None, float | None]:
+def _inertia_and_mass(joint: Planetary, gear: Gear) -> tuple[float | None, float | None]:
     """J [kg m^2] and M [kg] of a gear as the arm gives them: one of them, the other None."""
     return getattr(joint, f"{gear}_inertia_kg_m2"), getattr(joint, f"{gear}_equivalent_mass_kg")
 
@@ -158,14 +158,14 @@ def base_radius(joint: Planetary, gear: Gear) -> float:
     return pitch * float(np.cos(np.radians(joint.pressure_angle_deg)))
 
 
-def turns_of(arm: Arm, layout: Layout) -> np.ndarray:
+def angle_matrix(arm: Arm, layout: Layout) -> np.ndarray:
     """Matrix that gives the bodies' absolute angles by the coordinates, shape (bodies, n).
 
     Eqs. 2 and 3 give the wheels' angles relative to the previous link, planets against the carrier:
     r_p theta_p = x_pr + r_cp theta_c and r_s theta_s = x_sp + r_p theta_p + r_cp theta_c.
     """
     turns, unit = np.zeros((body_count(arm), len(layout))), np.eye(len(layout))
-    for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
+    for place, (stage, joint) in enumerate(zip(build_stages(arm), arm.joints, strict=True)):
         base = turns[stage.previous] if place else np.zeros(len(layout))
         theta = unit[layout.at("theta", place)]
         turns[stage.link] = base + theta
@@ -182,7 +182,7 @@ def turns_of(arm: Arm, layout: Layout) -> np.ndarray:
     return turns
 
 
-def turned_back(arm: Arm, layout: Layout) -> np.ndarray:
+def coordinate_matrix(arm: Arm, layout: Layout) -> np.ndarray:
     """Matrix that gives the coordinates by absolute angles, (n, bodies); mean of lumped planets.
 
     Solved for by hand: a pseudo-inverse leaves of a link's small acceleration what rounding of the
@@ -190,15 +190,15 @@ def turned_back(arm: Arm, layout: Layout) -> np.ndarray:
     """
     unit = np.eye(body_count(arm))
     paper = np.zeros((len(layout), len(unit)))
-    for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
+    for place, (stage, joint) in enumerate(zip(build_stages(arm), arm.joints, strict=True)):
         base = unit[stage.previous] if place else np.zeros(len(unit))
         theta = unit[stage.link] - base
         paper[layout.at("theta", place)] = theta
         if isinstance(joint, Planetary):
             r_s, r_p = base_radius(joint, "sun"), base_radius(joint, "planet")
             turning = unit[list(stage.planets)]
-            told = turning if layout.free else turning.mean(axis=0, keepdims=True)
-            along_planets, carried = r_p * (base - told), (r_s + r_p) * theta
+            planet_angles = turning if layout.free else turning.mean(axis=0, keepdims=True)
+            along_planets, carried = r_p * (base - planet_angles), (r_s + r_p) * theta
             paper[ring_places(layout, place)] = along_planets - carried
             along_sun = r_s * (unit[stage.driven] - base)
             if layout.free:
@@ -210,11 +210,11 @@ def turned_back(arm: Arm, layout: Layout) -> np.ndarray:
 
 def ring_places(layout: Layout, place: int) -> list[int]:
     """Places of a joint's x_pr: one of lumped planets, or one for each; joints count from 0."""
-    found = enumerate(layout.coordinates)
-    return [k for k, c in found if c.meaning == "x_pr" and c.joint == place + 1]
+    entries = enumerate(layout.coordinates)
+    return [k for k, c in entries if c.meaning == "x_pr" and c.joint == place + 1]
 
 
-def levers_of(bodies: Sequence[RigidBody], links: Sequence[int]) -> np.ndarray:
+def lever_matrix(bodies: Sequence[RigidBody], links: Sequence[int]) -> np.ndarray:
     """Complex levers L [m], (bodies, links): a body's origin is sum L exp(i angle of the link)."""
     levers = np.zeros((len(bodies), len(links)), dtype=complex)
     for number, body in enumerate(bodies):
@@ -232,43 +232,43 @@ class PoseMap:
     """
 
     def __init__(self, arm: Arm, layout: Layout) -> None:
-        self.links = [stage.link for stage in stages_of(arm)]
-        self.turns = turns_of(arm, layout)
-        self.levers = levers_of(bodies_of(arm), self.links)
-        self._back = turned_back(arm, layout)
+        self.links = [stage.link for stage in build_stages(arm)]
+        self.turns = angle_matrix(arm, layout)
+        self.levers = lever_matrix(build_bodies(arm), self.links)
+        self._coordinate_matrix = coordinate_matrix(arm, layout)
 
     def pose(self, q: np.ndarray) -> np.ndarray:
         """Poses of all bodies at coordinates q (n,), shape (3 bodies,)."""
-        return _flat(self.levers @ self._directions(q), self.turns @ q)
+        return _stack_poses(self.levers @ self._directions(q), self.turns @ q)
 
     def velocity(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Velocities of all bodies at q and rates v, shape (3 bodies,)."""
         spin = self.turns @ v
-        return _flat(self.levers @ (1j * spin[self.links] * self._directions(q)), spin)
+        return _stack_poses(self.levers @ (1j * spin[self.links] * self._directions(q)), spin)
 
     def acceleration(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Accelerations of all bodies at q, rates v and accelerations a, shape (3 bodies,)."""
         spin, turning = (self.turns @ v)[self.links], self.turns @ a
         swing = (1j * turning[self.links] - spin**2) * self._directions(q)
-        return _flat(self.levers @ swing, turning)
+        return _stack_poses(self.levers @ swing, turning)
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Derivative of ``pose``, shape (3 bodies, n)."""
         swing = 1j * self._directions(q)[:, None] * self.turns[self.links]
-        return _flat(self.levers @ swing, self.turns)
+        return _stack_poses(self.levers @ swing, self.turns)
 
-    def back(self, turning: np.ndarray) -> np.ndarray:
+    def coordinates(self, turning: np.ndarray) -> np.ndarray:
         """q (n,) from the bodies' angles (bodies,), or its rates or accelerations from theirs."""
-        return self._back @ turning
+        return self._coordinate_matrix @ turning
 
     def require_alike(self, turning: np.ndarray, close: float) -> None:
         """Raise ArithmeticError if lumped planets differ by more than is called close."""
-        if not np.allclose(self.turns @ self.back(turning), turning, rtol=0, atol=close):
+        if not np.allclose(self.turns @ self.coordinates(turning), turning, rtol=0, atol=close):
             raise ArithmeticError("equal planets do not move alike")
 
     def _directions(self, q: np.ndarray) -> np.ndarray:
         return np.exp(1j * (self.turns @ q)[self.links])
 
 
-def _flat(at: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def _stack_poses(at: np.ndarray, angle: np.ndarray) -> np.ndarray:
     return np.stack([at.real, at.imag, angle], axis=1).reshape(-1, *angle.shape[1:])

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.models.arm import stiffness as stiffness_laws
-from crosscheck.models.jitted import njit
+from crosscheck.models.numba_cache import njit
 
 SINE, FOURIER, SQUARE, TABLE = 0.0, 1.0, 2.0, 3.0
 PASSES = 70  # each at least halves the slopes' error: what is left is rounding
@@ -31,7 +31,7 @@ class Spring(NamedTuple):
     numbers: np.ndarray
 
     @property
-    def largest(self) -> float:
+    def largest_stiffness(self) -> float:
         """Largest stiffness [N/m] of fine samples over a period."""
         if self.kind == SINE:
             return self.mean + float(self.numbers[0, 0])
@@ -47,7 +47,7 @@ class Spring(NamedTuple):
         return np.linspace(0.0, 1.0, 1 + SAMPLES_PER_WAVE * max(int(waves), 1))
 
 
-def spring_of(law: stiffness_laws.StiffnessLaw) -> Spring:
+def build_spring(law: stiffness_laws.StiffnessLaw) -> Spring:
     """A stiffness law as the numbers of a Spring."""
     if isinstance(law, stiffness_laws.SineStiffness):
         return Spring(SINE, law.mean_N_per_m, np.array([[law.amplitude_N_per_m]]))
@@ -55,17 +55,17 @@ def spring_of(law: stiffness_laws.StiffnessLaw) -> Spring:
         waves = list(zip_longest(law.cosine_N_per_m, law.sine_N_per_m, fillvalue=0.0))
         return Spring(FOURIER, law.mean_N_per_m, np.array(waves).reshape(-1, 2))
     if isinstance(law, stiffness_laws.SquareStiffness):
-        return _square(law)
-    return _table(law)
+        return _square_spring(law)
+    return _table_spring(law)
 
 
-def _square(law: stiffness_laws.SquareStiffness) -> Spring:
+def _square_spring(law: stiffness_laws.SquareStiffness) -> Spring:
     rise, overlap = law.largest_N_per_m - law.least_N_per_m, law.contact_ratio - 1
     numbers = np.array([[law.least_N_per_m, rise, overlap, float(law.harmonics)]])
     return Spring(SQUARE, law.least_N_per_m + overlap * rise, numbers)
 
 
-def _table(law: stiffness_laws.TableStiffness) -> Spring:
+def _table_spring(law: stiffness_laws.TableStiffness) -> Spring:
     """Spring of a table, its slopes found pass by pass.
 
     Second derivatives of neighbouring cubics are equal at every row. On the interval's two slopes
@@ -93,8 +93,8 @@ def stiffness_at(kind: float, mean: float, numbers: np.ndarray, phase: float) ->
     if kind == FOURIER:
         return mean + waves(numbers, phase)
     if kind == SQUARE:
-        return square(numbers, phase)
-    return cubic(numbers, phase)
+        return square_wave(numbers, phase)
+    return hermite_cubic(numbers, phase)
 
 
 @njit(cache=True)
@@ -108,7 +108,7 @@ def waves(numbers: np.ndarray, phase: float) -> float:
 
 
 @njit(cache=True)
-def square(numbers: np.ndarray, phase: float) -> float:
+def square_wave(numbers: np.ndarray, phase: float) -> float:
     """Eq. 7 up to its last harmonic [N/m]; the phase is 2 pi t / T."""
     least, rise, overlap, harmonics = numbers[0]
     share = overlap
@@ -127,7 +127,7 @@ def interval(numbers: np.ndarray, phase: float) -> tuple[int, float]:
 
 
 @njit(cache=True)
-def cubic(numbers: np.ndarray, phase: float) -> float:
+def hermite_cubic(numbers: np.ndarray, phase: float) -> float:
     """Stiffness [N/m] by the Hermite cubic of the interval that the phase falls into."""
     right, s = interval(numbers, phase)
     begin, end = numbers[right - 1], numbers[right]
@@ -144,8 +144,8 @@ def slope_at(kind: float, numbers: np.ndarray, phase: float) -> float:
     if kind == FOURIER:
         return waves_slope(numbers, phase)
     if kind == SQUARE:
-        return square_slope(numbers, phase)
-    return cubic_slope(numbers, phase) / (2 * np.pi)
+        return square_wave_slope(numbers, phase)
+    return hermite_cubic_slope(numbers, phase) / (2 * np.pi)
 
 
 @njit(cache=True)
@@ -160,8 +160,8 @@ def waves_slope(numbers: np.ndarray, phase: float) -> float:
 
 
 @njit(cache=True)
-def square_slope(numbers: np.ndarray, phase: float) -> float:
-    """Derivative of ``square`` [N/m per rad]."""
+def square_wave_slope(numbers: np.ndarray, phase: float) -> float:
+    """Derivative of ``square_wave`` [N/m per rad]."""
     _, rise, overlap, harmonics = numbers[0]
     share = 0.0
     for order in range(1, int(harmonics) + 1):
@@ -170,8 +170,10 @@ def square_slope(numbers: np.ndarray, phase: float) -> float:
 
 
 @njit(cache=True)
-def cubic_slope(numbers: np.ndarray, phase: float) -> float:
-    """Derivative of ``cubic`` [N/m per cycle]: between rows a parabola of rise and two slopes."""
+def hermite_cubic_slope(numbers: np.ndarray, phase: float) -> float:
+    """Derivative of ``hermite_cubic`` [N/m per cycle]: between rows a parabola of rise and two
+    slopes.
+    """
     right, s = interval(numbers, phase)
     begin, end = numbers[right - 1], numbers[right]
     rise = (end[1] - begin[1]) / (end[0] - begin[0])

@@ -13,7 +13,7 @@ from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw, StageCoordinates
-from crosscheck.models.exudyn.tree.stiffness import constant, curve_of
+from crosscheck.models.exudyn.tree.stiffness import build_curve, constant_curve
 
 Side = Literal["sun", "ring"]
 Gear = Literal["sun", "planet", "carrier"]
@@ -50,7 +50,7 @@ def _gear(joint: PlanetaryGears, gear: Gear) -> tuple[float | None, float | None
     return mass, getattr(joint, f"{gear}_inertia_kg_m2"), radius
 
 
-def gear_stage(
+def build_gear_stage(
     place: int, bodies: StageCoordinates, joint: PlanetaryStage, chosen: Switches
 ) -> GearStage:
     """Bodies, planet inertia and mesh laws of a geared joint, the place-th from 0."""
@@ -59,16 +59,16 @@ def gear_stage(
         place,
         bodies,
         inertia(joint, "planet"),
-        tuple(mesh_law(joint, chosen, "sun", planet) for planet in planets),
-        tuple(mesh_law(joint, chosen, "ring", planet) for planet in planets),
+        tuple(build_mesh_law(joint, chosen, "sun", planet) for planet in planets),
+        tuple(build_mesh_law(joint, chosen, "ring", planet) for planet in planets),
     )
 
 
-def mesh_law(joint: PlanetaryStage, chosen: Switches, side: Side, planet: int) -> MeshLaw:
+def build_mesh_law(joint: PlanetaryStage, chosen: Switches, side: Side, planet: int) -> MeshLaw:
     """The law of the mesh of a planet, counted from 0, with sun or ring."""
     sun = side == "sun"
-    mesh = (joint.sun_mesh if sun else joint.ring_mesh).of_planet(planet)
-    planet_radius, curve = base_radius(joint, joint.planet_teeth), curve_of(mesh.stiffness)
+    mesh = (joint.sun_mesh if sun else joint.ring_mesh).planet_mesh(planet)
+    planet_radius, curve = base_radius(joint, joint.planet_teeth), build_curve(mesh.stiffness)
     return MeshLaw(
         wheel_radius=base_radius(joint, joint.sun_teeth if sun else joint.ring_teeth),
         planet_radius=planet_radius if sun else -planet_radius,
@@ -87,19 +87,19 @@ def mesh_law(joint: PlanetaryStage, chosen: Switches, side: Side, planet: int) -
     )
 
 
-def stiffest(law: MeshLaw) -> MeshLaw:
+def bounding_law(law: MeshLaw) -> MeshLaw:
     """The linear law that bounds this one: in contact everywhere, at its largest stiffness."""
-    return _linear(law, law.curve.largest)
+    return _linear_law(law, law.curve.largest_stiffness)
 
 
 def mean_spring(law: MeshLaw) -> MeshLaw:
     """The law's mean stiffness alone: in contact everywhere, undamped."""
-    return _linear(law, law.curve.mean)._replace(damping=0.0)
+    return _linear_law(law, law.curve.mean)._replace(damping=0.0)
 
 
-def _linear(law: MeshLaw, stiffness: float) -> MeshLaw:
+def _linear_law(law: MeshLaw, stiffness: float) -> MeshLaw:
     return law._replace(
-        curve=constant(stiffness),
+        curve=constant_curve(stiffness),
         tooth_error=0.0,
         backlash=0.0,
         smooth=0.0,
@@ -131,13 +131,13 @@ def _phase_offset(joint: PlanetaryStage, side: Side, planet: int, given: float |
     """Constant part of a mesh's phase [rad]: as given, or as the teeth say."""
     if given is not None:
         return given
-    turn = 2 * np.pi * passed(joint, side, planet)
+    turn = 2 * np.pi * pitch_offset(joint, side, planet)
     if side == "ring":
-        turn += joint.sun_mesh.of_planet(0).phase_rad or 0.0
+        turn += joint.sun_mesh.planet_mesh(0).phase_rad or 0.0
     return float(turn % (2 * np.pi))
 
 
-def passed(joint: PlanetaryGears, side: Side, planet: int) -> float:
+def pitch_offset(joint: PlanetaryGears, side: Side, planet: int) -> float:
     """Part of a pitch, 0 to 1, by which a planet's mesh is ahead of the first planet's sun mesh.
 
     On its way round the ring a planet passes z_r teeth per turn forwards, and those of the sun,

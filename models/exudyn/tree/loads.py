@@ -20,7 +20,7 @@ from crosscheck.models.experiment.drive import DriveData
 from crosscheck.models.exudyn.engine import UserFunction
 from crosscheck.models.exudyn.tree import mesh
 from crosscheck.models.exudyn.tree.mesh import Gearing, StageCoordinates
-from crosscheck.models.jitted import njit
+from crosscheck.models.numba_cache import njit
 
 joint_torque: Any = njit(cache=True, inline="always")(drives.joint_torque)
 SIZES = 7  # entries of Packed.places before its tables
@@ -39,8 +39,8 @@ class Joints(NamedTuple):
     friction: np.ndarray
 
 
-class Packed(NamedTuple):
-    """Gearing, drive and joints end to end, as ``unpacked`` cuts them up again.
+class LoadArrays(NamedTuple):
+    """Gearing, drive and joints end to end, as ``unpack_loads`` cuts them up again.
 
     numbers: float64; places: int64, first of all the SIZES: stages, planets, longest law, joints,
     rows of the drive's table, and the two values of the laws that are no tables.
@@ -50,7 +50,7 @@ class Packed(NamedTuple):
     places: np.ndarray
 
 
-def joints_of(arm: Arm, stages: Sequence[StageCoordinates]) -> Joints:
+def build_joints(arm: Arm, stages: Sequence[StageCoordinates]) -> Joints:
     """Motors and friction of the arm's joints."""
     ratios = [
         joint.ring_teeth / joint.sun_teeth + 1 if isinstance(joint, Planetary) else 1.0
@@ -64,20 +64,20 @@ def joints_of(arm: Arm, stages: Sequence[StageCoordinates]) -> Joints:
     )
 
 
-def packed(gears: Gearing, drive: DriveData, joints: Joints) -> Packed:
+def pack_loads(gears: Gearing, drive: DriveData, joints: Joints) -> LoadArrays:
     """Gearing, drive and joints packed end to end into flat arrays."""
     sizes = [*gears.places.shape[:1], *gears.sun_laws.shape, *drive.table_torque.shape]
     laws = [gears.sun_laws, gears.ring_laws, drive.gains, drive.table_time, drive.table_torque]
     head = np.array([*sizes, drive.code, gears.conservative])
     places = [head, gears.new, gears.places, joints.links, joints.driven]
-    return Packed(
+    return LoadArrays(
         np.concatenate([x.ravel() for x in (*laws, joints.ratios, joints.friction)]),
         np.concatenate([x.ravel() for x in places], dtype=np.int64),
     )
 
 
 @njit(cache=True, inline="always")
-def unpacked(numbers: np.ndarray, places: np.ndarray) -> tuple[Gearing, DriveData, Joints]:
+def unpack_loads(numbers: np.ndarray, places: np.ndarray) -> tuple[Gearing, DriveData, Joints]:
     """Gearing, drive and joints as views of the fields of Packed."""
     stages, planets, longest, count, rows, code, conservative = places[:SIZES]
     laws, stage, link = planets * longest, SIZES + 2 * planets, SIZES + 2 * planets + 4 * stages
@@ -117,12 +117,12 @@ def add_joints(
 
 
 @njit(cache=True)
-def loads_on_tree(numbers: np.ndarray, places: np.ndarray, state: np.ndarray) -> None:
+def write_tree_loads(numbers: np.ndarray, places: np.ndarray, state: np.ndarray) -> None:
     """Write all generalized forces [N m] on the tree, by Packed's numbers, to the end of ``state``.
 
     state (1 + 3 bodies,): time [s], coordinates, rates, forces.
     """
-    gears, drive, joints = unpacked(numbers, places)
+    gears, drive, joints = unpack_loads(numbers, places)
     size = len(state) // 3
     t, q, q_t, forces = state[0], state[1 : size + 1], state[size + 1 : -size], state[-size:]
     forces[:] = 0.0
@@ -132,12 +132,12 @@ def loads_on_tree(numbers: np.ndarray, places: np.ndarray, state: np.ndarray) ->
     add_joints(drive, joints, t, q, q_t, forces)
 
 
-def loads(laws: Packed, size: int, clock: list[float]) -> UserFunction:
+def build_load_function(laws: LoadArrays, size: int, clock: list[float]) -> UserFunction:
     """The engine's user function on so many bodies: ``clock[0]`` [s] is added to its time."""
     memory = bytearray(8 * (1 + 3 * size))
     state = np.frombuffer(memory)
     forces, put = state[-size:], Struct(f"{1 + 2 * size}d").pack_into
-    (numbers, places), add = laws, _entry(loads_on_tree, *laws, state)
+    (numbers, places), add = laws, _entry(write_tree_loads, *laws, state)
 
     def force(_: object, t: float, _item: int, q: list[float], q_t: list[float]) -> list[float]:
         put(memory, 0, clock[0] + t, *q, *q_t)

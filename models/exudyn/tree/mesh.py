@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.models.exudyn.tree.stiffness import Number, StiffnessCurve, stiffness_at
-from crosscheck.models.jitted import njit
+from crosscheck.models.numba_cache import njit
 
 EPSILON = float(np.finfo(float).eps)
 ROUNDINGS = 10  # in a deflection: sums of three products, and maps of coordinates before
@@ -56,7 +56,7 @@ class MeshLaw(NamedTuple):
         """The fields as float64, those of the curve from place CURVE on."""
         return np.concatenate([self[:CURVE], self.curve.array])
 
-    def varies_as(self, other: MeshLaw) -> bool:
+    def has_same_variation(self, other: MeshLaw) -> bool:
         """Whether both have the same stiffness and error at every time and angle."""
         return np.array_equal(self.array[ERROR:], other.array[ERROR:])
 
@@ -163,7 +163,7 @@ class StageCoordinates(NamedTuple):
     planets: tuple[int, ...]
 
     @property
-    def after(self) -> int:
+    def end(self) -> int:
         """The place after its last body."""
         return max((self.driven, *self.planets)) + 1
 
@@ -197,11 +197,15 @@ class Gearing(NamedTuple):
     conservative: bool
 
 
-def gearing(gears: Sequence[GearStage], conservative: bool) -> Gearing:
+def build_gearing(gears: Sequence[GearStage], conservative: bool) -> Gearing:
     """All gear stages of an arm as flat arrays."""
     stages = [gear.bodies for gear in gears]
     places = [(s.link, s.driven, s.planets[0], s.planets[-1] + 1) for s in stages]
-    new = [flags for gear in gears for flags in zip(_new(gear.sun), _new(gear.ring), strict=True)]
+    new = [
+        flags
+        for gear in gears
+        for flags in zip(_are_new(gear.sun), _are_new(gear.ring), strict=True)
+    ]
     suns = [law.array for gear in gears for law in gear.sun]
     rings = [law.array for gear in gears for law in gear.ring]
     sun_laws, ring_laws = np.split(_rows(suns + rings), 2)
@@ -214,8 +218,8 @@ def gearing(gears: Sequence[GearStage], conservative: bool) -> Gearing:
     )
 
 
-def _new(laws: Sequence[MeshLaw]) -> list[bool]:
-    return [True, *(not law.varies_as(before) for before, law in pairwise(laws))]
+def _are_new(laws: Sequence[MeshLaw]) -> list[bool]:
+    return [True, *(not law.has_same_variation(before) for before, law in pairwise(laws))]
 
 
 def _rows(arrays: Sequence[np.ndarray]) -> np.ndarray:

@@ -18,7 +18,7 @@ NO_MASS = 1e-200
 PartOfBody = tuple[float, float, float]  # mass [kg], place [m], inertia about its own com [kg m^2]
 
 
-def stages_of(arm: Arm) -> list[StageCoordinates]:
+def build_stages(arm: Arm) -> list[StageCoordinates]:
     """Places of every joint's bodies, counted joint by joint: link, then any sun and planets."""
     stages, first = [], 0
     for joint in arm.joints:
@@ -27,14 +27,14 @@ def stages_of(arm: Arm) -> list[StageCoordinates]:
             first, driven, tuple(range(driven + 1, driven + 1 + joint.planet_count))
         )
         stages.append(stage)
-        first = stage.after
+        first = stage.end
     return stages
 
 
-def bodies_of(arm: Arm) -> list[TreeBody]:
+def build_bodies(arm: Arm) -> list[TreeBody]:
     """Every body of the arm in the order of the tree coordinates."""
     bodies, parent, axis = [], -1, (0.0, 0.0)
-    for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
+    for place, (stage, joint) in enumerate(zip(build_stages(arm), arm.joints, strict=True)):
         bodies.append(TreeBody(parent, axis, *_composite(_link_parts(arm, place))))
         if isinstance(joint, Planetary):
             mass = joint.sun_mass_kg or NO_MASS
@@ -46,9 +46,9 @@ def bodies_of(arm: Arm) -> list[TreeBody]:
 
 def _composite(parts: Sequence[PartOfBody]) -> PartOfBody:
     """Mass, com and inertia about it of rigidly joined parts."""
-    mass, x, own = np.array(parts).T
+    mass, x, inertias = np.array(parts).T
     com = mass @ x / mass.sum()
-    return float(mass.sum()), float(com), float(own.sum() + mass @ (x - com) ** 2)
+    return float(mass.sum()), float(com), float(inertias.sum() + mass @ (x - com) ** 2)
 
 
 def _link_parts(arm: Arm, place: int) -> list[PartOfBody]:
@@ -83,11 +83,12 @@ def _far_end(arm: Arm, place: int) -> PartOfBody:
 
 def _planets(joint: Planetary, carrier: int) -> list[TreeBody]:
     radius = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
-    own = inertia(joint, "planet")
+    planet_inertia = inertia(joint, "planet")
     angles = 2 * np.pi * np.arange(joint.planet_count) / joint.planet_count
     mass = joint.planet_mass_kg or NO_MASS
     return [
-        TreeBody(carrier, (radius * np.cos(a), radius * np.sin(a)), mass, 0.0, own) for a in angles
+        TreeBody(carrier, (radius * np.cos(a), radius * np.sin(a)), mass, 0.0, planet_inertia)
+        for a in angles
     ]
 
 
@@ -97,8 +98,8 @@ def tree_from_paper(arm: Arm, layout: Layout) -> np.ndarray:
     From x_sp = r_s (sun - link) + r_p planet and x_pr = -r_r link - r_p planet. The paper's planet
     angle, counted against the carrier, is -(link + planet) here. Lumped planets are all alike.
     """
-    stages = stages_of(arm)
-    matrix = np.zeros((stages[-1].after, len(layout)))
+    stages = build_stages(arm)
+    matrix = np.zeros((stages[-1].end, len(layout)))
     for place, (stage, joint) in enumerate(zip(stages, arm.joints, strict=True)):
         theta = layout.at("theta", place)
         matrix[stage.link, theta] = 1
@@ -115,8 +116,8 @@ def tree_from_paper(arm: Arm, layout: Layout) -> np.ndarray:
 
 def paper_from_tree(arm: Arm, layout: Layout) -> np.ndarray:
     """Matrix that gives the paper's coordinates by the tree's, (n, bodies); lumped: by the mean."""
-    stages = stages_of(arm)
-    matrix = np.zeros((len(layout), stages[-1].after))
+    stages = build_stages(arm)
+    matrix = np.zeros((len(layout), stages[-1].end))
     for place, (stage, joint) in enumerate(zip(stages, arm.joints, strict=True)):
         matrix[layout.at("theta", place), stage.link] = 1
         if isinstance(joint, Planetary):
@@ -126,8 +127,8 @@ def paper_from_tree(arm: Arm, layout: Layout) -> np.ndarray:
                 turned = [stage.driven, stage.link]
                 matrix[layout.at("x_s", place), turned] = sun, -(sun + ring)
                 for number, body in enumerate(planets):
-                    own = layout.at("x_pr", place, number)
-                    matrix[own, [stage.link, body]] = -ring, -planet
+                    row = layout.at("x_pr", place, number)
+                    matrix[row, [stage.link, body]] = -ring, -planet
             else:
                 x_sp, x_pr = layout.at("x_sp", place), layout.at("x_pr", place)
                 matrix[x_sp, [stage.driven, stage.link]] = sun, -sun

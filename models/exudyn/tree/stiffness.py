@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.models.arm import stiffness as stiffness_laws
-from crosscheck.models.jitted import njit
+from crosscheck.models.numba_cache import njit
 
 SINE, WAVES, SPLINE = 0.0, 1.0, 2.0
 KIND, MEAN, AMPLITUDE, ROWS, FIRST = range(
@@ -40,7 +40,7 @@ class StiffnessCurve(NamedTuple):
         return np.concatenate([[self.kind, self.mean, self.amplitude, rows], *self.columns])
 
     @property
-    def largest(self) -> float:
+    def largest_stiffness(self) -> float:
         """Largest stiffness [N/m]; of waves and splines the largest of fine samples."""
         if self.kind == SINE:
             return self.mean + self.amplitude
@@ -56,26 +56,26 @@ class StiffnessCurve(NamedTuple):
         return 2 * np.pi * (cycles[:-1, None] + np.diff(cycles)[:, None] * along).ravel()
 
 
-def constant(stiffness: float) -> StiffnessCurve:
+def constant_curve(stiffness: float) -> StiffnessCurve:
     """The curve of a stiffness [N/m] that is the same at every phase."""
     return StiffnessCurve(SINE, stiffness)
 
 
-def curve_of(law: stiffness_laws.StiffnessLaw) -> StiffnessCurve:
+def build_curve(law: stiffness_laws.StiffnessLaw) -> StiffnessCurve:
     """A stiffness law as the numbers of a curve."""
     if isinstance(law, stiffness_laws.SineStiffness):
         return StiffnessCurve(SINE, law.mean_N_per_m, law.amplitude_N_per_m)
     if isinstance(law, stiffness_laws.TableStiffness):
-        return _spline(np.array(law.phase_cycles), np.array(law.stiffness_N_per_m))
+        return _spline_curve(np.array(law.phase_cycles), np.array(law.stiffness_N_per_m))
     if isinstance(law, stiffness_laws.SquareStiffness):
-        return _square(law)
+        return _square_curve(law)
     cosines, sines = law.cosine_N_per_m, law.sine_N_per_m
     columns = np.zeros((2, max(len(cosines), len(sines))))
     columns[0, : len(cosines)], columns[1, : len(sines)] = cosines, sines
     return StiffnessCurve(WAVES, law.mean_N_per_m, columns=tuple(columns))
 
 
-def _square(law: stiffness_laws.SquareStiffness) -> StiffnessCurve:
+def _square_curve(law: stiffness_laws.SquareStiffness) -> StiffnessCurve:
     """The curve of Eq. 7, its sin(i (u - phase)) taken apart, u = 2 pi (contact ratio - 1)."""
     swing, overlap = law.largest_N_per_m - law.least_N_per_m, law.contact_ratio - 1
     order = np.arange(1, law.harmonics + 1)
@@ -84,7 +84,7 @@ def _square(law: stiffness_laws.SquareStiffness) -> StiffnessCurve:
     return StiffnessCurve(WAVES, law.least_N_per_m + swing * overlap, columns=(cosines, sines))
 
 
-def _spline(cycles: np.ndarray, stiffness: np.ndarray) -> StiffnessCurve:
+def _spline_curve(cycles: np.ndarray, stiffness: np.ndarray) -> StiffnessCurve:
     """The curve of a table, by the periodic cubic spline.
 
     Slopes of neighbouring cubics are equal at every row, the last one's those of the first.

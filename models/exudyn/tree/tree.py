@@ -1,6 +1,6 @@
 """Exudyn model: a kinematic tree of real bodies with a custom mesh-spring connector.
 
-Tree coordinates, in the order of ``stages_of``: of every joint the link's angle relative to the
+Tree coordinates, in the order of ``build_stages``: of every joint the link's angle relative to the
 previous link, and of a geared one the sun's relative to the previous link and each planet's
 relative to its carrier (the link), all counter-clockwise [rad]. The ring of a joint is part of the
 previous link, as a direct joint's motor is; the carrier, or the rotor, of the link. The engine
@@ -21,11 +21,16 @@ from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.drive import drive_data, torques_along
-from crosscheck.models.experiment.scenario import Scenario, Switches, per_joint, planet_offsets
+from crosscheck.models.experiment.scenario import (
+    Scenario,
+    Switches,
+    expand_to_joints,
+    planet_offsets,
+)
 from crosscheck.models.exudyn.engine import Engine
 from crosscheck.models.exudyn.tree import mesh, parts
-from crosscheck.models.exudyn.tree.laws import gear_stage, mean_spring, stiffest
-from crosscheck.models.exudyn.tree.loads import joints_of, loads, packed
+from crosscheck.models.exudyn.tree.laws import bounding_law, build_gear_stage, mean_spring
+from crosscheck.models.exudyn.tree.loads import build_joints, build_load_function, pack_loads
 from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
@@ -36,7 +41,7 @@ if TYPE_CHECKING:
 
 # Of the largest acceleration, or squared rate: equal planets differ by the rounding of one linear
 # solve, and of centrifugal forces where those are all there is.
-PLANETS_AGREE = 1e-9
+PLANET_TOLERANCE = 1e-9
 
 
 class ExudynTree(Model):
@@ -55,49 +60,51 @@ class ExudynTree(Model):
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
         self.layout = geared_layout(arm, self.switches)
-        self.stages = parts.stages_of(arm)
+        self.stages = parts.build_stages(arm)
         self.from_paper = parts.tree_from_paper(arm, self.layout)
         self.to_paper = parts.paper_from_tree(arm, self.layout)
         self.gears = [
-            gear_stage(place, stage, joint, self.switches)
+            build_gear_stage(place, stage, joint, self.switches)
             for place, (stage, joint) in enumerate(zip(self.stages, arm.joints, strict=True))
             if isinstance(joint, Planetary)
         ]
 
     @cached_property
-    def _free(self) -> Engine:
+    def _free_engine(self) -> Engine:
         """Engine with the bodies without any force."""
-        return Engine(parts.bodies_of(self.arm), None, [0.0], gravity=(0.0, 0.0))
+        return Engine(parts.build_bodies(self.arm), None, [0.0], gravity=(0.0, 0.0))
 
     @cached_property
-    def _driven(self) -> Engine:
+    def _driven_engine(self) -> Engine:
         """Engine with the bodies, their meshes, motors, friction and gravity."""
         return self._engine(self.gears)
 
     def _engine(self, gears: Sequence[GearStage]) -> Engine:
-        bodies, clock = parts.bodies_of(self.arm), [0.0]
+        bodies, clock = parts.build_bodies(self.arm), [0.0]
         drive = drive_data(self.scenario, len(self.stages))
-        joints = joints_of(self.arm, self.stages)
-        teeth = mesh.gearing(gears, self.switches.mesh_work == "conservative")
-        force = loads(packed(teeth, drive, joints), len(bodies), clock)
+        joints = build_joints(self.arm, self.stages)
+        teeth = mesh.build_gearing(gears, self.switches.mesh_work == "conservative")
+        force = build_load_function(pack_loads(teeth, drive, joints), len(bodies), clock)
         return Engine(bodies, force, clock, self.arm.gravity_m_per_s2)
 
-    def _placed(self, engine: Engine, t: float, q: np.ndarray, v: np.ndarray) -> Engine:
+    def _place_engine(self, engine: Engine, t: float, q: np.ndarray, v: np.ndarray) -> Engine:
         engine.place(t, self.from_paper @ q, self.from_paper @ v)
         return engine
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q), shape (n, n)."""
-        mass = self._placed(self._free, 0.0, q, np.zeros_like(q)).mass_matrix()
+        mass = self._place_engine(self._free_engine, 0.0, q, np.zeros_like(q)).mass_matrix()
         return self.from_paper.T @ mass @ self.from_paper
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """C(q, v) v, shape (n,): minus the engine's right-hand side without forces."""
-        return -self.from_paper.T @ self._placed(self._free, 0.0, q, v).right_hand_side()
+        return (
+            -self.from_paper.T @ self._place_engine(self._free_engine, 0.0, q, v).right_hand_side()
+        )
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Generalized force at t [s], shape (n,): drive, meshes, dampers, friction and gravity."""
-        force = self._placed(self._driven, t, q, v).right_hand_side()
+        force = self._place_engine(self._driven_engine, t, q, v).right_hand_side()
         return self.from_paper.T @ force + self.bias(q, v)
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -105,13 +112,13 @@ class ExudynTree(Model):
 
         Raises ArithmeticError should lumped planets not move alike.
         """
-        engine = self._placed(self._driven, t, q, v)
+        engine = self._place_engine(self._driven_engine, t, q, v)
         tree = np.linalg.solve(engine.mass_matrix(), engine.right_hand_side())
         paper = self.to_paper @ tree
         if not self.layout.free:
             rates = self.from_paper @ v
             size = max(abs(tree).max(), (rates**2).max())
-            close = PLANETS_AGREE * size + self._rounding(self.from_paper @ q, rates)
+            close = PLANET_TOLERANCE * size + self._rounding(self.from_paper @ q, rates)
             if not np.allclose(self.from_paper @ paper, tree, rtol=0, atol=close):
                 raise ArithmeticError(f"{self.name}: equal planets do not accelerate alike")
         return paper
@@ -120,7 +127,7 @@ class ExudynTree(Model):
         """Largest change of a lumped planet's acceleration [rad/s^2] by rounding of mesh forces."""
         felt = [
             mesh.torque_rounding(law, gear.bodies, q, q_t) / gear.planet_inertia
-            for gear in self.stiffest
+            for gear in self.stiffest_stages
             for law in (gear.sun[0], gear.ring[0])
         ]
         return max(felt, default=0.0)
@@ -131,8 +138,8 @@ class ExudynTree(Model):
         q, v = np.zeros(len(self.layout)), np.zeros(len(self.layout))
         for gear in self.gears:
             self._place_teeth(gear, q)
-        q[self.layout.theta] = per_joint(start.theta_rad, joints)
-        v[self.layout.theta] = per_joint(start.theta_dot_rad_per_s, joints)
+        q[self.layout.theta] = expand_to_joints(start.theta_rad, joints)
+        v[self.layout.theta] = expand_to_joints(start.theta_dot_rad_per_s, joints)
         return self.from_paper @ q, self.from_paper @ v
 
     def _place_teeth(self, gear: GearStage, q: np.ndarray) -> None:
@@ -143,8 +150,8 @@ class ExudynTree(Model):
             contact * np.array([law.backlash + law.static_error for law in laws])
             for laws in (gear.sun, gear.ring)
         )
-        by_sun = per_joint(start.sun_planet_offset_m, len(self.stages))[joint]
-        by_ring = per_joint(start.planet_ring_offset_m, len(self.stages))[joint]
+        by_sun = expand_to_joints(start.sun_planet_offset_m, len(self.stages))[joint]
+        by_ring = expand_to_joints(start.planet_ring_offset_m, len(self.stages))[joint]
         if not self.layout.free:
             q[at("x_sp", joint)], q[at("x_pr", joint)] = sun[0] + by_sun, ring[0] + by_ring
             return
@@ -159,7 +166,7 @@ class ExudynTree(Model):
         fewer planets than another.
         Raises Diverged at the first recorded time with a value that is not finite.
         """
-        engine, run = self._driven, self.scenario
+        engine, run = self._driven_engine, self.scenario
         time = recorded_times(run)
         q, v = self.start()
         states = np.empty((len(time), 3, len(q)))
@@ -223,25 +230,25 @@ class ExudynTree(Model):
         The engine linearises its own tree, all meshes in contact at their largest stiffness, in the
         start pose.
         """
-        return min(_stable_step(mode) for mode in self._eigenvalues(self.stiffest))
+        return min(_stable_step(mode) for mode in self._eigenvalues(self.stiffest_stages))
 
     def mesh_modes(self) -> np.ndarray:
         """Undamped modes [Hz] in the start pose, ascending: of suns and planets, the fastest."""
         count = sum(1 + joint.planet_count for joint in self.arm.joints if joint.planet_count)
-        modes = self._eigenvalues(_linear(self.gears, mean_spring)).imag
+        modes = self._eigenvalues(_linear_stages(self.gears, mean_spring)).imag
         return np.sort(modes)[modes.size - count :] / (2 * np.pi)
 
     @cached_property
-    def stiffest(self) -> list[GearStage]:
+    def stiffest_stages(self) -> list[GearStage]:
         """The stages with every mesh in contact at its largest stiffness."""
-        return _linear(self.gears, stiffest)
+        return _linear_stages(self.gears, bounding_law)
 
     def _eigenvalues(self, gears: Sequence[GearStage]) -> np.ndarray:
         """Eigenvalues [1/s] of the engine's own linearisation in the start pose."""
         engine = self._engine(gears)
         q, _ = self.start()
         engine.place(0.0, q, np.zeros_like(q))
-        mass, stiffness, damping = engine.linearized()
+        mass, stiffness, damping = engine.linearize()
         size = len(mass)
         system = np.block(
             [
@@ -252,7 +259,9 @@ class ExudynTree(Model):
         return np.linalg.eigvals(system)
 
 
-def _linear(gears: Sequence[GearStage], law: Callable[[MeshLaw], MeshLaw]) -> list[GearStage]:
+def _linear_stages(
+    gears: Sequence[GearStage], law: Callable[[MeshLaw], MeshLaw]
+) -> list[GearStage]:
     return [
         gear._replace(sun=tuple(map(law, gear.sun)), ring=tuple(map(law, gear.ring)))
         for gear in gears

@@ -18,14 +18,18 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.registry import register
-from crosscheck.trial.diagnose.diagnosis import diagnosed, probes_of
-from crosscheck.trial.diagnose.reasons import compared, entry_quantities, entry_questions
-from crosscheck.trial.diagnose.words import told
+from crosscheck.trial.diagnose.diagnosis import build_probe_problems, diagnose
+from crosscheck.trial.diagnose.messages import describe_term_error
+from crosscheck.trial.diagnose.reasons import (
+    compare_entries,
+    list_entry_quantities,
+    list_entry_questions,
+)
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.input.loading import made
-from crosscheck.trial.judge.places import Wrong, named
-from crosscheck.trial.model import entry_for
-from crosscheck.trial.trial import Asked, problem_of
+from crosscheck.trial.input.loading import build_equations
+from crosscheck.trial.judge.entries import EntryMismatch, format_entry
+from crosscheck.trial.model import make_registry_entry
+from crosscheck.trial.trial import TrialRequest, build_problem
 from tests.trial.mistakes.equations import RIGID, written
 
 GRAVITY, FRICTION = (0.0, -9.81), 1.7
@@ -61,27 +65,27 @@ def arm_of(kind: str) -> Arm:
     return arm.model_copy(update={"joints": tuple(joints), "gravity_m_per_s2": gravity})
 
 
-def supplied(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> Asked:
+def supplied(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> TrialRequest:
     """Equations of a text, for its arm and others."""
 
     def factory(arm: Arm) -> Equations:
         return written(kind, replaced, arm)
 
     arm = arm_of(kind)
-    equations = made(factory, arm, load_scenario("pd"), kind)
-    return Asked(kind, equations, arm, quick=True)
+    equations = build_equations(factory, arm, load_scenario("pd"), kind)
+    return TrialRequest(kind, equations, arm, quick=True)
 
 
-def wrong_entries(asked: Asked) -> list[Wrong]:
+def wrong_entries(asked: TrialRequest) -> list[EntryMismatch]:
     """The wrong entries with their reasons, in this process and without any check."""
-    problem = problem_of(asked)
-    problems = (problem, *probes_of(problem))
-    level, quantities = problem.levels[-1], entry_quantities(problem)
-    with register(problem.name, entry_for(problem.name, problem.equations, problem.has)):
-        questions = (entry_questions(each, [level], quantities) for each in problems)
+    problem = build_problem(asked)
+    problems = (problem, *build_probe_problems(problem))
+    level, quantities = problem.levels[-1], list_entry_quantities(problem)
+    with register(problem.name, make_registry_entry(problem.name, problem.equations, problem.has)):
+        questions = (list_entry_questions(each, [level], quantities) for each in problems)
         results = perform(list(dict.fromkeys(task for own in questions for task in own)))
-        here, *there = (compared(each, level, quantities, results) for each in problems)
-        return diagnosed(here, there, perform).wrong
+        here, *there = (compare_entries(each, level, quantities, results) for each in problems)
+        return diagnose(here, there, perform).wrong_entries
 
 
 def perform(tasks: Sequence[ModelTask]) -> Results:
@@ -115,18 +119,20 @@ class Scored:
 def scored(mistake: Mistake) -> Scored:
     """Of one mistake."""
     asked = supplied(mistake.kind, mistake.replaced)
-    names = problem_of(asked).frame.names
+    names = build_problem(asked).frame.names
     wrong = [each for each in wrong_entries(asked) if not each.notes]
-    entries = tuple(named(each.place, names) for each in wrong)
+    entries = tuple(format_entry(each.place, names) for each in wrong)
     return Scored(mistake, entries, tuple(map(texts_of, wrong)))
 
 
-def texts_of(wrong: Wrong) -> tuple[str, ...]:
+def texts_of(wrong: EntryMismatch) -> tuple[str, ...]:
     """What is told of an entry, likeliest first."""
     found = wrong.explanation
     if found is None:
         return ()
-    return tuple("; and ".join(map(told, each)) for each in (found.errors, *found.others))[:MOST]
+    return tuple(
+        "; and ".join(map(describe_term_error, each)) for each in (found.errors, *found.others)
+    )[:MOST]
 
 
 def main(words: list[str]) -> None:

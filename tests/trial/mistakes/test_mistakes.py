@@ -11,9 +11,9 @@ import pytest
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_scenario
-from crosscheck.trial.diagnose.words import guess
+from crosscheck.trial.diagnose.messages import guess
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.input.loading import made
+from crosscheck.trial.input.loading import build_equations
 from tests.draws import DRAWS
 from tests.draws import SAMPLE as SAMPLED
 from tests.trial.mistakes.equations import RIGHT, written
@@ -56,7 +56,7 @@ def test_a_mistake_in_degrees_is_looked_at_in_built_in_coordinates():
         )
 
     asked = supplied("absolute")
-    made_of = made(factory, asked.arm, load_scenario("pd"), "degrees")
+    made_of = build_equations(factory, asked.arm, load_scenario("pd"), "degrees")
     (wrong,) = wrong_entries(replace(asked, equations=made_of))
     assert (wrong.place.row, wrong.place.column) == (1, 1)
     said = "missing term: (I_l2 - I_l1); I_l1 where I_l2 belongs, in M[phi_2, phi_2]?"

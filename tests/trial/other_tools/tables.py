@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import TAKES, SuppliedEquations, supplied
+from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.input.calls import TAKES, SuppliedEquations, bind_equations
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.tables.answers import following
-from crosscheck.trial.tables.asked import (
+from crosscheck.trial.tables.answers import next_row
+from crosscheck.trial.tables.state_requests import (
     PARTS,
-    AskedStates,
+    StateRequest,
     TableTrial,
     answer_columns,
-    asked_apart,
-    asked_on_probes,
-    asked_states,
+    collect_inverse_requests,
+    collect_probe_requests,
+    collect_state_request,
 )
 
 STANDS_FOR = {"coriolis": "bias"}  # what is answered where C was supplied
@@ -26,8 +26,8 @@ STANDS_FOR = {"coriolis": "bias"}  # what is answered where C was supplied
 
 def bound(equations: Equations, arm: Arm) -> SuppliedEquations:
     """Equations with an arm's numbers."""
-    own = equations.on(arm)
-    return supplied(own, arm, frame_of(own.coordinates, arm))
+    own = equations.adapt_to_arm(arm)
+    return bind_equations(own, arm, build_frame(own.coordinates, arm))
 
 
 def parts_of(model: SuppliedEquations) -> list[str]:
@@ -37,7 +37,7 @@ def parts_of(model: SuppliedEquations) -> list[str]:
 
 
 def answers(
-    model: SuppliedEquations, asked: AskedStates, everywhere: bool = False
+    model: SuppliedEquations, asked: StateRequest, everywhere: bool = False
 ) -> dict[str, np.ndarray]:
     """By part (rows, ...), NaN where it is not needed, or everywhere."""
     found = {}
@@ -51,7 +51,7 @@ def answers(
     return found
 
 
-def write_csv(file: Path, sheets: Iterable[tuple[AskedStates, dict[str, np.ndarray]]]) -> Path:
+def write_csv(file: Path, sheets: Iterable[tuple[StateRequest, dict[str, np.ndarray]]]) -> Path:
     """Answers of one or several sheets; rows that answer nothing are left out."""
     with file.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
@@ -69,12 +69,12 @@ def write_csv(file: Path, sheets: Iterable[tuple[AskedStates, dict[str, np.ndarr
 
 def sheets_of(
     table: TableTrial, equations: Equations, probes: bool
-) -> list[tuple[AskedStates, dict[str, np.ndarray]]]:
+) -> list[tuple[StateRequest, dict[str, np.ndarray]]]:
     """All that is asked, with a model's answers; on probes too."""
-    asked = [asked_states(table)]
+    asked = [collect_state_request(table)]
     parts = parts_of(bound(equations, table.arm))
     if probes or "inverse_dynamics" in parts:
-        asked += asked_apart(table, asked[0])
+        asked += collect_inverse_requests(table, asked[0])
     if probes:
-        asked += asked_on_probes(table, parts, following(asked))
+        asked += collect_probe_requests(table, parts, next_row(asked))
     return [(each, answers(bound(equations, each.arm), each)) for each in asked]

@@ -13,9 +13,9 @@ import scipy.io
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.tables.answer_files import read_answers
-from crosscheck.trial.tables.answers import answered, equations_of
-from crosscheck.trial.tables.asked import TableTrial, asked_states
-from crosscheck.trial.tables.folder import arm_toml, ask_files, mat_file
+from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
+from crosscheck.trial.tables.folder import encode_mat_file, format_arm_toml, render_request_files
+from crosscheck.trial.tables.state_requests import TableTrial, collect_state_request
 from tests.tool.test_bad_input import assert_one_line
 
 ROWS = 40
@@ -73,7 +73,9 @@ def test_csv_that_cannot_be_judged(case, tmp_path):
 
 def refused(file: Path, *fragments: str) -> None:
     with pytest.raises(InputError) as error:
-        equations_of(answered(TableTrial(load_arm("paper-labelled"), quick=True), [file]))
+        build_table_equations(
+            read_trial_answers(TableTrial(load_arm("paper-labelled"), quick=True), [file])
+        )
     assert str(error.value).startswith(f"{file}: ")
     for fragment in fragments:
         assert fragment in str(error.value)
@@ -96,23 +98,29 @@ def bomb() -> bytes:
     data = struct.pack("<II", 9, 0) + bytes(100_000)
     matrix = struct.pack("<II", 14, 2**31 - 1) + flags + dimensions + name + data
     packed = zlib.compress(matrix)
-    return mat_file({})[:128] + struct.pack("<II", 15, len(packed)) + packed
+    return encode_mat_file({})[:128] + struct.pack("<II", 15, len(packed)) + packed
 
 
 NUMBERS = np.random.default_rng(1).uniform(size=(ROWS, 2))
 ROW = np.arange(1.0, ROWS + 1)[:, None]
 MATS = {
     "no MAT file": (b"row, force\n" * 100, "is no MAT file"),
-    "cut short": (mat_file({"row": ROW, "force": NUMBERS})[:600], "is no MAT file"),
-    "no row": (mat_file({"force": NUMBERS}), "row: is missing"),
-    "text": (mat_file({"row": ROW, "force": np.array(["a"])}), "force: must be an array of real"),
-    "complex": (mat_file({"row": ROW, "force": 1j * NUMBERS}), "force: must be an array of real"),
+    "cut short": (encode_mat_file({"row": ROW, "force": NUMBERS})[:600], "is no MAT file"),
+    "no row": (encode_mat_file({"force": NUMBERS}), "row: is missing"),
+    "text": (
+        encode_mat_file({"row": ROW, "force": np.array(["a"])}),
+        "force: must be an array of real",
+    ),
+    "complex": (
+        encode_mat_file({"row": ROW, "force": 1j * NUMBERS}),
+        "force: must be an array of real",
+    ),
     "transposed": (
-        mat_file({"row": ROW, "force": NUMBERS.T}),
+        encode_mat_file({"row": ROW, "force": NUMBERS.T}),
         f"force: is 2 x {ROWS}: transposed; must be {ROWS} x 2",
     ),
     "another shape": (
-        mat_file({"row": ROW, "M": NUMBERS}),
+        encode_mat_file({"row": ROW, "M": NUMBERS}),
         f"M: is {ROWS} x 2: must be {ROWS} x 4",
     ),
     "transposed, v7.3": (version_7(row=ROW, force=NUMBERS.T), "transposed"),
@@ -134,7 +142,10 @@ def test_every_form_of_a_matrix_is_read_the_same(shape, tmp_path):
     M = np.random.default_rng(2).uniform(size=(ROWS, 2, 2))
     given = {"matrices first": M, "matrices last": M.transpose(1, 2, 0), "flat": M.reshape(-1, 4)}
     file = tmp_path / "answers.mat"
-    for content in (mat_file({"row": ROW, "M": given[shape]}), version_7(row=ROW, M=given[shape])):
+    for content in (
+        encode_mat_file({"row": ROW, "M": given[shape]}),
+        version_7(row=ROW, M=given[shape]),
+    ):
         file.write_bytes(content)
         read = read_answers(file, 2, {})
         assert (read.answers["mass_matrix"] == M.reshape(-1, 4)).all()
@@ -198,14 +209,14 @@ def test_ask_writes_over_nothing(crosscheck, tmp_path):
 @pytest.mark.parametrize("name", ["paper-labelled", "three-unlike", "direct-between"])
 def test_arm_is_read_back_as_it_was(name, tmp_path):
     file = tmp_path / "arm.toml"
-    file.write_text(arm_toml(load_arm(name)), encoding="utf-8")
+    file.write_text(format_arm_toml(load_arm(name)), encoding="utf-8")
     assert load_arm(str(file)) == load_arm(name)
 
 
 def test_both_files_of_states_say_the_same():
     table = TableTrial(load_arm("paper-labelled"), quick=True)
-    asked = asked_states(table)
-    files = ask_files(table, [asked], "")
+    asked = collect_state_request(table)
+    files = render_request_files(table, [asked], "")
     text, content = files["states.csv"], files["states.mat"]
     assert isinstance(text, str)
     assert isinstance(content, bytes)

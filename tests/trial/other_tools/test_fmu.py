@@ -12,24 +12,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.analytic.kernel.export import c_text
-from crosscheck.analytic.kernel.fmu import fmu_sources
-from crosscheck.checks.answers import random_states
-from crosscheck.checks.invariants import sun_advance, sun_of, torques_at
-from crosscheck.checks.scales import geared
-from crosscheck.cli.export import fmu_file, model_of, prefix_of
+from crosscheck.analytic.kernel.export import generate_c_source
+from crosscheck.analytic.kernel.fmu import generate_fmu_sources
+from crosscheck.checks.answers import sample_states
+from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio, torques_at
+from crosscheck.checks.scales import geared_joints
+from crosscheck.cli.export import build_model, fmu_file, function_prefix
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.runner import patience
-from crosscheck.runner.underway import unsaid
+from crosscheck.runner import cpu_limit
+from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.fmu import unit as unit_module
-from crosscheck.trial.fmu.archive import DESCRIPTION, MappedUnit, mapped_unit, unpacked
-from crosscheck.trial.fmu.unit import beside, fmu_equations
-from crosscheck.trial.input.calls import told_failure
-from crosscheck.trial.judge.places import named
-from crosscheck.trial.trial import Asked, Trial, tried
+from crosscheck.trial.fmu.archive import DESCRIPTION, MappedUnit, load_unit, unpack_fmu
+from crosscheck.trial.fmu.unit import build_fmu_equations, compare_unit_runs
+from crosscheck.trial.input.calls import describe_failure
+from crosscheck.trial.judge.entries import format_entry
+from crosscheck.trial.trial import Trial, TrialRequest, run_trial
 from tests.tool.test_bad_input import assert_one_line
 
 COMPILER = shutil.which("gcc")
@@ -55,8 +55,11 @@ def few_states(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def exported(arm: str, name: str, *changes: tuple[str, str]) -> bytes:
     """The program's own FMU of a model, its C changed before it is compiled."""
-    model = model_of(arm, name, [])
-    text, prefix = c_text(model.term_equations, prefix_of(model), "a model"), prefix_of(model)
+    model = build_model(arm, name, [])
+    text, prefix = (
+        generate_c_source(model.term_equations, function_prefix(model), "a model"),
+        function_prefix(model),
+    )
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
@@ -67,10 +70,12 @@ def test_exported_unit_is_the_model_in_states_time_and_units(tmp_path):
     """Of a law by frequency times time, from a start that is not zero: FMPy asks, ours answers."""
     import fmpy
 
-    model = model_of("paper-labelled", "analytic:physical", ["switches.phase=omega_t"])
-    prefix, n = prefix_of(model), len(model.layout)
+    model = build_model("paper-labelled", "analytic:physical", ["switches.phase=omega_t"])
+    prefix, n = function_prefix(model), len(model.layout)
     file = tmp_path / "unit.fmu"
-    file.write_bytes(fmu_file(model, c_text(model.term_equations, prefix, "a model"), prefix))
+    file.write_bytes(
+        fmu_file(model, generate_c_source(model.term_equations, prefix, "a model"), prefix)
+    )
     description = fmpy.read_model_description(file)
     units = {each.name: each.unit for each in description.modelVariables}
     assert [units[c.name] for c in model.layout.coordinates] == [
@@ -87,7 +92,7 @@ def test_exported_unit_is_the_model_in_states_time_and_units(tmp_path):
     )
     unit.instantiate()
     try:
-        for t, q, v in zip(*random_states(model.layout, model.arm, 5, 3), strict=True):
+        for t, q, v in zip(*sample_states(model.layout, model.arm, 5, 3), strict=True):
             torque = np.array([40.0 * np.sin(5 * t), -9.0 * np.cos(3 * t)])
             unit.reset()
             unit.setupExperiment(startTime=t)  # the first time alone, then a later one
@@ -106,8 +111,8 @@ def test_exported_unit_is_the_model_in_states_time_and_units(tmp_path):
                     model.drive, time, q[model.layout.theta], v[model.layout.theta]
                 )
                 force = model.generalized_force(time, q, v)
-                for number, joint in geared(model.arm):
-                    radius, ratio = sun_of(joint)
+                for number, joint in geared_joints(model.arm):
+                    radius, ratio = sun_radius_and_ratio(joint)
                     force = force + away[number] / (radius * ratio) * sun_advance(
                         model.layout, number
                     )
@@ -130,13 +135,13 @@ def mapped(content: bytes, mapping: str, arm: str, folder: Path) -> MappedUnit:
     file.write_bytes(content)
     names.write_text(mapping, encoding="utf-8")
     into.mkdir()
-    return mapped_unit(file, names, load_arm(arm), into)
+    return load_unit(file, names, load_arm(arm), into)
 
 
 def judged(content: bytes, mapping: str, arm: str, folder: Path) -> Trial:
     own = load_arm(arm)
-    equations = fmu_equations(mapped(content, mapping, arm, folder), own)
-    return tried(Asked("unit.fmu", equations, own, quick=True))
+    equations = build_fmu_equations(mapped(content, mapping, arm, folder), own)
+    return run_trial(TrialRequest("unit.fmu", equations, own, quick=True))
 
 
 @pytest.mark.slow
@@ -149,7 +154,7 @@ def judged(content: bytes, mapping: str, arm: str, folder: Path) -> Trial:
 )
 def test_right_models_are_not_blamed(arm, model, mapping, level, tmp_path):
     trial = judged(exported(arm, model), mapping, arm, tmp_path)
-    assert (trial.exit_code, trial.wrong, trial.level) == (0, (), level)
+    assert (trial.exit_code, trial.wrong_entries, trial.level) == (0, (), level)
 
 
 def test_entry_of_a_wrong_model_is_named(tmp_path):
@@ -157,8 +162,8 @@ def test_entry_of_a_wrong_model_is_named(tmp_path):
     coupling = [(f"mass_{k} = 13.614999999999998", f"mass_{k} = 10.115") for k in (3, 5)]
     content = exported("paper-labelled", "analytic:links", *coupling)
     trial = judged(content, RIGID, "paper-labelled", tmp_path)
-    inertia = [wrong for wrong in trial.wrong if wrong.place.part == "mass_matrix"]
-    entries = {named(wrong.place, trial.problem.frame.names) for wrong in inertia}
+    inertia = [wrong for wrong in trial.wrong_entries if wrong.place.part == "mass_matrix"]
+    entries = {format_entry(wrong.place, trial.problem.frame.names) for wrong in inertia}
     assert entries == {"M[theta_1, theta_2]", "M[theta_2, theta_1]"}
     told = {
         error.right for wrong in inertia if wrong.explanation for error in wrong.explanation.errors
@@ -186,9 +191,9 @@ def c_of(name: str) -> str:
 
 def stepped_2(arm: str, name: str, folder: Path) -> bytes:
     """A unit of FMI 2.0 for Co-Simulation around the exported C."""
-    model = model_of(arm, name, [])
-    prefix = prefix_of(model)
-    code = c_text(model.term_equations, prefix, "a model")
+    model = build_model(arm, name, [])
+    prefix = function_prefix(model)
+    code = generate_c_source(model.term_equations, prefix, "a model")
     code += c_of("stepped_2").replace("PREFIX", prefix)
     unused = [
         each for each in dir(fmi2.FMU2Slave) if each.startswith("fmi2") and f"{each}(" not in code
@@ -231,16 +236,18 @@ def test_co_simulation_of_version_2_agrees(model, mapping, tmp_path):
     unit = mapped(content, mapping, "paper-labelled", tmp_path)
     scenario = load_scenario("constant-torque").model_copy(update={"duration_s": 0.01})
     arm = load_arm("paper-labelled")
-    found = beside(unit, "unit.fmu", arm, [scenario], usual_switches(arm), 1, unsaid).checks
+    found = compare_unit_runs(
+        unit, "unit.fmu", arm, [scenario], usual_switches(arm), 1, ignore_progress
+    ).checks
     assert len(found) > 1
     assert [finding for finding in found if finding.verdict != "agree"] == []
 
 
 def version_3(arm: str, name: str, folder: Path, steps: bool = False, *changes: str) -> bytes:
     """A unit of FMI 3.0 around the exported C; what nobody calls returns an error."""
-    model = model_of(arm, name, [])
-    prefix = prefix_of(model)
-    code = c_text(model.term_equations, prefix, "a model") + c_of("version_3")
+    model = build_model(arm, name, [])
+    prefix = function_prefix(model)
+    code = generate_c_source(model.term_equations, prefix, "a model") + c_of("version_3")
     if steps:  # where states are set as any variables
         code += c_of("stepped_3")
         torque = "((Unit *)c)->torque[r[k] - 4 * N] = x[k]"
@@ -292,7 +299,7 @@ def description_3(coordinates: list[str], steps: bool) -> str:
 def test_version_3_agrees_too(tmp_path):
     content = version_3("paper-labelled", "analytic:coupled", tmp_path)
     trial = judged(content, RIGID, "paper-labelled", tmp_path)
-    assert (trial.exit_code, trial.wrong, trial.level) == (0, (), "coupled")
+    assert (trial.exit_code, trial.wrong_entries, trial.level) == (0, (), "coupled")
 
 
 @pytest.mark.parametrize("right", [True, False])
@@ -303,7 +310,9 @@ def test_co_simulation_is_run_beside_the_engines(right, tmp_path):
     unit = mapped(content, RIGID + 'level = "links"\n', "paper-labelled", tmp_path)
     scenario = load_scenario("constant-torque").model_copy(update={"duration_s": 0.05})
     arm = load_arm("paper-labelled")
-    found = beside(unit, "unit.fmu", arm, [scenario], usual_switches(arm), 1, unsaid).checks
+    found = compare_unit_runs(
+        unit, "unit.fmu", arm, [scenario], usual_switches(arm), 1, ignore_progress
+    ).checks
     assert {finding.about.key.right for finding in found} == {"analytic:links", "pinocchio:links"}
     assert {finding.verdict for finding in found} == {"agree" if right else "differ"}
 
@@ -374,7 +383,7 @@ def test_hostile_archive_is_refused_before_it_is_unpacked(case, tmp_path):
     file.write_bytes(content)
     folder.mkdir()
     with pytest.raises(InputError) as error:
-        unpacked(file, folder)
+        unpack_fmu(file, folder)
     assert fragment in str(error.value)
     assert not [path for path in folder.rglob("*") if path.name != DESCRIPTION]
     assert {path.name for path in tmp_path.iterdir()} == {"unit.fmu", "unpacked"}
@@ -407,14 +416,17 @@ def test_archive_that_cannot_be_unpacked_is_refused(case, tmp_path):
     file.write_bytes(content)
     folder.mkdir()
     with pytest.raises(InputError, match=f"unit.fmu: {fragment}"):
-        unpacked(file, folder)
+        unpack_fmu(file, folder)
 
 
 def described_as(**words: str) -> bytes:
     """The program's own unit, words of its description changed, without binaries."""
-    model = model_of("paper-labelled", "analytic:links", [])
-    text, prefix = c_text(model.term_equations, prefix_of(model), "a model"), prefix_of(model)
-    description = fmu_sources(text, prefix, model.layout, 2)[1]
+    model = build_model("paper-labelled", "analytic:links", [])
+    text, prefix = (
+        generate_c_source(model.term_equations, function_prefix(model), "a model"),
+        function_prefix(model),
+    )
+    description = generate_fmu_sources(text, prefix, model.layout, 2)[1]
     for old, new in words.items():
         assert old in description
         description = description.replace(old, new)
@@ -471,8 +483,8 @@ BROKEN = {
 @pytest.mark.parametrize("case", BROKEN)
 def test_a_unit_that_does_not_come_back_is_one_line(crosscheck, case, tmp_path, monkeypatch):
     if case == "hangs":  # on a busy machine the others may wait for the processor longer than this
-        monkeypatch.setattr(patience, "IDLE_S", 0.5)
-        monkeypatch.setattr(patience, "LOOK_S", 0.1)
+        monkeypatch.setattr(cpu_limit, "IDLE_S", 0.5)
+        monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
     monkeypatch.setattr(unit_module, "UNIT_BYTES", 100_000_000)
     work, said = BROKEN[case]
     needs = "#include <math.h>\n#include <stdlib.h>\n#include <string.h>\n#include <unistd.h>"
@@ -489,7 +501,7 @@ def test_an_error_of_a_unit_has_no_traceback(tmp_path):
         fmi2.FMU2Model(**unit, libraryPath=str(tmp_path / "none.so"))
     traceback = raised.value.__traceback__
     assert traceback is not None
-    assert told_failure(raised.value.with_traceback(traceback.tb_next)).trace == ""
+    assert describe_failure(raised.value.with_traceback(traceback.tb_next)).trace == ""
 
 
 def test_annotations_of_a_vendor_are_passed_over(crosscheck, tmp_path):

@@ -11,15 +11,15 @@ import pytest
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
-from crosscheck.report.trial import why
+from crosscheck.report.trial import explain_wrong_entry
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.input.equations import Coordinates
-from crosscheck.trial.input.loading import handed_over
-from crosscheck.trial.judge.places import named
-from crosscheck.trial.tables.answers import answered, equations_of
-from crosscheck.trial.tables.asked import TableTrial, asked_states
-from crosscheck.trial.tables.folder import ask_files, mat_file
-from crosscheck.trial.trial import Trial, tried
+from crosscheck.trial.input.loading import load_equations
+from crosscheck.trial.judge.entries import format_entry
+from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
+from crosscheck.trial.tables.folder import encode_mat_file, render_request_files
+from crosscheck.trial.tables.state_requests import TableTrial, collect_state_request
+from crosscheck.trial.trial import Trial, run_trial
 
 HERE, EXAMPLES = Path(__file__).parent, Path(__file__).parents[3] / "examples"
 OCTAVE = shutil.which("octave-cli")
@@ -124,7 +124,11 @@ def test_octave_is_told_what_python_is(error, tmp_path, monkeypatch):
     planted = ERRORS[error]
     table = TableTrial(rubbing(), planted.coordinates, quick=True)
     file = answered_by_octave(planted, table, tmp_path)
-    found = said(tried(table.asked("yours", equations_of(answered(table, [file])))))
+    found = said(
+        run_trial(
+            table.make_request("yours", build_table_equations(read_trial_answers(table, [file])))
+        )
+    )
     assert found == said(by_python(planted, table, tmp_path))
     assert bool(found) == (error != "none")
 
@@ -133,8 +137,8 @@ def test_recorded_answers_of_octave_are_told_what_python_is(tmp_path, monkeypatc
     """What the test above made of ``FORCE_ALONE``, for machines without Octave."""
     monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
     table = TableTrial(rubbing(), ABSOLUTE, quick=True)
-    equations = equations_of(answered(table, [HERE / "octave" / "answers.mat"]))
-    found = said(tried(table.asked("yours", equations)))
+    equations = build_table_equations(read_trial_answers(table, [HERE / "octave" / "answers.mat"]))
+    found = said(run_trial(table.make_request("yours", equations)))
     assert found == said(by_python(FORCE_ALONE, table, tmp_path))
     assert [entry for entry, _ in found] == ["force[phi_1]"]
 
@@ -153,22 +157,27 @@ def by_python(planted: Planted, table: TableTrial, folder: Path) -> Trial:
     """The trial of the same equations as functions, of this arm alone."""
     mine = folder / "mine.py"
     mine.write_text(replaced(planted.text, planted.python), encoding="utf-8")
-    own = handed_over(f"{mine}:model", table.arm, None)
+    own = load_equations(f"{mine}:model", table.arm, None)
     parts = {part: getattr(own, part) if part in planted.functions else None for part in NAMES}
-    return tried(table.asked("yours", replace(own, **parts, rebuild=None, any_arm=False)))
+    return run_trial(
+        table.make_request("yours", replace(own, **parts, rebuild=None, any_arm=False))
+    )
 
 
 def said(trial: Trial) -> list[tuple[str, str]]:
     """Every wrong entry, and why."""
-    return [(named(wrong.place, trial.problem.frame.names), why(wrong)) for wrong in trial.wrong]
+    return [
+        (format_entry(wrong.place, trial.problem.frame.names), explain_wrong_entry(wrong))
+        for wrong in trial.wrong_entries
+    ]
 
 
 def answered_by_octave(planted: Planted, table: TableTrial, folder: Path) -> Path:
     """What the template writes, once the functions stand in it."""
-    asked = asked_states(table)
-    for name, content in ask_files(table, [asked], "").items():
+    asked = collect_state_request(table)
+    for name, content in render_request_files(table, [asked], "").items():
         (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
-    (folder / "arm.mat").write_bytes(mat_file({"arm": without_none(table.arm.model_dump())}))
+    (folder / "arm.mat").write_bytes(encode_mat_file({"arm": without_none(table.arm.model_dump())}))
     text = (HERE / "octave" / f"{planted.file}.m").read_text(encoding="utf-8")
     (folder / f"{planted.file}.m").write_text(replaced(text, planted.octave), encoding="utf-8")
     template = folder / "answers.m"

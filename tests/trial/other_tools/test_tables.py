@@ -15,13 +15,13 @@ import pytest
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm
-from crosscheck.report.trial import summary, trial_json
+from crosscheck.report.trial import describe_trial, format_trial_json
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.input.loading import handed_over
-from crosscheck.trial.tables import asked
-from crosscheck.trial.tables.answers import answered, equations_of
-from crosscheck.trial.trial import Trial, tried
+from crosscheck.trial.input.loading import load_equations
+from crosscheck.trial.tables import state_requests
+from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
+from crosscheck.trial.trial import Trial, run_trial
 from tests.processes import Command
 from tests.tool.supplied import TWO_LINK
 from tests.trial.other_tools.tables import answers, bound, sheets_of, write_csv
@@ -34,12 +34,12 @@ RIGID = (
     *("sympy_mechanics", "casadi_two_link", "acceleration_alone", "inverse_dynamics_alone"),
 )
 GEARED = ("geared_lumped", "geared_free")
-asked_already: dict[str, asked.AskedStates] = {}
+asked_already: dict[str, state_requests.StateRequest] = {}
 
 
 def told(trial: Trial) -> dict:
     """All that its JSON says but for where and when it was made."""
-    found = json.loads(trial_json(trial))
+    found = json.loads(format_trial_json(trial))
     del found["agreement"]["provenance"]
     return found
 
@@ -53,14 +53,14 @@ def few_states(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def asked_once(few_states: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """What is asked in one trial is worked out once for all tests, which takes half their time."""
-    work_out = asked._asked
+    work_out = state_requests._collect_request
 
-    def once(*of: object) -> asked.AskedStates:
+    def once(*of: object) -> state_requests.StateRequest:
         if repr(of) not in asked_already:
             asked_already[repr(of)] = work_out(*of)
         return asked_already[repr(of)]
 
-    monkeypatch.setattr(asked, "_asked", once)
+    monkeypatch.setattr(state_requests, "_collect_request", once)
 
 
 @pytest.mark.usefixtures("asked_once")
@@ -71,15 +71,17 @@ def test_judged_as_the_functions_are(example, tmp_path):
     arm = load_arm("paper-labelled")
     if example == "geared_free":
         arm = arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]})
-    own = handed_over(f"{EXAMPLES / example}.py:model", arm, None)
+    own = load_equations(f"{EXAMPLES / example}.py:model", arm, None)
     rigid = own.coordinates.gearing == "rigid"
     own = replace(own, symbolic=None) if rigid else replace(own, rebuild=None, any_arm=False)
-    table = asked.TableTrial(arm, own.coordinates, own.level, quick=True)
+    table = state_requests.TableTrial(arm, own.coordinates, own.level, quick=True)
     file = write_csv(tmp_path / "answers.csv", sheets_of(table, own, own.any_arm))
-    by_table = tried(table.asked("yours", equations_of(answered(table, [file]))))
-    assert (by_table.exit_code, by_table.wrong) == (0, ())
+    by_table = run_trial(
+        table.make_request("yours", build_table_equations(read_trial_answers(table, [file])))
+    )
+    assert (by_table.exit_code, by_table.wrong_entries) == (0, ())
     if rigid:
-        assert told(by_table) == told(tried(table.asked("yours", own)))
+        assert told(by_table) == told(run_trial(table.make_request("yours", own)))
 
 
 # Errors of a newcomer, as replacements in tests.tool.supplied's two_link.
@@ -101,11 +103,23 @@ def test_errors_are_told_in_the_words_that_functions_get(error, tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(TWO_LINK.replace(right, wrong), encoding="utf-8")
     arm = load_arm("paper-labelled")
-    own, table = handed_over(f"{file}:two_link", arm, None), asked.TableTrial(arm, quick=True)
+    own, table = (
+        load_equations(f"{file}:two_link", arm, None),
+        state_requests.TableTrial(arm, quick=True),
+    )
     answers = write_csv(tmp_path / "answers.csv", sheets_of(table, own, True))
-    direct = told(tried(table.asked("yours", own)))
+    direct = told(run_trial(table.make_request("yours", own)))
     assert direct["wrong"]
-    assert told(tried(table.asked("yours", equations_of(answered(table, [answers]))))) == direct
+    assert (
+        told(
+            run_trial(
+                table.make_request(
+                    "yours", build_table_equations(read_trial_answers(table, [answers]))
+                )
+            )
+        )
+        == direct
+    )
 
 
 @pytest.mark.usefixtures("asked_once")
@@ -113,16 +127,18 @@ def test_acceleration_beside_the_rest_is_judged_in_both_rounds(tmp_path):
     arm = load_arm("paper-labelled")
     file = tmp_path / "mine.py"
     file.write_text(TWO_LINK, encoding="utf-8")
-    whole = handed_over(f"{file}:two_link", arm, None)
+    whole = load_equations(f"{file}:two_link", arm, None)
 
     def both(other: Arm, scenario: Scenario | None) -> Equations:
         own = bound(whole, other)
         return replace(own.equations, acceleration=own.acceleration)
 
     own = replace(both(arm, None), rebuild=both, any_arm=True)
-    table = asked.TableTrial(arm, quick=True)
+    table = state_requests.TableTrial(arm, quick=True)
     answers = write_csv(tmp_path / "answers.csv", sheets_of(table, own, True))
-    trial = tried(table.asked("yours", equations_of(answered(table, [answers]))))
+    trial = run_trial(
+        table.make_request("yours", build_table_equations(read_trial_answers(table, [answers])))
+    )
     assert (trial.exit_code, len(trial.probes), trial.missing) == (0, 2, ())
 
 
@@ -151,7 +167,7 @@ def test_units_and_order_are_told(change, tmp_path):
     made, line = CHANGES[change]
     trial = tried_changed(made, tmp_path / "answers.csv")
     assert trial.exit_code == 1
-    assert line in "\n".join(summary(trial))
+    assert line in "\n".join(describe_trial(trial))
 
 
 @pytest.mark.usefixtures("asked_once")
@@ -161,21 +177,23 @@ def test_single_precision_has_a_tolerance_of_its_own(tmp_path):
 
     trial = tried_changed(rounded, tmp_path / "answers.csv")
     assert trial.exit_code == 0
-    assert "answers have single precision" in "\n".join(summary(trial))
+    assert "answers have single precision" in "\n".join(describe_trial(trial))
     # A thousandth is no rounding of any file.
     off = tried_changed(lambda v: rounded(v | {"force": 1.001 * v["force"]}), tmp_path / "off.csv")
-    assert {wrong.place.part for wrong in off.wrong} == {"force"}
+    assert {wrong.place.part for wrong in off.wrong_entries} == {"force"}
 
 
 def tried_changed(change: Callable[..., dict[str, np.ndarray]], file: Path) -> Trial:
     """The trial of right answers with a change; every row is answered."""
     arm = load_arm("paper-labelled")
-    own = handed_over(f"{EXAMPLES / 'plain_functions'}.py:model", arm, None)
-    table = asked.TableTrial(arm, quick=True)
-    sheet = asked.asked_states(table)
+    own = load_equations(f"{EXAMPLES / 'plain_functions'}.py:model", arm, None)
+    table = state_requests.TableTrial(arm, quick=True)
+    sheet = state_requests.collect_state_request(table)
     values = change(answers(bound(own, arm), sheet, everywhere=True))
     write_csv(file, [(sheet, values)])
-    return tried(table.asked("yours", equations_of(answered(table, [file]))))
+    return run_trial(
+        table.make_request("yours", build_table_equations(read_trial_answers(table, [file])))
+    )
 
 
 DECLARED = """\

@@ -1,0 +1,390 @@
+"""A kernel that follows contact changes: an eighth-order method whose steps end where teeth meet.
+
+A step of any order that runs over an edge of the play errs by the square of its length. Here every
+step that changes a contact is shortened until it ends there, to rounding; between contacts the
+motion is smooth, and Dormand and Prince's method of order 8 (Hairer, Norsett and Wanner, II.10)
+chooses its steps by its own estimates of order 5 and 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from textwrap import indent
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from crosscheck.analytic.kernel import program as programs
+from crosscheck.analytic.kernel.batch import Records, contiguous_table, number_rows
+from crosscheck.analytic.kernel.program import Constants, Program, RecordMap, Rows, compile_program
+from crosscheck.analytic.kernel.structure import Structure
+from crosscheck.analytic.reference import MESH_RATE_M_PER_S, MESH_SIZE_M
+
+if TYPE_CHECKING:
+    from crosscheck.analytic.model import AnalyticModel
+
+_TEMPLATE = '''
+def evaluate(w: rows, t, root_t, table: array, h, part):
+    """Accelerations, mesh forces and gaps x - e of the state at time t [s]."""
+{body}
+
+
+def contacts(w: array) -> int:
+    """A number for the contacts: mesh by mesh, whether one flank touches, none, or the other."""
+    pattern = 0
+    for i in range(WATCHED):
+        gap = w[GAPS + i]
+        edge = w[EDGES + i]
+        flank = 1
+        if gap > edge:
+            flank = 2
+        if gap < -edge:
+            flank = 0
+        pattern = 3 * pattern + flank
+    return pattern
+
+
+def rated(
+    w: array, t, times: array, torques: array, rows_of_table: int, table: array, rates: int
+) -> int:
+    """Keep the rates of the state from place ``rates`` on; return its contacts."""
+    {at_t}
+    evaluate(w, t, sqrt(t), table, 0.0, 0.0)
+    for i in range(N):
+        w[rates + i] = w[N + i]
+        w[rates + N + i] = w[A + i]
+    return contacts(w)
+
+
+def attempt(
+    w: array, t, h, pattern: int, times: array, torques: array, rows_of_table: int, table: array
+) -> bool:
+    """A step h [s] from where the last one ended; its end is the state.
+
+    Returns whether a stage on the way has other contacts than ``pattern``.
+    """
+    touched = False
+{steps}
+    return touched
+
+
+def error_of(w: array, h, rtol, atol: array) -> float:
+    """Of a step, over what is tolerated (Hairer's combination of two estimates)."""
+    fifth = 0.0
+    third = 0.0
+    for i in range(STATE):
+        scale = fma(rtol, max(abs(w[BEGIN + i]), abs(w[i])), atol[i])
+{errors}
+        fifth += e5 / scale * (e5 / scale)
+        third += e3 / scale * (e3 / scale)
+    if fifth == 0.0:
+        return 0.0
+    return abs(h) * fifth / sqrt((fifth + 0.01 * third) * STATE)
+
+
+def eighth_root(x) -> float:
+    """Of x."""
+    return sqrt(sqrt(sqrt(x)))
+
+
+def margins(w: array, out: array):
+    """How far beyond both edges of its play every watched mesh is [m]."""
+    for i in range(WATCHED):
+        out[2 * i] = w[GAPS + i] - w[EDGES + i]
+        out[2 * i + 1] = w[GAPS + i] + w[EDGES + i]
+
+
+def crossing(low: array, high: array) -> float:
+    """Where, between 0 and 1, the first of what changes its sign would do so on a straight line."""
+    first = 1.0
+    for i in range(2 * WATCHED):
+        if (low[i] > 0.0) != (high[i] > 0.0):
+            first = min(first, low[i] / (low[i] - high[i]))
+    return first
+
+
+def halve(values: array):
+    """All of them."""
+    for i in range(2 * WATCHED):
+        values[i] = 0.5 * values[i]
+
+
+def located(
+    w: array,
+    t,
+    h,
+    pattern: int,
+    near,
+    times: array,
+    torques: array,
+    rows_of_table: int,
+    table: array,
+    low: array,
+    high: array,
+    counts: array,
+) -> float:
+    """The length of a step that ends just behind the first change of contact within h.
+
+    By regula falsi (Illinois), a bisection every third time; the end is left in w, its rates
+    after the stages'. low: the margins at the start; both margins are written on.
+    """
+    before = 0.0
+    behind = h
+    side = 0
+    count = 0
+    there = True
+    margins(w, high)
+    while behind - before > near:
+        count += 1
+        part = 0.5
+        if count % 3 != 0:
+            part = min(max(crossing(low, high), 1e-3), 1.0 - 1e-3)
+        middle = fma(behind - before, part, before)
+        attempt(w, t, middle, pattern, times, torques, rows_of_table, table)
+        after = rated(w, t + middle, times, torques, rows_of_table, table, LAST)
+        there = after != pattern
+        if there:
+            behind = middle
+            margins(w, high)
+            if side == -1:
+                halve(low)
+            side = -1
+        else:
+            before = middle
+            margins(w, low)
+            if side == 1:
+                halve(high)
+            side = 1
+    counts[0] = counts[0] + count * STAGES
+    if not there:
+        attempt(w, t, behind, pattern, times, torques, rows_of_table, table)
+        rated(w, t + behind, times, torques, rows_of_table, table, LAST)
+    return behind
+
+
+def begin(w: array):
+    """The next step begins at the state."""
+    for i in range(STATE):
+        w[BEGIN + i] = w[i]
+
+{record}
+
+def follow(
+    w: array,
+    records: int,
+    interval,
+    rtol,
+    atol: array,
+    near,
+    times: array,
+    torques: array,
+    rows_of_table: int,
+    table: array,
+    low: array,
+    high: array,
+    out: array,
+    counts: array,
+):
+    """From the state in w at time 0 on, a record every ``interval`` [s] into out.
+
+    near: how closely [s] a change of contact is found. Added to counts: evaluations of the right
+    side, and changes of contact. Stops where the state is not finite or no step is short enough;
+    what is left of out is not written.
+    """
+    t = 0.0
+    h = interval
+    pattern = rated(w, t, times, torques, rows_of_table, table, RATES)
+    begin(w)
+    margins(w, low)
+    record(w, out, 1)
+    for place in range(1, records):
+        until = place * interval
+        while t < until:
+            step = min(h, until - t)
+            if t + step == t:
+                return
+            touched = attempt(w, t, step, pattern, times, torques, rows_of_table, table)
+            error = error_of(w, step, rtol, atol)
+            counts[0] = counts[0] + STAGES
+            if not error < ENDLESS:
+                return
+            if error > 1.0:
+                h = step * max(0.2, 0.9 / eighth_root(error))
+                continue
+            after = rated(w, t + step, times, torques, rows_of_table, table, LAST)
+            if after == pattern and touched and step > SHORTEST * near:
+                h = step / 2.0  # a contact may have come and gone
+                continue
+            if after == pattern:
+                h = step * min(5.0, 0.9 / eighth_root(max(error, 1e-10)))
+            else:
+                counts[1] = counts[1] + 1
+                step = located(
+                    w,
+                    t,
+                    step,
+                    pattern,
+                    near,
+                    times,
+                    torques,
+                    rows_of_table,
+                    table,
+                    low,
+                    high,
+                    counts,
+                )
+                pattern = contacts(w)
+            if step == until - t:
+                t = until
+            else:
+                t = t + step
+            for i in range(STATE):
+                w[RATES + i] = w[LAST + i]
+            begin(w)
+            margins(w, low)
+        record(w, at(out, place * RECORD), 1)
+'''
+
+SHORTEST = 1000.0  # of a located change: a step that is not halved again
+STAGES = 12
+
+
+@lru_cache(maxsize=16)
+def build_event_program(structure: Structure, record_map: RecordMap) -> Program:
+    """The kernel of a structure that follows contacts.
+
+    Rows: the state, accelerations, forces, gaps, edges of the play, where a step begins, rates of
+    its stages and end, and the numbers.
+    """
+    n, m = len(structure.coordinates), len(structure.meshes)
+    state, begin = 2 * n, 3 * n + 3 * m
+    rates = begin + state
+    rows = Rows(structure, list(structure.acceleration()), rates + (STAGES + 1) * state)
+    constants: Constants = {
+        "N": n,
+        "STATE": state,
+        "STAGES": STAGES,
+        "A": 2 * n,
+        "FORCES": 3 * n,
+        "GAPS": 3 * n + m,
+        "EDGES": 3 * n + 2 * m,
+        "BEGIN": begin,
+        "RATES": rates,
+        "LAST": rates + STAGES * state,
+        "RECORD": 3 * n + m,
+        "LANES": 1,
+        "WATCHED": 0 if structure.tanh else m,
+        "JOINTS": len(structure.stages),
+        "SHORTEST": SHORTEST,
+        "ENDLESS": 1e300,  # of an error: the state is as good as not finite
+    }
+    text = programs.LOOK_UP + _TEMPLATE.format(
+        at_t=programs.lookup_line("t", structure),
+        body=rows.function(*_loads_and_stores(structure)),
+        steps=indent("\n".join(_steps()), "    "),
+        errors=indent("\n".join(_errors()), "        "),
+        record=programs.record_text(record_map, (0, n, 2 * n), range(3 * n, 3 * n + m)),
+    )
+    pointer, whole, number = programs.POINTER, programs.WHOLE, programs.NUMBER
+    table = (pointer, pointer, whole, pointer)
+    numbers = (pointer, whole, number, number, pointer, number)
+    follow = ("follow", (*numbers, *table, *[pointer] * 4))
+    return rows.program(text, constants, 1, programs.RUNS, (follow,))
+
+
+def _loads_and_stores(structure: Structure) -> tuple[list[str], list[str]]:
+    names, meshes = structure.coordinates, structure.meshes
+    n, m = len(names), len(meshes)
+    loads = [
+        f"{block}_{name} = w[{first + k}]"
+        for k, name in enumerate(names)
+        for block, first in (("q", 0), ("v", n))
+    ]
+    stores = [f"w[{2 * n + k}] = a_{name}" for k, name in enumerate(names)]
+    for k, mesh in enumerate(meshes):
+        stores.append(f"w[{3 * n + k}] = each_{mesh}")
+        stores.append(f"w[{3 * n + m + k}] = gap_{mesh}")
+    return loads, stores
+
+
+def _steps() -> list[str]:
+    """Lines of every stage after the first, and the step's end, by SciPy's table of the method."""
+    from scipy.integrate import DOP853  # a third of a second, for this kernel alone
+
+    lines = []
+    for stage in range(1, STAGES):
+        lines += _sum(DOP853.A[stage, :stage])
+        time = f"fma({float(DOP853.C[stage])!r}, h, t)"
+        rest = f"times, torques, rows_of_table, table, RATES + {stage} * STATE"
+        lines.append(f"passed = rated(w, {time}, {rest})")
+        lines.append("touched = touched or passed != pattern")
+    return lines + _sum(DOP853.B)
+
+
+def _sum(weights: np.ndarray) -> list[str]:
+    step = f"w[i] = fma(h, {_weighted_sum(weights)}, w[BEGIN + i])"
+    return ["for i in range(STATE):", f"    {step}"]
+
+
+def _errors() -> list[str]:
+    from scipy.integrate import DOP853
+
+    return [f"{name} = {_weighted_sum(e)}" for name, e in (("e5", DOP853.E5), ("e3", DOP853.E3))]
+
+
+def _weighted_sum(weights: Sequence[float] | np.ndarray) -> str:
+    """Text of the sum of the stages' rates with these weights."""
+    text = ""
+    for stage, weight in enumerate(weights):
+        if weight:
+            rate = f"w[RATES + {stage} * STATE + i]"
+            text = (
+                f"fma({float(weight)!r}, {rate}, {text})" if text else f"{float(weight)!r} * {rate}"
+            )
+    return text
+
+
+NEAR_S = 1e-13  # of a change of contact: what it leaves of a step's error is far below rounding
+
+
+class EventRun(NamedTuple):
+    """A run's records, of one member; how many evaluations it took, how many contacts changed."""
+
+    records: Records
+    evaluations: int
+    changes: int
+
+
+def integrate_with_events(model: AnalyticModel, rtol: float) -> EventRun:
+    """A model's run at a relative tolerance; NaN from where it diverged."""
+    equations, scenario = model.equations, model.scenario
+    structure = equations.structure
+    program = build_event_program(structure, equations.record_map())
+    n, m = len(structure.coordinates), len(structure.meshes)
+    state = [equations.to_kernel(x) for x in model.start()]
+    edges = model.gears.b
+    rest = np.zeros(program.leading_rows - 3 * n - 3 * m)
+    numbers = number_rows(program, equations.numbers)
+    w = np.concatenate([*state, np.zeros(n + 2 * m), edges, rest, *numbers])
+    records = scenario.steps // scenario.stride + 1
+    out = np.full((records, 3 * n + m), np.nan)
+    is_angle = np.array([name.startswith("theta") for name in structure.coordinates])
+    of_meshes = MESH_SIZE_M, MESH_RATE_M_PER_S
+    atol = rtol * np.concatenate([np.where(is_angle, 1.0, size) for size in of_meshes])
+    times, torques = contiguous_table(model.drive)
+    table, low, high, counts = (np.zeros(k) for k in (len(torques), 2 * m, 2 * m, 2))
+    compile_program(program)["follow"](
+        w.ctypes.data,
+        records,
+        scenario.step_s * scenario.stride,
+        rtol,
+        atol.ctypes.data,
+        NEAR_S,
+        times.ctypes.data,
+        torques.ctypes.data,
+        times.size,
+        *(each.ctypes.data for each in (table, low, high, out, counts)),
+    )
+    kept = Records(*np.split(out, (n, 2 * n, 3 * n), axis=1))
+    return EventRun(kept, int(counts[0]), int(counts[1]))

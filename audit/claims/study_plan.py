@@ -1,0 +1,167 @@
+"""Which experiments are made in which settings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from crosscheck.audit.claims.quantities import ConditionResults
+from crosscheck.audit.errata.planted_faults import PlantedFaultQuestion, detectable_share
+from crosscheck.audit.experiments import experiments as run
+from crosscheck.audit.experiments import paper_conditions
+from crosscheck.audit.experiments.paper_conditions import Condition, GearModel
+from crosscheck.audit.experiments.samples import Sample, collect_samples
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Numbers
+from crosscheck.audit.statics.statics import Statics
+
+VARIED = (run.PD, run.NO_ERROR)  # the experiments that are made of VARIANTS
+
+
+@dataclass(frozen=True)
+class StudyPlan:
+    """What is simulated where. zetas: of all experiments but those of ``shaken``; sizes in um.
+
+    shaken: of back and forth, the square wave, two planets, 3 s with b = 3000 um, links that turn
+    back, preloaded constant torque, neighbouring motions, and neither backlash nor tooth error;
+    variants: whether VARIANTS, other planets, other waves and planted errors are asked too. The
+    second reading of Table I sweeps b and E at every second zeta. back: of Fig. 15, to which the
+    claims add 1000 and 3000 um.
+    """
+
+    readings: tuple[str, ...] = tuple(paper_conditions.READINGS)
+    zetas: tuple[float, ...] = paper_conditions.ZETAS
+    shaken: tuple[float, ...] = (0.005, 0.02, 0.05)
+    backlashes: tuple[float, ...] = (5.0, 10.0, 25.0, 500.0, 1000.0, 3000.0)
+    errors: tuple[float, ...] = (0.8, 1.6, 3.2, 6.3)
+    back: tuple[float, ...] = (0.0, 50.0, 100.0, 500.0)
+    variants: bool = True
+
+    def claim_conditions(self) -> list[Condition]:
+        """The settings of the claims: planets free, all laws."""
+        every = product(paper_conditions.LAWS, self.readings, self.zetas)
+        return [Condition(law, zeta, arm) for law, arm, zeta in every]
+
+    def model_conditions(self, model: GearModel) -> list[Condition]:
+        """The settings of a model of the gears, at every reading and damping ratio."""
+        return [
+            Condition(model.law, z, arm, model.planets) for arm in self.readings for z in self.zetas
+        ]
+
+    def experiments(self, condition: Condition) -> Iterator[run.PaperExperiment]:
+        """The experiments that are simulated in a setting of the claims."""
+        yield from (run.PD, run.CONSTANT, run.NO_BACKLASH, run.NO_ERROR, run.CONSTANT_STIFFNESS)
+        yield from (run.CONSTANT_NO_ERROR, run.PRELOADED)
+        if condition.arm == self.readings[0] or condition.zeta in self.zetas[::2]:
+            yield from (run.BACKLASH(size_um) for size_um in self.backlashes)
+            yield from (run.ERROR(size_um) for size_um in self.errors)
+        if condition.zeta in self.shaken:
+            yield from (run.TWO_PLANETS, run.TWO_SOFTER) if self.variants else ()
+            for size_um in (*self.back, run.CHAOTIC_UM, 1e6 * run.WIDE_M):
+                yield from (run.BACK(size_um), run.BACK_EVEN(size_um))
+            yield from (run.WIDE, run.TURNING, run.CONSTANT_PRELOADED, run.NEIGHBOURS)
+            yield run.BACKLASH_NO_ERROR(0.0)
+            yield from (run.SQUARE, run.CONSTANT_SQUARE) if self.variants else ()
+
+
+FULL = StudyPlan()
+QUICK = StudyPlan(
+    readings=(paper_conditions.LABELLED,),
+    zetas=(0.005, 0.02),
+    shaken=(0.02,),
+    backlashes=(5.0, 500.0),
+    errors=(1.6, 6.3),
+    back=(0.0, 50.0, 500.0),
+    variants=False,
+)
+ResultsByCondition = list[tuple[Condition, ConditionResults]]
+
+
+def plan_of(scale: Scale) -> StudyPlan:
+    """The full or the quick plan."""
+    return QUICK if scale.quick else FULL
+
+
+def run_experiments(
+    study: Study, scale: Scale, conditions: Sequence[Condition], label: str
+) -> ResultsByCondition:
+    """The chosen settings, each with its experiments and what follows from the arm's data."""
+    plan = plan_of(scale)
+    requests = [
+        (condition, experiment)
+        for condition in conditions
+        for experiment in plan.experiments(condition)
+    ]
+    samples_by_request = collect_samples(study, scale, requests, label)
+    static = {run.STATIC: sample_statics(study, plan.readings)}
+    if plan.variants:
+        static[run.PLANTED] = sample_planted_faults(study, plan.readings)
+    results_by_condition = {}
+    for condition in conditions:
+        place = plan.readings.index(condition.arm)
+        results_by_condition[condition] = ConditionResults(
+            {experiment: by_arm[place] for experiment, by_arm in static.items()}
+        )
+    for (condition, experiment), sample in samples_by_request.items():
+        results_by_condition[condition][experiment] = sample
+    for results in results_by_condition.values():
+        results.update(dict.fromkeys(run.DEFAULTS, results[run.PD]))
+    return list(results_by_condition.items())
+
+
+def run_model_variants(study: Study, scale: Scale) -> dict[GearModel, ResultsByCondition]:
+    """The settings of each of VARIANTS with what is asked there; none if the plan has none."""
+    plan = plan_of(scale)
+    conditions_by_model = (
+        {model: plan.model_conditions(model) for model in paper_conditions.VARIANTS}
+        if plan.variants
+        else {}
+    )
+    requests = [
+        (condition, experiment)
+        for conditions in conditions_by_model.values()
+        for condition in conditions
+        for experiment in VARIED
+    ]
+    samples_by_request = collect_samples(study, scale, requests, "claims, variants")
+    return {
+        model: [
+            (
+                condition,
+                ConditionResults(
+                    {experiment: samples_by_request[condition, experiment] for experiment in VARIED}
+                ),
+            )
+            for condition in conditions
+        ]
+        for model, conditions in conditions_by_model.items()
+    }
+
+
+def sample_statics(study: Study, arms: Sequence[str]) -> list[Sample]:
+    """The numbers that follow from the data of each arm alone."""
+    return [
+        _single_start_sample(n)
+        for n in study.answer_questions([Statics(arm) for arm in arms], "claims: statics")
+    ]
+
+
+def sample_planted_faults(study: Study, arms: Sequence[str]) -> list[Sample]:
+    """The share of planted errors that an agreement of two models would show, for each arm."""
+    omissions_by_arm = study.answer_questions(
+        [PlantedFaultQuestion(arm) for arm in arms], "claims: planted slips"
+    )
+    return [
+        _single_start_sample({"planted_shown": detectable_share(omissions)})
+        for omissions in omissions_by_arm
+    ]
+
+
+def _single_start_sample(numbers: Numbers) -> Sample:
+    """A sample of one start whose numbers are these."""
+    values = {name: np.array([value], float) for name, value in numbers.items()}
+    return Sample(values, diverged=np.zeros(1, dtype=bool))

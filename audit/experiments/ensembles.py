@@ -1,0 +1,237 @@
+"""One experiment in one setting from many starts: what each of its runs measures.
+
+The starts differ by next to nothing. What a run does that hangs on that is told by none of them
+alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import ClassVar, NamedTuple, TypeVar
+
+import numpy as np
+
+from crosscheck.analytic.model import AnalyticModel
+from crosscheck.audit.experiments.pd import measure_transient_pd, measure_whole_pd
+from crosscheck.audit.experiments.question import Question, Records
+from crosscheck.audit.experiments.torque import measure_back_and_forth, measure_constant_torque
+from crosscheck.audit.experiments.variant import Numbers, Variant
+from crosscheck.audit.measures.rigid import COUPLED, remove_gears, rigid_arm
+from crosscheck.audit.measures.run_signals import RunSignals, extract_signals, simulate_signals
+from crosscheck.models.errors import Diverged
+from crosscheck.models.interface import Model
+from crosscheck.models.loading import Case
+from crosscheck.registry import RIGID_LEVELS, build, get_entry
+from crosscheck.studies.members.starts import perturb_start
+
+AT_ONCE = 16  # runs in memory: about 100 MB
+FIRST = 8  # starts that are run before it is asked whether more could tell anything else
+ALIKE = 1e-3  # relative: starts that agree so well have grown their 1e-12 m by less than 1e5
+# Numbers that show the perturbation itself, whatever comes of it.
+PERTURBATION_ITSELF = ("planets_apart_m", "force_at_start_N")
+ResultT = TypeVar("ResultT")
+RIGID_SHIFT_RAD = 1e-6  # small enough to stay in proportion for 2 s
+RECORDED_S = 5e-5  # 13 samples of a period at 1.5 kHz, 4 at the highest mesh mode
+
+
+class EnsembleNumbers(NamedTuple):
+    """Every start's numbers by name, None where undefined, and when its run diverged [s], or None.
+
+    A start that diverged has no numbers: all are None. ran: how many starts were run; where the
+    first FIRST agree they stand for all others, in turns.
+    """
+
+    numbers: dict[str, list[float | None]]
+    diverged_s: list[float | None]
+    ran: int
+
+
+@dataclass(frozen=True)
+class EnsembleQuestion(Question[ResultT]):
+    """A question about a variant that is run from starts perturbed by these seeds."""
+
+    variant: Variant
+    seeds: tuple[int, ...]
+
+    @property
+    def model_names(self) -> tuple[str, ...]:
+        """The name of the variant's model."""
+        return (self.variant.model,)
+
+    def records(self) -> Records:
+        return self.variant.case()
+
+    @property
+    def cost(self) -> float:
+        """Estimated cost [s], measures included."""
+        steps, entry = self.variant.case().scenario.steps, get_entry(self.variant.model)
+        return len(self.seeds) * steps * entry.call_s / entry.abreast
+
+    def case(self) -> Case:
+        """The arm, scenario and switches that are run, before the start is perturbed."""
+        return self.variant.case()
+
+    def models(self, seeds: Sequence[int]) -> Sequence[Model]:
+        """Models that run from the starts with these seeds."""
+        case = self.case()
+        cases = [perturb_start(case, seed) for seed in seeds]
+        model = build(self.variant.model, *case)
+        if not isinstance(model, AnalyticModel):
+            return [build(self.variant.model, *each) for each in cases]
+        restarted = []
+        for _, scenario, _ in cases:  # they share all but the start with the first
+            other = copy(model)
+            other.scenario, other.equations = scenario, model.equations
+            restarted.append(other)
+        return restarted
+
+    def _runs(self, seeds: Sequence[int]) -> Iterator[RunSignals | Diverged]:
+        """The runs from the starts with these seeds, AT_ONCE of them in memory at a time."""
+        models = self.models(seeds)
+        for first in range(0, len(models), AT_ONCE):
+            yield from _run_side_by_side(models[first : first + AT_ONCE])
+
+
+class EnsembleNumbersQuestion(EnsembleQuestion[EnsembleNumbers]):
+    """A question: numbers of whole runs from every start, each beside rigid arms at some levels."""
+
+    levels: ClassVar[Sequence[str]] = (COUPLED,)
+    measure: ClassVar[Callable[..., Numbers]]
+
+    @property
+    def model_names(self) -> tuple[str, ...]:
+        """Names of the models of the runs and of the rigid arms beside them."""
+        return (*super().model_names, *(rigid.model for rigid in self.rigid_variants()))
+
+    def answer(self) -> EnsembleNumbers:
+        first_numbers, count = self._measure_starts(self.seeds[:FIRST]), len(self.seeds)
+        if count <= FIRST or are_alike(first_numbers):  # they stand for all, in turns
+            turns = [place % first_numbers.ran for place in range(count)]
+            numbers = {
+                n: [values[place] for place in turns] for n, values in first_numbers.numbers.items()
+            }
+            return EnsembleNumbers(
+                numbers, [first_numbers.diverged_s[place] for place in turns], first_numbers.ran
+            )
+        other_numbers = self._measure_starts(self.seeds[FIRST:])
+        numbers = {  # where one part has no numbers at all, all of its runs diverged
+            name: [
+                x
+                for part in (first_numbers, other_numbers)
+                for x in part.numbers.get(name, [None] * part.ran)
+            ]
+            for name in dict.fromkeys((*first_numbers.numbers, *other_numbers.numbers))
+        }
+        return EnsembleNumbers(
+            numbers,
+            [*first_numbers.diverged_s, *other_numbers.diverged_s],
+            first_numbers.ran + other_numbers.ran,
+        )
+
+    def _measure_starts(self, seeds: Sequence[int]) -> EnsembleNumbers:
+        """Numbers of all starts with these seeds, each of which is run."""
+        rigid_courses: tuple[RunSignals, ...] | None = None
+        run_numbers: list[Numbers] = []
+        diverged: list[float | None] = []
+        for run in self._runs(seeds):
+            if isinstance(run, Diverged):
+                run_numbers.append({})
+                diverged.append(run.time_s)
+                continue
+            if rigid_courses is None:
+                rigid_courses = tuple(
+                    rigid.at(run.time) for rigid in map(rigid_course, self.rigid_variants())
+                )
+            run_numbers.append(self.numbers(run, rigid_courses))
+            diverged.append(None)
+        names = dict.fromkeys(name for numbers in run_numbers for name in numbers)
+        return EnsembleNumbers(
+            {n: [start_numbers.get(n) for start_numbers in run_numbers] for n in names},
+            diverged,
+            len(seeds),
+        )
+
+    def rigid_variants(self) -> tuple[Variant, ...]:
+        """The variants of the rigid arms that the runs are compared with."""
+        return tuple(rigid_arm(self.variant, level) for level in self.levels)
+
+    def numbers(self, run: RunSignals, rigid: tuple[RunSignals, ...]) -> Numbers:
+        """Numbers that are measured of a run beside the rigid arms' runs."""
+        return type(self).measure(run, *rigid)
+
+
+def are_alike(ensemble_numbers: EnsembleNumbers) -> bool:
+    """Whether no run diverged and every number is the same in all starts, to ALIKE of its size.
+
+    The motion is then a smooth function of its start, and further starts as near give the same.
+    """
+    if any(time is not None for time in ensemble_numbers.diverged_s):
+        return False
+    for name, values in ensemble_numbers.numbers.items():
+        defined = [value for value in values if value is not None]
+        if name in PERTURBATION_ITSELF or not defined:
+            continue
+        span, size = float(np.ptp(defined)), float(np.abs(defined).max())
+        if len(defined) < len(values) or span > ALIKE * size:
+            return False
+    return True
+
+
+class TransientPdQuestion(EnsembleNumbersQuestion):
+    """A question: numbers of the PD run, as long as its variant has it."""
+
+    measure = staticmethod(measure_transient_pd)
+
+
+class WholePdQuestion(EnsembleNumbersQuestion):
+    """A question: numbers of all 3 s of the PD run."""
+
+    measure = staticmethod(measure_whole_pd)
+
+
+class ConstantTorqueQuestion(EnsembleNumbersQuestion):
+    """A question: numbers of the run under constant torque, beside every rigid level."""
+
+    levels = RIGID_LEVELS
+    measure = staticmethod(measure_constant_torque)
+
+
+class SwingQuestion(EnsembleNumbersQuestion):
+    """A question: numbers of the run in which both joints are driven back and forth.
+
+    The rigid arm runs at the geared one's step: its torque's infinite slope at t = 0 then costs
+    both the same and drops out. A second one starts a little away.
+    """
+
+    measure = staticmethod(measure_back_and_forth)
+
+    def rigid_variants(self) -> tuple[Variant, ...]:
+        rigid = remove_gears(self.variant)
+        shift = f"scenario.start.theta_rad={RIGID_SHIFT_RAD!r}"
+        return rigid, replace(rigid, settings=(*rigid.settings, shift))
+
+
+@lru_cache(maxsize=16)
+def rigid_course(variant: Variant) -> RunSignals:
+    """The course of a rigid arm's run. Raises Diverged."""
+    (run,) = _run_side_by_side([build(variant.model, *variant.case())])
+    if isinstance(run, Diverged):
+        raise run
+    return run
+
+
+def _run_side_by_side(models: Sequence[Model]) -> list[RunSignals | Diverged]:
+    """Runs of models of one kind, in their order, or why there is none."""
+    analytic = [model for model in models if isinstance(model, AnalyticModel)]
+    if analytic:
+        return simulate_signals(analytic)
+    results = list[RunSignals | Diverged]()
+    for model in models:
+        try:
+            results.append(extract_signals(model.simulate()))
+        except Diverged as error:
+            results.append(error)
+    return results

@@ -1,0 +1,205 @@
+"""What the figures are drawn from: runs from one start, bands of all starts, samples.
+
+Every choice that the paper leaves open is made here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
+
+import xarray as xr
+
+from crosscheck.audit.claims.quantities import ConditionResults, NotSimulatedError
+from crosscheck.audit.claims.study_plan import (
+    StudyPlan,
+    plan_of,
+    sample_planted_faults,
+    sample_statics,
+)
+from crosscheck.audit.experiments.bands import BandsQuestion, ShoulderBands
+from crosscheck.audit.experiments.experiments import (
+    DEFAULTS,
+    PD,
+    PLANTED,
+    STATIC,
+    ExperimentSeries,
+    PaperExperiment,
+    build_question,
+)
+from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS, Condition, Law
+from crosscheck.audit.experiments.samples import Sample
+from crosscheck.audit.experiments.variant import Variant
+from crosscheck.audit.measures.reading import select_first_planets
+from crosscheck.audit.measures.rigid import rigid_model
+from crosscheck.audit.measures.run_signals import RunSignals, extract_signals
+from crosscheck.audit.page.context import AuditContext
+
+# The paper gives no damping. At the smaller value its third fluctuation shows under its own law.
+ZETA, LOW_ZETA = 0.02, 0.005
+SMOOTH_RECORD = 20  # 0.2 ms: for angles and speeds, which have nothing at mesh frequencies
+FULL_RECORD = 2  # 20 µs: eleven records of a period of the fastest mesh mode
+BAND_BINS = 900  # over a whole run
+WITHOUT_SETTING = {STATIC: sample_statics, PLANTED: sample_planted_faults}
+Name = TypeVar("Name", bound=Hashable)
+
+
+@dataclass
+class FigureData:
+    """The page's material as figures need it; each run is read once. has_verdicts: with verdicts.
+
+    Verdicts need every setting of the claims: a figure alone is shown without.
+    """
+
+    context: AuditContext
+    has_verdicts: bool = True
+    run_cache: dict[Variant, xr.Dataset] = field(default_factory=dict)
+    course_cache: dict[Variant, RunSignals] = field(default_factory=dict)
+    results_cache: dict[float, dict[Law, ConditionResults]] = field(default_factory=dict)
+
+    @property
+    def seed(self) -> int:
+        """The seed of the start that is drawn."""
+        return self.context.scale.first_seed
+
+    @property
+    def plan(self) -> StudyPlan:
+        """The plan, which says what sizes are swept."""
+        return plan_of(self.context.scale)
+
+    def load_runs(self, variants: Mapping[Name, Variant], number: int) -> dict[Name, xr.Dataset]:
+        """The variants' runs, cut to the scale, for a figure. Raises Diverged."""
+        cut_variants = {name: self.context.scale.cut(variant) for name, variant in variants.items()}
+        missing = [variant for variant in cut_variants.values() if variant not in self.run_cache]
+        self.run_cache |= self.context.study.run_variants(
+            missing, f"figure {number}", select_first_planets
+        )
+        return {name: self.run_cache[cut] for name, cut in cut_variants.items()}
+
+    def load_courses(self, variants: Mapping[Name, Variant], number: int) -> dict[Name, RunSignals]:
+        """The variants' runs as measures read them, for a figure. Raises Diverged."""
+        for name, run in self.load_runs(variants, number).items():
+            if variants[name] not in self.course_cache:
+                self.course_cache[variants[name]] = extract_signals(run)
+        return {name: self.course_cache[variant] for name, variant in variants.items()}
+
+    def courses_by_law(
+        self, number: int, experiment: PaperExperiment, zeta: float
+    ) -> dict[Law, RunSignals]:
+        """The courses of an experiment from the drawn start, by law."""
+        variants = {
+            law: make_start_variant(experiment, Condition(law, zeta), self.seed) for law in LAWS
+        }
+        return self.load_courses(variants, number)
+
+    def sweep(
+        self, number: int, series: ExperimentSeries, zeta: float
+    ) -> dict[Law, dict[float, RunSignals]]:
+        """The courses of a family's members from the drawn start under every law, by size [um]."""
+        courses = self.load_courses(self.series_variants(series, zeta), number)
+        return {
+            law: {
+                size: course for (course_law, size), course in courses.items() if course_law == law
+            }
+            for law in LAWS
+        }
+
+    def series_variants(
+        self, series: ExperimentSeries, zeta: float
+    ) -> dict[tuple[Law, float], Variant]:
+        """A family's variants from the drawn start, by law and size [um]."""
+        members = self.results_by_law(zeta)[LAWS[0]].members(series)
+        return {
+            (law, member.size_um or 0.0): make_start_variant(
+                member, Condition(law, zeta), self.seed
+            )
+            for law in LAWS
+            for member in members
+        }
+
+    def results_by_law(self, zeta: float) -> dict[Law, ConditionResults]:
+        """The samples of every experiment at a damping ratio, labelled reading, by law."""
+        if zeta not in self.results_cache:
+            if self.has_verdicts:
+                labelled_results = [
+                    (c, results) for c, results in self.context.settings if c.arm == LABELLED
+                ]
+                self.results_cache[zeta] = {
+                    condition.law: results
+                    for condition, results in labelled_results
+                    if condition.zeta == zeta
+                }
+            else:
+                self.results_cache[zeta] = make_lazy_results(self.context, zeta)
+        return self.results_cache[zeta]
+
+    def start_bands(self, zeta: float, number: int) -> dict[Law, ShoulderBands]:
+        """The bands in which the whole PD run's starts lie, by law."""
+        scale = self.context.scale
+        variants = [scale.cut(make_start_variant(PD, Condition(law, zeta), None)) for law in LAWS]
+        questions = [BandsQuestion(variant, scale.seeds, BAND_BINS) for variant in variants]
+        bands = self.context.study.answer_questions(questions, f"figure {number}, all starts")
+        return dict(zip(LAWS, bands, strict=True))
+
+
+def make_start_variant(
+    experiment: PaperExperiment,
+    condition: Condition,
+    seed: int | None,
+    record_every: int = FULL_RECORD,
+) -> Variant:
+    """The variant of an experiment as the claims' samples have it, from one of their starts."""
+    variant = build_question(PD if experiment in DEFAULTS else experiment, condition, ()).variant
+    return replace(variant, seed=seed, record_every=record_every)
+
+
+def make_rigid_variant(scenario: str, level: str) -> Variant:
+    """The variant of a rigid arm at a level, recorded on the grid of the smooth runs."""
+    return Variant(scenario, model=rigid_model(level), record_every=SMOOTH_RECORD)
+
+
+class LazyResults(ConditionResults):
+    """Samples of a setting that are run when asked for. Raises NotSimulatedError if unplanned."""
+
+    def __init__(
+        self, experiments: tuple[PaperExperiment, ...], fetch: Callable[[PaperExperiment], None]
+    ) -> None:
+        super().__init__()
+        self.experiments = experiments
+        self.fetch = fetch
+
+    def __iter__(self) -> Iterator[PaperExperiment]:
+        return iter(self.experiments)
+
+    def __missing__(self, experiment: PaperExperiment) -> Sample:
+        if experiment not in self.experiments:
+            raise NotSimulatedError(experiment)
+        self.fetch(experiment)
+        return self[experiment]
+
+
+def make_lazy_results(context: AuditContext, zeta: float) -> dict[Law, ConditionResults]:
+    """Samples of the labelled reading, by law; what one law is asked is run for all."""
+    plan = plan_of(context.scale)
+    results: dict[Law, ConditionResults] = {}
+
+    def fetch(experiment: PaperExperiment) -> None:
+        if experiment in WITHOUT_SETTING:
+            (sample,) = WITHOUT_SETTING[experiment](context.study, [LABELLED])
+            for law_results in results.values():
+                law_results[experiment] = sample
+            return
+        sampled_experiment = PD if experiment in DEFAULTS else experiment
+        samples = context.samples(
+            [(Condition(law, zeta), sampled_experiment) for law in LAWS], str(experiment)
+        )
+        for law, law_results in results.items():
+            law_results[experiment] = samples[Condition(law, zeta), sampled_experiment]
+
+    for law in LAWS:
+        static = (STATIC, PLANTED) if plan.variants else (STATIC,)
+        results[law] = LazyResults(
+            (*static, *DEFAULTS, *plan.experiments(Condition(law, zeta))), fetch
+        )
+    return results

@@ -1,0 +1,112 @@
+"""How the figures are drawn: strips in time under every law, bands, quantiles over a size."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from crosscheck.audit.experiments.paper_conditions import LAWS, Law
+from crosscheck.audit.measures.run_signals import RunSignals
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.audit.page.labels import LAW_NAMES
+from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import BINS, draw_legend, make_figure, to_svg
+from crosscheck.signals import envelope
+
+MICRO, KILO = 1e6, 1e-3
+LAW_COLOURS = dict(zip(LAWS, (COLOURS[4], COLOURS[1], COLOURS[0]), strict=True))
+
+
+class Curve(NamedTuple):
+    """A line of a panel, x and y (points,); without a label none in the legend; width [pt]."""
+
+    x: np.ndarray | Sequence[float]
+    y: np.ndarray
+    colour: str
+    label: str | None = None
+    style: str = "-"
+    width: float | None = None
+
+
+class Panel(NamedTuple):
+    """A panel: curves in one pair of axes, with what Matplotlib's ``Axes.set`` is to be told."""
+
+    curves: Sequence[Curve]
+    settings: Mapping[str, object]
+
+
+def draw_panels(height: float, *shown: Panel) -> str:
+    """Panels side by side, of this height [in], above one legend, as svg."""
+    figure, grid = make_figure(1, len(shown), height)
+    for axes, (curves, settings) in zip(grid[0], shown, strict=True):
+        for x, y, colour, label, style, width in curves:
+            axes.plot(x, y, style, color=colour, label=label, linewidth=width)
+        axes.set(**settings)
+    draw_legend(figure, *grid[0])
+    return to_svg(figure)
+
+
+def draw_line(
+    axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: str, bins: int = BINS
+) -> None:
+    """Draw a line, or from two samples a bin on the band from minima to maxima."""
+    if time.size <= 2 * bins:
+        axes.plot(time, values, label=label, color=colour, linewidth=1.0)
+        return
+    centres, low, high = envelope(time, values, bins)
+    axes.fill_between(centres, low, high, label=label, color=colour, linewidth=0.6, alpha=0.75)
+
+
+def set_same_scale(grid: np.ndarray) -> None:
+    """Give each row of axes, (rows, columns), one y range; a row of unlike scales is left."""
+    for row in grid:
+        if len({axes.get_yscale() for axes in row}) > 1:
+            continue
+        limits = np.array([axes.get_ylim() for axes in row])
+        for axes in row:
+            axes.set_ylim(limits[:, 0].min(), limits[:, 1].max())
+
+
+def describe_run(run: RunSignals, seed: int, more: str = "") -> str:
+    """The parameter values of a geared run in words, for the line under a figure."""
+    stage = paper_stage(run.case.arm)
+    driven = [
+        f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"
+        for key, value in run.case.scenario.drive.model_dump().items()
+    ]
+    parts = [
+        f"Arm {run.case.arm.name}",
+        f"b {MICRO * stage.backlash_m:g} µm, E {MICRO * stage.tooth_error_m:g} µm",
+        f"k_m {stage.mesh_stiffness_N_per_m:g} N/m"
+        f", k_a {stage.mesh_stiffness_amplitude_N_per_m:g} N/m",
+        f"zeta {stage.damping_ratio:g}, planets {run.case.switches.planets}",
+        f"start {seed}",
+        f"drive: {', '.join(driven)}",
+    ]
+    return f"{'; '.join(parts)}.{' ' + more if more else ''}"
+
+
+def draw_severe_shares(shares_by_law: Mapping[Law, Mapping[float, Share | None]]) -> str:
+    """Shares of severe starts over the damping ratio, with 95 % intervals, by law, as svg."""
+    figure, grid = make_figure(1, 1, 2.9)
+    axes = grid[0, 0]
+    for place, (law, by_zeta) in enumerate(shares_by_law.items()):
+        shares = [(zeta, share) for zeta, share in by_zeta.items() if share is not None]
+        zeta = np.array([damping_ratio for damping_ratio, _ in shares]) * (1 + 0.03 * (place - 1))
+        value = np.array([share.value for _, share in shares])
+        ends = np.array([share.interval for _, share in shares]).reshape(-1, 2).T
+        label, colour = LAW_NAMES[law], LAW_COLOURS[law]
+        axes.errorbar(
+            zeta, value, np.abs(ends - value), fmt="o-", label=label, color=colour, ms=4, lw=1.0
+        )
+    axes.set(xscale="log", xlabel="damping ratio ζ [1]", ylabel="share of starts [1]")
+    axes.set_ylim(-0.05, 1.05)
+    ticks = sorted({zeta for by_zeta in shares_by_law.values() for zeta in by_zeta})
+    axes.set_xticks(ticks, [f"{zeta:g}" for zeta in ticks])
+    axes.minorticks_off()
+    draw_legend(figure, axes)
+    return to_svg(figure)

@@ -1,0 +1,61 @@
+"""What all chapters of the page work from: the study, and everything that the claims were asked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.claims.judgement import ClaimJudgement
+from crosscheck.audit.claims.rule import Claim, evaluate_claim
+from crosscheck.audit.claims.study_plan import (
+    ResultsByCondition,
+    plan_of,
+    run_experiments,
+    run_model_variants,
+)
+from crosscheck.audit.experiments.paper_conditions import AS_MODELLED, GearModel
+from crosscheck.audit.experiments.samples import Sample, SampleRequest, collect_samples
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+
+
+@dataclass(frozen=True)
+class AuditContext:
+    """What a page is made from, once; nothing is run before it is asked for."""
+
+    study: Study
+    scale: Scale
+
+    @cached_property
+    def settings(self) -> ResultsByCondition:
+        """The settings of the claims with planets free, each with its experiments."""
+        chosen = plan_of(self.scale).claim_conditions()
+        return run_experiments(self.study, self.scale, chosen, "claims")
+
+    @cached_property
+    def as_modelled(self) -> ResultsByCondition:
+        """The settings of the paper's own model, each with its experiments."""
+        chosen = plan_of(self.scale).model_conditions(AS_MODELLED)
+        return run_experiments(self.study, self.scale, chosen, "claims, as modelled")
+
+    @cached_property
+    def variations(self) -> Mapping[GearModel, ResultsByCondition]:
+        """The settings of further models of the gears, with the PD run's experiments alone."""
+        return run_model_variants(self.study, self.scale)
+
+    @cached_property
+    def judged_claims(self) -> Mapping[str, ClaimJudgement]:
+        """The claims with their answers in all settings, by id."""
+        return {claim.id: self.judge_claim(claim) for claim in CLAIMS}
+
+    def judge_claim(self, claim: Claim) -> ClaimJudgement:
+        """A claim with its answers in every setting of every model of the gears."""
+        return ClaimJudgement(
+            claim, tuple(evaluate_claim(claim, [*self.as_modelled, *self.settings]))
+        )
+
+    def samples(self, requests: Iterable[SampleRequest], what: str) -> dict[SampleRequest, Sample]:
+        """Samples of experiments in any settings, also the claims', from the scale's starts."""
+        return collect_samples(self.study, self.scale, requests, what)

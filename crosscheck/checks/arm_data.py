@@ -1,0 +1,151 @@
+"""Checks of one model's inertia and force against what the data of arm and experiment tell."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from crosscheck.checks.answers import States
+from crosscheck.checks.energy import springs_at
+from crosscheck.checks.first_principles import composite
+from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio
+from crosscheck.checks.modes import equivalent_mass, mean_stiffness
+from crosscheck.checks.scales import geared_joints
+from crosscheck.checks.states import EPS, ROUNDINGS, Setting, compare_values
+from crosscheck.findings import Finding, Subject, make_check
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import MESHES, Layout, Meaning
+from crosscheck.models.experiment.scenario import (
+    ConstantDrive,
+    PdDrive,
+    Scenario,
+    SinusoidDrive,
+    Switches,
+    expand_to_joints,
+)
+from crosscheck.models.loading import Case
+
+
+def check_inertia_against_data(
+    about: Subject, mass: np.ndarray, setting: Setting, content: composite.Content, level: str
+) -> Finding:
+    """Check M (count, n, n) by the parallel axis theorem, every joint rolling and locked.
+
+    level: that of a rigid model; "" of a geared one, which has the joints locked too.
+    """
+    parts, ways = (
+        composite.build_parts(content, level or "coupled"),
+        _joint_motions(setting.layout, content),
+    )
+    ratios = []
+    for q, matrix in zip(setting.states.q, mass, strict=True):
+        pose = composite.arm_pose(content, q[setting.layout.theta])
+        expected = composite.inertia(parts, pose, locked=not level)
+        given = ways[: len(expected)]
+        size = np.sqrt(np.einsum("ki,ij,kj->k", abs(given), abs(matrix), abs(given)))
+        differences = np.abs(given @ matrix @ given.T - expected)
+        with np.errstate(divide="ignore", invalid="ignore"):  # without a size there is no number
+            ratios.append((differences / np.outer(size, size)).max())
+    measured = float(np.max(ratios))
+    basis = f"{ROUNDINGS} eps of what is summed"
+    return make_check(
+        about, measured=measured, tolerance=ROUNDINGS * EPS, basis=basis, relative=measured
+    )
+
+
+def _joint_motions(layout: Layout, content: composite.Content) -> np.ndarray:
+    """Motions (2 joints, n): every joint with its teeth at rest, then with its gears as one body.
+
+    Gears that turn as one body carry the planets along the ring: x_pr changes by -r_r.
+    """
+    joints = content["joints"]
+    rolling = np.eye(len(layout))[layout.theta]
+    locked = rolling.copy()
+    for place, coordinate in enumerate(layout.coordinates):
+        if coordinate.meaning in ("x_pr", "x_s"):
+            joint = joints[coordinate.joint - 1]
+            locked[coordinate.joint - 1, place] = -composite.base_radius(joint, joint["ring_teeth"])
+    return np.vstack([rolling, locked])
+
+
+def check_force_against_data(
+    about: Subject,
+    force: np.ndarray,
+    mass: np.ndarray,
+    setting: Setting,
+    case: Case,
+    content: composite.Content,
+    level: str,
+) -> Finding:
+    """Check a force (count, n): drive, friction, weight of all that a joint carries, and the teeth.
+
+    mass (count, n, n): the same model's M, for sizes. With the teeth at rest no mesh does work on a
+    joint, and a motor turns the link alone. level: that of a rigid model, or "".
+    """
+    layout, scenario = setting.layout, case.scenario
+    parts = composite.build_parts(content, level or "coupled")
+    friction = np.array([float(j.get("friction_N_m_s_per_rad", 0.0)) for j in content["joints"]])
+    expected = np.zeros_like(force)
+    for row, (t, q, v) in enumerate(zip(*setting.states, strict=True)):
+        theta, rates = q[layout.theta], v[layout.theta]
+        torques = drive_torques(scenario, t, theta, rates)
+        pulled = composite.weight(parts, composite.arm_pose(content, theta), content)
+        expected[row, layout.theta] = torques + pulled - friction * rates
+        for number, joint in geared_joints(setting.arm) if layout.mesh_joints else ():
+            radius, ratio = sun_radius_and_ratio(joint)
+            expected[row] += torques[number] / (ratio * radius) * sun_advance(layout, number)
+    if layout.mesh_joints:
+        expected += teeth_forces(setting.arm, case.switches, layout, setting.states)
+    return compare_values(about, expected, force, mass, setting)
+
+
+def drive_torques(
+    scenario: Scenario, t: float, theta: np.ndarray, theta_dot: np.ndarray
+) -> np.ndarray:
+    """Output-side torques [N m], shape (joints,), by the scenario's fields."""
+    drive, joints = scenario.drive, len(theta)
+
+    def expand(value: float | tuple[float, ...]) -> np.ndarray:
+        return np.array(expand_to_joints(value, joints))
+
+    if isinstance(drive, ConstantDrive):
+        return expand(drive.torque_N_m)
+    if isinstance(drive, PdDrive):
+        away = expand(drive.target_rad) - theta
+        damped = expand(drive.derivative_N_m_s_per_rad) * theta_dot
+        return expand(drive.proportional_N_m_per_rad) * away - damped
+    if isinstance(drive, SinusoidDrive):
+        argument = t if drive.argument == "time" else t**0.5
+        return expand(drive.amplitude_N_m) * np.sin(expand(drive.rate_rad_per_s) * argument)
+    return np.array([np.interp(t, drive.time_s, column) for column in drive.torque_N_m])
+
+
+def teeth_forces(arm: Arm, chosen: Switches, layout: Layout, states: States) -> np.ndarray:
+    """Forces of springs and dampers of all meshes on the coordinates, shape (count, n).
+
+    They are those of the exact dead zone, dampers that always act and phases by the angle.
+    """
+    forces, contacts = np.zeros_like(states.q), springs_at(arm, chosen, layout, states.q)
+    for number, joint in geared_joints(arm):
+        for planet in range(joint.planet_count):
+            for name in MESHES:
+                spring, row = next(contacts), layout.displacement(name, number, planet)
+                pressed = spring.gap - np.clip(spring.gap, -spring.backlash, spring.backlash)
+                force = spring.stiffness * pressed + mesh_damping(joint, name, planet) * (
+                    states.v @ row
+                )
+                forces -= force[:, None] * row
+    return forces
+
+
+def mesh_damping(joint: Planetary, name: Meaning, planet: int) -> float:
+    """Damping of one planet's mesh [N s/m]: an N-th of that of N planets alike."""
+    sun = name == MESHES[0]
+    mesh, count = (
+        (joint.sun_mesh if sun else joint.ring_mesh).planet_mesh(planet),
+        joint.planet_count,
+    )
+    if mesh.damping_N_s_per_m is not None:
+        return mesh.damping_N_s_per_m / count
+    mass = equivalent_mass(joint, "sun") if sun else count * equivalent_mass(joint, "planet")
+    ratio = mesh.damping_ratio or 0.0
+    return 2 * ratio * float(np.sqrt(count * mean_stiffness(mesh.stiffness) * mass)) / count

@@ -1,0 +1,27 @@
+"""What a command leaves: the files that were asked for, and its lines in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from crosscheck.output import write_files
+from crosscheck.report.formatting import make_printable
+
+FileRequest = tuple[
+    Path | None, Callable[[], str]
+]  # a file, None where none is; what makes its text
+
+
+def write_requested(*requests: FileRequest) -> list[str]:
+    """Write the files that were asked for; returns lines that name them. Raises InputError."""
+    files: dict[Path, str | bytes] = {path: text() for path, text in requests if path is not None}
+    write_files(files)
+    return [f"wrote {make_printable(str(path))}" for path in files]
+
+
+def print_and_write(lines: Iterable[str], *requests: FileRequest) -> None:
+    """Write the files, print the lines and name what was written. Raises InputError."""
+    named = write_requested(*requests)
+    for line in (*map(make_printable, lines), *named):
+        print(line)

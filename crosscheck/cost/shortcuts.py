@@ -1,0 +1,295 @@
+"""What a robot's shortcuts cost: torques along a motion, the end effector, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from crosscheck.cost.agreement import TOLERANCE, EngineDifference, compare_engines, sample_states
+from crosscheck.cost.engines import REFERENCE_ENGINE, build_model
+from crosscheck.cost.meshes import GearedCost, compute_geared_cost
+from crosscheck.cost.motion import RobotMotion, State, find_exceeded_limits, make_excitation
+from crosscheck.cost.runs import run, tip_distances
+from crosscheck.cost.springs import stage_rotors
+from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import Level, Robot, Rotor
+
+SHORTCUTS: tuple[Level, ...] = ("links", "armature")
+NEGLIGIBLE = 0.01  # of a joint's largest torque
+ProgressCallback = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class SamplingPlan:
+    """How much is worked out: random states, instants of the motion, runs, their steps a second.
+
+    most_steps: the most steps a second that meshes may ask of a run.
+    """
+
+    states: int
+    instants: int
+    runs: int
+    steps: int
+    most_steps: int
+
+
+FULL, QUICK = SamplingPlan(100, 2000, 8, 250, 2500), SamplingPlan(20, 400, 2, 100, 1000)
+
+
+@dataclass(frozen=True)
+class TorqueCost:
+    """A shortcut's torque error in one joint [N m or N]: largest, rms, share of largest torque."""
+
+    joint: str
+    level: Level
+    largest: float
+    rms: float
+    share: float
+
+
+@dataclass(frozen=True)
+class TipCost:
+    """Distances [m] of the end effector from the plan after a second of feed-forward, run by run.
+
+    Infinite where the run diverged.
+    """
+
+    level: Level
+    distances: np.ndarray
+
+
+@dataclass(frozen=True)
+class CoupledPair:
+    """Rms torque [N m or N] that joint `at` needs, by coupling, for the acceleration of joint `by`.
+
+    share: of the largest torque of joint `at`.
+    """
+
+    at: str
+    by: str
+    rms: float
+    share: float
+
+
+@dataclass(frozen=True)
+class RotorShare:
+    """The largest share that a gear's coupling alone has of any joint's largest torque.
+
+    The gear is a rotor, or a stage's sun and planets. at: that joint; enough: the least size of the
+    gear's ratio, its reflected inertia kept, from which on the share is below NEGLIGIBLE.
+    """
+
+    joint: str
+    ratio: float
+    at: str
+    share: float
+    enough: float
+
+
+@dataclass(frozen=True)
+class ShortcutCosts:
+    """What the shortcuts of a robot cost along a motion.
+
+    beyond: a line for each limit of the robot that the motion exceeds;
+    time (instants,) [s]; torques (instants, n) of the coupled level, N m or N; errors: by shortcut,
+    of the same shape; largest (n,): of the torques; by_rates (n,): rms of what the coupling asks by
+    rates alone; factor: all ratios times this, and the coupling is below NEGLIGIBLE everywhere;
+    geared: None where no rotor has a mesh.
+    """
+
+    robot: Robot
+    seed: int
+    extent: SamplingPlan
+    motion: RobotMotion
+    beyond: tuple[str, ...]
+    agreement: tuple[EngineDifference, ...]
+    time: np.ndarray
+    torques: np.ndarray
+    errors: dict[Level, np.ndarray]
+    by_joint: tuple[TorqueCost, ...]
+    tips: tuple[TipCost, ...]
+    pairs: tuple[CoupledPair, ...]
+    by_rates: np.ndarray
+    ratios: tuple[RotorShare, ...]
+    factor: float
+    geared: GearedCost | None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the free joints."""
+        return tuple(self.robot.joints[number].name for number in self.robot.coordinates)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each free joint's torque or force: N m or N."""
+        turns = [self.robot.joints[number].kind == "revolute" for number in self.robot.coordinates]
+        return tuple("N m" if each else "N" for each in turns)
+
+    @property
+    def largest(self) -> np.ndarray:
+        """The largest torque of each free joint along the motion, shape (n,) [N m or N]."""
+        return np.abs(self.torques).max(axis=0)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether all engines agree on everything."""
+        return all(each.agrees for each in self.agreement)
+
+
+def compute_costs(
+    robot: Robot,
+    seed: int,
+    extent: SamplingPlan,
+    progress: ProgressCallback,
+    given: RobotMotion | None = None,
+) -> ShortcutCosts:
+    """What a robot's shortcuts cost, by the project's own derivation; engines are compared first.
+
+    seed: of the random states, and of the motion where none is given.
+    """
+    progress("comparing the engines", 0, 4)
+    agreement = compare_engines(robot, sample_states(robot, extent.states, seed))
+    progress("moving the robot", 1, 4)
+    exact = build_model(REFERENCE_ENGINE, robot, "coupled")
+    motion = given or make_excitation(exact, seed)
+    time = motion.instants(extent.instants)
+    state = motion.at(time)
+    torques = exact.inverse_dynamics(*state)
+    shortcuts = {level: build_model(REFERENCE_ENGINE, robot, level) for level in SHORTCUTS}
+    errors = {level: model.inverse_dynamics(*state) - torques for level, model in shortcuts.items()}
+    largest = np.abs(torques).max(axis=0)
+    names = [robot.joints[number].name for number in robot.coordinates]
+    progress("running feed-forward", 2, 4)
+    tips = _compute_tip_costs(exact, shortcuts, motion, extent)
+    progress("varying the ratios", 3, 4)
+    ratios, factor = _compute_rotor_shares(robot, state, largest, names)
+    coupling = exact.mass_matrix(state[0]) - shortcuts["armature"].mass_matrix(state[0])
+    by_rates = exact.bias(*state[:2]) - shortcuts["armature"].bias(*state[:2])
+    geared = None
+    if "geared" in robot.levels:
+        model, sizes = (
+            build_model(REFERENCE_ENGINE, robot, "geared"),
+            (extent.instants, extent.runs),
+        )
+        geared = compute_geared_cost(exact, model, motion, *sizes, extent.most_steps)
+    progress("done", 4, 4)
+    return ShortcutCosts(
+        robot=robot,
+        seed=seed,
+        extent=extent,
+        motion=motion,
+        beyond=tuple(find_exceeded_limits(robot, state, torques)),
+        agreement=tuple(agreement),
+        time=time,
+        torques=torques,
+        errors=errors,
+        by_joint=tuple(
+            TorqueCost(name, level, most, float(_rms(error)), _share(most, float(whole)))
+            for level, of_level in errors.items()
+            for name, error, whole in zip(names, of_level.T, largest, strict=True)
+            for most in [float(np.abs(error).max())]
+        ),
+        tips=tuple(tips),
+        pairs=tuple(_find_coupled_pairs(coupling, state[2], largest, names)),
+        by_rates=_rms(by_rates),
+        ratios=tuple(ratios),
+        factor=factor,
+        geared=geared,
+    )
+
+
+def _rms(values: np.ndarray) -> np.ndarray:
+    """Root mean square over the first axis."""
+    return np.sqrt((values**2).mean(axis=0))
+
+
+def _share(part: float, whole: float) -> float:
+    """part over whole; 0 where there is none of either."""
+    return part / whole if part else 0.0
+
+
+def _find_coupled_pairs(
+    coupling: np.ndarray, a: np.ndarray, largest: np.ndarray, names: list[str]
+) -> list[CoupledPair]:
+    """The pairs of joints that coupling connects, those of the largest share first."""
+    rms = _rms(coupling * a[:, None, :]).tolist()
+    pairs = [
+        CoupledPair(at, by, rms[i][j], _share(rms[i][j], float(largest[i])))
+        for i, at in enumerate(names)
+        for j, by in enumerate(names)
+        if i != j and rms[i][j] > 0
+    ]
+    return sorted(pairs, key=lambda pair: -pair.share)
+
+
+def _compute_rotor_shares(
+    robot: Robot, state: State, largest: np.ndarray, names: list[str]
+) -> tuple[list[RotorShare], float]:
+    """What each gear's coupling costs by itself; the factor on all ratios that makes it negligible.
+
+    With ratio k N and inertia J / k^2 the diagonal term stays, and what is linear in the rotor's
+    own spin goes with 1 / k, the rest with 1 / k^2: k = 1 and k = -1 give both.
+    """
+
+    def coupling(rotors: tuple[Rotor, ...], sign: int) -> np.ndarray:
+        turned = tuple(replace(rotor, ratio=sign * rotor.ratio) for rotor in rotors)
+        alone = replace(robot, rotors=turned, stages=())
+        models = (
+            build_model(REFERENCE_ENGINE, alone, "coupled"),
+            build_model(REFERENCE_ENGINE, alone, "armature"),
+        )
+        exact, short = (model.inverse_dynamics(*state) for model in models)
+        return (exact - short) / np.maximum(largest, 1e-300)
+
+    rotor_shares, linear, square = [], np.zeros_like(state[0]), np.zeros_like(state[0])
+    gears = [*((rotor,) for rotor in robot.rotors), *(stage_rotors(robot, s) for s in robot.stages)]
+    for rotors in gears:
+        rotor, up, down = rotors[0], coupling(rotors, 1), coupling(rotors, -1)
+        shares = np.abs(up).max(axis=0)
+        shares[shares < TOLERANCE] = 0.0  # less than this no two engines agree on
+        linear, square = linear + (up - down) / 2, square + (up + down) / 2
+        at = int(shares.argmax())
+        enough = abs(rotor.ratio) * _negligible_factor((up - down) / 2, (up + down) / 2)
+        name = robot.joints[rotor.joint].name
+        rotor_shares.append(RotorShare(name, rotor.ratio, names[at], float(shares[at]), enough))
+    return rotor_shares, _negligible_factor(linear, square)
+
+
+def _negligible_factor(linear: np.ndarray, square: np.ndarray) -> float:
+    """The least factor beyond which |linear / k + square / k^2| stays below NEGLIGIBLE."""
+
+    def largest_share(k: float) -> float:
+        return float(np.abs(linear / k + square / k**2).max())
+
+    tried = np.geomspace(1e-4, 1e4, 161)
+    beyond = [k for k in tried if largest_share(k) >= NEGLIGIBLE]
+    if not beyond:
+        return 0.0
+    below, above = beyond[-1], beyond[-1] * tried[1] / tried[0]
+    for _ in range(40):
+        middle = float(np.sqrt(below * above))
+        below, above = (middle, above) if largest_share(middle) >= NEGLIGIBLE else (below, middle)
+    return float(above)
+
+
+def _compute_tip_costs(
+    exact: RobotModel, shortcuts: dict[Level, RobotModel], motion: RobotMotion, extent: SamplingPlan
+) -> list[TipCost]:
+    """The end effector's distances after a second under each level's torques, from several starts.
+
+    The coupled level's own distance is what the steps lose.
+    """
+    starts = motion.instants(extent.runs, before_end=1.0)
+    models = {**shortcuts, "coupled": exact}
+
+    def torques(after: float) -> np.ndarray:
+        planned = motion.at(starts + after)
+        return np.concatenate([model.inverse_dynamics(*planned) for model in models.values()])
+
+    q, v, _ = motion.at(np.tile(starts, len(models)))
+    ends = run(exact, q, v, torques, 1.0, extent.steps)
+    planned = np.tile(exact.tip(motion.at(starts + 1.0)[0]), (len(models), 1))
+    parts = tip_distances(exact, ends, planned).reshape(len(models), extent.runs)
+    return [TipCost(level, part) for level, part in zip(models, parts, strict=True)]

@@ -1,0 +1,93 @@
+"""Kinds of files that the program writes, told by their content: nothing else is replaced."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+PIECE = 1 << 20  # bytes looked at together
+JSON = b'{\n "schema_version": '
+HTML = b"<!doctype html>"
+HDF5 = b"\x89HDF\r\n\x1a\n"
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+class FileType(NamedTuple):
+    """A kind of file: its name in messages, how its content begins, what stands anywhere in it."""
+
+    description: str
+    begins: bytes
+    holds: tuple[bytes, ...]
+
+
+AGREEMENT = FileType(
+    "a cross-check's JSON file", JSON, (b'\n "findings": [', b'\n "provenance": {')
+)
+TRIAL = FileType(
+    "a trial's JSON file", JSON, (b'\n "gearing": ', b'\n "ladder": [', b'\n "agreement": {')
+)
+RECORD = FileType("a record", b'{\n "checks": ', ())  # also a damaged one, which is so renewed
+ERRATA = FileType("an errata JSON file", JSON, (b'\n "errata": [', b'\n "provenance": {'))
+CLAIMS = FileType(
+    "a file of the paper's claims", JSON, (b'\n "chapters": {', b'\n "provenance": {')
+)
+JUNIT = FileType(
+    "a cross-check's JUnit file",
+    b'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites tests="',
+    (b'<property name="arm_sha256" ',),
+)
+ROBOT_JUNIT = JUNIT._replace(
+    description="a JUnit file of a robot's equations", holds=(b'<property name="robot" ',)
+)
+PAGE = FileType("a cross-check's page", HTML, (b"<title>Cross-check of ",))
+TRIAL_PAGE = FileType("a trial's page", HTML, (b"<title>Trial of ",))
+PAPER_PAGE = FileType(
+    "the paper's page", HTML, (b"<title>The paper, reproduced and judged</title>",)
+)
+VIEW = FileType("a run's page", HTML, (b"<title>Run of ", b'id="scene-data"'))
+SHEET = FileType("an errata sheet", b"# Errata sheet\n", ())
+TRAJECTORY = FileType("a trajectory", HDF5, (b"theta_dot", b"switches", b"step_s", b"joint number"))
+C_FILE = FileType("an exported C file", b"/* Equations of motion of ", (b" */\n#include <math.h>",))
+FMU_FILE = FileType("an exported FMU", b"PK\x03\x04", (b'generationTool="crosscheck export"',))
+MEASURED = FileType(
+    "a comparison with a record", JSON, (b'\n "knot_spacing_s": ', b'\n "engines": [')
+)
+MEASURED_PAGE = FileType("a comparison's page", HTML, (b"<title>Recording compared with ",))
+COST = FileType("a cost of shortcuts", JSON, (b'\n "engines_agree": ', b'\n "negligible_share": '))
+COST_PAGE = FileType("a page of shortcuts' cost", HTML, (b"<title>Cost of shortcuts: ",))
+ROBOT_TRIAL = FileType(
+    "an explanation of a robot's equations", JSON, (b'\n "explanations": [', b'\n "equations": ')
+)
+PICTURE = FileType("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
+
+
+FILE_TYPES = (
+    *(AGREEMENT, TRIAL, RECORD, ERRATA, CLAIMS, JUNIT, PAGE, TRIAL_PAGE, PAPER_PAGE, SHEET),
+    *(VIEW, TRAJECTORY, C_FILE, FMU_FILE, PICTURE, MEASURED, MEASURED_PAGE),
+    *(COST, COST_PAGE, ROBOT_TRIAL, ROBOT_JUNIT),
+)
+
+
+def identify_file_type(content: bytes) -> FileType | None:
+    """The kind of a file's content; None where it is of none."""
+    for kind in FILE_TYPES:
+        if content.startswith(kind.begins) and all(mark in content for mark in kind.holds):
+            return kind
+    return None
+
+
+def is_file_of_type(path: Path, kind: FileType) -> bool:
+    """Whether a file is of a kind, or empty. Raises OSError."""
+    missing = list(kind.holds)
+    with path.open("rb") as file:
+        piece = file.read(PIECE)
+        if not piece:
+            return True
+        if not piece.startswith(kind.begins):
+            return False
+        overlap = max(map(len, missing), default=1)
+        while piece and missing:
+            missing = [mark for mark in missing if mark not in piece]
+            following = file.read(PIECE)
+            piece = following and piece[-overlap:] + following
+    return not missing

@@ -1,0 +1,182 @@
+"""What a comparison with a record says, sentence by sentence: every view begins with the same."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from crosscheck.recordings.compare import EngineDisagreement, Explanation, RecordComparison, Repair
+from crosscheck.recordings.engines import REFERENCE, EngineDeviation
+from crosscheck.recordings.friction import FrictionFit, JointFriction
+from crosscheck.recordings.parameters import Estimate
+
+LEVEL_WORDS = {
+    "links": "links alone (links)",
+    "carriers": "links with the gears' masses (carriers)",
+    "armature": "gears' inertia on the diagonal (armature)",
+    "coupled": "rigid gears (coupled)",
+}
+NONE_FITS = "No model fits the recording with the file's numbers"
+LARGEST_RATIO = 1e12  # that is written out
+MOST_DIGITS = 15
+
+
+def describe_answers(comparison: RecordComparison | EngineDisagreement) -> list[str]:
+    """The sentences that answer, the most important one first."""
+    if isinstance(comparison, EngineDisagreement):
+        return list(_describe_disagreement(comparison))
+    return [*_describe_verdict(comparison), *_describe_runs(comparison)]
+
+
+def _describe_disagreement(comparison: EngineDisagreement) -> Iterator[str]:
+    """Who disagrees, who stands alone, and that nothing is said of the record."""
+    disagreements = [engine for engine in comparison.engines if not engine.agrees]
+    worst = max(disagreements, key=lambda engine: engine.measured)
+    reference = f"{REFERENCE}:{worst.level}"
+    if worst.failure:
+        sentence = f"The engines do not agree on the arm: {worst.name} failed ({worst.failure})"
+    else:
+        sentence = (
+            f"The engines disagree on the arm: torques of {reference} and {worst.name} are"
+            f" {format_number(worst.measured)} of their terms apart, at most"
+            f" {format_number(worst.tolerance)} is rounding"
+        )
+    yield f"{sentence}. Nothing is said about the recording."
+    for engine in disagreements:
+        if not engine.failure:
+            yield _describe_outsider(engine)
+
+
+def _describe_outsider(engine: EngineDeviation) -> str:
+    pair = {f"{REFERENCE}:{engine.level}", engine.name}
+    if len(engine.alone) == 1:
+        (right,) = pair - set(engine.alone)
+        return f"{engine.alone[0]} stands alone: {right} agrees with first principles."
+    verdict = "both differ from first principles" if engine.alone else "neither stands alone"
+    return f"{' and '.join(sorted(pair))}: {verdict}."
+
+
+def _describe_verdict(comparison: RecordComparison) -> Iterator[str]:
+    """What explains the record, and by how much it is the best."""
+    best, others = comparison.best, comparison.levels[1:]
+    left = f"chi squared is {format_number(comparison.residual_chi2 / comparison.residual_freedom)} per degree of freedom"
+    explanations = comparison.explanations
+    if comparison.decided:
+        next_best = min(others, key=lambda level: level.ratio)
+        yield f"The recording fits {LEVEL_WORDS[best.name]} with the file's numbers."
+        yield (
+            f"It leaves noise alone ({left}); {next_best.name}, the next best, is"
+            f" {likelihood(next_best.ratio)} times less likely."
+        )
+    elif comparison.explained:
+        names = " and ".join(comparison.candidates)
+        yield f"The recording fits {names} with the file's numbers and does not distinguish them."
+        yield f"All of these leave noise alone ({left} of {best.name})."
+    elif explanations:
+        yield _describe_explanation(explanations[0], "The recording fits")
+        if explanations[1:]:
+            yield "Other changes explain it too, and the recording does not distinguish them:"
+            yield from (_describe_explanation(each, "it fits") for each in explanations[1:])
+        yield f"{NONE_FITS}; nearest is {best.name} ({left})."
+    else:
+        yield f"{NONE_FITS}."
+        yield f"Nearest is {best.name} ({left}); no one number and no friction explains the rest."
+        nearest = next((each for each in comparison.single if each.is_possible), None)
+        if nearest is not None:
+            yield f"The change that explains most: {format_estimate(nearest)}."
+    for repair in comparison.repairs:
+        if repair.arm is None:
+            parameter = repair.estimate.parameter
+            value = _format_estimate_value(repair.estimate)
+            yield (
+                f"{LEVEL_WORDS[repair.level]} would need {parameter.phrase} to be {value}"
+                f" {parameter.unit}, which is impossible."
+            )
+
+
+def _describe_explanation(change: Explanation, begin: str) -> str:
+    """The sentence that a person would say of an explanation."""
+    fits = f"{begin} {LEVEL_WORDS[change.level]}"
+    if isinstance(change, Repair):
+        parameter = change.estimate.parameter
+        return (
+            f"{fits} if {parameter.phrase} is {_format_estimate_value(change.estimate)}"
+            f" {parameter.unit};"
+            f" the file says {parameter.value:.6g}."
+        )
+    return f"{fits} with friction: {'; '.join(map(_describe_friction, change.joints))}."
+
+
+def _describe_friction(each: JointFriction) -> str:
+    coulomb = format_value(each.coulomb, each.coulomb_half_width, 0.0)
+    viscous = format_value(each.viscous, each.viscous_half_width, each.in_file)
+    return (
+        f"joint {each.joint}: Coulomb {coulomb} N m (the file has none) and viscous {viscous}"
+        f" N m s/rad (the file says {each.in_file:.6g})"
+    )
+
+
+def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
+    """How long runs stay with the record."""
+    if not comparison.windows:
+        return
+    stays = np.median([window.stays_s for window in comparison.windows])
+    long = np.median([window.time[-1] - window.time[0] for window in comparison.windows])
+    inside = np.mean([window.within for window in comparison.windows])
+    yield (
+        f"{len(comparison.windows)} runs of {comparison.best.name} from the record's states stay"
+        " within"
+        f" 3 u_val for {stays:.3g} s of {long:.3g} s (median); |E| is at most 2 u_val at"
+        f" {100 * inside:.0f} % of the rows."
+    )
+
+
+def change_words(change: Explanation | None) -> str:
+    """What a figure of a residual says of the arm's numbers."""
+    if change is None:
+        return "with the file's numbers"
+    if isinstance(change, FrictionFit):
+        return "with Coulomb and viscous friction as estimated"
+    parameter = change.estimate.parameter
+    return f"with {parameter.name} {_format_estimate_value(change.estimate)} {parameter.unit}"
+
+
+def _format_estimate_value(each: Estimate) -> str:
+    return format_value(each.value, each.half_width, each.parameter.value)
+
+
+def format_estimate(each: Estimate) -> str:
+    """An estimate with its interval, the file's number and what it leaves."""
+    parameter = each.parameter
+    impossible = "" if each.is_possible else ", which is impossible"
+    return (
+        f"{parameter.name} {each.value:.6g} +- {each.half_width:.2g} {parameter.unit} (95 %)"
+        f"{impossible}; the file says {parameter.value:.6g}; leaves a chi squared of"
+        f" {format_number(each.left)} per degree of freedom"
+    )
+
+
+def format_value(value: float, half_width: float, in_file: float) -> str:
+    """A value in three digits, or as many as state it within its interval or its change to 1 %."""
+    enough = max(half_width, abs(value - in_file) / 100)
+    for digits in range(3, MOST_DIGITS):
+        text = f"{value:.{digits}g}"
+        if abs(float(text) - value) <= enough:
+            return text
+    return repr(value)
+
+
+def likelihood(ratio: float) -> str:
+    """How much less likely a level is."""
+    return f"{ratio:.2g}" if ratio < LARGEST_RATIO else f"over {LARGEST_RATIO:g}"
+
+
+def format_number(value: float) -> str:
+    """A number with three digits; with separators where it has more before its point."""
+    return f"{value:,.0f}" if 1e3 <= value < 1e7 else f"{value:.3g}"
+
+
+def format_values(row: Sequence[float] | np.ndarray, digits: int = 3) -> str:
+    """The numbers of several joints."""
+    return ", ".join(f"{value:.{digits}g}" for value in row)

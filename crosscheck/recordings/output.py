@@ -1,0 +1,249 @@
+"""A comparison with a record as lines for the terminal, as JSON and as a page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crosscheck import __version__
+from crosscheck.recordings import messages
+from crosscheck.recordings.compare import EngineDisagreement, RecordComparison, ResidualCurve
+from crosscheck.recordings.friction import FrictionFit
+from crosscheck.recordings.parameters import NORMAL, Estimate
+from crosscheck.registry import LEVELS
+from crosscheck.report.records import format_json, to_json_value
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SCHEMA_VERSION = 2
+MOST_PARAMETERS = 6  # of those alone, in the terminal
+IN_SIGHT = 2.0  # medians of the noise band that a picture has room for
+ComparisonOutcome = RecordComparison | EngineDisagreement
+
+
+def describe_comparison(comparison: ComparisonOutcome) -> Iterator[str]:
+    """The sentences that answer, then the engines, every level, joint and parameter."""
+    yield from messages.describe_answers(comparison)
+    yield ""
+    yield from comparison.record.notes
+    for engine in comparison.engines:
+        verdict = "agrees with" if engine.agrees else "DIFFERS from"
+        measured = engine.failure or (
+            f"{engine.measured:.1e} of the torques' terms apart, at most {engine.tolerance:.1e}"
+        )
+        yield f"{engine.name} {verdict} analytic at {engine.rows:,} rows: {measured}"
+    if isinstance(comparison, RecordComparison):
+        yield from _describe_details(comparison)
+
+
+def _describe_details(comparison: RecordComparison) -> Iterator[str]:
+    knots = f"angles smoothed with a knot every {comparison.spacing_s:.3g} s"
+    yield f"torques from {comparison.torques_from}; {knots}"
+    for joint, (angle, torque) in enumerate(
+        zip(comparison.angle_noise, comparison.torque_noise, strict=True), 1
+    ):
+        yield f"noise of joint {joint}: {angle:.2g} rad and {torque:.2g} N m a sample"
+    for level in comparison.levels:
+        share = level.fit.chi2 / level.fit.freedom
+        yield (
+            f"{level.name}: chi squared {messages.format_number(share)} per degree of freedom;"
+            " residual"
+            f" {messages.format_values(level.fit.left)} N m rms,"
+            f" {messages.format_values(level.fit.noise)} by noise"
+        )
+    for each in comparison.single[:MOST_PARAMETERS]:
+        yield f"alone: {messages.format_estimate(each)}"
+
+
+def comparison_json(comparison: ComparisonOutcome) -> str:
+    """JSON text of the whole comparison, with units in the names."""
+    content: dict[str, Any] = {
+        "schema_version": SCHEMA_VERSION,
+        "answer": messages.describe_answers(comparison),
+        "record": comparison.record.where,
+        "notes": comparison.record.notes,
+        "arm": comparison.arm.name,
+        "program": f"geararm-crosscheck {__version__}",
+        "torques_from": comparison.torques_from,
+        "rows": int(comparison.record.time.size),
+        "knot_spacing_s": comparison.spacing_s,
+        "engines_agree": isinstance(comparison, RecordComparison),
+        "engines": [
+            {
+                "model": engine.name,
+                "rows": engine.rows,
+                "relative_difference": engine.measured,
+                "tolerance": engine.tolerance,
+                "agrees": engine.agrees,
+                "failure": engine.failure,
+                "differs_from_first_principles": engine.alone,
+            }
+            for engine in comparison.engines
+        ],
+    }
+    if isinstance(comparison, RecordComparison):
+        content |= _findings(comparison)
+    return format_json(content)
+
+
+def _findings(comparison: RecordComparison) -> dict[str, object]:
+    return {
+        "angle_noise_rad": comparison.angle_noise,
+        "torque_noise_N_m": comparison.torque_noise,
+        "decided": comparison.decided,
+        "explained": comparison.explained,
+        "candidates": comparison.candidates,
+        "own_chi2": comparison.residual_chi2,
+        "own_degrees_of_freedom": comparison.residual_freedom,
+        "levels": [
+            {
+                "level": level.name,
+                "chi2": level.fit.chi2,
+                "degrees_of_freedom": level.fit.freedom,
+                "likelihood_ratio_of_the_best": level.ratio,
+                "residual_rms_N_m": level.fit.left,
+                "of_noise_rms_N_m": level.fit.noise,
+            }
+            for level in comparison.levels
+        ],
+        "parameters_alone": [_estimate(each) for each in comparison.single],
+        "parameters_together": [_estimate(each) for each in comparison.base],
+        "condition_number": comparison.condition,
+        "explained_by": [
+            {
+                "level": each.level,
+                **_estimate(each.estimate),
+                "possible": each.arm is not None,
+            }
+            for each in comparison.repairs
+        ],
+        "explained_by_friction": [_friction(each) for each in comparison.frictions],
+        "tolerances": comparison.tolerances,
+        "windows": [
+            {
+                "from_s": window.time[0],
+                "to_s": window.time[-1],
+                "stays_s": window.stays_s,
+                "within_2_u_val": window.within,
+                "last_E_rad": window.error[-1],
+                "last_u_num_rad": window.numerical[-1],
+                "last_u_input_rad": window.inputs[-1],
+                "last_u_D_rad": window.data[-1],
+                "last_u_val_rad": window.validation[-1],
+            }
+            for window in comparison.windows
+        ],
+    }
+
+
+def _estimate(each: Estimate) -> dict[str, object]:
+    return {
+        "path": each.parameter.path,
+        "name": each.parameter.name,
+        "in_the_file": each.parameter.value,
+        "estimate": each.value,
+        "half_of_95_percent_interval": each.half_width,
+        "standard_uncertainty": each.half_width / NORMAL,
+        "chi2_falls_by": each.better,
+        "chi2_per_degree_of_freedom_left": each.left,
+        "holds": {parameter.path: share for parameter, share in each.holds},
+    }
+
+
+def _friction(each: FrictionFit) -> dict[str, object]:
+    return {
+        "level": each.level,
+        "joints": to_json_value(
+            each.joints,
+            coulomb="coulomb_N_m",
+            coulomb_half_width="coulomb_half_of_95_percent_interval",
+            viscous="viscous_N_m_s_per_rad",
+            viscous_half_width="viscous_half_of_95_percent_interval",
+            in_file="viscous_in_the_file",
+        ),
+        "chi2_falls_by": each.better,
+        "chi2_per_degree_of_freedom_left": each.left,
+        "possible": each.arm is not None,
+    }
+
+
+def comparison_page(comparison: ComparisonOutcome) -> str:
+    """The page on a comparison with a record: HTML text, figures inlined."""
+    from crosscheck.report.rendering import render_page
+
+    judged = isinstance(comparison, RecordComparison)
+    return render_page(
+        "measured",
+        found=comparison,
+        judged=judged,
+        answers=messages.describe_answers(comparison),
+        words=messages,
+        levels=LEVELS,
+        residual=_draw_residual_figure(comparison)
+        if isinstance(comparison, RecordComparison)
+        else "",
+        runs=_draw_runs_figure(comparison) if isinstance(comparison, RecordComparison) else "",
+    )
+
+
+def _draw_residual_figure(comparison: RecordComparison) -> str:
+    """SVG text: joints below each other; without and with the change that explains the record."""
+    columns = [
+        (f"{curve.level} {messages.change_words(curve.change)}", draw_residual, curve)
+        for curve in comparison.curves
+    ]
+    return _draw_figure(columns, "N m")
+
+
+def _draw_runs_figure(comparison: RecordComparison) -> str:
+    return _draw_figure([("", draw_runs, comparison)], "rad")
+
+
+def draw_residual(curve: ResidualCurve, joint: int, axes: Axes) -> None:
+    """Draw a joint's residual over the band that noise explains."""
+    values, bound = curve.residual[:, joint], 2 * curve.deviation[:, joint]
+    label = "2 standard deviations of noise"
+    axes.fill_between(curve.time, -bound, bound, color="0.85", label=label)
+    axes.plot(curve.time, values, lw=0.7, label="residual")
+    top = IN_SIGHT * np.median(bound) + np.quantile(np.abs(values), 0.98)
+    axes.set_ylim(-top, top)
+
+
+def draw_runs(comparison: RecordComparison, joint: int, axes: Axes) -> None:
+    """Draw a joint's E of every run over 2 u_val."""
+    for number, window in enumerate(comparison.windows):
+        bound = 2 * window.validation[:, joint]
+        label = ("2 u_val", "E") if number == 0 else (None, None)
+        axes.fill_between(window.time, -bound, bound, color="0.85", label=label[0])
+        axes.plot(window.time, window.error[:, joint], "C1", lw=0.9, label=label[1])
+
+
+def _draw_figure(
+    columns: Sequence[tuple[str, Callable[[Any, int, Axes], None], Any]], unit: str
+) -> str:
+    """SVG text of a row for each joint, over time; a column for each title with what draws it."""
+    from matplotlib.figure import Figure
+
+    from crosscheck.report.plots.figures import to_svg
+
+    joints = _joints(columns[0][2])
+    figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")
+    table = figure.subplots(joints, len(columns), sharex=True, squeeze=False)
+    for place, (title, draw, data) in enumerate(columns):
+        for joint, axes in enumerate(table[:, place]):
+            draw(data, joint, axes)
+        table[0, place].set_title(title, fontsize="medium")
+        table[-1, place].set_xlabel("time [s]")
+    for joint, axes in enumerate(table[:, 0]):
+        axes.set_ylabel(f"joint {joint + 1} [{unit}]")
+    if table[0, 0].get_legend_handles_labels()[0]:
+        table[0, 0].legend(loc="upper right", fontsize="small")
+    return to_svg(figure)
+
+
+def _joints(data: RecordComparison | ResidualCurve) -> int:
+    arrays = data.record.angles if isinstance(data, RecordComparison) else data.residual
+    return int(arrays.shape[1])

@@ -1,0 +1,401 @@
+"""Recorded motions, opened here alone: CSV, MAT, HDF5, NetCDF, ROS bags; units in the names."""
+
+from __future__ import annotations
+
+import io
+import re
+import warnings
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from crosscheck.models.errors import InputError, format_install_command, format_line
+from crosscheck.models.inputs import input_size, read_input
+from crosscheck.runner.isolated_reading import read_arrays, read_in_subprocess
+
+LARGEST_FILE = 2_000_000_000  # bytes
+READING_S, BAG_S = 60.0, 300.0
+BAGS = (".bag", ".db3", ".mcap")
+MESSAGE = "sensor_msgs/msg/JointState"
+MISSING = f"ROS bags need the package rosbags: {format_install_command('ros')}"
+# What a column holds, by the beginning of its name, and what its unit is multiplied by.
+UNITS: dict[str, dict[str, float]] = {
+    "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
+    "theta": {"rad": 1.0, "deg": pi / 180},
+    "theta_dot": {"rad_per_s": 1.0, "deg_per_s": pi / 180, "rpm": pi / 30},
+    "torque": {"N_m": 1.0, "mN_m": 1e-3},
+}
+NUMBERED = re.compile(r"(theta_dot|theta|torque)_(\d+)_(.+)")
+TOGETHER = re.compile(r"(theta_dot|theta|torque)_(.+)")
+TRAJECTORY_NAMES = {"time": "t_s", "theta": "theta_rad", "theta_dot": "theta_dot_rad_per_s"}
+TRAJECTORY_NAMES |= {"torque": "torque_N_m"}  # as this program's own trajectories call them
+# What rates are times the slope of the angles, within this share, if one has another unit.
+FACTORS = {
+    "the rates are in degrees per second": 180 / pi,
+    "the rates are in revolutions per minute": 30 / pi,
+    "the angles are in degrees": pi / 180,
+    "the times are in milliseconds": 1e3,
+}
+ALIKE = 0.02
+# Largest numbers [rad, rad/s, N m] and times [s], as of an arm's start and drive; and how far a
+# joint must move: levels differ in what it takes to accelerate one.
+LARGEST = {"theta": 1e4, "theta_dot": 1e4, "torque": 1e9}
+LATEST = 1e10
+# A step of time may be so many times as long as the longest of its neighbours on either side: the
+# knots of a spline stand at least four samples apart, and over a gap it would follow nothing.
+LONGEST_STEP, NEIGHBOURS = 100.0, 5
+LEAST_MOTION = 1e-6  # [rad]
+
+
+@dataclass(frozen=True)
+class Record:
+    """A motion: times (N,) [s], rising; angles, maybe rates and torques (N, joints), SI units.
+
+    notes: sentences on what of the file was left out.
+    """
+
+    where: str
+    time: np.ndarray
+    angles: np.ndarray
+    rates: np.ndarray | None
+    torques: np.ndarray | None
+    notes: tuple[str, ...] = ()
+
+
+def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] = ()) -> Record:
+    """The record in a file. Raises InputError naming file, row, column and what is allowed.
+
+    Columns are `t_s`, `theta_1_rad`, `theta_dot_1_rad_per_s`, `torque_1_N_m` and so on, in other
+    units with those at the end; rates and torques may be missing. In MAT, HDF5 and NetCDF files
+    they are variables of these names, or `theta_rad` (N, joints) and so on, or those of a
+    trajectory of this program. topic, named: of a ROS bag, and its names of the arm's joints.
+    """
+    where = str(path)
+    notes: list[str] = []
+    if path.is_dir() or path.suffix in BAGS:
+        if named and len(named) != joints:
+            raise InputError("--joint", "", len(named), f"must be given {joints} times")
+        columns, skipped = _read_bag(path, topic, tuple(named))
+        if skipped:
+            notes.append(f"{skipped:,} messages without any joint of the arm are left out")
+    elif topic or named:
+        option, value = ("--topic", topic) if topic else ("--joint", named[0])
+        raise InputError(option, value, None, f"is for ROS bags, and {where} is none")
+    else:
+        content = read_input(path, LARGEST_FILE)
+        if path.suffix == ".csv":
+            columns = _read_csv(where, content)
+        else:
+            columns = read_in_subprocess(where, _read_arrays, where, content, within_s=READING_S)
+    time = _select_column(where, columns, "t", None)
+    if time is None:
+        allowed = ", ".join(f"t_{unit}" for unit in UNITS["t"])
+        raise InputError(where, "", None, f"has no times; a column must be one of {allowed}")
+    tables = {kind: _build_table(where, columns, kind, joints) for kind in list(UNITS)[1:]}
+    angles = tables["theta"]
+    if angles is None:
+        raise InputError(where, "", None, "has no angles; columns must be theta_1_rad, ...")
+    _require_rising(where, time)
+    for kind, nothing in (("theta_dot", "0 or no number"), ("torque", "no number")):
+        table = tables[kind]
+        # Publishers that measure no rates or efforts fill them with zeros or with no numbers.
+        if table is not None and table.size and not _is_stated(kind, table):
+            noun = {"theta_dot": "rates", "torque": "torques"}[kind]
+            notes.append(f"the {noun} are {nothing} in every row and count as not stated")
+            tables[kind] = None
+    for kind, table in tables.items():
+        if table is not None:
+            _require_usable(where, kind, time.size, table)
+    if len(angles) and np.ptp(angles, axis=0).max() < LEAST_MOTION:
+        allowed = f"is the same in every row; a joint must move by {LEAST_MOTION:g} rad at least"
+        raise InputError(where, "theta", None, allowed)
+    return Record(where, time, angles, tables["theta_dot"], tables["torque"], tuple(notes))
+
+
+def _is_stated(kind: str, table: np.ndarray) -> bool:
+    """Whether a table of rates or torques says anything; a torque of 0 does."""
+    return bool(np.isfinite(table).any()) and (kind != "theta_dot" or bool(np.any(table)))
+
+
+def _read_csv(where: str, content: bytes) -> dict[str, np.ndarray]:
+    try:
+        lines = io.StringIO(content.decode("utf-8-sig"))
+    except UnicodeDecodeError:
+        raise InputError(where, "", None, "is not UTF-8 text; a CSV file is expected") from None
+    names = [name.strip() for name in lines.readline().split(",")]
+    if len(names) == 1 and (other := re.search(r"[;\t]", names[0])):
+        allowed = "separates the columns; must be a comma, and a dot before decimals"
+        raise InputError(where, "line 1", other[0], allowed)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a table without rows
+            table = np.loadtxt(lines, delimiter=",", ndmin=2, comments=None)
+    except ValueError as error:
+        lines.seek(0)
+        raise _find_bad_line(where, names, lines) or InputError(
+            where, "", None, str(error)
+        ) from None
+    if not table.size:
+        raise InputError(where, "", None, "has no rows below the names of its columns")
+    if len(names) != table.shape[1]:
+        reason = f"names {len(names)} columns, the rows have {table.shape[1]}"
+        raise InputError(where, "line 1", None, reason)
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise InputError(where, "line 1", twice[0], "is there twice")
+    return dict(zip(names, table.T, strict=True))
+
+
+def _find_bad_line(where: str, names: Sequence[str], lines: Iterable[str]) -> InputError | None:
+    """The error of the first line below the names that is no row of numbers; None without."""
+    for number, line in enumerate(lines, 1):
+        cells = line.strip().split(",")
+        if number == 1 or cells == [""]:
+            continue
+        if len(cells) != len(names):
+            reason = f"has {len(cells)} columns, must have {len(names)}, as line 1"
+            return InputError(where, f"line {number}", None, reason)
+        for name, cell in zip(names, cells, strict=True):
+            try:
+                float(cell)
+            except ValueError:
+                return InputError(where, f"line {number}, {name}", cell[:40], "must be a number")
+    return None
+
+
+BagContent = tuple[dict[str, np.ndarray], int]  # columns by name; how many messages were skipped
+
+
+def _read_bag(path: Path, topic: str, joints: tuple[str, ...]) -> BagContent:
+    where = str(path)
+    try:
+        files = [each for each in path.iterdir() if each.is_file()] if path.is_dir() else [path]
+        size = sum(map(input_size, files))
+    except OSError as error:
+        raise InputError(where, "", None, f"cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(where, "", None, f"cannot be read: {error}") from None
+    if size > LARGEST_FILE:
+        raise InputError(where, "", None, f"more than {LARGEST_FILE // 1_000_000} MB")
+    content: BagContent = read_in_subprocess(
+        where, _read_bag_columns, where, topic, joints, within_s=BAG_S
+    )
+    return content
+
+
+def _read_bag_columns(where: str, topic: str, joints: tuple[str, ...]) -> BagContent:
+    """Columns of a ROS bag, as of the other formats; a file, or a ROS 2 bag's folder.
+
+    topic: whose messages; empty for the only one of JointState. joints: names of the arm's, from
+    the base on; messages may have others beside them. Raises InputError.
+    """
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise InputError(where, "", None, MISSING) from None
+    try:
+        types = get_typestore(Stores.LATEST)
+        with AnyReader([Path(where)], default_typestore=types) as bag:
+            return _read_messages(where, bag, topic, joints)
+    except InputError:
+        raise
+    except Exception as bad:  # the package raises what its parsers and SQLite raise
+        reason = f"is no readable ROS bag: {format_line(str(bad))[:200]}"
+        raise InputError(where, "", None, reason) from None
+
+
+def _read_messages(where: str, bag: Any, topic: str, joints: tuple[str, ...]) -> BagContent:
+    able = sorted({each.topic for each in bag.connections if each.msgtype == MESSAGE})
+    chosen = [topic] if topic else able
+    if len(chosen) != 1 or chosen[0] not in able:
+        reason_start = f"has no topic {topic} of {MESSAGE}" if topic else "needs --topic"
+        reason = f"{reason_start}; topics of {MESSAGE}: {', '.join(able) or 'none'}"
+        raise InputError(where, "", None, reason)
+    connections = [each for each in bag.connections if each.topic == chosen[0]]
+    skipped: list[str] = []  # names of joints, a message each
+    stamps: list[int] = []
+    logged: list[int] = []
+    rows: list[list[np.ndarray | None]] = []
+    for connection, time, raw in bag.messages(connections):
+        state = bag.deserialize(raw, connection.msgtype)
+        names, signals = list(state.name), [state.position, state.velocity, state.effort]
+        missing = [name for name in joints if name not in names]
+        number = len(rows) + len(skipped) + 1
+        there = ", ".join(names)[:200] or "none"
+        if missing == list(joints) and joints:  # another publisher's, a gripper's for example
+            skipped.append(there)
+            continue
+        if missing or not joints:
+            reason_start = (
+                f"has no joint {missing[0]}" if missing else "needs --joint for each joint"
+            )
+            raise InputError(where, "", None, f"{reason_start}; message {number} has {there}")
+        order = [names.index(name) for name in joints]
+        if any(len(each) not in (0, len(names)) for each in signals):
+            reason = f"message {number} has another number of values than joints"
+            raise InputError(where, "", None, reason)
+        rows.append([each[order] if len(each) else None for each in signals])
+        stamps.append(state.header.stamp.sec * 10**9 + state.header.stamp.nanosec)
+        logged.append(time)
+    if not rows and skipped:
+        reason = f"has no joint {joints[0]}; message 1 has {skipped[0]}"
+        raise InputError(where, "", None, reason)
+    clock = stamps if any(stamps) else logged
+    columns = {"t_s": np.array([1e-9 * (each - clock[0]) for each in clock])}
+    column_names = ("theta_rad", "theta_dot_rad_per_s", "torque_N_m")  # as REP 103 has the units
+    for kind, values in zip(column_names, zip(*rows, strict=True), strict=False):
+        given = [each for each in values if each is not None]
+        if given and len(given) < len(values):
+            raise InputError(where, "", None, f"only some messages have values of {kind}")
+        if given:
+            columns[kind] = np.array(given, dtype=float)
+    return columns, len(skipped)
+
+
+def _read_arrays(where: str, content: bytes) -> dict[str, np.ndarray]:
+    """Arrays of numbers by name, of a MAT, HDF5 or NetCDF file. Raises InputError."""
+    begins = ("t_", "theta_", "torque_")
+    try:
+        arrays = read_arrays(
+            content,
+            lambda names: [n for n in names if TRAJECTORY_NAMES.get(n, n).startswith(begins)],
+        )
+        numbers = {n: values for n, values in arrays.items() if values.dtype.kind in "fiu"}
+        return {
+            TRAJECTORY_NAMES.get(n, n): np.asarray(each, dtype=float) for n, each in numbers.items()
+        }
+    except (OSError, ValueError, KeyError, TypeError, RuntimeError, NotImplementedError) as bad:
+        reason = f"is no CSV, MAT, HDF5 or NetCDF file: {format_line(str(bad))[:200]}"
+        raise InputError(where, "", None, reason) from None
+
+
+def _select_column(
+    where: str, columns: Mapping[str, np.ndarray], kind: str, number: int | None
+) -> np.ndarray | None:
+    """The column of a kind in SI units; None where there is none. Raises InputError."""
+    begin = kind if number is None else f"{kind}_{number}"
+    columns_by_unit = {unit: columns.get(f"{begin}_{unit}") for unit in UNITS[kind]}
+    there = {unit: values for unit, values in columns_by_unit.items() if values is not None}
+    if len(there) > 1:
+        raise InputError(where, begin, None, f"is there in {' and in '.join(there)}")
+    if begin in columns and not there:
+        allowed = " or ".join(f"{begin}_{unit}" for unit in UNITS[kind])
+        raise InputError(where, begin, None, f"has no unit in its name; must be {allowed}")
+    for unit, values in there.items():
+        if values.size != max(values.shape, default=1):
+            reason = f"has shape {values.shape}; must be a column"
+            raise InputError(where, f"{begin}_{unit}", None, reason)
+        return np.ravel(values) * UNITS[kind][unit]
+    return None
+
+
+def _build_table(
+    where: str, columns: Mapping[str, np.ndarray], kind: str, joints: int
+) -> np.ndarray | None:
+    """Angles, rates or torques by `kind`, (N, joints) in SI units; None where there are none.
+
+    Raises InputError for a joint too many or too few.
+    """
+    whole = [name for name in columns if (m := TOGETHER.fullmatch(name)) and m[1] == kind]
+    for name in whole:
+        unit = name.removeprefix(f"{kind}_")
+        if unit in UNITS[kind]:
+            values = columns[name]
+            if joints == 1 and values.ndim == 1:
+                values = values[:, None]
+            if values.ndim != 2 or values.shape[1] != joints:
+                reason = f"has shape {values.shape}; must be (times, {joints}), the arm's joints"
+                raise InputError(where, name, None, reason)
+            return values * UNITS[kind][unit]
+    numbers = {m[2] for name in columns if (m := NUMBERED.fullmatch(name)) and m[1] == kind}
+    wrong = sorted(numbers - {str(number) for number in range(1, joints + 1)})
+    if wrong:
+        allowed = f"the arm has {joints} joints, numbered from 1"
+        raise InputError(where, f"{kind}_{wrong[0]}", None, allowed)
+    joint_columns = [
+        _select_column(where, columns, kind, number) for number in range(1, joints + 1)
+    ]
+    given = [values for values in joint_columns if values is not None]
+    if not given:
+        return None
+    if len(given) < joints:
+        missing = next(number for number, each in enumerate(joint_columns, 1) if each is None)
+        raise InputError(where, f"{kind}_{missing}", None, "is missing; other joints have it")
+    for number, values in enumerate(given, 1):
+        if len(values) != len(given[0]):
+            reason = f"has {len(values)} rows, {kind}_1 has {len(given[0])}"
+            raise InputError(where, f"{kind}_{number}", None, reason)
+    return np.stack(given, axis=1)
+
+
+def _require_rising(where: str, time: np.ndarray) -> None:
+    wrong = np.flatnonzero(~(np.abs(time) <= LATEST))
+    if wrong.size:
+        row = int(wrong[0])
+        value = float(time[row])
+        shown = value if np.isfinite(value) else None
+        raise InputError(where, f"t, row {row + 1}", shown, f"must be a number up to {LATEST:g} s")
+    wrong = np.flatnonzero(np.diff(time) <= 0)
+    if wrong.size:
+        row = int(wrong[0]) + 1
+        value = float(time[row])
+        raise InputError(where, f"t, row {row + 1}", value, f"must be after {float(time[row - 1])}")
+    steps = np.diff(time)
+    near = np.zeros_like(steps)  # the longest of the steps around each
+    for away in range(1, NEIGHBOURS + 1):
+        near[away:] = np.maximum(near[away:], steps[:-away])
+        near[:-away] = np.maximum(near[:-away], steps[away:])
+    wrong = np.flatnonzero(steps > LONGEST_STEP * near)
+    if steps.size > 1 and wrong.size:
+        row = int(wrong[0]) + 1
+        reason = f"is {steps[row - 1]:.3g} s after the row before; cut the record where it has gaps"
+        raise InputError(where, f"t, row {row + 1}", float(time[row]), reason)
+
+
+def _require_usable(where: str, kind: str, rows: int, table: np.ndarray) -> None:
+    if len(table) != rows:
+        raise InputError(where, kind, None, f"has {len(table)} rows, the times have {rows}")
+    wrong = np.argwhere(~(np.abs(table) <= LARGEST[kind]))
+    if wrong.size:
+        row, joint = map(int, wrong[0])
+        value = float(table[row, joint])
+        shown = value if np.isfinite(value) else None
+        allowed = f"must be at most {LARGEST[kind]:g} in size, in SI units"
+        if shown is None:
+            allowed = "must be a number: cut the record where it has gaps"
+        raise InputError(where, f"{kind}_{joint + 1}, row {row + 1}", shown, allowed)
+
+
+def require_slow(record: Record, slopes: np.ndarray) -> None:
+    """Raise InputError where the angles' slopes [rad/s] (N, joints) are faster than any arm."""
+    most, limit = np.abs(slopes).max(axis=0), LARGEST["theta_dot"]
+    if not most.max() <= limit:
+        joint = int(np.argmax(most))
+        allowed = f"must be at most {limit:g} rad/s: are angles and times in other units?"
+        value = float(most[joint])
+        raise InputError(record.where, f"slope of theta_{joint + 1}", value, allowed)
+
+
+def require_same_units(record: Record, slopes: np.ndarray) -> None:
+    """Raise InputError if the record's rates are not the slopes [rad/s] of its angles (N, joints).
+
+    The error names the unit if the rates are off by the factor of another unit.
+    """
+    if record.rates is None:
+        return
+    for joint, (given, slope) in enumerate(zip(record.rates.T, slopes.T, strict=True), 1):
+        power = float(slope @ slope)
+        factor = float(given @ slope) / power if power > 0 else 1.0
+        left = given - factor * slope
+        if abs(factor - 1) < 0.1 or float(left @ left) > 0.1 * float(given @ given):
+            continue
+        message = f"is {factor:.4g} times the slope of theta_{joint}"
+        cause = next((c for c, of in FACTORS.items() if abs(factor / of - 1) < ALIKE), "")
+        reason = f"{message}: {cause}" if cause else message
+        raise InputError(record.where, f"theta_dot_{joint}", None, reason)

@@ -1,0 +1,73 @@
+"""Words that every view uses: counts, and what a Finding says."""
+
+from __future__ import annotations
+
+import math
+
+from crosscheck.findings import Agreement, Finding
+
+
+def format_count(number: int, noun: str) -> str:
+    """A number with its noun, such as `1 check` or `2 checks`."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def describe_tally(agreement: Agreement) -> str:
+    """How many of the checks agree, and how many were not judged, in words."""
+    total = len(agreement.checks)
+    agreeing = total - len(agreement.disagreeing)
+    unfinished = sum(finding.verdict == "unfinished" for finding in agreement.checks)
+    unjudged = f"; {unfinished} unfinished, not judged" if unfinished else ""
+    return (
+        f"{agreeing} of {format_count(total, 'check')} agree{'s' if total == 1 else ''}{unjudged}"
+    )
+
+
+def format_unit(unit: str) -> str:
+    """A unit as people write it: rad/s for `rad s-1`; nothing for the unit of a plain number."""
+    return "" if unit == "1" else unit.replace(" s-1", "/s").replace(" s-2", "/s²")
+
+
+def describe_outcome(finding: Finding) -> str:
+    """What a check says behind its verdict: the numbers as that verdict means them, and the note.
+
+    An unresolved one lies within its tolerance, but that tolerance means nothing: read as
+    "measured, allowed" it would look like a pass.
+    """
+    if finding.measured is None or finding.tolerance is None:
+        return finding.note
+    measured = f"measured {finding.measured:.3g}"
+    allowed = f"{finding.tolerance:.3g} {format_unit(finding.unit)}".rstrip()
+    text = f"{measured}, allowed {allowed}"
+    if finding.verdict == "unresolved":
+        text = f"the uncertainty itself, {allowed}, exceeds the acceptance limit ({measured})"
+    return "; ".join(filter(None, (text, finding.note)))
+
+
+def format_rounded(value: float, digits: int = 2) -> str:
+    """A number of so many digits, written without an exponent where people would."""
+    return f"{float(f'{value:.{digits}g}'):.15g}" if math.isfinite(value) else "no number"
+
+
+def format_percent(relative: float) -> str:
+    """A relative difference in per cent, two digits."""
+    return f"{format_rounded(100 * relative)} %" if math.isfinite(relative) else "no number"
+
+
+def format_length(metres: float) -> str:
+    """A length of three digits in m, mm or µm."""
+    for unit, size in (("m", 1.0), ("mm", 1e-3)):
+        if abs(metres) >= (size if size == 1.0 else 1e-2 * size):
+            return f"{format_rounded(metres / size, 3)} {unit}"
+    return f"{format_rounded(1e6 * metres, 3)} µm"
+
+
+def format_number(value: float | None) -> str:
+    """A number with three digits, for reading; empty for None."""
+    return "" if value is None else f"{value:.3g}"
+
+
+def make_printable(text: str) -> str:
+    """The text with whatever a terminal would not show written as an escape."""
+    shown = (c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return "".join(shown)

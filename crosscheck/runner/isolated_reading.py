@@ -1,0 +1,106 @@
+"""Files from outside, read in a process of their own, which a damaged one may bring down."""
+
+from __future__ import annotations
+
+import io
+import signal
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import h5py
+import numpy as np
+
+from crosscheck.models.errors import InputError
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.workers import perform_all
+
+SIGNATURE, USER_BLOCK = b"\x89HDF\r\n\x1a\n", 512  # of HDF5, at the beginning or behind this
+MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
+
+
+@dataclass(frozen=True)
+class _ReadTask:
+    """The task of reading a file, for a process of its own; within_s [s]: 0 sets no time."""
+
+    read: Callable[[], Any]
+    within_s: float
+    key: str = "reading"
+    cost: float = 1.0
+
+    def perform(self) -> Any:
+        signal.setitimer(signal.ITIMER_REAL, self.within_s)  # which ends the process
+        try:
+            return self.read()
+        except InputError as error:
+            return error
+
+
+def read_in_subprocess(
+    where: str,
+    read: Callable[..., Any],
+    *arguments: Any,
+    within_s: float = 0.0,
+    fails: str = "cannot be read",
+) -> Any:
+    """The value that read(*arguments) returns, in another process.
+
+    within_s [s]: time limit; 0 sets none. Raises the InputError that it raises, and one of
+    ``where`` that begins with ``fails`` for whatever else ends it.
+    """
+    task = _ReadTask(partial(read, *arguments), within_s)
+    (result,) = perform_all([task], 1, lambda key: None).values()
+    if isinstance(result, Failure):
+        raise InputError(where, "", None, f"{fails}: {result}")
+    if isinstance(result, InputError):
+        raise result
+    return result
+
+
+class TooManyNumbers(ValueError):
+    """An error for a file that holds more than MOST_NUMBERS."""
+
+
+def read_arrays(
+    content: bytes,
+    select_names: Callable[[Iterable[str]], Iterable[str]],
+    *,
+    as_matlab: bool = False,
+) -> dict[str, np.ndarray]:
+    """The variables of a MAT, HDF5 or NetCDF file by name, those that are wanted of its names.
+
+    as_matlab: whether an HDF5 file holds arrays column by column though it does not say so. Raises
+    TooManyNumbers before it reads any, and whatever scipy and h5py raise.
+    """
+    if SIGNATURE not in (content[:8], content[USER_BLOCK : USER_BLOCK + 8]):
+        import scipy.io  # a fifth of a second, for MAT files alone
+
+        shapes = {name: shape for name, shape, _ in scipy.io.whosmat(io.BytesIO(content))}
+        names = _require_affordable(select_names(shapes), shapes)
+        variables = scipy.io.loadmat(io.BytesIO(content), variable_names=names)
+        return {name: variables[name] for name in names}
+    with h5py.File(io.BytesIO(content), "r") as file:
+        # No link is followed, for it may lead out of the file.
+        hard_links = [n for n in file if isinstance(file.get(n, getlink=True), h5py.HardLink)]
+        sets = {
+            name: file[name]
+            for name in hard_links
+            if isinstance(file[name], h5py.Dataset)
+            and not file[name].external
+            and not file[name].is_virtual
+        }
+        names = _require_affordable(
+            select_names(sets), {name: data.shape for name, data in sets.items()}
+        )
+        turned = as_matlab or content[:6] == b"MATLAB"
+        return {n: np.asarray(sets[n]).T if turned else np.asarray(sets[n]) for n in names}
+
+
+def _require_affordable(names: Iterable[str], shapes: Mapping[str, tuple[int, ...]]) -> list[str]:
+    """The names as a list. Raises TooManyNumbers where their arrays hold too many."""
+    chosen = list(names)
+    count = sum(float(np.prod(shapes[name], dtype=float)) for name in chosen)
+    if count > MOST_NUMBERS:
+        raise TooManyNumbers(f"holds {count:,.0f} numbers, at most {MOST_NUMBERS:,} are allowed")
+    return chosen

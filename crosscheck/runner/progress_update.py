@@ -1,0 +1,55 @@
+"""What is being done, and how long it still takes: what work tells whoever shows its progress."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from crosscheck.runner.outcomes import Task
+
+# Declared costs are believed as much as what so many seconds [s] of work have shown.
+BELIEVED_S = 5.0
+
+
+@dataclass(frozen=True)
+class ProgressUpdate:
+    """Progress: what is being done, pieces done, of how many, seconds left (None if unknown)."""
+
+    what: str
+    done: int = 0
+    total: int = 0
+    left_s: float | None = None
+
+
+ProgressCallback = Callable[[ProgressUpdate], None]
+
+
+def ignore_progress(now: ProgressUpdate) -> None:
+    """Tell nobody of the progress."""
+
+
+class TimeEstimate:
+    """An estimate of how long tasks on so many processes still take.
+
+    It is made from their declared costs, and from the time that those of them took which are done.
+    """
+
+    def __init__(self, tasks: Sequence[Task], jobs: int) -> None:
+        self.costs = {task.key: task.cost for task in tasks}
+        self.whole = sum(self.costs.values())
+        self.jobs = jobs
+        self.done = 0.0
+        self.began = time.monotonic()
+
+    def finish(self, key: object) -> None:
+        """Count a task as done, by its key."""
+        self.done += self.costs[key]
+
+    @property
+    def left_s(self) -> float:
+        """Estimated time that is left [s]."""
+        spent = time.monotonic() - self.began + BELIEVED_S
+        return max(0.0, self.whole - self.done) * spent / (self.done + self.jobs * BELIEVED_S)

@@ -1,0 +1,217 @@
+"""NetCDF files from outside: opened once, in a process of its own, and checked.
+
+HDF5 ends the process of whoever hands it certain files, or never comes back. So a worker opens
+them, within a time; it looks at every variable's form before it reads one, and follows nothing
+that leads out of the file.
+"""
+
+from __future__ import annotations
+
+import re
+import signal
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import xarray as xr
+
+from crosscheck.models.errors import InputError
+from crosscheck.models.inputs import input_size
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.workers import perform_all
+from crosscheck.studies.batches.result_file import SCHEMA_VERSION, STUDY, VERSION
+
+LONGEST = 2000  # characters of a name or an attribute that is looked at
+MOST_VARIABLES = 5000
+MOST_PACKED = 1_000_000_000  # bytes that compressed variables may become
+OPENING_S, READING_BYTES_PER_S = 3.0, 5e7
+FILTERS = (h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32)
+SCALE = "This is a netCDF dimension but not a netCDF variable"
+Use = Callable[[Any], Any]
+
+
+def use_file(path: Path, use: Use, form: type[NetcdfFile] | None = None) -> Any:
+    """What a function returns for an opened file of a form; it is called in another process.
+
+    form: a study's result unless another is given. Raises InputError.
+    """
+    form = form or StudyResultFile
+    try:
+        size = input_size(path)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(str(path), "", None, f"cannot be read: {reason}") from None
+    reading = _UseTask(path, use, form, OPENING_S + size / READING_BYTES_PER_S)
+    (result,) = perform_all([reading], 1, lambda key: None).values()
+    if isinstance(result, InputError):
+        raise result
+    if isinstance(result, Failure):
+        reason = "HDF5 cannot read it" if result.kind == "Died" else str(result)
+        raise InputError(str(path), "", None, f"is no {form.description}: {reason}") from None
+    return result
+
+
+@dataclass(frozen=True)
+class _UseTask:
+    """A worker's task: open a file and use it; within_s: until all is read."""
+
+    path: Path
+    use: Use
+    form: type[NetcdfFile]
+    within_s: float
+    key: str = "reading"
+    cost = 1.0  # rough seconds
+
+    def perform(self) -> Any:
+        """What ``use`` returns for the opened file, or an InputError."""
+        signal.setitimer(signal.ITIMER_REAL, self.within_s)  # which ends the process
+        try:
+            with h5py.File(self.path, "r", locking=False) as file:
+                return self.use(self.form(self.path, file))
+        except InputError as error:
+            return error
+
+
+class NetcdfFile:
+    """An open NetCDF file whose form was found to be one that can be read; in a worker."""
+
+    description = "NetCDF file"
+
+    def __init__(self, path: Path, file: h5py.File) -> None:
+        self.path, self.file = path, file
+        self._require(len(file) <= MOST_VARIABLES, f"more than {MOST_VARIABLES} variables")
+        packed = sum(self._require_sound(name) for name in file)
+        self._require(packed <= MOST_PACKED, f"compressed to less than it may be: {packed} bytes")
+
+    def require_version(self, supported_version: int) -> None:
+        """Raise InputError for a file of any other version, or of none."""
+        version = _single_value(self.file, "schema_version")
+        self._require(isinstance(version, int | np.integer), "no schema_version")
+        self._require(
+            version == supported_version, f"schema_version {version}; {supported_version} is read"
+        )
+
+    def names(self) -> list[str]:
+        """Names of the variables, those that only give a dimension its size left out."""
+        return [name for name, data in self.file.items() if not _is_size(data)]
+
+    def variables(self) -> list[str]:
+        """Names of the variables that are no coordinates of others."""
+        named = (data for data in self.file.values() if "coordinates" in data.attrs)
+        beside = {
+            coordinate for data in named for coordinate in self._text(data, "coordinates").split()
+        }
+        return [n for n in self.names() if n not in beside and not self.file[n].is_scale]
+
+    def dims(self, name: str) -> tuple[str, ...]:
+        """Names of a variable's dimensions."""
+        data = self.file[name]
+        if data.is_scale and data.ndim == 1:
+            return (name,)
+        names = []
+        for dim in data.dims:
+            self._require(len(dim) == 1, f"a dimension of {name} has no scale")
+            scale = str(dim[0].name).removeprefix("/")
+            self._require(scale in self.file, f"a dimension of {name} is {scale}")
+            self._require(self.file[scale].ndim == 1, f"dimension {scale} is not one")
+            names.append(scale)
+        return tuple(names)
+
+    def joints(self, name: str) -> int:
+        """Number of joints that a variable has numbers for; 1 where it is not over joints."""
+        sizes = dict(zip(self.dims(name), self.file[name].shape, strict=True))
+        return int(sizes.get("joint", 1))
+
+    def dataset(self, names: Sequence[str]) -> xr.Dataset:
+        """A Dataset of these variables, of numbers, with the coordinates of their dimensions."""
+        dims = {name: self.dims(name) for name in names}
+        along = {dim for each in dims.values() for dim in each}
+        beside = [name for name in self.names() if name in along]
+        drawn = {name: (dims[name], self._numbers(name), self._attributes(name)) for name in names}
+        coords = {name: (name, self._values(name), self._attributes(name)) for name in beside}
+        dataset = xr.Dataset(drawn, coords)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        return dataset
+
+    def _numbers(self, name: str) -> np.ndarray:
+        data = self.file[name]
+        self._require(data.dtype.kind in "iuf", f"{name} holds no numbers")
+        return np.asarray(data[()], dtype=np.float64)
+
+    def _values(self, name: str) -> np.ndarray:
+        """The values of a coordinate: numbers, all finite, or words."""
+        data = self.file[name]
+        if data.dtype.kind == "O":
+            return np.array([self._require_printable(name, word) for word in data.asstr()[()]])
+        values = self._numbers(name)
+        self._require(bool(np.isfinite(values).all()), f"{name} is not finite")
+        return values.astype(np.int64) if data.dtype.kind in "iu" else values
+
+    def _attributes(self, name: str) -> dict[str, str]:
+        data = self.file[name]
+        return {key: self._text(data, key) for key in ("units", "long_name") if key in data.attrs}
+
+    def _text(self, node: h5py.HLObject, key: str) -> str:
+        return self._require_printable(f"{node.name}: {key}", _single_value(node, key))
+
+    def _require_printable(self, what: str, text: Any) -> str:
+        self._require(isinstance(text, str), f"{what} is no text")
+        self._require(len(text) <= LONGEST and text.isprintable(), f"{what} is no printable line")
+        return str(text)
+
+    def _require_sound(self, name: str) -> int:
+        """Check a variable before it is read; returns its size [bytes] if compressed, else 0."""
+        self._require_printable("a variable's name", name)
+        hard = isinstance(self.file.get(name, getlink=True), h5py.HardLink)
+        self._require(hard, f"{name} leads elsewhere")
+        data = self.file[name]
+        self._require(isinstance(data, h5py.Dataset), f"{name} is no variable")
+        plist = data.id.get_create_plist()
+        stored = plist.get_layout() in (h5py.h5d.CONTIGUOUS, h5py.h5d.CHUNKED, h5py.h5d.COMPACT)
+        self._require(stored and not plist.get_external_count(), f"{name} is stored elsewhere")
+        kind = data.dtype.kind
+        plain = kind in "iuf" and data.dtype.itemsize <= 8
+        text = kind == "O" and h5py.check_string_dtype(data.dtype) is not None
+        self._require(plain or text, f"{name} is neither numbers nor text")
+        self._require(data.shape is not None, f"{name} has no values")
+        filters = [plist.get_filter(number)[0] for number in range(plist.get_nfilters())]
+        self._require(set(filters) <= set(FILTERS), f"{name} has a filter")
+        if not filters:
+            fits = _is_size(data) or data.nbytes <= data.id.get_storage_size()
+            self._require(fits, f"{name} is larger than what is stored of it")
+        return int(data.nbytes) if filters else 0
+
+    def _require(self, sound: bool, what: str) -> None:
+        if not sound:
+            raise InputError(str(self.path), "", None, f"is no {self.description}: {what}")
+
+
+class StudyResultFile(NetcdfFile):
+    """An open file whose form was found to be that of a study's result; in a worker."""
+
+    description = "result of a study"
+
+    def __init__(self, path: Path, file: h5py.File) -> None:
+        super().__init__(path, file)
+        self.require_version(SCHEMA_VERSION)
+        self.study, self.version = self._text(file, STUDY), self._text(file, VERSION)
+        self._require(re.fullmatch("[0-9a-f]{64}", self.study) is not None, STUDY)
+
+    def identity(self) -> tuple[str, str]:
+        """Digest of the study that the result is of, and fingerprint of what made it."""
+        return self.study, self.version
+
+
+def _is_size(data: h5py.Dataset) -> bool:
+    """Whether a data set only gives a dimension its size."""
+    name = data.attrs.get("NAME", b"") if data.is_scale else b""
+    return SCALE in str(name)
+
+
+def _single_value(node: h5py.HLObject, key: str) -> Any:
+    """The value of an attribute that has only one; None for any other."""
+    value: Any = node.attrs.get(key)
+    return value if np.ndim(value) == 0 else value.flat[0] if np.size(value) == 1 else None

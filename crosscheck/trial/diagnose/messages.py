@@ -1,0 +1,315 @@
+"""Terms, errors and explanations as people write them, and as TeX."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+import sympy as sp
+
+from crosscheck.trial.diagnose.candidates import Candidate
+from crosscheck.trial.diagnose.polynomial import (
+    EntryTerms,
+    Monomial,
+    Powers,
+    Product,
+    TermKey,
+    format_power,
+)
+from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, rate_name
+from crosscheck.trial.diagnose.values import ORDER, parse_symbol
+from crosscheck.trial.input.equations import Symbolic
+from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, Term, TermError
+
+MOST_TERMS = 4  # of a sum that is written out
+GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
+ROUNDING = 1e-12  # of a coefficient's parts, beside which their sum is nothing
+
+
+def make_term_error(candidate: Candidate, terms: ReferenceTerms) -> TermError:
+    """The error that a candidate is, as it is told to the user."""
+    term, user_text, reference_text = (
+        make_term(candidate.products, terms),
+        candidate.user_text,
+        candidate.reference_text,
+    )
+    if candidate.kind == "angle" and candidate.key is not None:
+        user_text, reference_text = (
+            _format_trig(candidate.key, terms),
+            _format_trig(candidate.products[0].key, terms),
+        )
+        user_text = user_text if candidate.by == 1.0 else f"-{user_text}"
+    elif candidate.key is not None:
+        user_text, reference_text = candidate.key.signal, candidate.products[0].key.signal
+    return TermError(candidate.kind, term, user_text, reference_text, candidate.by)
+
+
+def make_term(products: EntryTerms, terms: ReferenceTerms) -> Term:
+    """Terms that belong together as one, before one wave or (their angle then untold) several."""
+    keys = list(dict.fromkeys(product.key for product in products))
+    latex = _join(format_product_latex(p, terms) for p in products[:MOST_TERMS])
+    latex += r" + \dots" if len(products) > MOST_TERMS else ""
+    if len(keys) > 1:
+        text = " + ".join(format_term(make_term((p,), terms)) for p in products[:MOST_TERMS])
+        return Term(_cut(text, products), latex=latex)
+    key, text = keys[0], format_coefficient(products)
+    sign, angle = format_angle_sum(key, terms)
+    if key.function == "sin" and sign < 0:
+        text = text[1:] if text.startswith("-") else f"-{text}"
+    wave: Literal["", "cos", "sin"] = "cos" if key.function == "cos" else "sin"
+    return Term(text, wave if angle else "", angle, key.signal, latex)
+
+
+def format_coefficient(products: EntryTerms) -> str:
+    """The sum of the terms' coefficients as text, what all have in common before it."""
+    if len(products) == 1:
+        return format_monomial(products[0].monomial)
+    powers = [dict(product.monomial.powers) for product in products]
+    least = {name: min(each.get(name, 0) for each in powers) for name in powers[0]}
+    shared = {name: power for name, power in least.items() if power > 0}
+    rests = []
+    for number, monomial_powers in (product.monomial for product in products[:MOST_TERMS]):
+        rest = ((name, power - shared.get(name, 0)) for name, power in monomial_powers)
+        rests.append(Monomial(number, tuple((name, power) for name, power in rest if power)))
+    inside = _cut(_join(map(format_monomial, rests)), products)
+    common = format_monomial(Monomial(1, tuple(shared.items()))) if shared else ""
+    return f"{common} ({inside})".strip()
+
+
+def format_monomial(monomial: Monomial) -> str:
+    """A monomial as text: number, masses, lengths, such as 2 m_payload L1 d2, with fractions."""
+    number = monomial.number
+    front = f"{number:.6g}" if isinstance(number, float) else str(Fraction(number))
+    ordered = _sort_powers(monomial.powers)
+    above = [format_power(name, power) for name, power in ordered if power > 0]
+    below = [format_power(name, -power) for name, power in ordered if power < 0]
+    if above and front in ("1", "-1"):
+        front = front[:-1]
+    text = (front + " " if front not in ("", "-") else front) + " ".join(above)
+    under = " ".join(below)
+    return text.strip() + (f"/({under})" if len(below) > 1 else f"/{under}" if below else "")
+
+
+def format_angle_sum(key: TermKey, terms: ReferenceTerms) -> tuple[int, str]:
+    """The sign that a sine takes, and the angle sum in the user's coordinates, first positive."""
+    if not any(key.wave):
+        return 1, ""
+    turned, names = np.array(key.wave) @ terms.angles, terms.names
+    if not np.allclose(turned, np.round(turned)):
+        turned, names = np.array(key.wave), tuple(f"theta_{j + 1}" for j in range(len(key.wave)))
+    whole = [round(entry) for entry in turned.tolist()]
+    sign = 1 if next((entry for entry in whole if entry), 1) > 0 else -1
+    parts = [(sign * entry, name) for entry, name in zip(whole, names, strict=True) if entry]
+    once = {1: "", -1: "-"}
+    return sign, _join(f"{once.get(number, f'{number} ')}{name}" for number, name in parts)
+
+
+def _join(parts: Iterable[str]) -> str:
+    """The sum of texts, which may begin with a minus."""
+    return " + ".join(parts).replace("+ -", "- ")
+
+
+def _cut(text: str, products: Sequence[object]) -> str:
+    more = len(products) - MOST_TERMS
+    return f"{text} + {more} more" if more > 0 else text
+
+
+def _sort_powers(powers: Powers) -> list[tuple[str, int]]:
+    def order(power: tuple[str, int]) -> tuple[int, int]:
+        symbol_name = parse_symbol(power[0])
+        return ORDER.get(symbol_name.stem, len(ORDER)), symbol_name.joint
+
+    return sorted(powers, key=order)
+
+
+def _format_trig(key: TermKey, terms: ReferenceTerms) -> str:
+    sign, angle = format_angle_sum(key, terms)
+    if not angle:
+        return "1"
+    return f"{'-' if key.function == 'sin' and sign < 0 else ''}{key.function}({angle})"
+
+
+def format_term(term: Term) -> str:
+    """A term in one line, such as m_payload L1 d2 cos(theta_2)."""
+    wave = f"{term.wave}({term.angle})" if term.wave else ""
+    behind = " ".join(filter(None, (wave, term.signal)))
+    if behind and term.coefficient in ("1", "-1"):
+        return term.coefficient[:-1] + behind
+    return f"{term.coefficient} {behind}".strip()
+
+
+def format_latex_name(name: str) -> str:
+    """A symbol or coordinate as TeX: m_{payload}, L_{1}, \\theta_{1}, F_{sp1}; a rate dotted."""
+    if name.endswith("'"):
+        return rf"\dot{{{format_latex_name(name[:-1])}}}"
+    stem, _, index = name.partition("_")
+    number = re.search(r"\d+$", stem)
+    if number:
+        stem, index = stem[: number.start()], number.group() + (f",{index}" if index else "")
+    index = index.replace("_", ",")
+    base = rf"\{stem}" if stem in GREEK else stem
+    return f"{base}_{{{index}}}" if index else base
+
+
+def format_monomial_latex(monomial: Monomial) -> str:
+    """A monomial as TeX that matplotlib can set."""
+    parts = [
+        format_latex_name(name) + (f"^{{{power}}}" if power != 1 else "")
+        for name, power in _sort_powers(monomial.powers)
+    ]
+    if isinstance(monomial.number, float):
+        return rf"{monomial.number:.6g}\," + r"\,".join(parts)
+    number = Fraction(monomial.number)
+    sign, size = "-" if number < 0 else "", abs(number)
+    front = rf"\frac{{{size.numerator}}}{{{size.denominator}}}"
+    if size.denominator == 1:
+        front = "" if size == 1 and parts else str(size.numerator)
+    return sign + r"\,".join(filter(None, (front, *parts)))
+
+
+def format_product_latex(product: Product, terms: ReferenceTerms) -> str:
+    """A term as TeX."""
+    key, (number, powers) = product
+    sign, angle = format_angle_sum(key, terms)
+    turned = re.sub(r"[A-Za-z]\w*", lambda found: format_latex_name(found[0]), angle)
+    wave = rf"\{key.function}({turned})" if angle else ""
+    behind = r"\,".join(filter(None, (wave, format_latex_name(key.signal) if key.signal else "")))
+    negated = angle and key.function == "sin" and sign < 0
+    plain = format_monomial_latex(Monomial(-1 * number if negated else number, powers))
+    if behind and plain in ("1", "-1"):
+        return plain[:-1] + behind
+    return r"\,".join(filter(None, (plain, behind)))
+
+
+def describe_term_error(error: TermError) -> str:
+    """An error in words, yours against what is right."""
+    term = format_term(error.term)
+    if error.kind == "dropped":
+        return f"missing term: {term}"
+    if error.kind == "sign":
+        return f"yours has {term} with the opposite sign"
+    if error.kind == "factor":
+        by = f"{error.by:g}" if error.by is not None else error.yours
+        return f"yours has {term} times {by}"
+    if error.kind == "angle":
+        return f"yours has {error.yours} where {error.right} belongs, in {term}"
+    if error.kind == "extra":
+        return f"extra term: {term}"
+    # missing term: m (L2 - d2) L1: where one symbol stands for another in one product.
+    coefficient, reference_text, user_text = error.term.coefficient, error.right, error.yours
+    match = re.search(rf"(?<!\S){re.escape(reference_text)}(\^\d+)?(?!\S)", coefficient)
+    if match is None or "(" in coefficient or not user_text.isidentifier():
+        return f"{user_text} where {reference_text} belongs, in {term}"
+    power = match[1] or ""
+    inside = f"({reference_text}{power} - {user_text}{power})"
+    short = coefficient[: match.start()] + inside + coefficient[match.end() :]
+    missing = format_term(replace(error.term, coefficient=short))
+    return f"missing term: {missing}; {user_text} where {reference_text} belongs"
+
+
+def make_difference_terms(
+    coefficients: Mapping[TermKey, float], terms: ReferenceTerms
+) -> tuple[Term, ...]:
+    """Yours minus right as terms: numbers before waves and signals, the largest first."""
+    numbers = {key: float(f"{value:.4g}") for key, value in coefficients.items()}
+    return tuple(
+        make_term((Product(key, Monomial(numbers[key], ())),), terms)
+        for key in sorted(numbers, key=lambda key: -abs(numbers[key]))
+    )
+
+
+def guess(wrong: EntryMismatch) -> str:
+    """What is wrong in an entry, as a question, for it is a guess; or its difference."""
+    explanation = wrong.explanation
+    if explanation is None:
+        shown = _cut(_join(map(format_term, wrong.difference[:MOST_TERMS])), wrong.difference)
+        difference_text = f"yours minus right is {shown}; " if shown else ""
+        return f"{difference_text}no error in few of its terms makes this difference"
+    each = (
+        "; and ".join(map(describe_term_error, errors))
+        for errors in (explanation.errors, *explanation.others[:1])
+    )
+    return "; or ".join(each) + (f", in {explanation.seen_in}?" if explanation.seen_in else "?")
+
+
+def compute_symbolic_difference(
+    place: EntryPlace, symbolic: Symbolic, terms: ReferenceTerms, values: Mapping[str, float]
+) -> sp.Expr | None:
+    """Yours minus right in sympy: sines and cosines of sums, rates and torques by trial's names.
+
+    None where there is no such part, or it has other functions of coordinates, as mesh forces that
+    are not symbols are. values: of the arm's quantities; what vanishes with them is left out.
+    """
+    user_entry = _user_entry(place, symbolic)
+    if user_entry is None:
+        return None
+    x = [sp.Symbol(name) for name in terms.names]
+    reference_entry = sum(
+        (_reference_term(product, terms, x) for product in terms.entry(place)), sp.S.Zero
+    )
+    waves: defaultdict[sp.Expr, sp.Expr] = defaultdict(lambda: sp.S.Zero)
+    for part in sp.Add.make_args(sp.expand((user_entry - reference_entry).rewrite(sp.exp))):
+        coefficient, moving = part.as_independent(*x, as_Add=False)
+        factors = [factor for factor in sp.Mul.make_args(moving) if factor != 1]
+        if not all(isinstance(factor, sp.exp) for factor in factors):
+            return None
+        waves[sp.expand(sum(f.exp for f in factors) / sp.I)] += coefficient
+    total, numbers = sp.S.Zero, {sp.Symbol(name): value for name, value in values.items()}
+    for angle in {-a if a.could_extract_minus_sign() else a: None for a in waves}:
+        up, down = waves.get(angle, sp.S.Zero), waves.get(-angle, sp.S.Zero)
+        pair = ((up + down, sp.cos(angle)), (sp.I * (up - down), sp.sin(angle)))
+        for coefficient, wave in pair if angle != 0 else ((up, sp.S.One),):
+            there = sp.expand(coefficient)
+            symbol_values = numbers | dict.fromkeys(
+                there.free_symbols - set(numbers), 1.0
+            )  # signals
+            sizes = [complex(p.xreplace(symbol_values)) for p in sp.Add.make_args(there)]
+            if abs(sum(sizes)) > ROUNDING * sum(map(abs, sizes)):
+                total += sp.factor_terms(there) * wave
+    for rate in place.rates or ():
+        total *= sp.Symbol(rate_name(terms.names[rate]))
+    return total if total != 0 else None
+
+
+def _user_entry(place: EntryPlace, symbolic: Symbolic) -> sp.Expr | None:
+    """The user's entry in the names of the trial; None without; of a bias what its rates have."""
+    whole = getattr(symbolic, place.part)
+    if whole is None:
+        return None
+    entry = sp.Matrix(whole)[place.row, place.column if place.column is not None else 0]
+    if place.rates is not None:
+        j, k = place.rates
+        entry = sp.diff(entry, symbolic.v[j], symbolic.v[k]) / (2 if j == k else 1)
+    names: dict[sp.Symbol, float | str] = {symbol: symbol.name for symbol in entry.free_symbols}
+    names |= symbolic.values
+    names |= {v: rate_name(q.name) for q, v in zip(symbolic.x, symbolic.v, strict=True)}
+    names |= {torque: f"T_{j + 1}" for j, torque in enumerate(symbolic.torque)}
+    replacements = {
+        s: sp.Symbol(n) if isinstance(n, str) else sp.Float(n) for s, n in names.items()
+    }
+    return entry.xreplace(replacements)
+
+
+def _reference_term(product: Product, terms: ReferenceTerms, x: list[sp.Symbol]) -> sp.Expr:
+    """A term of the reference as a sympy expression."""
+    key, (number, powers) = product
+    turned = [
+        sum(w * a for w, a in zip(key.wave, column, strict=True)) for column in terms.angles.T
+    ]
+    angle = sum(sp.nsimplify(w) * coordinate for w, coordinate in zip(turned, x, strict=True))
+    wave = sp.sin(angle) if key.function == "sin" else sp.cos(angle)
+    signal = sp.Symbol(key.signal) if key.signal else sp.S.One
+    symbols = sp.prod([sp.Symbol(name) ** power for name, power in powers])
+    return sp.sympify(number) * symbols * wave * signal
+
+
+def format_latex(expression: sp.Expr) -> str:
+    """A sympy expression as TeX that matplotlib can set."""
+    names = {symbol: format_latex_name(symbol.name) for symbol in expression.free_symbols}
+    text = str(sp.latex(expression, symbol_names=names))
+    return text.replace(r"\left", "").replace(r"\right", "")

@@ -1,0 +1,320 @@
+"""Entries of equations of motion: their natural sizes, what is wrong there, and by how much."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes
+from crosscheck.models.errors import InputError
+from crosscheck.trial.coordinates.differences import TURN_RAD, turns
+from crosscheck.trial.coordinates.frame import Frame, UserState
+
+NUDGE = 1e-7  # of coordinates, to see how a map bends
+WRITTEN = 10  # roundings of states and answers that were written with fewer digits
+LARGEST_POWER = 200  # of ten, between the numbers of two units
+SLOPES = 2 / TURN_RAD  # of those in M, in differences of M
+SOLVED = 10  # roundings of a solution by elimination, times the conditioning of the matrix
+Part = Literal["mass_matrix", "bias", "force", "acceleration"]
+SHOWN = 8  # of a list of places; the report has them all
+PARTS: dict[str, Part] = {
+    "mass_matrix": "mass_matrix",
+    "rate_terms": "bias",
+    "bias": "bias",
+    "force": "force",
+    "acceleration": "acceleration",
+}
+
+
+@dataclass(frozen=True)
+class NaturalSizes:
+    """Natural sizes in a user's coordinates: mass (n, n); rate_terms (n, n, n); rows of each part.
+
+    roundings: of the map, how many a difference may hold; solving: what solving by M makes of one;
+    precision: relative rounding of answers from a file, 0 for that of double precision.
+    """
+
+    mass: np.ndarray
+    rate_terms: np.ndarray
+    bias: np.ndarray
+    force: np.ndarray
+    acceleration: np.ndarray
+    roundings: float
+    solving: float
+    precision: float = 0.0
+
+    def tolerance(self, quantity: str) -> float:
+        """What entries of a part may differ by, relative to their sizes."""
+        solved = SOLVED * EPS * self.solving if quantity == "acceleration" else 0.0
+        return LOOSEST + ROUNDINGS * EPS * self.roundings + solved + self.file_rounding(quantity)
+
+    def file_rounding(self, quantity: str) -> float:
+        """What the rounding of written answers, and of their states, may change an entry by."""
+        larger = {"rate_terms": SLOPES, "acceleration": self.solving}.get(quantity, 1.0)
+        return WRITTEN * self.precision * self.roundings * larger
+
+    def basis(self, quantity: str) -> str:
+        """The tolerance of a part in words."""
+        solved = f" + {SOLVED} eps x {self.solving:.3g}, that of M" * (quantity == "acceleration")
+        rounding = self.file_rounding(quantity)
+        written = f" + {rounding:.3g}, by the digits of the answers' file" if rounding else ""
+        return (
+            f"{LOOSEST:g} + {ROUNDINGS} eps x {self.roundings:.3g}, the conditioning of the"
+            f" coordinates' map{solved}{written}, of each entry's natural size"
+        )
+
+    def scale_by(self, factor: float) -> NaturalSizes:
+        """The sizes of equations whose numbers are this many times as large."""
+        sizes = ("mass", "rate_terms", "bias", "force", "acceleration")
+        return replace(self, **{name: factor * getattr(self, name) for name in sizes})
+
+    def entry_sizes(self, quantity: str) -> np.ndarray:
+        """The natural sizes of a part's entries."""
+        sizes = {"mass_matrix": self.mass, "rate_terms": self.rate_terms, "force": self.force}
+        return {**sizes, "bias": self.bias, "acceleration": self.acceleration}[quantity]
+
+
+def compute_sizes(
+    frame: Frame,
+    states: Sequence[UserState],
+    mass: np.ndarray,
+    force: np.ndarray | None,
+    acceleration: np.ndarray | None,
+    precision: float = 0.0,
+) -> NaturalSizes:
+    """Natural sizes by a trusted M (count, n, n), force and acceleration (count, n) at states.
+
+    M_ij is of size sqrt(M_ii M_jj); a bias of sqrt(M_ii) times the root of u M u and the joints'
+    rate; a term of it in u_j u_k of that over the rates' own sizes. Where x hides how large M is
+    (its rows nearly depend on each other), a term is of the size of what it is the small sum of:
+    sqrt(M_ii M_jj) by how far x_k turns the joints, i, j and k in any order. A force or
+    acceleration that vanishes has what its inertia makes of the others.
+    """
+    rates = np.array([state.u for state in states])
+    turning = np.array([state.v[frame.layout.angular] for state in states])
+    diagonal = np.sqrt(np.einsum("kii->ki", mass).max(axis=0))
+    lively = np.sqrt(np.einsum("ki,kij,kj->k", rates, mass, rates).mean() * (turning**2).mean())
+    of_rates = np.sqrt((rates**2).mean(axis=0))
+    jacobians = np.array([frame.jacobian(state.x) for state in states])
+    inverses = np.linalg.inv(jacobians)
+    moved = inverses.swapaxes(1, 2) @ mass @ inverses  # M of q
+    summed = _summands(
+        diagonal, np.max([turns(J, frame.layout.angular) for J in jacobians], axis=0)
+    )
+    moving = np.einsum("ijk,j,k->i", summed, of_rates, of_rates)
+    return NaturalSizes(
+        mass=np.outer(diagonal, diagonal),
+        rate_terms=np.maximum(
+            (diagonal * lively)[:, None, None] / np.outer(of_rates, of_rates), summed
+        ),
+        bias=np.maximum(diagonal * lively, moving),
+        force=_rows(force, diagonal),
+        acceleration=_rows(acceleration, 1 / diagonal),
+        roundings=max(
+            _skeel_condition(mass, moved, jacobians, inverses),
+            _cancellation_factor(moved, jacobians, diagonal),
+            *(_map_curvature(frame, state.x) for state in states if frame.matrix is None),
+        ),
+        solving=float(np.linalg.cond(mass / np.sqrt(np.einsum("kii,kjj->kij", mass, mass))).max()),
+        precision=precision,
+    )
+
+
+def unit_ratio(user_values: np.ndarray, reference_values: np.ndarray) -> float:
+    """How many times as large a part's numbers are as the right ones, by their medians.
+
+    Of the rows' ratios it is the median, the lower one of two: a single entry that is wrong,
+    however large, changes nothing. 1 where no row is there on both sides.
+
+    Args:
+        user_values: A mass matrix (count, n, n), or a vector (count, n), state by state.
+        reference_values: The same part of a model that is trusted.
+    """
+    user_medians, reference_medians = map(_row_medians, (user_values, reference_values))
+    there = (user_medians > 0) & (reference_medians > 0) & np.isfinite(user_medians)
+    if not there.any():
+        return 1.0
+    ratios = np.sort(user_medians[there] / reference_medians[there])
+    return float(ratios[(len(ratios) - 1) // 2])
+
+
+def power_of_ten(ratio: float) -> float:
+    """The power of ten next to a ratio: 1 unless the numbers are in another unit."""
+    return 10.0 ** float(np.clip(np.round(np.log10(ratio)), -LARGEST_POWER, LARGEST_POWER))
+
+
+def _row_medians(values: np.ndarray) -> np.ndarray:
+    """The median size of each row over the states, of a matrix that of its diagonal, (n,)."""
+    rows = np.einsum("kii->ki", values) if values.ndim == 3 else values
+    medians: np.ndarray = np.median(np.abs(rows), axis=0)
+    return medians
+
+
+def _summands(diagonal: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """Largest of what Christoffel's symbols add up, (n, n, n), by x_k's turning of the joints."""
+    terms = np.einsum("i,j,k->ijk", diagonal, diagonal, turned)
+    return np.max([terms, terms.transpose(0, 2, 1), terms.transpose(2, 1, 0)], axis=0)
+
+
+def _rows(values: np.ndarray | None, weight: np.ndarray) -> np.ndarray:
+    if values is None:
+        return weight
+    shared = float(np.sqrt(((values / weight) ** 2).mean()))
+    return component_sizes(values, weight * (shared or 1.0))
+
+
+def _cancellation_factor(moved: np.ndarray, jacobians: np.ndarray, diagonal: np.ndarray) -> float:
+    """How much larger than M_x the terms are whose sum J^T M J is; moved: M (count, n, n)."""
+    sizes = np.abs(jacobians)
+    terms = sizes.swapaxes(1, 2) @ np.abs(moved) @ sizes
+    return float((terms / np.outer(diagonal, diagonal)).max())
+
+
+def _map_curvature(frame: Frame, x: np.ndarray) -> float:
+    """Relative change of J over that of x, at least 1; 1 where the map ends too near for that."""
+    here, curvature = frame.jacobian(x), 1.0
+    for sign in (-1, 1):
+        with suppress(InputError):
+            difference = np.abs(frame.jacobian(x * (1 + sign * NUDGE)) - here).max(axis=0)
+            curvature = max(curvature, float((difference / np.abs(here).max(axis=0)).max()) / NUDGE)
+    return curvature
+
+
+def _skeel_condition(
+    mass: np.ndarray, moved: np.ndarray, jacobians: np.ndarray, inverses: np.ndarray
+) -> float:
+    """Skeel's condition number of J, its rows and columns in units of the inertia at either side.
+
+    So it is the map's, whatever the units of x are. All (count, n, n); mass, moved: M of x and
+    of q.
+    """
+    x_roots, others = (np.sqrt(np.abs(np.einsum("kii->ki", each))) for each in (mass, moved))
+    scaled_by = others[:, :, None] / x_roots[:, None, :]
+    terms = np.abs(inverses / scaled_by.swapaxes(1, 2)) @ np.abs(jacobians * scaled_by)
+    return float(terms.sum(axis=2).max())
+
+
+@dataclass(frozen=True)
+class EntryPlace:
+    """An entry, counted from 0: M[row, column]; bias[row] in v_j v_k, j <= k; force[row]."""
+
+    part: Part
+    row: int
+    column: int | None = None
+    rates: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True)
+class Term:
+    """coefficient * cosine or sine of an angle sum: what stands in an entry for too much or little.
+
+    coefficient, angle, signal: text as one writes it (``m_payload L2 L1``, ``theta_1 - theta_2``,
+    ``F_sp1``), empty for 1, no angle, none; latex: the whole term.
+    """
+
+    coefficient: str
+    wave: Literal["", "cos", "sin"] = ""
+    angle: str = ""
+    signal: str = ""
+    latex: str = ""
+
+
+@dataclass(frozen=True)
+class TermError:
+    """A term of an entry as it must be, and what stands there instead.
+
+    kind: ``sign``, ``factor`` (``by``: yours over right), ``dropped``, ``swapped`` (``yours`` where
+    ``right`` belongs), ``angle`` (the same of an angle sum), ``extra``. term: the right one, of
+    ``extra`` the one too many.
+    """
+
+    kind: Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
+    term: Term
+    yours: str = ""
+    right: str = ""
+    by: float | None = None
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Errors that together make a difference, and what they leave of it, relative to that.
+
+    others: explanations that fit as well with the arm's numbers (equal lengths, say), likeliest
+    first. seen_in: in words, where the errors are, if not in this entry: entries in other
+    coordinates, in which they are fewer.
+    """
+
+    errors: tuple[TermError, ...]
+    left_over: float
+    others: tuple[tuple[TermError, ...], ...] = ()
+    seen_in: str = ""
+
+
+@dataclass(frozen=True)
+class EntryMismatch:
+    """An entry that is wrong: by how much (relative to the entry's natural size), and perhaps why.
+
+    difference: yours minus right in numbers, of an entry that nothing explains. latex: the same
+    typeset, of symbolic equations. shown_on: name of the arm that shows it, where the one on trial
+    cannot.
+    """
+
+    place: EntryPlace
+    relative: float
+    explanation: Explanation | None = None
+    difference: tuple[Term, ...] = ()
+    latex: str = ""
+    shown_on: str = ""
+    notes: tuple[str, ...] = field(default=())
+
+
+def format_entry(place: EntryPlace, names: Sequence[str]) -> str:
+    """An entry in words, such as M[phi_1, phi_2], bias[phi_1] of phi_1' phi_2', force[phi_1]."""
+    row = names[place.row]
+    if place.part == "mass_matrix":
+        assert place.column is not None  # of a matrix
+        return f"M[{row}, {names[place.column]}]"
+    if place.rates is not None:
+        j, k = place.rates
+        rates = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
+        return f"bias[{row}] of {rates}"
+    return f"{place.part}[{row}]"
+
+
+def format_wrong_entries(places: Sequence[EntryPlace], names: Sequence[str]) -> str:
+    """The wrong entries in words, the first few by name; '' for none."""
+    shown = ", ".join(format_entry(place, names) for place in places[:SHOWN])
+    rest = len(places) - SHOWN
+    return f"wrong: {shown}{f' and {rest} more' if rest > 0 else ''}" if places else ""
+
+
+def deviations(values: np.ndarray, expected: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Largest difference of every entry over the states, relative to its size: shape of size.
+
+    one, other (count, ...): the states along the first axis.
+    """
+    return np.abs(values - expected).max(axis=0) / size
+
+
+def find_wrong_entries(
+    quantity: str, user_values: np.ndarray, reference_values: np.ndarray, sizes: NaturalSizes
+) -> Iterator[EntryMismatch]:
+    """The entries of a part that differ by more than rounding, the largest difference first."""
+    relative_errors = deviations(user_values, reference_values, sizes.entry_sizes(quantity))
+    beyond = np.argwhere(~(relative_errors <= sizes.tolerance(quantity)))
+    for index in sorted(map(tuple, beyond.tolist()), key=lambda at: -relative_errors[at]):
+        yield EntryMismatch(entry_place(quantity, index), float(relative_errors[index]))
+
+
+def entry_place(quantity: str, index: tuple[int, ...]) -> EntryPlace:
+    """The place of an entry of a part's array."""
+    part, row = PARTS[quantity], index[0]
+    if quantity == "mass_matrix":
+        return EntryPlace(part, row, column=index[1])
+    if quantity == "rate_terms":
+        return EntryPlace(part, row, rates=(index[1], index[2]))
+    return EntryPlace(part, row)
