@@ -1,1 +1,1 @@
-"""The paper on trial: its equations, figures and conclusions."""
+"""The audit of the paper: its equations, figures and conclusions."""

@@ -21,7 +21,7 @@ class ComparisonKey:
     """The name of a comparison: what is compared, in which case, between which models.
 
     ``family``: the kind of comparison (states, same-step, ...); ``case``: the arm or experiment;
-    ``left`` and ``right``: models, ``right`` empty where one model is held against something else;
+    ``left`` and ``right``: models, ``right`` empty where one model is compared with something else;
     ``joint``: its number, where one joint alone is looked at.
     """
 
@@ -42,7 +42,7 @@ class ComparisonKey:
 
 @dataclass(frozen=True)
 class Subject:
-    """What a comparison is about: key, unit, metric; ``against``: what ``left`` is held to."""
+    """What a comparison is about: key, unit, metric; ``against``: the other side."""
 
     key: ComparisonKey
     unit: str

@@ -66,8 +66,8 @@ def run_cross_check(
 ) -> CrossCheck:
     """Run every check on an arm; ``on_warning`` is told of unstable loops before they run.
 
-    on_outcome: is handed each task's outcome while others still run. Raises InputError for an arm
-    or scenarios that cannot be run, and Unfinished where they could not be prepared.
+    on_outcome: is called with each task's outcome while others still run. Raises InputError for an
+    arm or scenarios that cannot be run, and Unfinished where they could not be prepared.
     """
     with Workers(jobs) as workers:
         progress(ProgressUpdate("preparing the experiments"))
@@ -114,8 +114,7 @@ def run_tasks(
     progress: ProgressCallback,
     on_outcome: OutcomeCallback = lambda key, outcome: None,
 ) -> Results:
-    """The Results of all tasks; progress: of the progress; on_outcome: each task's key and outcome.
-    """
+    """The Results of all tasks. on_outcome: is called with each task's key and outcome."""
     estimate, outcomes = TimeEstimate(tasks, workers.jobs), dict[Any, Any]()
 
     def report_begin(key: Any) -> None:

@@ -95,7 +95,8 @@ def _describe_allowed(hint: Any) -> str:
             if isinstance(entry, Limit):
                 return str(entry)
             if isinstance(entry, FieldInfo) and get_args(base)[-1:] == (...,):
-                return f"a list of {_describe_count(entry)}, each {_describe_allowed(get_args(base)[0])}"
+                element = _describe_allowed(get_args(base)[0])
+                return f"a list of {_describe_count(entry)}, each {element}"
         return _describe_allowed(base)
     if origin is tuple:
         return f"a list of {len(inner)}, each {_describe_allowed(inner[0])}"

@@ -1,4 +1,4 @@
-"""Equations of motion on trial in any test framework: a function that raises AssertionError.
+"""Trials of equations of motion in any test framework: a function that raises AssertionError.
 
 >>> from math import cos
 >>> from crosscheck.testing import Equations, assert_agrees
@@ -60,7 +60,7 @@ def assert_agrees(
     seed: int = 0,
     name: str = "yours",
 ) -> Trial:
-    """Put equations on trial; returns the Trial, if all that was judged agrees.
+    """Judge supplied equations; returns the Trial, if all that was judged agrees.
 
     equations: Equations, a function of the arm that returns them, an object with functions called
     like theirs, or text as on the command line, ``file.py:name``. scenarios: to be run too. level:

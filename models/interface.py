@@ -142,7 +142,7 @@ class Model(ABC):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """How far open a model's joints are: gaps [m], their rates [m/s], accelerations [m/s^2].
 
-        opened (3, gaps): by how much of each the bodies are moved apart before they are asked, so
+        opened (3, gaps): by how much of each the bodies are displaced before they are asked, so
         that this is what a right answer is.
         """
         raise CannotDo(f"{self.name} has no constraint_residual")

@@ -39,8 +39,8 @@ def njit(*function: Callable[..., Any], cache: bool = False, **options: Any) -> 
     """numba's ``njit``; with ``cache`` the compiled function is kept, if it can be anywhere."""
     numbas: Any = numba.njit
     made = numbas(*function, **options)
-    keep = _keep if cache else lambda one: one
-    return keep(made) if function else lambda one: keep(made(one))
+    keep = _keep if cache else lambda row: row
+    return keep(made) if function else lambda row: keep(made(row))
 
 
 def _keep(compiled_function: Any) -> Any:

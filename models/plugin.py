@@ -2,7 +2,7 @@
 
 An engine that has bodies and no gears need only say how far the teeth have come together; the force
 law is here. No model of the program's own uses any of this, so that agreement with them still
-says something of the law as well. Two guests that both use it say nothing of it to each other.
+says something of the law as well. Two plug-ins that both use it say nothing of it to each other.
 """
 
 from __future__ import annotations
@@ -215,7 +215,7 @@ class ToothContact:
         return phase, motion.approach - mesh.static_error_m - wave
 
     def _reach(self, gap: float) -> float:
-        """What of the gap lies beyond the play [m], by Eq. 5 or as Eq. 6 rounds its corners."""
+        """What of the gap lies beyond the backlash [m], by Eq. 5 or as Eq. 6 rounds its corners."""
         play, sharpness = self.mesh.backlash_m, self.mesh.tanh_sharpness_per_m
         if self.laws.dead_zone == "exact":
             return max(gap - play, 0.0) + min(gap + play, 0.0)

@@ -24,7 +24,8 @@ from crosscheck.models.arm.layout import Coordinate, Layout, Meaning
 class Chain:
     """A planar chain: stages from the base on, payload [kg] at the last link's end, coordinates.
 
-    Where the layout has no mesh displacements of a stage, its gears turn without slip or play.
+    Where the layout has no mesh displacements of a stage, its gears turn by pure rolling, without
+    backlash.
     """
 
     stages: tuple[Stage | DirectStage, ...]

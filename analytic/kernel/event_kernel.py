@@ -1,8 +1,8 @@
 """A kernel that follows contact changes: an eighth-order method whose steps end where teeth meet.
 
-A step of any order that runs over an edge of the play errs by the square of its length. Here every
-step that changes a contact is shortened until it ends there, to rounding; between contacts the
-motion is smooth, and Dormand and Prince's method of order 8 (Hairer, Norsett and Wanner, II.10)
+A step of any order that runs over an edge of the backlash errs by the square of its length. Here
+every step that changes a contact is shortened until it ends there, to rounding; between contacts
+the motion is smooth, and Dormand and Prince's method of order 8 (Hairer, Norsett and Wanner, II.10)
 chooses its steps by its own estimates of order 5 and 3.
 """
 
@@ -254,8 +254,8 @@ STAGES = 12
 def build_event_program(structure: Structure, record_map: RecordMap) -> Program:
     """The kernel of a structure that follows contacts.
 
-    Rows: the state, accelerations, forces, gaps, edges of the play, where a step begins, rates of
-    its stages and end, and the numbers.
+    Rows: the state, accelerations, forces, gaps, edges of the backlash, where a step begins, rates
+    of its stages and end, and the numbers.
     """
     n, m = len(structure.coordinates), len(structure.meshes)
     state, begin = 2 * n, 3 * n + 3 * m

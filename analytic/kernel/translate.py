@@ -467,7 +467,7 @@ class _Function:
     def _power_of_two(self, shifted: Value) -> Value:
         """2 to a whole number, which is given with ``functions.ROUNDING`` added: its last bits.
 
-        They are moved to where a double has its exponent; a NaN makes some number.
+        They are shifted to where a double has its exponent; a NaN makes some number.
         """
         wide = shifted.kind == "lanes" and self.lanes > 1
         whole = f"<{self.lanes} x i64>" if wide else "i64"

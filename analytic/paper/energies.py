@@ -14,7 +14,7 @@ from crosscheck.analytic.derivation.symbols import geared_variables, m_payload, 
 from crosscheck.analytic.paper.kinematics import gear_angles
 
 JOINTS = 2
-ONE, TWO = stage_symbols(1), stage_symbols(2)
+STAGE_1, STAGE_2 = stage_symbols(1), stage_symbols(2)
 
 
 def gear_rates(joint: int) -> tuple[sp.Expr, sp.Expr]:
@@ -36,7 +36,7 @@ def kinetic_energies() -> dict[str, sp.Expr]:
 
 def shoulder_joint() -> sp.Expr:
     """Kinetic energy T_j1 of the shoulder joint, Eq. 16."""
-    s = ONE
+    s = STAGE_1
     dtheta_1 = geared_variables(JOINTS).v[2]
     dtheta_s, dtheta_p = gear_rates(1)
     I_s, I_p, I_c = s.M_s * s.r_s**2, s.M_p * s.r_p**2, s.M_c * s.r_cp**2
@@ -49,20 +49,20 @@ def shoulder_joint() -> sp.Expr:
 
 def joint_mass() -> sp.Expr:
     """m_j below Eq. 21; its 3 m_p is the planets' mass, although m_p is the payload elsewhere."""
-    s = TWO
+    s = STAGE_2
     return s.m_s + 3 * s.m_p + s.m_c + s.m_r
 
 
 def first_link() -> sp.Expr:
     """Kinetic energy T_L1 of the first link, Eq. 17."""
-    s = ONE
+    s = STAGE_1
     dtheta_1 = geared_variables(JOINTS).v[2]
     return (s.I_l + s.m * s.d**2) * dtheta_1**2 / 2 + joint_mass() * s.L**2 * dtheta_1**2 / 2
 
 
 def elbow_joint() -> sp.Expr:
     """Kinetic energy T_j2 of the elbow joint, Eq. 18."""
-    s = TWO
+    s = STAGE_2
     dtheta_1, dtheta_2 = geared_variables(JOINTS).v[2::3]
     dtheta_s, dtheta_p = gear_rates(2)
     I_s, I_p, I_c = s.M_s * s.r_s**2, s.M_p * s.r_p**2, s.M_c * s.r_cp**2
@@ -75,13 +75,13 @@ def elbow_joint() -> sp.Expr:
 
 def second_link_and_payload() -> sp.Expr:
     """Kinetic energy T_L2 of the second link and the payload, Eq. 19."""
-    s = TWO
+    s = STAGE_2
     theta_2 = geared_variables(JOINTS).q[5]
     dtheta_1, dtheta_2 = geared_variables(JOINTS).v[2::3]
 
     def point_energy(distance: sp.Expr, mass: sp.Expr) -> sp.Expr:
-        along = ONE.L * dtheta_1 * sp.cos(theta_2) + (dtheta_1 + dtheta_2) * distance
-        return mass * (along**2 + (ONE.L * dtheta_1 * sp.sin(theta_2)) ** 2) / 2
+        along = STAGE_1.L * dtheta_1 * sp.cos(theta_2) + (dtheta_1 + dtheta_2) * distance
+        return mass * (along**2 + (STAGE_1.L * dtheta_1 * sp.sin(theta_2)) ** 2) / 2
 
     return (
         s.I_l * (dtheta_1 + dtheta_2) ** 2 / 2

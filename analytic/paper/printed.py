@@ -1,4 +1,4 @@
-"""The `printed` form: M, C and F of Eqs. 21-22 entry for entry, slips included.
+"""The `printed` form: M, C and F of Eqs. 21-22 entry for entry, errata included.
 
 Nothing here is corrected; the errata finder says what differs from the paper's own energies.
 """
@@ -12,7 +12,7 @@ import sympy as sp
 from crosscheck.analytic.derivation.forms import Form
 from crosscheck.analytic.derivation.stage import Stage
 from crosscheck.analytic.derivation.symbols import geared_variables, m_payload
-from crosscheck.analytic.paper.energies import JOINTS, ONE, TWO, joint_mass
+from crosscheck.analytic.paper.energies import JOINTS, STAGE_1, STAGE_2, joint_mass
 
 
 def primed_inertia(s: Stage) -> sp.Expr:
@@ -22,15 +22,15 @@ def primed_inertia(s: Stage) -> sp.Expr:
 
 def coefficients() -> dict[str, sp.Expr]:
     """a_11, a_12, a_2, a_3, a_4 below Eq. 21."""
-    a_6 = TWO.m * TWO.d + m_payload * TWO.L
+    a_6 = STAGE_2.m * STAGE_2.d + m_payload * STAGE_2.L
     return {
-        "a_11": (4 * ONE.M_s + 3 * ONE.M_p) * ONE.r_cp**2,
-        "a_12": (4 * TWO.M_s + 3 * TWO.M_p) * TWO.r_cp**2,
-        "a_2": primed_inertia(ONE)
-        + ONE.m * ONE.d**2
-        + (TWO.m + joint_mass() + m_payload) * ONE.L**2,
-        "a_3": primed_inertia(TWO) + TWO.m * TWO.d**2 + m_payload * TWO.L**2,
-        "a_4": ONE.L * a_6,
+        "a_11": (4 * STAGE_1.M_s + 3 * STAGE_1.M_p) * STAGE_1.r_cp**2,
+        "a_12": (4 * STAGE_2.M_s + 3 * STAGE_2.M_p) * STAGE_2.r_cp**2,
+        "a_2": primed_inertia(STAGE_1)
+        + STAGE_1.m * STAGE_1.d**2
+        + (STAGE_2.m + joint_mass() + m_payload) * STAGE_1.L**2,
+        "a_3": primed_inertia(STAGE_2) + STAGE_2.m * STAGE_2.d**2 + m_payload * STAGE_2.L**2,
+        "a_4": STAGE_1.L * a_6,
     }
 
 
@@ -39,20 +39,24 @@ def mass_entries() -> dict[tuple[int, int], sp.Expr]:
     a = coefficients()
     cos_2 = sp.cos(geared_variables(JOINTS).q[5])
     return {
-        (1, 1): ONE.M_s,
-        (1, 2): ONE.M_s,
-        (1, 3): 2 * ONE.M_s * ONE.r_cp,
-        (2, 2): ONE.M_s + 3 * ONE.M_p,
-        (2, 3): (2 * ONE.M_s + 3 * ONE.M_p) * ONE.r_cp,
-        (3, 3): a["a_11"] + a["a_2"] + TWO.M_s * ONE.r_cp**2 + a["a_3"] + 2 * a["a_4"] * cos_2,
-        (3, 4): TWO.M_s * ONE.r_cp,
-        (3, 5): TWO.M_s * ONE.r_cp,
-        (3, 6): 2 * TWO.M_s * TWO.r_s * TWO.r_cp + a["a_3"] + a["a_4"] * cos_2,
-        (4, 4): TWO.M_s,
-        (4, 5): TWO.M_s,
-        (4, 6): 2 * TWO.M_s * TWO.r_cp,
-        (5, 5): TWO.M_s + 3 * TWO.M_p,
-        (5, 6): (2 * TWO.M_s + 3 * TWO.M_p) * TWO.r_cp,
+        (1, 1): STAGE_1.M_s,
+        (1, 2): STAGE_1.M_s,
+        (1, 3): 2 * STAGE_1.M_s * STAGE_1.r_cp,
+        (2, 2): STAGE_1.M_s + 3 * STAGE_1.M_p,
+        (2, 3): (2 * STAGE_1.M_s + 3 * STAGE_1.M_p) * STAGE_1.r_cp,
+        (3, 3): a["a_11"]
+        + a["a_2"]
+        + STAGE_2.M_s * STAGE_1.r_cp**2
+        + a["a_3"]
+        + 2 * a["a_4"] * cos_2,
+        (3, 4): STAGE_2.M_s * STAGE_1.r_cp,
+        (3, 5): STAGE_2.M_s * STAGE_1.r_cp,
+        (3, 6): 2 * STAGE_2.M_s * STAGE_2.r_s * STAGE_2.r_cp + a["a_3"] + a["a_4"] * cos_2,
+        (4, 4): STAGE_2.M_s,
+        (4, 5): STAGE_2.M_s,
+        (4, 6): 2 * STAGE_2.M_s * STAGE_2.r_cp,
+        (5, 5): STAGE_2.M_s + 3 * STAGE_2.M_p,
+        (5, 6): (2 * STAGE_2.M_s + 3 * STAGE_2.M_p) * STAGE_2.r_cp,
         (6, 6): a["a_12"] + a["a_3"],
     }
 
@@ -74,14 +78,14 @@ def force_entries() -> list[sp.Expr]:
     """F of Eq. 22; its T_i is the motor's torque, T / n in terms of the output side (Section 3)."""
     F_sp1, F_pr1, F_sp2, F_pr2 = geared_variables(JOINTS).mesh_forces
     T_1, T_2 = geared_variables(JOINTS).torques
-    motor_1, motor_2 = T_1 / ONE.n, T_2 / TWO.n
+    motor_1, motor_2 = T_1 / STAGE_1.n, T_2 / STAGE_2.n
     return [
-        -3 * F_sp1 + motor_1 / ONE.r_s,
-        -3 * F_pr1 + motor_1 / ONE.r_s,
-        2 * motor_1 * ONE.r_cp / ONE.r_s,
-        -3 * F_sp2 + motor_2 / TWO.r_s,
-        -3 * F_pr2 + motor_2 / TWO.r_s,
-        2 * motor_2 * TWO.r_cp / TWO.r_s,
+        -3 * F_sp1 + motor_1 / STAGE_1.r_s,
+        -3 * F_pr1 + motor_1 / STAGE_1.r_s,
+        2 * motor_1 * STAGE_1.r_cp / STAGE_1.r_s,
+        -3 * F_sp2 + motor_2 / STAGE_2.r_s,
+        -3 * F_pr2 + motor_2 / STAGE_2.r_s,
+        2 * motor_2 * STAGE_2.r_cp / STAGE_2.r_s,
     ]
 
 

@@ -21,7 +21,7 @@ TYPICAL_ZETAS = (0.005, 0.05)  # of the figures, where the third fluctuation sho
 class TurningLimits(NamedTuple):
     """The limits nearest to a claim's own, downwards and upwards, at which its verdict turns.
 
-    None where no other limit turns it. Of two-sided limits each is moved by itself.
+    None where no other limit turns it. Of two-sided limits each is changed by itself.
     """
 
     low: tuple[float | None, float | None]

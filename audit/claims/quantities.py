@@ -87,7 +87,7 @@ class Quantity:
 def quantity_of(experiment: PaperExperiment, name: str) -> Quantity:
     """The quantity of an experiment's number. Raises KeyError for a name not in MEASURED."""
     number, words = MEASURED[name], f"{MEASURED[name].words} {experiment.words}".strip()
-    formula, static = lambda known: known[experiment][name], experiment in (STATIC, PLANTED)
+    formula, static = lambda results: results[experiment][name], experiment in (STATIC, PLANTED)
     return Quantity(f"{experiment}: {name}", words, number.unit, formula, number.window, static)
 
 
@@ -223,7 +223,7 @@ def fold_series(
         f"{symbol}({series.kind}: {name})",
         f"{words} {number.words} over all {series.symbol}",
         number.unit,
-        lambda known: fold(series_values(series, name, known)[1]),
+        lambda results: fold(series_values(series, name, results)[1]),
         number.window,
     )
 
@@ -253,7 +253,7 @@ def rank(series: ExperimentSeries, name: str) -> Quantity:
         f"rank({series.kind}: {name})",
         f"rank correlation with {series.symbol} of {number.words}",
         "1",
-        lambda known: rank_correlation(*series_values(series, name, known)),
+        lambda results: rank_correlation(*series_values(series, name, results)),
         number.window,
     )
 

@@ -1,1 +1,1 @@
-"""The paper's equations and text on trial."""
+"""The audit of the paper's equations and text."""

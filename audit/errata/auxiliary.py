@@ -76,7 +76,7 @@ def find_displacement_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
 def find_gear_sense_errata(stage: PaperStage) -> Iterator[Erratum]:
     """Erratum of Eq. 10 if its three gears, in the sense of Eqs. 2-3, give one mesh three rates.
 
-    Rates are over theta_c', rolling without slip.
+    Rates are over theta_c', in pure rolling.
     """
     joint, geometry = stage.joint, stage.geometry
     sun, planet = gear_angles(0.0, 0.0, 1.0, geometry.r_s, geometry.r_p, geometry.r_cp)
@@ -93,7 +93,7 @@ def find_gear_sense_errata(stage: PaperStage) -> Iterator[Erratum]:
 def find_ring_rate_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
     """Erratum of Eqs. 12, 13 against the rate of teeth through a mesh, seen from the carrier.
 
-    Rolling without slip turns the planet against the carrier (Eq. 3 with x_pr = 0), so its rate
+    Pure rolling turns the planet against the carrier (Eq. 3 with x_pr = 0), so its rate
     relative to the carrier is theta_p' + theta_c', counted against the carrier.
     """
     z_p, r_p, r_cp, dtheta = sp.symbols("z_p r_p r_cp dtheta_c", positive=True)

@@ -75,7 +75,7 @@ def add_errata_texts(computed: Sequence[SimulatedErratum]) -> tuple[SimulatedErr
     """Computed errata in the sheet's words, and those found by reading alone, sorted by class."""
     errata = [replace(entry, erratum=add_erratum_text(entry.erratum)) for entry in computed]
     errata += [SimulatedErratum(entry, {}) for entry in load_notes().misprints]
-    return tuple(sorted(errata, key=lambda one: CLASSES.index(one.erratum.kind)))
+    return tuple(sorted(errata, key=lambda row: CLASSES.index(row.erratum.kind)))
 
 
 def add_erratum_text(erratum: Erratum) -> Erratum:

@@ -181,7 +181,7 @@ def simulate_errata(
             if erratum.trial is not None
         }
         simulated_errata.append(attach_effects(erratum, effects))
-    return sorted(simulated_errata, key=lambda one: -one.largest_theta_rad)
+    return sorted(simulated_errata, key=lambda row: -row.largest_theta_rad)
 
 
 def load_effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:

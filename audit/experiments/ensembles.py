@@ -1,6 +1,6 @@
 """One experiment in one setting from many starts: what each of its runs measures.
 
-The starts differ by next to nothing. What a run does that hangs on that is told by none of them
+The starts differ by next to nothing. What a run does that depends on that is told by none of them
 alone.
 """
 

@@ -101,13 +101,13 @@ PRELOADED = PaperExperiment("preloaded", _LOADED, duration_s=START_ONLY_S, prelo
 CONSTANT_NO_ERROR, CONSTANT_SQUARE, CONSTANT_PRELOADED = (
     replace(
         CONSTANT,
-        kind=f"{CONSTANT.kind}, {one.kind}",
-        words=one.words,
-        meshes=one.meshes,
-        harmonics=one.harmonics,
-        preloaded=one.preloaded,
+        kind=f"{CONSTANT.kind}, {item.kind}",
+        words=item.words,
+        meshes=item.meshes,
+        harmonics=item.harmonics,
+        preloaded=item.preloaded,
     )
-    for one in (NO_ERROR, SQUARE, PRELOADED)
+    for item in (NO_ERROR, SQUARE, PRELOADED)
 )
 # Section 4.1's 6 mm.
 WIDE = replace(

@@ -199,7 +199,7 @@ class BaselineFinding:
 
 
 def compare_baselines(ablation: AblationSummary, context: AuditContext) -> BaselineFinding:
-    """The finding on the rigid baselines, from the ladder of H2."""
+    """The finding on the rigid baselines, from the ablation of H2."""
     residuals = tuple(entry for entry in ablation.residuals if entry.arm == LABELLED)
     rigid = {entry.level: entry for entry in find_reversals(context.study, context.scale)}
     return BaselineFinding(residuals, ablation.verdict, rigid["coupled"].return_s)

@@ -97,17 +97,17 @@ def largest_error(result: shaking.ShakingResult, backlash_m: float = shaking.REF
 
 def _percent_range(name: str) -> Callable[[shaking.ShakingResult], tuple[float | None, ...]]:
     """A function from a result to the least and largest value of a share over the starts [%]."""
-    return lambda found: tuple(None if x is None else 100 * x for x in found.span(name))
+    return lambda result: tuple(None if x is None else 100 * x for x in result.span(name))
 
 
 SUMMARY = Columns[shaking.ShakingResult](
     "{0.id}",
     [
-        TableColumn("drive", "drive [N m]", lambda one: WORDS[one.drive]),
+        TableColumn("drive", "drive [N m]", lambda row: WORDS[row.drive]),
         TableColumn("zeta", "ζ", form="g"),
-        TableColumn("starts", "starts", lambda one: len(one.starts)),
+        TableColumn("starts", "starts", lambda row: len(row.starts)),
         TableColumn(
-            "error_growth_per_s", "growth of the error [1/s]", lambda one: one.span("growth_per_s")
+            "error_growth_per_s", "growth of the error [1/s]", lambda row: row.span("growth_per_s")
         ),
         TableColumn("rigid_growth_per_s", "of the nudged rigid arm"),
         TableColumn(
@@ -133,7 +133,7 @@ SUMMARY = Columns[shaking.ShakingResult](
 class BacklashErrorRange(NamedTuple):
     """The errors [rad] of one backlash [um], least and largest of the starts."""
 
-    found: shaking.ShakingResult
+    case: shaking.ShakingResult
     b_um: float
     largest: tuple[float, float]
     end: tuple[float, float]
@@ -154,10 +154,10 @@ def _error_ranges(results: Sequence[shaking.ShakingResult]) -> list[BacklashErro
 
 
 SIZES = Columns[BacklashErrorRange](
-    "{0.found.id}/{0.b_um:g}",
+    "{0.case.id}/{0.b_um:g}",
     [
-        TableColumn("drive", "drive [N m]", lambda size: WORDS[size.found.drive]),
-        TableColumn("zeta", "ζ", "found.zeta", "g"),
+        TableColumn("drive", "drive [N m]", lambda size: WORDS[size.case.drive]),
+        TableColumn("zeta", "ζ", "case.zeta", "g"),
         TableColumn("b_um", "b [µm]", form="g"),
         TableColumn("largest_rad", "largest error of θ₁ [rad]", "largest"),
         TableColumn("end_rad", "at 2 s [rad]", "end"),

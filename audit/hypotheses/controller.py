@@ -83,7 +83,10 @@ def build_chapter(context: AuditContext) -> AuditChapter:
 
 @dataclass(frozen=True)
 class FlutterEvidence:
-    """The simulated settings, none in the quick report. handed: what becomes of each of HANDED."""
+    """The simulated settings, none in the quick report.
+
+    What becomes of each after a switch of its law.
+    """
 
     cells: tuple[Flutter, ...] = ()
     handed: tuple[tuple[FlutterSetting, VibrationAfterHandover], ...] = ()
@@ -98,7 +101,7 @@ class FlutterEvidence:
 
 
 def run_flutter_settings(context: AuditContext) -> FlutterEvidence:
-    """The vibration in all settings that are run, and what becomes of one that is handed over.
+    """The vibration in all settings that are run, and what becomes of one whose law is switched.
 
     Settings are with and without tooth error, with dampers always and in contact alone; with the
     latter also without feedback, with steady stiffness and with lumped planets.
@@ -132,7 +135,7 @@ def is_independent_of_error(evidence: FlutterEvidence) -> bool | None:
 
 
 def is_driven_by_feedback(evidence: FlutterEvidence) -> bool | None:
-    """Whether no start vibrates without feedback, from the beginning or after a handover."""
+    """Whether no start vibrates without feedback, from the beginning or after a switch."""
     bare = [result for result in evidence.cells if result.setting.played_back]
     if not bare or any(result.share is None for result in bare):
         return None
@@ -200,7 +203,7 @@ def build_h6_record(
 
 
 def _describe_verdict(parts: Collection[bool | None]) -> str:
-    """The verdict in words: holds, in part, or not at all; undefined if that hangs on what is."""
+    """The verdict in words: holds, in part, or not at all; undefined if that depends on what is."""
     if True in parts and False in parts:
         return "holds in part"
     return format_answer(None if None in parts else all(parts), "holds", "does not hold")
@@ -233,7 +236,7 @@ LIMITS = Columns[Threshold](
     "controller/threshold/{0.point.arm}/elbow {0.elbow_deg:g}"
     "/P {0.point.gains[0]:g} D {0.point.gains[1]:g}/k {0.point.stiffness:g}/{0.point.sensed}",
     [
-        TableColumn("arm", "reading", lambda one: READINGS[one.point.arm]),
+        TableColumn("arm", "reading", lambda row: READINGS[row.point.arm]),
         TableColumn("elbow_deg", "elbow [°]", form=".0f"),
         TableColumn("P_N_m_per_rad", "P [N m/rad]", "point.gains.0", "g"),
         TableColumn("D_N_m_s_per_rad", "D [N m s/rad]", "point.gains.1", "g"),
@@ -252,14 +255,14 @@ CELLS = Columns[Flutter](
         TableColumn("zeta", "ζ", "setting.zeta", "g"),
         TableColumn("tooth_error_um", "E [µm]", "setting.tooth_error_um", "g"),
         TableColumn("varying", "stiffness varies", "setting.varying"),
-        TableColumn("feedback", "feedback", lambda one: not one.setting.played_back),
+        TableColumn("feedback", "feedback", lambda row: not row.setting.played_back),
         TableColumn("planets", "planets", "setting.planets"),
         TableColumn("vibrating", "starts that vibrate", "share.yes"),
-        TableColumn("starts", "of", lambda one: len(one.sizes)),
+        TableColumn("starts", "of", lambda row: len(row.sizes)),
         TableColumn(
             "quantiles_rad_per_s2",
             "vibration [rad/s²]",
-            lambda one: _drop_unresolved(one.quantiles),
+            lambda row: _drop_unresolved(row.quantiles),
         ),
         TableColumn("frequency_Hz", "[Hz]", form=".0f"),
         TableColumn("state", None, "state.value"),

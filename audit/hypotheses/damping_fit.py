@@ -1,8 +1,8 @@
 """The damping that the paper leaves out: which settings explain the numbers that it prints?
 
 A start explains a number if its claim is true of it; one that lacks what the claim is about does
-not. A setting belongs to the set if the numbers that its starts explain are not told apart from
-those of the best setting.
+not. A setting belongs to the set if the numbers that its starts explain cannot be distinguished
+from those of the best setting.
 """
 
 from __future__ import annotations
@@ -115,9 +115,9 @@ SPANS: Columns[SettingsSummary] = Columns(
         TableColumn("left_out", "without"),
         TableColumn("settings", "equally good"),
         TableColumn("explained", "numbers explained, at most", "mean", ".2f"),
-        TableColumn("laws", "phase law", lambda one: "; ".join(LAW_WORDS[law] for law in one.laws)),
-        TableColumn("readings", "reading", lambda one: ", ".join(one.readings)),
-        TableColumn("planets", "planets", lambda one: ", ".join(one.planets)),
+        TableColumn("laws", "phase law", lambda row: "; ".join(LAW_WORDS[law] for law in row.laws)),
+        TableColumn("readings", "reading", lambda row: ", ".join(row.readings)),
+        TableColumn("planets", "planets", lambda row: ", ".join(row.planets)),
         TableColumn("zetas", "ζ", form="g"),
     ],
 )
@@ -208,7 +208,7 @@ def fit_condition(
 
 
 def select_best_fits(fits: Sequence[DampingFit]) -> list[DampingFit]:
-    """The best fit, and every one that is not told apart from it (Holm's procedure)."""
+    """The best fit, and every one that cannot be distinguished from it (Holm's procedure)."""
     best = max(fits, key=lambda fit: fit.mean)
     others = [fit for fit in fits if fit is not best]
     chances = {id(fit): chance(best.counts, fit.counts) for fit in others}

@@ -85,7 +85,7 @@ def _format_required_ratios(ratios: Sequence[float | None]) -> str:
 NEEDS = Columns[flights.RequiredMassRatio](
     "floating_base/needed/{0.scenario}/cube {0.side_m:g} m",
     [
-        TableColumn("scenario", "experiment", lambda one: TITLES[one.scenario]),
+        TableColumn("scenario", "experiment", lambda row: TITLES[row.scenario]),
         TableColumn("side_m", "cube [m]", form="g"),
         TableColumn("ratio", "mass ratio needed, whole run"),
         TableColumn("ratio_at_end", "at the end"),
@@ -95,13 +95,13 @@ NEEDS = Columns[flights.RequiredMassRatio](
 FLIGHTS = Columns[Flight](
     "floating_base/{0.scenario}/cube {0.side_m:g} m/ratio {0.ratio:g}",
     [
-        TableColumn("scenario", "experiment", lambda one: TITLES[one.scenario]),
+        TableColumn("scenario", "experiment", lambda row: TITLES[row.scenario]),
         TableColumn("side_m", "cube [m]", form="g"),
         TableColumn("ratio", "mass ratio", form="g"),
         TableColumn("base_kg", "base [kg]", "base_mass_kg", ".4g"),
-        TableColumn("largest_mm", "largest tip error [mm]", lambda one: 1e3 * one.largest_m),
+        TableColumn("largest_mm", "largest tip error [mm]", lambda row: 1e3 * row.largest_m),
         TableColumn("largest_at_s", "at [s]", form=".2f"),
-        TableColumn("end_mm", "at the end [mm]", lambda one: 1e3 * one.end_m),
+        TableColumn("end_mm", "at the end [mm]", lambda row: 1e3 * row.end_m),
         TableColumn("base_turn_rad", "base turned [rad]"),
         TableColumn("joint_error_rad", "joint angles moved [rad]", form=".2g"),
         TableColumn("momentum_drift", None),

@@ -38,7 +38,10 @@ _SMALLEST = 1e-13  # a contribution of rounding size still gets a mark
 
 
 class AblationSummary(NamedTuple):
-    """All ladders. levels: what baselines leave; whole: all of every ladder; verdict: of both."""
+    """All ablations.
+
+    levels: what baselines leave; whole: all of every ablation; verdict: of both.
+    """
 
     ablations: list[level_ablation.LevelAblation]
     levels: list[level_ablation.Deviation]
@@ -74,7 +77,7 @@ def run_ablations(context: AuditContext) -> AblationSummary:
 
 
 def build_chapter(context: AuditContext) -> AuditChapter:
-    """The chapter on the ladder from the rigid arm to the detailed one."""
+    """The chapter on the levels from the rigid arm to the detailed one."""
     summary, stated = run_ablations(context), claims()
     verdict = summary.verdict
 
@@ -172,7 +175,7 @@ def _lines(ablation: level_ablation.LevelAblation, instant: str) -> list[Line]:
 def _contribution_columns(
     ablation: level_ablation.LevelAblation, instant: str = ""
 ) -> Columns[Line]:
-    """The columns of a rung's contributions, shown if above their uncertainty; both are kept."""
+    """The columns of a level's contributions, shown if above their uncertainty; both are kept."""
 
     def quantity_columns(name: str, unit: str) -> tuple[TableColumn[Line], ...]:
         def significant_part(line: Line) -> float | None:
@@ -201,17 +204,17 @@ def _contribution_columns(
 
 
 def _share(group: str) -> Callable[[level_ablation.Deviation], float]:
-    return lambda one: 100 * one.shares[group]
+    return lambda row: 100 * row.shares[group]
 
 
 SHARES = Columns[level_ablation.Deviation](
     "ladder/{0.where}/{0.quantity}",
     [
-        TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
+        TableColumn("reading", "reading", lambda row: READINGS[row.arm]),
         TableColumn("scenario", "experiment"),
         TableColumn("order", "order"),
         TableColumn("level", None),
-        TableColumn("quantity", "of", lambda one: SYMBOLS[one.quantity]),
+        TableColumn("quantity", "of", lambda row: SYMBOLS[row.quantity]),
         TableColumn("instant", None),
         TableColumn("time_s", "at [s]"),
         TableColumn("total", "deviation [rad, m]"),
@@ -220,7 +223,7 @@ SHARES = Columns[level_ablation.Deviation](
             for group, name in GROUPS.items()
         ),
         TableColumn(
-            "dominant", "nearly all of it", lambda one: GROUPS.get(one.dominant, one.dominant)
+            "dominant", "nearly all of it", lambda row: GROUPS.get(row.dominant, row.dominant)
         ),
     ],
 )
@@ -232,20 +235,20 @@ def _residual_columns(
     """The two columns of a quantity: what is left of it, and whether that is as in the paper."""
     title = f"left of {SYMBOLS[name]} [{unit}]"
     return (
-        TableColumn(f"{name}_{unit}", title, lambda one: abs(one.deviations[name].total)),
-        TableColumn(f"{name}_fits", "as in the paper", lambda one: one.fits[name]),
+        TableColumn(f"{name}_{unit}", title, lambda row: abs(row.deviations[name].total)),
+        TableColumn(f"{name}_fits", "as in the paper", lambda row: row.fits[name]),
     )
 
 
 def _span(group: str) -> Callable[[level_ablation.RigidResidual], tuple[float, ...]]:
-    return lambda one: tuple(100 * end for end in one.span(group))
+    return lambda row: tuple(100 * end for end in row.span(group))
 
 
 LEFT = Columns[level_ablation.RigidResidual](
     "{0.id}",
     [
-        TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
-        TableColumn("level", "the baseline has", lambda one: LEVELS[one.level]),
+        TableColumn("reading", "reading", lambda row: READINGS[row.arm]),
+        TableColumn("level", "the baseline has", lambda row: LEVELS[row.level]),
         *(
             column
             for quantity in level_ablation.QUANTITIES.items()

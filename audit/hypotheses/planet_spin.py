@@ -48,18 +48,18 @@ def build_chapter(context: AuditContext) -> AuditChapter:
 COSTS = Columns[Difference](
     "H4/{0.arm}/{0.scenario}",
     [
-        TableColumn("arm", "reading", lambda one: READINGS[one.arm]),
+        TableColumn("arm", "reading", lambda row: READINGS[row.arm]),
         TableColumn("scenario", "experiment"),
         TableColumn("duration_s", "[s]", form="g"),
         TableColumn("missing_kg_m2", "missing in M₃₃ [kg m²]"),
         TableColumn(
             "missing_percent",
             "of M₃₃ [%]",
-            lambda one: None if one.relative is None else 100 * one.relative,
+            lambda row: None if row.relative is None else 100 * row.relative,
             ".2g",
         ),
         TableColumn("theta_rad", "Δθ [rad]"),
-        TableColumn("tip_mm", "tip [mm]", lambda one: 1e3 * one.tip_m),
+        TableColumn("tip_mm", "tip [mm]", lambda row: 1e3 * row.tip_m),
         TableColumn("mesh_force_N", "mesh force per planet [N]"),
     ],
 )

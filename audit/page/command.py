@@ -47,7 +47,7 @@ def run_errata_command(
     require_files((json_file, ERRATA), *sheets.items())
     with Console(stderr=True).status("errata") as status:
         errata = add_errata_texts(
-            simulate_errata(arm, lambda one: status.update(f"effect of {one}"))
+            simulate_errata(arm, lambda row: status.update(f"effect of {row}"))
         )
     for line in format_errata(errata, arm.name, CLASSES if whole else CLASSES[:1]):
         print(line)

@@ -33,7 +33,7 @@ from crosscheck.report.plots.figures import fix_links
 
 SCHEMA_VERSION = 3
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
-# In reading order; each module has a function chapter(material) -> AuditChapter.
+# In reading order; each module has a function build_chapter(context) -> AuditChapter.
 CHAPTERS = (
     "front.chapter",
     "front.terms",

@@ -1,1 +1,1 @@
-"""The phase law of Eqs. 8 and 14 on trial (hypothesis H1)."""
+"""The audit of the phase law of Eqs. 8 and 14 (hypothesis H1)."""

@@ -54,8 +54,8 @@ ABLATIONS = (AS_IT_STANDS, ALWAYS, PLAYED_BACK, STEADY, TIGHT)
 FLUTTERING = (
     ALWAYS,
     *(
-        replace(one, name=f"{ALWAYS.name}; {one.name}", settings=())
-        for one in (PLAYED_BACK, STEADY, TIGHT)
+        replace(item, name=f"{ALWAYS.name}; {item.name}", settings=())
+        for item in (PLAYED_BACK, STEADY, TIGHT)
     ),
 )
 FLUTTER_ZETA = 0.003  # below the controller's own threshold

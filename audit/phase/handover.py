@@ -1,4 +1,4 @@
-"""Evidence 5: the large vibration handed over to the other law, planets free."""
+"""Evidence 5: the large vibration under the other law, planets free."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ LAWS_AFTER_SWITCH = (PRINTED_AFTER_SWITCH, INTEGRATED, ERROR_FREE)
 
 
 class DecayAfterSwitch(NamedTuple):
-    """The vibration [rad/s^2] of one start under one heir: handed over, left soon, left late."""
+    """The vibration [rad/s^2] of one start under one law: at the switch, soon after, late."""
 
     before: float
     soon: float
@@ -63,7 +63,7 @@ class DecayAfterSwitch(NamedTuple):
 
     @property
     def dies(self) -> bool:
-        """Whether the vibration falls to a tenth of what was handed over."""
+        """Whether the vibration falls to a tenth of what it was at the switch."""
         return self.late <= DEAD * self.before
 
 

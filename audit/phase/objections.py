@@ -100,8 +100,7 @@ class GrowthRates:
 
 @dataclass(frozen=True)
 class GrowthRateQuestion(Question[GrowthRates]):
-    """A question: the ``GrowthRates`` of a setting, as far as the duration [s] lets them be seen.
-    """
+    """A question: the ``GrowthRates`` of a setting, as far as the duration [s] shows them."""
 
     cost = 2.0
 

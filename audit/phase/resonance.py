@@ -193,7 +193,7 @@ def run_resonance_test(study: Study, scale: Scale) -> Resonance:
 
 
 def stage_modes() -> StageModes:
-    """The mesh modes of the labelled arm's shoulder; its damping has no say."""
+    """The mesh modes of the labelled arm's shoulder; its damping is excluded."""
     plant = build_plant(_model(_single_stage_arm(RAMP_ZETAS[0]), 0.0, 1.0))
     mass, stiffness = _mass_and_stiffness(plant)
     squares = np.linalg.eigvals(np.linalg.solve(mass, np.diag(stiffness)))

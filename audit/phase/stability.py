@@ -24,7 +24,7 @@ from crosscheck.audit.measures.undefined import quotient
 from crosscheck.audit.phase import linear, runs
 from crosscheck.audit.phase.clock import SignalEnvelope
 
-CELLS = tuple(cell for one in runs.DECISIVE for cell in (one, runs.use_integral_phase(one)))
+CELLS = tuple(cell for item in runs.DECISIVE for cell in (item, runs.use_integral_phase(item)))
 DURATION_S = THIRD_S[1]
 BEGIN_S = 0.45  # after the teeth have changed sides; from here on contact is assumed
 BETWEEN_MODES_HZ = 3000.0  # each joint has a mesh mode below and one above

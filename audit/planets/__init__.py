@@ -1,1 +1,1 @@
-"""Three planets counted as one, on trial (hypothesis H7)."""
+"""The audit of three planets counted as one (hypothesis H7)."""

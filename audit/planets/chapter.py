@@ -157,9 +157,9 @@ FORETOLD = Columns[parting.PartingPrediction](
     "planets/parting/first/{0.along}",
     [
         *(
-            TableColumn(one.name, None)
-            for one in fields(parting.PartingPrediction)
-            if one.name != "along"
+            TableColumn(item.name, None)
+            for item in fields(parting.PartingPrediction)
+            if item.name != "along"
         ),
         TableColumn("predicted", None, "all_right"),
     ],

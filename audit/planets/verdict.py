@@ -54,8 +54,8 @@ def judge_effect(
 ) -> PlanetsEffect:
     """The effect of freeing the planets, from both samples and the p of both tests on them.
 
-    family: tests that share the 5 %. The samples are told apart by the shares of severe starts; or
-    by sizes, where a tenth of the larger ones count as a fluctuation at all: the sample whose
+    family: tests that share the 5 %. The samples are distinguished by the shares of severe starts;
+    or by sizes, where a tenth of the larger ones count as a fluctuation at all: the sample whose
     starts are mostly the smaller is the weaker one.
     """
     if p.by_share is None or p.by_size is None or lumped.share is None or free.share is None:
@@ -95,7 +95,7 @@ def judge_survival(lumped: State, free: State) -> Survival:
 def is_changed(lumped: Share | None, free: Share | None, family: int) -> bool | None:
     """Whether Fisher's exact test, one of so many, tells the shares apart.
 
-    None where one is undefined or where so few starts could not be told apart at all.
+    None where one is undefined or where so few starts could not be distinguished at all.
     """
     if lumped is None or free is None:
         return None

@@ -40,7 +40,7 @@ ADDENDUM = 1.0  # over the module: the standard tooth, uncorrected
 
 
 def compute_gearing(stage: PaperStage) -> Numbers:
-    """Numbers of ratio, conversion and frequencies against rolling without slip; contact ratios."""
+    """Numbers of ratio, conversion and frequencies against pure rolling; contact ratios."""
     joint, geometry = stage.joint, stage.geometry
     radii = geometry.r_s, geometry.r_p, geometry.r_cp
     sun, planet = gear_angles(0.0, 0.0, 1.0, *radii)
@@ -136,7 +136,7 @@ def _base_pitch(joint: Planetary) -> float:
 
 
 def compute_clearance(stage: PaperStage) -> Numbers:
-    """Numbers of Eqs. 4-6, 15: free play, the smooth stand-in's error, the force Eq. 15 invents."""
+    """Eqs. 4-6, 15: the backlash, the smooth stand-in's error, the force that Eq. 15 invents."""
     b = stage.backlash_m
     x = np.linspace(-3 * b, 3 * b, 60001)
     exact = dead_zone(x, b)

@@ -39,7 +39,7 @@ class InvalidRecord(ValueError):
 def baseline_path(folder: Path, request: CrossCheckRequest) -> Path:
     """Path of an arm's baseline, such as paper-labelled-quick.json.
 
-    Scenarios of the user's own are named behind a ``+`` each, equations on trial behind an ``@``.
+    Scenarios of the user's own are named behind a ``+`` each, supplied equations behind an ``@``.
     """
     names = (request.arm.name, *(scenario.name for scenario in request.scenarios))
     tried = f"@{_encode_name(request.model)}" if request.model else ""
@@ -65,7 +65,7 @@ def write_baseline(path: Path, baseline: Baseline) -> None:
 
 
 def read_baseline(path: Path, request: CrossCheckRequest, renew: str) -> Baseline:
-    """The baseline in a file, if it can be held against what is wanted, by this version.
+    """The baseline in a file, if it can be compared with what is wanted, by this version.
 
     renew: the command that makes it anew, for the message. Raises InputError.
     """

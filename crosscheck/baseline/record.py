@@ -142,7 +142,7 @@ class RecordedRun(Data):
 
 
 class AcceptedFailure(Data):
-    """A check that was red when it was accepted: what it said, and its number, if it had one."""
+    """A check that had failed when it was accepted: its message, and its number, if it had one."""
 
     said: str
     number: Measurement | None

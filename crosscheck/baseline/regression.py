@@ -1,4 +1,4 @@
-"""A cross-check held against a recorded one: what moved, by how much of what it may move."""
+"""A cross-check compared with a recorded one: what changed, by how much of what it may change."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ _PLUGIN = "of a model that came in after the record was made; accept again to ho
 def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
     """The Agreement of a cross-check with its record: one check for every recorded result.
 
-    ``differ``: it moved beyond its tolerance; ``make_failed_check``: one of the two sides does not
-    exist, or was made with other settings; ``make_unfinished_check``: it was not judged now.
-    ``known`` of the Agreement names the checks that are red as accepted in the record's ``known``.
+    ``differ``: it changed beyond its tolerance; ``make_failed_check``: one of the two sides does
+    not exist, or was made with other settings; ``make_unfinished_check``: it was not judged now.
+    ``known`` of the Agreement names the checks that failed as accepted in the record's ``known``.
     """
     now = reduction.make_baseline(result)
     findings = [*_compare_verdicts(baseline, now, result.agreement)]
@@ -61,7 +61,7 @@ def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
 
 
 def find_accepted_differences(agreement: Agreement) -> list[Finding]:
-    """The checks that are red as they were accepted. agreement: as compare returns it."""
+    """The checks that failed as accepted. agreement: as compare returns it."""
     return [
         f
         for f in agreement.checks
@@ -112,14 +112,14 @@ def _compare_verdicts(baseline: Baseline, now: Baseline, agreement: Agreement) -
 
 
 def _has_plugin(finding: Finding) -> bool:
-    """Whether one of the finding's models is a guest, which may be newer than the record."""
+    """Whether one of the finding's models is a plug-in, which may be newer than the record."""
     return any(map(is_plugin, (finding.left, finding.right)))
 
 
 def _compare_failures(
     about: Subject, was: AcceptedFailure | None, now: AcceptedFailure | None, finding: Finding
 ) -> Finding:
-    """The Finding of a check of the same verdict; one that is red must be red by as much."""
+    """The Finding of a check of the same verdict; one that failed must fail by as much."""
     if was is None or now is None:
         return _verdict(about, 0, "")
     note = f"known difference, {finding.verdict}: {describe_outcome(finding)}"

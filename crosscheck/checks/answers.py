@@ -37,7 +37,7 @@ class States(NamedTuple):
 
 
 def sample_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
-    """Random states on both flanks, in free play, at any pose, moving briskly."""
+    """Random states on both flanks, out of contact, at any pose, in brisk motion."""
     generator = np.random.default_rng(seed)
     contacts = [mesh for _, joint in geared_joints(arm) for mesh in meshes(joint)]
     play = 3 * max((mesh.backlash_m for mesh in contacts), default=0.0)

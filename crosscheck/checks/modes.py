@@ -124,7 +124,7 @@ def linearize_teeth(arm: Arm, stiffness: Callable[[StiffnessLaw], float] = mean_
 def check_poles(about: Subject, poles: np.ndarray, mass: np.ndarray, slopes: np.ndarray) -> Finding:
     """Check that poles [1/s], (2 n,), are those of M (n, n) and the force's slopes by q and v.
 
-    Each pole is held against the nearest of the others, both ways. slopes (2, n, 2 n): by
+    Each pole is compared with the nearest of the others, both ways. slopes (2, n, 2 n): by
     differences of one size and of twice that; how far this moves the poles is what rounding and
     curvature do.
     """

@@ -167,10 +167,10 @@ def _planet_counts(model: Model) -> np.ndarray:
 def _sizes(run: xr.Dataset, model: Model, q: np.ndarray, placed: float) -> dict[str, float]:
     """Size that each variable's difference is measured against, by its name.
 
-    placed: of a force [N] that is known to rounding of the bodies' places. A force in free play is
-    the rest of what the motor and the bodies' inertia leave of each other, and near contact it is
-    rounding of the arcs from which displacements are read; an acceleration is what forces of that
-    size do to the links.
+    placed: of a force [N] that is known to rounding of the bodies' places. A force out of contact
+    is the rest of what the motor and the bodies' inertia leave of each other, and near contact it
+    is rounding of the arcs from which displacements are read; an acceleration is what forces of
+    that size do to the links.
     """
     sizes = {
         name: _largest_magnitude(run[name]) for name in ("theta_ddot", "torque", "kinetic_energy")

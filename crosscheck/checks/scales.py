@@ -111,7 +111,7 @@ def largest_weights(arm: Arm) -> np.ndarray:
 
 
 def mesh_travels(arm: Arm, scenario: Scenario) -> Iterator[tuple[Planetary, float]]:
-    """Each geared joint, and how far a mesh of it moves [m]: half the play, or what bends it."""
+    """Each geared joint, and how far its mesh moves [m]: half the backlash, or what bends it."""
     torques = largest_torques(arm, scenario)
     for number, joint in geared_joints(arm):
         ratio = joint.ring_teeth / joint.sun_teeth + 1
@@ -127,7 +127,7 @@ def base_radius(joint: Planetary, teeth: int) -> float:
 
 
 def acceptance_limit(quantity: str, arm: Arm, scenario: Scenario, size: float) -> ReasonedLimit:
-    """The limit below which an uncertainty means something; size: the quantity's in its run."""
+    """The acceptance limit of an uncertainty; size: the quantity's in its run."""
     if quantity in ("x_sp", "x_pr"):
         travel = min(travel for _, travel in mesh_travels(arm, scenario))
         return ReasonedLimit(OF_TRAVEL * travel, f"a hundredth of a mesh's travel, {travel:.2g} m")

@@ -144,7 +144,7 @@ def check_refined_runs(
     """Check each side's own best run against the other's.
 
     A side is a sequence of pairs, fine and coarse, its own first; the pair furthest apart gives its
-    uncertainty. An integrator's error where contacts change hangs on where in a step they do, so
+    uncertainty. An integrator's error where contacts change depends on where in a step they do, so
     that one pair may be close together by chance.
     """
     quantity = about.key.quantity
@@ -232,7 +232,7 @@ def observed_order(runs: Sequence[xr.Dataset], quantity: str) -> float:
 def check_formal_order(
     about: Subject, runs: Sequence[xr.Dataset], formal: int, quantity: str
 ) -> Finding:
-    """Check that the formal order shows in smooth motion."""
+    """Check that runs show the integrator's order in smooth motion."""
     observed = observed_order(runs, quantity)
     difference, basis = abs(observed - formal), "three grids in the asymptotic range"
     note = f"observed order {observed:.3f} from steps h, h/2, h/4"

@@ -1,4 +1,4 @@
-"""`crosscheck run`, `validate` and `baseline`: an arm is cross-checked, and held to a record."""
+"""`crosscheck run`, `validate` and `baseline`: a cross-check of an arm, and its record."""
 
 from __future__ import annotations
 
@@ -174,11 +174,11 @@ def check_command(
     renew: str,
     runner: CrossCheckRunner = run_with_progress,
 ) -> int:
-    """Repeat a recorded cross-check and print what moved; returns the exit code.
+    """Repeat a recorded cross-check and print what changed; returns the exit code.
 
     renew: the command that records anew; runner: as accept_command has it.
 
-    Raises InputError, before anything is run, for a record that cannot be held against this.
+    Raises InputError, before anything is run, for a record that cannot be compared with this.
     """
     path = baseline_path(folder, chosen)
     require_files((junit, JUNIT), reserved_path=path)

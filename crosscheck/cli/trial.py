@@ -141,7 +141,7 @@ class TrialOptions:
 
 
 def trial_command(options: TrialOptions) -> int:
-    """Put equations on trial, or write what is asked of them; returns the exit code."""
+    """Judge supplied equations, or write what is asked of them; returns the exit code."""
     _require_compatible(options)
     if is_robot(options.arm):
         _require_for_robots(options)

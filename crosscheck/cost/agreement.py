@@ -142,7 +142,7 @@ class EngineAnswers:
 
 
 def add_mesh_states(robot: Robot, states: RandomStates) -> RandomStates:
-    """The states with x of each mesh added: on either flank, or between where there is play."""
+    """The states with x of each mesh added: on either flank, or between where there is backlash."""
     rng, shape = np.random.default_rng(0), (len(states.q), 1)
     columns = []
     for spring in tooth_springs(robot):

@@ -182,7 +182,7 @@ def _describe_details(costs: ShortcutCosts) -> Iterator[str]:
 
 
 def describe_motion(costs: ShortcutCosts) -> str:
-    """The line that says how the robot is moved."""
+    """The line that names the robot's motion."""
     return f"motion: {costs.motion}; end effector: {costs.robot.tip}"
 
 

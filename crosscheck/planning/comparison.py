@@ -45,7 +45,7 @@ class Results:
     def get_if_finished(self, task: ModelTask) -> Any | None:
         """A task's array or trajectory, or None where it failed.
 
-        Raises Unavailable where it is unfinished: what is done without it would hang on how long
+        Raises Unavailable where it is unfinished: what is done without it would depend on how long
         a model was waited for.
         """
         try:
@@ -88,7 +88,7 @@ class Comparison:
 def make_comparison(
     about: Subject, tasks: Sequence[ModelTask], judge: Callable[..., Finding]
 ) -> Comparison:
-    """A comparison whose judge is handed ``about`` and the tasks' results, in their order."""
+    """A comparison whose judge takes ``about`` and the tasks' results, in their order."""
 
     def judge_results(about: Subject, results: Results) -> Finding:
         return judge(about, *map(results.need, tasks))

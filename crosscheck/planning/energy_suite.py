@@ -33,10 +33,10 @@ METRIC = "largest change of kinetic, spring and weight's energy less the motors'
 
 
 def plan_energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[Comparison]:
-    """Energy balances of all models that run, teeth without play, and of the adaptive reference.
+    """Energy balances of all models that run without backlash, and of the adaptive reference.
 
-    A step across the edge of play costs a fixed-step integrator more than the check allows; the
-    adaptive one sees the edge. The energy that the paper's law makes out of nothing is measured
+    A step across the edge of the backlash costs a fixed-step integrator more than the check allows;
+    the adaptive one sees the edge. The energy that the paper's law makes out of nothing is measured
     beside. first: the experiment whose torques are tried; limit_s: largest stable step [s] of the
     arm's models.
     """

@@ -243,7 +243,7 @@ def make_short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[
 
 
 def _crossing_torques(arm: Arm, within_s: float) -> np.ndarray:
-    """Torques [N m], (joints,), that take a sun's teeth across their play in this time."""
+    """Torques [N m], (joints,), that take a sun's teeth across their backlash in this time."""
     torques = np.zeros(len(arm.joints))
     for number, joint in geared_joints(arm):
         play = 4 * max(mesh.backlash_m for mesh in meshes(joint))
@@ -277,7 +277,7 @@ class OrderCase:
 
 
 def make_order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
-    """Runs for the order: teeth without clearance, whose force has no kink, and with free play.
+    """Runs for the order: teeth without clearance, whose force has no kink, and with backlash.
 
     An arm without teeth has none: its motion is so smooth that rounding hides the order.
     """

@@ -99,7 +99,7 @@ def refine_until_resolved(request: CrossCheckRequest, experiment: Experiment) ->
 
 
 def _is_fine(experiment: Experiment) -> bool:
-    """Whether the uncertainty at the experiment's step is well below what means something.
+    """Whether the uncertainty at the experiment's step is well below the acceptance limit.
 
     Also true where no step would help: a run that diverges is what its checks are about.
     """
@@ -128,7 +128,7 @@ def prepare_experiments(request: CrossCheckRequest, workers: Workers) -> Prepara
     """What the plan needs to know: experiments, their largest stable step, remarks, what is lost.
 
     Raises InputError, and Unfinished where a model was stopped or its process died: what is then
-    unknown hangs on the machine, and so would the plan.
+    unknown depends on the machine, and so would the plan.
     """
     lost: list[FailedPreparation] = []
     sizes, size_remarks = None, list[str]()

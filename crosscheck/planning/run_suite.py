@@ -203,7 +203,7 @@ def _plan_reference(experiment: Experiment) -> Iterator[Comparison]:
 def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, ...]:
     """A model's run and a coarser one to tell how good it is; then the reference model's pairs.
 
-    These pairs come with models of the same integrator, whose error hangs on where in a step the
+    These pairs come with models of the same integrator, whose error depends on where in a step the
     teeth meet: two runs may err alike by chance.
     """
     runs: tuple[Simulation, ...] = experiment.run(model), experiment.run(model, "coarse")
@@ -285,7 +285,7 @@ def _subject(
 
 
 def _relax_comparison(experiment: Experiment, comparison: Comparison) -> Comparison:
-    """The comparison, said to mean nothing where an unstable loop alone may have moved it."""
+    """The comparison, said to mean nothing where an unstable loop alone may have changed it."""
 
     def judge_results(about: Subject, results: Results) -> Finding:
         finding = comparison.judge(about, results)

@@ -3,7 +3,7 @@
 An arm's own clock is its lowest mesh mode. The controller is slower than that by a fixed factor,
 stiff enough to hold the arm against its weight, and gives way until the teeth in contact are stable
 under it by the loop's own eigenvalues. Times and torques follow, so that an arm ten times as small
-and fast is moved through the same angles in a tenth of the time.
+and fast goes through the same angles in a tenth of the time.
 """
 
 from __future__ import annotations

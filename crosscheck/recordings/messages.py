@@ -60,7 +60,8 @@ def _describe_outsider(engine: EngineDeviation) -> str:
 def _describe_verdict(comparison: RecordComparison) -> Iterator[str]:
     """What explains the record, and by how much it is the best."""
     best, others = comparison.best, comparison.levels[1:]
-    left = f"chi squared is {format_number(comparison.residual_chi2 / comparison.residual_freedom)} per degree of freedom"
+    per_freedom = comparison.residual_chi2 / comparison.residual_freedom
+    left = f"chi squared is {format_number(per_freedom)} per degree of freedom"
     explanations = comparison.explanations
     if comparison.decided:
         next_best = min(others, key=lambda level: level.ratio)

@@ -63,7 +63,7 @@ class Estimate:
     """What a record asks a parameter to be, with half its 95 % interval.
 
     better: by how much chi squared falls; left: what it is then, per degree of freedom. holds:
-    other parameters by how much of each is in it, for the record cannot tell them apart.
+    other parameters by how much of each is in it, for the record cannot distinguish them.
     """
 
     parameter: Parameter
@@ -142,7 +142,7 @@ def estimate_separately(equations: NormalEquations, among: Sequence[Parameter]) 
 def estimate_together(
     equations: NormalEquations, among: Sequence[Parameter]
 ) -> tuple[list[Estimate], float]:
-    """Estimates, all at once, of those parameters that the record tells apart; condition number.
+    """Estimates, all at once, of those parameters that the record distinguishes; condition number.
 
     By a Cholesky factorisation with pivots of the scaled normal equations: a parameter whose
     column the chosen ones explain is contained in them (Gautier's base parameters).

@@ -209,7 +209,10 @@ def describe_verdict(agreement: Agreement) -> str:
         counts = Counter(f.verdict for f in red)
         verdict_counts = ", ".join(f"{counts[each]} {each}" for each in WORST_FIRST if counts[each])
         verb = "does" if len(checks) == 1 else "do"
-        rest = f"{len(red)} of {total} {verb} not agree ({verdict_counts}), the first of them {red[0].id}"
+        rest = (
+            f"{len(red)} of {total} {verb} not agree ({verdict_counts}),"
+            f" the first of them {red[0].id}"
+        )
     elif not checks:
         rest = "nothing was checked"
     else:

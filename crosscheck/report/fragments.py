@@ -19,7 +19,8 @@ def render_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: st
     """A table of plain texts, or of Markup, that scrolls by itself where it is too wide."""
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
     lines = "".join(_render_row(row, "td") for row in rows)
-    return f'<div class="wide" tabindex="0"><table>{title}{_render_row(head, "th")}{lines}</table></div>'
+    header = _render_row(head, "th")
+    return f'<div class="wide" tabindex="0"><table>{title}{header}{lines}</table></div>'
 
 
 def render_figure(svg: str, caption: str) -> str:

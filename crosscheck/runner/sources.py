@@ -62,9 +62,9 @@ def _walk_imports(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 
 def _find_file(module: str) -> Path | None:
-    """The file of any module where a walk begins, a guest's model, say; None where none is known.
+    """The file of any module where a walk begins, a plug-in's model, say; None where none is known.
 
-    What a guest's file imports from elsewhere counts by the versions of its packages.
+    What a plug-in's file imports from elsewhere counts by the versions of its packages.
     """
     place = find_project_file(module)
     if place is not None:

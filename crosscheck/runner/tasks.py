@@ -115,5 +115,5 @@ def build_model(name: str, case: Case) -> Model:
 
 @lru_cache(maxsize=8)
 def _build_model(name: str, entry: Entry, case: Case) -> Model:
-    """The model of a case, kept by its entry too: models on trial may follow under one name."""
+    """The model of a case, kept by its entry too: supplied models may follow under one name."""
     return build(name, *case)

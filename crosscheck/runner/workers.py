@@ -53,8 +53,7 @@ def perform_all(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -
 
 @dataclass
 class _Worker:
-    """A worker: its process, the pipe to it, and its task; stop_reason: why that must be stopped.
-    """
+    """A worker: its process, the pipe to it, its task, and why that must be stopped."""
 
     process: ForkProcess
     pipe: Connection
@@ -131,9 +130,9 @@ class Workers:
     ) -> Iterator[tuple[Any, Any]]:
         """Each task's key and result as it ends; ``on_begin`` is told the key as it begins.
 
-        A task whose worker died or was too slow has a Failure. Whoever is handed a result may take
+        A task whose worker died or was too slow has a Failure. Whoever takes a result may take
         some time over it: the workers go on meanwhile. A KeyboardInterrupt is raised once what has
-        ended by then is handed on.
+        ended by then is passed on.
         """
         given = self._employ(waiting)
         while any(worker.task is not None for worker in self.crew):

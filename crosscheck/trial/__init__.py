@@ -1,1 +1,1 @@
-"""A user's own equations of motion on trial: what is wrong, in which entry, in which term."""
+"""The trial of a user's own equations of motion: what is wrong, in which entry, in which term."""

@@ -151,7 +151,7 @@ def select_switches(equations: Equations, arm: Arm, chosen: Switches | None) -> 
 
 
 def make_registry_entry(name: str, equations: Equations, has: frozenset[str]) -> Entry:
-    """The entry that stands for equations in the registry while they are on trial."""
+    """The entry that stands for equations in the registry during a trial."""
     part_abilities = {ABILITIES[part] for part in has if part in ABILITIES}
     abilities = frozenset(
         part_abilities | ({"simulate"} if part_abilities >= {*STATE_ABILITIES} else set())

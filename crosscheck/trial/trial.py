@@ -1,4 +1,4 @@
-"""A trial from end to end: hand over, ask, compare, find the wrong entries, explain them."""
+"""A trial from end to end: supply, ask, compare, find the wrong entries, explain them."""
 
 from __future__ import annotations
 
@@ -144,10 +144,10 @@ class Trial:
 def run_trial(
     request: TrialRequest, *, jobs: int = 1, progress: ProgressCallback = ignore_progress
 ) -> Trial:
-    """Put equations on trial; of several threads one after the other, for models have names.
+    """Judge supplied equations; of several threads one after the other, for models have names.
 
     Raises InputError for what cannot be tried at all, and Unfinished where the models that they are
-    held against do not answer.
+    compared with do not answer.
     """
     with _trial_lock:
         trial = _run_trial(request, jobs, progress)
@@ -217,7 +217,7 @@ def _entry_tasks(problems: Sequence[VerificationProblem]) -> Iterator[ModelTask]
 
 
 def build_problem(request: TrialRequest) -> VerificationProblem:
-    """What is on trial, its coordinates and states already made. Raises InputError."""
+    """The supplied equations, with coordinates and states already made. Raises InputError."""
     make_cross_check_request(request)  # refuses scenarios that cannot stand side by side
     laws = select_switches(request.equations, request.arm, request.chosen)
     count = QUICK_STATES if request.quick else STATES
@@ -343,7 +343,7 @@ def _select_level(
         level_mismatches.append(
             LevelMismatch(level, count, float(relative_errors.max()), float(relative_errors.mean()))
         )
-    return min(level_mismatches, key=lambda rung: (rung.entries, rung.mean)).level, level_mismatches
+    return min(level_mismatches, key=lambda each: (each.entries, each.mean)).level, level_mismatches
 
 
 def _largest_difference(problem: VerificationProblem, results: Results, level: str) -> float:

@@ -29,7 +29,7 @@ PLANET_TOLERANCE = 1e-6
 class Engagement(NamedTuple):
     """How the teeth of all meshes stand in a state, each of shape (meshes,).
 
-    ``gap`` [m] is x - e, ``reach`` [m] what of it lies beyond the play.
+    ``gap`` [m] is x - e, ``reach`` [m] what of it lies beyond the backlash.
     """
 
     phase: np.ndarray
@@ -251,12 +251,12 @@ def _line_of_action(mesh: Meshes, line: np.ndarray, sign: np.ndarray) -> np.ndar
 
 
 def _exact_dead_zone(mesh: Meshes, x: np.ndarray) -> np.ndarray:
-    """Eq. 5: what of x [m] reaches beyond the play."""
+    """Eq. 5: what of x [m] reaches beyond the backlash."""
     return x - np.clip(x, -mesh.backlash, mesh.backlash)
 
 
 def _tanh_dead_zone(mesh: Meshes, x: np.ndarray) -> np.ndarray:
-    """Eq. 6, as printed: what of x [m] reaches beyond the play, with tanh corners."""
+    """Eq. 6, as printed: what of x [m] reaches beyond the backlash, with tanh corners."""
     b = mesh.backlash
     left, right = np.tanh(mesh.sharpness * (x - b)), np.tanh(mesh.sharpness * (x + b))
     return x + x / 2 * (left - right) - b / 2 * (left + right)

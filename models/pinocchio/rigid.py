@@ -1,8 +1,8 @@
 """The rigid arm in Pinocchio: the paper's baseline (Eq. 1) and three steps towards its gears.
 
 Each level is a kinematic tree of bodies in the plane, frames at the joints, z the joint axis, x
-along the link. What each level adds is stated by its class; no formula of the arm's dynamics
-stands here, Pinocchio works them out. Gears turn without slip and without play; only the joints
+along the link. What each level adds is stated by its class; no formula of the arm's dynamics stands
+here, Pinocchio works them out. Gears turn by pure rolling and without backlash; only the joints
 have friction. Motors of joints without gears are dead weight, from the second level on.
 """
 

@@ -66,8 +66,8 @@ class JointLimits:
 class Joint:
     """A joint that moves the body of the same number.
 
-    parent: the body that it stands on, or BASE; placement: of the moved link at coordinate 0 in
-    that body's frame; axis (3,): a unit vector in the moved link's frame.
+    parent: the body that it stands on, or BASE; placement: of the joint's link at coordinate 0 in
+    that body's frame; axis (3,): a unit vector in that link's frame.
     """
 
     name: str

@@ -73,7 +73,7 @@ def left(theta_1: float = 0.0014) -> Of:
     """What a baseline leaves."""
     sizes = {"theta_1": theta_1, "theta_2": 0.0116, "tip": 0.008}
     found = {name: Of(total=size) for name, size in sizes.items()}
-    return Of(arm="paper-labelled", level="carriers", found=found)
+    return Of(arm="paper-labelled", level="carriers", deviations=found)
 
 
 LADDER = Of(

@@ -56,7 +56,13 @@ def _undefined(record: dict[str, Any]) -> bool:
 
 
 CHAPTERS = (
-    *("front.chapter", "claims.chapter", "phase.chapter", "planets.chapter", "hypotheses.ladder"),
+    *(
+        "front.chapter",
+        "claims.chapter",
+        "phase.chapter",
+        "planets.chapter",
+        "hypotheses.h2_ablation",
+    ),
     *("figures.chapter", "hypotheses.accumulation", "hypotheses.controller"),
     "hypotheses.damping_fit",
 )

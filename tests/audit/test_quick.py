@@ -44,7 +44,7 @@ from tests.audit.markup import page_problems, strict_json
 pytestmark = pytest.mark.slow
 NUMBERS = (4, 17)
 CHAPTERS = (
-    *("front.chapter", "front.words", "phase.chapter", "hypotheses.ladder"),
+    *("front.chapter", "front.terms", "phase.chapter", "hypotheses.h2_ablation"),
     *("hypotheses.planet_spin", "hypotheses.controller", "figures.chapter", "claims.chapter"),
     "errata.sheet",
 )

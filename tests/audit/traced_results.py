@@ -88,8 +88,8 @@ def variant() -> Any:
 
 def cell() -> Any:
     """The paper's law at a small damping, planets free."""
-    cells = importlib.import_module(f"{PAPER}.experiments.cells")
-    return cells.Cell(cells.PRINTED, 0.005)
+    conditions = importlib.import_module(f"{PAPER}.experiments.paper_conditions")
+    return conditions.Condition(conditions.PRINTED, 0.005)
 
 
 def changed() -> Result:
@@ -221,10 +221,10 @@ def looked_at(result: Callable[[], Result]) -> dict[str, list[str]]:
     studies = importlib.import_module("crosscheck.audit.experiments.study")
     sources = importlib.import_module("crosscheck.runner.sources")
     modules: list[str] = []
-    studies.code_hash = lambda *names: modules.extend(names) or "code"  # type: ignore[func-returns-value]
+    studies.compute_code_hash = lambda *names: modules.extend(names) or "code"  # type: ignore[func-returns-value]
     sys.addaudithook(note_data)
     before = key()
-    code = [str(path.relative_to(ROOT)) for path in sources.files(*modules)]
+    code = [str(path.relative_to(ROOT)) for path in sources.find_source_files(*modules)]
     called.difference_update([file for file in called if file.endswith(".py")])  # by the key alone
     make()
     ran = sorted(called)

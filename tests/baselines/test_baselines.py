@@ -143,7 +143,7 @@ def test_a_millionth_of_the_payload_moves_the_rigid_arm(result, recorded):
 
 def test_a_planted_fault_moves(result, recorded, monkeypatch):
     """The ring mesh at the sun's rate of Eq. 13: 27 cycles per turn for 99."""
-    right = crosscheck.analytic.model.gears
+    right = crosscheck.analytic.model.build_gears
 
     def wrong(*given: Any) -> Any:
         gears = right(*given)
@@ -151,7 +151,7 @@ def test_a_planted_fault_moves(result, recorded, monkeypatch):
         rate[1::2] *= 27 / 99
         return gears._replace(rate=rate)
 
-    monkeypatch.setattr(crosscheck.analytic.model, "gears", wrong)
+    monkeypatch.setattr(crosscheck.analytic.model, "build_gears", wrong)
     changes = moved(held_against(recorded, short_check(result.arm)))
     assert f"recorded-run/{ANALYTIC}/x_pr" in changes
     worse = changes["recorded-verdict/same-step/pd/x_pr/analytic:physical~exudyn:tree"]

@@ -82,14 +82,18 @@ def _raising(*given: object) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lost", ["settled", "growth_of", "sizes_of"])
+@pytest.mark.parametrize("lost", ["refine_until_resolved", "find_growing_mode", "compute_sizes"])
 @pytest.mark.parametrize(("work", "why"), [(_never, "TooSlow: stopped"), (_dying, "SIGKILL")])
 def test_a_preparation_that_did_not_come_back_ends_the_command(monkeypatch, lost, work, why):
     monkeypatch.setattr(preparation, lost, work)
     monkeypatch.setattr(cpu_limit, "IDLE_S", 2.0)
     monkeypatch.setattr(cpu_limit, "LEAST_S", 0.01)
     monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
-    quantity = {"settled": "step", "growth_of": "growth-rate", "sizes_of": "sizes"}[lost]
+    quantity = {
+        "refine_until_resolved": "step",
+        "find_growing_mode": "growth-rate",
+        "compute_sizes": "sizes",
+    }[lost]
     with Workers(2) as crew, pytest.raises(Unfinished) as error:
         prepare_experiments(CrossCheckRequest(arm_of(1), quick=True), crew)
     assert f": {quantity} by analytic:physical: " in str(error.value)
@@ -97,7 +101,7 @@ def test_a_preparation_that_did_not_come_back_ends_the_command(monkeypatch, lost
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lost", ["settled", "growth_of", "sizes_of"])
+@pytest.mark.parametrize("lost", ["refine_until_resolved", "find_growing_mode", "compute_sizes"])
 @pytest.mark.usefixtures("brief_plan")
 def test_a_preparation_that_fails_is_a_failed_check(monkeypatch, lost):
     monkeypatch.setattr(preparation, lost, _raising)

@@ -58,9 +58,9 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "study.toml").write_text(STUDY)
     for module, work in (
         (simulation, "perform_all"),
-        (commands, "cross_check"),
-        (paper, "errata_records"),
-        (trial, "tried"),
+        (commands, "run_cross_check"),
+        (paper, "simulate_errata"),
+        (trial, "run_trial"),
     ):
         monkeypatch.setattr(module, work, None)
     monkeypatch.chdir(tmp_path)
@@ -171,8 +171,10 @@ def test_a_pipe_is_written_into(tmp_path):
 
 def test_standard_output_is_written_into_whatever_it_is(tmp_path):
     script = "from pathlib import Path; from crosscheck.output import write_files\n"
-    script += "from crosscheck.file_types import KINDS; print('before')\n"
-    script += "write_files({Path('/dev/stdout'): KINDS[0].begins + b''.join(KINDS[0].holds)})\n"
+    script += "from crosscheck.file_types import FILE_TYPES; print('before')\n"
+    script += (
+        "write_files({Path('/dev/stdout'): FILE_TYPES[0].begins + b''.join(FILE_TYPES[0].holds)})\n"
+    )
     script += "print('after')"
     command = [sys.executable, "-c", script]
     piped = subprocess.run(command, capture_output=True, check=True).stdout

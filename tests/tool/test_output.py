@@ -121,8 +121,8 @@ def test_it_is_refused_before_the_work(crosscheck, tmp_path, monkeypatch, comman
     words = obstacles(tmp_path)[name]
     for module, work in (
         (simulation, "perform_all"),
-        (commands, "cross_check"),
-        (paper, "errata_records"),
+        (commands, "run_cross_check"),
+        (paper, "simulate_errata"),
     ):
         monkeypatch.setattr(module, work, None)
     arguments = [argument.format(tmp_path / name) for argument in command]

@@ -46,7 +46,7 @@ def test_an_installed_packages_model_is_listed(tmp_path):
 
 
 def test_its_distribution_counts_for_its_results(tmp_path):
-    code = "from crosscheck.registry import MODELS; print(*MODELS['guest'].versioned)"
+    code = "from crosscheck.registry import MODELS; print(*MODELS['guest'].versioned_packages)"
     path = offered(tmp_path, GUEST)
     answer = command_line(env={"PYTHONPATH": path}, python=("-c", code))
     assert {"numpy", "some-engine", "guest-engine"} <= set(answer.stdout.split())

@@ -149,9 +149,9 @@ def test_drawing_needs_no_home(tmp_path, home):
 @pytest.mark.slow
 def test_kernels_need_no_writable_package_and_no_cache_folder(unwritable, tmp_path):
     script = (
-        "from crosscheck.models import jitted\n"
-        "assert jitted.__file__.startswith(os.environ['PYTHONPATH'])\n"
-        "print(jitted.code_folder('compiled'))"
+        "from crosscheck.models import numba_cache\n"
+        "assert numba_cache.__file__.startswith(os.environ['PYTHONPATH'])\n"
+        "print(numba_cache.prepare_code_folder('compiled'))"
     )
     for home, kept_in in ((HOMELESS, tmp_path), ({"XDG_CACHE_HOME": str(unwritable)}, unwritable)):
         env = home | {"PYTHONPATH": str(unwritable), "TMPDIR": str(tmp_path)}

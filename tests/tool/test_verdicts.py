@@ -91,9 +91,17 @@ def test_results_go_where_the_command_was_started_and_can_be_read(tmp_path):
         ("atexit.register(time.sleep, 50); sys.exit(1)", 1, ""),
         ("threading.Thread(target=time.sleep, args=(50,)).start(); sys.exit(1)", 1, ""),
         ("os.closerange(3, 100); sys.exit(0)", 3, "no verdict: its process ended with exit code 0"),
-        ("with overseen('theirs'): time.sleep(50)", 2, "theirs: stopped after 0 s without any"),
-        ("with overseen('theirs'): os._exit(0)", 2, "theirs: its process ended with exit code 0"),
-        ("with overseen('theirs'): pass\n    os._exit(0)", 3, "came to no verdict"),
+        (
+            "with track_foreign_code('theirs'): time.sleep(50)",
+            2,
+            "theirs: stopped after 0 s without any",
+        ),
+        (
+            "with track_foreign_code('theirs'): os._exit(0)",
+            2,
+            "theirs: its process ended with exit code 0",
+        ),
+        ("with track_foreign_code('theirs'): pass\n    os._exit(0)", 3, "came to no verdict"),
         ("if not os.fork(): os._exit(0)\n    time.sleep(0.2); sys.exit(1)", 1, ""),
         ("if not os.fork(): sys.exit(0)\n    time.sleep(0.2); sys.exit(1)", 1, ""),
     ],
@@ -101,11 +109,11 @@ def test_results_go_where_the_command_was_started_and_can_be_read(tmp_path):
 def test_the_commands_last_word_is_the_exit_code(work, code, said):
     text = (
         "import atexit, os, sys, threading, time\n"
-        "from crosscheck.runner import patience, supervision\n"
-        "from crosscheck.runner.supervision import overseen, supervised\n"
-        "patience.IDLE_S, patience.LOOK_S, supervision.CLOSING_S = 0.2, 0.05, 0.3\n"
+        "from crosscheck.runner import cpu_limit, supervision\n"
+        "from crosscheck.runner.supervision import run_supervised, track_foreign_code\n"
+        "cpu_limit.IDLE_S, cpu_limit.LOOK_S, supervision.CLOSING_S = 0.2, 0.05, 0.3\n"
         f"def command():\n    {work}\n"
-        "sys.exit(supervised(command))\n"
+        "sys.exit(run_supervised(command))\n"
     )
     began = time.monotonic()
     answer = command_line(python=("-c", text))

@@ -229,8 +229,8 @@ def _solve(s: TermStructure) -> Lines:
     """Lines that solve M q'' = f - h by elimination, displacements first.
 
     Of a gear's row few entries are not 0. The pivot is the diagonal's wherever it has an entry: an
-    arm's own M is positive definite. A form with a slip may lack one, and takes the first row that
-    has.
+    arm's own M is positive definite. A form with an erratum may lack one, and takes the first row
+    that has.
     """
     columns = sorted(range(s.size), key=lambda place: place in s.angles)
     filled, rows, pivots = {(i, j) for i, j, _ in s.mass}, list(columns), dict[int, int]()

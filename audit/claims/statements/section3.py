@@ -53,7 +53,7 @@ ALL_THREE = (FIRST, SECOND, THIRD)
 WITHOUT_ERROR = q.quantity_of(run.NO_ERROR, "third")
 ANY_WITHOUT_ERROR = q.maximum_over_starts(WITHOUT_ERROR)
 WITHOUT_BACKLASH, STEADY = (
-    q.quantity_of(one, "third") for one in (run.NO_BACKLASH, run.CONSTANT_STIFFNESS)
+    q.quantity_of(item, "third") for item in (run.NO_BACKLASH, run.CONSTANT_STIFFNESS)
 )
 OWED = q.difference(THIRD, ANY_WITHOUT_ERROR)  # to the tooth error: no start has it without
 

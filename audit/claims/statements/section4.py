@@ -136,18 +136,18 @@ EDGES = q.Quantity(
     "least of the edges over least(backlash: second_force_N, third_force_N)",
     f"{_WORST} at the better of the smallest and largest b over the least of all b",
     "1",
-    lambda known: (
-        np.minimum(_worst_force(known)[0], _worst_force(known)[-1])
-        / _worst_force(known).min(axis=0)
+    lambda results: (
+        np.minimum(_worst_force(results)[0], _worst_force(results)[-1])
+        / _worst_force(results).min(axis=0)
     ),
 )
 DEFAULT = q.Quantity(
     "default over least(backlash: second_force_N, third_force_N)",
     f"{_WORST} at b = 50 µm over the least of all b",
     "1",
-    lambda known: (
-        np.fmax(known[run.PD]["second_force_N"], known[run.PD]["third_force_N"])
-        / _worst_force(known).min(axis=0)
+    lambda results: (
+        np.fmax(results[run.PD]["second_force_N"], results[run.PD]["third_force_N"])
+        / _worst_force(results).min(axis=0)
     ),
 )
 _AS_GOOD = "within 5 % one clearance is as good as another"
@@ -198,7 +198,7 @@ AS_WIDE = q.restrict_below(
             f"longer(backlash {SMALL:g} um: first_decay_s, second_decay_s)",
             f"{_DECAY} at b = E",
             "s",
-            lambda known: _longest_decays(known)[1][0],
+            lambda results: _longest_decays(results)[1][0],
         ),
         _AT_DEFAULT,
     ),
@@ -207,9 +207,9 @@ WITH_BACKLASH = q.Quantity(
     "rank(backlash: second, third)",
     "rank correlation with b of the larger of second and third fluctuation",
     "1",
-    lambda known: q.rank_correlation(
-        q.series_values(run.BACKLASH, "third", known)[0],
-        maximum_along_series(run.BACKLASH, "second", "third", known),
+    lambda results: q.rank_correlation(
+        q.series_values(run.BACKLASH, "third", results)[0],
+        maximum_along_series(run.BACKLASH, "second", "third", results),
     ),
 )
 

@@ -1,8 +1,9 @@
 """Vibration that is left late in a simulated run, from many starts, and what it lives on.
 
 The same motion runs with the controller and without it: the rigid arm's torque played back. And a
-vibration that has grown under the controller is handed over: from one and the same state the run
-goes on with the controller as it was, with that torque, and with the controller looking at the sun.
+vibration that has grown under the controller goes on under another law: from one and the same state
+the run goes on with the controller as it was, with that torque, and with the controller looking at
+the sun.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ Damping = Literal["always", "contact"]
 
 
 class FlutterSetting(NamedTuple):
-    """What a vibration may hang on. played_back: the torque does not answer to the motion."""
+    """What a vibration may depend on. played_back: the torque does not answer to the motion."""
 
     damping: Damping
     zeta: float
@@ -166,7 +167,7 @@ class VibrationAfterHandover(NamedTuple):
 
 @dataclass(frozen=True)
 class DriveHandover(ensembles.EnsembleQuestion[VibrationAfterHandover]):
-    """A question: the variant's run under PD control, handed over at HANDED_S."""
+    """A question: the variant's run under PD control, its law switched at HANDED_S."""
 
     cost = 16.0
 

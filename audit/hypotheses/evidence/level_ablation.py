@@ -1,10 +1,10 @@
-"""The ladder from a rigid arm to the paper's detailed one: one change of the model per rung.
+"""The levels from a rigid arm to the paper's detailed one: one change of the model each.
 
-A model is a set of features. Joint masses are taken away by setting them to zero in the arm's
-data, so every order of rungs uses the project's own models; three features can stand on others
-only: the coupling on the reflected inertia, the teeth's compliance on both, and play, stiffness
-variation, tooth error, the paper's clock and its slips on the compliance. What each rung adds takes
-every deviation apart, and gives the verdicts of H2.
+A model is a set of features. Joint masses are taken away by setting them to zero in the arm's data,
+so every order of levels uses the project's own models; three features can stand on others only: the
+coupling on the reflected inertia, the teeth's compliance on both, and backlash, stiffness
+variation, tooth error, the paper's clock and its errata on the compliance. What each level adds
+takes every deviation apart, and gives the verdicts of H2.
 """
 
 from __future__ import annotations
@@ -97,17 +97,17 @@ def build_variant(
 
 
 def iterate_features(order: tuple[str, ...]) -> Iterator[frozenset[str]]:
-    """The features of the lowest model, then of every rung, each with one more."""
+    """The features of the lowest model, then of every level, each with one more."""
     for count in range(len(order) + 1):
         yield frozenset(order[:count])
 
 
 @dataclass(frozen=True)
 class LevelAblation:
-    """A ladder: what every rung adds to the deviation of the detailed arm from the rigid one.
+    """An ablation: what every level adds to the deviation of the detailed arm from the rigid one.
 
-    order: its name in ORDERS; level: the rigid one that it begins at; names: of its rungs, upwards;
-    time (times,) [s]; fine, coarse (rungs, times, quantities) [rad, rad, m] at two steps.
+    order: its name in ORDERS; level: the rigid one that it begins at; names: of its levels,
+    upwards; time (times,) [s]; fine, coarse (levels, times, quantities) [rad, rad, m] at two steps.
     """
 
     scenario: str
@@ -121,7 +121,7 @@ class LevelAblation:
 
     @property
     def uncertainty(self) -> np.ndarray:
-        """Numerical uncertainty of every contribution, (rungs, times, quantities)."""
+        """Numerical uncertainty of every contribution, (levels, times, quantities)."""
         return SAFETY * np.abs(self.fine - self.coarse)
 
     @property
@@ -134,7 +134,7 @@ class LevelAblation:
         return int(np.argmax(np.abs(self.total[:, quantity])))
 
     def start_at_level(self, level: str) -> LevelAblation:
-        """What a baseline of a level leaves; in order A the levels are the lowest rungs."""
+        """What a baseline of a level leaves; in order A the levels are the lowest levels."""
         first = RIGID_LEVELS.index(level)
         upper = {name: getattr(self, name)[first:] for name in ("names", "fine", "coarse")}
         return replace(self, level=level, **upper)
@@ -150,7 +150,7 @@ class LevelAblation:
 
 
 def run_ablation(study: Study, scenario: str, arm: str, order: str, scale: Scale) -> LevelAblation:
-    """The ladder of a scenario, an arm and an order, run at both steps. Raises Diverged."""
+    """The ablation of a scenario, an arm and an order, run at both steps. Raises Diverged."""
     chain = list(iterate_features(ORDERS[order]))
     fine, coarse = (
         [scale.cut(build_variant(model, scenario, arm, grid)) for model in chain]
@@ -169,7 +169,7 @@ def run_ablation(study: Study, scenario: str, arm: str, order: str, scale: Scale
 
 
 def contributions(places: list[np.ndarray]) -> np.ndarray:
-    """What every rung adds, (rungs, times, 3), from places (times, 4) of each model in turn.
+    """What every level adds, (levels, times, 3), from places (times, 4) of each model in turn.
 
     The tip's steps are projected on the direction of the whole deviation, so that they too sum to
     the total.
@@ -183,7 +183,7 @@ def contributions(places: list[np.ndarray]) -> np.ndarray:
 
 
 class Contribution(NamedTuple):
-    """A rung's part of a deviation and its numerical uncertainty [rad or m]."""
+    """A level's part of a deviation and its numerical uncertainty [rad or m]."""
 
     name: str
     contribution: float
@@ -192,9 +192,9 @@ class Contribution(NamedTuple):
 
 @dataclass(frozen=True)
 class Deviation:
-    """The detailed arm's deviation from a rigid level at an instant, taken apart by rungs.
+    """The detailed arm's deviation from a rigid level at an instant, divided by levels.
 
-    total [rad or m]; shares: of every group of rungs, nan if the total is 0.
+    total [rad or m]; shares: of every group of levels, nan if the total is 0.
     """
 
     arm: str
@@ -305,7 +305,7 @@ class AblationVerdict:
 
     @property
     def slips(self) -> Span:
-        """Smallest and largest share of the printed matrices' slips in the rest."""
+        """Smallest and largest share of the printed matrices' errata in the rest."""
         return self.rest[SLIPPED]
 
 
@@ -341,7 +341,7 @@ def judge_ablation(
 
 
 def _spans(deviations: Collection[Deviation]) -> dict[str, Span]:
-    """The smallest and largest share of every group of rungs."""
+    """The smallest and largest share of every group of levels."""
     shares = {group: [deviation.shares[group] for deviation in deviations] for group in GROUPS}
     return {
         group: (extreme_value(some, min), extreme_value(some, max))

@@ -181,7 +181,7 @@ class GrowthCheck:
 
 
 def smooth_variant() -> Variant:
-    """The PD run with the same feedback, without play, tooth error and stiffness variation."""
+    """The PD run with the same feedback, without backlash, tooth error and stiffness variation."""
     settings = tuple(f"arm.joints.*.*_mesh.{name}=0.0" for name in SMOOTH)
     return Variant(zeta=GROWTH_ZETA, duration_s=GROWTH_S[1] + 0.05, settings=settings)
 

@@ -34,7 +34,8 @@ def draw_scheme(arm: Arm) -> str:
         parts.append(_draw_circle(at[-1], 7, "payload"))
     description = escape(". ".join(describe_arm(arm)))
     return (
-        f'<svg class="scheme" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" aria-label="{description}">'
+        f'<svg class="scheme" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img"'
+        f' aria-label="{description}">'
         f"{''.join(parts)}</svg>"
     )
 

@@ -131,7 +131,7 @@ class Future(Protocol):
 def _run_by_futures(
     submit: Callable[[FunctionTask], Future], most: int, tasks: Iterable[FunctionTask]
 ) -> Iterator[tuple[FunctionTask, Any]]:
-    """Each task with its result as it comes; at most so many are handed over at once."""
+    """Each task with its result as it comes; at most so many are sent at once."""
     waiting, left = iter(tasks), 0
     done: SimpleQueue[tuple[FunctionTask, Future]] = SimpleQueue()
 

@@ -38,7 +38,7 @@ def list_columns(study: PreparedStudy) -> list[Column]:
 
 
 def require_measurable(quantity: quantities.Quantity, case: Case, file: str) -> None:
-    """Raise InputError unless a quantity means something for an arm in an experiment."""
+    """Raise InputError unless a quantity is defined for an arm in an experiment."""
     where = f"{file}: {quantity.result_name}"
     joints = len(case.arm.joints)
     joint = getattr(quantity, "joint", None)

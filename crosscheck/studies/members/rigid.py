@@ -1,4 +1,4 @@
-"""The rigid arm in the experiments of geared ones: what they are held against."""
+"""The rigid arm in the experiments of geared ones: what they are compared with."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Starts that differ by next to nothing: an arm with play may end elsewhere from each of them."""
+"""Starts that differ by next to nothing: with backlash an arm may end elsewhere from each."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
 
 
 def perturb_start(case: Case, seed: int, size_m: float = PERTURBATION_M) -> Case:
-    """The case with every mesh displacement of its start moved by up to ``size_m``, by a seed.
+    """The case with every mesh displacement of its start changed by up to ``size_m``, by a seed.
 
-    If planets are free, every planet's own displacement is moved too. All is added to what the
+    If planets are free, every planet's own displacement is changed too. All is added to what the
     scenario says of the start.
     """
     generator = np.random.default_rng(seed)

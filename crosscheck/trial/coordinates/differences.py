@@ -77,8 +77,8 @@ def christoffel_terms(
 ) -> np.ndarray:
     """B (n, n, n), as in rate_terms, that follows from M: dM_ij/dx_k - 1/2 dM_jk/dx_i, paired.
 
-    steps (n,): by which each coordinate is moved to differentiate. curved: whether M bends by more
-    than the joints' angles, so that smaller steps may be better.
+    steps (n,): by which each coordinate is changed to differentiate. curved: whether M bends by
+    more than the joints' angles, so that smaller steps may be better.
     """
     find = _certain_slope if curved else _slope
     slopes = np.array([find(mass_matrix, x, k, step) for k, step in enumerate(steps)])

@@ -329,7 +329,7 @@ def draw_states(
 ) -> tuple[UserState, ...]:
     """Random states on both flanks of the teeth, at any pose, moving briskly.
 
-    A pose that no x gives is moved towards one that some x gives. Raises InputError.
+    A pose that no x gives is shifted towards one that some x gives. Raises InputError.
     """
     drive, theta = drive_data(scenario, len(arm.joints)), frame.layout.theta
     drawn, states = sample_states(frame.layout, arm, count, seed), []

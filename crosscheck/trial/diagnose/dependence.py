@@ -43,7 +43,7 @@ class IgnoredNumber:
     parts: those of the equations that stay as they are while the right ones change, none of a
     number that by itself changes neither, and may in company; goes_with: the
     numbers that it goes with instead, and their powers; certain: whether an entry that depends on
-    it is right on the arm on trial, or the number is 0 there. If not, it may be an error. partly:
+    it is right on the user's arm, or the number is 0 there. If not, it may be an error. partly:
     whether other parts follow it.
     """
 
@@ -122,7 +122,7 @@ class Dependence:
         return IgnoredNumber(name, value, tuple(parts), certain=certain, partly=partly)
 
     def _has_new_errors(self, there: EntryComparison) -> bool:
-        """Whether entries differ there that do not on the arm on trial."""
+        """Whether entries differ there that do not on the user's arm."""
         return not {wrong.place for wrong in there.wrong_entries} <= self._wrong_places
 
     def _mark_tied_numbers(

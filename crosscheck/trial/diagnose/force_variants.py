@@ -1,4 +1,4 @@
-"""Laws of the mesh that a user's force may follow in place of those on trial."""
+"""Laws of the mesh that a user's force may follow in place of the arm's own."""
 
 from __future__ import annotations
 

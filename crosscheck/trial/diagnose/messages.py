@@ -176,7 +176,7 @@ def format_product_latex(product: Product, terms: ReferenceTerms) -> str:
     """A term as TeX."""
     key, (number, powers) = product
     sign, angle = format_angle_sum(key, terms)
-    turned = re.sub(r"[A-Za-z]\w*", lambda found: format_latex_name(found[0]), angle)
+    turned = re.sub(r"[A-Za-z]\w*", lambda match: format_latex_name(match[0]), angle)
     wave = rf"\{key.function}({turned})" if angle else ""
     behind = r"\,".join(filter(None, (wave, format_latex_name(key.signal) if key.signal else "")))
     negated = angle and key.function == "sin" and sign < 0

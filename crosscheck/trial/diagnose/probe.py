@@ -38,7 +38,7 @@ def draw_probe_arms(arm: Arm, count: int, kept: Mapping[str, Powers] = NONE_KEPT
     weight and friction are as absent as they were.
 
     Args:
-        arm: The arm whose numbers are moved.
+        arm: The arm whose numbers are changed.
         count: How many arms.
         kept: Numbers that are not drawn, by their names. Each stays as it is, or changes with the
             powers of other numbers' factors.
@@ -106,7 +106,7 @@ def _perturb_number(value: float, generator: random.Random) -> float:
 def _perturb_record(
     record: Any, generator: random.Random, **nonzero_substitutes: float
 ) -> dict[str, Any]:
-    """The fields of a record, its numbers moved; zeros become what is given for them."""
+    """The fields of a record, its numbers changed; zeros become what is given for them."""
     record_fields: dict[str, Any] = record.model_dump()
     for name, value in record_fields.items():
         if isinstance(value, float):

@@ -1,6 +1,6 @@
 """The reference's own terms of every entry, in the user's coordinates and the arm's symbols.
 
-Those of its force hang on signals: torques, forces of meshes, rates of dampers.
+Those of its force depend on signals: torques, forces of meshes, rates of dampers.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a user hands over: functions that are equations of motion, and the coordinates they use."""
+"""What a user supplies: functions that are equations of motion, and the coordinates they use."""
 
 from __future__ import annotations
 

@@ -168,7 +168,7 @@ def _rows(values: np.ndarray | None, weight: np.ndarray) -> np.ndarray:
 
 
 def _cancellation_factor(moved: np.ndarray, jacobians: np.ndarray, diagonal: np.ndarray) -> float:
-    """How much larger than M_x the terms are whose sum J^T M J is; moved: M (count, n, n)."""
+    """How much larger than M_x the terms are whose sum J^T M J is; M (count, n, n)."""
     sizes = np.abs(jacobians)
     terms = sizes.swapaxes(1, 2) @ np.abs(moved) @ sizes
     return float((terms / np.outer(diagonal, diagonal)).max())
@@ -189,7 +189,7 @@ def _skeel_condition(
 ) -> float:
     """Skeel's condition number of J, its rows and columns in units of the inertia at either side.
 
-    So it is the map's, whatever the units of x are. All (count, n, n); mass, moved: M of x and
+    So it is the map's, whatever the units of x are. All (count, n, n); mass: M of x and
     of q.
     """
     x_roots, others = (np.sqrt(np.abs(np.einsum("kii->ki", each))) for each in (mass, moved))
@@ -259,7 +259,7 @@ class EntryMismatch:
     """An entry that is wrong: by how much (relative to the entry's natural size), and perhaps why.
 
     difference: yours minus right in numbers, of an entry that nothing explains. latex: the same
-    typeset, of symbolic equations. shown_on: name of the arm that shows it, where the one on trial
+    typeset, of symbolic equations. shown_on: name of the arm that shows it, where the user's
     cannot.
     """
 

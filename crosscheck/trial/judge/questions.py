@@ -1,4 +1,4 @@
-"""What is on trial, and what is asked of it: a part at random states, in the user's coordinates.
+"""What is asked of the supplied equations: a part at random states, in the user's coordinates.
 
 Each question is a task of its own, so that a part that raises, hangs or takes its process down
 costs that part alone. The first call of every function comes before all else. What can be no
@@ -170,7 +170,7 @@ def _forces_by_torque(source: Source, state: UserState, a: np.ndarray) -> np.nda
 
 
 def _inverse_dynamics(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
-    """Inverse dynamics as handed over, then M a + h, then a: shape (3, n)."""
+    """Inverse dynamics as supplied, then M a + h, then a: shape (3, n)."""
     assert isinstance(source, SuppliedEquations)  # nobody else is asked
     user_torques = source.inverse_dynamics(state.x, state.u, a)
     return np.array(
@@ -223,7 +223,7 @@ class VerificationProblem:
 
     @cached_property
     def frame(self) -> Frame:
-        """The frame of the equations' coordinates on the arm on trial. Raises InputError."""
+        """The frame of the equations' coordinates on the user's arm. Raises InputError."""
         return build_frame(self.equations.coordinates, self.case.arm)
 
     @cached_property
@@ -239,7 +239,9 @@ class VerificationProblem:
         return (self.equations.level,) if self.equations.level else RIGID_LEVELS
 
     def engines(self, level: str = "") -> tuple[str, ...]:
-        """The models to compare with, the lead first: geared ones, or those of a rigid level."""
+        """The models to compare with, the reference model first: geared ones, or those of a rigid
+        level.
+        """
         if level:
             return tuple(
                 sorted(find_level_models(level), key=lambda name: MODELS[name].order is None)
@@ -260,11 +262,11 @@ class VerificationProblem:
         return replace(self, equations=self.equations.adapt_to_arm(arm, case.scenario), case=case)
 
     def ask_equations(self, quantity: str) -> StateQuestion:
-        """The question of a part of the equations on trial."""
+        """The question of a part of the supplied equations."""
         return self.ask(self.name, quantity)
 
     def ask(self, model: str, quantity: str) -> StateQuestion:
-        """The question of a part of any model, in the coordinates of the equations on trial."""
+        """The question of a part of any model, in the coordinates of the supplied equations."""
         return StateQuestion(self.name, model, self.case, quantity, self.count, self.seed)
 
 
@@ -313,12 +315,14 @@ class FirstCall:
 
 
 FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
-    "mass_matrix": lambda own, state: own.mass_matrix(state.x),
-    "bias": lambda own, state: own.bias(state.x, state.u),
-    "coriolis": lambda own, state: own.bias(state.x, state.u),
-    "force": lambda own, state: own.force_at(state),
-    "acceleration": lambda own, state: own.acceleration_at(state),
-    "inverse_dynamics": lambda own, state: own.inverse_dynamics(state.x, state.u, state.u),
+    "mass_matrix": lambda equations, state: equations.mass_matrix(state.x),
+    "bias": lambda equations, state: equations.bias(state.x, state.u),
+    "coriolis": lambda equations, state: equations.bias(state.x, state.u),
+    "force": lambda equations, state: equations.force_at(state),
+    "acceleration": lambda equations, state: equations.acceleration_at(state),
+    "inverse_dynamics": lambda equations, state: equations.inverse_dynamics(
+        state.x, state.u, state.u
+    ),
 }
 
 

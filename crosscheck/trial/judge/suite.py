@@ -236,7 +236,7 @@ def _torque_linearity_errors(sizes: NaturalSizes, answers: np.ndarray) -> np.nda
 
 
 def _second_law_errors(sizes: NaturalSizes, *answers: np.ndarray) -> np.ndarray:
-    """Deviation from M a + h = f, with the acceleration that was handed over beside them, (n,).
+    """Deviation from M a + h = f, with the acceleration that was supplied beside them, (n,).
 
     answers: M (count, n, n); bias, force and acceleration (count, n).
     """
@@ -248,7 +248,7 @@ def _second_law_errors(sizes: NaturalSizes, *answers: np.ndarray) -> np.ndarray:
 def _inverse_dynamics_errors(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
     """Deviation of inverse dynamics from M a + h, for any a and u together, shape (n,).
 
-    answers (count, 3, n): as handed over; M a + h; a.
+    answers (count, 3, n): as supplied; M a + h; a.
     """
     torques, expected, a = answers.swapaxes(0, 1)
     size = sizes.bias + sizes.mass @ np.abs(a).max(axis=0)

@@ -27,7 +27,8 @@ def format_lines(trial: RobotTrial) -> Iterator[str]:
         yield f"  and {len(diagnosis.entries) - MOST_ENTRIES} more"
     yield from diagnosis.notes[:MOST_SENTENCES]
     if len(diagnosis.notes) > MOST_SENTENCES:
-        yield f"  and {format_count(len(diagnosis.notes) - MOST_SENTENCES, 'more sentence')}, all in --json"
+        rest = format_count(len(diagnosis.notes) - MOST_SENTENCES, "more sentence")
+        yield f"  and {rest}, all in --json"
     yield from _explanations(diagnosis)
     yield from _disagreements(trial)
     for part, why in trial.failures.items():

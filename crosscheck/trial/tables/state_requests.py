@@ -164,7 +164,7 @@ def collect_probe_requests(
 def _record_calls(
     trial: TableTrial, parts: Sequence[str], notes: dict[Call, None]
 ) -> tuple[TrialRequest, VerificationProblem]:
-    """Equations on trial that note what they are asked, and answer with nothing but inertia."""
+    """Supplied equations that note what they are asked, and answer with nothing but inertia."""
     size = len(build_frame(trial.coordinates, trial.arm).names)
 
     def answer(call: Call) -> np.ndarray:

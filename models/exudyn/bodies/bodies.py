@@ -237,7 +237,7 @@ class ExudynBodies(Model):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """How far open the joints are at q, v, a: gaps [m], rates, accelerations, (2 joints,) each.
 
-        The engine evaluates its own constraints at this model's poses, or with the bodies moved
+        The engine evaluates its own constraints at this model's poses, or with the bodies displaced
         apart so far, without turning.
         """
         engine, pose, velocity = self.free_engine, self.poses.pose(q), self.poses.velocity(q, v)

@@ -2,7 +2,7 @@
 
 What such a call costs is getting in and out of Python, not the forces. So time, coordinates, rates
 and forces share one array, and what the forces depend on two more: numba unwraps every array it is
-handed anew in every call.
+passed anew in every call.
 """
 
 from __future__ import annotations
