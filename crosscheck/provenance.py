@@ -104,11 +104,11 @@ def find_version(package: str) -> str | None:
 
 def _revision() -> str | None:
     """The git revision of this checkout, marked if the work tree differs; None outside one."""
-    found = _git("describe", "--always", "--abbrev=12")
-    return f"{found}-dirty" if found and changed_files() else found
+    revision = _git("describe", "--always", "--abbrev=12")
+    return f"{revision}-dirty" if revision and list_changed_files() else revision
 
 
-def changed_files() -> list[str]:
+def list_changed_files() -> list[str]:
     """The files of this checkout that differ from its revision; records come from it alone."""
     status = _git("status", "--porcelain", "--untracked-files=no", "--", ".", f":!{RECORDS}")
     return [line.split(maxsplit=1)[1] for line in (status or "").splitlines()]

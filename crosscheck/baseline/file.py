@@ -18,7 +18,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import read_content
 from crosscheck.output import write_text
 from crosscheck.planning.plan import CrossCheckRequest
-from crosscheck.provenance import arm_digest, changed_files, is_versioned
+from crosscheck.provenance import arm_digest, is_versioned, list_changed_files
 from crosscheck.report.formatting import format_count
 
 WIDTH = 100
@@ -103,7 +103,7 @@ def require_committed(path: Path) -> None:
 
     A record elsewhere, or one that git ignores, is nobody's reference: its revision is marked.
     """
-    if is_versioned(path) and (changed := changed_files()):
+    if is_versioned(path) and (changed := list_changed_files()):
         more = f" and {format_count(len(changed) - 1, 'other file')}" if changed[1:] else ""
         allowed = f"{changed[0]}{more} in this checkout: no revision names what would be recorded"
         advice = "commit or stash first, or record elsewhere with --dir"

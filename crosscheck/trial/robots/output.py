@@ -35,20 +35,20 @@ def format_lines(trial: RobotTrial) -> Iterator[str]:
         if why.trace:
             yield f"{part} raised:"
             yield from why.trace.splitlines()
-    for told in trial.robot.notes:
-        yield f"note: {told}"
+    for note in trial.robot.notes:
+        yield f"note: {note}"
 
 
 def first_line(trial: RobotTrial) -> str:
     """What the equations are, by how much, and what was not judged."""
-    found, level = trial.diagnosis, trial.diagnosis.level
+    diagnosis, level = trial.diagnosis, trial.diagnosis.level
     left_out = f"; not judged: {', '.join(trial.not_judged)}" if trial.not_judged else ""
     if not trial.parts:
         return f"no part answered{left_out}"
-    if not found.entries:
+    if not diagnosis.entries:
         parts = ", ".join(trial.parts)
         return f"agrees with {_format_levels(trial)}: {parts}, to {trial.largest:.1e}{left_out}"
-    wrong = {entry.part for entry in found.entries}
+    wrong = {entry.part for entry in diagnosis.entries}
     parts = ", ".join(part for part in trial.parts if part in wrong)
     by = f"by up to {trial.largest:.2g} of an entry's size"
     return f"wrong: {parts} off from {level} {by}{left_out}"
@@ -72,25 +72,25 @@ def _format_levels(trial: RobotTrial) -> str:
     return f"{', '.join(alike)}, which are alike in these parts"
 
 
-def _explanations(found: RobotDiagnosis) -> Iterator[str]:
+def _explanations(diagnosis: RobotDiagnosis) -> Iterator[str]:
     """Sentences on what explains all differences."""
-    for words in found.explanations[:MOST_SENTENCES]:
-        yield f"yours are the equations of {found.level} with {words}"
-    if len(found.explanations) > 1:
+    for words in diagnosis.explanations[:MOST_SENTENCES]:
+        yield f"yours are the equations of {diagnosis.level} with {words}"
+    if len(diagnosis.explanations) > 1:
         yield "each of these alone makes the same equations"
-    for link in found.links:
+    for link in diagnosis.links:
         yield f"all of it is in {link}: its mass, centre of mass and inertia together explain it"
-    if found.entries and not (found.explanations or found.links or found.notes):
+    if diagnosis.entries and not (diagnosis.explanations or diagnosis.links or diagnosis.notes):
         yield "no single number, frame or place explains it"
 
 
 def format_robot_trial(trial: RobotTrial) -> str:
-    """JSON text of all that was found."""
+    """JSON text of all that was diagnosis."""
     diagnosis = trial.diagnosis
     return format_json(
         {
             "schema_version": SCHEMA_VERSION,
-            **_made_of(trial),
+            **_name_sources(trial),
             "parts": trial.parts,
             "not_judged": trial.not_judged,
             "agrees": trial.agrees,
@@ -114,17 +114,17 @@ def format_robot_trial(trial: RobotTrial) -> str:
     )
 
 
-def _made_of(trial: RobotTrial) -> dict[str, object]:
+def _name_sources(trial: RobotTrial) -> dict[str, object]:
     """What was tried, by name, and what tried it."""
     program = f"geararm-crosscheck {__version__}"
-    own = {"robot": trial.robot.name, "program": program, "equations": trial.name}
-    return {**own, "seed": trial.seed}
+    names = {"robot": trial.robot.name, "program": program, "equations": trial.name}
+    return {**names, "seed": trial.seed}
 
 
 def robot_trial_junit(trial: RobotTrial) -> str:
     """JUnit XML with a test case for each check."""
-    named = _made_of(trial)
-    return format_junit(trial.agreement, f"trial {trial.name} {trial.robot.name}", named)
+    properties = _name_sources(trial)
+    return format_junit(trial.agreement, f"trial {trial.name} {trial.robot.name}", properties)
 
 
 def robot_trial_page(trial: RobotTrial) -> str:
@@ -132,23 +132,23 @@ def robot_trial_page(trial: RobotTrial) -> str:
     from crosscheck.report.heat_map import entry_map
     from crosscheck.report.rendering import WrongRow, render_page
 
-    found, robot = trial.diagnosis, trial.robot
+    diagnosis, robot = trial.diagnosis, trial.robot
     names = [robot.joints[number].name for number in robot.coordinates]
-    said = [first_line(trial)]
-    told = [*_explanations(found), *_disagreements(trial)]
+    headline = [first_line(trial)]
+    sentences = [*_explanations(diagnosis), *_disagreements(trial)]
     return render_page(
         "trial",
         name=trial.name,
         subject=robot.name,
         agreement=trial.agreement,
         traces={part: why.trace for part, why in trial.failures.items() if why.trace},
-        summary=[*said, *(f"{name}: {value}" for name, value in _made_of(trial).items())],
-        wrong=[WrongRow(each.name, each.share, each.remark) for each in found.entries],
-        verdicts=said * bool(found.entries) + told,
-        notes=[*found.notes, *robot.notes],
+        summary=[*headline, *(f"{name}: {value}" for name, value in _name_sources(trial).items())],
+        wrong=[WrongRow(each.name, each.share, each.remark) for each in diagnosis.entries],
+        verdicts=headline * bool(diagnosis.entries) + sentences,
+        notes=[*diagnosis.notes, *robot.notes],
         maps=[
-            entry_map(LETTERS.get(part, part), names, apart, trial.allowed[part])
-            for part, apart in trial.apart.items()
+            entry_map(LETTERS.get(part, part), names, relative_errors, trial.allowed[part])
+            for part, relative_errors in trial.relative_errors.items()
         ],
         allowed={LETTERS.get(part, part): value for part, value in trial.allowed.items()},
         provenance=None,

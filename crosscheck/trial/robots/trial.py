@@ -31,7 +31,7 @@ class RobotTrial:
 
     stated: the level that they are to be of, '' for any; parts: that were judged; not_judged: what
     was not, with the reason, in words; distances: of each level, the nearest first; failures: by
-    part that did not answer; agreement: all checks; apart: by part, how far each entry is from the
+    part that did not answer; agreement: all checks; relative_errors: by part, how far each entry is from the
     diagnosis' level at most, of its size; allowed: how far it may be; seed: of the states.
     """
 
@@ -44,7 +44,7 @@ class RobotTrial:
     diagnosis: RobotDiagnosis
     failures: Mapping[str, Failure]
     agreement: Agreement
-    apart: Mapping[str, np.ndarray]
+    relative_errors: Mapping[str, np.ndarray]
     allowed: Mapping[str, float]
     seed: int
 
@@ -103,7 +103,9 @@ def run_robot_trial(
         diagnosis = RobotDiagnosis(level)
         if distances:
             diagnosis = diagnose(problem, distances, rates)
-    apart = problem.relative_errors(diagnosis.level, problem.reference_values[diagnosis.level])
+    relative_errors = problem.relative_errors(
+        diagnosis.level, problem.reference_values[diagnosis.level]
+    )
     return RobotTrial(
         name=name,
         robot=robot,
@@ -114,7 +116,7 @@ def run_robot_trial(
         diagnosis=diagnosis,
         failures=answers.failures,
         agreement=Agreement(collect_findings(problem, diagnosis.level)),
-        apart={part: np.abs(own).max(axis=0) for part, own in apart.items()},
+        relative_errors={part: np.abs(off).max(axis=0) for part, off in relative_errors.items()},
         allowed={part: sizes[diagnosis.level].tolerance(part) for part in problem.parts},
         seed=seed,
     )
