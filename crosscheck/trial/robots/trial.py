@@ -31,8 +31,8 @@ class RobotTrial:
 
     stated: the level that they are to be of, '' for any; parts: that were judged; not_judged: what
     was not, with the reason, in words; distances: of each level, the nearest first; failures: by
-    part that did not answer; agreement: all checks; relative_errors: by part, how far each entry is from the
-    diagnosis' level at most, of its size; allowed: how far it may be; seed: of the states.
+    part that did not answer; agreement: all checks; relative_errors: by part, how far each entry is
+    from the diagnosis' level at most, of its size; allowed: how far it may be; seed: of the states.
     """
 
     name: str
