@@ -11,8 +11,9 @@ Compare two models of the built-in arm at one state:
     >>> bool(abs(difference).max() < 1e-12)
     True
 
-``crosscheck.check(arm)`` runs every comparison, and ``crosscheck.testing.assert_agrees`` tries
-equations of your own.
+``crosscheck.check(arm)`` runs every comparison, ``crosscheck.try_equations(equations, arm)`` judges
+equations of your own, and ``crosscheck.testing.assert_agrees`` asserts that they are right. Results
+print themselves, and a notebook shows them with a picture.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ _MODULES = {
     "Arm": "crosscheck.models.arm.arm",
     "CannotDo": "crosscheck.models.errors",
     "Diverged": "crosscheck.models.errors",
+    "Equations": "crosscheck.trial.input.equations",
     "Finding": "crosscheck.findings",
     "InputError": "crosscheck.models.errors",
     "Model": "crosscheck.models.interface",
@@ -42,6 +44,7 @@ _MODULES = {
     "simulate": "crosscheck.api",
     "sweep": "crosscheck.studies.api",
     "switches": "crosscheck.models.experiment.scenario",
+    "try_equations": "crosscheck.testing",
 }
 __all__ = list(_MODULES)
 __getattr__, __dir__ = make_lazy_names(__name__, _MODULES)

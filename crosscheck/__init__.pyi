@@ -19,6 +19,8 @@ from crosscheck.models.experiment.scenario import switches as switches
 from crosscheck.models.interface import Model as Model
 from crosscheck.models.robot.robot import Robot as Robot
 from crosscheck.studies.api import sweep as sweep
+from crosscheck.testing import try_equations as try_equations
+from crosscheck.trial.input.equations import Equations as Equations
 
 __version__: str
 LARGEST_SEED: int

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from crosscheck.findings import Agreement
@@ -18,6 +20,8 @@ from crosscheck.registry import build
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from crosscheck.run import CrossCheck
 
 
 __all__ = [
@@ -83,6 +87,18 @@ def check(
     loaded = tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios)
     for scenario in loaded:
         require_fit(scenario, chosen)
-    return run_cross_check(
+    result = run_cross_check(
         CrossCheckRequest(chosen, quick, seed, loaded, arm_file_json=arm_file_json), jobs=jobs
-    ).agreement
+    )
+    return replace(result.agreement, render_page=partial(_render_page, result))
+
+
+def _render_page(result: CrossCheck) -> str:
+    """The report's page of a cross-check, drawn from its runs."""
+    from crosscheck.report.html import render_report_page
+    from crosscheck.report.plots.charts import Charts
+
+    charts = Charts()
+    for key, run in result.runs.items():
+        charts.show(key, run)
+    return render_report_page(result, charts.build_pictures())

@@ -1,14 +1,13 @@
-"""Trials of equations of motion in any test framework: a function that raises AssertionError.
+"""Trials of equations of motion: in a notebook, and as an assertion in any test framework.
 
 >>> from math import cos
 >>> from crosscheck.testing import Equations, assert_agrees
 >>> def two_link(arm):
 ...     a, b, p = *arm.links, arm.payload_mass_kg
-...     m, n = (c.cross_section_m2 * c.density_kg_per_m3 * c.length_m for c in arm.links)
 ...     def mass_matrix(q):
-...         m22 = n * b.length_m**2 / 12 + n * b.com_m**2 + p * b.length_m**2
-...         m12 = m22 + (n * b.com_m + p * b.length_m) * a.length_m * cos(q[1])
-...         m11 = m * a.length_m**2 / 12 + m * a.com_m**2 + (n + p) * a.length_m**2
+...         m22 = b.inertia + b.mass * b.com_m**2 + p * b.length_m**2
+...         m12 = m22 + (b.mass * b.com_m + p * b.length_m) * a.length_m * cos(q[1])
+...         m11 = a.inertia + a.mass * a.com_m**2 + (b.mass + p) * a.length_m**2
 ...         return [[m11 + 2 * m12 - m22, m12], [m12, m22]]
 ...     return Equations(mass_matrix=mass_matrix)
 >>> assert_agrees(two_link, "paper-labelled").level
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from crosscheck.trial.input.symbolic import from_sympy
     from crosscheck.trial.trial import Trial
 
-__all__ = ["Coordinates", "Equations", "Trial", "assert_agrees", "from_sympy"]
+__all__ = ["Coordinates", "Equations", "Trial", "assert_agrees", "from_sympy", "try_equations"]
 
 if not TYPE_CHECKING:
     __getattr__, __dir__ = make_lazy_names(
@@ -42,13 +41,14 @@ if not TYPE_CHECKING:
             "Trial": "crosscheck.trial.trial",
             "assert_agrees": __name__,
             "from_sympy": "crosscheck.trial.input.symbolic",
+            "try_equations": __name__,
         },
     )
 
 MOST_JOBS = 1024  # processes
 
 
-def assert_agrees(
+def try_equations(
     equations: Any,
     arm: Arm | str = "paper-labelled",
     *,
@@ -60,18 +60,19 @@ def assert_agrees(
     seed: int = 0,
     name: str = "yours",
 ) -> Trial:
-    """Judge supplied equations; returns the Trial, if all that was judged agrees.
+    """Judge supplied equations: which entry is wrong, and why.
+
+    The result prints itself, and a notebook shows it with a heat map of each part; it has
+    ``exit_code``, ``wrong_entries``, ``to_dataframe()`` and ``write_report(folder)``.
 
     equations: Equations, a function of the arm that returns them, an object with functions called
     like theirs, or text as on the command line, ``file.py:name``. scenarios: to be run too. level:
     the rigid level that they must be, '' for whichever they are closest to. name: what reports call
     them. Everything runs in forked processes, with ``jobs=1`` in one.
 
-    Raises AssertionError with what `crosscheck trial` prints, and InputError for what cannot be
-    tried at all.
+    Raises InputError for what cannot be tried at all.
     """
     from crosscheck.models.loading import load_arm, load_scenario, require_fit
-    from crosscheck.report.trial import format_trial
     from crosscheck.trial.input.loading import build_equations, load_equations
     from crosscheck.trial.trial import TrialRequest, run_trial
 
@@ -86,9 +87,40 @@ def assert_agrees(
     else:
         user_equations = build_equations(equations, chosen, first, name)
     user_equations = _declare_level(user_equations, level) if level else user_equations
-    trial = run_trial(
+    return run_trial(
         TrialRequest(name, user_equations, chosen, loaded, switches, quick=quick, seed=seed),
         jobs=jobs,
+    )
+
+
+def assert_agrees(
+    equations: Any,
+    arm: Arm | str = "paper-labelled",
+    *,
+    scenarios: Sequence[Scenario | str] = (),
+    switches: Switches | None = None,
+    level: Level = "",
+    quick: bool = True,
+    jobs: int = 1,
+    seed: int = 0,
+    name: str = "yours",
+) -> Trial:
+    """Raise AssertionError with what `crosscheck trial` prints, unless all that was judged agrees.
+
+    Takes the arguments of ``try_equations`` and returns what that returns.
+    """
+    from crosscheck.report.trial import format_trial
+
+    trial = try_equations(
+        equations,
+        arm,
+        scenarios=scenarios,
+        switches=switches,
+        level=level,
+        quick=quick,
+        jobs=jobs,
+        seed=seed,
+        name=name,
     )
     if trial.exit_code:
         raise AssertionError(format_trial(trial))
@@ -124,12 +156,12 @@ def _require_arguments(
         ("name", name, isinstance(name, str) and name.strip() != "", "must be a text"),
     ):
         if not is_allowed:
-            raise InputError("assert_agrees", argument, value, allowed)
+            raise InputError(f"argument {argument}", "", value, allowed)
     assert isinstance(scenarios, list | tuple)  # as was required
     for place, scenario in enumerate(scenarios):
         if not isinstance(scenario, Scenario | str):
             allowed = "must be a Scenario, or the name or file of one"
-            raise InputError("assert_agrees", f"scenarios[{place}]", scenario, allowed)
+            raise InputError(f"argument scenarios[{place}]", "", scenario, allowed)
 
 
 def _is_whole(value: object, least: int, most: int) -> bool:
@@ -142,7 +174,7 @@ def _declare_level(equations: Equations, level: Level) -> Equations:
 
     if equations.coordinates.gearing != "rigid":
         reason = f"is of rigid models; coordinates.gearing is {equations.coordinates.gearing}"
-        raise InputError("assert_agrees", "level", level, reason)
+        raise InputError("argument level", "", level, reason)
     again = equations.rebuild
     if again is None:
         return replace(equations, level=level)

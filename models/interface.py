@@ -53,6 +53,18 @@ class Model(ABC):
         self.switches = chosen_switches or usual_switches(arm)
         require_alike(arm, scenario, self.switches)
 
+    def __repr__(self) -> str:
+        """Which model it is, of what, and what it can be asked."""
+        laws = ", ".join(f"{name} {value}" for name, value in self.switches)
+        return "\n".join(
+            (
+                f"Model {self.name} of {self.arm.name}, experiment {self.scenario.name}",
+                f"coordinates: {', '.join(self.coordinates)}",
+                f"methods: {', '.join(sorted(self.abilities))}",
+                f"laws: {laws}",
+            )
+        )
+
     @property
     def coordinates(self) -> tuple[str, ...]:
         """Names of the coordinates."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from crosscheck.findings import Finding
+from crosscheck.models.arm.arm import describe_arm
 from crosscheck.planning import plan
 from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
@@ -12,7 +13,7 @@ from crosscheck.report.heat_map import make_entry_maps
 from crosscheck.report.matrix import collect_cells, group_models
 from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.plots.figures import fix_links
-from crosscheck.report.plots.scheme import describe_arm, draw_scheme
+from crosscheck.report.plots.scheme import draw_scheme
 from crosscheck.report.plots.signals import format_signals
 from crosscheck.report.rendering import render_page
 from crosscheck.report.vendor import read_vendored

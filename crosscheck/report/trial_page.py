@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
 
 from matplotlib.figure import Figure
 
-from crosscheck.report.heat_map import HeatMap, entry_map, make_heat_map
-from crosscheck.report.plots.scheme import describe_arm
+from crosscheck.models.arm.arm import describe_arm
+from crosscheck.report.heat_map import PART_NAMES, make_trial_maps
 from crosscheck.report.rendering import WrongRow, render_page
 from crosscheck.report.trial import (
     describe_errors,
@@ -20,7 +19,6 @@ from crosscheck.trial.diagnose.messages import describe_term_error
 from crosscheck.trial.judge.entries import format_entry
 from crosscheck.trial.trial import Trial
 
-PART_NAMES = {"mass_matrix": "M", "rate_terms": "bias", "force": "force"}
 POINTS = 11
 
 
@@ -46,29 +44,13 @@ def render_trial_page(trial: Trial) -> str:
         ],
         verdicts=describe_errors(trial),
         notes=list(describe_notes(trial)),
-        maps=list(_make_maps(trial)),
+        maps=list(make_trial_maps(trial)),
         allowed={PART_NAMES.get(name, name): value for name, value in trial.allowed.items()},
         described=list(describe_arm(trial.problem.case.arm)),
         typeset=render_formula,
         words=lambda errors: " and ".join(map(describe_term_error, errors)),
         provenance=trial.agreement.to_dict()["provenance"],
     )
-
-
-def _make_maps(trial: Trial) -> Iterator[HeatMap]:
-    """A heat map of each part; of the bias one for each row that deviates."""
-    names = trial.problem.frame.names
-    for quantity, relative_errors in trial.relative_errors.items():
-        title, allowed = PART_NAMES.get(quantity, quantity), trial.allowed[quantity]
-        if relative_errors.ndim == 3:
-            for row, name in enumerate(names):
-                if not (relative_errors[row] <= allowed).all():
-                    row_title = f"{title} of {name}, by rates"
-                    yield make_heat_map(
-                        row_title, names, names, relative_errors[row].tolist(), allowed
-                    )
-        else:
-            yield entry_map(title, names, relative_errors, allowed)
 
 
 def render_formula(latex: str) -> str:

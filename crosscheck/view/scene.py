@@ -18,8 +18,7 @@ from crosscheck.analytic.paper.mesh_frequency import (
 )
 from crosscheck.analytic.paper.mesh_phasing import mesh_phases
 from crosscheck.analytic.paper.tooth_error import total_error
-from crosscheck.models.arm.arm import Planetary
-from crosscheck.report.plots.scheme import describe_arm
+from crosscheck.models.arm.arm import Planetary, describe_arm
 from crosscheck.view.gears import gear_angles, gear_assembly, make_close_up, outline
 from crosscheck.view.mesh_geometry import SIDES, Side, mesh_geometry
 from crosscheck.view.trajectory_file import Run

@@ -1,13 +1,15 @@
-"""The arm as data: what the file holds, validated, and nothing derived from it.
+"""The arm as data: what the file holds, validated.
 
-Radii, ratios and inertias are worked out by each model on its own side; the only arithmetic here
-decides whether a gear set can be assembled at all, and whether numbers of 16 digits can hold the
-arm's inertias beside each other.
+Radii, ratios and inertias are worked out by each model on its own side. The arithmetic here decides
+whether a gear set can be assembled at all, and whether numbers of 16 digits can hold the arm's
+inertias beside each other; ``Link.mass`` and ``Link.inertia`` are for users, and no model reads
+them.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
@@ -134,6 +136,22 @@ class Link(Data):
     inertia_kg_m2: quantities.Inertia | None = None
     """J of that body about its centre of mass; 0 of a point mass."""
 
+    @property
+    def mass(self) -> float:
+        """Mass [kg], of a rod as of a body."""
+        if self.mass_kg is not None:
+            return self.mass_kg
+        assert self.density_kg_per_m3 is not None  # as validation has seen
+        assert self.cross_section_m2 is not None
+        return self.density_kg_per_m3 * self.cross_section_m2 * self.length_m
+
+    @property
+    def inertia(self) -> float:
+        """Inertia [kg m^2] about the centre of mass, of a rod as of a body."""
+        if self.inertia_kg_m2 is not None:
+            return self.inertia_kg_m2
+        return self.mass * self.length_m**2 / 12
+
     @model_validator(mode="after")
     def _check_rod_or_body(self) -> Self:
         rod = [name for name in ROD if getattr(self, name) is not None]
@@ -174,6 +192,12 @@ class Arm(Data):
     links: Annotated[tuple[Link, ...], UpToSeven, FailFast()]
     """One after each joint, in the same order."""
 
+    def __repr__(self) -> str:
+        """What the arm is, a line for each joint."""
+        return "\n".join((f"Arm {self.name}: {describe_loads(self)}", *describe_arm(self)))
+
+    __str__ = __repr__
+
     @model_validator(mode="after")
     def _check_link_count(self) -> Self:
         if len(self.joints) != len(self.links):
@@ -198,10 +222,7 @@ class Arm(Data):
     def _check_link_inertias(self) -> Self:
         for place in range(len(self.links)):
             link, is_last = self.links[place], place + 1 == len(self.links)
-            inertia = link.inertia_kg_m2
-            if inertia is None:
-                inertia = _link_mass(link) * link.length_m**2 / 12
-            inertia += _link_mass(link) * link.com_m**2
+            inertia = link.inertia + link.mass * link.com_m**2
             inertia += self.payload_mass_kg * link.length_m**2 if is_last else 0.0
             load = _load_inertia(self, place)
             if inertia < LEAST_LINK * load:
@@ -213,6 +234,31 @@ class Arm(Data):
         return self
 
 
+def describe_arm(arm: Arm) -> Iterator[str]:
+    """What each joint with its link is, a phrase for each, and the payload."""
+    for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
+        drive = "direct drive"
+        if isinstance(joint, Planetary):
+            ratio = joint.ring_teeth / joint.sun_teeth + 1
+            teeth = f"{joint.sun_teeth}, {joint.planet_teeth} and {joint.ring_teeth}"
+            drive = f"sun, {joint.planet_count} planets and ring of {teeth} teeth"
+            drive += f", reduction {ratio:.4g}, module {1e3 * joint.module_m:g} mm"
+        yield f"Joint {number}: {drive}; link {number}: {link.length_m:g} m, {link.mass:.4g} kg"
+    yield f"Payload: {arm.payload_mass_kg:g} kg"
+
+
+def describe_loads(arm: Arm) -> str:
+    """Which of gravity, friction and gears the arm has, in words."""
+    gravity = "no gravity"
+    if any(arm.gravity_m_per_s2):
+        gravity = "gravity ({:g}, {:g}) m/s^2".format(*arm.gravity_m_per_s2)
+    rates = [joint.friction_N_m_s_per_rad for joint in arm.joints]
+    friction = f"friction {', '.join(f'{rate:g}' for rate in rates)} N m s/rad"
+    geared = sum(isinstance(joint, Planetary) for joint in arm.joints)
+    gears = f"gears in {geared} of {len(rates)} joints" if geared else "no gears"
+    return f"{gravity}, {friction if any(rates) else 'no friction'}, {gears}"
+
+
 def _load_inertia(arm: Arm, place: int) -> float:
     """Upper bound of the inertia [kg m^2] about a joint: arm stretched out, own gears reflected."""
     total, reach = _reflected_inertia(arm.joints[place]), 0.0
@@ -221,7 +267,7 @@ def _load_inertia(arm: Arm, place: int) -> float:
             joint = arm.joints[number]
             total += _joint_mass(joint) * reach**2 + _joint_inertia(joint)
         reach += arm.links[number].length_m
-        total += _link_mass(arm.links[number]) * reach**2
+        total += arm.links[number].mass * reach**2
     return total + arm.payload_mass_kg * reach**2
 
 
@@ -257,14 +303,6 @@ def _equivalent_mass(joint: Planetary, part: str) -> float:
     teeth = {"sun": joint.sun_teeth, "planet": joint.planet_teeth}
     pitch = joint.module_m * teeth.get(part, joint.sun_teeth + joint.planet_teeth) / 2
     return inertia / (pitch * math.cos(math.radians(joint.pressure_angle_deg))) ** 2
-
-
-def _link_mass(link: Link) -> float:
-    if link.mass_kg is not None:
-        return link.mass_kg
-    assert link.density_kg_per_m3 is not None  # as the link's own validation has seen
-    assert link.cross_section_m2 is not None
-    return link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
 
 
 def _carrier_radius(joint: Planetary) -> float:

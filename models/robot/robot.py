@@ -156,6 +156,20 @@ class Robot:
     tip: str
     notes: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        """What the robot is, in five lines."""
+        gravity = ", ".join(f"{part:g}" for part in self.gravity)
+        names = ", ".join(self.joints[number].name for number in self.coordinates)
+        return "\n".join(
+            (
+                f"Robot {self.name}: {self.title}".rstrip(": "),
+                f"{len(self.coordinates)} joints: {names}",
+                f"{len(self.rotors)} rotors, {len(self.stages)} planetary stages",
+                f"{sum(body.mass for body in self.bodies):.4g} kg in motion, tip {self.tip}",
+                f"gravity ({gravity}) m/s^2",
+            )
+        )
+
     @property
     def coordinates(self) -> tuple[int, ...]:
         """Numbers of the joints whose coordinates are free: those that mimic no other."""

@@ -237,7 +237,7 @@ def test_one_line_where_every_part_raises_the_same():
 )
 def test_an_argument_of_assert_agrees_is_refused_by_name(argument, value, allowed):
     arguments = {"arm": arm_of(*UNLIKE), argument: value}
-    with pytest.raises(InputError, match=rf"assert_agrees: {argument}.*{allowed}"):
+    with pytest.raises(InputError, match=rf"argument {argument}.*{allowed}"):
         assert_agrees(RIGHT["no payload"][1], **arguments)
 
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from html import escape
 
-from crosscheck.models.arm.arm import Arm, Joint, Planetary
+from crosscheck.models.arm.arm import Arm, Joint, Planetary, describe_arm
 
 WIDTH, HEIGHT, MARGIN = 460.0, 260.0, 44.0
 FIRST_RAD, BEND_RAD = 0.62, 0.95  # of the first link, and of each joint, to and fro
@@ -38,23 +38,6 @@ def draw_scheme(arm: Arm) -> str:
         f' aria-label="{description}">'
         f"{''.join(parts)}</svg>"
     )
-
-
-def describe_arm(arm: Arm) -> Iterator[str]:
-    """What each joint with its link is, a phrase for each, and the payload."""
-    for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
-        drive = "direct drive"
-        if isinstance(joint, Planetary):
-            ratio = joint.ring_teeth / joint.sun_teeth + 1
-            teeth = f"{joint.sun_teeth}, {joint.planet_teeth} and {joint.ring_teeth}"
-            drive = f"sun, {joint.planet_count} planets and ring of {teeth} teeth"
-            drive += f", reduction {ratio:.4g}, module {1e3 * joint.module_m:g} mm"
-        mass = link.mass_kg
-        if mass is None:
-            mass = (link.density_kg_per_m3 or 0) * (link.cross_section_m2 or 0) * link.length_m
-        body = f"{link.length_m:g} m, {mass:.4g} kg"
-        yield f"Joint {number}: {drive}; link {number}: {body}"
-    yield f"Payload: {arm.payload_mass_kg:g} kg"
 
 
 def _draw_base(at: complex) -> str:

@@ -1,0 +1,174 @@
+"""Results, arms and models print themselves; a notebook shows results with their heat map."""
+
+import json
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import crosscheck
+from crosscheck.findings import Agreement, EntryDifferences
+from crosscheck.models.arm.arm import Link
+from crosscheck.testing import Trial
+from crosscheck.trial.input.loading import load_equations
+from tests.baselines.short import green, invented_check, measurement, red
+from tests.tool.supplied import model_file
+
+NAMES = ("x_sp1", "theta_1")
+ENTRIES = [
+    EntryDifferences(
+        "mass_matrix", model, ("exudyn:tree",), NAMES, ((0.0, wrong), (wrong, 0.0)), 1e-10
+    )
+    for model, wrong in (("analytic:printed", 0.0127), ("analytic:physical", 1e-14))
+]
+
+
+class Cells(HTMLParser):
+    """Texts of the cells of tables, with whether each element is closed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.texts: list[str] = []
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag != "br":
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] == "td":
+            self.texts.append(data)
+
+
+@pytest.fixture(scope="module")
+def trial(labelled, tmp_path_factory) -> Trial:
+    """Of equations whose M[1, 1] has half of m_2 L_1^2 too much."""
+    file = model_file(tmp_path_factory.mktemp("equations"))
+    right = load_equations(f"{file}:two_link", labelled, None)
+
+    def mass_matrix(q):
+        return np.add(right.mass_matrix(q), [[3.0, 0.0], [0.0, 0.0]])
+
+    return crosscheck.try_equations(replace(right, mass_matrix=mass_matrix), labelled, name="<b>")
+
+
+def test_a_trial_prints_itself_in_few_lines(trial):
+    lines = repr(trial).splitlines()
+    assert len(lines) <= 6
+    assert lines[0] == "<b> on paper-labelled: rigid, level links"
+    assert lines[1].endswith("checks agree")
+    assert lines[2].startswith("wrong M[theta_1, theta_1]: ")
+
+
+def test_a_notebook_shows_a_trial_entry_by_entry(trial):
+    text = trial._repr_html_()
+    assert "<b>" not in text
+    assert "&lt;b&gt; on paper-labelled" in text
+    cells = [cell for cell in Cells(text).texts if cell.strip()]
+    assert len(cells) == 4 + 2  # M and force; of the bias no row is wrong
+    assert [cell.endswith("%") for cell in cells[:4]] == [True, False, False, False]
+    assert set(cells[1:]) == {"✓"}
+
+
+def test_a_trial_has_a_row_for_each_entry(trial):
+    table = trial.to_dataframe()
+    assert list(table.columns) == ["part", "entry", "relative", "tolerance", "agrees", "why"]
+    assert table.groupby("part").size().to_dict() == {"M": 4, "bias": 2 * 3, "force": 2}
+    wrong = table[~table.agrees]
+    assert list(wrong.entry) == ["M[theta_1, theta_1]"]
+    assert wrong.why.iloc[0]
+
+
+def test_a_trial_writes_what_the_command_writes(trial, tmp_path):
+    trial.write_report(tmp_path)
+    assert "M[theta_1, theta_1]" in (tmp_path / "trial.html").read_text()
+    assert json.loads((tmp_path / "trial.json").read_text())["wrong"]
+
+
+def test_an_agreement_prints_its_verdict_and_what_is_wrong():
+    agreement = Agreement([green(), measurement("pd")], entries=ENTRIES)
+    assert repr(agreement).splitlines() == [
+        "The printed equations are wrong in 1 place (M[x_sp1, theta_1], 1.3 %);"
+        " the corrected ones agree with every engine (1 of 1 check).",
+        "1 of 1 check agrees; 1 difference measured without a limit",
+        "wrong M[x_sp1, theta_1]: 1.3 %",
+    ]
+    cells = Cells(agreement._repr_html_()).texts
+    assert [cell for cell in cells if cell.strip()] == ["✓", "1.3 %", "1.3 %", "✓", *"✓✓✓✓"]
+
+
+def test_an_agreement_prints_the_first_of_what_does_not_agree():
+    lines = repr(Agreement([red()] * 5)).splitlines()
+    assert lines[-2].startswith("differ refined/")
+    assert lines[-1] == "... and 2 more"
+    assert len(lines) == 6
+
+
+def test_an_agreement_has_a_row_for_each_finding():
+    table = Agreement([green(), red()]).to_dataframe()
+    assert list(table.verdict) == ["agree", "differ"]
+    assert table.measured[1] == red().measured
+
+
+def test_a_cross_check_writes_what_the_command_writes(labelled, tmp_path, monkeypatch):
+    invented = invented_check(labelled)
+    monkeypatch.setattr("crosscheck.run.run_cross_check", lambda request, jobs: invented)
+    crosscheck.check(labelled).write_report(tmp_path)
+    assert "Cross-check of paper-labelled" in (tmp_path / "index.html").read_text()
+    assert len(json.loads((tmp_path / "agreement.json").read_text())["findings"]) == 1
+    with pytest.raises(crosscheck.CannotDo, match=r"crosscheck\.check"):
+        invented.agreement.write_report(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "loads"),
+    [
+        ("paper-labelled", "no gravity, no friction, gears in 2 of 2 joints"),
+        ("direct-between", "no gravity, friction 4.2, 1.6, 0.7 N m s/rad, gears in 2 of 3 joints"),
+        ("three-unlike", "gravity (1.703, -9.661) m/s^2, friction"),
+    ],
+)
+def test_an_arm_prints_a_line_for_each_joint(name, loads):
+    arm = crosscheck.load_arm(name)
+    lines = repr(arm).splitlines()
+    assert str(arm) == repr(arm)
+    assert lines[0].startswith(f"Arm {name}: {loads}")
+    assert [line.startswith("Joint") for line in lines[1:-1]] == [True] * len(arm.joints)
+
+
+def test_a_robot_and_a_model_print_themselves(labelled):
+    robot = repr(crosscheck.load_robot("puma560")).splitlines()
+    assert robot[1].startswith("6 joints: waist, shoulder")
+    assert len(robot) == 5
+    model = crosscheck.build("pinocchio:coupled", labelled, crosscheck.load_scenario("pd"))
+    assert repr(model).splitlines()[:2] == [
+        "Model pinocchio:coupled of paper-labelled, experiment pd",
+        "coordinates: theta_1, theta_2",
+    ]
+
+
+def test_a_link_has_mass_and_inertia_however_it_is_stated():
+    rod = Link(length_m=2.0, com_m=0.9, cross_section_m2=0.01, density_kg_per_m3=300.0)
+    assert (rod.mass, rod.inertia) == pytest.approx((6.0, 2.0))
+    body = Link(length_m=2.0, com_m=0.9, mass_kg=5.0, inertia_kg_m2=0.0)
+    assert (body.mass, body.inertia) == (5.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "name", ["analytic:coupled", "analytic:physical", "pinocchio:gears", "exudyn:tree"]
+)
+def test_no_model_reads_a_links_mass(name, labelled, monkeypatch):
+    def refuse(link: Link) -> float:
+        raise AssertionError("each model works a link's mass out by itself")
+
+    scenario = crosscheck.load_scenario("pd")
+    for quantity in ("mass", "inertia"):
+        monkeypatch.setattr(Link, quantity, property(refuse))
+    model = crosscheck.build(name, labelled, scenario)
+    assert np.isfinite(model.mass_matrix(np.zeros(len(model.coordinates)))).all()
