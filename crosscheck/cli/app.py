@@ -423,8 +423,11 @@ def list_() -> None:
 def init(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="TOML file to write.")],
     joints: Annotated[
-        int | None, typer.Option(min=1, max=7, help="Geared joints of an arm (default: 2).")
+        int | None, typer.Option(min=1, max=7, help="Joints of an arm (default: 2).")
     ] = None,
+    direct: Annotated[
+        bool, typer.Option("--direct", help="A plain arm: no gears, no friction, gravity.")
+    ] = False,
     urdf: Annotated[
         Path | None, typer.Option(help="A robot's file instead, for this URDF's joints.")
     ] = None,
@@ -433,10 +436,12 @@ def init(
     from crosscheck.cli.template import init_command, init_robot_command
 
     if urdf is None:
-        init_command(file, joints or 2)
+        init_command(file, joints or 2, direct)
         return
     if joints is not None:
         raise InputError("--joints", "", joints, "must be left out: --urdf has its own joints")
+    if direct:
+        raise InputError("--direct", "", None, "is for arms; a robot's joints are direct already")
     init_robot_command(file, urdf)
 
 

@@ -9,7 +9,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary, describe_loads
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.quantities import Data, PrintableText, format_number
 from crosscheck.models.arm.stiffness import SineStiffness
@@ -27,6 +27,11 @@ HEAD = """\
 # An arm to begin with: every number is an example. {joints}, from the base to the tip.
 # SI units, at the ends of the names. The fields of later joints and links mean the same as those of
 # the first. docs/reference/arm-file.md lists all fields, their ranges and the other stiffness laws.
+"""
+DIRECT_HEAD = """\
+# A plain arm: {joints}, from the base to the tip, no gears, no friction, and gravity.
+# Every number is an example. SI units, at the ends of the names. crosscheck init without --direct
+# writes an arm with gears. docs/reference/arm-file.md lists all fields and their ranges.
 """
 ROBOT_HEAD = """\
 # Which rotor turns each joint of {urdf}, whose joints these are. A joint without gears stays
@@ -55,7 +60,7 @@ ROBOT_HEAD = """\
 #     tooth_error_m = 5e-6
 #     damping_ratio = 0.05
 """
-GRAVITY = "# gravity_m_per_s2 = [0.0, -9.81]"
+GRAVITY = "gravity_m_per_s2 = [0.0, -9.81]"
 CAD = "# A link may be a body instead of a rod, with numbers out of a CAD model:"
 DIRECT = (
     "# A joint may be a motor without gears; it too needs a link, in its place among the links:"
@@ -85,12 +90,15 @@ SIZES = (
 )
 
 
-def init_command(path: Path, joints: int) -> None:
+def init_command(path: Path, joints: int, direct: bool) -> None:
     """Write the template of an arm with 1 to 7 joints. Raises InputError, also if it exists."""
     require_new(path)
-    write_text(path, template(path.stem, joints))
+    arm = (make_plain_arm if direct else example_arm)(_choose_name(path.stem), joints)
+    write_text(path, plain_template(arm) if direct else template(arm))
     name, word = make_printable(str(path)), make_printable(shlex.quote(str(path)))
-    print(f"wrote {name}: {_format_joint_count(joints)}, every number an example; edit it, then")
+    count = _format_joint_count(joints, direct)
+    print(f"wrote {name}: {count}, every number an example")
+    print(f"it has {describe_loads(arm)}; edit it, then")
     for command in ("show", "validate"):
         print(f"  crosscheck {command} {word}")
 
@@ -102,21 +110,63 @@ def require_new(path: Path) -> None:
         raise InputError(str(path), "", None, "exists already; init replaces no file")
 
 
-def template(name: str, joints: int) -> str:
-    """The text of an arm's file, TOML; an unprintable name is left to the user."""
-    arm = example_arm(name if PrintableText(80).allows(name) else "my-arm", joints)
-    lines = [HEAD.format(joints=_format_joint_count(joints)), *_fields(arm, True)]
+def template(arm: Arm) -> str:
+    """The text of the file of an arm with gears, TOML."""
+    joints = len(arm.joints)
+    lines = [HEAD.format(joints=_format_joint_count(joints, False)), *_fields(arm, True)]
     for number, joint in enumerate(arm.joints):
         lines += ["", f"# {_place(number, joints)}", *_joint_lines(joint, number == 0)]
     numbers = {"motor_mass_kg": 4.0, "rotor_inertia_kg_m2": 0.02, "friction_N_m_s_per_rad": 1.2}
     direct = _joint_lines(Direct(kind="direct", **numbers), True)
-    lines += ["", DIRECT, *(f"# {line}" for line in direct)]
-    for number, link in enumerate(arm.links):
-        lines += ["", f"[[links]] # from the {_place(number, joints)} on"]
-        lines += _fields(link, number == 0)
+    lines += ["", DIRECT, *(f"# {line}" for line in direct), *_link_lines(arm)]
     from_cad = Link(length_m=0.6, com_m=0.27, mass_kg=11.0, inertia_kg_m2=0.4)
     lines += ["", CAD, *(f"# {line}" for line in ("[[links]]", *_fields(from_cad, True)))]
     return "\n".join(lines) + "\n"
+
+
+def plain_template(arm: Arm) -> str:
+    """The text of the file of an arm without gears, TOML."""
+    joints = len(arm.joints)
+    lines = [DIRECT_HEAD.format(joints=_format_joint_count(joints, True)), *_fields(arm, True)]
+    for number, joint in enumerate(arm.joints):
+        lines += ["", *_joint_lines(joint, number == 0)]
+    return "\n".join([*lines, *_link_lines(arm)]) + "\n"
+
+
+def _link_lines(arm: Arm) -> list[str]:
+    lines = []
+    for number, link in enumerate(arm.links):
+        lines += ["", f"[[links]] # from the {_place(number, len(arm.links))} on"]
+        lines += _fields(link, number == 0)
+    return lines
+
+
+def _choose_name(stem: str) -> str:
+    """The arm's name; an unprintable one is left to the user."""
+    return stem if PrintableText(80).allows(stem) else "my-arm"
+
+
+def make_plain_arm(name: str, joints: int) -> Arm:
+    """An arm of uniform bodies and motors without mass, under gravity, that shrinks to its tip."""
+    motor = Direct(kind="direct", motor_mass_kg=0.0, rotor_inertia_kg_m2=0.0)
+    masses = [_two_digits(5 * size.length_m) for size in SIZES[:joints]]
+    return Arm(
+        schema_version=2,
+        name=name,
+        title=f"A plain arm of {_format_joint_count(joints, True)}",
+        payload_mass_kg=1.0,
+        gravity_m_per_s2=(0.0, -9.81),
+        joints=(motor,) * joints,
+        links=tuple(
+            Link(
+                length_m=size.length_m,
+                com_m=size.length_m / 2,
+                mass_kg=mass,
+                inertia_kg_m2=_two_digits(mass * size.length_m**2 / 12),
+            )
+            for size, mass in zip(SIZES, masses, strict=False)
+        ),
+    )
 
 
 def example_arm(name: str, joints: int) -> Arm:
@@ -125,7 +175,7 @@ def example_arm(name: str, joints: int) -> Arm:
     return Arm(
         schema_version=2,
         name=name,
-        title=f"An arm of {_format_joint_count(joints)}",
+        title=f"An arm of {_format_joint_count(joints, False)}",
         payload_mass_kg=5.0,
         joints=tuple(_make_joint(size) for size in chosen),
         links=tuple(  # aluminium rods, thinner the shorter they are
@@ -201,7 +251,8 @@ def _fields(record: Data, explained: bool) -> list[str]:
         if value is None or is_section:
             continue
         is_gravity = field.name == "gravity_m_per_s2"
-        line = GRAVITY if is_gravity else f"{field.name} = {_toml(value)}"
+        line = f"{field.name} = {_toml(value)}" if not is_gravity else GRAVITY
+        line = line if not is_gravity or any(value) else f"# {line}"
         meaning = f"[{field.unit}] {field.meaning}" if field.unit else field.meaning
         lines.append(f"{line:<{COLUMN}} # {meaning}" if explained else line)
     return lines
@@ -224,8 +275,8 @@ def _two_digits(value: float) -> float:
     return float(f"{value:.2g}")
 
 
-def _format_joint_count(joints: int) -> str:
-    return f"{joints} geared joint{'s' * (joints > 1)}"
+def _format_joint_count(joints: int, direct: bool) -> str:
+    return f"{joints} {'direct' if direct else 'geared'} joint{'s' * (joints > 1)}"
 
 
 def _place(number: int, joints: int) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.cli.template import template
+from crosscheck.cli.template import example_arm, template
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
@@ -31,7 +31,7 @@ def written(folder: Path, text: str) -> Arm:
 
 @pytest.mark.parametrize("joints", range(1, 8))
 def test_template_is_an_arm_that_shrinks_towards_its_tip(tmp_path, joints):
-    arm = written(tmp_path, template("mine", joints))
+    arm = written(tmp_path, template(example_arm("mine", joints)))
     assert (arm.name, len(arm.joints), len(arm.links)) == ("mine", joints, joints)
     for inner, outer in pairwise(arm.joints):
         assert isinstance(inner, Planetary)
@@ -44,7 +44,7 @@ def test_template_is_an_arm_that_shrinks_towards_its_tip(tmp_path, joints):
 
 @pytest.mark.parametrize("joints", [1, 2, 7])
 def test_template_is_well_conditioned(tmp_path, joints):
-    assert_well_conditioned(written(tmp_path, template("mine", joints)), 6e3, 5e-5)
+    assert_well_conditioned(written(tmp_path, template(example_arm("mine", joints))), 6e3, 5e-5)
 
 
 @pytest.mark.parametrize("name", ["three-unlike", "direct-between"])
@@ -67,7 +67,7 @@ def assert_well_conditioned(arm: Arm, highest_Hz: float, step_s: float) -> None:
 
 
 def test_examples_that_are_commented_out_load(tmp_path):
-    text = re.sub(r"^# (?=\[\[|[a-z0-9_]+ = )", "", template("mine", 2), flags=re.M)
+    text = re.sub(r"^# (?=\[\[|[a-z0-9_]+ = )", "", template(example_arm("mine", 2)), flags=re.M)
     arm = written(tmp_path, text)
     assert arm.gravity_m_per_s2 == (0.0, -9.81)
     assert isinstance(arm.joints[2], Direct)
@@ -78,7 +78,7 @@ def test_examples_that_are_commented_out_load(tmp_path):
     "record", [r for r in list_records_below(Arm) if "Stiff" not in r.__name__]
 )
 def test_every_field_is_explained(record):
-    text = template("mine", 1)
+    text = template(example_arm("mine", 1))
     for field in describe_fields(record):
         if field.lists or field.records or field.name in OTHER_FORMS:
             continue
@@ -97,6 +97,58 @@ def test_init_writes_and_says_what_is_next(crosscheck, tmp_path):
         assert f"crosscheck {command} {shlex.quote(str(file))}\n" in answer.out
     arm = load_arm(str(file))
     assert (arm.name, len(arm.joints)) == ("my arm", 3)
+    assert "it has no gravity, friction 5, 2.9, 1.5 N m s/rad, gears in 3 of 3 joints" in answer.out
+
+
+PENDULUM = """
+import numpy as np
+from crosscheck import Equations
+
+
+def pendulum(arm):
+    one, two = arm.links
+    g, p, payload_arm = -arm.gravity_m_per_s2[1], arm.payload_mass_kg, two.{lever}
+    own = two.inertia + two.mass * two.com_m**2 + p * two.length_m**2
+    pull, all_of_two = two.mass * two.com_m + p * payload_arm, two.mass + p
+
+    def mass_matrix(q):
+        coupling = (two.mass * two.com_m + p * two.length_m) * one.length_m * np.cos(q[1])
+        first = one.inertia + one.mass * one.com_m**2 + all_of_two * one.length_m**2
+        return [[first + own + 2 * coupling, own + coupling], [own + coupling, own]]
+
+    def force(q, torque):
+        outer = pull * g * np.cos(q[0] + q[1])
+        inner = (one.mass * one.com_m + all_of_two * one.length_m) * g * np.cos(q[0])
+        return [torque[0] - inner - outer, torque[1] - outer]
+
+    return Equations(mass_matrix=mass_matrix, force=force)
+"""
+
+
+def test_a_plain_arm_is_what_a_textbook_has(crosscheck, tmp_path):
+    file = tmp_path / "plain.toml"
+    answer = crosscheck("init", file, "--direct")
+    assert "it has gravity (0, -9.81) m/s^2, no friction, no gears" in answer.out
+    arm = load_arm(str(file))
+    assert all(isinstance(joint, Direct) for joint in arm.joints)
+    for lever, code in (("length_m", 0), ("com_m", 1)):
+        model = tmp_path / f"{lever}.py"
+        model.write_text(PENDULUM.format(lever=lever))
+        answer = crosscheck("trial", f"{model}:pendulum", file, "--quick", "--jobs", 1)
+        assert answer.code == code
+        assert ("d2 where L2 belongs" in answer.out) == bool(code)
+
+
+@pytest.mark.parametrize("joints", [1, 7])
+def test_a_plain_arm_may_have_any_number_of_joints(crosscheck, tmp_path, joints):
+    file = tmp_path / "plain.toml"
+    assert crosscheck("init", file, "--direct", "--joints", joints).code == 0
+    assert len(load_arm(str(file)).joints) == joints
+
+
+def test_direct_is_for_arms(crosscheck, tmp_path):
+    words = "init", tmp_path / "a.toml", "--direct", "--urdf", "models/robots/sliding.urdf"
+    assert_one_line(crosscheck(*words), "--direct: is for arms")
 
 
 def test_name_that_is_no_text_is_left_to_the_user(crosscheck, tmp_path):
@@ -142,4 +194,4 @@ def test_a_name_with_control_characters_is_shown_with_escapes(crosscheck, tmp_pa
     answer = crosscheck("init", tmp_path / "a\x1b[31m\nb.toml")
     assert answer.code == 0
     assert all(line.isprintable() for line in answer.out.splitlines())
-    assert answer.out.count("\n") == 3
+    assert answer.out.count("\n") == 4
