@@ -9,6 +9,7 @@ from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import LEVELS, reference_model, second_engine
 from crosscheck.report.answers import QUANTITIES, QUESTIONS, answer_questions, find_wrong_entries
+from crosscheck.report.finding_groups import list_findings, make_row, sort_findings
 from crosscheck.report.heat_map import make_entry_maps
 from crosscheck.report.matrix import collect_cells, group_models
 from crosscheck.report.plots.charts import Pictures
@@ -44,8 +45,10 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
         quantities=QUANTITIES,
         cells=matrix_cells,
         groups=group_models([cell for cell in matrix_cells if cell.between_models]),
+        listed=list_findings(agreement.findings),
+        failures=[make_row(f) for f in sort_findings(agreement.disagreeing)],
         headline=[
-            f
+            make_row(f)
             for f in agreement.checks
             if f.about.key.case in HEADLINE_CASES and f.about.key.family in HEADLINE
         ],

@@ -7,6 +7,7 @@ import io
 from matplotlib.figure import Figure
 
 from crosscheck.models.arm.arm import describe_arm
+from crosscheck.report.finding_groups import list_findings
 from crosscheck.report.heat_map import PART_NAMES, make_trial_maps
 from crosscheck.report.rendering import WrongRow, render_page
 from crosscheck.report.trial import (
@@ -49,6 +50,7 @@ def render_trial_page(trial: Trial) -> str:
         described=list(describe_arm(trial.problem.case.arm)),
         typeset=render_formula,
         words=lambda errors: " and ".join(map(describe_term_error, errors)),
+        listed=list_findings(trial.agreement.findings),
         provenance=trial.agreement.to_dict()["provenance"],
     )
 

@@ -217,6 +217,22 @@ def test_the_cursor_tells_value_and_unit(opened):
     assert " s" in told
 
 
+def test_findings_are_filtered_by_words_and_outcome(opened):
+    page = opened("report")
+    total = len(page.locator("#findings details tr:has(td)").all())
+    assert page.locator("#matches").inner_text() == f"{total} of {total} shown"
+    assert not page.locator("#findings details tr:has(td)").first.is_visible()
+    page.locator("#words").fill("theta tree")
+    rows = [row for row in page.locator("#findings details tr:has(td)").all() if row.is_visible()]
+    assert 0 < len(rows) < total
+    assert all("theta" in row.inner_text() and "tree" in row.inner_text() for row in rows)
+    assert page.locator("#matches").inner_text() == f"{len(rows)} of {total} shown"
+    page.locator("#words").fill("")
+    page.locator("#findings input[value=agree]").uncheck()
+    count = page.locator("#findings label.agree").inner_text().split()[0]
+    assert page.locator("#matches").inner_text() == f"{total - int(count)} of {total} shown"
+
+
 def test_folds_open_and_paper_gets_the_still_picture(opened):
     page = opened("report")
     fold = page.locator("details").last

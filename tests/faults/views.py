@@ -210,6 +210,23 @@ def rows_of(text: str) -> list[list[str]]:
     return [cells_of(row) for row in re.findall(r"<tr>(.*?)</tr>", text, flags=re.S)]
 
 
+def group_problems(listed: str, agreement: Agreement) -> Iterator[str]:
+    """Of the groups of findings: which are open, and the order in each."""
+    by_id = {finding.id: finding for finding in agreement.findings}
+    listed_ids = []
+    for fold, inside in re.findall(r"<details( open)?>(.*?)</details>", listed, re.S):
+        found = [by_id[row[0].split()[0]] for row in rows_of(inside) if row[-1] != "verdict"]
+        listed_ids += [finding.id for finding in found]
+        failed = [f for f in found if f.kind == "check" and f.verdict != "agree"]
+        if bool(fold) != bool(failed) or found[: len(failed)] != [f for f in found if f in failed]:
+            yield f"{found[0].id}: failures are not shown first"
+        shares = [f.measured / f.tolerance for f in found if f.verdict == "agree" and f.tolerance]
+        if shares != sorted(shares, reverse=True):
+            yield f"{found[0].id}: not the tightest first"
+    if sorted(listed_ids) != sorted(by_id):
+        yield "the groups do not hold every finding once"
+
+
 def is_rounded(text: str, value: float, digits: int) -> bool:
     """Whether a text has a value's digits."""
     try:
@@ -227,8 +244,9 @@ def verdict_of(measured: float | None, tolerance: float | None, note: str) -> st
 
 def finding_problems(views: Views) -> Iterator[str]:
     """Of the page's, JSON's and JUnit's findings, one by one."""
-    listed = views.page.partition("<h2>Everything else")[2]
-    rows = {row[0]: row for row in rows_of(listed) if len(row) == 6}
+    listed = views.page.partition("by pair of models</h3>")[2].partition("<h2>")[0]
+    rows = {row[0].split()[0]: row for row in rows_of(listed) if row[-1] != "verdict"}
+    yield from group_problems(listed, views.agreement)
     records_json = {each["id"]: each for each in views.json["findings"]}
     messages = dict(re.findall(r'name="([^"]*)" time="0">.*?message="([^"]*)"', views.junit, re.S))
     for f in views.agreement.findings:
@@ -237,14 +255,22 @@ def finding_problems(views: Views) -> Iterator[str]:
         expected = "unresolved" if f.verdict == "unresolved" and expected == "agree" else expected
         if {row[4], data["verdict"], f.verdict} != {expected}:
             yield f"{f.id}: verdict {row[4]}, {data['verdict']}, {f.verdict}; is {expected}"
-        for column, name in ((1, "measured"), (2, "tolerance")):
+        number, _, unit = row[1].partition(" ")
+        for text, name in ((number, "measured"), (row[2], "tolerance")):
             value = getattr(f, name)
-            if data[name] != value or (row[column] != "" if value is None else False):
+            if data[name] != value or (text != "" if value is None and f.unit == "1" else False):
                 yield f"{f.id}: JSON's {name}"
-            if value is not None and not is_rounded(row[column], value, 3):
-                yield f"{f.id}: {name} {row[column]}, is {value}"
-        if row[3] != ("" if f.unit == "1" else f.unit.replace(" s-1", "/s").replace(" s-2", "/s²")):
-            yield f"{f.id}: unit {row[3]}"
+            if value is not None and not is_rounded(text, value, 3):
+                yield f"{f.id}: {name} {text}, is {value}"
+        written = f.unit.replace(" s-1", "/s").replace(" s-2", "/s²")
+        if f.measured is not None and unit != ("" if f.unit == "1" else written):
+            yield f"{f.id}: unit {unit}"
+        if " ".join(row[0].split()[1:]) != " ".join(f"{f.basis} {f.note}".split()):
+            yield f"{f.id}: reason {row[0]}"
+        if f.measured is not None and f.tolerance:
+            share = 100 * f.measured / f.tolerance
+            if not is_rounded(row[3].removesuffix(" %"), share, 2):
+                yield f"{f.id}: share {row[3]}, is {share} %"
     red = [f for f in views.agreement.findings if f.verdict in WORST[:4]]
     if Counter(views.terminal.count(f" {f.id}: ") for f in red) != {1: len(red)}:
         yield "the terminal's list of disagreements"

@@ -129,6 +129,7 @@ def robot_trial_junit(trial: RobotTrial) -> str:
 
 def robot_trial_page(trial: RobotTrial) -> str:
     """The page on a trial: HTML text."""
+    from crosscheck.report.finding_list import list_findings
     from crosscheck.report.heat_map import entry_map
     from crosscheck.report.rendering import WrongRow, render_page
 
@@ -151,5 +152,6 @@ def robot_trial_page(trial: RobotTrial) -> str:
             for part, relative_errors in trial.relative_errors.items()
         ],
         allowed={LETTERS.get(part, part): value for part, value in trial.allowed.items()},
+        listed=list_findings(trial.agreement.findings),
         provenance=None,
     )
