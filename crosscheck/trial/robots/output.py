@@ -129,7 +129,7 @@ def robot_trial_junit(trial: RobotTrial) -> str:
 
 def robot_trial_page(trial: RobotTrial) -> str:
     """The page on a trial: HTML text."""
-    from crosscheck.report.finding_list import list_findings
+    from crosscheck.report.finding_groups import list_findings
     from crosscheck.report.heat_map import entry_map
     from crosscheck.report.rendering import WrongRow, render_page
 
@@ -153,5 +153,6 @@ def robot_trial_page(trial: RobotTrial) -> str:
         ],
         allowed={LETTERS.get(part, part): value for part, value in trial.allowed.items()},
         listed=list_findings(trial.agreement.findings),
+        sources=(),
         provenance=None,
     )

@@ -1,0 +1,36 @@
+"""Where a part of a user's equations stands in their file."""
+
+from __future__ import annotations
+
+import inspect
+import textwrap
+from pathlib import Path
+from typing import NamedTuple
+
+from crosscheck.trial.input.equations import Equations
+
+MOST_LINES = 30
+FUNCTIONS = {"mass_matrix": ("mass_matrix",), "bias": ("bias", "coriolis"), "force": ("force",)}
+
+
+class SourceLines(NamedTuple):
+    """A function of the user's: its file's name, its first line's number, its lines."""
+
+    file: str
+    first: int
+    lines: tuple[str, ...]
+
+
+def find_source(equations: Equations, part: str) -> SourceLines | None:
+    """The lines of the function that answers a part; None where it has none in a file."""
+    for name in FUNCTIONS.get(part, ()):
+        function = getattr(equations, name)
+        try:
+            code = inspect.unwrap(function).__code__
+            lines, first = inspect.getsourcelines(code)
+        except (AttributeError, OSError, TypeError):  # none, built in, or made from symbols
+            continue
+        shown = textwrap.dedent("".join(lines)).splitlines()
+        more = ["..."] if len(shown) > MOST_LINES else []
+        return SourceLines(Path(code.co_filename).name, first, (*shown[:MOST_LINES], *more))
+    return None
