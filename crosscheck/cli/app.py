@@ -6,6 +6,7 @@ import errno
 import os
 import sys
 import traceback
+from contextlib import redirect_stdout
 from enum import StrEnum
 from functools import lru_cache
 from importlib.metadata import entry_points
@@ -28,7 +29,6 @@ from crosscheck.models.errors import (
 from crosscheck.runner.interruption import exit_code, exit_message, was_stopped
 
 app = typer.Typer(
-    add_completion=False,
     no_args_is_help=True,
     help="Cross-validate hand-derived equations of motion of geared arms.",
     pretty_exceptions_enable=False,
@@ -47,6 +47,21 @@ Jobs = Annotated[
     int | None, typer.Option(min=1, max=1000, help="Worker processes (default: all cores).")
 ]
 JUnit = Annotated[Path | None, typer.Option("--junit", help="JUnit XML file to write.")]
+STANDARD_OUTPUT = Path("/dev/stdout")
+
+
+def _resolve_json(context: typer.Context, path: Path | None) -> Path | None:
+    """The file that --json names; with - the JSON has the output alone, all else goes to stderr."""
+    if path != Path("-"):
+        return path
+    context.with_resource(redirect_stdout(sys.stderr))
+    return STANDARD_OUTPUT
+
+
+JsonFile = Annotated[
+    Path | None,
+    typer.Option("--json", help="JSON file to write, - for the output.", callback=_resolve_json),
+]
 Scenarios = Annotated[
     list[str] | None,
     typer.Option(
@@ -124,7 +139,7 @@ def validate(
     quick: Quick = False,
     jobs: Jobs = None,
     seed: Seed = 0,
-    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+    json_file: JsonFile = None,
     junit: JUnit = None,
 ) -> None:
     """Cross-check all models of an arm, without the report page."""
@@ -237,7 +252,7 @@ def trial(
     quick: Quick = False,
     jobs: Jobs = None,
     seed: Seed = 0,
-    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+    json_file: JsonFile = None,
     junit: JUnit = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the page, trial.html, or of the files of --ask.")
@@ -305,7 +320,7 @@ def compare(
         list[str] | None,
         typer.Option(help="Name of a joint in a ROS bag; repeat from the base on."),
     ] = None,
-    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+    json_file: JsonFile = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the page, compare.html.")] = None,
 ) -> None:
     """Compare a recorded motion with an arm's rigid models, within the record's noise."""
@@ -331,7 +346,7 @@ def cost(
     quick: Annotated[
         bool, typer.Option("--quick", help="Fewer states, instants and runs.")
     ] = False,
-    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+    json_file: JsonFile = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the page, cost.html.")] = None,
 ) -> None:
     """Show what leaving out a robot's rotors, or their coupling, costs in torque and at its tip."""
@@ -462,6 +477,7 @@ def clear() -> None:
 
 
 COMMANDS = "geararm_crosscheck.commands"  # entry points of other packages
+COMPLETION = "_CROSSCHECK_COMPLETE"  # set by a shell that asks for completions
 TOO_MANY_FILES = (errno.EMFILE, errno.ENFILE)
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 USAGE_ERRORS = (typer.Exit, typer.Abort, typer.BadParameter)
@@ -490,6 +506,14 @@ def add_installed_commands() -> None:
         app.command(offer.name)(command)
 
 
+def is_completion() -> bool:
+    """Whether a shell asks what may come next, or a user for the script that makes it ask."""
+    return COMPLETION in os.environ or sys.argv[1:2] in (
+        ["--install-completion"],
+        ["--show-completion"],
+    )
+
+
 def main() -> NoReturn:
     """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (no verdict), 130, 143."""
     try:
@@ -503,6 +527,8 @@ def main() -> NoReturn:
             _explain(error)
         code = PARSERS_INTERRUPTED
     except BaseException as error:  # of no command of ours: code that one of them ran has left
+        if is_completion():
+            raise
         _fail(f"came to no verdict: code that was run raised {describe_error(error)}", 3)
     if code == PARSERS_INTERRUPTED:
         _fail(exit_message(), exit_code())

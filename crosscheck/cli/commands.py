@@ -27,7 +27,12 @@ from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.answers import format_agreement_json
 from crosscheck.report.formatting import format_count, make_printable
 from crosscheck.report.junit import format_junit
-from crosscheck.report.terminal import print_agreement, print_answers, print_changed
+from crosscheck.report.terminal import (
+    print_agreement,
+    print_answers,
+    print_changed,
+    print_report_summary,
+)
 from crosscheck.run import CrossCheck, OutcomeCallback, run_cross_check
 from crosscheck.runner.progress import QUIET_S, show_progress
 
@@ -47,7 +52,7 @@ def make_request(
 
 
 def run_command(chosen: CrossCheckRequest, out: Path, jobs: int) -> int:
-    """Cross-check an arm, write the report, print the table; returns the exit code."""
+    """Cross-check an arm, write the report, print its summary; returns the exit code."""
     from crosscheck.report.plots.charts import Charts
 
     files = out / "index.html", out / "agreement.json"
@@ -61,7 +66,7 @@ def run_command(chosen: CrossCheckRequest, out: Path, jobs: int) -> int:
     page = render_report_page(result, charts.build_pictures())
     data = format_agreement_json(result.agreement, result.arm)
     write_files(dict(zip(files, (page, data), strict=True)))
-    print_answers(result.agreement, result.arm)
+    print_report_summary(result.agreement, result.arm)
     print(f"wrote {files[0]} and {files[1]}")
     return result.agreement.exit_code
 

@@ -13,21 +13,35 @@ from crosscheck.registry import MODELS
 
 
 def list_command() -> None:
-    """Print what `ARM`, `ROBOT`, `--model` and `--scenario` accept."""
-    table = Table("", "name", "title", box=None)
-    for name in builtin_arms():
-        table.add_row("arm", name, builtin_title("arms", name))
-    for name in builtin_robots():
-        table.add_row("robot", name, builtin_title("robots", name))
-    for name, entry in MODELS.items():
-        limit = "" if "simulate" in entry.promises else "states only"
-        table.add_row("model", *_format_model(name, limit, entry.title))
-    for name, engine in load_engines().items():
-        limit = f"{' and '.join(engine.levels)} only" if engine.levels else ""
-        table.add_row("robot model", *_format_model(name, limit, engine.title))
-    for name in builtin_scenarios():
-        table.add_row("scenario", name, builtin_title("scenarios", name))
-    Console().print(table)
+    """Print what `ARM`, `ROBOT`, `--model` and `--scenario` accept, kind by kind."""
+    arms = [(name, builtin_title("arms", name)) for name in builtin_arms()]
+    robots = [(name, builtin_title("robots", name)) for name in builtin_robots()]
+    scenarios = [(name, builtin_title("scenarios", name)) for name in builtin_scenarios()]
+    models = [
+        _format_model(name, "" if "simulate" in entry.promises else "states only", entry.title)
+        for name, entry in MODELS.items()
+    ]
+    engines = [
+        _format_model(
+            name, f"{' and '.join(engine.levels)} only" if engine.levels else "", engine.title
+        )
+        for name, engine in load_engines().items()
+    ]
+    kinds = {
+        "arms (ARM)": arms,
+        "robots (ROBOT)": robots,
+        "scenarios (--scenario)": scenarios,
+        "models of an arm (--model)": models,
+        "models of a robot": engines,
+    }
+    width = max(len(str(name)) for rows in kinds.values() for name, _ in rows)
+    console = Console()
+    for number, (kind, rows) in enumerate(kinds.items()):
+        table = Table.grid(padding=(0, 2))
+        table.add_column(min_width=width + 2)
+        for name, title in rows:
+            table.add_row(Text.assemble("  ", name), title)
+        console.print(*([""] if number else []), Text(kind, "bold"), table, sep="\n")
 
 
 def _format_model(name: str, limit: str, title: str) -> tuple[Text, Text]:

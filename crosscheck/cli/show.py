@@ -19,7 +19,7 @@ from crosscheck.analytic.paper.mesh_phasing import mesh_phases
 from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
 from crosscheck.checks.first_principles.weights import joint_mass, link_mass
 from crosscheck.checks.scales import largest_weights
-from crosscheck.models.arm.arm import Arm, Direct, Planetary
+from crosscheck.models.arm.arm import Arm, Direct, Planetary, describe_arm, describe_loads
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
 from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
@@ -29,6 +29,7 @@ from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.plan import is_the_papers
 from crosscheck.planning.sizing import Sizes, compute_sizes, make_pd_scenario, make_step_scenario
 from crosscheck.registry import require_usable_numbers
+from crosscheck.report.formatting import make_printable
 from crosscheck.schema import describe_fields
 
 MOST_LISTED = 6  # of a list of numbers
@@ -41,7 +42,9 @@ def show_command(name: str) -> None:
     arm = load_arm(name)
     with require_usable_numbers("show", arm):
         tables = list(_tables(arm))
-    print(f"{arm.name}: {arm.title}")
+    print(make_printable(arm.title))
+    print(make_printable(f"{arm.name}: {describe_loads(arm)}"))
+    print(*map(make_printable, describe_arm(arm)), "", sep="\n")
     Console().print(*tables, sep="\n")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from rich.console import Console
 from rich.table import Table
@@ -11,7 +12,7 @@ from rich.text import Text
 from crosscheck.baseline.regression import describe_changes, find_accepted_differences
 from crosscheck.findings import Agreement, Finding
 from crosscheck.models.arm.arm import Arm
-from crosscheck.report.answers import QUESTIONS, answer_questions
+from crosscheck.report.answers import QUANTITIES, QUANTITY_NAMES, QUESTIONS, answer_questions
 from crosscheck.report.formatting import (
     describe_outcome,
     describe_tally,
@@ -21,6 +22,7 @@ from crosscheck.report.formatting import (
 from crosscheck.report.matrix import collect_cells, fold_cells
 
 MOST = 40  # lines; a real change concerns everything at once, and the largest say enough
+MOST_FAILED = 10  # checks that `run` prints; the page has all
 COLOURS = {
     "agree": "green",
     "differ": "red",
@@ -43,6 +45,34 @@ def print_answers(agreement: Agreement, arm: Arm) -> None:
     print(make_printable(report_answers.verdict))
 
 
+def print_report_summary(agreement: Agreement, arm: Arm) -> None:
+    """Print the verdict, a line for each model, how far the rigid arm is off, the verdict again."""
+    report_answers = answer_questions(agreement, arm)
+    print(make_printable(report_answers.verdict))
+    names = [QUANTITY_NAMES[quantity] for quantity in QUANTITIES]
+    table = Table("model", "verdict", *names, box=None)
+    for row in report_answers.rows:
+        numbers = [row.number(quantity) for quantity in QUANTITIES]
+        table.add_row(row.model, Text(row.verdict, COLOURS[row.verdict]), *numbers)
+    Console().print(table)
+    print(make_printable(report_answers.rigid))
+    _print_disagreeing(agreement.disagreeing[:MOST_FAILED])
+    if len(agreement.disagreeing) > MOST_FAILED:
+        print(f"... and {len(agreement.disagreeing) - MOST_FAILED} more on the page")
+    print(describe_tally(agreement))
+    print(make_printable(report_answers.verdict))
+
+
+def _print_disagreeing(findings: Sequence[Finding]) -> None:
+    console = Console()
+    for finding in findings:
+        description = make_printable(f" {finding.id}: {describe_outcome(finding)}")
+        line = Text.assemble(
+            (finding.verdict, COLOURS[finding.verdict]), description
+        )  # never markup
+        console.print(line, soft_wrap=True, highlight=False)
+
+
 def print_agreement(agreement: Agreement) -> None:
     """Print the verdict matrix, then every check that is not green, then the count."""
     table = Table("left", "right", "verdict", "checks", "digits in common", box=None)
@@ -52,14 +82,8 @@ def print_agreement(agreement: Agreement) -> None:
         table.add_row(
             Text(cell.left), Text(cell.right), verdict, str(cell.checks or "no limit"), digits
         )
-    console = Console()
-    console.print(table)
-    for finding in agreement.disagreeing:
-        description = make_printable(f" {finding.id}: {describe_outcome(finding)}")
-        line = Text.assemble(
-            (finding.verdict, COLOURS[finding.verdict]), description
-        )  # never markup
-        console.print(line, soft_wrap=True, highlight=False)
+    Console().print(table)
+    _print_disagreeing(agreement.disagreeing)
     print(describe_tally(agreement))
 
 

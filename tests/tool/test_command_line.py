@@ -1,5 +1,8 @@
 """What every command has in common: help, version, speed of start, exit codes."""
 
+import json
+import os
+
 import pytest
 
 from crosscheck import __version__
@@ -9,6 +12,7 @@ from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
 from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios
 from crosscheck.registry import MODELS
 from tests.processes import ENGINES, HEAVY, command_line, modules_loaded_by
+from tests.tool.supplied import model_file
 
 
 @pytest.mark.parametrize(
@@ -47,6 +51,21 @@ def test_help_of_every_command(crosscheck, command):
     answer = crosscheck(command, "--help")
     assert (answer.code, answer.err) == (0, "")
     assert "Usage:" in answer.out
+
+
+def test_a_shell_completes_commands():
+    words = {"COMP_WORDS": "crosscheck tr", "COMP_CWORD": "1"}
+    asked = {**os.environ, **words, "_CROSSCHECK_COMPLETE": "complete_bash"}
+    code = "from crosscheck.cli.app import main; import sys; sys.argv = ['crosscheck']; main()"
+    answer = command_line(python=("-c", code), env=asked)
+    assert (answer.returncode, answer.stdout.split()) == (0, ["trial"])
+
+
+def test_json_alone_goes_to_the_output(tmp_path):
+    model = model_file(tmp_path)
+    answer = command_line("trial", f"{model}:two_link", "--quick", "--json", "-")
+    assert json.loads(answer.stdout)["wrong"] == []
+    assert "16 of 16 checks agree" in answer.stderr
 
 
 def test_list_names_all_that_other_commands_accept(crosscheck):
