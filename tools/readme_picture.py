@@ -1,55 +1,89 @@
-"""The picture of README: a mesh force of an engine, and how far two derivations are from it.
+"""The picture of README: the paper's mass matrix beside an engine's, entry by entry.
 
-``python tools/readme_picture.py`` writes docs/printed-against-engine.svg.
+``python -m tools.readme_picture`` writes docs/mass-matrix.svg.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from html import escape
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("svg")
-import matplotlib.pyplot as plt
 import numpy as np
 
 import crosscheck
+from crosscheck.report.heat_map import HeatMap, make_heat_map
 
-OUT = Path(__file__).parents[1] / "docs" / "printed-against-engine.svg"
+OUT = Path(__file__).parents[1] / "docs" / "mass-matrix.svg"
 ENGINE = "exudyn:tree"
-DERIVED = {"analytic:printed": "#b3261e", "analytic:physical": "#1d7a46"}
-LABELS = {"analytic:printed": "as printed", "analytic:physical": "corrected"}
-DURATION_S = 0.5  # the teeth change sides at about 0.35 s
-LEAST_N = 1e-10  # the axis ends here
+TITLES = {"analytic:printed": "as printed in the paper", "analytic:physical": "corrected"}
+STATES, SEED = 200, 0
+TOLERANCE = 1e-10  # a tick: rounding is below it, every error above
+MESH_M = 1e-4  # displacements of the teeth in the random states
+CELL, ROW, LEFT, TOP, GAP = 62, 30, 58, 58, 26  # pixels
+STYLE = """
+text { font: 13px system-ui, sans-serif; fill: #1c2733; text-anchor: middle; }
+.title { font-weight: 600; text-anchor: start; } .row { text-anchor: end; }
+rect { fill: none; stroke: #d8dfe6; } .s0 { fill: #1a6e3f; }
+rect.s1 { fill: #fdecea; } rect.s2 { fill: #f9d3ce; } rect.s3 { fill: #f0aaa2; }
+rect.s4 { fill: #a61f17; } text.s4 { fill: #fff; } rect.s0 { fill: none; }
+@media (prefers-color-scheme: dark) {
+  text { fill: #e4e9ee; } rect { stroke: #3a444e; } text.s0 { fill: #6fce96; }
+  rect.s1 { fill: #33211f; } rect.s2 { fill: #54282a; } rect.s3 { fill: #7a2c2a; }
+  rect.s4 { fill: #b3261e; } text.s4 { fill: #fff; }
+}
+"""
 
 
-def draw_picture() -> None:
-    """Run the models in the PD experiment and draw the force of the shoulder's sun mesh."""
+def compare_mass_matrices() -> Iterator[HeatMap]:
+    """How far each form of the paper's equations is from the engine, by random states."""
     arm, scenario = crosscheck.load_arm("paper-labelled"), crosscheck.load_scenario("pd")
-    scenario = scenario.model_copy(update={"duration_s": DURATION_S})
-    runs = {
-        name: crosscheck.simulate(crosscheck.build(name, arm, scenario))
-        for name in (ENGINE, *DERIVED)
-    }
-    forces = {name: run["F_sp"].values[:, 0, 0] for name, run in runs.items()}
-    time = runs[ENGINE]["time"].values
-    plt.rcParams.update({"svg.hashsalt": "readme", "font.size": 9, "path.simplify_threshold": 0.5})
-    figure, (above, below) = plt.subplots(
-        2, 1, sharex=True, figsize=(7.2, 3.8), layout="constrained"
+    engine = crosscheck.build(ENGINE, arm, scenario)
+    names, draw = engine.coordinates, np.random.default_rng(SEED)
+    ranges = [np.pi if name.startswith("theta") else MESH_M for name in names]
+    states = draw.uniform(-1, 1, (STATES, len(names))) * ranges
+    expected = np.array([engine.mass_matrix(state) for state in states])
+    root = np.sqrt(np.einsum("kii->ki", expected))
+    size = root[:, :, None] * root[:, None, :]
+    for model, title in TITLES.items():
+        form = crosscheck.build(model, arm, scenario)
+        values = np.array([form.mass_matrix(state) for state in states])
+        relative = (np.abs(values - expected) / size).max(axis=0)
+        yield make_heat_map(f"mass matrix, {title}", names, names, relative.tolist(), TOLERANCE)
+
+
+def draw_map(heat_map: HeatMap, left: float) -> Iterator[str]:
+    """The elements of a map, its names at the left and above."""
+    yield f'<text class="title" x="{left + LEFT}" y="20">{escape(heat_map.title)}</text>'
+    for number, name in enumerate(heat_map.columns):
+        middle = left + LEFT + (number + 0.5) * CELL
+        yield f'<text x="{middle}" y="{TOP - 9}">{escape(name)}</text>'
+    for number, (name, cells) in enumerate(zip(heat_map.rows, heat_map.cells, strict=True)):
+        top = TOP + number * ROW
+        yield f'<text class="row" x="{left + LEFT - 7}" y="{top + 20}">{escape(name)}</text>'
+        for column, cell in enumerate(cells):
+            at = left + LEFT + column * CELL
+            yield (
+                f'<rect class="s{cell.shade}" x="{at}" y="{top}" width="{CELL}" height="{ROW}"/>'
+                f'<text class="s{cell.shade}" x="{at + CELL / 2}" y="{top + 20}">{cell.text}</text>'
+            )
+
+
+def draw_picture() -> str:
+    """Both maps side by side as SVG."""
+    maps = list(compare_mass_matrices())
+    wide = LEFT + CELL * len(maps[0].columns)
+    places = enumerate(maps)
+    elements = [text for number, each in places for text in draw_map(each, number * (wide + GAP))]
+    width, height = 2 * wide + GAP + 4, TOP + ROW * len(maps[0].rows) + 4
+    description = "; ".join(each.described for each in maps)
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}"'
+        f' height="{height}" role="img" aria-label="{escape(description)}">'
+        f"<style>{STYLE}</style>{''.join(elements)}</svg>\n"
     )
-    above.plot(time, forces[ENGINE], color="#1c2733", linewidth=0.8)
-    above.set_ylabel("mesh force\nin Exudyn [N]")
-    for name, colour in DERIVED.items():
-        difference = np.abs(forces[name] - forces[ENGINE])
-        below.semilogy(
-            time, np.maximum(difference, LEAST_N), color=colour, linewidth=0.7, label=LABELS[name]
-        )
-    below.set_ylabel("distance of the paper's\nequations from it [N]")
-    below.set_xlabel("time [s]")
-    below.legend(frameon=False, loc="center right")
-    figure.savefig(OUT, metadata={"Date": None})
-    print(f"wrote {OUT}")
 
 
 if __name__ == "__main__":
-    draw_picture()
+    OUT.write_text(draw_picture(), encoding="utf-8")
+    print(f"wrote {OUT}")
