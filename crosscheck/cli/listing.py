@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -27,7 +29,7 @@ def list_command() -> None:
         )
         for name, engine in load_engines().items()
     ]
-    kinds = {
+    kinds: dict[str, Sequence[tuple[str | Text, str | Text]]] = {
         "arms (ARM)": arms,
         "robots (ROBOT)": robots,
         "scenarios (--scenario)": scenarios,

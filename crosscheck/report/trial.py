@@ -17,6 +17,7 @@ from crosscheck.trial.diagnose.dependence import IgnoredNumber
 from crosscheck.trial.diagnose.explain import group_by_errors
 from crosscheck.trial.diagnose.messages import guess
 from crosscheck.trial.input.equations import SINGLE
+from crosscheck.trial.input.source_lines import find_source
 from crosscheck.trial.judge.entries import EntryMismatch, format_entry, format_wrong_entries
 from crosscheck.trial.judge.unit_mistakes import DEGREES, UnitMistake
 from crosscheck.trial.trial import Trial
@@ -192,8 +193,8 @@ def format_trial_json(trial: Trial) -> str:
             ],
             "missing": trial.missing,
             "misread": misread,
-            "wrong": _wrong_records(trial.wrong_entries, names),
-            "hidden": _wrong_records(trial.hidden_entries, names),
+            "wrong": _wrong_records(trial, trial.wrong_entries),
+            "hidden": _wrong_records(trial, trial.hidden_entries),
             "unfollowed": unfollowed,
             "notes": list(describe_notes(trial)),
             "tracebacks": trial.traces,
@@ -202,13 +203,21 @@ def format_trial_json(trial: Trial) -> str:
     )
 
 
-def _wrong_records(wrong: Sequence[EntryMismatch], names: Sequence[str]) -> list[dict[str, Any]]:
+def _wrong_records(trial: Trial, wrong: Sequence[EntryMismatch]) -> list[dict[str, Any]]:
+    names, equations = trial.problem.frame.names, trial.problem.equations
+    parts = {each.place.part for each in wrong}
+    sources = {part: find_source(equations, part) for part in parts}
+    places = {
+        part: None if source is None else {"file": source.file, "line": source.first}
+        for part, source in sources.items()
+    }
     return [
         {
             **to_json_value(each.place),
             "entry": format_entry(each.place, names),
             "relative": each.relative,
             "told": describe_wrong_entry(each, names),
+            "source": places[each.place.part],
             "difference": each.difference,
             "latex": each.latex,
             "shown_on": each.shown_on,

@@ -1,6 +1,7 @@
 """A wheel made from the source distribution is whole, and does what docs/ci says."""
 
 import os
+import re
 import subprocess
 import sys
 import sysconfig
@@ -12,6 +13,7 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
+from tests.processes import command_line
 from tests.tool.supplied import model_file
 
 ROOT = Path(__file__).parents[2]
@@ -143,3 +145,15 @@ def test_the_wheel_leaves_the_names_of_its_folders_to_its_user(project):
     assert (found.stdout, found.stderr) == ("paper-labelled\n", "")
     trial = run(project, "crosscheck trial neighbour.py:two_link paper-labelled --quick")
     assert trial.returncode == 0, trial.stdout + trial.stderr
+
+
+def test_the_action_uses_what_it_takes_and_what_is_there():
+    text = (ROOT / "action.yml").read_text(encoding="utf-8")
+    action = yaml.safe_load(text)
+    assert set(re.findall(r"\$\{\{ inputs\.(\w+) \}\}", text)) == action["inputs"].keys()
+    (trial,) = re.findall(r"crosscheck trial .*\n.*", text)
+    options = {"--out", "--json", "--junit"}
+    assert set(re.findall(r"--\w+", trial)) == options
+    assert options <= set(re.findall(r"--\w+", command_line("trial", "--help").stdout))
+    (script,) = re.findall(r"ACTION_PATH/([\w./]+)", text)
+    assert (ROOT / script).is_file()

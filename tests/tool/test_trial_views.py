@@ -1,12 +1,14 @@
 """What a trial writes: JSON by its schema, JUnit and a page with the same entries."""
 
 import json
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
 import jsonschema
 import pytest
 
+from tests.processes import command_line
 from tests.tool.supplied import model_file
 
 SCHEMAS = Path(__file__).parents[2] / "crosscheck" / "schema"
@@ -56,7 +58,15 @@ def test_wrong_entries_are_in_every_view(crosscheck, tmp_path):
     model, target = f"{model_file(tmp_path, SLIPPED)}:slipped", tmp_path / "trial.json"
     outputs = ["--json", target, "--junit", tmp_path / "t.xml", "--out", tmp_path]
     answer = crosscheck("trial", model, "--quick", "--jobs", 1, *outputs)
-    assert "M[theta_1, theta_1]" in [each["entry"] for each in validated(target)["wrong"]]
+    content = validated(target)
+    assert "M[theta_1, theta_1]" in [each["entry"] for each in content["wrong"]]
+    words = ["tools/annotate_trial.py", target, tmp_path / "mine.py"]
+    annotated = command_line(*words, python=(), cwd=SCHEMAS.parents[1])
+    source = (tmp_path / "mine.py").read_text().splitlines()
+    (line,) = {int(each) for each in re.findall(r"mine.py,line=(\d+)", annotated.stdout)}
+    assert source[line - 1] == "    def mass_matrix(q):"
+    assert source[line] == "        found = np.array(right.mass_matrix(q))"
+    assert len(annotated.stdout.splitlines()) == len(content["wrong"]) + len(content["notes"])
     page = (tmp_path / "trial.html").read_text()
     suite = ElementTree.parse(tmp_path / "t.xml").getroot()
     assert suite.get("failures") != "0"
