@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
-from crosscheck.findings import Agreement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import CannotDo, InputError
 from crosscheck.models.experiment.scenario import Scenario
@@ -21,7 +18,7 @@ from crosscheck.registry import build
 if TYPE_CHECKING:
     import xarray as xr
 
-    from crosscheck.run import CrossCheck
+    from crosscheck.report.check_result import CheckResult
 
 
 __all__ = [
@@ -73,13 +70,14 @@ def check(
     quick: bool = False,
     jobs: int = 1,
     seed: int = 0,
-) -> Agreement:
+) -> CheckResult:
     """Run every check on an arm: states, trajectories, rigid levels.
 
     scenarios: what to run in place of the usual experiments, those of the paper or sized to the
     arm. Raises InputError.
     """
     from crosscheck.planning.plan import CrossCheckRequest
+    from crosscheck.report.check_result import make_check_result
     from crosscheck.run import run_cross_check
 
     chosen = load_arm(arm) if isinstance(arm, str) else arm
@@ -90,15 +88,4 @@ def check(
     result = run_cross_check(
         CrossCheckRequest(chosen, quick, seed, loaded, arm_file_json=arm_file_json), jobs=jobs
     )
-    return replace(result.agreement, render_page=partial(_render_page, result))
-
-
-def _render_page(result: CrossCheck) -> str:
-    """The report's page of a cross-check, drawn from its runs."""
-    from crosscheck.report.html import render_report_page
-    from crosscheck.report.plots.charts import Charts
-
-    charts = Charts()
-    for key, run in result.runs.items():
-        charts.show(key, run)
-    return render_report_page(result, charts.build_pictures())
+    return make_check_result(result)

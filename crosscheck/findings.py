@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from crosscheck.provenance import Provenance
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
 SCHEMA_VERSION = 2
 FindingKind = Literal["check", "measurement"]
 Verdict = Literal["agree", "differ", "unresolved", "unfinished", "failed", "measured"]
+MOST_LISTED = 3  # checks that an agreement prints of those that do not agree
 UNFINISHED_CODE = 3  # exit code where nothing differs, and something was not judged
 
 
@@ -253,8 +253,7 @@ class Agreement:
 
     Where the cross-check is compared with a recorded one, ``record`` is the provenance of that, and
     ``accepted_keys`` are the keys of the checks of which a difference was accepted. entries: models
-    beside the engines entry by entry, as far as that was asked. render_page: makes the report's
-    page, where the runs are at hand.
+    beside the engines entry by entry, as far as that was asked.
     """
 
     findings: Sequence[Finding]
@@ -262,34 +261,20 @@ class Agreement:
     record: Provenance | None = None
     accepted_keys: Sequence[ComparisonKey] = ()
     entries: Sequence[EntryDifferences] = ()
-    render_page: Callable[[], str] | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
-        """The verdict, the count, and the largest of what is wrong."""
-        from crosscheck.report.summary import summarize_agreement
-
-        return "\n".join(summarize_agreement(self))
-
-    def _repr_html_(self) -> str:
-        """The same with the heat map of the mass matrix, for a notebook."""
-        from crosscheck.report.summary import render_agreement_summary
-
-        return render_agreement_summary(self)
+        """How many checks agree, and the first that do not."""
+        red, total = self.disagreeing, len(self.checks)
+        lines = [f"Agreement: {total - len(red)} of {total} checks agree"]
+        lines += [f"{finding.verdict} {finding.id}" for finding in red[:MOST_LISTED]]
+        more = len(red) - MOST_LISTED
+        return "\n".join([*lines, f"... and {more} more"] if more > 0 else lines)
 
     def to_dataframe(self) -> pd.DataFrame:
         """A row for each Finding, with the fields of ``Finding.to_dict``."""
-        from crosscheck.report.summary import tabulate_findings
+        import pandas as pd
 
-        return tabulate_findings(self)
-
-    def write_report(self, folder: Path | str) -> None:
-        """Write index.html and agreement.json, as `crosscheck run` does.
-
-        Raises InputError, and CannotDo where this is no result of ``crosscheck.check``.
-        """
-        from crosscheck.report.summary import write_agreement_report
-
-        write_agreement_report(self, folder)
+        return pd.DataFrame([finding.to_dict() for finding in self.findings])
 
     @property
     def disagreeing(self) -> list[Finding]:

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crosscheck.findings import Agreement
-from crosscheck.models.errors import CannotDo
+from crosscheck.findings import MOST_LISTED, Agreement
 from crosscheck.output import write_files
-from crosscheck.report.answers import describe_verdict, find_wrong_entries, format_agreement_json
+from crosscheck.report.answers import describe_verdict, find_wrong_entries
 from crosscheck.report.formatting import (
     describe_outcome,
     describe_tally,
@@ -25,8 +24,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from crosscheck.trial.trial import Trial
-
-MOST_LISTED = 3  # lines of one kind; the table of rows and the page have them all
 
 
 def summarize_agreement(agreement: Agreement) -> list[str]:
@@ -66,13 +63,6 @@ def render_trial_summary(trial: Trial) -> str:
     return render_page("summary", lines=summarize_trial(trial), maps=list(make_trial_maps(trial)))
 
 
-def tabulate_findings(agreement: Agreement) -> pd.DataFrame:
-    """A row for each finding, with the fields of the JSON file."""
-    import pandas as pd
-
-    return pd.DataFrame([finding.to_dict() for finding in agreement.findings])
-
-
 def tabulate_entries(trial: Trial) -> pd.DataFrame:
     """A row for each entry of each part: part, entry, relative difference, tolerance, agrees, why.
 
@@ -102,18 +92,6 @@ def tabulate_entries(trial: Trial) -> pd.DataFrame:
                 }
             )
     return pd.DataFrame(rows)
-
-
-def write_agreement_report(agreement: Agreement, folder: Path | str) -> None:
-    """Write index.html and agreement.json, as `crosscheck run` does. Raises InputError, CannotDo.
-
-    CannotDo for an agreement that holds no runs, such as that of a trial.
-    """
-    if agreement.render_page is None or agreement.provenance is None:
-        raise CannotDo("only what crosscheck.check returns can write a report")
-    data = format_agreement_json(agreement, agreement.provenance.arm)
-    target = Path(folder)
-    write_files({target / "index.html": agreement.render_page(), target / "agreement.json": data})
 
 
 def write_trial_report(trial: Trial, folder: Path | str) -> None:
