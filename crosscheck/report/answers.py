@@ -171,6 +171,18 @@ def answer_on_rigid_arm(agreement: Agreement) -> str:
     return " ".join(sentences)
 
 
+def find_tip_ends(agreement: Agreement) -> list[Finding]:
+    """How far the tip of the first and the last rigid level is off, in the last experiment."""
+    tips = [
+        f
+        for f in agreement.findings
+        if (f.about.key.family, f.about.key.quantity) == ("deviation", "tip")
+        and f.measured is not None
+    ]
+    last = [f for f in tips if f.about.key.case == tips[-1].about.key.case]
+    return [last[0], *last[1:][-1:]] if last else []
+
+
 def _describe_tip(finding: Finding) -> str:
     """How far a rigid level's tip is off, and what of the arm that level has, in words."""
     off, level = format_length(finding.measured or 0.0), MODELS[finding.left].level

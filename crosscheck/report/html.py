@@ -8,7 +8,13 @@ from crosscheck.planning import plan
 from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import LEVELS, reference_model, second_engine
-from crosscheck.report.answers import QUANTITIES, QUESTIONS, answer_questions, find_wrong_entries
+from crosscheck.report.answers import (
+    QUANTITIES,
+    QUESTIONS,
+    answer_questions,
+    find_tip_ends,
+    find_wrong_entries,
+)
 from crosscheck.report.finding_groups import list_findings, make_row, sort_findings
 from crosscheck.report.heat_map import make_entry_maps
 from crosscheck.report.matrix import collect_cells, group_models
@@ -42,6 +48,7 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
         maps=make_entry_maps(agreement.entries),
         wrong=find_wrong_entries(agreement.entries),
         questions=QUESTIONS,
+        tips=find_tip_ends(agreement),
         quantities=QUANTITIES,
         cells=matrix_cells,
         groups=group_models([cell for cell in matrix_cells if cell.between_models]),

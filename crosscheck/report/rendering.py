@@ -10,6 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from crosscheck.report.formatting import (
     describe_tally,
     format_count,
+    format_length,
     format_number,
     format_percent,
     format_unit,
@@ -47,6 +48,7 @@ def load_templates(package: str = "crosscheck.report", lean: bool = False) -> En
         "number": format_number,
         "counted": format_count,
         "in_words": format_unit,
+        "length_text": format_length,
         "tally": describe_tally,
         "percent": format_percent,
     }

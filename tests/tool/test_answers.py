@@ -23,6 +23,7 @@ from crosscheck.report.answers import (
     answer_on_trust,
     answer_questions,
     compare_models,
+    find_tip_ends,
     format_agreement_json,
 )
 from crosscheck.report.html import describe_quick_limits
@@ -112,6 +113,9 @@ def test_rigid_levels_are_told_from_the_first_to_the_last():
     )
     assert answer_on_rigid_arm(Agreement(levels)) == expected
     assert "No rigid model" in answer_on_rigid_arm(Agreement([]))
+    assert find_tip_ends(Agreement(levels)) == [levels[0], levels[2]]
+    assert find_tip_ends(Agreement(levels[:1])) == levels[:1]
+    assert find_tip_ends(Agreement([])) == []
 
 
 @pytest.mark.parametrize(("size", "count"), [(1e-15, "2 of 2"), (1e-3, "1 of 2")])
