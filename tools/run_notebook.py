@@ -1,10 +1,12 @@
 """Print a notebook with its cells run anew: tools/run_notebook.py FILE > NEW.
 
-Plain Python cells, run in one namespace and in the current folder; what they print is kept.
+Plain Python cells, run in one namespace and in the current folder; what they print is kept, and
+what their last expression shows.
 """
 
 from __future__ import annotations
 
+import ast
 import io
 import json
 import sys
@@ -26,11 +28,30 @@ def execute_notebook(notebook: dict[str, Any]) -> dict[str, Any]:
 
 
 def _outputs(cell: dict[str, Any], count: int, names: dict[str, Any]) -> list[dict[str, Any]]:
-    printed = io.StringIO()
+    printed, result = io.StringIO(), None
+    tree = ast.parse("".join(cell["source"]))
+    shown = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
     with redirect_stdout(printed):
-        exec(compile("".join(cell["source"]), f"cell {count}", "exec"), names)
+        exec(compile(tree, f"cell {count}", "exec"), names)
+        if shown is not None:
+            expression = ast.Expression(shown.value)
+            result = eval(compile(expression, f"cell {count}", "eval"), names)
     lines = printed.getvalue().splitlines(keepends=True)
-    return [{"name": "stdout", "output_type": "stream", "text": lines}] if lines else []
+    outputs = [{"name": "stdout", "output_type": "stream", "text": lines}] if lines else []
+    return outputs + ([] if result is None else [_show_result(result, count)])
+
+
+def _show_result(result: Any, count: int) -> dict[str, Any]:
+    """What a notebook shows of a value."""
+    data = {"text/plain": repr(result).splitlines(keepends=True)}
+    if hasattr(result, "_repr_html_"):
+        data["text/html"] = result._repr_html_().splitlines(keepends=True)
+    return {
+        "data": data,
+        "execution_count": count,
+        "metadata": {},
+        "output_type": "execute_result",
+    }
 
 
 if __name__ == "__main__":

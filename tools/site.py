@@ -149,9 +149,13 @@ def format_notebook(file: Path) -> str:
             blocks.append(source)
             continue
         blocks.append(f"```python\n{source}\n```")
-        output_text = "".join("".join(each.get("text", "")) for each in cell["outputs"])
-        if output_text:
-            blocks.append(f"```text\n{output_text.rstrip()}\n```")
+        for each in cell["outputs"]:
+            data = each.get("data", {})
+            if "text/html" in data:
+                blocks.append(f"```{{raw}} html\n{''.join(data['text/html']).strip()}\n```")
+            else:
+                output_text = "".join(each.get("text") or data["text/plain"])
+                blocks.append(f"```text\n{output_text.rstrip()}\n```")
     return "\n\n".join(blocks) + "\n"
 
 

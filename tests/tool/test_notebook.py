@@ -12,10 +12,16 @@ ROOT = Path(__file__).parents[2]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 
 
+def shown_text(output: dict) -> str:
+    """What a cell printed, or the text and the HTML of its value."""
+    texts = [output["text"]] if "text" in output else output["data"].values()
+    return "".join("".join(text) for text in texts)
+
+
 def said(notebook: dict) -> list[list[str]]:
     """The words of every output; numbers, and the order of what is equally wrong, do not count."""
     outputs = [cell["outputs"] for cell in notebook["cells"] if cell["cell_type"] == "code"]
-    texts = ["".join("".join(each["text"]) for each in output) for output in outputs]
+    texts = ["".join(map(shown_text, output)) for output in outputs]
     return [sorted(re.sub(r"[\d.,;]+(e-?\d+)?", "#", text).split()) for text in texts]
 
 
