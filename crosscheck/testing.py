@@ -26,8 +26,10 @@ from crosscheck.lazy import make_lazy_names
 if TYPE_CHECKING:
     from crosscheck.models.arm.arm import Arm
     from crosscheck.models.experiment.scenario import Scenario, Switches
+    from crosscheck.models.robot.robot import Robot
     from crosscheck.trial.input.equations import Coordinates, Equations, Level
     from crosscheck.trial.input.symbolic import from_sympy
+    from crosscheck.trial.robots.trial import RobotTrial
     from crosscheck.trial.trial import Trial
 
 __all__ = ["Coordinates", "Equations", "Trial", "assert_agrees", "from_sympy", "try_equations"]
@@ -46,11 +48,12 @@ if not TYPE_CHECKING:
     )
 
 MOST_JOBS = 1024  # processes
+ARM_ALLOWED = "must be an Arm or a Robot, or the name or file of one"
 
 
 def try_equations(
     equations: Any,
-    arm: Arm | str = "paper-labelled",
+    arm: Arm | Robot | str = "paper-labelled",
     *,
     scenarios: Sequence[Scenario | str] = (),
     switches: Switches | None = None,
@@ -59,11 +62,14 @@ def try_equations(
     jobs: int = 1,
     seed: int = 0,
     name: str = "yours",
-) -> Trial:
+) -> Trial | RobotTrial:
     """Judge supplied equations: which entry is wrong, and why.
 
-    The result prints itself, and a notebook shows it with a heat map of each part; it has
-    ``exit_code``, ``wrong_entries``, ``to_dataframe()`` and ``write_report(folder)``.
+    The Trial of an arm prints itself, and a notebook shows it with a heat map of each part; it has
+    ``exit_code``, ``wrong_entries``, ``to_dataframe()`` and ``write_report(folder)``. A RobotTrial
+    has ``exit_code`` and ``diagnosis``.
+
+    arm: an Arm or a Robot, or the name or file of one. Of a robot, scenarios and switches are none.
 
     equations: Equations, a function of the arm that returns them, an object with functions called
     like theirs, or text as on the command line, ``file.py:name``. scenarios: to be run too. level:
@@ -72,11 +78,19 @@ def try_equations(
 
     Raises InputError for what cannot be tried at all.
     """
+    from crosscheck.models.errors import InputError
+    from crosscheck.models.files import is_robot
     from crosscheck.models.loading import load_arm, load_scenario, require_fit
+    from crosscheck.models.robot.robot import Robot
     from crosscheck.trial.input.loading import build_equations, load_equations
     from crosscheck.trial.trial import TrialRequest, run_trial
 
     _require_arguments(arm, scenarios, switches, level, quick, jobs, seed, name)
+    if isinstance(arm, Robot) or (isinstance(arm, str) and is_robot(arm)):
+        if scenarios or switches is not None:
+            given = "scenarios" if scenarios else "switches"
+            raise InputError("try_equations", given, None, "is of arms alone")
+        return _try_robot_equations(equations, arm, level, jobs, seed, name)
     chosen = load_arm(arm) if isinstance(arm, str) else arm
     loaded = tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios)
     for scenario in loaded:
@@ -95,7 +109,7 @@ def try_equations(
 
 def assert_agrees(
     equations: Any,
-    arm: Arm | str = "paper-labelled",
+    arm: Arm | Robot | str = "paper-labelled",
     *,
     scenarios: Sequence[Scenario | str] = (),
     switches: Switches | None = None,
@@ -104,12 +118,14 @@ def assert_agrees(
     jobs: int = 1,
     seed: int = 0,
     name: str = "yours",
-) -> Trial:
+) -> Trial | RobotTrial:
     """Raise AssertionError with what `crosscheck trial` prints, unless all that was judged agrees.
 
     Takes the arguments of ``try_equations`` and returns what that returns.
     """
     from crosscheck.report.trial import format_trial
+    from crosscheck.trial.robots.output import format_lines
+    from crosscheck.trial.robots.trial import RobotTrial
 
     trial = try_equations(
         equations,
@@ -122,9 +138,29 @@ def assert_agrees(
         seed=seed,
         name=name,
     )
+    if trial.exit_code and isinstance(trial, RobotTrial):
+        raise AssertionError("\n".join(format_lines(trial)))
     if trial.exit_code:
         raise AssertionError(format_trial(trial))
     return trial
+
+
+def _try_robot_equations(
+    equations: Any, robot: Robot | str, level: Level, jobs: int, seed: int, name: str
+) -> RobotTrial:
+    """The trial of a robot's equations. Raises InputError."""
+    from crosscheck.models.robot.file import load_robot
+    from crosscheck.trial.input.loading import build_robot_equations, load_robot_equations
+    from crosscheck.trial.robots.trial import run_robot_trial
+
+    chosen = load_robot(robot) if isinstance(robot, str) else robot
+    load = load_robot_equations if isinstance(equations, str) else None
+    user_equations = (
+        load(equations, chosen) if load else build_robot_equations(equations, chosen, name)
+    )
+    if level:
+        user_equations = replace(user_equations, level=level)
+    return run_robot_trial(user_equations, chosen, name=name, seed=seed, jobs=jobs)
 
 
 def _require_arguments(
@@ -141,12 +177,13 @@ def _require_arguments(
     from crosscheck.models.arm.arm import Arm
     from crosscheck.models.errors import InputError
     from crosscheck.models.experiment.scenario import Scenario, Switches
+    from crosscheck.models.robot.robot import Robot
     from crosscheck.trial.input.equations import Level
 
     levels = get_args(Level)
     listed = isinstance(scenarios, list | tuple)
     for argument, value, is_allowed, allowed in (
-        ("arm", arm, isinstance(arm, Arm | str), "must be an Arm, or the name or file of one"),
+        ("arm", arm, isinstance(arm, Arm | Robot | str), ARM_ALLOWED),
         ("scenarios", scenarios, listed, "must be a list of scenarios, or of their names"),
         ("switches", switches, isinstance(switches, Switches | None), "must be Switches, or None"),
         ("level", level, level in levels, f"must be one of {', '.join(levels[1:])}, or ''"),

@@ -54,6 +54,8 @@ def describe_trial(trial: Trial) -> Iterator[str]:
     problem = trial.problem
     kind = f"rigid, level {trial.level}" if trial.level else f"geared, planets {problem.gearing}"
     yield f"{problem.name} on {problem.case.arm.name}: {kind}"
+    for reading in trial.readings:
+        yield f"right in {reading.words}{f': {reading.statement}' * bool(reading.statement)}"
     yield f"coordinates: {', '.join(problem.frame.names)}"
     for mismatch in trial.level_mismatches if len(trial.level_mismatches) > 1 else ():
         differ = (
@@ -93,13 +95,19 @@ def describe_unit_mistake(mistake: UnitMistake, names: Sequence[str]) -> str:
 
 def describe_errors(trial: Trial) -> list[str]:
     """What is wrong, a line for each error, whatever number of entries it is in."""
-    return list(_describe_entries(trial.wrong_entries, trial.problem.frame.names))
+    names = trial.problem.frame.names
+    if trial.readings:
+        places = [each.place for each in trial.wrong_entries]
+        words = " or in ".join(reading.words for reading in trial.readings)
+        listed = format_wrong_entries(places, names).removeprefix("wrong: ")
+        return [f"in {', '.join(names)}, right in {words}: {listed}"]
+    return list(_describe_entries(trial.wrong_entries, names))
 
 
 def describe_notes(trial: Trial) -> Iterator[str]:
     """What is no error on this arm: numbers that equations do not follow, errors on other arms."""
-    if trial.problem.undriven:
-        yield "Your equations take no torque: judged as an arm without motors."
+    if note := _describe_motors(trial):
+        yield note
     if trial.point_masses:
         yield (
             f"Your equations have no {', '.join(trial.point_masses)}, and the file's are less than"
@@ -110,6 +118,25 @@ def describe_notes(trial: Trial) -> Iterator[str]:
         yield describe_unfollowed(unfollowed)
     for line in _describe_entries(trial.hidden_entries, trial.problem.frame.names):
         yield f"Right on this arm. On others, whose numbers are unlike, this differs: {line}"
+
+
+def _describe_motors(trial: Trial) -> str:
+    """A note on joints without a motor, or of which a torque may be missing as they have none."""
+    problem = trial.problem
+    motors, joints = problem.motors, len(problem.case.arm.joints)
+    if not motors:
+        return "Your equations take no torque: judged as an arm without motors."
+    numbers = ", ".join(str(joint + 1) for joint in motors)
+    if len(motors) < joints:
+        which = "joint" if len(motors) == 1 else "joints"
+        return f"Judged as an arm with a motor at {which} {numbers} alone, as drive states."
+    if problem.equations.drive is None and trial.idle_joints:
+        idle = ", ".join(str(joint + 1) for joint in trial.idle_joints)
+        which = "Joint" if len(trial.idle_joints) == 1 else "Joints"
+        driven = [joint + 1 for joint in motors if joint not in trial.idle_joints]
+        told = f"{which} {idle}: no torque in your equations."
+        return f"{told} Has it no motor, state drive = {driven}."
+    return ""
 
 
 def _describe_entries(wrong: Sequence[EntryMismatch], names: Sequence[str]) -> Iterator[str]:

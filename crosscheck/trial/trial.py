@@ -14,7 +14,14 @@ import numpy as np
 from crosscheck.findings import Agreement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
-from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Switches
+from crosscheck.models.experiment.scenario import (
+    ConstantDrive,
+    PdDrive,
+    Scenario,
+    SinusoidDrive,
+    Switches,
+    expand_to_joints,
+)
 from crosscheck.models.loading import Case
 from crosscheck.planning import comparison
 from crosscheck.planning.comparison import Comparison, ModelTask, Results
@@ -27,10 +34,12 @@ from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.coordinates.readings import Reading
 from crosscheck.trial.diagnose.arm_numbers import find_negligible_inertias, replace_numbers
 from crosscheck.trial.diagnose.dependence import IgnoredNumber, Perform
-from crosscheck.trial.diagnose.diagnosis import build_probe_problems, diagnose
+from crosscheck.trial.diagnose.diagnosis import Diagnosis, build_probe_problems, diagnose
 from crosscheck.trial.diagnose.harmonic_fit import minimum_state_count
+from crosscheck.trial.diagnose.other_coordinates import find_readings
 from crosscheck.trial.diagnose.reasons import (
     compare_entries,
     list_entry_quantities,
@@ -61,6 +70,7 @@ LEVEL_DESCRIPTIONS = {
     "coupled": "the gears' spin, coupled to the turning of their base",
 }
 JUDGING_S = 60.0  # rough cost
+PARTS = {*suite.COMPARED}
 RUNNABLE = {"mass_matrix", "bias", "force"}
 # Enough to tell all the waves and signals apart that an entry may hold.
 STATES, QUICK_STATES = 300, 150
@@ -113,8 +123,10 @@ class Trial:
     by part, what of it is no error. wrong_entries: the entries that are not right. hidden_entries:
     entries that are right here, and not on ``probes``, other arms that were asked too.
     ignored_numbers: numbers of the arm's file that the equations do not follow, which these arms
-    keep. left_out: names of all such numbers, errors or not. point_masses: inertias of links that
-    the equations leave out and that are next to nothing: judged as 0. missing: parts that were not
+    keep. left_out: names of all such numbers, errors or not. idle_joints: those, from 0, whose
+    motor's torque changes no force of the equations. readings: other coordinates in which all is
+    right; then no other reason is looked for. point_masses: inertias of links that the
+    equations leave out and that are next to nothing: judged as 0. missing: parts that were not
     supplied. unit_mistakes: parts that units or the order of numbers explain. traces: of parts that
     raised.
     """
@@ -133,6 +145,8 @@ class Trial:
     unit_mistakes: tuple[UnitMistake, ...]
     traces: dict[str, str]
     left_out: tuple[str, ...]
+    idle_joints: tuple[int, ...] = ()
+    readings: tuple[Reading, ...] = ()
     point_masses: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
@@ -229,15 +243,25 @@ def _require_runnable(request: TrialRequest, bound: SuppliedEquations) -> None:
         if missing:
             reason = f"needs {missing}, which the equations have not"
             raise InputError("--scenario", "", scenario.name, reason)
-        if bound.is_undriven and not _is_undriven(scenario):
-            reason = "drives the joints; the equations take no torque"
+        idle = sorted(set(range(len(request.arm.joints))) - set(bound.motors))
+        driven = [str(joint + 1) for joint in idle if _is_driven(scenario, joint, request.arm)]
+        if driven:
+            which = "joint" if len(driven) == 1 else "joints"
+            reason = f"drives {which} {', '.join(driven)}; the equations take no torque there"
             raise InputError("--scenario", "", scenario.name, reason)
 
 
-def _is_undriven(scenario: Scenario) -> bool:
-    """Whether a scenario has no torque at any time."""
-    drive = scenario.drive
-    return isinstance(drive, ConstantDrive) and not np.any(drive.torque_N_m)
+def _is_driven(scenario: Scenario, joint: int, arm: Arm) -> bool:
+    """Whether a scenario has a torque on a joint at any time."""
+    drive, joints = scenario.drive, len(arm.joints)
+    if isinstance(drive, ConstantDrive):
+        return bool(expand_to_joints(drive.torque_N_m, joints)[joint])
+    if isinstance(drive, PdDrive):
+        gains = (drive.proportional_N_m_per_rad, drive.derivative_N_m_s_per_rad)
+        return any(expand_to_joints(gain, joints)[joint] for gain in gains)
+    if isinstance(drive, SinusoidDrive):
+        return bool(expand_to_joints(drive.amplitude_N_m, joints)[joint])
+    return any(drive.torque_N_m[joint])
 
 
 def _entry_tasks(problems: Sequence[VerificationProblem]) -> Iterator[ModelTask]:
@@ -250,16 +274,16 @@ def build_problem(request: TrialRequest) -> VerificationProblem:
     make_cross_check_request(request)  # refuses scenarios that cannot stand side by side
     laws = select_switches(request.equations, request.arm, request.chosen)
     count = QUICK_STATES if request.quick else STATES
-    scenario = make_experiment(request.arm, undriven=False)
+    scenario = make_experiment(request.arm, range(len(request.arm.joints)))
     equations = request.equations.adapt_to_arm(request.arm, scenario)
     bound = bind_equations(equations, request.arm, build_frame(equations.coordinates, request.arm))
-    if bound.is_undriven:
-        scenario = make_experiment(request.arm, undriven=True)
+    if len(bound.motors) < len(request.arm.joints):
+        scenario = make_experiment(request.arm, bound.motors)
         equations = request.equations.adapt_to_arm(request.arm, scenario)
     _require_runnable(request, bound)
     case = Case(request.arm, scenario, laws)
     problem = VerificationProblem(
-        request.name, equations, bound.has, case, count, request.seed, bound.is_undriven
+        request.name, equations, bound.has, case, count, request.seed, bound.motors
     )
     if problem.frame.matrix is not None:
         terms = build_reference_terms(problem.frame, request.arm, laws, problem.levels[-1])
@@ -301,6 +325,14 @@ def _judge_trial(
     perform: Perform,
 ) -> Trial:
     level, level_mismatches = _select_level(problem, results)
+    here = compare_entries(problem, level, list_entry_quantities(problem), results)
+    reading_level, readings = "", list[Reading]()
+    wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
+    if "mass_matrix" in wrong_parts or (wrong_parts and "mass_matrix" not in problem.has):
+        answers = {part: results.get(problem.ask_equations(part)) for part in problem.has & PARTS}
+        user_values = {part: each for part, each in answers.items() if each is not None}
+        reading_level, readings = find_readings(problem, user_values)
+    level = reading_level or level
     comparisons = list(_plan_comparisons(problem, request, level, results))
     cross_check_request, cases = make_cross_check_request(request), cases_by_run(comparisons)
     settings = (
@@ -315,9 +347,12 @@ def _judge_trial(
     runs = {key: run for key, run in runs_by_key(results).items() if key in cases}
     here, *there = (
         compare_entries(each, level, list_entry_quantities(each), results)
-        for each in (problem, *probes)
+        for each in (problem, *(() if readings else probes))
     )
-    diagnosis = diagnose(here, there, perform)
+    if readings:
+        diagnosis = Diagnosis(list(here.wrong_entries), [], [])
+    else:
+        diagnosis = diagnose(here, there, perform)
     return Trial(
         problem=problem,
         cross_check=CrossCheck(cross_check_request, agreement, cases, runs),
@@ -337,6 +372,8 @@ def _judge_trial(
         left_out=tuple(
             each.name for each in (*diagnosis.ignored_numbers, *diagnosis.uncertain) if each.parts
         ),
+        idle_joints=_find_idle_joints(problem, results),
+        readings=tuple(readings),
     )
 
 
@@ -386,6 +423,14 @@ def _largest_difference(problem: VerificationProblem, results: Results, level: s
                 float(deviations(user_values, reference_values, sizes.entry_sizes(part)).max())
             )
     return max(differences)
+
+
+def _find_idle_joints(problem: VerificationProblem, results: Results) -> tuple[int, ...]:
+    """The joints of motors whose torque changes no force, from 0."""
+    forces = results.get(problem.ask_equations("by_torques")) if problem.motors else None
+    if forces is None:
+        return ()
+    return tuple(j for j in problem.motors if (forces[:, 1 + j] == forces[:, 0]).all())
 
 
 def _traces(problem: VerificationProblem, results: Results) -> dict[str, str]:

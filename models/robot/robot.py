@@ -176,6 +176,11 @@ class Robot:
         return tuple(n for n, joint in enumerate(self.joints) if joint.mimic is None)
 
     @property
+    def coordinate_names(self) -> list[str]:
+        """Names of the joints whose coordinates are free."""
+        return [self.joints[number].name for number in self.coordinates]
+
+    @property
     def meshes(self) -> tuple[tuple[Rotor, RotorMesh], ...]:
         """Rotors that have a mesh; each adds its x [m] to the coordinates of the level geared.
 

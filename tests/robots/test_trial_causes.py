@@ -48,7 +48,7 @@ ALONE: dict[str, tuple[dict[str, Callable[..., object]], list[str], list[str]]] 
         ["bias[j1]"],
         [
             "bias[j1] alone is wrong; mass_matrix and gravity are right",
-            "bias does not follow from mass_matrix, which is right",
+            "bias does not follow from mass_matrix, which is right: bias[j1]",
             "bias[j1] of j1' j2': half as large; yours minus right is 0.9 sin(j2)",
         ],
     ),
@@ -57,7 +57,7 @@ ALONE: dict[str, tuple[dict[str, Callable[..., object]], list[str], list[str]]] 
         ["bias[j2]"],
         [
             "bias[j2] alone is wrong: with the opposite sign; mass_matrix and gravity are right",
-            "bias does not follow from mass_matrix, which is right",
+            "bias does not follow from mass_matrix, which is right: bias[j2]",
         ],
     ),
     "an inertia left out of an entry": (
@@ -73,7 +73,8 @@ ALONE: dict[str, tuple[dict[str, Callable[..., object]], list[str], list[str]]] 
         ["bias[j1]", "bias[j2]"],
         [
             "bias alone is wrong; mass_matrix and gravity are right",
-            "bias has a part linear in v, 12 j1' in bias[j1], 12 j2' in bias[j2]: friction?",
+            "bias has a part linear in v, 12 j1' in bias[j1], 12 j2' in bias[j2]: friction?"
+            " State it as viscous_friction.",
         ],
     ),
     "weights in the bias": (
@@ -81,8 +82,8 @@ ALONE: dict[str, tuple[dict[str, Callable[..., object]], list[str], list[str]]] 
         ["bias[j1]", "bias[j2]"],
         [
             "bias alone is wrong; mass_matrix and gravity are right",
-            "bias at rest is gravity: it counts the weights;"
-            " bias must be Coriolis and centrifugal torques alone",
+            "bias at rest is exactly gravity: these are nonlinear effects, C v + g; beside"
+            " gravity, or in bias, the weights count twice; without these it is right",
         ],
     ),
     "a lopsided mass matrix": (

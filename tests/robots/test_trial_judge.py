@@ -217,7 +217,8 @@ CANNOT = {
     "level = 'carriers': must be one of links, armature, coupled, or left out": {
         "level": "carriers"
     },
-    "coordinates: is of arms alone": {"coordinates": Coordinates(matrix=np.eye(2))},
+    "coordinates: of a robot's may have matrix": {"coordinates": Coordinates(gearing="free")},
+    "coordinates.matrix: has shape": {"coordinates": Coordinates(matrix=np.eye(3))},
     "coriolis: give either bias or coriolis": {"coriolis": two_link.coriolis},
 }
 

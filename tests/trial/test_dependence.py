@@ -204,9 +204,9 @@ def test_a_joint_without_torque_lacks_that_alone():
         parts = own.mass_matrix, own.bias
         return Equations(*parts, force=lambda q, torque: own.force(q, shoulder * torque))
 
-    assert describe_errors(trial_of(factory, arm_of(*UNLIKE))) == [
-        "force[theta_2]: missing term: T_2?"
-    ]
+    trial = trial_of(factory, arm_of(*UNLIKE))
+    assert describe_errors(trial) == ["force[theta_2]: missing term: T_2?"]
+    assert "Has it no motor, state drive = [1]." in next(describe_notes(trial))
 
 
 def test_one_line_where_every_part_raises_the_same():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from traceback import StackSummary, TracebackException
@@ -42,6 +42,7 @@ TAKES: dict[str, tuple[str, ...]] = {
     "gravity": ("x",),
 }
 ROBOT_PARTS = ("gravity",)  # parts that the equations of an arm have not
+LOADS = ("force", "acceleration")  # parts that a torque belongs to
 MATRICES = ("mass_matrix", "coriolis")
 LAMBDIFIED = "<lambdifygenerated"  # what sympy calls the file of a function that it writes
 # These packages' frames count where we call them; a user's own frame comes before those of a
@@ -53,7 +54,8 @@ CALLING_PACKAGES = ("crosscheck", "numpy", "fmpy")
 class SuppliedEquations:
     """Equations of an arm, each part by its fixed signature, or worked out from others.
 
-    given: parts that the user's functions are; has: these and what follows from them. A method
+    given: parts that the user's functions are; has: these and what follows from them; motors: the
+    joints that have one, from 0. A method
     whose part is not there raises CannotDo. Arrays are float64: x, v, a (n,) in the user's
     coordinates; torque (joints,) [N m] on the output side. Raises BadAnswer for an answer that is
     no array of finite numbers of the right shape, and whatever the user's function raises.
@@ -64,17 +66,8 @@ class SuppliedEquations:
     frame: Frame
     given: frozenset[str]
     has: frozenset[str]
-    calls: Mapping[str, NamedCall] = field(repr=False)
-
-    @property
-    def is_undriven(self) -> bool:
-        """Whether there is a force or an acceleration, and none that takes a torque.
-
-        Of equations that are made for a scenario the drive may be a part.
-        """
-        loads = [self.calls[part] for part in ("force", "acceleration") if part in self.given]
-        takes_torque = any("torque" in call.arguments for call in loads)
-        return bool(loads) and not takes_torque and not self.equations.any_scenario
+    motors: tuple[int, ...]
+    calls: Mapping[str, NamedCall | MotorCall] = field(repr=False)
 
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
         """M(x), shape (n, n)."""
@@ -165,6 +158,9 @@ def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEqua
     functions = {part: getattr(equations, part) for part in TAKES}
     given = {part: function for part, function in functions.items() if function is not None}
     calls = {part: make_named_call(function, part) for part, function in given.items()}
+    names = [f"theta_{number + 1}" for number in range(len(arm.joints))]
+    motors = find_motors(equations, calls, names)
+    motor_calls = add_motors(calls, equations, motors)
     has = set(given)
     if has & {"coriolis", "inverse_dynamics"}:
         has.add("bias")
@@ -174,7 +170,52 @@ def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEqua
         has.add("inverse_dynamics")
     if has >= {"mass_matrix", "bias", "force"}:
         has.add("acceleration")
-    return SuppliedEquations(equations, arm, frame, frozenset(given), frozenset(has), calls)
+    return SuppliedEquations(
+        equations, arm, frame, frozenset(given), frozenset(has), motors, motor_calls
+    )
+
+
+def find_motors(
+    equations: Equations, calls: Mapping[str, NamedCall], names: Sequence[str]
+) -> tuple[int, ...]:
+    """The joints that have a motor, from 0, by what equations state or their functions take.
+
+    Without a statement all have one, but none where no force or acceleration takes a torque. Of
+    equations that are made for a scenario the drive may be a part. names: of the joints. Raises
+    InputError for a joint that is none.
+    """
+    if equations.drive is not None:
+        return parse_motors(equations.drive, names)
+    loads = [calls[part] for part in LOADS if part in calls]
+    takes_torque = any("torque" in call.arguments for call in loads)
+    if loads and not takes_torque and not equations.any_scenario:
+        return ()
+    return tuple(range(len(names)))
+
+
+def parse_motors(drive: Any, names: Sequence[str]) -> tuple[int, ...]:
+    """Numbers of joints, from 0, of those that a drive names. Raises InputError."""
+    listed = list(drive) if isinstance(drive, list | tuple) else [drive]
+    numbers: dict[object, int] = {name: number for number, name in enumerate(names)}
+    numbers |= {number + 1: number for number in range(len(names))}
+    known = [each for each in listed if type(each) in (int, str) and each in numbers]
+    motors = tuple(numbers[each] for each in known)
+    if known != listed or len(set(motors)) < len(motors) or not isinstance(drive, list | tuple):
+        reason = f"must be a list of joints, each once, of 1 to {len(names)} or {', '.join(names)}"
+        raise InputError("equations", "drive", drive, reason)
+    return motors
+
+
+def add_motors(
+    calls: Mapping[str, NamedCall], equations: Equations, motors: Sequence[int]
+) -> dict[str, NamedCall | MotorCall]:
+    """The functions, those of torques with their motors where equations state these."""
+    if equations.drive is None:
+        return dict(calls)
+    return {
+        part: MotorCall(call, motors) if "torque" in call.arguments else call
+        for part, call in calls.items()
+    }
 
 
 @dataclass(frozen=True)
@@ -200,6 +241,49 @@ class NamedCall:
         return self.function(*(arguments[meant] for meant in self.positional), **by_keyword)
 
 
+class MotorCall:
+    """A function of the motors' torques, in the form in which its author takes them.
+
+    Which form that is shows the first call: the first one that the function takes and that it
+    depends on.
+    """
+
+    def __init__(self, call: NamedCall, motors: Sequence[int]) -> None:
+        self.call, self.motors = call, list(motors)
+        self._form: Callable[[np.ndarray], Any] | None = None
+
+    @property
+    def arguments(self) -> frozenset[str]:
+        """The arguments that the function takes."""
+        return self.call.arguments
+
+    def __call__(self, arguments: Arguments) -> Any:
+        """The function's answer, whatever it is; torque (joints,) among its arguments."""
+        if self._form is None:
+            self._form = self._choose_form(arguments)
+        return self.call({**arguments, "torque": self._form(arguments["torque"])})
+
+    def _choose_form(self, arguments: Arguments) -> Callable[[np.ndarray], Any]:
+        motors, shape = self.motors, np.shape(arguments["x"])
+        forms: list[Callable[[np.ndarray], Any]] = [np.copy, lambda torque: torque[motors]]
+        if len(motors) == 1:
+            forms.append(lambda torque: float(torque[motors[0]]))
+        other_torque = np.array(arguments["torque"])
+        other_torque[motors] += 1.0 + np.abs(other_torque[motors])
+        for form in forms:
+            copies = [
+                {name: np.copy(value) for name, value in arguments.items()} | {"torque": form(each)}
+                for each in (arguments["torque"], other_torque)
+            ]
+            try:
+                values = [convert_to_numbers(self.call(each), shape) for each in copies]
+            except Exception:  # of the user's code, which may take another form
+                continue
+            if (values[0] != values[1]).any():
+                return form
+        return forms[0]
+
+
 def make_named_call(function: Any, part: str, *, in_order: bool = False) -> NamedCall:
     """A user's function as one of all its arguments by name.
 
@@ -222,17 +306,24 @@ def make_named_call(function: Any, part: str, *, in_order: bool = False) -> Name
     required = [p for p in parameters if p.default is p.empty]
     if _is_nameless(function, required) or (in_order and _is_renamed(required, part)):
         return NamedCall(function, _first_arguments(part, len(required)))
+    meant = _list_meanings(p.name for p in parameters)
     used_parameters = [
-        p for p in parameters if p.default is p.empty or MEANT.get(p.name) in TAKES[part]
+        p for p in parameters if p.default is p.empty or meant.get(p.name) in TAKES[part]
     ]
     for parameter in used_parameters:
-        _require_meaning(parameter.name, part)
-    before = tuple(MEANT[p.name] for p in used_parameters if p.kind == p.POSITIONAL_ONLY)
+        _require_meaning(parameter.name, part, meant)
+    before = tuple(meant[p.name] for p in used_parameters if p.kind == p.POSITIONAL_ONLY)
     return NamedCall(
         function,
         before,
-        {p.name: MEANT[p.name] for p in used_parameters if p.kind != p.POSITIONAL_ONLY},
+        {p.name: meant[p.name] for p in used_parameters if p.kind != p.POSITIONAL_ONLY},
     )
+
+
+def _list_meanings(names: Iterable[str]) -> dict[str, str]:
+    """What parameters mean; u beside a rate is the motors' torque, as control engineers write."""
+    has_rate = any(MEANT.get(name) == "v" for name in names)
+    return {**MEANT, "u": "torque"} if has_rate else MEANT
 
 
 def _is_nameless(function: Any, required: Sequence[inspect.Parameter]) -> bool:
@@ -251,8 +342,8 @@ def _is_renamed(required: Sequence[inspect.Parameter], part: str) -> bool:
     return unknown and len(required) == len(TAKES[part])
 
 
-def _require_meaning(name: str, part: str) -> None:
-    if MEANT.get(name) in TAKES[part]:
+def _require_meaning(name: str, part: str, meant: Mapping[str, str]) -> None:
+    if meant.get(name) in TAKES[part]:
         return
     allowed = "; ".join(" or ".join(SYNONYMS[argument]) for argument in TAKES[part])
     raise InputError("equations", part, None, f"takes {name}, which is none of {allowed}")
@@ -278,9 +369,10 @@ def _casadi_arguments(function: Any, part: str) -> tuple[str, ...]:
         raise InputError("equations", part, None, reason)
     if names == [f"i{k}" for k in range(len(names))]:
         return _first_arguments(part, len(names))
+    meant = _list_meanings(names)
     for name in names:
-        _require_meaning(name, part)
-    return tuple(MEANT[name] for name in names)
+        _require_meaning(name, part, meant)
+    return tuple(meant[name] for name in names)
 
 
 def describe_failure(error: BaseException) -> Failure:

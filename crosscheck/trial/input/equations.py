@@ -19,6 +19,7 @@ Function = Callable[..., Any]
 Gearing = Literal["rigid", "lumped", "free"]
 SINGLE = 2.0**-24  # relative rounding of single precision
 Level = Literal["", "links", "carriers", "armature", "coupled"]
+Motors = Sequence[int | str]  # numbers of joints, from 1, or their names
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 MOST = 100  # coordinates of an arm, and more
@@ -56,7 +57,8 @@ class Coordinates:
 class Symbolic:
     """The sympy expressions behind Equations, for a difference that can be typeset.
 
-    x, v, torque: symbols of coordinates (n,), rates (n,) and output torques (joints,); t: of time.
+    x, v, torque: symbols of coordinates (n,), rates (n,) and output torques, of each joint or of
+    each motor of ``drive`` (as in Equations); t: of time.
     values: what each other symbol is, a number or the name of a quantity of the arm (``L1``,
     ``r_s2``, ``m_payload``: ``analytic.derivation.symbols``); one of such a name needs none.
     """
@@ -66,9 +68,11 @@ class Symbolic:
     torque: tuple[Any, ...] = ()
     t: Any = None
     values: Mapping[Any, float | str] = field(default_factory=dict)
+    drive: Motors | None = None
     mass_matrix: Any = None
     bias: Any = None
     force: Any = None
+    gravity: Any = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,14 +101,18 @@ class Equations:
     mass_matrix (n, n); bias (n,) = C(x, v) v, or coriolis (n, n) = C itself; force (n,): drive,
     meshes, dampers, friction and weight; acceleration (n,) by (t, x, v[, torque]);
     inverse_dynamics (n,) = M a + bias by (x, v, a). Of a robot's equations alone: gravity (n,) by
-    (x), the torques that hold the weights, which an arm's equations count in force. level: which
-    rigid level a rigid model is meant to be, one of ``links``, ``carriers``, ``armature``,
-    ``coupled``; '' lets the trial find out. switches: laws that the model follows, where not those
-    of the command line. rebuild: makes them anew for an arm and a scenario, of equations that know
-    how. any_arm: whether that is worth doing for another arm; else, and once a part of them is
-    replaced, they are of one alone. any_scenario: whether they are made anew for another scenario.
-    table: of those that are no code. unused: names of other functions of the object that they came
-    from.
+    (x), the torques that hold the weights, which an arm's equations count in force. drive: the
+    joints that have a motor, by numbers from 1 or by names, all by default, none where no function
+    takes a torque; ``torque`` is then what the function's author made it: a number for each joint
+    (0 without a motor), for each motor, or the only motor's number. viscous_friction,
+    coulomb_friction: of a robot, which its file does not have: a number [N m s/rad, N m] for each
+    coordinate, that times v and times its sign is in the equations. level: which rigid level a
+    rigid model is meant to be, one of ``links``, ``carriers``, ``armature``, ``coupled``; '' lets
+    the trial find out. switches: laws that the model follows, where not those of the command line.
+    rebuild: makes them anew for an arm and a scenario, of equations that know how. any_arm: whether
+    that is worth doing for another arm; else, and once a part of them is replaced, they are of one
+    alone. any_scenario: whether they are made anew for another scenario. table: of those that are
+    no code. unused: names of other functions of the object that they came from.
     """
 
     mass_matrix: Function | None = None
@@ -114,6 +122,9 @@ class Equations:
     acceleration: Function | None = None
     inverse_dynamics: Function | None = None
     coordinates: Coordinates = Coordinates()
+    drive: Motors | None = None
+    viscous_friction: Sequence[float] | None = None
+    coulomb_friction: Sequence[float] | None = None
     level: Level = ""
     switches: Switches | None = None
     symbolic: Symbolic | None = None
@@ -128,7 +139,8 @@ class Equations:
     def __post_init__(self) -> None:
         """Forget ``rebuild`` once a part was replaced, for it would make the old part again."""
         functions = (self.mass_matrix, self.bias, self.coriolis, self.force, self.acceleration)
-        whole = (*functions, self.inverse_dynamics, self.coordinates, self.level, self.switches)
+        settings = (self.coordinates, self.drive, self.level, self.switches)
+        whole = (*functions, self.inverse_dynamics, *settings)
         before = self.rebuilt_as
         if not before or before[0] is not self.rebuild:
             object.__setattr__(self, "rebuilt_as", (self.rebuild, *whole))

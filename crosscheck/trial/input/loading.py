@@ -25,10 +25,12 @@ from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.trial.input.calls import MEANT, ROBOT_PARTS, TAKES, make_named_call
 from crosscheck.trial.input.equations import Coordinates, Equations, Level
+from crosscheck.trial.input.symbolic import bind_to_robot
 
 EXPECTED = "file.py:name or package.module:name"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
+FRICTION = ("viscous_friction", "coulomb_friction")  # of robots, whose files have none
 ARM_PARTS = tuple(part for part in TAKES if part not in ROBOT_PARTS)  # parts of an arm's equations
 SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "any_scenario", "unused"}  # asked of no object
 Maker = Callable[..., Any]
@@ -99,19 +101,24 @@ def build_equations(
 
 
 def load_robot_equations(text: str, robot: Robot) -> Equations:
-    """The equations of a robot that a user names, see handed_over.
+    """The equations of a robot that a user names, see handed_over. Raises InputError."""
+    with run_user_code(text):
+        return build_robot_equations(import_object(text), robot, text)
+
+
+def build_robot_equations(source: Any, robot: Robot, where: str) -> Equations:
+    """Equations of a robot out of what a user gave, see handed_over.
 
     A factory takes the robot, or nothing. Raises InputError for whatever is wrong with it.
     """
-    with run_user_code(text):
-        source = import_object(text)
-        if _is_factory(source):
-            taken = _match_arguments(source, text, ("robot",))
-            source = _call_factory(source, dict.fromkeys(taken, robot))
-            return require_robot_equations(
-                extract_equations(source, text, "returned", tuple(TAKES)), text
-            )
-        return require_robot_equations(extract_equations(source, text, "is", tuple(TAKES)), text)
+    verb = "is"
+    if _is_factory(source):
+        taken = _match_arguments(source, where, ("robot",))
+        source, verb = _call_factory(source, dict.fromkeys(taken, robot)), "returned"
+    equations = extract_equations(source, where, verb, tuple(TAKES))
+    if equations.symbolic is not None:
+        equations = bind_to_robot(equations, robot)
+    return require_robot_equations(equations, where)
 
 
 def _is_factory(source: Any) -> bool:
@@ -311,6 +318,10 @@ def _require_arm_equations(equations: Equations, where: str) -> Equations:
         if getattr(equations, part) is not None:
             reason = "is a part of a robot's equations; those of an arm count the weights in force"
             raise InputError(where, part, None, reason)
+    for name in FRICTION:
+        if getattr(equations, name) is not None:
+            reason = "is of robots alone; an arm's file says what friction it has"
+            raise InputError(where, name, None, reason)
     _require_parts(equations, where, ARM_PARTS, in_order=False)
     if not isinstance(equations.coordinates, Coordinates):
         kind = type(equations.coordinates).__name__
@@ -330,7 +341,7 @@ def _require_arm_equations(equations: Equations, where: str) -> Equations:
 
 def require_robot_equations(equations: Equations, where: str) -> Equations:
     """The equations of a robot themselves. Raises InputError unless all of them can be judged."""
-    for name in ("coordinates", "switches", "symbolic", "table"):
+    for name in ("switches", "table"):
         if repr(getattr(equations, name)) != repr(getattr(Equations(), name)):
             reason = "is of arms alone; a robot's equations are of its joints' coordinates"
             raise InputError(where, name, None, reason)

@@ -18,12 +18,14 @@ from crosscheck.analytic.derivation.symbols import parameter_values
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Switches
-from crosscheck.trial.input.equations import Coordinates, Equations, Level, Symbolic
+from crosscheck.models.robot.robot import Robot
+from crosscheck.trial.input.calls import parse_motors
+from crosscheck.trial.input.equations import Coordinates, Equations, Level, Motors, Symbolic
 
 WHERE = "equations"
 QUADRATIC = 2
 USUAL, TIME = Coordinates(), sp.Symbol("t")
-PARTS = ("mass_matrix", "bias", "force")
+PARTS = ("mass_matrix", "bias", "force", "gravity")
 NEAR, MOST_NAMED = 0.4, 4  # of names of quantities that may have been meant
 Parts = dict[str, sp.Matrix]
 
@@ -37,7 +39,9 @@ def from_sympy(
     coriolis: Any = None,
     force: Any = None,
     forcing: Any = None,
+    gravity: Any = None,
     torque: Sequence[Any] = (),
+    drive: Motors | None = None,
     t: sp.Symbol = TIME,
     values: Mapping[Any, float | str] | None = None,
     coordinates: Coordinates = USUAL,
@@ -49,8 +53,9 @@ def from_sympy(
     Symbols may be dynamicsymbols and their derivatives. forcing, as KanesMethod and LagrangesMethod
     give it, is force - bias: what is quadratic in v is the bias, the rest is the force. values says
     what each other symbol is, a number or the name of a quantity of the arm; a symbol called like a
-    quantity (``L1``, ``r_s2``, ``m_payload``) needs none. ``Equations.adapt_to_arm`` puts an arm's
-    numbers in. Raises InputError.
+    quantity (``L1``, ``r_s2``, ``m_payload``) needs none. drive: the joints that have a motor, of
+    which torque has a symbol each (or one for every joint). ``Equations.adapt_to_arm`` puts an
+    arm's numbers in. Raises InputError.
     """
     x, v = tuple(x), tuple(v)
     plain = make_plain_symbols(x, v, torque)
@@ -63,6 +68,7 @@ def from_sympy(
         "coriolis": coriolis,
         "force": force,
         "forcing": forcing,
+        "gravity": gravity,
     }
     parts = {
         name: _matrix(matrix, name, len(x)).xreplace(plain)
@@ -75,11 +81,13 @@ def from_sympy(
         torque_symbols,
         t=t,
         values=dict(values or {}),
+        drive=drive,
         **_standard_parts(parts, v_symbols),
     )
     names = coordinates.names or tuple(symbol.name for symbol in x_symbols)
     unbound = Equations(
         coordinates=replace(coordinates, names=names),
+        drive=drive,
         level=level,
         switches=switches,
         symbolic=symbolic,
@@ -148,7 +156,25 @@ def replace_symbols(symbolic: Symbolic, arm: Arm) -> Symbolic:
         name: express_in_arm_symbols(matrix, variables, symbolic.values, arm, f"{WHERE}: {name}")
         for name, matrix in _parts(symbolic).items()
     }
-    return replace(symbolic, values={}, **parts)
+    return replace(symbolic, values={}, torque=_torque_by_joint(symbolic, arm), **parts)
+
+
+def _torque_by_joint(symbolic: Symbolic, arm: Arm) -> tuple[sp.Symbol, ...]:
+    """A symbol for each joint's torque; none for equations without any. Raises InputError."""
+    return _torque_by_name(symbolic, [f"theta_{n + 1}" for n in range(len(arm.joints))])
+
+
+def _torque_by_name(symbolic: Symbolic, names: Sequence[str]) -> tuple[sp.Symbol, ...]:
+    count, motors = len(symbolic.torque), list(range(len(names)))
+    if symbolic.drive is not None:
+        motors = list(parse_motors(symbolic.drive, names))
+    if count in (0, len(names)):
+        return symbolic.torque
+    if count != len(motors):
+        reason = f"has {count}; must be one for each of {len(names)} joints, or of drive's motors"
+        raise InputError(WHERE, "torque", None, reason)
+    of_motors = dict(zip(motors, symbolic.torque, strict=True))
+    return tuple(of_motors.get(number, sp.Dummy()) for number in range(len(names)))
 
 
 def _parts(symbolic: Symbolic) -> Parts:
@@ -168,8 +194,42 @@ def _bind_to_arm(unbound: Equations, symbolic: Symbolic, arm: Arm) -> Equations:
         mass_matrix=functions.get("mass_matrix"),
         bias=functions.get("bias"),
         force=functions.get("force"),
+        gravity=functions.get("gravity"),
         rebuild=lambda other, scenario: _bind_to_arm(unbound, symbolic, other),
         any_arm=_is_by_name(symbolic, unbound.coordinates),
+    )
+
+
+def bind_to_robot(equations: Equations, robot: Robot) -> Equations:
+    """Equations of a robot from symbols, all of which but the variables have numbers in values.
+
+    Raises InputError for a symbol without a number.
+    """
+    symbolic = equations.symbolic
+    assert symbolic is not None  # as the caller knows
+    variables = {*symbolic.x, *symbolic.v, *symbolic.torque, symbolic.t}
+    torque = _torque_by_name(symbolic, robot.coordinate_names)
+    numbers = {str(symbol): value for symbol, value in symbolic.values.items()}
+    functions = {}
+    for name, matrix in _parts(symbolic).items():
+        where, meant = f"{WHERE}: {name}", dict[Any, Any]()
+        for symbol in sorted(matrix.free_symbols - variables, key=str):
+            value = numbers.get(symbol.name)
+            if not isinstance(value, Real | sp.Number):
+                reason = "needs a number in values: a robot's quantities have no symbols"
+                raise InputError(where, symbol.name, value, reason)
+            meant[symbol] = _meaning(symbol, {symbol: value}, {}, where)
+        bound = replace(symbolic, torque=torque)
+        functions[name] = _make_function(matrix.xreplace(meant), bound, name, {})
+    return replace(
+        equations,
+        mass_matrix=functions.get("mass_matrix"),
+        bias=functions.get("bias"),
+        force=functions.get("force"),
+        gravity=functions.get("gravity"),
+        coordinates=replace(equations.coordinates, names=()),
+        symbolic=None,
+        rebuild=None,
     )
 
 
@@ -189,16 +249,19 @@ def _make_function(
     matrix: sp.ImmutableMatrix, bound: Symbolic, name: str, numbers: Mapping[sp.Symbol, float]
 ) -> Callable[..., np.ndarray]:
     """The function of a part. Raises InputError where M or bias depends on what it must not."""
-    strange = {"mass_matrix": (*bound.v, *bound.torque, bound.t), "bias": (*bound.torque, bound.t)}
+    moving = (*bound.v, *bound.torque, bound.t)
+    strange = {"mass_matrix": moving, "gravity": moving, "bias": (*bound.torque, bound.t)}
     forbidden_symbols = sorted(map(str, matrix.free_symbols & set(strange.get(name, ()))))
     if forbidden_symbols:
-        allowed = "x alone" if name == "mass_matrix" else "x and v alone"
+        allowed = "x and v alone" if name == "bias" else "x alone"
         reason = f"has {', '.join(forbidden_symbols)}; must be of {allowed}"
         raise InputError(WHERE, name, None, reason)
     quantities = tuple(sorted(matrix.free_symbols & set(numbers), key=str))
     compiled = _compile(matrix, bound.t, (bound.x, bound.v, bound.torque), quantities)
     values = [numbers[symbol] for symbol in quantities]
     if name == "mass_matrix":
+        return lambda x: compiled(0.0, x, 0 * x, np.zeros(len(bound.torque)), values)
+    if name == "gravity":
         return lambda x: compiled(0.0, x, 0 * x, np.zeros(len(bound.torque)), values)
     if name == "bias":
         return lambda x, v: compiled(0.0, x, v, np.zeros(len(bound.torque)), values)

@@ -8,7 +8,7 @@ function that never returns or takes its process down costs one call, not many.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -19,7 +19,7 @@ import numpy as np
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.scenario import PdDrive, Scenario
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import ModelTask
@@ -51,6 +51,7 @@ from crosscheck.trial.input.loading import format_error, format_error_line
 from crosscheck.trial.model import CALL_S, SuppliedModel
 
 SPEEDS = (-1.0, 2.0)
+GAINS = ("proportional_N_m_per_rad", "derivative_N_m_s_per_rad")
 AGAIN = "_again"
 BY_RATES = ("rate_terms", "christoffel")
 
@@ -195,17 +196,26 @@ QUESTIONS: dict[str, Answer] = {
 }
 
 
-def make_experiment(arm: Arm, *, undriven: bool) -> Scenario:
-    """The scenario whose torques act at the states that are asked; none of undriven equations."""
-    return make_rest_scenario() if undriven else make_unequal_gains_scenario(arm)
+def make_experiment(arm: Arm, motors: Sequence[int]) -> Scenario:
+    """The scenario whose torques act at the states that are asked, by motors of these joints."""
+    if not motors:
+        return make_rest_scenario()
+    scenario = make_unequal_gains_scenario(arm)
+    assert isinstance(scenario.drive, PdDrive)  # as that scenario has it
+    gains = {
+        name: tuple(value * (joint in motors) for joint, value in enumerate(values))
+        for name, values in scenario.drive.model_dump().items()
+        if name in GAINS
+    }
+    return scenario.model_copy(update={"drive": scenario.drive.model_copy(update=gains)})
 
 
 @dataclass(frozen=True)
 class VerificationProblem:
     """Equations under a name, and the case and states at which they are asked.
 
-    has: the parts that they have, or that follow from those; undriven: whether they have no torque,
-    and are judged without any.
+    has: the parts that they have, or that follow from those; motors: the joints that have one, from
+    0.
     """
 
     name: str
@@ -214,7 +224,7 @@ class VerificationProblem:
     case: Case
     count: int
     seed: int
-    undriven: bool = False
+    motors: tuple[int, ...]
 
     @property
     def gearing(self) -> Gearing:
@@ -258,7 +268,7 @@ class VerificationProblem:
 
     def adapt_to_arm(self, arm: Arm) -> VerificationProblem:
         """The problem of the same equations with another arm's numbers. Raises InputError."""
-        case = Case(arm, make_experiment(arm, undriven=self.undriven), self.case.switches)
+        case = Case(arm, make_experiment(arm, self.motors), self.case.switches)
         return replace(self, equations=self.equations.adapt_to_arm(arm, case.scenario), case=case)
 
     def ask_equations(self, quantity: str) -> StateQuestion:

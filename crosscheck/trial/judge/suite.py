@@ -93,7 +93,7 @@ def plan_self_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     if equations.inverse_dynamics is not None:
         whole = _entry_check("bias", _inverse_dynamics_errors)
         yield _self_check(problem, "inverse-dynamics", whole, "mass_matrix", "inverse_dynamics")
-    if "force" in has and not problem.undriven:
+    if "force" in has and problem.motors:
         linear = _entry_check("force", _torque_linearity_errors)
         yield _self_check(problem, "linear-in-torques", linear, "force", "by_torques")
     if equations.acceleration is not None and has >= {*COMPARED}:

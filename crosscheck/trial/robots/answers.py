@@ -19,8 +19,19 @@ from crosscheck.run import run_tasks
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
 from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.workers import Workers
-from crosscheck.trial.input.calls import TAKES, call_part, describe_failure, make_named_call
+from crosscheck.trial.input.arrays import NotNumbers, convert_to_numbers
+from crosscheck.trial.input.calls import (
+    TAKES,
+    MotorCall,
+    NamedCall,
+    add_motors,
+    call_part,
+    describe_failure,
+    find_motors,
+    make_named_call,
+)
 from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.loading import FRICTION
 from crosscheck.trial.robots.sizes import RobotSizes
 
 STATES = 12
@@ -28,6 +39,7 @@ FASTEST = 2.0  # rad/s or m/s of a state, whatever the joint's limit: equations 
 CALL_S = 2e-3  # [s] that a user's Python takes over one answer, at most
 LARGEST = 1e50  # of a number that can be compared
 HERE, AGAIN = "here", "again"  # the states, and the same a second time in the other order
+NONLINEAR = "nonlinear effects"  # C v + gravity: what a bias is that counts the weights
 SPEEDS = (1.0, -1.0, 2.0, 0.0)  # at which the bias is asked, times each state's rates
 BY_RATES = ("bias", "coriolis", "inverse_dynamics")  # parts that give the bias
 Block = str | float | tuple[int]  # HERE, AGAIN, one of SPEEDS, or (joint,) that accelerates alone
@@ -81,12 +93,47 @@ class PartTask(SelfKeyedTask):
 
 
 @dataclass(frozen=True)
+class Friction:
+    """Friction that equations state: viscous [N m s/rad] and Coulomb's [N m], (n,) each."""
+
+    viscous: np.ndarray
+    coulomb: np.ndarray
+
+    @property
+    def is_stated(self) -> bool:
+        """Whether there is any."""
+        return bool(self.viscous.any() or self.coulomb.any())
+
+    def torques(self, v: np.ndarray) -> np.ndarray:
+        """What friction takes from the motors at rates v (states, n)."""
+        taken: np.ndarray = self.viscous * v + self.coulomb * np.sign(v)
+        return taken
+
+
+def read_friction(equations: Equations, robot: Robot, where: str) -> Friction:
+    """The friction that equations state. Raises InputError."""
+    size, values = len(robot.coordinates), list[np.ndarray]()
+    for name in FRICTION:
+        stated = getattr(equations, name)
+        try:
+            values.append(np.zeros(size) if stated is None else convert_to_numbers(stated, (size,)))
+        except NotNumbers as error:
+            reason = f"{error}: a number for each of {', '.join(robot.coordinate_names)}"
+            raise InputError(where, name, None, reason) from None
+    return Friction(*values)
+
+
+@dataclass(frozen=True)
 class RobotAnswers:
     """What a user's equations say at the states, by quantity: M (states, n, n), others (states, n).
 
     again: the same, asked a second time in the other order. sources: the part that each comes from.
     speeds (states, 4, n): the bias at SPEEDS times the rates, None without a bias. failures: by
-    part. weightless: whether inverse_dynamics is M a + bias and leaves the weights out.
+    part. weightless: whether inverse_dynamics is M a + bias and leaves the weights out; driven:
+    whether force is the motors' torques alone, the weights on the left of the equation;
+    friction_in_bias: whether a bias held the friction that is stated. Bias and inverse_dynamics are
+    those without friction. A bias that
+    is not 0 at rest is NONLINEAR where there is no gravity: what it is at rest is judged as that.
     """
 
     values: Mapping[str, np.ndarray]
@@ -95,25 +142,41 @@ class RobotAnswers:
     speeds: np.ndarray | None
     failures: Mapping[str, Failure]
     weightless: bool
+    driven: bool = False
+    friction_in_bias: bool = False
 
 
-def draw_states(robot: Robot, seed: int) -> RandomStates:
-    """The random states at which equations are asked."""
+def draw_states(robot: Robot, seed: int, motors: Sequence[int]) -> RandomStates:
+    """The random states at which equations are asked; torques of these joints' motors alone."""
     states, rng = sample_states(robot, STATES, seed), np.random.default_rng([seed, 1])
-    return states._replace(v=rng.uniform(-FASTEST, FASTEST, states.v.shape))
+    driven = np.isin(np.arange(states.q.shape[1]), motors)
+    return states._replace(
+        v=rng.uniform(-FASTEST, FASTEST, states.v.shape), torques=states.torques * driven
+    )
 
 
-@contextmanager
-def register_functions(name: str, equations: Equations) -> Iterator[None]:
-    """Let workers that begin in this context call the functions of equations by a name."""
+def bind_functions(
+    equations: Equations, robot: Robot
+) -> tuple[tuple[int, ...], dict[str, NamedCall | MotorCall]]:
+    """The coordinates that a motor moves, from 0, and the functions of equations by their part.
+
+    Raises InputError.
+    """
     given = {part: getattr(equations, part) for part in TAKES}
-    functions = {
+    calls = {
         part: make_named_call(function, part, in_order=True)
         for part, function in given.items()
         if function is not None
     }
+    motors = find_motors(equations, calls, robot.coordinate_names)
+    return motors, add_motors(calls, equations, motors)
+
+
+@contextmanager
+def register_functions(name: str, calls: Mapping[str, Any]) -> Iterator[None]:
+    """Let workers that begin in this context call the functions of equations by a name."""
     with _one_at_a_time:
-        _supplied[name] = functions
+        _supplied[name] = calls
         try:
             yield
         finally:
@@ -125,6 +188,7 @@ def ask(
     robot: Robot,
     states: RandomStates,
     sizes: RobotSizes,
+    friction: Friction,
     jobs: int,
     progress: ProgressCallback,
 ) -> RobotAnswers:
@@ -150,7 +214,10 @@ def ask(
             block: np.einsum("sij,sj->si", matrix, blocks["coriolis"][block].v)
             for block, matrix in answers.pop("coriolis").items()
         }
+    holds_friction = _remove_friction(answers, blocks, friction)
     whole = answers.get("inverse_dynamics")
+    nonlinear = _split_nonlinear_effects(answers, sizes) if "gravity" not in outcomes else {}
+    answers |= nonlinear
     values = {quantity: part_blocks[HERE] for quantity, part_blocks in answers.items()}
     derived = (
         {} if whole is None else _derive_values(whole, sizes, _has_weights(robot, states, sizes))
@@ -159,6 +226,7 @@ def ask(
     sources |= {quantity: "inverse_dynamics" for quantity in derived if quantity not in values}
     if "coriolis" in outcomes and "bias" in values:
         sources["bias"] = "coriolis"
+    sources |= dict.fromkeys(nonlinear, NONLINEAR)
     by_rates = answers.get("bias", whole)
     speeds = None
     if by_rates is not None:
@@ -166,7 +234,50 @@ def ask(
         speeds = np.stack([by_rates[speed] - rest for speed in SPEEDS], axis=1)
     again = {quantity: part_blocks[AGAIN][::-1] for quantity, part_blocks in answers.items()}
     weightless = whole is not None and "gravity" not in derived
-    return RobotAnswers(derived | values, again, sources, speeds, failures, weightless)
+    values = derived | values
+    rounding = TOLERANCE * sizes.force
+    torques = states.torques - (0 if holds_friction else friction.torques(states.v))
+    driven = {"gravity", "force"} <= set(values) and bool(
+        (np.abs(values["force"] - torques) <= rounding).all()
+    )
+    return RobotAnswers(
+        values, again, sources, speeds, failures, weightless, driven, holds_friction
+    )
+
+
+def _remove_friction(
+    answers: dict[str, Blocks],
+    blocks: Mapping[str, Mapping[Block, RandomStates]],
+    friction: Friction,
+) -> bool:
+    """Take friction out of inverse dynamics, and out of a bias that has it: whether it has.
+
+    A bias has it if what is odd in its rates is nearer to that than to nothing.
+    """
+    if not friction.is_stated:
+        return False
+    parts = ["inverse_dynamics"] if "inverse_dynamics" in answers else []
+    holds_friction = False
+    if "bias" in answers and "bias" in blocks:
+        odd = (answers["bias"][1.0] - answers["bias"][-1.0]) / 2
+        expected = friction.torques(blocks["bias"][1.0].v)
+        holds_friction = np.abs(odd - expected).sum() < np.abs(odd).sum()
+    for part in [*parts, *(["bias"] if holds_friction else [])]:
+        answers[part] = {
+            block: values - friction.torques(blocks[part][block].v)
+            for block, values in answers[part].items()
+        }
+    return bool(holds_friction)
+
+
+def _split_nonlinear_effects(answers: Mapping[str, Blocks], sizes: RobotSizes) -> dict[str, Blocks]:
+    """Bias and gravity by what a bias is at rest; {} if that is 0."""
+    bias = answers.get("bias")
+    if bias is None or (np.abs(bias[0.0]) <= TOLERANCE * sizes.gravity).all():
+        return {}
+    rest = {block: bias[0.0][::-1] if block == AGAIN else bias[0.0] for block in bias}
+    moving = {block: values - rest[block] for block, values in bias.items()}
+    return {"bias": moving, "gravity": {block: rest[block] for block in (HERE, AGAIN)}}
 
 
 def call_functions(

@@ -332,6 +332,16 @@ def _body_mistakes(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBo
         )
 
 
+def is_physical(robot: Robot) -> bool:
+    """Whether there can be such bodies and rotors: no mass or inertia below that of points."""
+    for body in robot.bodies:
+        moments = np.linalg.eigvalsh(body.inertia)
+        least = -ALIKE * max(float(np.abs(moments).max()), 1e-300)
+        if body.mass < 0 or min(moments[0], moments[0] + moments[1] - moments[2]) < least:
+            return False
+    return all(rotor.inertia >= 0 for rotor in robot.rotors)
+
+
 def get_link_name(robot: Robot, number: int) -> str:
     """The URDF's name of the link that a joint moves."""
     return next(name for name, frame in robot.frames.items() if frame.body == number)

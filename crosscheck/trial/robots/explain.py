@@ -12,6 +12,7 @@ from crosscheck.cost.agreement import TOLERANCE
 from crosscheck.models.robot.robot import Level
 from crosscheck.trial.robots.angle_sums import describe_angle_sum
 from crosscheck.trial.robots.candidates import ALIKE
+from crosscheck.trial.robots.consistency import describe_places
 from crosscheck.trial.robots.judge import (
     SINGLE,
     LevelDistance,
@@ -19,11 +20,15 @@ from crosscheck.trial.robots.judge import (
     RobotProblem,
     select_entry,
 )
+from crosscheck.trial.robots.pieces import describe_accelerations, describe_bias_pieces
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
+from crosscheck.trial.robots.readings import find_readings
 from crosscheck.trial.robots.search import Cause, CauseSearch
+from crosscheck.trial.robots.sizes import WITH_WEIGHTS
 
 RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
 SHOWN = 1e-5  # of a ratio, of which six digits are shown
+MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
 MOST_SHOWN = 5  # terms of a sentence
 MISSING = "missing"
 MOST_OTHERS = 3  # causes that nobody is likely to have written, of which some are named
@@ -38,7 +43,8 @@ class RobotDiagnosis:
     entries: those that differ from it, most first; notes: sentences on single parts and entries,
     what the equations owe to themselves first; explanations: words that complete `the equations of
     the level with ...`, each of which alone explains all; links: where none does and several parts
-    are wrong, those of which all ten inertial parameters together would.
+    are wrong, those of which all ten inertial parameters together would; readings: coordinates, in
+    words, in which all is right although it is not in the robot's.
     """
 
     level: Level
@@ -46,6 +52,7 @@ class RobotDiagnosis:
     notes: tuple[str, ...] = ()
     explanations: tuple[str, ...] = ()
     links: tuple[str, ...] = ()
+    readings: tuple[str, ...] = ()
 
 
 def diagnose(
@@ -55,6 +62,11 @@ def diagnose(
     nearest = distances[0]
     if not nearest.entries:
         return RobotDiagnosis(nearest.level)
+    parts = _wrong_parts(problem.entries(nearest.level))
+    if parts != ["gravity"] or len(problem.parts) == 1:
+        by_coordinates = _diagnose_reading(problem)
+        if by_coordinates is not None:
+            return by_coordinates
     allowed = _select_levels(problem, distances)
     searches = {each.level: CauseSearch(problem, each.level) for each in allowed}
     level, explanations = _find_explanations(searches, allowed)
@@ -67,19 +79,43 @@ def diagnose(
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
     right = [part for part in right if all(entry.part != part for entry in entries)]
-    notes = _level_notes(problem, distances)
-    notes += _asymmetries(problem, level, entries)
+    notes = [*_self_notes(problem, level, entries, wrong), *_level_notes(problem, distances)]
     notes += _lone_part_notes(entries, wrong, right)
     if "bias" in wrong:
         terms = rates()
         causes = (*explanations, *links)
         notes += [] if terms is None else _bias_notes(problem, level, terms, right, bool(causes))
+        notes += [] if causes or "mass_matrix" in wrong else describe_bias_pieces(problem, level)
+    if "acceleration" in wrong and not explanations and not links:
+        rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
+        notes += describe_accelerations(problem, level, rows)
     if not explanations and not links:
         for part in wrong:
             notes += _causes_within(searches[level], part, entries)
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(cause.words for cause in explanations)
+    if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
+        words += tuple(each.words for each in find_readings(problem)[1])
     return RobotDiagnosis(level, tuple(entries), tuple(notes), words, links)
+
+
+def _diagnose_reading(problem: RobotProblem) -> RobotDiagnosis | None:
+    """What is wrong, if that is the coordinates alone."""
+    level, readings = find_readings(problem)
+    if level is None:
+        return None
+    entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
+    stated = {each.words: each.statement for each in readings}
+    if len(problem.names) > MOST_STATED:
+        stated = dict.fromkeys(stated, "")
+    words = [f"{each} ({how})" if how else each for each, how in stated.items()]
+    causes = []
+    for each in readings:
+        if len(each.joints) == 1:
+            causes.append(f"joint {each.joints[0]}: its axis the other way")
+        elif len(each.joints) == len(problem.names):
+            causes.append("every joint: its axis the other way")
+    return RobotDiagnosis(level, tuple(entries), (), tuple(causes), (), tuple(words))
 
 
 def _find_explanations(
@@ -239,15 +275,57 @@ def _bias_notes(
         yield "bias is no sum of a constant, rates and products of two rates, as it must be"
         return
     if (np.abs(terms.rest) > TOLERANCE * (size + sizes.gravity)).any():
-        weights = np.abs(terms.rest - model.gravity(states.q)) <= TOLERANCE * sizes.gravity
-        what = "gravity: it counts the weights" if weights.all() else "not 0"
-        yield f"bias at rest is {what}; bias must be Coriolis and centrifugal torques alone"
+        yield _describe_rest(problem, terms, model.gravity(states.q), level)
     yield from _linear_notes(terms, size, names)
     wrong = list(_wrong_products(problem, level, terms, sample_bias_terms(model.bias, states)))
-    if wrong and "mass_matrix" in right:
+    if wrong and "mass_matrix" in right and "bias" not in problem.self_differences:
         yield "bias does not follow from mass_matrix, which is right"
     if not explained:
         yield from wrong
+
+
+def _describe_rest(
+    problem: RobotProblem, terms: BiasTerms, weights: np.ndarray, level: Level
+) -> str:
+    """The sentence on a bias that is not 0 at rest although gravity stands beside it."""
+    sizes = problem.sizes[level]
+    if (np.abs(terms.rest - weights) > TOLERANCE * sizes.gravity).any():
+        return "bias at rest is not 0; bias must be Coriolis and centrifugal torques alone"
+    moving = problem.answers.values["bias"] - weights
+    difference = np.abs(moving - problem.reference_values[level]["bias"])
+    right = (difference <= TOLERANCE * (sizes.bias + sizes.gravity)).all()
+    less = "; without these it is right" if right else ""
+    return (
+        "bias at rest is exactly gravity: these are nonlinear effects, C v + g; beside gravity, or"
+        f" in bias, the weights count twice{less}"
+    )
+
+
+def _self_notes(
+    problem: RobotProblem, level: Level, entries: Sequence[RobotEntry], wrong: Sequence[str]
+) -> Iterator[str]:
+    """Sentences on what the equations owe to themselves and do not keep, or keep although wrong."""
+    yield from _asymmetries(problem, level, entries)
+    if states := problem.find_indefinite_states(level):
+        yield (
+            f"mass_matrix is not positive definite, at {len(states)} of"
+            f" {len(problem.states.q)} states: some motion would have no kinetic energy, or less"
+        )
+    names, places = problem.names, problem.find_self_places("bias", level)
+    if "bias" in problem.self_differences and "bias" in wrong:
+        which = "" if "mass_matrix" in wrong else ", which is right"
+        if places:
+            listed = describe_places(places, names, MOST_SHOWN)
+            yield f"bias does not follow from mass_matrix{which}: {listed}"
+        elif "mass_matrix" in wrong:
+            yield "bias follows from mass_matrix: they are wrong together, by one cause"
+    for row, column in problem.find_self_places("gravity", level):
+        if row < column:
+            a, b = names[row], names[column]
+            yield (
+                f"gravity is no gradient of a potential: the slope of gravity[{a}] along {b} is not"
+                f" that of gravity[{b}] along {a}"
+            )
 
 
 def _linear_notes(terms: BiasTerms, size: np.ndarray, names: Sequence[str]) -> Iterator[str]:
@@ -263,14 +341,14 @@ def _linear_notes(terms: BiasTerms, size: np.ndarray, names: Sequence[str]) -> I
         shown = ", ".join(linear_terms[:MOST_SHOWN]) + (
             ", ..." if len(linear_terms) > MOST_SHOWN else ""
         )
-        yield f"bias has a part linear in v, {shown}: friction?"
+        yield f"bias has a part linear in v, {shown}: friction? State it as viscous_friction."
 
 
 def _wrong_products(
     problem: RobotProblem, level: Level, user_terms: BiasTerms, reference_terms: BiasTerms
 ) -> Iterator[str]:
     """Sentences on products of rates whose coefficients are wrong; rows that are alike as one."""
-    with_weights = problem.answers.sources["bias"] == "inverse_dynamics"
+    with_weights = problem.answers.sources["bias"] in WITH_WEIGHTS
     sizes, names = term_sizes(problem.sizes[level], with_weights=with_weights), problem.names
     differences, others = np.abs(user_terms.products - reference_terms.products), list[str]()
     for row, name in enumerate(names):
@@ -312,7 +390,8 @@ def _causes_within(search: CauseSearch, part: str, entries: Sequence[RobotEntry]
     if causes := search.find_causes(search.select_places(part)):
         yield from _describe_causes(causes, part)
         return
-    for entry in within if part != "bias" else ():
+    # A row of the balance that accelerations are held in is no row of these.
+    for entry in within if part not in ("bias", "acceleration") else ():
         causes = search.find_causes(search.select_places(entry=entry))
         yield from _describe_causes([cause for cause in causes if cause.usual], entry.name)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -25,6 +25,7 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.robots.answers import SPEEDS, RobotAnswers
+from crosscheck.trial.robots.consistency import SLOPES, SelfDifference
 from crosscheck.trial.robots.sizes import RobotSizes
 
 SINGLE = ("mass_matrix", "bias", "gravity")  # of which the others are made
@@ -63,7 +64,9 @@ class LevelDistance:
 class RobotProblem:
     """Equations of a robot, by name, and their answers at states.
 
-    sizes: by level, of each that equations may be of; stated: the level that these are to be of.
+    sizes: by level, of each that equations may be of; stated: the level that these are to be of;
+    self_differences: by part, how far it is from what the equations owe to themselves; friction
+    (states, n): the torques that it takes, which those of the states are without.
     """
 
     name: str
@@ -72,6 +75,8 @@ class RobotProblem:
     sizes: Mapping[Level, RobotSizes]
     answers: RobotAnswers
     stated: str
+    self_differences: Mapping[str, SelfDifference] = field(default_factory=dict)
+    friction: np.ndarray = field(default_factory=lambda: np.zeros(1))
 
     @property
     def parts(self) -> tuple[str, ...]:
@@ -81,7 +86,7 @@ class RobotProblem:
     @property
     def names(self) -> list[str]:
         """Names of the coordinates: of the joints that move them."""
-        return [self.robot.joints[number].name for number in self.robot.coordinates]
+        return self.robot.coordinate_names
 
     @cached_property
     def reference_values(self) -> dict[Level, Mapping[str, np.ndarray]]:
@@ -100,7 +105,7 @@ class RobotProblem:
             "inverse_dynamics": lambda: (
                 model.inverse_dynamics(q, v, a) - self.omitted_weights(model)
             ),
-            "force": lambda: torques - model.gravity(q),
+            "force": lambda: self.loads_in_force - self.weights_in_force(model.gravity(q)),
             "acceleration": lambda: model.forward_dynamics(q, v, torques),
         }
         return {part: meant[part]() for part in self.parts}
@@ -109,6 +114,16 @@ class RobotProblem:
         """The weights, where inverse dynamics leaves them out; else 0."""
         weights = model.gravity(self.states.q)
         return weights if self.answers.weightless else 0 * weights
+
+    @property
+    def loads_in_force(self) -> np.ndarray:
+        """The motors' torques (states, n), less friction unless the bias has it."""
+        taken = self.friction if self.answers.friction_in_bias else 0.0
+        return self.states.torques + taken
+
+    def weights_in_force(self, weights: np.ndarray) -> np.ndarray:
+        """The weights (states, n), or 0 where force is the motors' torques alone."""
+        return 0 * weights if self.answers.driven else weights
 
     def relative_errors(
         self, level: Level, reference_values: Mapping[str, np.ndarray]
@@ -120,6 +135,34 @@ class RobotProblem:
             / sizes.entry_sizes(part, answers.sources[part])
             for part in self.parts
         }
+
+    def find_self_places(self, part: str, level: Level) -> list[tuple[int, ...]]:
+        """The entries of a part that do not keep what the equations owe to themselves."""
+        if part not in self.self_differences:
+            return []
+        sizes = self._self_sizes(part, level)
+        tolerance = SLOPES * self.sizes[level].tolerance(part)
+        return self.self_differences[part].find_places(sizes, tolerance)
+
+    def _self_sizes(self, part: str, level: Level) -> np.ndarray:
+        """Sizes of what a part is held against: of bias (states, n), of gravity's slopes too."""
+        count = len(self.self_differences[part].values)
+        sizes = self.sizes[level].entry_sizes(part, self.answers.sources[part])[:count]
+        return sizes if part == "bias" else np.maximum(sizes[:, :, None], sizes[:, None, :])
+
+    def self_error(self, part: str, level: Level) -> float:
+        """The largest difference of a part from what it owes, beyond what may be, over its size."""
+        difference = self.self_differences[part]
+        beyond = np.maximum(np.abs(difference.values) - difference.allowed, 0.0)
+        return float((beyond / self._self_sizes(part, level)).max())
+
+    def find_indefinite_states(self, level: Level) -> list[int]:
+        """The states at which the symmetric part of M has an eigenvalue that is not positive."""
+        if "mass_matrix" not in self.answers.values:
+            return []
+        scaled = self.answers.values["mass_matrix"] / self.sizes[level].mass_matrix
+        lowest = np.linalg.eigvalsh((scaled + scaled.swapaxes(1, 2)) / 2)[:, 0]
+        return np.flatnonzero(lowest <= 0).tolist()
 
     def entries(self, level: Level) -> list[RobotEntry]:
         """The entries that differ from a level by more than rounding, the largest share first."""
@@ -183,7 +226,8 @@ def collect_findings(problem: RobotProblem, level: Level) -> list[Finding]:
     """All checks: what the equations owe to themselves, then to every engine of the level."""
     lost = problem.answers.failures
     parts = [_failure_finding(problem, part, why) for part, why in lost.items()]
-    return [*parts, *_self_checks(problem, level), *_engine_findings(problem, level)]
+    own = [*_self_checks(problem, level), *_own_checks(problem, level)]
+    return [*parts, *own, *_engine_findings(problem, level)]
 
 
 def _failure_finding(problem: RobotProblem, part: str, why: Failure) -> Finding:
@@ -210,6 +254,11 @@ def _self_checks(problem: RobotProblem, level: Level) -> Iterator[Finding]:
         mass = answers.values["mass_matrix"]
         relative_errors = (mass - mass.swapaxes(1, 2)) / sizes.mass_matrix
         yield _check_errors(problem, "symmetric", "mass_matrix", relative_errors, sizes)
+        about = _make_subject(problem, OWN, "positive-definite", "first principles")
+        if indefinite := len(problem.find_indefinite_states(level)):
+            yield make_failed_check(about, f"an eigenvalue is not positive at {indefinite} states")
+        else:
+            yield make_check(about, measured=0.0, tolerance=0.0, basis="all eigenvalues positive")
     if answers.speeds is not None and "bias" in answers.values:
         size = sizes.entry_sizes("bias", answers.sources["bias"])[:, None]
         squares = np.array(SPEEDS)[:, None] ** 2
@@ -219,6 +268,17 @@ def _self_checks(problem: RobotProblem, level: Level) -> Iterator[Finding]:
         yield _check_errors(
             problem, "bias-quadratic", "bias", relative_errors.swapaxes(1, 2), sizes
         )
+
+
+def _own_checks(problem: RobotProblem, level: Level) -> Iterator[Finding]:
+    """Checks of the bias against M, and of gravity as a gradient."""
+    names = {"bias": "bias-from-inertia", "gravity": "gravity-is-a-gradient"}
+    sizes = problem.sizes[level]
+    for part in problem.self_differences:
+        about = _make_subject(problem, OWN, names[part], "first principles")
+        measured, tolerance = problem.self_error(part, level), SLOPES * sizes.tolerance(part)
+        basis = f"{sizes.basis(part)}, {SLOPES:.3g} times for differences of answers"
+        yield make_check(about, measured=measured, tolerance=tolerance, basis=basis)
 
 
 def _check_errors(

@@ -20,7 +20,8 @@ MOST_ENTRIES, MOST_SENTENCES = 5, 12
 def format_lines(trial: RobotTrial) -> Iterator[str]:
     """Lines on what the equations are, which entries differ, and what explains it."""
     diagnosis = trial.diagnosis
-    yield first_line(trial)
+    yield from first_lines(trial)
+    yield from trial.remarks
     for entry in diagnosis.entries[:MOST_ENTRIES]:
         yield f"  {entry.name}: {entry.share:.2g} of its size{entry.remark and f'; {entry.remark}'}"
     if len(diagnosis.entries) > MOST_ENTRIES:
@@ -39,19 +40,25 @@ def format_lines(trial: RobotTrial) -> Iterator[str]:
         yield f"note: {note}"
 
 
-def first_line(trial: RobotTrial) -> str:
+def first_lines(trial: RobotTrial) -> Iterator[str]:
     """What the equations are, by how much, and what was not judged."""
     diagnosis, level = trial.diagnosis, trial.diagnosis.level
     left_out = f"; not judged: {', '.join(trial.not_judged)}" if trial.not_judged else ""
     if not trial.parts:
-        return f"no part answered{left_out}"
+        yield f"no part answered{left_out}"
+        return
     if not diagnosis.entries:
         parts = ", ".join(trial.parts)
-        return f"agrees with {_format_levels(trial)}: {parts}, to {trial.largest:.1e}{left_out}"
+        yield f"agrees with {_format_levels(trial)}: {parts}, to {trial.largest:.1e}{left_out}"
+        return
+    if diagnosis.readings:
+        yield f"right in {diagnosis.readings[0]}: {', '.join(trial.parts)} of {level}"
+        yield from (f"and right in {words}" for words in diagnosis.readings[1:])
+        yield "wrong in the coordinates of the robot's joints:"
     wrong = {entry.part for entry in diagnosis.entries}
     parts = ", ".join(part for part in trial.parts if part in wrong)
     by = f"by up to {trial.largest:.2g} of an entry's size"
-    return f"wrong: {parts} off from {level} {by}{left_out}"
+    yield f"wrong: {parts} off from {level} {by}{left_out}"
 
 
 def _disagreements(trial: RobotTrial) -> Iterator[str]:
@@ -80,18 +87,20 @@ def _explanations(diagnosis: RobotDiagnosis) -> Iterator[str]:
         yield "each of these alone makes the same equations"
     for link in diagnosis.links:
         yield f"all of it is in {link}: its mass, centre of mass and inertia together explain it"
-    if diagnosis.entries and not (diagnosis.explanations or diagnosis.links or diagnosis.notes):
+    reasons = diagnosis.explanations or diagnosis.links or diagnosis.notes or diagnosis.readings
+    if diagnosis.entries and not reasons:
         yield "no single number, frame or place explains it"
 
 
 def format_robot_trial(trial: RobotTrial) -> str:
-    """JSON text of all that was diagnosis."""
+    """JSON text of all results."""
     diagnosis = trial.diagnosis
     return format_json(
         {
             "schema_version": SCHEMA_VERSION,
             **_name_sources(trial),
             "parts": trial.parts,
+            "remarks": trial.remarks,
             "not_judged": trial.not_judged,
             "agrees": trial.agrees,
             "level": diagnosis.level,
@@ -109,6 +118,7 @@ def format_robot_trial(trial: RobotTrial) -> str:
             "notes": [*diagnosis.notes, *trial.robot.notes],
             "explanations": [{"with": words} for words in diagnosis.explanations],
             "links": diagnosis.links,
+            "right_in": diagnosis.readings,
             "findings": [finding.to_dict() for finding in trial.agreement.findings],
         }
     )
@@ -135,7 +145,7 @@ def robot_trial_page(trial: RobotTrial) -> str:
 
     diagnosis, robot = trial.diagnosis, trial.robot
     names = [robot.joints[number].name for number in robot.coordinates]
-    headline = [first_line(trial)]
+    headline = [*first_lines(trial), *trial.remarks]
     sentences = [*_explanations(diagnosis), *_disagreements(trial)]
     return render_page(
         "trial",

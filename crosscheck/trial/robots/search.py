@@ -18,6 +18,7 @@ from crosscheck.trial.robots.candidates import (
     RobotNumber,
     generate_frame_mistakes,
     get_link_name,
+    is_physical,
     list_numbers,
     replace_part,
     steiner,
@@ -73,7 +74,12 @@ class CauseSearch:
         mass, bias, gravity = AnalyticRobot(robot, self.level).terms(q, v)
         held = bias + gravity
         values = self.problem.answers.values
-        parts = {"mass_matrix": mass, "bias": bias, "gravity": gravity, "force": torques - gravity}
+        parts = {
+            "mass_matrix": mass,
+            "bias": bias,
+            "gravity": gravity,
+            "force": self.problem.loads_in_force - self.problem.weights_in_force(gravity),
+        }
         if "inverse_dynamics" in values:
             whole = bias if self.problem.answers.weightless else held
             parts["inverse_dynamics"] = np.einsum("sij,sj->si", mass, a) + whole
@@ -160,8 +166,18 @@ class CauseSearch:
             by = _solve_step(linear[places], square[places], self.difference[places])
             if by and self.can_explain(linear * by + square * by**2, places):
                 value = number.value + by * number.step
+                if not self._is_usual(number, value) and not is_physical(number.put(value)):
+                    continue
+                if "acceleration" in self.problem.parts and not self._is_regular(number.put(value)):
+                    continue
                 missing = number.name if abs(value) < ALIKE * number.step else ""
                 yield Cause(self._words(number, value), self._is_usual(number, value), missing)
+
+    def _is_regular(self, robot: Robot) -> bool:
+        """Whether a robot has accelerations: of none at all every balance holds."""
+        mass = AnalyticRobot(robot, self.level).mass_matrix(self.problem.states.q)
+        scaled = mass / self.problem.sizes[self.level].mass_matrix
+        return bool((np.linalg.eigvalsh(scaled)[:, 0] > TOLERANCE).all())
 
     def _words(self, number: RobotNumber, value: float) -> str:
         same = self._equal_number_name(number, value)

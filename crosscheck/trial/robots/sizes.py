@@ -12,6 +12,8 @@ from crosscheck.cost.runs import conditioning_error
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import RIGID, Level, Robot
 
+# Parts that hold the weights beside the bias, of which it is what remains.
+WITH_WEIGHTS = ("inverse_dynamics", "nonlinear effects")
 EARTH = 10.0  # m/s^2, of robots that stand in space
 
 
@@ -39,7 +41,7 @@ class RobotSizes:
         source: the part that it comes from; a bias that is inverse dynamics less the weights has
         their rounding.
         """
-        if quantity == "bias" and source == "inverse_dynamics":
+        if quantity == "bias" and source in WITH_WEIGHTS:
             return self.bias + self.gravity
         sizes: np.ndarray = getattr(self, quantity)
         return sizes

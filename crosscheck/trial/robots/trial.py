@@ -2,18 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from crosscheck.cost.agreement import RandomStates
 from crosscheck.findings import Agreement
 from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
+from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import require_robot_equations
-from crosscheck.trial.robots.answers import ask, call_functions, draw_states, register_functions
+from crosscheck.trial.robots.answers import (
+    NONLINEAR,
+    RobotAnswers,
+    ask,
+    bind_functions,
+    call_functions,
+    draw_states,
+    read_friction,
+    register_functions,
+)
+from crosscheck.trial.robots.consistency import (
+    SOURCES,
+    SelfDifference,
+    compare_with_itself,
+    make_slope_states,
+)
+from crosscheck.trial.robots.coordinates import MappedCall, read_matrix
 from crosscheck.trial.robots.explain import RobotDiagnosis, diagnose
 from crosscheck.trial.robots.judge import (
     SINGLE,
@@ -22,23 +41,25 @@ from crosscheck.trial.robots.judge import (
     collect_findings,
 )
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
-from crosscheck.trial.robots.sizes import compute_sizes_by_level
+from crosscheck.trial.robots.sizes import WITH_WEIGHTS, compute_sizes_by_level
 
 
 @dataclass(frozen=True)
 class RobotTrial:
     """A user's equations of a robot, judged.
 
-    stated: the level that they are to be of, '' for any; parts: that were judged; not_judged: what
-    was not, with the reason, in words; distances: of each level, the nearest first; failures: by
-    part that did not answer; agreement: all checks; relative_errors: by part, how far each entry is
-    from the diagnosis' level at most, of its size; allowed: how far it may be; seed: of the states.
+    stated: the level that they are to be of, '' for any; parts: that were judged; remarks: how the
+    equations were read; not_judged: what was not judged, with the reason, in words; distances:
+    of each level, the nearest first; failures: by part that did not answer; agreement: all checks;
+    relative_errors: by part, how far each entry is from the diagnosis' level at most, of its size;
+    allowed: how far it may be; seed: of the states.
     """
 
     name: str
     robot: Robot
     stated: str
     parts: tuple[str, ...]
+    remarks: tuple[str, ...]
     not_judged: tuple[str, ...]
     distances: tuple[LevelDistance, ...]
     diagnosis: RobotDiagnosis
@@ -79,23 +100,37 @@ def run_robot_trial(
     Raises InputError for equations that cannot be judged, and for answers of another shape.
     """
     require_robot_equations(equations, name)
-    states = draw_states(robot, seed)
+    motors, calls = bind_functions(equations, robot)
+    matrix = read_matrix(equations.coordinates, robot, name)
+    functions: dict[str, Any] = dict(calls)
+    if matrix is not None:
+        inverse = np.linalg.inv(matrix)
+        functions = {part: MappedCall(call, part, matrix, inverse) for part, call in calls.items()}
+    friction = read_friction(equations, robot, name)
+    states = draw_states(robot, seed, motors)
     sizes = compute_sizes_by_level(robot, equations.level, states)
     level = next((each for each in sizes if each == equations.level), next(iter(sizes)))
-    with register_functions(name, equations):
-        answers = ask(name, robot, states, sizes[level], jobs, progress)
-        problem = RobotProblem(name, robot, states, sizes, answers, equations.level)
+    with register_functions(name, functions):
+        answers = ask(name, robot, states, sizes[level], friction, jobs, progress)
+        own = _ask_about_itself(name, robot, states, answers, jobs, progress)
+        taken = friction.torques(states.v)
+        pushed = states._replace(torques=states.torques - taken)
+        problem = RobotProblem(name, robot, pushed, sizes, answers, equations.level, own, taken)
 
         def rates() -> BiasTerms | None:
             source, sampled_states = answers.sources["bias"], make_rate_states(states)
+            source = "bias" if source == NONLINEAR else source
             (answer,) = call_functions({source: sampled_states}, name, jobs, progress).values()
             if isinstance(answer, Failure):
                 return None
             parts = np.split(answer, len(sampled_states))
+            if source == "inverse_dynamics" or answers.friction_in_bias:
+                rated = zip(parts, sampled_states, strict=True)
+                parts = [each - friction.torques(at.v) for each, at in rated]
             if source == "coriolis":
                 pairs = zip(parts, sampled_states, strict=True)
                 parts = [np.einsum("sij,sj->si", c, each.v) for c, each in pairs]
-            if source == "inverse_dynamics":
+            if answers.sources["bias"] in WITH_WEIGHTS:
                 parts = [each - parts[0] for each in parts]
             return compute_bias_terms(parts)
 
@@ -103,6 +138,10 @@ def run_robot_trial(
         diagnosis = RobotDiagnosis(level)
         if distances:
             diagnosis = diagnose(problem, distances, rates)
+        if equations.drive is None and not {each.part for each in diagnosis.entries} & set(SINGLE):
+            idle = _find_idle_joints(problem, motors, diagnosis, jobs, progress)
+            notes = [*diagnosis.notes, *_describe_idle_joints(problem.names, motors, idle)]
+            diagnosis = replace(diagnosis, notes=tuple(notes))
     relative_errors = problem.relative_errors(
         diagnosis.level, problem.reference_values[diagnosis.level]
     )
@@ -111,6 +150,7 @@ def run_robot_trial(
         robot=robot,
         stated=equations.level,
         parts=problem.parts,
+        remarks=tuple(_list_remarks(problem, motors, is_mapped=matrix is not None)),
         not_judged=tuple(_list_unjudged(problem, equations)),
         distances=distances,
         diagnosis=diagnosis,
@@ -120,6 +160,79 @@ def run_robot_trial(
         allowed={part: sizes[diagnosis.level].tolerance(part) for part in problem.parts},
         seed=seed,
     )
+
+
+def _ask_about_itself(
+    name: str,
+    robot: Robot,
+    states: RandomStates,
+    answers: RobotAnswers,
+    jobs: int,
+    progress: ProgressCallback,
+) -> dict[str, SelfDifference]:
+    """How far the equations are from what they owe to themselves, of functions that answer."""
+    parts = [part for part in SOURCES if answers.sources.get(part) == part]
+    if not parts:
+        return {}
+    moved = make_slope_states(robot, states)
+    slopes = call_functions(dict.fromkeys(parts, moved), name, jobs, progress)
+    values = dict(answers.values)
+    if answers.speeds is not None and answers.sources["bias"] == "bias":
+        values["bias"] = values["bias"] - answers.speeds[:, -1]  # what is at rest is told apart
+    return compare_with_itself(robot, states, values, slopes)
+
+
+def _find_idle_joints(
+    problem: RobotProblem,
+    motors: Sequence[int],
+    diagnosis: RobotDiagnosis,
+    jobs: int,
+    progress: ProgressCallback,
+) -> list[int]:
+    """The coordinates whose motor's torque changes nothing of the parts that are wrong."""
+    wrong = {each.part for each in diagnosis.entries} & set(LOADS) & set(problem.answers.again)
+    states, changed = problem.states, list[RandomStates]()
+    states = states._replace(torques=states.torques + problem.friction)
+    for motor in motors if wrong else ():
+        torques = states.torques.copy()
+        torques[:, motor] += 1 + np.abs(torques[:, motor])
+        changed.append(states._replace(torques=torques))
+    if not changed:
+        return []
+    answers = call_functions(dict.fromkeys(wrong, changed), problem.name, jobs, progress)
+    idle = set(motors)
+    for part, answer in answers.items():
+        if isinstance(answer, Failure):
+            return []
+        for motor, values in zip(motors, np.split(answer, len(changed)), strict=True):
+            if (values != problem.answers.values[part]).any():
+                idle.discard(motor)
+    return sorted(idle)
+
+
+def _list_remarks(
+    problem: RobotProblem, motors: Sequence[int], *, is_mapped: bool
+) -> Iterator[str]:
+    """Sentences on how the equations were read, where they may be read in several ways."""
+    if is_mapped:
+        yield "carried from your coordinates to the joints' own, in which entries are told"
+    if len(motors) < len(problem.names):
+        joints = ", ".join(problem.names[number] for number in motors)
+        yield f"motors: at {joints} alone" if motors else "motors: nowhere"
+    if problem.answers.sources.get("bias") == NONLINEAR:
+        yield "bias is not 0 at rest: read as nonlinear effects, C v + g, of which g is its gravity"
+    if problem.answers.driven:
+        yield "force is the motors' torques alone: the weights are read as gravity, on the left"
+
+
+def _describe_idle_joints(
+    names: Sequence[str], motors: Sequence[int], idle: Sequence[int]
+) -> Iterator[str]:
+    """The sentence that torques of some joints are nowhere in the equations."""
+    if idle:
+        driven = [names[number] for number in motors if number not in idle]
+        joints = ", ".join(names[number] for number in idle)
+        yield (f"missing: the torque of {joints}; where there is no motor, state drive = {driven}")
 
 
 def _list_unjudged(problem: RobotProblem, equations: Equations) -> Iterator[str]:

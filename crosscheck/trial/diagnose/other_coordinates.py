@@ -1,0 +1,113 @@
+"""Equations of an arm that are right in other coordinates than those that they state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from crosscheck.checks.invariants import torques_at
+from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.interface import Model
+from crosscheck.registry import build
+from crosscheck.trial.coordinates.readings import (
+    JointCoordinates,
+    Reading,
+    has_same_values,
+    list_pairs,
+    list_readings,
+    select_first_kind,
+)
+from crosscheck.trial.judge.questions import VerificationProblem
+
+STATES = 8  # of all, at which models are asked in other coordinates
+
+
+def find_readings(
+    problem: VerificationProblem, user_values: Mapping[str, np.ndarray]
+) -> tuple[str, list[Reading]]:
+    """The level and the readings in which all parts agree, the simplest ones alone; "" for none.
+
+    user_values: of mass_matrix, bias, force and acceleration, those that answer.
+    """
+    matrix, case = problem.frame.matrix, problem.case
+    if problem.gearing != "rigid" or matrix is None or not user_values:
+        return "", []
+    size = len(case.arm.joints)
+    ratios = [
+        1 + joint.ring_teeth / joint.sun_teeth if isinstance(joint, Planetary) else 1.0
+        for joint in case.arm.joints
+    ]
+    joints = JointCoordinates(
+        [f"theta_{number + 1}" for number in range(size)],
+        range(size),
+        {place: range(place) for place in range(size)},
+        np.array(ratios),
+    )
+    own = np.eye(size)
+    relative = Reading("relative", "relative angles", own, own, own, np.zeros(size))
+    models = {
+        level: build(problem.reference(level), case.arm, case.scenario, case.switches)
+        for level in problem.levels
+    }
+    for group in ([relative, *list_readings(joints)], list_pairs(joints)):
+        for level, model in models.items():
+            readings = [
+                each
+                for each in group
+                if not _is_stated(each, matrix) and _agrees(each, model, problem, user_values)
+            ]
+            if readings:
+                return level, select_first_kind(readings)
+    return "", []
+
+
+def _is_stated(reading: Reading, matrix: np.ndarray) -> bool:
+    return not reading.offset.any() and np.array_equal(reading.position, matrix)
+
+
+def _agrees(
+    reading: Reading,
+    model: Model,
+    problem: VerificationProblem,
+    user_values: Mapping[str, np.ndarray],
+) -> bool:
+    few = {part: values[:STATES] for part, values in user_values.items()}
+    for parts in ({"mass_matrix"} & set(few), set(few)):  # most have another M
+        if parts and not any(
+            has_same_values(few, _evaluate(reading, model, problem, parts, by_rows=by_rows))
+            for by_rows in (False, True)
+        ):
+            return False
+    return True
+
+
+def _evaluate(
+    reading: Reading,
+    model: Model,
+    problem: VerificationProblem,
+    parts: set[str],
+    *,
+    by_rows: bool,
+) -> dict[str, np.ndarray]:
+    """What the equations would say of some parts at the first states if x were other coordinates.
+
+    by_rows: whether torques are those of the joints, not of x.
+    """
+    drive = drive_data(problem.case.scenario, len(problem.case.arm.joints))
+    rows: dict[str, list[np.ndarray]] = {part: [] for part in parts}
+    for state in problem.states[:STATES]:
+        q, v = reading.position @ state.x + reading.offset, reading.rates @ state.u
+        mass = reading.rows.T @ model.mass_matrix(q) @ reading.rates
+        values = {"mass_matrix": mass}
+        if parts != {"mass_matrix"}:
+            bias = reading.rows.T @ model.bias(q, v)
+            loads = model.generalized_force(state.t, q, v) - torques_at(drive, state.t, q, v)
+            torque = reading.rows.T @ state.torque if by_rows else state.torque
+            force = reading.rows.T @ loads + torque
+            acceleration = np.linalg.solve(mass, force - bias)
+            values |= {"bias": bias, "force": force, "acceleration": acceleration}
+        for part in parts:
+            rows[part].append(values[part])
+    return {part: np.array(values) for part, values in rows.items()}

@@ -1,0 +1,118 @@
+"""What equations of a robot owe to themselves: the bias to M, and gravity to a potential."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from crosscheck.cost.agreement import RandomStates
+from crosscheck.models.robot.robot import Robot
+from crosscheck.runner.outcomes import Failure
+from crosscheck.trial.coordinates.differences import CENTRAL, TURN_RAD
+
+STATES = 4  # of all states, the first
+SHIFT_M = 0.01  # of a sliding joint: M and gravity are of its coordinate's square at most
+REACH = 4  # steps to either side of a state, of differences of order 8
+# Of how far differences of order 6 are from those of order 8, which err much less than that.
+TRUNCATED = 0.1
+SLOPES = 2 / TURN_RAD  # of what an answer may differ by, in a slope by differences of answers
+SOURCES = ("mass_matrix", "gravity")  # parts whose slopes are taken
+
+
+@dataclass(frozen=True)
+class SelfDifference:
+    """How far a part is from what it owes to itself or to another, and what may be, by entries.
+
+    values, allowed: (states, n), or (states, n, n) of gravity's slopes.
+    """
+
+    values: np.ndarray
+    allowed: np.ndarray
+
+    def find_places(self, sizes: np.ndarray, tolerance: float) -> list[tuple[int, ...]]:
+        """The entries that differ by more than is allowed and a part of their sizes."""
+        beyond = np.abs(self.values) > self.allowed + tolerance * sizes
+        return [tuple(place) for place in np.argwhere(beyond.any(axis=0)).tolist()]
+
+
+def make_slope_states(robot: Robot, states: RandomStates) -> list[RandomStates]:
+    """The first states, moved along each coordinate by -4 to 4 steps; itself is left out."""
+    few = RandomStates(*(each[:STATES] for each in states))
+    moved = []
+    for number, step in enumerate(_steps(robot)):
+        for far in range(-REACH, REACH + 1):
+            if far:
+                q = few.q.copy()
+                q[:, number] += far * step
+                moved.append(few._replace(q=q))
+    return moved
+
+
+def _steps(robot: Robot) -> np.ndarray:
+    """By which each coordinate is moved: no joint that follows it turns further than TURN_RAD."""
+    steps = []
+    for number in robot.coordinates:
+        followers = [j for j in robot.joints if j.mimic is not None and j.mimic.joint == number]
+        turned = 1.0 + sum(abs(j.mimic.multiplier) for j in followers if j.mimic is not None)
+        is_turning = robot.joints[number].kind == "revolute" or followers
+        steps.append((TURN_RAD if is_turning else SHIFT_M) / (turned if followers else 1.0))
+    return np.array(steps)
+
+
+def compare_with_itself(
+    robot: Robot,
+    states: RandomStates,
+    values: Mapping[str, np.ndarray],
+    answers: Mapping[str, np.ndarray | Failure],
+) -> dict[str, SelfDifference]:
+    """Bias less what M demands, and gravity's slopes less their mirror images, of what is there.
+
+    values: answers at the states; answers: of mass_matrix and gravity at make_slope_states.
+    """
+    slopes = {
+        part: _slopes(robot, answer)
+        for part, answer in answers.items()
+        if isinstance(answer, np.ndarray)
+    }
+    differences = {}
+    if "mass_matrix" in slopes and "bias" in values:
+        v, (slope, uncertain) = states.v[:STATES], slopes["mass_matrix"]
+        demanded, doubt = _christoffel(slope, v), _christoffel_doubt(uncertain, v)
+        differences["bias"] = SelfDifference(values["bias"][:STATES] - demanded, TRUNCATED * doubt)
+    if "gravity" in slopes:
+        slope, uncertain = (each.swapaxes(0, 1) for each in slopes["gravity"])
+        mirrored = slope - slope.swapaxes(1, 2)
+        doubt = uncertain + uncertain.swapaxes(1, 2)
+        differences["gravity"] = SelfDifference(mirrored, TRUNCATED * doubt)
+    return differences
+
+
+def _slopes(robot: Robot, answer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes (n, states, ...) along each coordinate, and how far two methods are apart."""
+    steps = _steps(robot)
+    moved = answer.reshape(len(steps), 2 * REACH, -1, *answer.shape[1:])
+    high, low = (
+        np.tensordot(np.delete(weights, REACH), moved, axes=(0, 1)) for weights in CENTRAL[1]
+    )
+    by_step = steps.reshape(-1, *[1] * (high.ndim - 1))
+    return high / by_step, np.abs(high - low) / by_step
+
+
+def _christoffel(slope: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """C v (states, n) of dM/dq (n, states, n, n): the change of M by time, less half the slope."""
+    moving = np.einsum("ksij,sk,sj->si", slope, v, v)
+    return moving - np.einsum("isjk,sj,sk->si", slope, v, v) / 2
+
+
+def _christoffel_doubt(uncertain: np.ndarray, v: np.ndarray) -> np.ndarray:
+    u = np.abs(v)
+    moving = np.einsum("ksij,sk,sj->si", uncertain, u, u)
+    return moving + np.einsum("isjk,sj,sk->si", uncertain, u, u) / 2
+
+
+def describe_places(places: Sequence[tuple[int, ...]], names: Sequence[str], most: int) -> str:
+    """Entries of bias, such as bias[j1], bias[j2], the first few by name."""
+    shown = ", ".join(f"bias[{names[row]}]" for (row,) in places[:most])
+    return f"{shown}, ..." if len(places) > most else shown

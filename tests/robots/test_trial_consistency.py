@@ -1,0 +1,134 @@
+"""What a robot's equations owe to themselves, in words; forms in which weights may be written."""
+
+import numpy as np
+import pytest
+
+from crosscheck.models.robot.file import load_robot
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.robots.output import format_lines
+from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from tests.robots import chains, two_link
+from tests.robots.test_trial import equations
+
+TWO_LINK = two_link.robot()
+
+
+def trial_of(own: Equations) -> RobotTrial:
+    return run_robot_trial(own, TWO_LINK)
+
+
+def nonlinear_effects(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return two_link.bias(q, v) + two_link.gravity(q)
+
+
+def differing(trial: RobotTrial) -> set[str]:
+    own = [f for f in trial.agreement.disagreeing if f.about.key.family == "trial-own"]
+    return {finding.quantity for finding in own}
+
+
+def test_right_equations_keep_what_they_owe():
+    """Slopes by differences are right to what they are judged by, mimics and sliders included."""
+    mimic = chains.urdf(
+        chains.link("base"),
+        chains.link("a", chains.Solid(1.0, (0.2, 0.1, 0))),
+        chains.link("b", chains.Solid(0.7, (0.3, 0, 0.1))),
+        chains.joint("turn", "base", "a"),
+        chains.joint(
+            "follow",
+            "a",
+            "b",
+            at=(0.4, 0, 0),
+            more=chains.LIMIT + '<mimic joint="turn" multiplier="-3"/>',
+        ),
+    )
+    for robot in (chains.robot(mimic), load_robot("sliding")):
+        trial = run_robot_trial(equations(robot, "links"), robot)
+        measured = {f.quantity: f.measured for f in trial.agreement.findings}
+        assert trial.agrees
+        assert measured["bias-from-inertia"] < 1e-11
+        assert measured["gravity-is-a-gradient"] < 1e-11
+
+
+def asymmetric(q: np.ndarray) -> np.ndarray:
+    return two_link.mass_matrix(q) * np.array([[1, 0.9], [1, 1]])
+
+
+def indefinite(q: np.ndarray) -> np.ndarray:
+    return two_link.mass_matrix(q) - np.diag([20.0, 0.0])
+
+
+def other_mass(q: np.ndarray) -> np.ndarray:
+    return two_link.mass_matrix(q) + np.cos(q[1]) * np.array([[1, 0.5], [0.5, 0]])
+
+
+def other_bias(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return (1 + 0.5 / two_link.COUPLED) * two_link.bias(q, v)
+
+
+WRONG: dict[str, tuple[Equations, set[str], str]] = {
+    "not symmetric": (
+        two_link.right(mass_matrix=asymmetric),
+        {"symmetric", "bias-from-inertia"},
+        "mass_matrix is not symmetric: M[j1, j2] differs from M[j2, j1]; M[j2, j1] is right",
+    ),
+    "not positive definite": (
+        two_link.right(mass_matrix=indefinite),
+        {"positive-definite"},
+        "mass_matrix is not positive definite, at 12 of 12 states: some motion would have no"
+        " kinetic energy, or less",
+    ),
+    "bias with another sign": (
+        two_link.right(bias=lambda q, v: two_link.bias(q, v) * np.array([1, -1])),
+        {"bias-from-inertia"},
+        "bias does not follow from mass_matrix, which is right: bias[j2]",
+    ),
+    "both by one cause": (
+        two_link.right(mass_matrix=other_mass, bias=other_bias),
+        set(),
+        "bias follows from mass_matrix: they are wrong together, by one cause",
+    ),
+    "no gradient": (
+        two_link.right(gravity=lambda q: two_link.gravity(q) * np.array([1, 0.8])),
+        {"gravity-is-a-gradient"},
+        "gravity is no gradient of a potential: the slope of gravity[j1] along j2 is not that of"
+        " gravity[j2] along j1",
+    ),
+    "weights twice": (
+        two_link.right(bias=nonlinear_effects),
+        {"bias-quadratic"},
+        "bias at rest is exactly gravity: these are nonlinear effects, C v + g; beside gravity,"
+        " or in bias, the weights count twice; without these it is right",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_is_not_kept_is_said_in_words(case):
+    own, checks, words = WRONG[case]
+    trial = trial_of(own)
+    assert differing(trial) == checks
+    assert trial.diagnosis.notes[0] == words or words in trial.diagnosis.notes[1:3]
+
+
+def test_no_cause_that_no_body_can_have():
+    assert trial_of(two_link.right(mass_matrix=indefinite)).diagnosis.explanations == ()
+
+
+def test_nonlinear_effects_are_bias_and_gravity():
+    own = Equations(two_link.mass_matrix, nonlinear_effects, force=lambda torque: torque)
+    trial = trial_of(own)
+    assert trial.agrees
+    assert set(trial.parts) == {"mass_matrix", "bias", "gravity", "force"}
+    lines = list(format_lines(trial))[1:]
+    assert lines == [
+        "bias is not 0 at rest: read as nonlinear effects, C v + g, of which g is its gravity",
+        "force is the motors' torques alone: the weights are read as gravity, on the left",
+    ]
+
+
+def test_wrong_weights_in_nonlinear_effects_are_gravity_s():
+    trial = trial_of(
+        Equations(two_link.mass_matrix, lambda q, v: two_link.bias(q, v) - two_link.gravity(q))
+    )
+    assert {entry.name for entry in trial.diagnosis.entries} == {"gravity[j1]", "gravity[j2]"}
+    assert all("with the opposite sign" in entry.remark for entry in trial.diagnosis.entries)

@@ -1,0 +1,107 @@
+"""Robots with fewer motors than joints, as textbooks write them: never blamed, and told."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from crosscheck.models.errors import InputError
+from crosscheck.models.robot.robot import Robot
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.robots.output import format_lines
+from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from tests.robots import chains, two_link
+
+CART, POLE, LENGTH, G = 1.4, 0.3, 0.7, 9.81
+CART_POLE = chains.urdf(
+    chains.link("ground"),
+    chains.link("cart", chains.Solid(CART, (0, 0, 0), (0.1, 0, 0, 0.1, 0, 0.1))),
+    chains.link("pole", chains.Solid(POLE, (0, 0, -LENGTH), (0, 0, 0, 0, 0, 0))),
+    chains.joint("slide", "ground", "cart", kind="prismatic", axis=(1, 0, 0)),
+    chains.joint("swing", "cart", "pole", axis=(0, -1, 0)),
+)
+
+
+def cart_pole() -> Robot:
+    return chains.robot(CART_POLE, {}, gravity_m_per_s2=[0.0, 0.0, -G])
+
+
+def mass_matrix(q: np.ndarray) -> np.ndarray:
+    wave = POLE * LENGTH * np.cos(q[1])
+    return np.array([[CART + POLE, wave], [wave, POLE * LENGTH**2]])
+
+
+def coriolis(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return np.array([[0, -POLE * LENGTH * v[1] * np.sin(q[1])], [0, 0]])
+
+
+def weight(q: np.ndarray) -> np.ndarray:
+    return np.array([0, -POLE * G * LENGTH * np.sin(q[1])])
+
+
+def accelerate(q: np.ndarray, qd: np.ndarray, u: float) -> np.ndarray:
+    """By the usual text: the force u on the cart, a massless rod, no friction."""
+    s, c = np.sin(q[1]), np.cos(q[1])
+    under = CART + POLE * s**2
+    slide = (u + POLE * s * (LENGTH * qd[1] ** 2 + G * c)) / under
+    swing = -u * c - POLE * LENGTH * qd[1] ** 2 * c * s - (CART + POLE) * G * s
+    return np.array([slide, swing / (LENGTH * under)])
+
+
+PUSH = np.array([[1.0], [0.0]])
+CART_POLES: dict[str, Equations] = {
+    "acceleration by the cart's force": Equations(acceleration=accelerate, drive=["slide"]),
+    "M, C, weight and B u": Equations(
+        mass_matrix, coriolis=coriolis, force=lambda q, tau: weight(q) + PUSH @ tau, drive=[1]
+    ),
+    "without a motor": Equations(mass_matrix, coriolis=coriolis, force=lambda q: weight(q)),
+    "no motor is stated": Equations(acceleration=lambda q, v: accelerate(q, v, 0.0), drive=[]),
+}
+
+
+@pytest.mark.parametrize("form", CART_POLES)
+def test_a_cart_pole_agrees_in_its_authors_form(form):
+    trial = run_robot_trial(CART_POLES[form], cart_pole())
+    assert trial.agrees
+    motors = " ".join(format_lines(trial)).partition("motors: ")[2]
+    assert motors == ("at slide alone" if "B u" in form or "cart's" in form else "nowhere")
+
+
+def driven(force: Callable[..., np.ndarray], drive: list[int | str] | None) -> RobotTrial:
+    def accelerated(q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        return np.linalg.solve(two_link.mass_matrix(q), force(q, torque) - two_link.bias(q, v))
+
+    own = Equations(two_link.mass_matrix, two_link.bias, force=force, acceleration=accelerated)
+    return run_robot_trial(Equations(**{**vars(own), "drive": drive}), two_link.robot())
+
+
+FORMS: dict[str, Callable[..., np.ndarray]] = {
+    "a number for each joint": lambda q, torque: [0, torque[1]] - two_link.gravity(q),
+    "a number for each motor": lambda q, torque: [0, torque[0]] - two_link.gravity(q),
+    "one number": lambda q, torque: np.array([0, torque]) - two_link.gravity(q),
+    "all joints' torques": lambda q, torque: torque - two_link.gravity(q),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_an_acrobot_agrees_with_its_torque_in_any_form(form):
+    assert driven(FORMS[form], [2]).agrees
+
+
+def test_a_torque_on_the_wrong_joint_is_seen():
+    trial = driven(FORMS["a number for each motor"], [1])
+    assert {entry.name for entry in trial.diagnosis.entries} >= {"force[j1]", "force[j2]"}
+
+
+def test_a_torque_that_is_nowhere_is_told_with_what_to_state():
+    trial = driven(FORMS["a number for each joint"], None)
+    assert not trial.agrees
+    assert [e.name for e in trial.diagnosis.entries if e.part == "force"] == ["force[j1]"]
+    told = "missing: the torque of j1; where there is no motor, state drive = ['j2']"
+    assert told in trial.diagnosis.notes
+
+
+@pytest.mark.parametrize("drive", [1, [0], [3], ["j3"], [1, "j1"], [True], [[1]]])
+def test_joints_that_are_none_are_refused(drive):
+    with pytest.raises(InputError, match=r"drive.*must be a list of joints, each once, of 1 to 2"):
+        driven(FORMS["one number"], drive)
