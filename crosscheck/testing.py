@@ -138,9 +138,9 @@ def assert_agrees(
         seed=seed,
         name=name,
     )
-    if trial.exit_code and isinstance(trial, RobotTrial):
-        raise AssertionError("\n".join(format_lines(trial)))
     if trial.exit_code:
+        if isinstance(trial, RobotTrial):
+            raise AssertionError("\n".join(format_lines(trial)))
         raise AssertionError(format_trial(trial))
     return trial
 
