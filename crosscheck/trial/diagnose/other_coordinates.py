@@ -45,8 +45,8 @@ def find_readings(
         {place: range(place) for place in range(size)},
         np.array(ratios),
     )
-    own = np.eye(size)
-    relative = Reading("relative", "relative angles", own, own, own, np.zeros(size))
+    identity = np.eye(size)
+    relative = Reading("relative", "relative angles", identity, identity, identity, np.zeros(size))
     models = {
         level: build(problem.reference(level), case.arm, case.scenario, case.switches)
         for level in problem.levels

@@ -226,8 +226,8 @@ def collect_findings(problem: RobotProblem, level: Level) -> list[Finding]:
     """All checks: what the equations owe to themselves, then to every engine of the level."""
     lost = problem.answers.failures
     parts = [_failure_finding(problem, part, why) for part, why in lost.items()]
-    own = [*_self_checks(problem, level), *_own_checks(problem, level)]
-    return [*parts, *own, *_engine_findings(problem, level)]
+    self_checks = [*_self_checks(problem, level), *_own_checks(problem, level)]
+    return [*parts, *self_checks, *_engine_findings(problem, level)]
 
 
 def _failure_finding(problem: RobotProblem, part: str, why: Failure) -> Finding:

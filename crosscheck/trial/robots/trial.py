@@ -112,10 +112,12 @@ def run_robot_trial(
     level = next((each for each in sizes if each == equations.level), next(iter(sizes)))
     with register_functions(name, functions):
         answers = ask(name, robot, states, sizes[level], friction, jobs, progress)
-        own = _ask_about_itself(name, robot, states, answers, jobs, progress)
+        self_differences = _ask_about_itself(name, robot, states, answers, jobs, progress)
         taken = friction.torques(states.v)
         pushed = states._replace(torques=states.torques - taken)
-        problem = RobotProblem(name, robot, pushed, sizes, answers, equations.level, own, taken)
+        problem = RobotProblem(
+            name, robot, pushed, sizes, answers, equations.level, self_differences, taken
+        )
 
         def rates() -> BiasTerms | None:
             source, sampled_states = answers.sources["bias"], make_rate_states(states)
