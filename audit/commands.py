@@ -19,7 +19,7 @@ def errata(
         typer.Option(help="Folder for the typeset sheet, errata.html and errata.md."),
     ] = None,
     whole: Annotated[
-        bool, typer.Option("--all", help="Print statements and points of notation too.")
+        bool, typer.Option("--all", help="Print statements, contradictions, notation and gaps too.")
     ] = False,
 ) -> None:
     """Find the errors in the paper's equations, symbolically, and simulate their effects."""

@@ -129,6 +129,12 @@ BUILT_IN = {
         attribute="PrintedModel",
         title="the paper's equations of motion as printed, Eqs. 21-22",
     ),
+    "analytic:printed-rigid": replace(
+        _FORM,
+        attribute="PrintedRigidModel",
+        role="rigid",
+        title="the same with meshes that do not move: their own rigid limit",
+    ),
     **_level_entries("analytic", _RIGID),
     **_level_entries("pinocchio", _PINOCCHIO),
     "pinocchio:gears": Entry(

@@ -49,6 +49,35 @@ class Terms(NamedTuple):
     friction: np.ndarray
 
 
+def select_rigid_terms(terms: Terms) -> Terms:
+    """The terms of theta alone, with every displacement at rest; theta has the places 0, 1, ...
+
+    Mesh forces must be absent from the rows of theta, where they are not the constraints' own.
+    """
+    places = np.full(terms.angle_sums.shape[1], -1)
+    places[terms.theta] = np.arange(terms.theta.size)
+    mass, bias, weight = (
+        places[terms.mass[:, :2]],
+        places[terms.bias[:, [0, 2, 3]]],
+        places[terms.weight[:, 0]],
+    )
+    if terms.mesh_map[terms.theta].any() or terms.angle_sums[:, places < 0].any():
+        raise ValueError("mesh displacements act on the joints")
+    of_mass, of_bias = (mass >= 0).all(axis=1), (bias >= 0).all(axis=1)
+    return terms._replace(
+        angle_sums=terms.angle_sums[:, terms.theta],
+        mass=np.column_stack([mass, terms.mass[:, 2]])[of_mass],
+        mass_coeff=terms.mass_coeff[of_mass],
+        bias=np.column_stack([bias[:, 0], terms.bias[:, 1], bias[:, 1:]])[of_bias],
+        bias_coeff=terms.bias_coeff[of_bias],
+        weight=np.column_stack([weight, terms.weight[:, 1]])[weight >= 0],
+        weight_coeff=terms.weight_coeff[weight >= 0],
+        mesh_map=np.zeros((terms.theta.size, 0)),
+        drive_map=np.ascontiguousarray(terms.drive_map[terms.theta]),
+        theta=np.arange(terms.theta.size),
+    )
+
+
 def mass_matrices(terms: Terms, q: np.ndarray) -> np.ndarray:
     """Mass matrices M(q) (..., n, n) at coordinates q (..., n)."""
     n = q.shape[-1]

@@ -6,13 +6,13 @@ from functools import lru_cache
 
 from crosscheck.analytic.derivation.forms import Form
 from crosscheck.analytic.derivation.symbolic_terms import build_form_terms
-from crosscheck.analytic.derivation.terms import Terms
+from crosscheck.analytic.derivation.terms import Terms, select_rigid_terms
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.analytic.paper.coverage import PAPER_COVERAGE, is_covered_by_paper
 from crosscheck.analytic.paper.energies import build_energies_form
 from crosscheck.analytic.paper.printed import build_printed_form
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import lumped_layout
+from crosscheck.models.arm.layout import lumped_layout, rigid_layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, Switches
 
@@ -34,11 +34,14 @@ class FormModel(AnalyticModel):
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, form: Form
     ) -> None:
-        if not is_covered_by_paper(arm):
-            allowed = f"analytic:{form.name} {PAPER_COVERAGE}"
-            raise InputError(arm.name, "joints", None, allowed)
+        _require_coverage(arm, self.name)
         super().__init__(arm, scenario, chosen_switches, lumped_layout(arm))
         self.terms = _build_form_terms(arm, form)
+
+
+def _require_coverage(arm: Arm, model: str) -> None:
+    if not is_covered_by_paper(arm):
+        raise InputError(arm.name, "joints", None, f"{model} {PAPER_COVERAGE}")
 
 
 class PrintedModel(FormModel):
@@ -50,6 +53,23 @@ class PrintedModel(FormModel):
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches, build_printed_form())
+
+
+class PrintedRigidModel(AnalyticModel):
+    """The rigid limit of Eqs. 21-22: no mesh moves, and the rows of theta are left.
+
+    Mesh forces are absent from these rows, so that nothing but x' = x'' = 0 is put in. Raises
+    InputError for an arm that the paper's equations do not cover.
+    """
+
+    name = "analytic:printed-rigid"
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+    ) -> None:
+        _require_coverage(arm, self.name)
+        super().__init__(arm, scenario, chosen_switches, rigid_layout(arm))
+        self.terms = select_rigid_terms(_build_form_terms(arm, build_printed_form()))
 
 
 class EnergiesModel(FormModel):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from crosscheck.audit.claims import rule
-from crosscheck.audit.claims.judgement import ClaimJudgement, VariantVerdict
+from crosscheck.audit.claims.judgement import CLOSE, ClaimJudgement, VariantVerdict
 from crosscheck.audit.claims.rule import Answer, Verdict, VerdictKind
 from crosscheck.audit.claims.study_plan import StudyPlan, plan_of
 from crosscheck.audit.experiments.ensembles import ALIKE, FIRST
@@ -121,6 +121,8 @@ def render_claims(claim_rows: Sequence[ClaimRow], plan: StudyPlan, scale: Scale)
         most_no=rule.state_thresholds(scale.most_starts)[0],
         least_yes=rule.state_thresholds(scale.most_starts)[1],
         on_a_start=[r.judged.claim.id for r in claim_rows if r.judged.is_start_sensitive],
+        close=[entry.claim.id for entry in simulated_claims if entry.is_limit_sensitive],
+        close_share=CLOSE,
         moved=[r.judged.claim.id for r in claim_rows if r.judged.is_grid_sensitive],
         differing=[
             (r.judged.claim.id, entry)
@@ -150,8 +152,8 @@ def describe_verdict(verdict: Verdict) -> str:
 
 
 def describe_model(model: GearModel) -> str:
-    """A model of the gears in words: law and planets."""
-    description = f"{LAW_NAMES[model.law]}, planets {model.planets}"
+    """A model of the gears in words: law, planets and equations."""
+    description = f"{LAW_NAMES[model.law]}, planets {model.planets}, equations {model.equations}"
     return f"{COLUMNS[model]}: {description}" if model in COLUMNS else description
 
 
@@ -199,16 +201,20 @@ ANSWERS = Columns[Answer](
     (
         TableColumn("law", "law", lambda a: a.place.law.id if a.place.law else None),
         TableColumn("planets", "planets", lambda a: a.place.planets if a.place.law else None),
+        TableColumn("equations", "equations", lambda a: a.place.equations if a.place.law else None),
         TableColumn("arm", "arm", lambda a: a.place.arm),
         TableColumn("zeta", "zeta", lambda a: a.place.zeta, "g"),
         TableColumn("choice", "choice", lambda a: a.place.choice or None),
         TableColumn("state", "state", lambda a: a.state.value),
         TableColumn("yes", "yes", lambda a: a.share.yes if a.share else None),
         TableColumn("share", "share", lambda a: a.share.value if a.share else None),
-        TableColumn("share_95", "95 % interval", lambda a: a.share.interval if a.share else None),
+        TableColumn(
+            "share_95",
+            "95 % interval",
+            lambda a: a.share.interval if a.share and a.place.law else None,
+        ),
         TableColumn("quantiles", "quantiles"),
         TableColumn("starts", "starts"),
-        TableColumn("run", "starts that were run", lambda a: a.starts - a.not_run),
         TableColumn("undefined", "undefined"),
     ),
 )
@@ -242,6 +248,7 @@ def build_claim_record(
             for name, model in ({} if claim.static else MODELS_BY_KEY).items()
         },
         "turns_at": {"low": list(judgement.turning.low), "high": list(judgement.turning.high)},
+        "turns_within_a_quarter": judgement.is_limit_sensitive,
         "hangs_on_one_start": judgement.is_start_sensitive,
         "moved_by_a_coarser_grid": judgement.is_grid_sensitive,
         "variants": {

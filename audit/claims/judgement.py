@@ -15,6 +15,7 @@ from crosscheck.audit.claims.rule import Answer, Claim, State, Verdict, VerdictK
 from crosscheck.audit.experiments.paper_conditions import MODELS, READINGS, GearModel
 from crosscheck.audit.measures.shares import Share
 
+CLOSE = 0.25  # of a limit: one as arbitrary might as well have been drawn there
 TYPICAL_ZETAS = (0.005, 0.05)  # of the figures, where the third fluctuation shows and where not
 
 
@@ -83,6 +84,17 @@ class ClaimJudgement:
     def turning(self) -> TurningLimits:
         """The nearest limits at which the verdict would turn."""
         return TurningLimits(low=self._turning_limits("low"), high=self._turning_limits("high"))
+
+    @cached_property
+    def is_limit_sensitive(self) -> bool:
+        """Whether limits at most CLOSE of their size away from the claim's own turn the verdict."""
+        return any(
+            at is not None and abs(at - limit) <= CLOSE * abs(limit)
+            for limit, pair in zip(
+                (self.claim.limits.low, self.claim.limits.high), self.turning, strict=True
+            )
+            for at in pair
+        )
 
     def _turning_limits(self, end: Literal["low", "high"]) -> tuple[float | None, float | None]:
         """The nearest places below and above one end of the limits where the verdict turns."""

@@ -59,9 +59,9 @@ class ResultsTracker(ConditionResults):
         return self.results.members(series)
 
     @property
-    def not_run(self) -> int:
-        """Starts from which none of these experiments was run."""
-        return min(sample.not_run for sample in self.values())
+    def run(self) -> int:
+        """Starts from which one of these experiments at least was run: the first of all."""
+        return max(sample.run for sample in self.values())
 
 
 Formula = Callable[[ConditionResults], np.ndarray]  # (starts,), nan where undefined

@@ -25,7 +25,7 @@ import numpy as np
 from crosscheck.audit.claims import quantities
 from crosscheck.audit.claims.quantities import Choices, ConditionResults, Quantity
 from crosscheck.audit.experiments.paper_conditions import Condition, GearModel, Law
-from crosscheck.audit.experiments.variant import Planets
+from crosscheck.audit.experiments.variant import Equations, Planets
 from crosscheck.audit.measures.shares import Share
 
 MOST, FEW = 0.9, 0.1
@@ -33,7 +33,7 @@ DEFINED = 0.5  # of the starts: where the event is rarer, a setting says nothing
 PARTS = (0.1, 0.5, 0.9)
 READ_OFF = 0.1  # of a value: how well it is read off a plot, whatever it is and whoever reads it
 PLOT = "a tenth: read off a plot"
-LAW, PLANETS = "phase law", "planets lumped or free"
+LAW, PLANETS = "phase law", "planets and equations"  # printed equations have lumped planets
 READING, DAMPING = "reading of Table I", "damping"
 FORETELLS = 0.5  # at least half of the wrong guesses are saved
 
@@ -133,25 +133,25 @@ class Place(NamedTuple):
     zeta: float | None
     choice: str
     planets: Planets = "free"
+    equations: Equations = "corrected"
 
     @property
     def model(self) -> GearModel | None:
         """The setting's model of the gears; None where the claim is static."""
-        return None if self.law is None else GearModel(self.law, self.planets)
+        return None if self.law is None else GearModel(self.law, self.planets, self.equations)
 
 
 @dataclass(frozen=True)
 class Answer:
     """The answer to a claim in one setting under one choice; values: the defined ones, ascending.
 
-    not_run: of the starts, those that others stand for, because these agree.
+    Of starts that were run: those that others stand for would be counted twice.
     """
 
     place: Place
     values: tuple[float, ...]
     starts: int
     limits: Limits
-    not_run: int = 0
 
     @property
     def undefined(self) -> int:
@@ -214,9 +214,12 @@ def evaluate_claim(
     answers: dict[Place, Answer] = {}
     for condition, results in settings:
         for choice, quantity in claim.choices.items():
-            place = Place(condition.law, condition.arm, condition.zeta, choice, condition.planets)
-            if claim.static:
-                place = Place(None, condition.arm, None, choice)
+            place = Place(None, condition.arm, None, choice)
+            if not claim.static:
+                model = condition.model
+                place = Place(
+                    model.law, condition.arm, condition.zeta, choice, model.planets, model.equations
+                )
             if place in answers:
                 continue
             tracker = quantities.ResultsTracker(results)
@@ -224,10 +227,9 @@ def evaluate_claim(
                 values = np.atleast_1d(quantity(tracker))
             except quantities.NotSimulatedError:
                 continue
+            values = values[: tracker.run]
             defined_values = tuple(map(float, np.sort(values[np.isfinite(values)])))
-            answers[place] = Answer(
-                place, defined_values, values.size, claim.limits, tracker.not_run
-            )
+            answers[place] = Answer(place, defined_values, values.size, claim.limits)
     return list(answers.values())
 
 

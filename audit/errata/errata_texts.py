@@ -62,6 +62,7 @@ class ErratumText:
     derived: str
     remark: str = ""
     unit: str = ""
+    denies: tuple[str, ...] = ()
 
 
 @cache
@@ -87,5 +88,9 @@ def add_erratum_text(erratum: Erratum) -> Erratum:
         return erratum
     kind, _, _ = erratum.id.partition("-")
     erratum_text = _load_texts().get(erratum.id) or _load_texts()[kind]
-    texts = {name: words.format_map(erratum.quoted) for name, words in vars(erratum_text).items()}
-    return replace(erratum, **texts)
+    texts = {
+        name: words.format_map(erratum.quoted)
+        for name, words in vars(erratum_text).items()
+        if name != "denies"
+    }
+    return replace(erratum, denies=erratum_text.denies, **texts)

@@ -54,7 +54,8 @@ class Erratum:
     id: names it for good; printed, derived: formulas, or words; remark: what these do not say; size
     [unit]: for this arm, derived minus printed where both are numbers; relative: over the size of
     the quantity; trial: what to simulate to see the effect, which every erratum of an equation has;
-    quoted: what its words name; printed_tex, derived_tex: the formulas as TeX, if any. Kind, unit
+    quoted: what its words name; printed_tex, derived_tex: the formulas as TeX, if any; denies: ids
+    of the claims that are wrong if the erratum is right. Kind, unit
     and words of those that are found without words are given by ``words.told``.
     """
 
@@ -71,6 +72,7 @@ class Erratum:
     quoted: Mapping[str, float | str] = field(default_factory=dict)
     printed_tex: str = ""
     derived_tex: str = ""
+    denies: tuple[str, ...] = ()
 
 
 def run_model(make_model: ModelFactory, scenario: Scenario) -> xr.Dataset:

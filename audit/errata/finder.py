@@ -36,7 +36,12 @@ from crosscheck.models.loading import load_arm, load_scenario
 
 SCHEMA_VERSION = 3
 Values = dict[sp.Symbol, Fraction]  # of a form's parameters
-THIN_RING = "Table I gives the ring's mass alone: size and effects are those of a thin ring"
+RING_REMARK = (
+    "Table I has the ring as M_ri, by its label an inertia over a squared radius: size and effects"
+    " are those of M_ri r^2 at the ring's base radius, and so of a thin ring with that mass"
+)
+# The claims that the entries follow from the energies and from virtual work.
+CLAIMS_ON_ENTRIES = {"mass_matrix": "2.4-02", "bias": "2.4-03", "force": "2.4-04"}
 LAYOUT = make_layout([True] * JOINTS)  # of Eq. 20
 EFFECT_S = 0.5
 RECORD_EVERY = 2  # 50 kHz: ten records in a cycle of the fastest mesh mode
@@ -107,6 +112,7 @@ def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratu
             trial=ErratumPair(
                 FormModelFactory(arm, printed), FormModelFactory(arm, corrected_form)
             ),
+            denies=(CLAIMS_ON_ENTRIES[difference.matrix],),
         )
 
 
@@ -144,18 +150,19 @@ def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
             where=where,
             printed=str(printed),
             derived=str(derived),
-            remark="" if stated == values else THIN_RING,
+            remark="" if stated == values else RING_REMARK,
             printed_tex=tex(printed),
             derived_tex=tex(derived),
             size=size,
             unit="kg m^2 in M_33",
             relative=size / _number(stretched, stated),
             trial=ErratumPair(FormModelFactory(arm, form), FormModelFactory(arm, corrected_form)),
+            denies=("2.4-01",),
         )
 
 
 def _add_thin_ring(values: Values, missing: sp.Expr) -> Values:
-    """The values, with a ring's inertia where it matters: a thin ring at its base radius."""
+    """The values, with a ring's inertia where it matters: its 10 kg at its base radius."""
     guessed = dict(values)
     for joint in range(1, JOINTS + 1):
         stage = stage_symbols(joint)

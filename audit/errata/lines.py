@@ -5,8 +5,15 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Sequence
 
+from crosscheck.audit.errata.errata_texts import load_notes
 from crosscheck.audit.errata.erratum import CLASSES, ErratumClass, SimulatedErratum
-from crosscheck.audit.errata.sheet import HEADINGS, SheetCounts, count_errata
+from crosscheck.audit.errata.sheet import (
+    CONTRADICTIONS_HEADING,
+    GAPS_HEADING,
+    HEADINGS,
+    SheetCounts,
+    count_errata,
+)
 from crosscheck.report import formatting
 
 WIDTH, INDENT = 79, 10
@@ -26,8 +33,25 @@ def format_errata(
             if entry.erratum.kind == kind:
                 yield ""
                 yield from format_erratum(entry)
+    if len(classes) == len(CLASSES):
+        yield from _format_notes()
     yield ""
     yield from textwrap.wrap(_format_summary(counts, classes, arm), WIDTH)
+
+
+def _format_notes() -> Iterator[str]:
+    """Where the text contradicts itself, and what it does not give."""
+    noted = load_notes()
+    yield f"\n{CONTRADICTIONS_HEADING}: {len(noted.contradictions)}"
+    for contradiction in noted.contradictions:
+        yield ""
+        yield from _format_field("here", f"{contradiction.first}: {contradiction.first_says}")
+        yield from _format_field("there", f"{contradiction.second}: {contradiction.second_says}")
+    yield f"\n{GAPS_HEADING}: {len(noted.gaps)}"
+    for gap in noted.gaps:
+        yield ""
+        yield from textwrap.wrap(f"{gap.quantity} (needed for {gap.needed_for})", WIDTH)
+        yield from _format_field("here", gap.here)
 
 
 def _format_summary(counts: SheetCounts, classes: Sequence[ErratumClass], arm: str) -> str:

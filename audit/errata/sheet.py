@@ -18,6 +18,7 @@ from crosscheck.audit.experiments.paper_conditions import LABELLED, READINGS
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.published_paper import EXTENT_READ, PAPER
 from crosscheck.audit.page.text import render_template, to_markup
 from crosscheck.report.plots.figures import to_svg
 
@@ -26,8 +27,10 @@ QUICK_S = 0.05
 HEADINGS: dict[ErratumClass, str] = {
     "equation": "Errors of equations",
     "statement": "Statements and data without support",
-    "notation": "Notation",
+    "notation": "Notation that misleads",
 }
+CONTRADICTIONS_HEADING = "Where the text contradicts itself"
+GAPS_HEADING = "What the text does not give"
 
 
 @dataclass(frozen=True)
@@ -68,9 +71,12 @@ def build_errata_sheet(
         duration_s=duration_s,
         arm=first,
         tables={
-            HEADINGS[kind]: to_markup(BY_CLASS[kind].html(_errata_of_class(first_errata, kind)))
+            kind: to_markup(BY_CLASS[kind].html(_errata_of_class(first_errata, kind)))
             for kind in CLASSES
         },
+        headings=HEADINGS,
+        contradictions_heading=CONTRADICTIONS_HEADING,
+        gaps_heading=GAPS_HEADING,
         counts=count_errata(first_errata),
         apart=_reading_specific_places(by_arm),
         contradictions=to_markup(CONTRADICTIONS.html(noted.contradictions)),
@@ -135,14 +141,22 @@ def format_markdown(errata: Sequence[SimulatedErratum]) -> str:
     noted = load_notes()
     parts = [
         "# Errata sheet",
+        PAPER.format_citation(),
+        EXTENT_READ,
         render_template("errata/introduction", counts=count_errata(errata)).strip(),
     ]
-    for kind in CLASSES:
-        parts += [f"## {HEADINGS[kind]}", BY_CLASS[kind].markdown(_errata_of_class(errata, kind))]
+    by_class = {kind: BY_CLASS[kind].markdown(_errata_of_class(errata, kind)) for kind in CLASSES}
     parts += [
-        "## Where the text contradicts itself",
+        f"## {HEADINGS['equation']}",
+        by_class["equation"],
+        "## Statements",
+        f"### {HEADINGS['statement']}",
+        by_class["statement"],
+        f"### {CONTRADICTIONS_HEADING}",
         CONTRADICTIONS.markdown(noted.contradictions),
-        "## What is missing to reproduce it",
+        f"### {HEADINGS['notation']}",
+        by_class["notation"],
+        f"### {GAPS_HEADING}",
         GAPS.markdown(noted.gaps),
     ]
     return "\n\n".join(parts) + "\n"
@@ -213,6 +227,9 @@ _TEXTS = (
     FormulaColumn("derived", "should read"),
     _erratum_column("remark", "remark"),
 )
+_DENIES = TableColumn[ArmErratum](
+    "denies", "against claim", lambda row: ", ".join(row.simulated_erratum.erratum.denies)
+)
 _SIZES = (_erratum_column("size", "size"), _erratum_column("unit", "in"))
 _TORQUE, _PD = "effect under 100 N m: angle [rad]", "effect under PD control: angle [rad]"
 _EFFECTS = (
@@ -235,10 +252,12 @@ def _id(row: ArmErratum) -> str:
     return f"erratum/{row.arm}/{row.simulated_erratum.erratum.id}"
 
 
-WHOLE = Columns[ArmErratum](_id, (*_UNSEEN, *_TEXTS, *_SIZES, *_EFFECTS))  # all of an erratum
+WHOLE = Columns[ArmErratum](
+    _id, (*_UNSEEN, *_TEXTS, _DENIES, *_SIZES, *_EFFECTS)
+)  # all of an erratum
 BY_CLASS: dict[ErratumClass, Columns[ArmErratum]] = {
     "equation": WHOLE,
-    "statement": Columns(_id, (*_TEXTS, *_SIZES)),
+    "statement": Columns(_id, (*_TEXTS, _DENIES, *_SIZES)),
     "notation": Columns(_id, _TEXTS),
 }
 CONTRADICTIONS = Columns[Contradiction](
@@ -253,7 +272,7 @@ CONTRADICTIONS = Columns[Contradiction](
 GAPS = Columns[Gap](
     lambda row: f"gap/{row.id}",
     (
-        TableColumn("quantity", "not given"),
+        TableColumn("quantity", "not given in the text"),
         TableColumn("needed_for", "needed for"),
         TableColumn("here", "here"),
     ),

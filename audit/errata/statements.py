@@ -48,17 +48,14 @@ def find_statement_errata(arm: Arm) -> Iterator[Erratum]:
     yield from find_tip_errata(arm)
     yield from find_speed_errata(arm)
     yield from find_overshoot_errata(arm)
-    # Damping ends vibrations, not a clearance: times of decay to a tenth at two damping ratios.
+    # Damping ends vibrations: times of decay to a tenth at two damping ratios.
     slow, quick = (decay_s(stage, zeta) for zeta in (0.005, 0.05))
     if slow > quick:
-        for name in ("damping-converges", "clearance-converges"):
-            numbers = {"slow": 1e3 * slow, "quick": 1e3 * quick}
-            yield Erratum(name, size=slow - quick, quoted=numbers)
+        numbers = {"slow": 1e3 * slow, "quick": 1e3 * quick}
+        yield Erratum("damping-converges", size=slow - quick, quoted=numbers)
     yield from find_extrapolation_errata()
     yield from find_unused_abbreviations()
     yield from find_ambiguous_symbols()
-    if transcript.MADE_OF["r_cip"] == ("r_c",):  # the joint's index, which r_c has not
-        yield Erratum("index-r_cip", size=1.0)
 
 
 def find_initial_value_errata() -> Iterator[Erratum]:
@@ -115,7 +112,8 @@ def find_tip_errata(arm: Arm) -> Iterator[Erratum]:
     first, second = transcript.DEVIATIONS_RAD
     straight, bent = (abs(first * inner + (first + second) * outer * turn) for turn in (1, 1j))
     if not math.isclose(straight, transcript.TIP_M, rel_tol=0.1):
-        numbers = {"straight": 1e3 * straight, "bent": 1e3 * bent}
+        own = 1e3 * (first * inner + second * outer)
+        numbers = {"straight": 1e3 * straight, "bent": 1e3 * bent, "own": own}
         yield Erratum("thirty-millimetres", size=straight - transcript.TIP_M, quoted=numbers)
 
 
@@ -134,7 +132,7 @@ def decay_s(stage: PaperStage, zeta: float) -> float:
 
 
 def find_extrapolation_errata() -> Iterator[Erratum]:
-    """Errata of conclusions between and beyond the sizes that were simulated."""
+    """Errata of sizes that are called suitable or harmless and have none near that was run."""
     sizes = transcript.BACKLASHES_UM
     widest = max(larger / smaller for smaller, larger in pairwise(sizes))
     if widest > 2:
@@ -145,7 +143,7 @@ def find_extrapolation_errata() -> Iterator[Erratum]:
 
 
 def find_unused_abbreviations() -> Iterator[Erratum]:
-    """Errata of abbreviations below Eq. 21 that no entry names, directly or through another."""
+    """Erratum of abbreviations below Eq. 21 that no entry names, directly or through another."""
     used, waiting = set[str](), list(transcript.ENTRIES)
     while waiting:
         name = waiting.pop()
@@ -153,8 +151,10 @@ def find_unused_abbreviations() -> Iterator[Erratum]:
             used.add(name)
             waiting += transcript.MADE_OF.get(name, ())
     # The two spellings of what turns with a link are an erratum of their own.
-    for name in sorted(set(transcript.MADE_OF) - used - {"I_cip"}):
-        yield Erratum(f"unused-{name}", size=1.0, quoted={"name": name})
+    unused = sorted(set(transcript.MADE_OF) - used - {"I_cip"})
+    if unused:
+        numbers = {"names": " and ".join(unused)}
+        yield Erratum("unused", size=float(len(unused)), quoted=numbers)
 
 
 def find_ambiguous_symbols() -> Iterator[Erratum]:

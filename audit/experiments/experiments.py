@@ -87,6 +87,12 @@ NO_ERROR = PaperExperiment("no error", "without tooth error", meshes=((_ERROR, 0
 CONSTANT_STIFFNESS = PaperExperiment(
     "constant stiffness", "with constant stiffness", meshes=((_AMPLITUDE, 0),)
 )
+# The shoulder's teeth alone excite: what the elbow does then comes through the links.
+EXACT_ELBOW = PaperExperiment(
+    "exact elbow",
+    "with exact teeth in the elbow",
+    settings=("arm.joints.1.*_mesh.tooth_error_m=0.0",),
+)
 # Two planets, the meshes as they are or together as stiff as three.
 TWO_SOFTER = PaperExperiment(
     "two planets as they are", "with two planets, each mesh as it is", settings=_TWO

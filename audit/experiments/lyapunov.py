@@ -10,17 +10,29 @@ import numpy as np
 
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.audit.experiments.ensembles import EnsembleNumbers, EnsembleQuestion
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.stage import geared_joint
 from crosscheck.audit.measures.undefined import float_or_none
-from crosscheck.audit.phase.runs import ContinuedModel, simulate_motion
+from crosscheck.audit.phase.runs import (
+    ContinuedModel,
+    ContinuedPrintedModel,
+    simulate_motion,
+)
 from crosscheck.models.loading import Case
 from crosscheck.studies.members.starts import perturb_start
 
 BLOCK_S = 0.005  # some seven periods of the vibration; the neighbour is then brought near again
 ALIGNED = 10  # blocks in which the separation turns into the direction that grows fastest
 NEAR_M = 1e-9  # far below a mesh's deflection of 1e-5 m, far above rounding
+# By name, a model from the experiment's start and from any state.
+MODELS: dict[
+    str, tuple[type[PhysicalModel | PrintedModel], type[ContinuedModel | ContinuedPrintedModel]]
+] = {
+    PhysicalModel.name: (PhysicalModel, ContinuedModel),
+    PrintedModel.name: (PrintedModel, ContinuedPrintedModel),
+}
 MESH_HZ = 1500.0  # turns rates into lengths: of the paper's vibration
 
 
@@ -39,11 +51,12 @@ class LyapunovQuestion(EnsembleQuestion[EnsembleNumbers]):
     def answer(self) -> EnsembleNumbers:
         case = self.variant.case()
         begin_s, end_s = (min(limit, case.scenario.duration_s) for limit in THIRD_S)
-        models = [PhysicalModel(*_cut(perturb_start(case, seed), begin_s)) for seed in self.seeds]
-        trajectory = simulate_motion(models)
-        rates = _growth_rates(
-            _cut(case, BLOCK_S), trajectory.q[-1].T, trajectory.v[-1].T, (begin_s, end_s)
-        )
+        model_class, continued_class = MODELS[self.variant.model]
+        starts = [_cut(perturb_start(case, seed), begin_s) for seed in self.seeds]
+        trajectory = simulate_motion([model_class(*start) for start in starts])
+        states = zip(trajectory.q[-1].T, trajectory.v[-1].T, strict=True)
+        models = [continued_class(_cut(case, BLOCK_S), *state) for state in [*states] * 2]
+        rates = _growth_rates(models, (begin_s, end_s))
         numbers = {"lyapunov_per_s": [float_or_none(rate) for rate in rates]}
         return EnsembleNumbers(numbers, [None] * len(self.seeds), len(self.seeds))
 
@@ -56,17 +69,17 @@ def _cut(case: Case, duration_s: float) -> Case:
 
 
 def _growth_rates(
-    block: Case, q: np.ndarray, v: np.ndarray, span_s: tuple[float, float]
+    models: Sequence[ContinuedModel | ContinuedPrintedModel], span_s: tuple[float, float]
 ) -> Sequence[float]:
-    """Mean growth rates [1/s] of the separation from motions at states q, v (members, n).
+    """Mean growth rates [1/s] of the separation from motions at the states of half the models.
 
-    nan without a block after ALIGNED.
+    Each runs one block; the second half runs the neighbours. nan without a block after ALIGNED.
     """
-    model = PhysicalModel(*block)
+    model = models[0]
+    q, v = np.swapaxes([model.state for model in models[: len(models) // 2]], 0, 1)
     radius_m = 2 * stage_geometry(geared_joint(model.arm)).r_cp
     lengths = np.where(model.layout.angular, radius_m, 1.0)  # along the line of action, (n,)
     scale = np.array([1.0, 1 / (tau * MESH_HZ)])[:, None] * lengths  # of coordinates and of rates
-    models = [ContinuedModel(block, *state) for state in [*zip(q, v, strict=True)] * 2]
     away = np.zeros((len(q), 2, q.shape[1]))
     away[:, 0] = NEAR_M / lengths / np.sqrt(q.shape[1])
     folds = []

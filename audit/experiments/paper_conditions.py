@@ -1,11 +1,11 @@
-"""What the paper leaves open, as one setting: phase law, reading of Table I, damping, planets."""
+"""What the paper leaves open, as one setting: phase law, reading, damping, planets, equations."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from crosscheck.audit.experiments.variant import Planets, Variant
+from crosscheck.audit.experiments.variant import GEARED_MODELS, Equations, Planets, Variant
 
 LABELLED, SWAPPED = "paper-labelled", "paper-swapped"
 READINGS = {LABELLED: "labelled", SWAPPED: "swapped"}
@@ -40,23 +40,27 @@ ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05
 
 
 class GearModel(NamedTuple):
-    """The model of the gears that moves the arm: the law of its meshes, and how planets count."""
+    """The model of the gears that moves the arm: its meshes' law, planets, equations of motion."""
 
     law: Law
     planets: Planets
+    equations: Equations = "corrected"
 
     @property
     def id(self) -> str:
         """The name of the model in claims.json."""
-        return f"{self.law.id}/{self.planets}"
+        printed = "/printed" if self.equations == "printed" else ""
+        return f"{self.law.id}/{self.planets}{printed}"
 
 
-AS_MODELLED = GearModel(PRINTED, "lumped")  # Eqs. 8, 13, 14 and three planets counted as one
+# Eqs. 8, 13, 14, and Eqs. 21-22 entry for entry, which count three planets as one.
+AS_MODELLED = GearModel(PRINTED, "lumped", "printed")
 AS_GEARS = GearModel(INTEGRAL, "free")  # the phase that a mesh has, every planet by itself
 INTERMEDIATE_MODELS = (GearModel(PRINTED, "free"), GearModel(REPAIRED_RATE, "free"))
 MODELS = (AS_MODELLED, AS_GEARS, *INTERMEDIATE_MODELS)  # that every claim is asked of
 # Asked of claims that need no more than the PD run, each beside one of MODELS.
 VARIANTS = {
+    GearModel(PRINTED, "lumped"): AS_MODELLED,
     GearModel(REPAIRED_RATE, "lumped"): GearModel(REPAIRED_RATE, "free"),
     GearModel(INTEGRAL, "lumped"): AS_GEARS,
     GearModel(CONSERVATIVE, "free"): AS_GEARS,
@@ -71,11 +75,12 @@ class Condition:
     zeta: float
     arm: str = LABELLED
     planets: Planets = "free"
+    equations: Equations = "corrected"
 
     @property
     def model(self) -> GearModel:
         """The setting's model of the gears."""
-        return GearModel(self.law, self.planets)
+        return GearModel(self.law, self.planets, self.equations)
 
     @property
     def reading(self) -> str:
@@ -85,7 +90,8 @@ class Condition:
     @property
     def id(self) -> str:
         """The name of the setting in claims.json."""
-        return f"{self.law.id}/{self.arm}/{self.planets}/{self.zeta:g}"
+        printed = "printed/" if self.equations == "printed" else ""
+        return f"{self.law.id}/{self.arm}/{self.planets}/{printed}{self.zeta:g}"
 
     def variant(self, scenario: str = "pd") -> Variant:
         """The variant that runs a scenario in this setting."""
@@ -96,5 +102,6 @@ class Condition:
             ring_rate=self.law.ring_rate,
             mesh_work=self.law.mesh_work,
             zeta=self.zeta,
+            model=GEARED_MODELS[self.equations],
             planets=self.planets,
         )

@@ -20,12 +20,18 @@ class Sample:
     """What the starts of an experiment measured.
 
     numbers: name -> (starts,), nan where undefined; diverged (starts,): whether the run did;
-    not_run: of the last starts, those that others stand for.
+    not_run: of the last starts, those that others stand for, so that start i of one experiment has
+    a start i of another beside it; they are no evidence, and never counted.
     """
 
     numbers: Mapping[str, np.ndarray]
     diverged: np.ndarray
     not_run: int = 0
+
+    @property
+    def run(self) -> int:
+        """How many starts were run."""
+        return self.diverged.size - self.not_run
 
     @classmethod
     def from_numbers(cls, ensemble_numbers: EnsembleNumbers) -> Sample:

@@ -19,6 +19,12 @@ from crosscheck.registry import build
 from crosscheck.studies.members.starts import perturb_start
 
 Planets = Literal["lumped", "free"]
+Equations = Literal["corrected", "printed"]  # of motion; see GEARED_MODELS
+
+GEARED_MODELS: dict[Equations, str] = {
+    "corrected": "analytic:physical",
+    "printed": "analytic:printed",  # Eqs. 21-22: three planets counted as one, whose count is fixed
+}
 
 Numbers = dict[str, float | None]
 
@@ -40,7 +46,7 @@ class Variant:
     phase: str = "angle"
     ring_rate: str | None = None
     zeta: float | None = None
-    model: str = "analytic:physical"
+    model: str = GEARED_MODELS["corrected"]
     duration_s: float | None = None
     settings: tuple[str, ...] = ()
     seed: int | None = None

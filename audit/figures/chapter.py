@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable
 from functools import partial
 
 from crosscheck.audit.experiments.experiments import PD
-from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS, Law
+from crosscheck.audit.experiments.paper_conditions import LAWS, Law
 from crosscheck.audit.figures import angles, law_figures, laws, sweeps
-from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA, FigureData
+from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA, FigureData, make_condition
 from crosscheck.audit.figures.paper_figure import FigureClaim, PaperFigure, find_figure_claims
 from crosscheck.audit.figures.plotting import draw_severe_shares
 from crosscheck.audit.measures.shares import Share
@@ -85,8 +85,8 @@ ZETAS = dict.fromkeys((8, 9, 11, 12, 13, 14, 16, 17, 18, 19, 20), LOW_ZETA)
 def _introduction(context: AuditContext) -> str:
     """The chapter's introduction, with what other damping does to the third fluctuation."""
     shares: dict[Law, dict[float, Share | None]] = {law: {} for law in LAWS}
-    for condition, results in context.settings:
-        if condition.arm == LABELLED:
+    for condition, results in (*context.as_modelled, *context.settings):
+        if condition == make_condition(condition.law, condition.zeta):
             shares[condition.law][condition.zeta] = ThirdFluctuation.from_samples(results[PD]).share
     return render_template(
         "figures/introduction",

@@ -28,7 +28,13 @@ from crosscheck.audit.experiments.experiments import (
     PaperExperiment,
     build_question,
 )
-from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS, Condition, Law
+from crosscheck.audit.experiments.paper_conditions import (
+    AS_MODELLED,
+    LABELLED,
+    LAWS,
+    Condition,
+    Law,
+)
 from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.reading import select_first_planets
@@ -89,7 +95,8 @@ class FigureData:
     ) -> dict[Law, RunSignals]:
         """The courses of an experiment from the drawn start, by law."""
         variants = {
-            law: make_start_variant(experiment, Condition(law, zeta), self.seed) for law in LAWS
+            law: make_start_variant(experiment, make_condition(law, zeta), self.seed)
+            for law in LAWS
         }
         return self.load_courses(variants, number)
 
@@ -112,7 +119,7 @@ class FigureData:
         members = self.results_by_law(zeta)[LAWS[0]].members(series)
         return {
             (law, member.size_um or 0.0): make_start_variant(
-                member, Condition(law, zeta), self.seed
+                member, make_condition(law, zeta), self.seed
             )
             for law in LAWS
             for member in members
@@ -122,14 +129,8 @@ class FigureData:
         """The samples of every experiment at a damping ratio, labelled reading, by law."""
         if zeta not in self.results_cache:
             if self.has_verdicts:
-                labelled_results = [
-                    (c, results) for c, results in self.context.settings if c.arm == LABELLED
-                ]
-                self.results_cache[zeta] = {
-                    condition.law: results
-                    for condition, results in labelled_results
-                    if condition.zeta == zeta
-                }
+                results = dict([*self.context.as_modelled, *self.context.settings])
+                self.results_cache[zeta] = {law: results[make_condition(law, zeta)] for law in LAWS}
             else:
                 self.results_cache[zeta] = make_lazy_results(self.context, zeta)
         return self.results_cache[zeta]
@@ -137,10 +138,19 @@ class FigureData:
     def start_bands(self, zeta: float, number: int) -> dict[Law, ShoulderBands]:
         """The bands in which the whole PD run's starts lie, by law."""
         scale = self.context.scale
-        variants = [scale.cut(make_start_variant(PD, Condition(law, zeta), None)) for law in LAWS]
+        variants = [
+            scale.cut(make_start_variant(PD, make_condition(law, zeta), None)) for law in LAWS
+        ]
         questions = [BandsQuestion(variant, scale.seeds, BAND_BINS) for variant in variants]
         bands = self.context.study.answer_questions(questions, f"figure {number}, all starts")
         return dict(zip(LAWS, bands, strict=True))
+
+
+def make_condition(law: Law, zeta: float) -> Condition:
+    """The setting that a law is drawn in: the paper's own in the paper's own model."""
+    if law == AS_MODELLED.law:
+        return Condition(law, zeta, LABELLED, AS_MODELLED.planets, AS_MODELLED.equations)
+    return Condition(law, zeta)
 
 
 def make_start_variant(
@@ -192,14 +202,14 @@ def make_lazy_results(context: AuditContext, zeta: float) -> dict[Law, Condition
             return
         sampled_experiment = PD if experiment in DEFAULTS else experiment
         samples = context.samples(
-            [(Condition(law, zeta), sampled_experiment) for law in LAWS], str(experiment)
+            [(make_condition(law, zeta), sampled_experiment) for law in LAWS], str(experiment)
         )
         for law, law_results in results.items():
-            law_results[experiment] = samples[Condition(law, zeta), sampled_experiment]
+            law_results[experiment] = samples[make_condition(law, zeta), sampled_experiment]
 
     for law in LAWS:
         static = (STATIC, PLANTED) if plan.variants else (STATIC,)
         results[law] = LazyResults(
-            (*static, *DEFAULTS, *plan.experiments(Condition(law, zeta))), fetch
+            (*static, *DEFAULTS, *plan.experiments(make_condition(law, zeta))), fetch
         )
     return results

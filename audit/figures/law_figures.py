@@ -23,7 +23,7 @@ from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
-from crosscheck.audit.page.labels import LAW_NAMES
+from crosscheck.audit.page.labels import DRAWN_NAMES
 from crosscheck.models.experiment.scenario import ConstantDrive, expand_to_joints
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import draw_legend, make_figure, mark_not_reached, to_svg
@@ -112,7 +112,7 @@ def _draw_laws(
     """Windows below each other, laws side by side, a scale per row, enlarged parts shaded; svg."""
     figure, grid = make_figure(len(law_figure.windows), len(runs), 1.9)
     for column, (law, run) in enumerate(runs.items()):
-        grid[0, column].set_title(LAW_NAMES[law])
+        grid[0, column].set_title(DRAWN_NAMES[law])
         grid[-1, column].set_xlabel("time [s]")
         if law in bands:
             time, bands_by_name, starts = bands[law]
@@ -161,8 +161,8 @@ def draw_figure_14(data: FigureData) -> PaperFigure:
         for law, results in data.results_by_law(LOW_ZETA).items()
     }
     severe: dict[str, JsonValue] = {  # of the starts that have a third fluctuation
-        LAW_NAMES[law]: [int(fluctuation.select_branch(severe=True).sum()), fluctuation.sizes.size]
-        for law, fluctuation in thirds.items()
+        DRAWN_NAMES[law]: [int(third.select_branch(severe=True).sum()), third.sizes.size]
+        for law, third in thirds.items()
     }
     figure = draw_law_figure(data, 14, draw_rigid_arms)
     return replace(figure, numbers={"limit": SEVERE, "severe": severe})

@@ -13,10 +13,10 @@ from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.chapter import COLOURS as VERDICT_COLOURS
 from crosscheck.audit.claims.chapter import describe_verdict, format_share, format_value
 from crosscheck.audit.claims.rule import Answer, Claim, State, Verdict, evaluate_claim
-from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS, Condition, Law
-from crosscheck.audit.figures.figure_data import FigureData
+from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS, Law
+from crosscheck.audit.figures.figure_data import FigureData, make_condition
 from crosscheck.audit.measures.undefined import JsonObject
-from crosscheck.audit.page.labels import LAW_NAMES
+from crosscheck.audit.page.labels import DRAWN_NAMES
 from crosscheck.audit.page.text import render_template, to_markup
 
 COLOURS = {State.YES: "agree", State.NO: "differ", State.BISTABLE: "bistable"}
@@ -52,7 +52,7 @@ class PaperFigure:
             svgs=[(to_markup(drawing.svg), drawing.caption) for drawing in self.drawings],
             tables={name: to_markup(table) for name, table in self.tables.items()},
             rows=figure_claims,
-            laws=[LAW_NAMES[law] for law in LAWS],
+            laws=[DRAWN_NAMES[law] for law in LAWS],
             kinds=Counter(str(row.verdict.kind) for row in figure_claims if row.verdict),
             colours=COLOURS,
             verdict_colours=VERDICT_COLOURS,
@@ -96,7 +96,7 @@ class FigureClaim:
 def find_figure_claims(data: FigureData, number: int, zeta: float) -> list[FigureClaim]:
     """A row for every claim of a figure."""
     results_by_condition = [
-        (Condition(law, zeta), entry) for law, entry in data.results_by_law(zeta).items()
+        (make_condition(law, zeta), entry) for law, entry in data.results_by_law(zeta).items()
     ]
     figure_claims = []
     for claim in CLAIMS:

@@ -12,7 +12,7 @@ from crosscheck.audit.experiments.paper_conditions import LAWS, Law
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.page.labels import LAW_NAMES
+from crosscheck.audit.page.labels import DRAWN_NAMES
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import BINS, draw_legend, make_figure, to_svg
 from crosscheck.signals import envelope
@@ -99,7 +99,7 @@ def draw_severe_shares(shares_by_law: Mapping[Law, Mapping[float, Share | None]]
         zeta = np.array([damping_ratio for damping_ratio, _ in shares]) * (1 + 0.03 * (place - 1))
         value = np.array([share.value for _, share in shares])
         ends = np.array([share.interval for _, share in shares]).reshape(-1, 2).T
-        label, colour = LAW_NAMES[law], LAW_COLOURS[law]
+        label, colour = DRAWN_NAMES[law], LAW_COLOURS[law]
         axes.errorbar(
             zeta, value, np.abs(ends - value), fmt="o-", label=label, color=colour, ms=4, lw=1.0
         )

@@ -17,8 +17,13 @@ from crosscheck.audit.experiments.experiments import (
     ERROR,
     ExperimentSeries,
 )
-from crosscheck.audit.experiments.paper_conditions import INTEGRAL, LAWS, Condition, Law
-from crosscheck.audit.figures.figure_data import LOW_ZETA, FigureData, make_start_variant
+from crosscheck.audit.experiments.paper_conditions import INTEGRAL, LAWS, Law
+from crosscheck.audit.figures.figure_data import (
+    LOW_ZETA,
+    FigureData,
+    make_condition,
+    make_start_variant,
+)
 from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
 from crosscheck.audit.figures.plotting import (
     KILO,
@@ -33,7 +38,7 @@ from crosscheck.audit.measures.reading import read_arm
 from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.page.labels import LAW_NAMES
+from crosscheck.audit.page.labels import DRAWN_NAMES
 from crosscheck.report import fragments
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import (
@@ -107,7 +112,7 @@ def draw_figure_17(data: FigureData) -> PaperFigure:
     for (law, b_um), run in data.load_runs(data.series_variants(BACKLASH, LOW_ZETA), 17).items():
         peak_J, work_J = energy_peak(run)
         if peak_J > work_J:
-            fed.append([LAW_NAMES[law], f"{b_um:g}", f"{peak_J:.4g}", f"{work_J:.4g}"])
+            fed.append([DRAWN_NAMES[law], f"{b_um:g}", f"{peak_J:.4g}", f"{work_J:.4g}"])
     energies = ("largest kinetic energy [J]", "work of the drive until then [J]")
     table = fragments.render_table(["phase law", "b [µm]", *energies], fed)
     return replace(figure, tables={"energy": table} if fed else {})
@@ -120,11 +125,16 @@ def draw_sweep_figure(data: FigureData, number: int) -> PaperFigure:
     default_run = sweep[INTEGRAL][default_um]
     if window is None:
         where = "in the legend"
-        plain = make_start_variant(series(default_um), Condition(INTEGRAL, LOW_ZETA), None)
-        beside = {"rigid": rigid_arm(replace(plain, duration_s=None))}
-        rigid = data.load_courses(beside, number)["rigid"]
+        plain = {
+            law: make_start_variant(series(default_um), make_condition(law, LOW_ZETA), None)
+            for law in sweep
+        }
+        beside = {
+            law: rigid_arm(replace(variant, duration_s=None)) for law, variant in plain.items()
+        }
+        rigid = data.load_courses(beside, number)
         lines = {
-            law: {size: excess_spectra(run, rigid) for size, run in row.items()}
+            law: {size: excess_spectra(run, rigid[law]) for size, run in row.items()}
             for law, row in sweep.items()
         }
         svg = _draw_spectra(lines, series.symbol)
@@ -149,7 +159,7 @@ def _draw_start_numbers(
                 values = results[law][member][axis.name]
                 values = axis.scale * np.sort(values[np.isfinite(values)])
                 x = at + 0.27 * (place - 1) + np.linspace(-0.1, 0.1, values.size)
-                label = None if at else LAW_NAMES[law]
+                label = None if at else DRAWN_NAMES[law]
                 axes.plot(x, values, ".", ms=3.5, color=LAW_COLOURS[law], label=label)
         ticks = [f"{member.size_um:g}" for member in members]
         axes.set_xticks(range(len(members)), ticks, fontsize=7)
@@ -172,12 +182,12 @@ def _draw_forces(
     sizes = list(sweep[INTEGRAL])
     figure, grid = make_figure(len(sizes), len(sweep), 1.15)
     for column, (law, row) in enumerate(sweep.items()):
-        grid[0, column].set_title(LAW_NAMES[law])
+        grid[0, column].set_title(DRAWN_NAMES[law])
         grid[-1, column].set_xlabel("time [s]")
         for axes, (size, run) in zip(grid[:, column], row.items(), strict=True):
             part = signals.window(run.time, *window)
             time, force = run.time[part], run.F_sp[part]
-            draw_line(axes, time, KILO * force, LAW_NAMES[law], LAW_COLOURS[law], SMALL_BINS)
+            draw_line(axes, time, KILO * force, DRAWN_NAMES[law], LAW_COLOURS[law], SMALL_BINS)
             if not time.size:
                 mark_not_reached(axes)
             axes.set(xlim=window, ylabel=f"{symbol} {size:g} µm\nF_sp1 [kN]")
@@ -215,7 +225,7 @@ def excess_spectra(run: RunSignals, rigid: RunSignals) -> list[Spectrum]:
 def _draw_spectra(lines: Mapping[Law, Mapping[float, list[Spectrum]]], symbol: str) -> str:
     figure, grid = make_figure(2, len(LAWS), 2.4)
     for column, (law, row) in enumerate(lines.items()):
-        grid[0, column].set_title(LAW_NAMES[law])
+        grid[0, column].set_title(DRAWN_NAMES[law])
         grid[-1, column].set_xlabel("frequency [Hz]")
         for joint, axes in enumerate(grid[:, column]):
             for (size, spectra), colour in zip(row.items(), COLOURS, strict=False):

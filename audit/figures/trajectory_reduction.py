@@ -21,6 +21,7 @@ from crosscheck.audit.figures.figure_data import (
     LOW_ZETA,
     SMOOTH_RECORD,
     ZETA,
+    make_condition,
     make_rigid_variant,
     make_start_variant,
 )
@@ -50,7 +51,7 @@ def select_stored_variants(scale: Scale) -> dict[str, Variant]:
         if not scale.quick:
             experiments |= {f"pd-{name}-E-{e:g}um": ERROR(e) for e in plan.errors}
         variants |= {
-            run: make_start_variant(experiment, Condition(law, LOW_ZETA), seed)
+            run: make_start_variant(experiment, make_condition(law, LOW_ZETA), seed)
             for run, experiment in experiments.items()
         }
     if scale.quick:

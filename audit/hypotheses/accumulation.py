@@ -19,7 +19,7 @@ from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import draw_legend, make_figure, to_svg
 
 ID, TITLE = "accumulation", "Errors that accumulate back and forth (H3)"
-DURATION_S = 2.0  # the paper's Fig. 15 does not say
+DURATION_S = 2.0  # the paper's text does not say of Fig. 15
 WORDS = {"sqrt_time": "2000 sin(20π√t)", "time": "2000 sin(20πt)"}  # N m
 _WORDS: dict[State | None, str] = {
     State.YES: "holds",

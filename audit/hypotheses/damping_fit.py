@@ -21,7 +21,7 @@ from crosscheck.audit.experiments.experiments import CONSTANT, NO_ERROR, PD
 from crosscheck.audit.experiments.paper_conditions import LAWS, READINGS, Condition
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Planets, Variant
+from crosscheck.audit.experiments.variant import Equations, Planets, Variant
 from crosscheck.audit.measures.rigid import rigid_model
 from crosscheck.audit.measures.undefined import to_json
 from crosscheck.audit.page.chapter import AuditChapter
@@ -39,7 +39,7 @@ LAW_WORDS = {law.id: words for law, words in zip(LAWS, _LAW_WORDS, strict=True)}
 # The numbers that Section 3 prints of meshes and fluctuations, and Section 4.1's frequency.
 NUMBERS = ("3.1-09", "3.1-14", "3.2-16", "3.2-20", "3.2-27", "3.2-28", "3.2-29", "4.1-19")
 SOURCES = (PD, NO_ERROR, CONSTANT)  # the experiments that they are about
-PLANETS: tuple[Planets, ...] = ("free", "lumped")
+PLANETS: dict[Planets, Equations] = {"free": "corrected", "lumped": "printed"}  # as the paper ran
 ALPHA = 0.05  # that one setting or more is left out although it explains as much as the best
 
 
@@ -101,6 +101,7 @@ def _columns(claims: Sequence[rule.Claim], chosen: Sequence[DampingFit]) -> Colu
             TableColumn("law", "phase law", lambda fit: LAW_WORDS[fit.cell.law.id]),
             TableColumn("reading", "reading", "cell.reading"),
             TableColumn("planets", "planets", "cell.planets"),
+            TableColumn("equations", "equations", "cell.equations"),
             TableColumn("zeta", "ζ", "cell.zeta", "g"),
             TableColumn("explained", "numbers explained", "mean", ".2f"),
             *map(share_column, claims),
@@ -135,7 +136,7 @@ def draw_explained_numbers(fits: Sequence[DampingFit], chosen: Sequence[DampingF
     """Numbers explained over zeta, a panel for each reading and planets' treatment, as svg."""
     picture, grid = make_figure(len(PLANETS), len(READINGS), 2.4)
     for (row, column), axes in np.ndenumerate(grid):
-        arm, planets = tuple(READINGS)[column], PLANETS[row]
+        arm, planets = tuple(READINGS)[column], tuple(PLANETS)[row]
         for law, colour in zip(LAWS, COLOURS, strict=False):
             law_fits = [
                 fit for fit in fits
@@ -147,7 +148,7 @@ def draw_explained_numbers(fits: Sequence[DampingFit], chosen: Sequence[DampingF
             axes.plot([fit.cell.zeta for fit in best], [fit.mean for fit in best], "o",
                       mfc="none", mec="k", ms=8, label="equally good")  # fmt: skip
         axes.set(xscale="log", ylim=(0, len(fits[0].explained)),
-                 title=f"{READINGS[arm]}, planets {planets}")  # fmt: skip
+                 title=f"{READINGS[arm]}, planets {planets}, {PLANETS[planets]}")  # fmt: skip
     for axes in grid[-1]:
         axes.set_xlabel("ζ")
     for axes in grid[:, 0]:
@@ -158,7 +159,10 @@ def draw_explained_numbers(fits: Sequence[DampingFit], chosen: Sequence[DampingF
 
 @dataclass(frozen=True)
 class DampingFit:
-    """What a setting explains: by claim, (starts,), whether each start explains its number."""
+    """What a setting explains: by claim, (starts,), whether each start explains its number.
+
+    Of starts that were run in one of its experiments at least.
+    """
 
     cell: Condition
     explained: Mapping[str, np.ndarray]
@@ -184,8 +188,10 @@ def fit_conditions(context: AuditContext, claims: Sequence[rule.Claim]) -> list[
     """The fits of every setting; quick: of the claims' own quick settings."""
     plan = plan_of(context.scale)
     cells = [
-        Condition(law, zeta, arm, planets)
-        for planets, law, arm, zeta in product(PLANETS, LAWS, plan.readings, plan.zetas)
+        Condition(law, zeta, arm, planets, equations)
+        for (planets, equations), law, arm, zeta in product(
+            PLANETS.items(), LAWS, plan.readings, plan.zetas
+        )
     ]
     requests = [(cell, source) for cell in cells for source in SOURCES]
     samples = context.samples(requests, "damping fit")
@@ -200,11 +206,13 @@ def fit_condition(
 ) -> DampingFit:
     """The fit of a setting to claims about one quantity each, from the setting's experiments."""
     explained, given = {}, {}
+    tracker = quantities.ResultsTracker(results)
     for claim in claims:
         (quantity,) = claim.choices.values()
-        explained[claim.id] = claim.limits.contains(quantity(results))
+        explained[claim.id] = claim.limits.contains(quantity(tracker))
         (given[claim.id],) = rule.evaluate_claim(claim, [(cell, results)])
-    return DampingFit(cell, explained, given)
+    run = {name: yes[: tracker.run] for name, yes in explained.items()}
+    return DampingFit(cell, run, given)
 
 
 def select_best_fits(fits: Sequence[DampingFit]) -> list[DampingFit]:

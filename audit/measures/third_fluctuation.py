@@ -51,10 +51,10 @@ class Branch(NamedTuple):
 
 @dataclass(frozen=True)
 class ThirdFluctuation:
-    """The third fluctuation of every start, (starts,), nan where undefined.
+    """The third fluctuation of every start that was run, (starts,), nan where undefined.
 
     size [rad/s^2]; onset_s; frequency_Hz; planet_spread_m: how far planets of a stage part;
-    diverged: how many runs did, whose numbers are undefined; not_run: starts that others stand for.
+    diverged: how many runs did, whose numbers are undefined.
     """
 
     size: np.ndarray
@@ -62,7 +62,6 @@ class ThirdFluctuation:
     frequency_Hz: np.ndarray
     planet_spread_m: np.ndarray
     diverged: int
-    not_run: int = 0
 
     @classmethod
     def from_samples(cls, *samples: Sample) -> ThirdFluctuation:
@@ -72,14 +71,8 @@ class ThirdFluctuation:
             onset_s=_join_samples(samples, "third_onset_s"),
             frequency_Hz=_join_samples(samples, "frequency_Hz"),
             planet_spread_m=_join_samples(samples, "planets_apart_m"),
-            diverged=sum(int(sample.diverged.sum()) for sample in samples),
-            not_run=sum(sample.not_run for sample in samples),
+            diverged=sum(int(sample.diverged[: sample.run].sum()) for sample in samples),
         )
-
-    @property
-    def run(self) -> int:
-        """How many starts were run."""
-        return self.size.size - self.not_run
 
     @cached_property
     def sizes(self) -> np.ndarray:
@@ -94,7 +87,7 @@ class ThirdFluctuation:
     def answer(self, place: Place) -> Answer:
         """The answer at a place to the claim that the fluctuation is severe."""
         sizes = tuple(map(float, np.sort(self.sizes)))
-        return Answer(place, sizes, self.size.size, LARGE, self.not_run)
+        return Answer(place, sizes, self.size.size, LARGE)
 
     @property
     def state(self) -> State:
@@ -125,4 +118,4 @@ class ThirdFluctuation:
 
 
 def _join_samples(samples: Sequence[Sample], name: str) -> np.ndarray:
-    return np.concatenate([sample[name] for sample in samples])
+    return np.concatenate([sample[name][: sample.run] for sample in samples])

@@ -8,13 +8,14 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import fisher_exact, mannwhitneyu
+from scipy.stats import binomtest, fisher_exact, mannwhitneyu
 
 from crosscheck.audit.claims.rule import FEW, Limits, State, state
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third_fluctuation import LARGE, VISIBLE, ThirdFluctuation
 
 SIGNIFICANT = 0.05
+EQUIVALENCE = 1 - 2 * SIGNIFICANT  # two one-sided tests at 5 % are an interval of 90 %
 
 
 class PValues(NamedTuple):
@@ -25,13 +26,6 @@ class PValues(NamedTuple):
 
     by_share: float | None
     by_size: float | None
-
-    @property
-    def least(self) -> float | None:
-        """The smaller p of the two tests; None where one is missing."""
-        if self.by_share is None or self.by_size is None:
-            return None
-        return min(self.by_share, self.by_size)
 
 
 def compare_samples(first: ThirdFluctuation, second: ThirdFluctuation) -> PValues:
@@ -52,23 +46,74 @@ def sizes_p(first: Sequence[float] | np.ndarray, second: Sequence[float] | np.nd
     return float(mannwhitneyu(first, second).pvalue)
 
 
-def least_p(first_size: int, second_size: int) -> float:
-    """The smallest p that either test can give for two samples of such sizes."""
-    ranks = mannwhitneyu(
-        range(first_size), range(first_size, first_size + second_size), method="exact"
-    )
-    return min(shares_p(Share(first_size, first_size), Share(0, second_size)), float(ranks.pvalue))
+def adjust_by_holm(p_values: Sequence[float]) -> list[float]:
+    """The p of tests that are one family, as Holm's procedure adjusts them, in their order.
+
+    One below SIGNIFICANT stands with at most SIGNIFICANT error for the whole family.
+    """
+    order = np.argsort(p_values, kind="stable")
+    adjusted = np.zeros(len(order))
+    factors = np.arange(len(order), 0, -1)
+    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(factors * np.take(p_values, order)))
+    return list(map(float, adjusted))
 
 
-def find_passing_range(share: Share, of: int) -> tuple[int, int]:
-    """The fewest and the most yes, of so many, that Fisher's test does not tell from a share."""
-    alike = [yes for yes in range(of + 1) if not is_significant(shares_p(share, Share(yes, of)))]
-    return min(alike), max(alike)
+class Interval(NamedTuple):
+    """An interval that holds a quantity with 90 %: within margins, equivalence at 5 %."""
+
+    low: float
+    high: float
+
+    def is_within(self, low: float, high: float) -> bool | None:
+        """Whether the quantity is shown to be within margins; None where neither is shown."""
+        if low <= self.low and self.high <= high:
+            return True
+        return False if self.high < low or high < self.low else None
 
 
-def is_significant(p: float, tests: float = 1.0) -> bool:
-    """Whether a test tells two samples apart, if it is one of so many that could (Bonferroni)."""
-    return p < SIGNIFICANT / tests
+def find_ratio_interval(first: np.ndarray, second: np.ndarray) -> Interval | None:
+    """The interval of the second median over the first, both positive and of one shape.
+
+    Mann and Whitney's test inverted (Hodges and Lehmann); None where samples are too small.
+    """
+    ratios = np.sort(np.divide.outer(second, first).ravel())
+    # How many of all ways to rank the samples give each value of U, by the recursion over sizes.
+    ways = np.zeros((first.size + 1, ratios.size + 1))
+    ways[0, 0] = 1.0
+    for rank in range(first.size + second.size):
+        for chosen in range(min(rank, first.size - 1), -1, -1):
+            before = rank - chosen  # of the second sample, which the next of the first exceeds
+            if before <= second.size:
+                ways[chosen + 1, before:] += ways[chosen, : ratios.size + 1 - before]
+    below = np.cumsum(ways[first.size]) / ways[first.size].sum()
+    outer = int((below <= SIGNIFICANT).sum())  # ratios beyond either end
+    return Interval(float(ratios[outer - 1]), float(ratios[-outer])) if outer else None
+
+
+def find_difference_interval(first: Share, second: Share) -> Interval:
+    """The interval of the second share less the first (Newcombe's, of two Wilson intervals)."""
+    (p, low_1, high_1), (q, low_2, high_2) = map(_find_wilson_interval, (first, second))
+    below, above = np.hypot(q - low_2, high_1 - p), np.hypot(high_2 - q, p - low_1)
+    return Interval(float(q - p - below), float(q - p + above))
+
+
+def _find_wilson_interval(share: Share) -> tuple[float, float, float]:
+    """The share, and Wilson's interval of the probability behind it."""
+    interval = binomtest(*share).proportion_ci(EQUIVALENCE, "wilson")
+    return share.value, float(interval.low), float(interval.high)
+
+
+def adjust_pairs(pairs: Sequence[PValues]) -> list[PValues]:
+    """The p of both tests of pairs of samples as one family, in which undefined ones are none."""
+    plain = [p for pair in pairs for p in pair]
+    adjusted = iter(adjust_by_holm([p for p in plain if p is not None]))
+    every = [None if p is None else next(adjusted) for p in plain]
+    return [PValues(*pair) for pair in zip(every[::2], every[1::2], strict=True)]
+
+
+def is_significant(p: float) -> bool:
+    """Whether a p, adjusted if it is one of a family, tells two samples apart."""
+    return p < SIGNIFICANT
 
 
 class ToothErrorEffect(NamedTuple):
@@ -97,13 +142,22 @@ class ToothErrorEffect(NamedTuple):
 def compute_error_effect(
     with_error: ThirdFluctuation, without: ThirdFluctuation, level: Limits = LARGE
 ) -> ToothErrorEffect:
-    """What the tooth error makes, from start i with it compared with start i without it."""
-    calm = np.isfinite(without.size) & np.isfinite(with_error.size)
-    loud, there = (calm & level.contains(third.size) for third in (without, with_error))
+    """What the tooth error makes, from start i with it compared with start i without it.
+
+    Where fewer starts were run of one, because they agree, these stand beside all of the other.
+    """
+    starts = max(with_error.size.size, without.size.size)
+    error_sizes, own_sizes = (np.resize(third.size, starts) for third in (with_error, without))
+    calm = np.isfinite(own_sizes) & np.isfinite(error_sizes)
+    loud, there = (calm & level.contains(sizes) for sizes in (own_sizes, error_sizes))
     if calm.sum() < max(1.0, FEW * calm.size) or loud.sum() > FEW * calm.sum():
         return ToothErrorEffect(None, 1.0)
-    quiet, of = calm & ~loud, int(calm.sum())
-    p = shares_p(Share(int(there.sum()), of), Share(int(loud.sum()), of))
+    quiet = calm & ~loud
+    with_share, without_share = (
+        Share(int(chosen[:run].sum()), int(calm[:run].sum()))
+        for chosen, run in ((there, with_error.size.size), (loud, without.size.size))
+    )
+    p = shares_p(with_share, without_share)
     return ToothErrorEffect(Share(int(there[quiet].sum()), int(quiet.sum())), p)
 
 

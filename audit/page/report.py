@@ -22,6 +22,7 @@ from crosscheck.audit.figures.trajectory_reduction import (
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.published_paper import EXTENT_READ, PAPER
 from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import load_arm
 from crosscheck.models.trajectory import encode_netcdf
@@ -113,7 +114,10 @@ def render_page(made: Sequence[AuditChapter], study: Study) -> str:
 
 def render_chapters(made: Sequence[AuditChapter], provenance: Mapping[str, object]) -> str:
     """The self-contained page of chapters as html, with where they come from."""
-    return fix_links(rendering.render_page("paper", chapters=made, provenance=provenance))
+    page = rendering.render_page(
+        "paper", paper=PAPER, extent_read=EXTENT_READ, chapters=made, provenance=provenance
+    )
+    return fix_links(page)
 
 
 def format_records(made: Sequence[AuditChapter], study: Study) -> str:
@@ -123,6 +127,7 @@ def format_records(made: Sequence[AuditChapter], study: Study) -> str:
     """
     document = {
         "schema_version": SCHEMA_VERSION,
+        "paper": asdict(PAPER) | {"citation": PAPER.format_citation(), "read": EXTENT_READ},
         "chapters": {chapter.id: chapter.records for chapter in made},
         "sentences": [asdict(sentence) for sentence in load_sentences()],
         "provenance": _provenance(study),

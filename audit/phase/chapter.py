@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import (
+    AS_MODELLED,
     INTEGRAL,
+    LABELLED,
     PRINTED,
     REPAIRED_RATE,
     Condition,
 )
 from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.context import AuditContext
@@ -52,7 +56,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         "severe": simulated.severe,
         "evidence": supports,  # whether each kind of it that was run speaks for H1
     }
-    summary = {"verdict": h1, **_shares(simulated)}
+    summary = {"verdict": h1, **_shares(simulated, context)}
     introduction = render_template(
         "phase/introduction",
         maps=simulated,
@@ -66,17 +70,18 @@ def build_chapter(context: AuditContext) -> AuditChapter:
     return AuditChapter(ID, TITLE, page, [h1, *records], outcome)
 
 
-def _shares(simulated: Maps) -> dict[str, Share | None]:
-    """The shares of severe starts under the three laws, and by the first with planets lumped."""
+def _shares(simulated: Maps, context: AuditContext) -> dict[str, Share | None]:
+    """The shares of severe starts under the three laws, and as modelled in the paper."""
     plain = [point for point in simulated.settings if point.setting.is_paper]
-    shares = {point.setting.cell: point.third.share for point in (*plain, *simulated.lumped)}
+    shares = {point.setting.cell: point.third.share for point in plain}
     cells = {
         "printed": Condition(PRINTED, ZETA),
         "repaired": Condition(REPAIRED_RATE, ZETA),
         "integral": Condition(INTEGRAL, ZETA),
-        "alike": Condition(PRINTED, ZETA, planets="lumped"),
     }
-    return {name: shares.get(cell) for name, cell in cells.items()}
+    request = Condition(PRINTED, ZETA, LABELLED, AS_MODELLED.planets, AS_MODELLED.equations), PD
+    own = ThirdFluctuation.from_samples(context.samples([request], "phase: as modelled")[request])
+    return {name: shares.get(cell) for name, cell in cells.items()} | {"alike": own.share}
 
 
 def judge_h1(maps: Presence, supports: Mapping[str, bool | None]) -> str:

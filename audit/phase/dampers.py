@@ -208,7 +208,7 @@ def find_runaways(study: Study, scale: Scale) -> list[Runaway]:
     for law in RUNAWAY_LAWS:
         samples = [Sample.from_numbers(answers[law, part]) for part in parts]
         top, rigid = (
-            np.concatenate([sample[name] for sample in samples])
+            np.concatenate([sample[name][: sample.run] for sample in samples])
             for name in ("top_rad_per_s", "asked_rad_per_s")
         )
         fast, calm = top[top > FAST_RAD_PER_S], top[top <= FAST_RAD_PER_S]

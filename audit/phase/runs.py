@@ -22,6 +22,7 @@ from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.kernel.states import StateEvaluator
 from crosscheck.analytic.model import AnalyticModel, PhysicalModel
 from crosscheck.analytic.paper.mesh_frequency import OMEGA_T
+from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.audit.experiments.ensembles import TransientPdQuestion
 from crosscheck.audit.experiments.paper_conditions import PRINTED, REPAIRED_RATE, Condition, Law
 from crosscheck.audit.experiments.scale import Scale
@@ -158,7 +159,18 @@ class ContinuedModel(PhysicalModel):
         return self.state
 
 
-def simulate_motion(models: Sequence[PhysicalModel], clock_s: float = 0.0) -> RecordedMotion:
+class ContinuedPrintedModel(PrintedModel):
+    """The printed equations from any state q, v (n,)."""
+
+    def __init__(self, case: Case, q: np.ndarray, v: np.ndarray) -> None:
+        super().__init__(*case)
+        self.state = q, v
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.state
+
+
+def simulate_motion(models: Sequence[AnalyticModel], clock_s: float = 0.0) -> RecordedMotion:
     """The runs of models of one structure, the clock at ``clock_s``, whole steps, at the start.
 
     States after one that is not finite are not either.

@@ -29,13 +29,18 @@ from crosscheck.audit.experiments.experiments import (
 )
 from crosscheck.audit.experiments.paper_conditions import LAWS, Condition, Law
 from crosscheck.audit.experiments.variant import Planets
-from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import EVIDENT
-from crosscheck.audit.measures.twosamples import PValues, compare_samples, is_significant, shares_p
+from crosscheck.audit.measures.twosamples import (
+    PValues,
+    adjust_by_holm,
+    adjust_pairs,
+    compare_samples,
+    is_significant,
+    shares_p,
+)
 from crosscheck.audit.page.context import AuditContext
 
-TESTS = 2  # of every setting: of the shares and of the sizes
 FIGURES = (*range(11, 15), *range(16, 21))  # of the PD run
 ZETAS = (0.005, 0.02)
 
@@ -49,21 +54,19 @@ class PlanetsEffect(StrEnum):
     UNKNOWN = "undefined"
 
 
-def judge_effect(
-    lumped: ThirdFluctuation, free: ThirdFluctuation, p: PValues, family: int
-) -> PlanetsEffect:
-    """The effect of freeing the planets, from both samples and the p of both tests on them.
+def judge_effect(lumped: ThirdFluctuation, free: ThirdFluctuation, p: PValues) -> PlanetsEffect:
+    """The effect of freeing the planets, from both samples and the adjusted p of both tests.
 
-    family: tests that share the 5 %. The samples are distinguished by the shares of severe starts;
+    The samples are distinguished by the shares of severe starts;
     or by sizes, where a tenth of the larger ones count as a fluctuation at all: the sample whose
     starts are mostly the smaller is the weaker one.
     """
     if p.by_share is None or p.by_size is None or lumped.share is None or free.share is None:
         return PlanetsEffect.UNKNOWN
     high = max(quantiles[-1] or 0.0 for quantiles in (lumped.quantiles, free.quantiles))
-    if is_significant(p.by_share, family):
+    if is_significant(p.by_share):
         weaker = free.share.value < lumped.share.value
-    elif high > EVIDENT and is_significant(p.by_size, family):
+    elif high > EVIDENT and is_significant(p.by_size):
         weaker = bool(np.sign(free.sizes[:, None] - lumped.sizes).sum() < 0)
     else:
         return PlanetsEffect.NONE
@@ -92,17 +95,6 @@ def judge_survival(lumped: State, free: State) -> Survival:
     return Survival.APPEARS if free == State.YES else Survival.LOST
 
 
-def is_changed(lumped: Share | None, free: Share | None, family: int) -> bool | None:
-    """Whether Fisher's exact test, one of so many, tells the shares apart.
-
-    None where one is undefined or where so few starts could not be distinguished at all.
-    """
-    if lumped is None or free is None:
-        return None
-    least = shares_p(Share(lumped.of, lumped.of), Share(0, free.of))
-    return is_significant(shares_p(lumped, free), family) if is_significant(least, family) else None
-
-
 def judge_h7(effects: Sequence[PlanetsEffect]) -> str:
     """`holds` if freeing the planets changes the third fluctuation in any setting."""
     if any(effect in (PlanetsEffect.WEAKER, PlanetsEffect.STRONGER) for effect in effects):
@@ -112,22 +104,20 @@ def judge_h7(effects: Sequence[PlanetsEffect]) -> str:
 
 @dataclass(frozen=True)
 class PlanetsComparison:
-    """Third fluctuations in a setting, planets lumped and free; family: tests sharing the 5 %."""
+    """Third fluctuations in a setting, planets lumped and free.
+
+    tests: of whether the samples differ; of both tests in all settings, which are one family.
+    """
 
     cell: Condition
     lumped: ThirdFluctuation
     free: ThirdFluctuation
-    family: int
-
-    @cached_property
-    def tests(self) -> PValues:
-        """The tests of whether the samples differ."""
-        return compare_samples(self.lumped, self.free)
+    tests: PValues
 
     @cached_property
     def effect(self) -> PlanetsEffect:
         """The effect of freeing the planets."""
-        return judge_effect(self.lumped, self.free, self.tests, self.family)
+        return judge_effect(self.lumped, self.free, self.tests)
 
 
 def compare_planets(context: AuditContext) -> list[PlanetsComparison]:
@@ -139,14 +129,17 @@ def compare_planets(context: AuditContext) -> list[PlanetsComparison]:
         (compared_condition, PD) for cell in cells for compared_condition in (cell, alike[cell])
     ]
     samples = context.samples(requests, "planets: free and alike")
-    return [
-        PlanetsComparison(
-            cell,
+    thirds = [
+        (
             ThirdFluctuation.from_samples(samples[alike[cell], PD]),
             ThirdFluctuation.from_samples(samples[cell, PD]),
-            TESTS * len(cells),
         )
         for cell in cells
+    ]
+    tests = adjust_pairs([compare_samples(*pair) for pair in thirds])
+    return [
+        PlanetsComparison(cell, *pair, p)
+        for cell, pair, p in zip(cells, thirds, tests, strict=True)
     ]
 
 
@@ -157,13 +150,16 @@ def count_effects(records: Sequence[PlanetsComparison]) -> dict[Law, Counter[Pla
 
 @dataclass(frozen=True)
 class ClaimComparison:
-    """A claim in a setting with lumped and with free planets; family: tests that share the 5 %."""
+    """A claim in a setting with lumped and with free planets.
+
+    p: of Fisher's exact test of the shares, one family over all answers; None where one has none.
+    """
 
     claim: Claim
     place: Place
     lumped: Answer
     free: Answer
-    family: int
+    p: float | None
 
     @property
     def survives(self) -> Survival:
@@ -172,8 +168,8 @@ class ClaimComparison:
 
     @property
     def changed(self) -> bool | None:
-        """Whether the shares differ significantly; None where they could not be."""
-        return is_changed(self.lumped.share, self.free.share, self.family)
+        """Whether the shares differ significantly; None where one is undefined."""
+        return None if self.p is None else is_significant(self.p)
 
 
 def compare_claims(context: AuditContext) -> list[ClaimComparison]:
@@ -199,4 +195,12 @@ def compare_claims(context: AuditContext) -> list[ClaimComparison]:
             alike = {item.place: item for item in evaluate_claim(claim, results["lumped"])}
             free = evaluate_claim(claim, results["free"])
             comparisons += [(claim, item.place, alike[item.place], item) for item in free]
-    return [ClaimComparison(*each, len(comparisons)) for each in comparisons]
+    plain = [
+        shares_p(one.share, other.share) if one.share and other.share else None
+        for *_, one, other in comparisons
+    ]
+    adjusted = iter(adjust_by_holm([p for p in plain if p is not None]))
+    return [
+        ClaimComparison(*each, None if p is None else next(adjusted))
+        for each, p in zip(comparisons, plain, strict=True)
+    ]

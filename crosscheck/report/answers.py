@@ -91,7 +91,11 @@ def compare_models(agreement: Agreement, arm: Arm) -> list[ModelAnswer]:
     home = reference_model().partition(":")[
         0
     ]  # the package of the derivation, with rigid models of its own
-    derived = [name for name in model_names("rigid") if name.partition(":")[0] == home]
+    derived = [
+        name
+        for name in model_names("rigid")
+        if name.partition(":")[0] == home and MODELS[name].level  # which other engines have too
+    ]
     for model in (*model_names("form"), reference_model(), *derived):
         others = [f for f in arm_findings if _is_with_other_engine(f, model)]
         checks = [f for f in pairs if f.kind == "check" and _is_with_other_engine(f, model)]

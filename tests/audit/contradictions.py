@@ -2,11 +2,14 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import combinations, permutations
 
-from crosscheck.audit.claims.rule import Limits, State
-from tests.audit.stated import Said, StatedNumber
+from crosscheck.audit.claims.rule import Limits, State, VerdictKind
+from crosscheck.audit.errata.erratum import Erratum
+from tests.audit.stated import Said, StatedNumber, Taught
+
+HOLDING = (VerdictKind.HOLDS, VerdictKind.WHERE_DEFINED)
 
 
 def contradictions(said: Iterable[Said]) -> list[str]:
@@ -31,6 +34,26 @@ def two_values(numbers: Iterable[StatedNumber]) -> list[str]:
         for one, other in combinations(group, 2)
         if not _same_value(one.value, other.value)
     )
+
+
+def held_and_denied(errata: Iterable[Erratum], kinds: Mapping[str, VerdictKind]) -> list[str]:
+    """Claims that hold although the errata sheet says that they are wrong. kinds: by claim."""
+    return [
+        f"claim {claim} {kinds[claim]}, errata sheet: {erratum.id}"
+        for erratum in errata
+        for claim in erratum.denies
+        if kinds.get(claim) in HOLDING
+    ]
+
+
+def taught_otherwise(findings: Iterable[Taught], kinds: Mapping[str, VerdictKind]) -> list[str]:
+    """Findings that say yes to a claim that fails, or no to one that holds. kinds: by claim."""
+    return [
+        f"claim {one.claim} {kinds[one.claim]}, {one.where} says {one.is_true}"
+        for one in findings
+        if one.is_true is not None
+        if kinds[one.claim] in ((VerdictKind.FAILS,) if one.is_true else HOLDING)
+    ]
 
 
 def _same_value(one: float | None, other: float | None) -> bool:

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 from crosscheck.audit.claims.judgement import ClaimJudgement
 from crosscheck.audit.claims.quantities import quantity_of
 from crosscheck.audit.claims.rule import Claim, Limits, Place, State
+from crosscheck.audit.errata.engine_comparison import EngineComparison
 from crosscheck.audit.errata.sheet import ArmErratum
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import MODELS, PRINTED, Condition
 from crosscheck.audit.figures.paper_figure import FigureClaim
+from crosscheck.audit.front.chapter import BaselineFinding
+from crosscheck.audit.hypotheses.accumulation import DriveVerdict
 from crosscheck.audit.hypotheses.damping_fit import DampingFit
 from crosscheck.audit.hypotheses.evidence.level_ablation import ZETA, RigidResidual
 from crosscheck.audit.measures.third_fluctuation import LARGE, ThirdFluctuation
@@ -39,10 +42,31 @@ class StatedNumber:
     value: float | None
 
 
+@dataclass(frozen=True)
+class Taught:
+    """A claim that a finding says is true or false, in its own words; None: it says neither."""
+
+    where: str
+    claim: str
+    is_true: bool | None
+
+
+def of_findings(
+    printed: EngineComparison, baselines: BaselineFinding, drives: Mapping[str, DriveVerdict]
+) -> list[Taught]:
+    """What the findings say of claims that have quantities of their own."""
+    owns = drives["sqrt_time"].own == State.YES
+    return [
+        Taught("finding 1", "2.4-02", printed.agrees),
+        Taught("finding 4", "3.2-20", baselines.returns_as_read),
+        Taught("finding 5", "4.1-07", False if owns else None),
+    ]
+
+
 def of_third(where: str, found: Iterable[tuple[Condition, ThirdFluctuation]]) -> list[Said]:
     """What a chapter states of the third fluctuation, where the claims ask the same."""
     answers = [
-        third.answer(Place(cell.law, cell.arm, cell.zeta, "", cell.planets))
+        third.answer(Place(cell.law, cell.arm, cell.zeta, "", cell.planets, cell.equations))
         for cell, third in found
         if cell.model in MODELS
     ]

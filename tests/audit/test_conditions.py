@@ -83,12 +83,14 @@ LADDER = Of(
     rest={"inertia": (1.1, 1.2)},
     slips=(-0.2, -0.1),
 )
-BASELINES = Of(nearest=left(), gives_all=False, verdict=LADDER, return_s=1.61)
+BASELINES = Of(nearest=left(), gives_all=False, verdict=LADDER, return_s=1.61, returns_as_read=True)
 OWN, NOT_OWN = Of(own="yes"), Of(own="no")
 FOUND = clocks(1300.0, 1300.0, 0.0)
 BLIND = clocks(0.0, 0.0, 0.0)
 FRONT: Given = {
     "printed": printed(0.0127),
+    "spin": Of(theta_rad=0.0012),
+    "spin_matters": False,
     "clocks": FOUND,
     "by_law": by_law(FOUND),
     "third": thirds(True),
@@ -186,6 +188,7 @@ OBJECTIONS: Given = {
         "0 of 32 starts",
     ),
     **dict.fromkeys(("eq11", "eq11_visible", "eq11_angle"), "2 of 2 starts"),
+    "full_equation": "weaker",
 }
 FORETOLD = Of(starts=8, right=8, largest_error=0.005, strayed=3)
 PARTING: Given = {
@@ -281,6 +284,14 @@ GIVEN = {
 # A template, what is changed of what it is given, a sentence before and one after.
 ROWS: list[tuple[str, Given, str, str]] = [
     ("front/findings", {"printed": printed(1e-15)}, "do not agree", "<b>Yes.</b> Over"),
+    ("front/findings", {"spin": Of(theta_rad=0.5)}, "makes 0.0012 rad", "makes 0.5 rad"),
+    ("front/findings", {"spin_matters": True}, "not considerable at the tip", "rad, considerable"),
+    (
+        "front/findings",
+        {"baselines": Of(**{**vars(BASELINES), "returns_as_read": False})},
+        "which is that time",
+        "which is not that time",
+    ),
     ("front/findings", BLINDED, "depends on when a motion happens: Eqs", "cannot be told"),
     ("front/findings", BLINDED, "How to repair", "is not shown by these runs"),
     ("front/findings", {"third": thirds(False)}, "it needs the", "Undecided"),
@@ -339,6 +350,9 @@ ROWS: list[tuple[str, Given, str, str]] = [
         "3 without feedback",
     ),
     ("phase/objections", {"in_full_over_own": (2.0, 3.0)}, "100 to 300", "2 to 3 times"),
+    ("phase/objections", {"full_equation": "severe"}, "no longer severe", "it stays severe"),
+    ("phase/objections", {"full_equation": "gone"}, "no longer severe", "holds: it goes away"),
+    ("phase/objections", {"full_equation": None}, "no longer severe", "is not settled"),
     ("planets/parting", {"early": []}, "at ζ = 0.003, 0.005", "In no setting"),
     ("planets/parting", {"by_contact": False}, "alone does not", "could break"),
     ("hypotheses/controller", {"cured": False}, "sun nowhere", "sun it is too"),

@@ -4,10 +4,16 @@ from dataclasses import replace
 
 import pytest
 
-from crosscheck.audit.claims.rule import Limits, Place, State
+from crosscheck.audit.claims.rule import Limits, Place, State, VerdictKind
+from crosscheck.audit.errata.erratum import Erratum
 from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS
-from tests.audit.contradictions import contradictions, two_values
-from tests.audit.stated import Said, StatedNumber
+from tests.audit.contradictions import (
+    contradictions,
+    held_and_denied,
+    taught_otherwise,
+    two_values,
+)
+from tests.audit.stated import Said, StatedNumber, Taught
 
 ONE = Said("here", "pd: third", Limits(low=10.0), Place(LAWS[0], LABELLED, 0.005, ""), State.YES)
 
@@ -49,3 +55,21 @@ def test_one_quantity_has_one_value(other, found):
     one = StatedNumber("here", "theta_2 left by carriers", LABELLED, 0.0128)
     assert len(two_values([one, replace(one, where="there", value=other)])) == found
     assert two_values([one, replace(one, setting="swapped", value=other)]) == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "denied", "yes", "no", "silent"),
+    [
+        (VerdictKind.HOLDS, 1, 0, 1, 0),
+        (VerdictKind.WHERE_DEFINED, 1, 0, 1, 0),
+        (VerdictKind.DEPENDS, 0, 0, 0, 0),
+        (VerdictKind.FAILS, 0, 1, 0, 0),
+    ],
+)
+def test_a_claim_is_compared_with_the_sheet_and_with_the_findings(kind, denied, yes, no, silent):
+    """One that depends contradicts neither."""
+    kinds = {"2.2-10": kind}
+    assert len(held_and_denied([Erratum("eq13-rate", denies=("2.2-10",))], kinds)) == denied
+    assert held_and_denied([Erratum("eq13-rate")], kinds) == []
+    for is_true, found in ((True, yes), (False, no), (None, silent)):
+        assert len(taught_otherwise([Taught("finding 1", "2.2-10", is_true)], kinds)) == found

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crosscheck.audit.experiments.variant import Variant
+from crosscheck.audit.experiments.variant import GEARED_MODELS, Variant
 from crosscheck.audit.measures import events
 from crosscheck.audit.measures.rigid import COUPLED, remove_gears, rigid_arm
 
@@ -43,6 +43,12 @@ def test_geared_runs_share_their_rigid_arm():
     tight = ("arm.joints.*.*_mesh.backlash_m=0.0",)
     some = Variant(zeta=0.01, phase="omega_t", seed=3, meshes=tight)
     assert rigid_arm(some) == rigid_arm(Variant()) == rigid_arm(Variant(record_every=7))
+
+
+def test_printed_equations_have_a_rigid_arm_of_their_own():
+    printed = Variant(model=GEARED_MODELS["printed"])
+    assert rigid_arm(printed).model == "analytic:printed-rigid"
+    assert rigid_arm(printed, "links") == rigid_arm(Variant(), "links")
 
 
 def test_what_is_no_mesh_stays_in_the_rigid_arm():

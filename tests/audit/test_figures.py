@@ -31,7 +31,12 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.figures import chapter as figures
-from crosscheck.audit.figures.figure_data import LOW_ZETA, FigureData, make_start_variant
+from crosscheck.audit.figures.figure_data import (
+    LOW_ZETA,
+    FigureData,
+    make_condition,
+    make_start_variant,
+)
 from crosscheck.audit.figures.law_figures import draw_figure_14, static_numbers
 from crosscheck.audit.figures.laws import (
     draw_figure_4,
@@ -103,7 +108,11 @@ def test_beside_a_figure_stand_its_claims_as_they_were_judged(kept, number):
 
 
 def _at(place, zeta: float, choice: str) -> bool:
-    return (place.arm, place.choice) == (LABELLED, choice) and place.zeta in (None, zeta)
+    if (place.arm, place.choice) != (LABELLED, choice):
+        return False
+    return place.law is None or (
+        place.zeta == zeta and place.model == make_condition(place.law, zeta).model
+    )
 
 
 def test_a_figure_alone_asks_for_no_more_than_its_claims(tmp_path):

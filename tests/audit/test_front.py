@@ -130,6 +130,15 @@ def test_the_baseline_is_the_one_that_leaves_the_papers_theta_2():
     assert BaselineFinding((links, all_three), verdict, 1.6).gives_all
 
 
+@pytest.mark.parametrize(
+    ("return_s", "as_read"), [(1.62, True), (1.36, True), (1.7, False), (1.3, False), (None, None)]
+)
+def test_the_return_is_the_papers_within_a_tenth(return_s, as_read):
+    """The same limits as claim 3.2-20's, so that finding and claim cannot differ by them."""
+    verdict = level_ablation.AblationVerdict((), {}, {}, ())
+    assert BaselineFinding((), verdict, return_s).returns_as_read is as_read
+
+
 def test_teeth_pass_as_the_motion_says(tmp_path):
     """Both rates are those of the two counts; at the start neither has counted."""
     passed = count_teeth(AuditContext(Study(tmp_path), Scale(longest_s=0.2)))

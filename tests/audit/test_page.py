@@ -2,17 +2,21 @@
 
 import json
 import re
+from dataclasses import replace
+from html import unescape
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from crosscheck.audit.errata.sheet import format_markdown
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.command import run_paper_command
+from crosscheck.audit.page.published_paper import PAPER
 from crosscheck.audit.page.report import format_records, list_paper_files, render_page
 from crosscheck.models.errors import InputError
 
@@ -62,6 +66,30 @@ def test_the_contents_name_every_chapter_in_order(tmp_path):
     assert re.findall(r'href="#(\w+)"', contents) == ["a", "b", "c", "provenance"]
     assert re.findall(r'<h2 id="(\w+)"', rest) == ["a", "b", "c", "provenance"]
     assert rest.count('<p class="outcome">So.</p>') == 3
+
+
+def test_page_sheet_and_records_name_the_paper_and_what_was_read_of_it(tmp_path):
+    """In their first lines, and nothing that is not known of it is made up."""
+    html = render_page([], Study(tmp_path)).partition("<main>")[2]
+    records = json.loads(format_records([], Study(tmp_path)))["paper"]
+    assert [records[name] for name in ("volume", "pages", "doi")] == [None] * 3
+    for text in (unescape(html), format_markdown([])):
+        first_lines = text.strip()[:1200]
+        for name in (
+            *records["authors"],
+            records["title"],
+            "Robotica",
+            "volume, pages, DOI: not known",
+        ):
+            assert name in first_lines
+        assert "figures were not seen" in first_lines
+
+
+def test_a_citation_names_what_is_known_and_nothing_else():
+    known = replace(PAPER, authors=("A. One", "B. Two"), volume="3", pages="1-9", doi="10.1/x")
+    citation = known.format_citation()
+    assert citation.startswith("A. One and B. Two: Joint dynamic")
+    assert citation.endswith(f"{PAPER.published}, volume 3, pages 1-9, DOI 10.1/x.")
 
 
 def test_a_column_follows_its_path_in_a_row_and_is_undefined_where_a_part_is_missing():

@@ -22,9 +22,15 @@ from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third_fluctuation import NONE, ThirdFluctuation
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from crosscheck.audit.page.context import AuditContext
-from crosscheck.audit.phase import clock, dampers, linear, maps, resonance
+from crosscheck.audit.phase import clock, dampers, linear, maps, objections, resonance
 from crosscheck.audit.phase.chapter import judge_h1
-from crosscheck.audit.phase.engines import WITHIN, EngineEvidence, ModelComparison
+from crosscheck.audit.phase.engines import (
+    APART_M,
+    WITHIN,
+    EngineEvidence,
+    ModelComparison,
+    PartedStartsQuestion,
+)
 from crosscheck.audit.phase.handover import (
     DEAD,
     ERROR_FREE,
@@ -207,13 +213,39 @@ def _engines(same: ThirdFluctuation, angle: float) -> EngineEvidence:
     return EngineEvidence([ModelComparison(CELL, rising, same)], [quiet])
 
 
-def test_second_engine_supports_if_it_shows_the_same_and_is_quiet_under_angle():
+def test_second_engine_supports_if_it_has_the_vibration_and_is_quiet_under_angle():
+    """By itself: how alike both models are is told beside it."""
     alike = third(*np.linspace(151.0, 201.0, 16))
     assert _engines(alike, BELOW * SEVERE).supports is True
+    assert _engines(third(*np.linspace(300.0, 400.0, 16)), 1.0).supports is True
     assert _engines(alike, ABOVE * SEVERE).supports is False
     assert _engines(third(*[20.0] * 16), 1.0).supports is False
-    assert _engines(third(160.0), 1.0).supports is None
+    assert _engines(third(math.nan), 1.0).supports is None
     assert _engines(alike, math.nan).supports is None
+
+
+def test_models_are_the_same_only_where_that_is_shown():
+    """Not where a few starts leave it open, in which no test finds a difference either."""
+    sizes = np.linspace(150.0, 152.0, 16)
+    assert _engines(third(*sizes), 1.0).same is None  # of scattered sizes: 150 to 200
+    tight = ModelComparison(CELL, third(*sizes), third(*(1.01 * sizes)))
+    assert tight.same is True
+    assert ModelComparison(CELL, third(*sizes), third(*(1.2 * sizes))).same is False
+    half = third(*[20.0] * 8, *sizes[:8])
+    assert ModelComparison(CELL, third(*sizes), half).same is False
+    few = ModelComparison(CELL, third(*sizes[:3]), third(*sizes[:3]))
+    assert few.same is None
+    evidence = EngineEvidence([tight, few], [])
+    assert evidence.adjusted_p[0].by_share == 1.0
+
+
+def test_both_models_start_with_planets_apart():
+    variant = replace(build_pd_variant(CELL, 0.01), planets="free")
+    asked = PartedStartsQuestion(variant, (1, 2))
+    for model in asked.models((1, 2)):
+        (q, _), at = model.start(), model.layout.at
+        planets = [q[at("x_pr", 0, planet)] for planet in range(3)]
+        assert 0.1 * APART_M < np.ptp(planets) < 2 * APART_M
 
 
 def test_onset_predicted():
@@ -354,6 +386,29 @@ def test_a_tongue_opens_at_twice_a_modes_frequency_and_damping_closes_it():
     away, inside = resonance.compute_floquet_growth(0.005, speeds)
     assert away < 0 < inside
     assert resonance.compute_floquet_growth(0.1, speeds).max() < 0
+
+
+@pytest.mark.parametrize(
+    ("sizes", "without", "outcome"),
+    [
+        ([ABOVE * SEVERE] * 32, 1.0, "severe"),
+        ([BELOW * SEVERE] * 32, 1.0, "weaker"),
+        ([BELOW * EVIDENT] * 32, 1.0, "gone"),
+        ([BELOW * EVIDENT] * 16 + [ABOVE * SEVERE] * 16, 1.0, "unsettled"),
+        ([ABOVE * SEVERE] * 32, ABOVE * SEVERE, None),  # the tooth error has nothing to make
+    ],
+)
+def test_what_eq_11_in_full_leaves_is_judged_on_both_sides_of_both_limits(sizes, without, outcome):
+    one = objections.ObjectionResult(
+        objections.FULL,
+        objections.IN_FULL,
+        CELL,
+        third=third(*sizes),
+        without=third(*[without] * 32),
+    )
+    rest = replace(one, cell=Condition(INTEGRAL, 0.005), third=third(*[1.0] * 32))
+    assert objections.Objections([one, rest], {}).full_equation == outcome
+    assert objections.Objections([rest], {}).full_equation is None
 
 
 @pytest.mark.slow

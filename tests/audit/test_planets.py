@@ -12,6 +12,7 @@ from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import LAWS, PRINTED, Condition
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.third_fluctuation import PARTING_SPREAD_M
+from crosscheck.audit.measures.twosamples import PValues
 from crosscheck.audit.phase.runs import build_pd_variant
 from crosscheck.audit.planets import hill, parting, verdict
 from crosscheck.audit.planets.parting import (
@@ -156,7 +157,9 @@ def test_seeds_of_lumped_planets_are_those_of_free_ones_and_more():
 
 
 def test_pairs_of_samples_say_what_they_are():
-    weaker = verdict.PlanetsComparison(CELL, third(*[400.0] * 8), third(*[20.0] * 8), 2)
+    weaker = verdict.PlanetsComparison(
+        CELL, third(*[400.0] * 8), third(*[20.0] * 8), PValues(0.01, 0.01)
+    )
     assert weaker.effect == verdict.PlanetsEffect.WEAKER
     assert verdict.count_effects([weaker])[PRINTED] == {verdict.PlanetsEffect.WEAKER: 1}
     assert set(verdict.count_effects([])) == set(LAWS)
@@ -167,9 +170,9 @@ def test_a_statement_about_a_figure_may_rest_on_planets_held_alike():
     claim = Claim("3.2-99", 14, "", quantity_of(PD, "third"), limits)
     place = Place(PRINTED, CELL.arm, 0.005, "")
     true, false = (Answer(place, (size,) * 16, 16, limits) for size in (200.0, 20.0))
-    lost = verdict.ClaimComparison(claim, place, true, false, 1)
+    lost = verdict.ClaimComparison(claim, place, true, false, 0.01)
     assert (lost.survives, lost.changed) == (verdict.Survival.LOST, True)
-    assert verdict.ClaimComparison(claim, place, true, true, 1).changed is False
+    assert verdict.ClaimComparison(claim, place, true, true, 1.0).changed is False
     assert lost.free.state == State.NO
 
 

@@ -3,14 +3,12 @@
 import pytest
 
 from crosscheck.audit.claims.rule import State
-from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.thresholds import EVIDENT
 from crosscheck.audit.measures.twosamples import SIGNIFICANT, PValues
 from crosscheck.audit.planets.parting import PREDICTED, is_parting_predicted
 from crosscheck.audit.planets.verdict import (
     PlanetsEffect,
     Survival,
-    is_changed,
     judge_effect,
     judge_h7,
     judge_survival,
@@ -22,20 +20,20 @@ ABOVE, BELOW = 1.01, 0.99
 
 def test_the_effect_of_freeing_planets():
     large, small = third(*[400.0] * 5), third(*[20.0] * 5)
-    told, untold = 0.5 * SIGNIFICANT / 48, 1.5 * SIGNIFICANT / 48
-    assert judge_effect(large, small, PValues(told, 1.0), 48) == PlanetsEffect.WEAKER
-    assert judge_effect(small, large, PValues(told, 1.0), 48) == PlanetsEffect.STRONGER
-    assert judge_effect(large, small, PValues(untold, untold), 48) == PlanetsEffect.NONE
-    assert judge_effect(large, small, PValues(None, told), 48) == PlanetsEffect.UNKNOWN
+    told, untold = BELOW * SIGNIFICANT, ABOVE * SIGNIFICANT
+    assert judge_effect(large, small, PValues(told, 1.0)) == PlanetsEffect.WEAKER
+    assert judge_effect(small, large, PValues(told, 1.0)) == PlanetsEffect.STRONGER
+    assert judge_effect(large, small, PValues(untold, untold)) == PlanetsEffect.NONE
+    assert judge_effect(large, small, PValues(None, told)) == PlanetsEffect.UNKNOWN
     larger = third(*[440.0] * 5)
-    assert judge_effect(large, larger, PValues(1.0, told), 48) == PlanetsEffect.STRONGER
-    assert judge_effect(larger, large, PValues(1.0, told), 48) == PlanetsEffect.WEAKER
+    assert judge_effect(large, larger, PValues(1.0, told)) == PlanetsEffect.STRONGER
+    assert judge_effect(larger, large, PValues(1.0, told)) == PlanetsEffect.WEAKER
 
 
 def test_sizes_that_are_no_fluctuation_have_no_effect():
     p = PValues(1.0, 0.0)
     for by, expected in ((BELOW, PlanetsEffect.NONE), (ABOVE, PlanetsEffect.STRONGER)):
-        assert judge_effect(third(*[1.0] * 5), third(*[by * EVIDENT] * 5), p, 48) == expected
+        assert judge_effect(third(*[1.0] * 5), third(*[by * EVIDENT] * 5), p) == expected
 
 
 def test_parting_is_predicted_within_a_tenth():
@@ -61,18 +59,6 @@ def test_parting_is_predicted_within_a_tenth():
 )
 def test_what_survives(lumped, free, expected):
     assert judge_survival(lumped, free) == expected
-
-
-def test_an_answer_is_changed_where_its_shares_are_told_apart():
-    """12 of 16 against 2 of 16 has p = 0.0011, against 3 of 16 p = 0.0038."""
-    some = Share(12, 16)
-    assert is_changed(some, Share(2, 16), 38) is True
-    assert is_changed(some, Share(3, 16), 38) is False
-    assert is_changed(some, some, 1) is False
-    all_of_them, none = Share(4, 4), Share(0, 4)
-    assert is_changed(all_of_them, none, 1) is True
-    assert is_changed(all_of_them, none, 2) is None
-    assert is_changed(None, none, 1) is is_changed(none, None, 1) is None
 
 
 def test_verdict_of_h7():

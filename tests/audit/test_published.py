@@ -102,6 +102,9 @@ def test_the_docs_page_has_every_finding_erratum_and_claim(published):
     assert all(f"*Read as: {claim['reading']}.*" in page for claim in claims if claim["reading"])
     close = [claim["id"] for claim in claims if claim["moved_by_a_coarser_grid"]]
     assert f"alone would change that of: {', '.join(close)}." in page
+    simulated = [claim for claim in claims if not claim["static"]]
+    near = [claim["id"] for claim in simulated if claim["turns_within_a_quarter"]]
+    assert f"{len(near)} of {len(simulated)} verdicts that runs decide turn within 25 %" in page
 
 
 def test_the_errata_sheet_is_made_of_even_tables(published):

@@ -12,7 +12,9 @@ from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.claims.study_plan import QUICK as PLAN
 from crosscheck.audit.claims.study_plan import run_experiments
+from crosscheck.audit.errata.engine_comparison import PrintedEquationsQuestion
 from crosscheck.audit.errata.errata_texts import add_errata_texts
+from crosscheck.audit.errata.erratum import SimulatedErratum
 from crosscheck.audit.errata.finder import ErrataQuestion
 from crosscheck.audit.errata.sheet import QUICK_S, ArmErratum
 from crosscheck.audit.experiments.paper_conditions import (
@@ -27,6 +29,8 @@ from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.figures import chapter as figures
 from crosscheck.audit.figures.figure_data import FigureData
 from crosscheck.audit.front.chapter import compare_baselines, evaluate_third_fluctuation
+from crosscheck.audit.hypotheses.accumulation import judge_drive, run_shaking
+from crosscheck.audit.hypotheses.evidence.shaking import DRIVES
 from crosscheck.audit.hypotheses.evidence.spin import SpinCost
 from crosscheck.audit.hypotheses.h2_ablation import claims as ladder_claims
 from crosscheck.audit.hypotheses.h2_ablation import run_ablations
@@ -38,7 +42,12 @@ from crosscheck.audit.phase.maps import build_maps
 from crosscheck.audit.phase.stability import CELLS
 from crosscheck.audit.statics.statics import Statics
 from tests.audit import stated
-from tests.audit.contradictions import contradictions, two_values
+from tests.audit.contradictions import (
+    contradictions,
+    held_and_denied,
+    taught_otherwise,
+    two_values,
+)
 from tests.audit.markup import page_problems, strict_json
 
 pytestmark = pytest.mark.slow
@@ -96,10 +105,8 @@ def _numbers(material: AuditContext) -> Iterator[stated.StatedNumber]:
     ]
     for one in study.answer_questions(spins, "planet spin"):
         yield stated.StatedNumber("H4", "eq18-planets-2, size", one.arm, one.missing_kg_m2)
-    (found,) = study.answer_questions(
-        [ErrataQuestion(LABELLED, scale.limit_duration(QUICK_S))], "errata sheet"
-    )
-    yield from stated.of_sheet(ArmErratum(LABELLED, one) for one in add_errata_texts(found))
+    errata = add_errata_texts(_simulated_errata(material))
+    yield from stated.of_sheet(ArmErratum(LABELLED, one) for one in errata)
     (statics,) = study.answer_questions([Statics(LABELLED)], "statics")
     for name, quoted in QUOTED_TOO.items():
         yield stated.StatedNumber("claims", quoted, LABELLED, statics[name])
@@ -110,13 +117,31 @@ def test_the_page_contradicts_itself_nowhere(material):
     told = Counter((one.quantity, *one.place._replace(choice="")) for one in said)
     assert max(told.values()) > 1  # else there was nothing to compare
     assert contradictions(said) == []
+    kinds = {name: judged.verdict.kind for name, judged in material.judged_claims.items()}
+    errata = add_errata_texts(_simulated_errata(material))
+    assert held_and_denied((row.erratum for row in errata), kinds) == []
+    assert taught_otherwise(_findings(material), kinds) == []
+
+
+def _findings(material: AuditContext) -> list[stated.Taught]:
+    (printed,) = material.study.answer_questions(
+        [PrintedEquationsQuestion(LABELLED, material.scale.longest_s)], "printed equations"
+    )
+    shaken = run_shaking(material)
+    drives = {drive: judge_drive([one for one in shaken if one.drive == drive]) for drive in DRIVES}
+    baselines = compare_baselines(run_ablations(material), material)
+    return stated.of_findings(printed, baselines, drives)
+
+
+def _simulated_errata(material: AuditContext) -> list[SimulatedErratum]:
+    (found,) = material.study.answer_questions(
+        [ErrataQuestion(LABELLED, material.scale.limit_duration(QUICK_S))], "errata sheet"
+    )
+    return found
 
 
 # What claims measure and the errata sheet quotes: names of the one and of the other.
 QUOTED_TOO = {
-    "contact_ratio_sp": "eq8-no-phase, sun",
-    "contact_ratio_pr": "eq8-no-phase, ring",
-    "eq8_error_of the ring mesh": "eq8-no-phase, size",
     "bent_0_mm": "thirty-millimetres, straight",
     "bent_90_mm": "thirty-millimetres, bent",
 }

@@ -218,6 +218,16 @@ def test_turning_downwards():
     assert judged.turning.low[0] == 20.0 - most_no  # below it, one too many is above
 
 
+@pytest.mark.parametrize(("level", "near"), [(12.4, True), (12.6, False), (1000.0, False)])
+def test_a_verdict_is_near_its_limit_where_a_quarter_more_turns_it(level, near):
+    assert _judged({0.005: [level] * 32}).is_limit_sensitive == near
+
+
+@pytest.mark.parametrize(("level", "near"), [(-12.4, True), (-12.6, False), (-7.4, False)])
+def test_a_negative_limit_is_as_near_as_a_positive_one(level, near):
+    assert _judged({0.005: [level] * 32}, low=-10.0).is_limit_sensitive == near
+
+
 def test_what_hangs_on_one_start_is_told():
     firm = _judged({0.005: [20.0] * 32})
     assert not firm.is_start_sensitive
@@ -240,7 +250,7 @@ def test_the_bounds_of_a_share_are_the_rules_own():
 def test_both_models_have_a_verdict_of_their_own():
     """Of equal rank: what one says does not enter the other."""
     places = [
-        rule.Place(m.law, paper_conditions.LABELLED, 0.005, "", m.planets)
+        rule.Place(m.law, paper_conditions.LABELLED, 0.005, "", m.planets, m.equations)
         for m in paper_conditions.MODELS
     ]
     values = {paper_conditions.AS_MODELLED: 20.0, paper_conditions.AS_GEARS: 1.0}
@@ -255,11 +265,14 @@ def test_both_models_have_a_verdict_of_their_own():
     ]
     assert kinds == [rule.VerdictKind.HOLDS, rule.VerdictKind.FAILS]
     assert judged.verdict.kind == rule.VerdictKind.DEPENDS
-    assert describe_verdict(judged.verdict) == "depends on planets lumped or free (1 yes, 3 no)"
+    assert describe_verdict(judged.verdict) == "depends on planets and equations (1 yes, 3 no)"
 
 
 def test_an_answer_says_how_many_of_its_starts_were_run():
-    """Of 32 starts the first eight of one experiment stand for all; of the other all were run."""
+    """Of 32 starts the first eight of one experiment stand for all; of the other all were run.
+
+    No interval is that of more starts than were run.
+    """
     alike, unlike = (
         Sample({"made": np.full(32, 5.0)}, np.zeros(32, bool), not_run) for not_run in (24, 0)
     )
@@ -275,4 +288,4 @@ def test_an_answer_says_how_many_of_its_starts_were_run():
                 claim, [(paper_conditions.Condition(paper_conditions.PRINTED, 0.005), known)]
             )
         )
-        assert (record["starts"], record["run"]) == (32, ran)
+        assert (record["starts"], record["share_95"][0]) == (ran, Share(ran, ran).interval[0])

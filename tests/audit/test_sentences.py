@@ -7,7 +7,8 @@ import pytest
 
 from crosscheck.audit.claims.catalogue import BY_ID
 from crosscheck.audit.claims.sentences.table import Sentence, load_sentences
-from crosscheck.audit.errata.errata_texts import load_notes
+from crosscheck.audit.errata.errata_texts import add_errata_texts, load_notes
+from crosscheck.audit.errata.erratum import attach_effects
 from crosscheck.audit.errata.finder import find_errata
 from crosscheck.models.loading import load_arm
 from tests.loops import require_items
@@ -59,6 +60,35 @@ def test_every_item_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(tabl
     known = {erratum.id for erratum in find_errata(load_arm("paper-labelled"))}
     known |= {note.id for note in (*noted.misprints, *noted.contradictions, *noted.gaps)}
     assert {name for one in table for name in one.errata} == known
+
+
+# Errors and statements of the sheet that deny no claim, each with the reason.
+DENY_NONE = {
+    "eq6-attracts": "grants claim 2.1-09 and adds what the text leaves out",
+    "eq8-eq14-one-phase": "the text asserts nothing of gamma",
+    "drive-root": "a guess at the torque that was meant",
+    "table-ring": "which of two quantities a number is",
+    "rod-or-bar": "which body is meant",
+    "between-50-and-500": "not shown by the paper; claim 4.1-27 asks whether it is so",
+    "below-1-um": "not shown by the paper; claim 4.2-06 asks whether it is so",
+    "influence-avoided": "of models in general",
+    "suitable-for-long-strokes": "of the model's use",
+    "shorter-because": "the reason, and not the fact, which is claim 4.1-10",
+    "error-for-precision": "of manufacture",
+    "accumulates-or-erased": "a conclusion that does not follow",
+}
+
+
+def test_what_the_sheet_denies_is_a_claim_of_the_same_sentence(table):
+    """So a claim that holds cannot stand beside an entry that says it is wrong unnoticed."""
+    errata = add_errata_texts(
+        [attach_effects(erratum, {}) for erratum in find_errata(load_arm("paper-labelled"))]
+    )
+    sheet = [row.erratum for row in errata if row.erratum.kind != "notation"]
+    assert {one.id for one in sheet if not one.denies} == set(DENY_NONE)
+    for one in require_items(one for one in sheet if one.denies):
+        named = [sentence for sentence in table if one.id in sentence.errata]
+        assert any(set(one.denies) <= set(sentence.claims) for sentence in named), one.id
 
 
 @pytest.mark.parametrize(

@@ -32,12 +32,12 @@ from crosscheck.audit.experiments.experiments import (
     PaperExperiment,
     build_question,
 )
-from crosscheck.audit.experiments.paper_conditions import AS_MODELLED, PRINTED, Condition
+from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
 from crosscheck.audit.experiments.samples import Sample
 from tests.audit.planted_runs import pools
 
 WORLDS = 3000
-CELL = Condition(PRINTED, FULL.shaken[0], planets=AS_MODELLED.planets)
+CELL = Condition(PRINTED, FULL.shaken[0], planets="lumped")
 # Of motions that do not part and of such that do, as the measure finds them: test_measures.
 PARTING = {"lyapunov_per_s": np.array([-3.0, 300.0])}
 

@@ -288,6 +288,12 @@ DECIDED: ClaimCriteria = {
         section3.restrict_to_third(q.ratio(q.pd("line_elbow"), q.pd("line"))),
         limits_above(DOUBLED, "much: at least twice"),
     ),
+    "4.1-31": (
+        section3.restrict_to_third(
+            q.ratio(q.quantity_of(run.EXACT_ELBOW, "line_elbow"), q.pd("line_elbow"))
+        ),
+        limits_above(HALVED, "most of it stays where the shoulder's teeth alone excite"),
+    ),
     "4.1-23": (
         section3.restrict_to_third(q.rank_among(run.BACKLASH, "frequency_Hz", "third", EVIDENT)),
         FALLS,

@@ -15,7 +15,6 @@ from crosscheck.audit.claims.rule import State
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE
 from crosscheck.audit.experiments.torque import RING_CYCLES
 from crosscheck.audit.measures import events, stage, thresholds, twosamples
-from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.undefined import JsonObject, extreme_value, float_or_none, quotient
 from crosscheck.audit.page.context import AuditContext
 from crosscheck.audit.page.text import render_template
@@ -86,7 +85,7 @@ def build_maps_section(maps: Maps, context: AuditContext) -> Section:
             if settings
         ],
         State=State,
-        pooled=Share(sum(size > thresholds.SEVERE for size in sizes), max(1, len(sizes))),
+        under_angle=(sum(size > thresholds.SEVERE for size in sizes), len(sizes)),
         maps=maps,
     )
     is_decided = maps.visible != Presence.UNKNOWN
@@ -159,9 +158,7 @@ def build_engines_section(_: Maps, context: AuditContext) -> Section:
         for comparison in result.compared
         for each in comparison.branches
     ]
-    judged = [comparison for comparison in branches if comparison.value.met is not None]
-    missed = [comparison for comparison in judged if not comparison.value.met]
-    parted_p = [twosamples.shares_p(*comparison.parted) for comparison in result.compared]
+    judged = [row for row in branches if row.value.interval is not None]
     quiet = [
         comparison.engine.sizes.max()
         for comparison in result.under_angle
@@ -171,14 +168,14 @@ def build_engines_section(_: Maps, context: AuditContext) -> Section:
         "phase/engines",
         samples=tables.MODEL_SAMPLES.html(samples),
         found=result,
-        parted_p=parted_p,
-        parting_differs=any(p < twosamples.SIGNIFICANT for p in parted_p),
+        adjusted=result.adjusted_p,
+        engines=engines,
         limit=twosamples.SIGNIFICANT,
         branches=tables.BRANCHES.html(branches),
-        met=len(judged) - len(missed),
+        met=sum(row.value.met is True for row in judged),
         decided=len(judged),
-        open=len(branches) - len(judged),
-        missed=missed,
+        missed=[row for row in judged if row.value.met is False],
+        few=len(branches) - len(judged),
         fewest=engines.FEWEST,
         quiet=max(map(float, quiet), default=None),
     )
@@ -358,6 +355,7 @@ def build_objections_section(simulated: Maps, context: AuditContext) -> Section:
         in_phase=all(z % planets == 0 for z in teeth),
         growth=[entry.value for entry in rates],
         in_full_over_own=(extreme_value(growth_ratios, min), extreme_value(growth_ratios, max)),
+        full_equation=result.full_equation,
         eq11=format_raised_shares(objections.FULL, "omega_t"),
         eq11_visible=format_raised_shares(objections.FULL, "omega_t", "made_visible"),
         eq11_angle=format_raised_shares(objections.FULL, "angle", "made_visible"),

@@ -39,7 +39,7 @@ def third_columns(third: str = "third", prefix: str = "", word: str = "") -> lis
         TableColumn(f"{prefix}interval", None, f"{third}.share.interval", ".2f"),
         TableColumn(f"{prefix}size_rad_per_s2", size_title, f"{third}.quantiles"),
         TableColumn(f"{prefix}diverged", None, f"{third}.diverged"),
-        TableColumn(f"{prefix}run", None, f"{third}.run"),
+        TableColumn(f"{prefix}run", None, f"{third}.size.size"),
     ]
 
 
@@ -135,7 +135,7 @@ TESTS = Columns[engines.ModelComparison](
     [
         TableColumn("p_of_shares", None, "tests.by_share"),
         TableColumn("p_of_sizes", None, "tests.by_size"),
-        TableColumn("p_of_sizes_where_planets_part", None, "parted_size_p"),
+        TableColumn("share_difference_90", None, "share_interval"),
         TableColumn("same", None),
     ],
 )
@@ -148,7 +148,8 @@ BRANCHES = Columns[SettingRow[engines.BranchComparison]](
         TableColumn("analytic", "analytic", "value.analytic", ".4g"),
         TableColumn("engine", "Exudyn", "value.engine", ".4g"),
         TableColumn("difference", "relative difference", "value.difference", "+.3f"),
-        TableColumn("within", "limit", "value.within", "g"),
+        TableColumn("ratio_90", "90 % interval of the ratio", "value.interval", ".3f"),
+        TableColumn("within", "margin", "value.within", "g"),
         TableColumn("met", "within it", "value.met"),
     ],
 )

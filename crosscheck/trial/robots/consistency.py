@@ -38,7 +38,7 @@ class SelfDifference:
 
 
 def make_slope_states(robot: Robot, states: RandomStates) -> list[RandomStates]:
-    """The first states, moved along each coordinate by -4 to 4 steps; itself is left out."""
+    """The first states, changed along each coordinate by -4 to 4 steps; itself is left out."""
     few = RandomStates(*(each[:STATES] for each in states))
     moved = []
     for number, step in enumerate(_steps(robot)):
@@ -51,7 +51,7 @@ def make_slope_states(robot: Robot, states: RandomStates) -> list[RandomStates]:
 
 
 def _steps(robot: Robot) -> np.ndarray:
-    """By which each coordinate is moved: no joint that follows it turns further than TURN_RAD."""
+    """By which each coordinate changes: no joint that follows it turns further than TURN_RAD."""
     steps = []
     for number in robot.coordinates:
         followers = [j for j in robot.joints if j.mimic is not None and j.mimic.joint == number]

@@ -145,7 +145,7 @@ class RobotProblem:
         return self.self_differences[part].find_places(sizes, tolerance)
 
     def _self_sizes(self, part: str, level: Level) -> np.ndarray:
-        """Sizes of what a part is held against: of bias (states, n), of gravity's slopes too."""
+        """Sizes of what a part is compared with: of bias (states, n), of gravity's slopes too."""
         count = len(self.self_differences[part].values)
         sizes = self.sizes[level].entry_sizes(part, self.answers.sources[part])[:count]
         return sizes if part == "bias" else np.maximum(sizes[:, :, None], sizes[:, None, :])
