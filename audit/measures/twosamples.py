@@ -58,7 +58,7 @@ def adjust_by_holm(p_values: Sequence[float]) -> list[float]:
     return list(map(float, adjusted))
 
 
-class Interval(NamedTuple):
+class ConfidenceInterval(NamedTuple):
     """An interval that holds a quantity with 90 %: within margins, equivalence at 5 %."""
 
     low: float
@@ -71,7 +71,7 @@ class Interval(NamedTuple):
         return False if self.high < low or high < self.low else None
 
 
-def find_ratio_interval(first: np.ndarray, second: np.ndarray) -> Interval | None:
+def find_ratio_interval(first: np.ndarray, second: np.ndarray) -> ConfidenceInterval | None:
     """The interval of the second median over the first, both positive and of one shape.
 
     Mann and Whitney's test inverted (Hodges and Lehmann); None where samples are too small.
@@ -87,14 +87,14 @@ def find_ratio_interval(first: np.ndarray, second: np.ndarray) -> Interval | Non
                 ways[chosen + 1, before:] += ways[chosen, : ratios.size + 1 - before]
     below = np.cumsum(ways[first.size]) / ways[first.size].sum()
     outer = int((below <= SIGNIFICANT).sum())  # ratios beyond either end
-    return Interval(float(ratios[outer - 1]), float(ratios[-outer])) if outer else None
+    return ConfidenceInterval(float(ratios[outer - 1]), float(ratios[-outer])) if outer else None
 
 
-def find_difference_interval(first: Share, second: Share) -> Interval:
+def find_difference_interval(first: Share, second: Share) -> ConfidenceInterval:
     """The interval of the second share less the first (Newcombe's, of two Wilson intervals)."""
     (p, low_1, high_1), (q, low_2, high_2) = map(_find_wilson_interval, (first, second))
     below, above = np.hypot(q - low_2, high_1 - p), np.hypot(high_2 - q, p - low_1)
-    return Interval(float(q - p - below), float(q - p + above))
+    return ConfidenceInterval(float(q - p - below), float(q - p + above))
 
 
 def _find_wilson_interval(share: Share) -> tuple[float, float, float]:

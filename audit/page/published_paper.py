@@ -38,6 +38,6 @@ EXTENT_READ = (
     "What was read is the paper's text with its equations, Table I and the captions. Its figures"
     " were not seen: what a plot, a legend or an axis says is unknown here, and 'not given' means"
     " not given in the text. A figure that is drawn again is the experiment that text and caption"
-    " describe, held against what they say of it. The copy that was read names no more than the"
+    " describe, compared with what they say of it. The copy that was read names no more than the"
     " title: authors, journal and date are those of this project's bibliography."
 )

@@ -50,7 +50,7 @@ class BranchComparison(NamedTuple):
     analytic: float | None
     engine: float | None
     difference: float
-    interval: twosamples.Interval | None
+    interval: twosamples.ConfidenceInterval | None
     within: float
     met: bool | None
 
@@ -74,7 +74,7 @@ class ModelComparison:
         return twosamples.compare_samples(self.analytic, self.engine)
 
     @property
-    def share_interval(self) -> twosamples.Interval | None:
+    def share_interval(self) -> twosamples.ConfidenceInterval | None:
         """The interval of the engine's share of severe starts less the analytic one's."""
         if self.analytic.share is None or self.engine.share is None:
             return None

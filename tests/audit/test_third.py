@@ -148,6 +148,6 @@ def test_the_interval_of_a_difference_is_newcombes():
 
 
 def test_sameness_is_shown_or_not_and_so_is_a_difference():
-    assert twosamples.Interval(-0.1, 0.1).is_within(-0.2, 0.2) is True
-    assert twosamples.Interval(-0.1, 0.3).is_within(-0.2, 0.2) is None
-    assert twosamples.Interval(0.25, 0.3).is_within(-0.2, 0.2) is False
+    assert twosamples.ConfidenceInterval(-0.1, 0.1).is_within(-0.2, 0.2) is True
+    assert twosamples.ConfidenceInterval(-0.1, 0.3).is_within(-0.2, 0.2) is None
+    assert twosamples.ConfidenceInterval(0.25, 0.3).is_within(-0.2, 0.2) is False
