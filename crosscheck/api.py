@@ -35,11 +35,22 @@ TIGHTEST_RTOL, LOOSEST_RTOL = 1e-13, 1e-2  # rounding; what still follows the me
 
 
 def simulate(model: Model, *, force: bool = False, rtol: float | None = None) -> xr.Dataset:
-    """Run a model's scenario; see crosscheck.models.trajectory for the Dataset.
+    """Run a model's scenario from its start.
 
-    rtol: relative tolerance of adaptive steps that end where contacts change, in place of the
-    scenario's fixed step. Raises InputError if the model cannot do so or its step is too large for
-    the mesh modes (not with ``force``), and Diverged.
+    Args:
+        model: A model that has ``simulate`` among its ``abilities``, or, for ``rtol``, ``precise``.
+        force: Whether to run although the scenario's step is too large for the mesh modes.
+        rtol: Relative tolerance, 1e-13 to 1e-2, of adaptive steps in place of the scenario's fixed
+            one; they end where contacts change.
+
+    Returns:
+        The run, over ``time`` [s] and ``joint``, and ``planet`` for mesh variables: angles [rad]
+        relative to the previous link, their derivatives, torques [N m] on the output side,
+        energies [J] and, of geared models, mesh displacements [m] and forces [N].
+
+    Raises:
+        InputError: The model cannot do so, ``rtol`` is out of its range, or the step is too large.
+        Diverged: The run left the range in which its numbers mean anything.
     """
     if rtol is not None:
         if not TIGHTEST_RTOL <= rtol <= LOOSEST_RTOL:
@@ -73,8 +84,20 @@ def check(
 ) -> CheckResult:
     """Run every check on an arm: states, trajectories, rigid levels.
 
-    scenarios: what to run in place of the usual experiments, those of the paper or sized to the
-    arm. Raises InputError.
+    Args:
+        arm: An arm, or the built-in name or TOML file of one.
+        scenarios: What to run in place of the usual experiments, which are those of the paper or
+            sized to the arm: scenarios, or their built-in names or files.
+        quick: Whether to check fewer states, and shorter experiments.
+        jobs: How many processes run models side by side.
+        seed: Seed of the random states, 0 to 4294967295.
+
+    Returns:
+        The findings of all comparisons, with the exit code that the command has for them.
+
+    Raises:
+        InputError: Arm or scenarios cannot be read or run, or do not fit each other.
+        Unfinished: Models that prepare the experiments do not answer.
     """
     from crosscheck.planning.plan import CrossCheckRequest
     from crosscheck.report.check_result import make_check_result

@@ -58,10 +58,16 @@ class Subject:
 class Finding:
     """The result of one comparison.
 
-    ``kind``: a ``check`` must agree, a ``measurement`` quantifies a difference. ``measured`` and
-    ``tolerance`` are in the unit of ``about``; ``relative`` is the measured difference over the
-    size of the quantity. ``basis`` says where the tolerance comes from, ``note`` what a reader
-    should know.
+    Args:
+        about: What was compared, with its unit.
+        kind: ``check``, which must agree, or ``measurement``, which quantifies a difference.
+        verdict: ``agree``, ``differ``, ``unresolved``, ``unfinished`` or ``failed``; ``measured``
+            of a measurement.
+        measured: The difference, in the unit of ``about``; None where there is no answer.
+        tolerance: The largest difference that agrees, in the same unit; None of a measurement.
+        basis: Where the tolerance comes from.
+        relative: The measured difference over the size of the quantity.
+        note: What a reader should know.
     """
 
     about: Subject
@@ -251,9 +257,12 @@ class EntryDifferences:
 class Agreement:
     """All Findings of a cross-check, with where they come from.
 
-    Where the cross-check is compared with a recorded one, ``record`` is the provenance of that, and
-    ``accepted_keys`` are the keys of the checks of which a difference was accepted. entries: models
-    beside the engines entry by entry, as far as that was asked.
+    Args:
+        findings: The results of all comparisons, in the order of the plan.
+        provenance: Versions, inputs and machine that they come from.
+        record: Provenance of the recorded cross-check that this one is compared with, if one is.
+        accepted_keys: Keys of the checks of which the record accepts a difference.
+        entries: Models beside the engines entry by entry, as far as that was asked.
     """
 
     findings: Sequence[Finding]

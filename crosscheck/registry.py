@@ -35,16 +35,23 @@ ANALYTIC_PACKAGES = ("sympy", "llvmlite")
 class Entry:
     """A model: where its class is, and what a cross-check may count on.
 
-    role: ``geared`` must agree with every other geared model; a ``form`` is the paper's and is
-    measured against them; ``rigid`` has no gears, and a level that others of it share; ``supplied``
-    is a user's, of whose teeth only the whole force is known. promises: methods that a cross-check
-    uses; it plans by these and never by what the class says of itself, so that nothing goes
-    unnoticed. packages: distributions, beside every model's, whose versions its results depend on.
-    order: the order of its fixed-step integrator, None for one that chooses its steps.
-    free_planets: whether every planet moves by itself inside. call_s: estimated cost [s] of a step
-    or state. abreast: how many runs it makes at once. title: what to know of it. covers: whether
-    it is about an arm under switches. made: the class itself, where it is in no module that can be
-    imported.
+    Args:
+        module: The module that has the class.
+        attribute: Name of the class there.
+        role: ``geared`` must agree with every other geared model; a ``form`` is the paper's and is
+            measured against them; ``rigid`` has no gears, and a level that others of it share;
+            ``supplied`` is a user's, of whose teeth only the whole force is known.
+        promises: Methods that a cross-check uses; it plans by these and never by what the class
+            says of itself, so that nothing goes unnoticed.
+        packages: Distributions, beside every model's, whose versions its results depend on.
+        order: The order of its fixed-step integrator, None for one that chooses its steps.
+        free_planets: Whether every planet moves by itself inside.
+        call_s: Estimated cost of a step or state [s].
+        level: The rigid level of a rigid model: ``links``, ``carriers``, ``armature``, ``coupled``.
+        abreast: How many runs it makes at once.
+        title: What to know of it.
+        covers: Whether it is about an arm under switches.
+        made: The class itself, where it is in no module that can be imported.
     """
 
     module: str
@@ -370,7 +377,21 @@ def require_usable_numbers(what: str, arm: Arm) -> Iterator[None]:
 
 
 def build(name: str, arm: Arm, scenario: Scenario, switches: Switches | None = None) -> Model:
-    """The named model of this arm in this experiment. Raises InputError."""
+    """Build the named model of an arm in an experiment.
+
+    Args:
+        name: A model, as ``crosscheck list`` shows them: ``engine:what``.
+        arm: The arm.
+        scenario: The experiment; its lists of one value per joint must fit the arm.
+        switches: Laws of the gear model; without them, the usual ones of the arm.
+
+    Returns:
+        The model, with states in the coordinates that its ``coordinates`` name.
+
+    Raises:
+        InputError: There is no such model, arm, scenario and switches do not fit each other, or
+            numbers of the arm are out of the engine's range.
+    """
     model = load_model_class(name)
     with require_usable_numbers(name, arm):
         return model(arm, scenario, switches)

@@ -69,14 +69,26 @@ def try_equations(
     ``exit_code``, ``wrong_entries``, ``to_dataframe()`` and ``write_report(folder)``. A RobotTrial
     has ``exit_code`` and ``diagnosis``.
 
-    arm: an Arm or a Robot, or the name or file of one. Of a robot, scenarios and switches are none.
+    Args:
+        equations: Equations, a function of the arm that returns them, an object with functions
+            called like theirs, or text as on the command line, ``file.py:name``.
+        arm: An arm or a robot, or the built-in name or file of one.
+        scenarios: Scenarios to be run too, or their names or files; none judges states alone, as
+            must be of a robot.
+        switches: Laws of the gear model; without them, the usual ones of the arm. A robot has none.
+        level: The rigid level that the equations must be: ``links``, ``carriers``, ``armature`` or
+            ``coupled``; '' for whichever they are closest to.
+        quick: Whether to ask for fewer states.
+        jobs: How many forked processes run models side by side, 1 to 1024.
+        seed: Seed of the random states, 0 to 4294967295.
+        name: What reports call the equations.
 
-    equations: Equations, a function of the arm that returns them, an object with functions called
-    like theirs, or text as on the command line, ``file.py:name``. scenarios: to be run too. level:
-    the rigid level that they must be, '' for whichever they are closest to. name: what reports call
-    them. Everything runs in forked processes, with ``jobs=1`` in one.
+    Returns:
+        The trial, with its findings in ``agreement``.
 
-    Raises InputError for what cannot be tried at all.
+    Raises:
+        InputError: The equations cannot be tried at all, or an argument cannot be used.
+        Unfinished: The models that the equations are compared with do not answer.
     """
     from crosscheck.models.errors import InputError
     from crosscheck.models.files import is_robot

@@ -18,8 +18,14 @@ def format_install_command(extra: str) -> str:
 class InputError(ValueError):
     """Something the user gave cannot be used.
 
-    ``str(error)`` is one printable line naming where (file or option), the field, the value and
-    what is allowed; whatever of them is too long is cut in its middle.
+    ``str(error)`` is one printable line of all four; whatever of them is too long is cut in its
+    middle.
+
+    Args:
+        where: The file or option, or the model.
+        field: The field or argument, '' where there is none.
+        value: Its value; None shows none.
+        allowed: What is allowed, or what is wrong.
     """
 
     def __init__(self, where: str, field: str, value: object, allowed: str) -> None:
@@ -35,7 +41,12 @@ class InputError(ValueError):
 
 
 class Diverged(ArithmeticError):
-    """A simulation left the range in which its numbers mean anything."""
+    """A simulation left the range in which its numbers mean anything.
+
+    Args:
+        model: Name of the model.
+        time_s: When it did so [s].
+    """
 
     def __init__(self, model: str, time_s: float) -> None:
         self.model, self.time_s = model, time_s

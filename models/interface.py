@@ -30,8 +30,17 @@ class Model(ABC):
     """Equations of motion M(q) a + bias(q, v) = f(t, q, v) of an arm in one experiment.
 
     Arrays are float64. q and v, shape (n,), are in the coordinates of ``layout`` (SI units; angles
-    relative to the previous link), whatever coordinates the engine uses inside. ``abilities`` names
-    the methods that this model has; the others raise CannotDo.
+    relative to the previous link), whatever coordinates the engine uses inside.
+    ``abilities`` names the methods that this model has; the others raise CannotDo. Those of a single
+    state take lists as well, and raise InputError for what is no state.
+
+    Args:
+        arm: The arm.
+        scenario: The experiment; its lists of one value per joint must fit the arm.
+        chosen_switches: Laws of the gear model; without them, the usual ones of the arm.
+
+    Raises:
+        InputError: Arm, scenario and switches do not fit each other.
     """
 
     name: ClassVar[str]
@@ -67,29 +76,70 @@ class Model(ABC):
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of the coordinates."""
+        """Names of the coordinates (n,), in the order of q."""
         return self.layout.names
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """Mass matrix M(q), shape (n, n)."""
+        """Mass matrix M(q) on the left of the equation.
+
+        Args:
+            q: Coordinates (n,): joint angles [rad], mesh displacements [m].
+
+        Returns:
+            M, shape (n, n): kg m^2 between angles, kg between displacements, kg m
+            between an angle and a displacement.
+        """
         raise CannotDo(f"{self.name} has no mass_matrix")
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Coriolis and centrifugal force C(q, v) v, shape (n,), on the left of the equation."""
+        """Coriolis and centrifugal force C(q, v) v on the left of the equation.
+
+        Args:
+            q: Coordinates (n,): joint angles [rad], mesh displacements [m].
+            v: Their rates (n,) [rad/s], [m/s].
+
+        Returns:
+            The force, shape (n,): N m along angles, N along displacements. Weight is no part of it.
+        """
         raise CannotDo(f"{self.name} has no bias")
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Generalized force f at t [s], shape (n,): drive, meshes, dampers, friction, gravity."""
+        """Generalized force f on the right of the equation.
+
+        Args:
+            t: Time [s].
+            q: Coordinates (n,): joint angles [rad], mesh displacements [m].
+            v: Their rates (n,) [rad/s], [m/s].
+
+        Returns:
+            The sum of drive, meshes, dampers, friction and gravity, shape (n,): N m along angles,
+            N along displacements.
+        """
         raise CannotDo(f"{self.name} has no generalized_force")
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Accelerations q'' at time t [s], shape (n,)."""
+        """Accelerations q'' that solve the equation.
+
+        Args:
+            t: Time [s].
+            q: Coordinates (n,): joint angles [rad], mesh displacements [m].
+            v: Their rates (n,) [rad/s], [m/s].
+
+        Returns:
+            The accelerations, shape (n,) [rad/s^2], [m/s^2].
+        """
         raise CannotDo(f"{self.name} has no acceleration")
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """Torques [N m] that a rigid arm's motors must give on the output side, (states, joints).
+        """Torques that a rigid arm's motors must give for a motion, whatever the scenario's drive.
 
-        By angles, rates and accelerations, each (states, joints); whatever the scenario's drive.
+        Args:
+            q: Joint angles (states, joints) [rad], relative to the previous link.
+            v: Their rates (states, joints) [rad/s].
+            a: Their accelerations (states, joints) [rad/s^2].
+
+        Returns:
+            Torques on the output side, shape (states, joints) [N m].
         """
         torques = [
             self.mass_matrix(at) @ acceleration
@@ -105,9 +155,13 @@ class Model(ABC):
         raise CannotDo(f"{self.name} has no start")
 
     def simulate(self) -> xr.Dataset:
-        """Run the scenario from its start. Raises Diverged.
+        """Run the scenario from its start, with its fixed step where the integrator has one.
 
-        Returns a trajectory, see ``crosscheck.models.trajectory``.
+        Returns:
+            The run over ``time`` [s], see ``crosscheck.models.trajectory``.
+
+        Raises:
+            Diverged: The run left the range in which its numbers mean anything.
         """
         raise CannotDo(f"{self.name} has no simulate")
 
@@ -160,7 +214,11 @@ class Model(ABC):
         raise CannotDo(f"{self.name} has no constraint_residual")
 
     def largest_stable_step(self) -> float:
-        """Largest step [s] with which this model's integrator stays stable; inf if adaptive."""
+        """Largest step with which this model's integrator stays stable.
+
+        Returns:
+            The step [s]; inf for an integrator with adaptive steps.
+        """
         return float("inf")
 
 

@@ -41,15 +41,34 @@ class Case(NamedTuple):
 
 
 def load_arm(name: str) -> Arm:
-    """The arm of a built-in name or TOML file.
+    """Load the arm of a built-in name or TOML file.
 
-    Raises InputError naming file, field, value and what is allowed.
+    Args:
+        name: A built-in name, as ``crosscheck list`` shows them, or the path of a file.
+
+    Returns:
+        The arm, validated; its fields are in SI units, each with its unit in its name.
+
+    Raises:
+        InputError: There is no such file, or a field does not fit; it names file, field, value and
+            what is allowed.
     """
     return validate_record(Arm, read_raw_arm(name), name)
 
 
 def load_scenario(name: str) -> Scenario:
-    """The scenario of a built-in name or TOML file. Raises InputError."""
+    """Load the scenario of a built-in name or TOML file.
+
+    Args:
+        name: A built-in name, as ``crosscheck list`` shows them, or the path of a file.
+
+    Returns:
+        The scenario, validated, whether or not it fits any arm.
+
+    Raises:
+        InputError: There is no such file, or a field does not fit; it names file, field, value and
+            what is allowed.
+    """
     return validate_record(Scenario, read_raw_scenario(name), name)
 
 

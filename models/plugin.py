@@ -23,9 +23,16 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 
 
 class GearNumbers(NamedTuple):
-    """Numbers of a joint's gears: base radii [m], and inertias about their own axes [kg m^2].
+    """Numbers of a joint's gears: radii [m], and inertias about their own axes [kg m^2].
 
-    carrier_radius [m]: where the planets' centres are.
+    Args:
+        sun_radius: Base radius of the sun [m].
+        planet_radius: Base radius of a planet [m].
+        ring_radius: Base radius of the ring [m].
+        carrier_radius: How far the planets' centres are from the joint's axis [m].
+        sun_inertia: Inertia of the sun [kg m^2].
+        planet_inertia: Inertia of one planet [kg m^2].
+        carrier_inertia: Inertia of the carrier [kg m^2].
     """
 
     sun_radius: float
@@ -42,6 +49,12 @@ def gear_numbers(joint: Planetary) -> GearNumbers:
 
     An inertia not given is the equivalent mass times radius squared; the radius of a carrier's is
     both base radii together.
+
+    Args:
+        joint: A geared joint of an arm.
+
+    Returns:
+        Radii [m] and inertias [kg m^2].
     """
     tooth = joint.module_m * cos(radians(joint.pressure_angle_deg)) / 2
     radii = tooth * joint.sun_teeth, tooth * joint.planet_teeth, tooth * joint.ring_teeth
@@ -55,7 +68,14 @@ def gear_numbers(joint: Planetary) -> GearNumbers:
 
 
 def link_mass(link: Link) -> tuple[float, float]:
-    """Mass [kg] and inertia about the centre of mass [kg m^2] of a body or a uniform rod."""
+    """Mass and inertia of a link, which is a body or a uniform rod.
+
+    Args:
+        link: A link of an arm.
+
+    Returns:
+        Mass [kg], and inertia about the centre of mass [kg m^2].
+    """
     if link.mass_kg is not None:
         return link.mass_kg, link.inertia_kg_m2 or 0.0
     mass = (link.density_kg_per_m3 or 0.0) * (link.cross_section_m2 or 0.0) * link.length_m
@@ -63,7 +83,12 @@ def link_mass(link: Link) -> tuple[float, float]:
 
 
 class Motors:
-    """The drives of an arm, where the motors are."""
+    """The drives of an arm, where the motors are.
+
+    Args:
+        arm: The arm.
+        scenario: The experiment, which has the law of the drive.
+    """
 
     def __init__(self, arm: Arm, scenario: Scenario) -> None:
         from crosscheck.models.experiment.drive import (  # a quarter of a second for numba
@@ -79,10 +104,17 @@ class Motors:
         ]
 
     def torques(self, t: float, theta: np.ndarray, theta_rate: np.ndarray) -> np.ndarray:
-        """Torques [N m] by the previous link on what every motor turns, shape (joints,).
+        """Torques by the previous link on what every motor turns.
 
-        That is the sun, or the link of a joint without gears; at time t [s], joint angles [rad] and
-        their rates [rad/s].
+        That is the sun, or the link of a joint without gears.
+
+        Args:
+            t: Time [s].
+            theta: Joint angles (joints,) [rad], relative to the previous link.
+            theta_rate: Their rates (joints,) [rad/s].
+
+        Returns:
+            Torques, shape (joints,) [N m].
         """
         law, gains, times, torques = self._law
         joints = zip(gains, torques, theta, theta_rate, self._ratios, strict=True)
@@ -224,7 +256,15 @@ class ToothContact:
 
 
 def tooth_contacts(arm: Arm, laws: Switches) -> Iterator[ToothContact]:
-    """All tooth contacts of an arm: joint by joint, planet by planet, the sun's and the ring's."""
+    """All tooth contacts of an arm: joint by joint, planet by planet, the sun's and the ring's.
+
+    Args:
+        arm: The arm.
+        laws: Switches, which choose the laws of the contacts.
+
+    Yields:
+        Contacts of one planet with its sun or its ring, with a force [N] for each motion.
+    """
     for number, joint in enumerate(arm.joints):
         if isinstance(joint, Planetary):
             for planet in range(joint.planet_count):

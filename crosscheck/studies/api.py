@@ -38,15 +38,30 @@ def sweep(
     out: Path | str | None = None,
     resume: bool = False,
 ) -> xr.Dataset:
-    """Run every member of a study; returns what was measured over the axes, in SI units.
+    """Run every member of a study, and measure each; functions named in measures are run.
 
-    axes: values by path, or axes as a study's file has them, as records or mappings; measures: the
-    quantities as a study's file has them, as records or mappings. samples, starts: how many, or a
-    mapping that also has the seed. jobs: processes of this machine; scheduler: address of a Dask
-    scheduler in their place. out: file to keep, which with ``resume`` goes on where it was stopped.
-    Functions named in measures are run.
+    Args:
+        arm: The arm that is varied, or the built-in name or TOML file of one.
+        axes: Lists of values by path, such as ``arm.payload_mass_kg``; or axes as a study's file
+            has them, as records or mappings.
+        scenario: The experiment of every member, or the built-in name or TOML file of one.
+        measures: The ``quantities`` of a study's file, as records or mappings.
+        switches: Laws of the gear model by the names of switches.
+        settings: Values by path that all members have in place of the arm's or scenario's.
+        samples: How many draws of all distributions, or a mapping that also has the seed.
+        starts: How many perturbed starts of each member, or a mapping that also has the seed.
+        spot_checks: How many members, evenly chosen, a second engine runs again.
+        jobs: How many processes of this machine run members.
+        scheduler: Address of a Dask scheduler that runs them in place of these.
+        out: NetCDF file of the result, which is kept; without it, nothing is.
+        resume: Whether to go on where the study of the file ``out`` was stopped.
 
-    Raises InputError, and Unfinished where workers keep dying.
+    Returns:
+        A variable for each measure over the axes, in SI units.
+
+    Raises:
+        InputError: An argument, an axis or a measure does not fit.
+        Unfinished: Workers keep dying.
     """
     if isinstance(axes, Mapping):
         axes = [{"kind": "list", "path": p, "values": list(each)} for p, each in axes.items()]

@@ -117,18 +117,27 @@ class LevelMismatch:
 class Trial:
     """Supplied equations, judged.
 
-    cross_check: what was found, as a baseline records it. level: the rigid level that they are, or
-    are closest to; '' of geared ones. relative_errors: by part, how far each entry is from the
-    reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,); allowed:
-    by part, what of it is no error. wrong_entries: the entries that are not right. hidden_entries:
-    entries that are right here, and not on ``probes``, other arms that were asked too.
-    ignored_numbers: numbers of the arm's file that the equations do not follow, which these arms
-    keep. left_out: names of all such numbers, errors or not. idle_joints: those, from 0, whose
-    motor's torque changes no force of the equations. readings: other coordinates in which all is
-    right; then no other reason is looked for. point_masses: inertias of links that the
-    equations leave out and that are next to nothing: judged as 0. missing: parts that were not
-    supplied. unit_mistakes: parts that units or the order of numbers explain. traces: of parts that
-    raised.
+    Args:
+        problem: The equations, and what they are compared with.
+        cross_check: All findings, as a baseline records them.
+        level: The rigid level that the equations are, or are closest to; '' of geared ones.
+        level_mismatches: How far the equations are from each rigid level.
+        relative_errors: By part, how far each entry is from the reference's, relative to its size:
+            M (n, n), terms of the bias (n, n, n), force (n,).
+        allowed: By part, what of the relative error is no error.
+        wrong_entries: The entries that are not right.
+        hidden_entries: Entries that are right here, and not on the arms of ``probes``.
+        ignored_numbers: Numbers of the arm's file that the equations do not follow, which the arms
+            of ``probes`` keep.
+        probes: Names of other arms that were asked too.
+        missing: Parts that were not supplied.
+        unit_mistakes: Parts that units or the order of numbers explain.
+        traces: Tracebacks, by part, of parts that raised.
+        left_out: Names of all numbers that the equations do not follow, errors or not.
+        idle_joints: Joints, from 0, whose motor's torque changes no force of the equations.
+        readings: Other coordinates in which all is right; then no other reason is looked for.
+        point_masses: Inertias of links that the equations leave out and that are next to nothing:
+            judged as 0.
     """
 
     problem: VerificationProblem

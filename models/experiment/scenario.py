@@ -265,6 +265,13 @@ class Switches(Data):
 def switches(**chosen: str) -> Switches:
     """Switches with the given choices, the rest at their defaults.
 
-    Raises pydantic.ValidationError for an unknown switch or value.
+    Args:
+        **chosen: Values by the names of switches, such as ``phase="omega_t"``.
+
+    Returns:
+        The switches.
+
+    Raises:
+        pydantic.ValidationError: A switch or a value of it is unknown.
     """
     return Switches.model_validate(chosen)

@@ -80,11 +80,18 @@ class RobotFile(Data):
 
 
 def load_robot(name: str) -> Robot:
-    """The robot of a built-in name, a TOML file, or a URDF alone, without rotors.
+    """Load the robot of a built-in name, a TOML file, or a URDF alone, without rotors.
 
-    A URDF is known by what it holds, whatever the file is called.
+    Args:
+        name: A built-in name, or the path of a file; a URDF is recognised by its content, whatever
+            the file is called.
 
-    Raises InputError.
+    Returns:
+        The robot, with gravity (3,) [m/s^2] in the frame of its base, and joints in an order in
+        which parents are before children.
+
+    Raises:
+        InputError: There is no such file, or an element of it does not fit.
     """
     path = Path(name)
     alone = {"schema_version": 1, "name": path.stem, "urdf": path.name}

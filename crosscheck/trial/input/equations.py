@@ -29,17 +29,24 @@ MOST = 100  # coordinates of an arm, and more
 class Coordinates:
     """What the user's coordinates x (n,) are, of an arm.
 
-    gearing: ``rigid``, a coordinate per joint; ``lumped``, each geared joint has two more, for all
-    its planets together; ``free``, one more for its sun and one for each planet. The project's own
-    coordinates q of these are those of ``crosscheck.trial.coordinates.frame``: joint angles [rad]
-    relative to the previous link, and mesh displacements [m].
+    The project's own coordinates q (n,) are joint angles [rad] relative to the previous link, and
+    mesh displacements [m]. Without arguments, x are the joint angles.
 
-    x are these with absolute link angles where links is ``absolute``, and with the angles of sun
-    and planets [rad], relative to the ring's body (theta_s and theta_p of Eqs. 2-3), in place of
-    displacements where gears is ``angles``; in this order by ``order`` (names as in the frame), if
-    given. Or anything: q = matrix @ x, or q = function(x), its Jacobian dq/dx (n, n) given or found
-    (complex step); ``function`` may be a sympy Matrix over ``symbols``, in which the arm's
-    quantities (``r_s1``) stand for their numbers. names: of x, for the report.
+    Args:
+        gearing: ``rigid``, a coordinate per joint; ``lumped``, each geared joint has two more, for
+            all its planets together; ``free``, one more for its sun and one for each planet.
+        links: ``relative``, angles to the previous link; ``absolute``, to the base [rad].
+        gears: ``displacements`` of meshes [m]; ``angles`` of sun and planets [rad], relative to
+            the ring's body (theta_s and theta_p of Eqs. 2-3), in their place.
+        order: Names of the coordinates in the order of x, where it is another than that of q.
+        matrix: A matrix (n, n) by which q = matrix @ x, in place of what links, gears and order
+            say.
+        function: A function of x (n,) that returns q (n,), likewise; or a sympy Matrix over
+            ``symbols``, in which the arm's quantities (``r_s1``) stand for their numbers.
+        symbols: The sympy symbols of x in ``function``.
+        jacobian: A function of x (n,) that returns dq/dx (n, n); without it, the trial works it
+            out.
+        names: What the report calls the coordinates x.
     """
 
     gearing: Gearing = "rigid"
@@ -97,22 +104,36 @@ class Equations:
     Functions take arrays (n,) by these names, in any order, of which each takes those it needs:
     ``t`` [s], ``q`` or ``x`` (the coordinates), ``v``, ``a``, ``torque`` (joints,), the drive's
     torques [N m] on the output side. They return arrays of floats, or what numpy makes arrays of.
+    All are in the coordinates x and in SI units.
 
-    mass_matrix (n, n); bias (n,) = C(x, v) v, or coriolis (n, n) = C itself; force (n,): drive,
-    meshes, dampers, friction and weight; acceleration (n,) by (t, x, v[, torque]);
-    inverse_dynamics (n,) = M a + bias by (x, v, a). Of a robot's equations alone: gravity (n,) by
-    (x), the torques that hold the weights, which an arm's equations count in force. drive: the
-    joints that have a motor, by numbers from 1 or by names, all by default, none where no function
-    takes a torque; ``torque`` is then what the function's author made it: a number for each joint
-    (0 without a motor), for each motor, or the only motor's number. viscous_friction,
-    coulomb_friction: of a robot, which its file does not have: a number [N m s/rad, N m] for each
-    coordinate, that times v and times its sign is in the equations. level: which rigid level a
-    rigid model is meant to be, one of ``links``, ``carriers``, ``armature``, ``coupled``; '' lets
-    the trial find out. switches: laws that the model follows, where not those of the command line.
-    rebuild: makes them anew for an arm and a scenario, of equations that know how. any_arm: whether
-    that is worth doing for another arm; else, and once a part of them is replaced, they are of one
-    alone. any_scenario: whether they are made anew for another scenario. table: of those that are
-    no code. unused: names of other functions of the object that they came from.
+    Args:
+        mass_matrix: M, shape (n, n), by (x).
+        bias: C(x, v) v, shape (n,), by (x, v).
+        coriolis: C itself, shape (n, n), by (x, v), in place of the bias.
+        force: Drive, meshes, dampers, friction and weight, shape (n,), by (t, x, v, torque).
+        acceleration: x'', shape (n,), by (t, x, v, torque).
+        inverse_dynamics: M a + bias, shape (n,), by (x, v, a).
+        coordinates: What x are; joint angles [rad] relative to the previous link, if not given.
+        level: Which rigid level a rigid model is meant to be: ``links``, ``carriers``,
+            ``armature`` or ``coupled``; '' lets the trial find out.
+        switches: Laws that the model follows, where not those of the command line.
+        symbolic: The sympy expressions behind the functions.
+        rebuild: Makes the equations anew for an arm and a scenario, of equations that know how.
+        any_arm: Whether that is worth doing for another arm; else, and once a part of them is
+            replaced, they are of one alone.
+        any_scenario: Whether they are made anew for another scenario.
+        table: Where the answers stand of equations that are no code.
+        gravity: Of a robot's equations alone: the torques that hold the weights, shape (n,), by
+            (x); an arm's equations count them in force.
+        drive: The joints that have a motor, by numbers from 1 or by names: all, if not given, and
+            none where no function takes a torque. ``torque`` is what the function's author made it:
+            a number for each joint (0 without a motor), for each motor, or the only motor's number.
+        viscous_friction: Of a robot's equations alone, what its file does not have: a number
+            [N m s/rad] for each coordinate, which times v is in the equations.
+        coulomb_friction: The same, a number [N m] for each coordinate, which times the sign of v is
+            in the equations.
+        unused: Names of other functions of the object that the equations came from.
+        rebuilt_as: The parts as ``rebuild`` made them; not for users.
     """
 
     mass_matrix: Function | None = None

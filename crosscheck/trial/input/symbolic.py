@@ -50,12 +50,33 @@ def from_sympy(
 ) -> Equations:
     """Equations out of sympy matrices over symbols x, v = x', torque and time t.
 
-    Symbols may be dynamicsymbols and their derivatives. forcing, as KanesMethod and LagrangesMethod
-    give it, is force - bias: what is quadratic in v is the bias, the rest is the force. values says
-    what each other symbol is, a number or the name of a quantity of the arm; a symbol called like a
-    quantity (``L1``, ``r_s2``, ``m_payload``) needs none. drive: the joints that have a motor, of
-    which torque has a symbol each (or one for every joint). ``Equations.adapt_to_arm`` puts an
-    arm's numbers in. Raises InputError.
+    Symbols may be dynamicsymbols and their derivatives. ``Equations.adapt_to_arm`` puts an arm's
+    numbers in.
+
+    Args:
+        x: Symbols of the coordinates (n,).
+        v: Symbols of their rates (n,).
+        mass_matrix: M, shape (n, n).
+        bias: C v, shape (n, 1), or a row.
+        coriolis: C itself, shape (n, n), in place of the bias.
+        force: Drive, meshes, dampers, friction and weight, shape (n, 1), or a row.
+        forcing: force - bias, as KanesMethod and LagrangesMethod give it: what is quadratic in v is
+            the bias, the rest is the force.
+        torque: Symbols of the drive's torques on the output side (joints,) [N m].
+        drive: The joints that have a motor, by numbers from 1 or by names; ``torque`` then has a
+            symbol for each of them, or for every joint.
+        t: The symbol of time [s].
+        values: What each other symbol is, a number or the name of a quantity of the arm; a symbol
+            called like a quantity (``L1``, ``r_s2``, ``m_payload``) needs none.
+        coordinates: What x are; joint angles [rad] relative to the previous link, if not given.
+        level: The rigid level that they are meant to be, '' for whichever they are closest to.
+        switches: Laws of the gear model that they follow.
+
+    Returns:
+        Equations of any arm.
+
+    Raises:
+        InputError: A matrix has another shape or is none, or two arguments say the same.
     """
     x, v = tuple(x), tuple(v)
     plain = make_plain_symbols(x, v, torque)
