@@ -30,9 +30,9 @@ class Model(ABC):
     """Equations of motion M(q) a + bias(q, v) = f(t, q, v) of an arm in one experiment.
 
     Arrays are float64. q and v, shape (n,), are in the coordinates of ``layout`` (SI units; angles
-    relative to the previous link), whatever coordinates the engine uses inside.
-    ``abilities`` names the methods that this model has; the others raise CannotDo. Those of a single
-    state take lists as well, and raise InputError for what is no state.
+    relative to the previous link), whatever coordinates the engine uses inside. ``abilities`` names
+    the methods that this model has; the others raise CannotDo. Those of a single state take lists
+    as well, and raise InputError for what is no state.
 
     Args:
         arm: The arm.
