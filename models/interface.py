@@ -151,7 +151,11 @@ class Model(ABC):
         return np.array(torques).reshape(q.shape) + torques_along(drive, np.zeros(len(q)), q, v)
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """(q, v) of the scenario's start, each of shape (n,)."""
+        """State of the scenario's start.
+
+        Returns:
+            Coordinates q (n,): joint angles [rad], mesh displacements [m]; and their rates v (n,).
+        """
         raise CannotDo(f"{self.name} has no start")
 
     def simulate(self) -> xr.Dataset:
@@ -181,35 +185,69 @@ class Model(ABC):
         return outcomes
 
     def reference(self, rtol: float) -> xr.Dataset:
-        """Run the scenario by adaptive steps at a relative tolerance. Raises Diverged."""
+        """Run the scenario by adaptive steps.
+
+        Args:
+            rtol: Relative tolerance of a step.
+
+        Returns:
+            The run over ``time`` [s], as of ``simulate``.
+
+        Raises:
+            Diverged: The run left the range in which its numbers mean anything.
+        """
         raise CannotDo(f"{self.name} has no reference")
 
     def precise(self, rtol: float) -> xr.Dataset:
-        """Run the scenario, steps ending where contacts change. Raises Diverged and CannotDo."""
+        """Run the scenario by adaptive steps that end where contacts change.
+
+        Args:
+            rtol: Relative tolerance of a step.
+
+        Returns:
+            The run over ``time`` [s], as of ``simulate``.
+
+        Raises:
+            Diverged: The run left the range in which its numbers mean anything.
+            CannotDo: The model has no such run.
+        """
         raise CannotDo(f"{self.name} has no precise run")
 
     def mesh_modes(self) -> np.ndarray:
-        """Frequencies [Hz], ascending, of the modes with every tooth in contact at mean stiffness.
+        """Frequencies of the modes with every tooth in contact at mean stiffness.
 
         Without mesh damping, with the drive's feedback, in the scenario's start pose.
+
+        Returns:
+            The frequencies [Hz], ascending.
         """
         raise CannotDo(f"{self.name} has no mesh_modes")
 
     def contact_poles(self) -> np.ndarray:
-        """Eigenvalues [1/s], shape (2 n,), of the motion about the scenario's start pose at rest.
+        """Eigenvalues of the motion about the scenario's start pose at rest.
 
         With every tooth in contact at mean stiffness, damping, friction, weight and the drive's
         feedback.
+
+        Returns:
+            Complex eigenvalues, shape (2 n,) [1/s].
         """
         raise CannotDo(f"{self.name} has no contact_poles")
 
     def constraint_residual(
         self, q: np.ndarray, v: np.ndarray, a: np.ndarray, opened: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """How far open a model's joints are: gaps [m], their rates [m/s], accelerations [m/s^2].
+        """How far open the joints are that a model closes by constraint equations.
 
-        opened (3, gaps): by how much of each the bodies are displaced before they are asked, so
-        that this is what a right answer is.
+        Args:
+            q: Coordinates (n,): joint angles [rad], mesh displacements [m].
+            v: Their rates (n,).
+            a: Their accelerations (n,).
+            opened: Gaps, rates and accelerations (3, gaps) by which the bodies are displaced before
+                they are asked, so that this is what a right answer is.
+
+        Returns:
+            Gaps [m], their rates [m/s] and accelerations [m/s^2], each of shape (gaps,).
         """
         raise CannotDo(f"{self.name} has no constraint_residual")
 

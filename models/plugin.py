@@ -180,8 +180,13 @@ def stiffness_curve(law: stiffness_laws.StiffnessLaw) -> Waves | Table:
 class Motion(NamedTuple):
     """What a contact must know: how far its teeth have come together, and its joint's angle.
 
-    time [s]; approach [m], positive where the central gear pushes the planet ahead, and its rate
-    [m/s]; theta [rad] of the joint relative to the previous link, and its rate [rad/s].
+    Args:
+        time: Time [s].
+        approach: How far the teeth have come together [m], positive where the central gear pushes
+            the planet ahead.
+        approach_rate: Its rate [m/s].
+        theta: Angle of the joint relative to the previous link [rad].
+        theta_rate: Its rate [rad/s].
     """
 
     time: float
@@ -193,10 +198,18 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class ToothContact:
-    """A planet's contact with its sun, or with its ring; joint and planet counted from 0.
+    """A planet's contact with its sun, or with its ring.
 
-    cycles: periods of the mesh phase per turn of the joint; phase [rad]: at theta = 0; damping
-    [N s/m]: of this contact alone.
+    Args:
+        joint: Number of the joint, from 0.
+        planet: Number of the planet, from 0.
+        with_sun: Whether the contact is with the sun; else it is with the ring.
+        cycles: Periods of the mesh phase per turn of the joint.
+        phase: Mesh phase at theta = 0 [rad].
+        damping: Damping of this contact alone [N s/m].
+        mesh: Backlash and tooth errors of the contact.
+        stiffness: Stiffness [N/m] and its slope [N/m] by the mesh phase [rad].
+        laws: Switches, which choose the laws of the contact.
     """
 
     joint: int
@@ -214,21 +227,44 @@ class ToothContact:
         return layout.displacement("x_sp" if self.with_sun else "x_pr", self.joint, self.planet)
 
     def motion(self, t: float, q: np.ndarray, v: np.ndarray, layout: Layout) -> Motion:
-        """Motion of the contact at time t [s] in a state q, v (n,) of a layout."""
+        """Motion of the contact in a state of an arm.
+
+        Args:
+            t: Time [s].
+            q: Coordinates (n,) of the layout: joint angles [rad], mesh displacements [m].
+            v: Their rates (n,).
+            layout: The coordinates of the arm.
+
+        Returns:
+            The motion.
+        """
         row, theta = self.displacement(layout), layout.at("theta", self.joint)
         return Motion(t, float(row @ q), float(row @ v), float(q[theta]), float(v[theta]))
 
     def force(self, motion: Motion) -> float:
-        """k f(x - e) + d x' [N], Eq. 15: positive where the planet is pushed ahead."""
+        """Force k f(x - e) + d x' of the contact, Eq. 15.
+
+        Args:
+            motion: Motion of the contact.
+
+        Returns:
+            The force [N], positive where the planet is pushed ahead.
+        """
         phase, gap = self._teeth(motion)
         stiffness, _ = self.stiffness(phase)
         damped = self.laws.damping == "always" or abs(gap) > self.mesh.backlash_m
         return stiffness * self._reach(gap) + damped * self.damping * motion.approach_rate
 
     def torque(self, motion: Motion) -> float:
-        """Torque [N m] of the spring on its joint besides the force: -dV/dtheta at the same x.
+        """Torque of the spring on its joint besides the force: -dV/dtheta at the same x.
 
-        V = k f^2 / 2; zero unless the switch mesh_work says that it does.
+        V = k f^2 / 2; zero unless the switch mesh_work says that it does work on the angle.
+
+        Args:
+            motion: Motion of the contact.
+
+        Returns:
+            The torque [N m].
         """
         if self.laws.mesh_work == "paper":
             return 0.0

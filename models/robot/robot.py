@@ -139,9 +139,18 @@ class LinkFrame:
 class Robot:
     """A tree of bodies on a fixed base.
 
-    urdf: the text that it was read from; gravity (3,) [m/s^2] in the base's frame; joints: parents
-    before children, a body for each; frames: by the URDF's name of a link; tip: one of these names;
-    notes: what of the files is not used, one line each.
+    Args:
+        name: What reports and messages call the robot.
+        title: One line about it.
+        urdf: The text of the URDF that it was read from.
+        gravity: Gravity (3,) [m/s^2] in the base's frame.
+        joints: Joints that move, parents before children.
+        bodies: The body that each joint moves, in the order of the joints.
+        rotors: Rotors of its motors.
+        stages: Planetary stages of its joints.
+        frames: Frames of links by the URDF's names of these.
+        tip: The link that is the end effector, by the same names.
+        notes: What of the files is not used, one line each.
     """
 
     name: str
