@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # the names of models are asked for without any schema
     from crosscheck.models.interface import Model
 
 ENTRY_POINTS = "geararm_crosscheck.models"  # the group by which installed packages offer models
-Role = Literal["geared", "form", "rigid", "supplied"]
+Role = Literal["geared", "form", "rigid", "limit", "supplied"]
 STATES = frozenset(STATE_ABILITIES)
 RUNS = STATES | {"simulate"}
 BOTH_WAYS = RUNS | {"reference"}
@@ -40,7 +40,8 @@ class Entry:
         attribute: Name of the class there.
         role: ``geared`` must agree with every other geared model; a ``form`` is the paper's and is
             measured against them; ``rigid`` has no gears, and a level that others of it share;
-            ``supplied`` is a user's, of whose teeth only the whole force is known.
+            ``limit`` is a form without its gears, compared with nothing; ``supplied`` is a user's,
+            of whose teeth only the whole force is known.
         promises: Methods that a cross-check uses; it plans by these and never by what the class
             says of itself, so that nothing goes unnoticed.
         packages: Distributions, beside every model's, whose versions its results depend on.
@@ -68,11 +69,16 @@ class Entry:
     covers: Callable[[Arm, Switches], bool] = lambda arm, chosen: True
     made: type[Model] | None = None
 
+    @property
+    def is_rigid(self) -> bool:
+        """Whether the model has the joints' angles alone."""
+        return self.role in ("rigid", "limit")
+
     def layout(self, arm: Arm, chosen: Switches) -> Layout:
         """The coordinates that the model must have for an arm and switches."""
         from crosscheck.models.arm.layout import geared_layout, rigid_layout
 
-        return rigid_layout(arm) if self.role == "rigid" else geared_layout(arm, chosen)
+        return rigid_layout(arm) if self.is_rigid else geared_layout(arm, chosen)
 
     @property
     def versioned_packages(self) -> tuple[str, ...]:
@@ -139,7 +145,7 @@ BUILT_IN = {
     "analytic:printed-rigid": replace(
         _FORM,
         attribute="PrintedRigidModel",
-        role="rigid",
+        role="limit",
         title="the same with meshes that do not move: their own rigid limit",
     ),
     **_level_entries("analytic", _RIGID),

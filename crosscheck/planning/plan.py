@@ -111,7 +111,7 @@ class Experiment:
     def _step(self, model: str) -> float:
         """Step of a model's run [s]; the rigid arm has no mesh to resolve."""
         scenario = self.case.scenario
-        if MODELS[model].role != "rigid":
+        if not MODELS[model].is_rigid:
             return scenario.step_s
         interval = scenario.step_s * scenario.stride
         longest = min(RIGID_STEP_S, scenario.duration_s / RIGID_STEPS)

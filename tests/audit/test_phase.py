@@ -52,6 +52,7 @@ from crosscheck.audit.phase.runs import (
 )
 from crosscheck.audit.phase.stability import ONSET_WITHIN, Onset
 from tests.audit.planted_runs import third
+from tests.loops import require_items
 
 SHORT = Variant(zeta=0.02, phase="omega_t", ring_rate="corrected", duration_s=0.02)
 CELL = Condition(PRINTED, 0.005)
@@ -242,7 +243,7 @@ def test_models_are_the_same_only_where_that_is_shown():
 def test_both_models_start_with_planets_apart():
     variant = replace(build_pd_variant(CELL, 0.01), planets="free")
     asked = PartedStartsQuestion(variant, (1, 2))
-    for model in asked.models((1, 2)):
+    for model in require_items(asked.models((1, 2))):
         (q, _), at = model.start(), model.layout.at
         planets = [q[at("x_pr", 0, planet)] for planet in range(3)]
         assert 0.1 * APART_M < np.ptp(planets) < 2 * APART_M

@@ -383,7 +383,7 @@ def steps_arguments(at: list[At], lanes: int, steps: int) -> tuple[Any, ...]:
 def test_steps_are_their_texts_bit_for_bit(model, lanes, kind):
     at = [kind(model, state.q, state.v) for state in states(model)][: 2 if lanes == 1 else None]
     equations = at[0].equations
-    program = build_steps_program(equations.structure, equations.recorded(), lanes)
+    program = build_steps_program(equations.structure, equations.record_map(), lanes)
     ours, theirs = both(program, "advance", steps_arguments(at, lanes, 2 if lanes > 1 else 6))
     assert np.isfinite(ours[-1]).all()
     assert_same_bits(ours, theirs)

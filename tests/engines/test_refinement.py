@@ -20,6 +20,7 @@ from crosscheck.planning.preparation import refine_until_resolved
 from crosscheck.planning.sizing import compute_sizes
 from crosscheck.registry import build, reference_model
 from tests.arms import PAPER, random_arm
+from tests.loops import require_items
 
 RENAMED = PAPER.model_copy(update={"name": "probe"})  # its experiments are sized, not the paper's
 
@@ -59,7 +60,7 @@ def test_a_step_means_something_by_each_of_the_coarser_runs():
     four = shoulder.model_copy(update=teeth)
     experiment = pd_motion(PAPER.model_copy(update={"name": "four", "joints": (four, elbow)}))
     fine, *coarser = runs_of(experiment)
-    for coarse in coarser:
+    for coarse in require_items(coarser):
         for quantity in ("theta", "x_sp", "x_pr"):
             widest = acceptance_limit(quantity, *experiment.case[:2], size(fine, quantity))
             assert uncertainty(fine, coarse, quantity) < widest.value

@@ -5,6 +5,7 @@ import pytest
 
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
+from tests.loops import require_items
 
 LIMITS = {"analytic:physical": "analytic:coupled", "analytic:printed": "analytic:printed-rigid"}
 
@@ -16,7 +17,8 @@ def test_held_meshes_leave_the_rigid_arm(geared: str, reading: str):
     arm, scenario = load_arm(reading), load_scenario("constant-torque")
     meshing, rigid = (build(name, arm, scenario) for name in (geared, LIMITS[geared]))
     theta = meshing.layout.theta
-    for angles, rates in np.random.default_rng(3).normal(0, 2, (5, 2, 2)):
+    states = np.random.default_rng(3).normal(0, 2, (5, 2, 2))
+    for angles, rates in require_items(states):
         q, v = np.zeros((2, len(meshing.layout)))
         q[theta], v[theta] = angles, rates
         mass = meshing.mass_matrix(q)[np.ix_(theta, theta)]

@@ -98,7 +98,7 @@ def test_cost_names_the_levels_that_it_has(offered):
 def test_list_shows_it_with_its_levels(offered, capsys):
     list_command()
     shown = " ".join(capsys.readouterr().out.split())
-    assert "robot model mujoco links and armature only, MuJoCo's joints and armature" in shown
+    assert "mujoco links and armature only, MuJoCo's joints and armature" in shown
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,7 @@ def test_a_bad_name_is_one_line_in_every_locale(locale):
 def test_an_arm_is_shown_in_a_locale_without_its_letters(arm):
     answer = command_line("show", arm, env=PLAIN)
     assert (answer.returncode, answer.stderr) == (0, "")
-    assert answer.stdout.startswith(r"\xc4\u2192\u0416")
+    assert r"\xc4\u2192\u0416" in answer.stdout
     assert "0.0368240" in answer.stdout
 
 

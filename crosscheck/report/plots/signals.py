@@ -144,7 +144,7 @@ def _signals(
         }
         windows.append(SignalWindow(title, begin, end, full_rate))
     others = tuple(name for name in runs if name != reference)
-    rigid = tuple(name for name in others if MODELS[name].role == "rigid")
+    rigid = tuple(name for name in others if MODELS[name].is_rigid)
     whole = {
         quantity: make_stretch(time, table, widths[quantity]) for quantity, table in tables.items()
     }

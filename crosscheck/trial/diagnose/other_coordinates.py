@@ -51,7 +51,13 @@ def find_readings(
         level: build(problem.reference(level), case.arm, case.scenario, case.switches)
         for level in problem.levels
     }
-    for group in ([relative, *list_readings(joints)], list_pairs(joints)):
+    simple = [relative, *list_readings(joints)]
+    stated = [each for each in simple if _is_stated(each, matrix)]
+    if any(
+        _agrees(each, model, problem, user_values) for each in stated for model in models.values()
+    ):
+        return "", []  # what is left is less than a reading may leave
+    for group in (simple, list_pairs(joints)):
         for level, model in models.items():
             readings = [
                 each

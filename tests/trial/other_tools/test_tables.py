@@ -38,8 +38,10 @@ asked_already: dict[str, state_requests.StateRequest] = {}
 
 
 def told(trial: Trial) -> dict:
-    """All that its JSON says but for where and when it was made."""
+    """All that its JSON says but for where and when it was made, and where a function stands."""
     found = json.loads(format_trial_json(trial))
+    for entry in found["wrong"]:
+        del entry["source"]
     del found["agreement"]["provenance"]
     return found
 
