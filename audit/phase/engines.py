@@ -30,7 +30,8 @@ COMPARED = {
 }
 UNDER_ANGLE = (Condition(PRINTED, 0.005), Condition(REPAIRED_RATE, 0.02))
 STARTS_UNDER_ANGLE = 2  # the analytic model's 32 do not differ there
-# Margins of sameness, stated before any run: of medians within a branch, relative; of shares.
+# Margins of sameness: of medians within a branch, relative, stated before the runs; of shares,
+# chosen when counts of Exudyn's runs were known.
 WITHIN = {"onset": 0.05, "frequency": 0.03, "size": 0.10}
 WITHIN_SHARES = 0.25
 APART_M = 1e-9  # both models' meshes start by up to so much elsewhere, far above either's rounding

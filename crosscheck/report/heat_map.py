@@ -64,7 +64,9 @@ def make_heat_map(
     return HeatMap(title, tuple(rows), tuple(columns), cells)
 
 
-def entry_map(title: str, names: Sequence[str], relative: np.ndarray, tolerance: float) -> HeatMap:
+def make_entry_map(
+    title: str, names: Sequence[str], relative: np.ndarray, tolerance: float
+) -> HeatMap:
     """The map of a matrix (n, n), or of a vector (n,), whose entries belong to n coordinates."""
     if relative.ndim == 2:
         return make_heat_map(title, names, names, relative.tolist(), tolerance)
@@ -110,4 +112,4 @@ def make_trial_maps(trial: Trial) -> Iterator[HeatMap]:
                         row_title, names, names, relative_errors[row].tolist(), allowed
                     )
         else:
-            yield entry_map(title, names, relative_errors, allowed)
+            yield make_entry_map(title, names, relative_errors, allowed)

@@ -140,7 +140,7 @@ def robot_trial_junit(trial: RobotTrial) -> str:
 def robot_trial_page(trial: RobotTrial) -> str:
     """The page on a trial: HTML text."""
     from crosscheck.report.finding_groups import list_findings
-    from crosscheck.report.heat_map import entry_map
+    from crosscheck.report.heat_map import make_entry_map
     from crosscheck.report.rendering import WrongRow, render_page
 
     diagnosis, robot = trial.diagnosis, trial.robot
@@ -158,7 +158,7 @@ def robot_trial_page(trial: RobotTrial) -> str:
         verdicts=headline * bool(diagnosis.entries) + sentences,
         notes=[*diagnosis.notes, *robot.notes],
         maps=[
-            entry_map(LETTERS.get(part, part), names, relative_errors, trial.allowed[part])
+            make_entry_map(LETTERS.get(part, part), names, relative_errors, trial.allowed[part])
             for part, relative_errors in trial.relative_errors.items()
         ],
         allowed={LETTERS.get(part, part): value for part, value in trial.allowed.items()},
