@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import CannotDo, InputError
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.files import read_raw_arm
+from crosscheck.models.files import is_robot, read_raw_arm
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm, load_scenario, require_fit
 from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build
 
 if TYPE_CHECKING:
@@ -75,19 +76,19 @@ def require_stable_step(model: Model) -> None:
 
 
 def check(
-    arm: Arm | str = "paper-labelled",
+    arm: Arm | Robot | str = "paper-labelled",
     *,
     scenarios: Sequence[Scenario | str] = (),
     quick: bool = False,
     jobs: int = 1,
     seed: int = 0,
 ) -> CheckResult:
-    """Run every check on an arm: states, trajectories, rigid levels.
+    """Run every check on an arm or a robot: states, trajectories, levels.
 
     Args:
-        arm: An arm, or the built-in name or TOML file of one.
-        scenarios: What to run in place of the usual experiments, which are those of the paper or
-            sized to the arm: scenarios, or their built-in names or files.
+        arm: An arm or a robot, or the built-in name or TOML file of one, or a URDF.
+        scenarios: What to run in place of the usual experiments of an arm, which are those of the
+            paper or sized to it: scenarios, or their built-in names or files.
         quick: Whether to check fewer states, and shorter experiments.
         jobs: How many processes run models side by side.
         seed: Seed of the random states, 0 to 4294967295.
@@ -96,13 +97,19 @@ def check(
         The findings of all comparisons, with the exit code that the command has for them.
 
     Raises:
-        InputError: Arm or scenarios cannot be read or run, or do not fit each other.
+        InputError: Arm, robot or scenarios cannot be read or run, or do not fit each other.
         Unfinished: Models that prepare the experiments do not answer.
     """
     from crosscheck.planning.plan import CrossCheckRequest
+    from crosscheck.planning.robots import RobotRequest
     from crosscheck.report.check_result import make_check_result
     from crosscheck.run import run_cross_check
 
+    if isinstance(arm, Robot) or (isinstance(arm, str) and is_robot(arm)):
+        if scenarios:
+            raise InputError("scenarios", "", None, "are for arms; a robot has none")
+        robot = load_robot(arm) if isinstance(arm, str) else arm
+        return make_check_result(run_cross_check(RobotRequest(robot, quick, seed), jobs=jobs))
     chosen = load_arm(arm) if isinstance(arm, str) else arm
     arm_file_json = json.dumps(read_raw_arm(arm)) if isinstance(arm, str) else ""
     loaded = tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios)

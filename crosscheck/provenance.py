@@ -19,6 +19,8 @@ from crosscheck import LARGEST_SEED
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.experiment.scenario import Scenario, Switches
+from crosscheck.models.robot.file import RobotFile
+from crosscheck.models.robot.robot import Robot
 
 ROOT = Path(__file__).parent.parent
 RECORDS = "baselines"  # folder of records in a checkout, from which no result comes
@@ -29,15 +31,17 @@ PACKAGES = (
 
 
 class Provenance(Data):
-    """Everything that a reader needs to run the same again.
+    """Everything that a reader needs to run the same again, of an arm or of a robot.
 
-    scenarios, switches: those that a user chose in place of the usual; model: name of the
-    equations, of a trial. remarks: what was found out before anything ran.
+    arm_sha256: digest of the arm's values, or of the robot's file with its URDF; scenarios,
+    switches: those that a user chose in place of the usual; model: name of the equations, of a
+    trial. remarks: what was found out before anything ran.
     """
 
     command: str
     created: str
-    arm: Arm
+    arm: Arm | None = None
+    robot: RobotFile | None = None
     arm_sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
     seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)]
     quick: bool
@@ -51,9 +55,15 @@ class Provenance(Data):
     revision: str | None
     lock_sha256: str | None
 
+    @property
+    def name(self) -> str:
+        """Name of the arm or the robot."""
+        described = self.arm or self.robot
+        return described.name if described else ""
+
 
 def record_provenance(
-    arm: Arm,
+    mechanism: Arm | Robot,
     seed: int,
     quick: bool,
     scenarios: Sequence[Scenario] = (),
@@ -69,8 +79,9 @@ def record_provenance(
     return Provenance(
         command=command.decode("utf-8"),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
-        arm=arm,
-        arm_sha256=arm_digest(arm),
+        arm=mechanism if isinstance(mechanism, Arm) else None,
+        robot=None if isinstance(mechanism, Arm) else read_robot_file(mechanism),
+        arm_sha256=mechanism_digest(mechanism),
         seed=seed,
         quick=quick,
         scenarios=tuple(scenarios),
@@ -85,13 +96,20 @@ def record_provenance(
     )
 
 
-def arm_digest(arm: Arm) -> str:
-    """SHA-256 of an arm's values that are not defaults.
+def read_robot_file(robot: Robot) -> RobotFile:
+    """The file that a robot was read from."""
+    return RobotFile.model_validate_json(robot.file_json)
+
+
+def mechanism_digest(mechanism: Arm | Robot) -> str:
+    """SHA-256 of an arm's values that are not defaults; of a robot's, and of its URDF.
 
     Defaults are left out so that what the format gains later leaves the digest of an arm that does
     not use it; a default does not change within a version of the file.
     """
-    return hashlib.sha256(arm.model_dump_json(exclude_defaults=True).encode()).hexdigest()
+    if isinstance(mechanism, Robot):
+        return hashlib.sha256((mechanism.file_json + mechanism.urdf).encode()).hexdigest()
+    return hashlib.sha256(mechanism.model_dump_json(exclude_defaults=True).encode()).hexdigest()
 
 
 def find_version(package: str) -> str | None:

@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from crosscheck.analytic.paper.coverage import is_covered_by_paper
 from crosscheck.entry import entry_point_error, foreign_code, load_record
-from crosscheck.models.abilities import STATE_ABILITIES
+from crosscheck.models.abilities import ROBOT_ABILITIES, STATE_ABILITIES
 from crosscheck.models.errors import Diverged, InputError
 
 if TYPE_CHECKING:  # the names of models are asked for without any schema
@@ -20,9 +20,11 @@ if TYPE_CHECKING:  # the names of models are asked for without any schema
     from crosscheck.models.arm.layout import Layout
     from crosscheck.models.experiment.scenario import Scenario, Switches
     from crosscheck.models.interface import Model
+    from crosscheck.models.robot.interface import RobotModel
+    from crosscheck.models.robot.robot import Level, Robot
 
 ENTRY_POINTS = "geararm_crosscheck.models"  # the group by which installed packages offer models
-Role = Literal["geared", "form", "rigid", "limit", "supplied"]
+Role = Literal["geared", "form", "rigid", "limit", "supplied", "robot"]
 STATES = frozenset(STATE_ABILITIES)
 RUNS = STATES | {"simulate"}
 BOTH_WAYS = RUNS | {"reference"}
@@ -41,7 +43,8 @@ class Entry:
         role: ``geared`` must agree with every other geared model; a ``form`` is the paper's and is
             measured against them; ``rigid`` has no gears, and a level that others of it share;
             ``limit`` is a form without its gears, compared with nothing; ``supplied`` is a user's,
-            of whose teeth only the whole force is known.
+            of whose teeth only the whole force is known; ``robot`` is an engine of robots, whose
+            model at a level is called ``engine:level``.
         promises: Methods that a cross-check uses; it plans by these and never by what the class
             says of itself, so that nothing goes unnoticed.
         packages: Distributions, beside every model's, whose versions its results depend on.
@@ -49,6 +52,7 @@ class Entry:
         free_planets: Whether every planet moves by itself inside.
         call_s: Estimated cost of a step or state [s].
         level: The rigid level of a rigid model: ``links``, ``carriers``, ``armature``, ``coupled``.
+        levels: Of an engine of robots, those that it has; empty for all.
         abreast: How many runs it makes at once.
         title: What to know of it.
         covers: Whether it is about an arm under switches.
@@ -64,15 +68,20 @@ class Entry:
     free_planets: bool = False
     call_s: float = 1e-5
     level: str = ""
+    levels: tuple[Level, ...] = ()
     abreast: int = 1
     title: str = ""
     covers: Callable[[Arm, Switches], bool] = lambda arm, chosen: True
-    made: type[Model] | None = None
+    made: type[Model] | type[RobotModel] | None = None
 
     @property
     def is_rigid(self) -> bool:
         """Whether the model has the joints' angles alone."""
         return self.role in ("rigid", "limit")
+
+    def has_level(self, level: Level) -> bool:
+        """Whether an engine of robots has this level."""
+        return self.role == "robot" and (not self.levels or level in self.levels)
 
     def layout(self, arm: Arm, chosen: Switches) -> Layout:
         """The coordinates that the model must have for an arm and switches."""
@@ -181,6 +190,29 @@ BUILT_IN = {
         call_s=2e-4,
         title="separate bodies on constraints, contacts found from their poses",
     ),
+    "analytic": Entry(
+        "crosscheck.analytic.robot.model",
+        "AnalyticRobot",
+        "robot",
+        ROBOT_ABILITIES,
+        title="the project's derivation by Kane's method",
+    ),
+    "pinocchio": Entry(
+        "crosscheck.models.pinocchio.robot",
+        "PinocchioRobot",
+        "robot",
+        ROBOT_ABILITIES,
+        ("pin",),
+        title="its own reader of URDFs, rotors as bodies of the tree",
+    ),
+    "exudyn": Entry(
+        "crosscheck.models.exudyn.robot",
+        "ExudynRobot",
+        "robot",
+        ROBOT_ABILITIES,
+        ("exudyn", "numba"),
+        title="kinematic tree in minimal coordinates, rotors as bodies of it",
+    ),
 }
 
 
@@ -188,7 +220,7 @@ BUILT_IN = {
 FIELDS: dict[str, type | tuple[type, ...]] = {
     **dict.fromkeys(("module", "attribute", "role", "level", "title"), str),
     "promises": frozenset,
-    "packages": tuple,
+    **dict.fromkeys(("packages", "levels"), tuple),
     "call_s": (int, float),
     "abreast": int,
 }
@@ -262,8 +294,14 @@ def register(name: str, entry: Entry) -> Iterator[None]:
 
 
 def is_plugin(name: str) -> bool:
-    """Whether a model came in by ``register`` or an installed package."""
-    return name in MODELS and name not in BUILT_IN
+    """Whether a model, or a robot's model's engine, came in by ``register`` or a package."""
+    entry = name if name in MODELS else engine_of(name)
+    return entry in MODELS and entry not in BUILT_IN
+
+
+def engine_of(model: str) -> str:
+    """The engine of a model ``engine:what``."""
+    return model.partition(":")[0]
 
 
 def packages() -> tuple[str, ...]:
@@ -289,6 +327,8 @@ def select_covering(among: Sequence[str], arm: Arm, chosen: Switches) -> tuple[s
 
 
 def _is_covering(name: str, arm: Arm, chosen: Switches) -> bool:
+    if MODELS[name].role == "robot":
+        return False
     if not is_plugin(name):
         return MODELS[name].covers(arm, chosen)
     with foreign_code(f"model {name}: covers"):
@@ -312,7 +352,7 @@ def reference_model() -> str:
 
 def select_other_engines(model: str, among: Sequence[str]) -> tuple[str, ...]:
     """Names among the given ones of models that another package than the model's has."""
-    return tuple(name for name in among if name.partition(":")[0] != model.partition(":")[0])
+    return tuple(name for name in among if engine_of(name) != engine_of(model))
 
 
 def find_same_integrator_models() -> tuple[str, ...]:
@@ -321,6 +361,16 @@ def find_same_integrator_models() -> tuple[str, ...]:
     return tuple(
         n for n in select_with_method("simulate", model_names("geared")) if MODELS[n].order == order
     )
+
+
+def reference_engine() -> str:
+    """Name of the engine of robots whose numbers give differences their sizes."""
+    return model_names("robot")[0]
+
+
+def find_level_engines(level: Level) -> tuple[str, ...]:
+    """Names of the engines of robots that have a level."""
+    return tuple(name for name in model_names("robot") if MODELS[name].has_level(level))
 
 
 def second_engine() -> str:
@@ -344,18 +394,25 @@ def find_constrained_models() -> tuple[str, ...]:
 
 
 def get_entry(name: str) -> Entry:
-    """The Entry of a model. Raises InputError for an unknown name."""
-    if name not in MODELS:
-        raise InputError("model", "", name, f"unknown; allowed: {', '.join(MODELS)}")
+    """The Entry of a model of arms. Raises InputError for any other name."""
+    if name not in MODELS or MODELS[name].role == "robot":
+        raise _unknown_model(name)
     return MODELS[name]
 
 
-def load_model_class(name: str) -> type[Model]:
-    """The class of a model name, its engine imported on first use.
+def _unknown_model(name: str) -> InputError:
+    allowed = ", ".join(each for each, entry in MODELS.items() if entry.role != "robot")
+    return InputError("model", "", name, f"unknown; allowed: {allowed}")
+
+
+def load_model_class(name: str) -> Any:
+    """The class of a model name, or of an engine of robots, imported on first use.
 
     Raises InputError for an unknown name or an engine that cannot be imported.
     """
-    entry = get_entry(name)
+    if name not in MODELS:
+        raise _unknown_model(name)
+    entry = MODELS[name]
     if entry.made is not None:
         return entry.made
     try:
@@ -366,6 +423,12 @@ def load_model_class(name: str) -> type[Model]:
     except (ImportError, AttributeError) as error:
         reason = " ".join(str(error).split())
         raise InputError("model", "", name, f"its engine cannot be imported: {reason}") from None
+
+
+def build_robot_model(engine: str, robot: Robot, level: Level) -> RobotModel:
+    """A new model of the robot at the level, by an engine of robots that has it."""
+    model: RobotModel = load_model_class(engine)(robot, level)
+    return model
 
 
 @contextmanager
@@ -398,6 +461,7 @@ def build(name: str, arm: Arm, scenario: Scenario, switches: Switches | None = N
         InputError: There is no such model, arm, scenario and switches do not fit each other, or
             numbers of the arm are out of the engine's range.
     """
+    get_entry(name)
     model = load_model_class(name)
     with require_usable_numbers(name, arm):
         return model(arm, scenario, switches)

@@ -11,6 +11,7 @@ import xarray as xr
 from crosscheck.findings import Agreement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import Case
+from crosscheck.models.robot.robot import Robot
 from crosscheck.planning import energy_suite, run_suite, state_suite
 from crosscheck.planning.comparison import (
     Comparison,
@@ -26,6 +27,7 @@ from crosscheck.planning.plan import (
     make_short_experiments,
 )
 from crosscheck.planning.preparation import Preparation, prepare_experiments
+from crosscheck.planning.robots import RobotRequest, compute_robot_entries, plan_robot
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import packages
 from crosscheck.runner.outcomes import Failure
@@ -45,30 +47,32 @@ OutcomeCallback = Callable[[Any, Any], None]  # (a task's key, its outcome)
 class CrossCheck:
     """A cross-check: its Agreement, and its cases and runs (or why there is none) by key."""
 
-    request: CrossCheckRequest
+    request: CrossCheckRequest | RobotRequest
     agreement: Agreement
     cases: dict[RunKey, Case]
     runs: dict[RunKey, xr.Dataset | Failure]
 
     @property
-    def arm(self) -> Arm:
-        """The arm that was cross-checked."""
-        return self.request.arm
+    def mechanism(self) -> Arm | Robot:
+        """The arm or robot that was cross-checked."""
+        return self.request.mechanism
 
 
 def run_cross_check(
-    request: CrossCheckRequest,
+    request: CrossCheckRequest | RobotRequest,
     *,
     jobs: int,
     progress: ProgressCallback = ignore_progress,
     on_warning: Callable[[str], None] = lambda line: None,
     on_outcome: OutcomeCallback = lambda key, outcome: None,
 ) -> CrossCheck:
-    """Run every check on an arm; ``on_warning`` is told of unstable loops before they run.
+    """Run every check on an arm or robot; ``on_warning`` is told what to know before they run.
 
     on_outcome: is called with each task's outcome while others still run. Raises InputError for an
-    arm or scenarios that cannot be run, and Unfinished where they could not be prepared.
+    arm, robot or scenarios that cannot be run, and Unfinished where they could not be prepared.
     """
+    if isinstance(request, RobotRequest):
+        return _cross_check_robot(request, jobs, progress, on_warning, on_outcome)
     with Workers(jobs) as workers:
         progress(ProgressUpdate("preparing the experiments"))
         preparation = prepare_experiments(request, workers)
@@ -85,6 +89,29 @@ def run_cross_check(
     )
     agreement = Agreement(findings, record, entries=tuple(entries))
     return CrossCheck(request, agreement, cases_by_run(comparisons), runs_by_key(results))
+
+
+def _cross_check_robot(
+    request: RobotRequest,
+    jobs: int,
+    progress: ProgressCallback,
+    on_warning: Callable[[str], None],
+    on_outcome: OutcomeCallback,
+) -> CrossCheck:
+    plan = plan_robot(request)
+    for line in plan.remarks:
+        on_warning(line)
+    with Workers(jobs) as workers:
+        results = run_tasks(workers, collect_tasks(plan.comparisons), progress, on_outcome)
+    record = record_provenance(
+        request.robot, request.seed, request.quick, remarks=plan.remarks, packages=packages()
+    )
+    agreement = Agreement(
+        list(judge_comparisons(plan.comparisons, results)),
+        record,
+        entries=tuple(compute_robot_entries(plan, results)),
+    )
+    return CrossCheck(request, agreement, {}, {})
 
 
 def plan_comparisons(request: CrossCheckRequest, preparation: Preparation) -> list[Comparison]:

@@ -14,10 +14,10 @@ import pinocchio as pin
 
 from benchmarks.suite.rows import Row, absent_row
 from benchmarks.suite.timing import divide_times, print_progress, processor_s, run_in_turn
-from crosscheck.cost.agreement import sample_states
-from crosscheck.cost.engines import build_model
+from crosscheck.checks.robots.states import sample_states
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
+from crosscheck.registry import build_robot_model
 from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots.test_trial import equations, is_named, planted
 
@@ -51,7 +51,7 @@ def measure(repeats: int) -> list[Row]:
 def _speeds(robot: Robot, repeats: int) -> list[Row]:
     states = sample_states(robot, TOGETHER, 0).q
     analytic_model, tree = (
-        build_model("analytic", robot, "links"),
+        build_robot_model("analytic", robot, "links"),
         pin.buildModelFromXML(robot.urdf),
     )
     data, home = tree.createData(), pin.neutral(tree)
@@ -106,7 +106,7 @@ def _adam(robot: Robot, states: np.ndarray) -> tuple[Callable[[], object], Calla
     base = np.eye(4)
     free = len(robot.coordinates)
     mass_matrix = model.mass_matrix(base, states[0])[-free:, -free:]
-    expected = build_model("analytic", robot, "links").mass_matrix(states[:1])[0]
+    expected = build_robot_model("analytic", robot, "links").mass_matrix(states[:1])[0]
     if not np.allclose(mass_matrix, expected, rtol=1e-9, atol=1e-12):
         raise ValueError("adam's mass matrix is another")
     bases = np.tile(base, (len(states), 1, 1))

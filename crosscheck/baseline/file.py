@@ -13,12 +13,18 @@ from pydantic import ValidationError
 
 from crosscheck import __version__
 from crosscheck.baseline.record import SCHEMA_VERSION, Baseline, Provenance, find_differences
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import read_content
+from crosscheck.models.robot.robot import Robot
 from crosscheck.output import write_text
 from crosscheck.planning.plan import CrossCheckRequest
-from crosscheck.provenance import arm_digest, is_versioned, list_changed_files
+from crosscheck.planning.robots import RobotRequest
+from crosscheck.provenance import (
+    is_versioned,
+    list_changed_files,
+    mechanism_digest,
+    read_robot_file,
+)
 from crosscheck.report.formatting import format_count
 
 WIDTH = 100
@@ -36,12 +42,12 @@ class InvalidRecord(ValueError):
         super().__init__(allowed)
 
 
-def baseline_path(folder: Path, request: CrossCheckRequest) -> Path:
+def baseline_path(folder: Path, request: CrossCheckRequest | RobotRequest) -> Path:
     """Path of an arm's baseline, such as paper-labelled-quick.json.
 
     Scenarios of the user's own are named behind a ``+`` each, supplied equations behind an ``@``.
     """
-    names = (request.arm.name, *(scenario.name for scenario in request.scenarios))
+    names = (request.name, *(scenario.name for scenario in request.scenarios))
     tried = f"@{_encode_name(request.model)}" if request.model else ""
     kind = "quick" if request.quick else "full"
     return folder / f"{'+'.join(map(_encode_name, names))}{tried}-{kind}.json"
@@ -64,7 +70,7 @@ def write_baseline(path: Path, baseline: Baseline) -> None:
     write_text(path, "\n".join(_lines(baseline.model_dump(mode="json"))) + "\n")
 
 
-def read_baseline(path: Path, request: CrossCheckRequest, renew: str) -> Baseline:
+def read_baseline(path: Path, request: CrossCheckRequest | RobotRequest, renew: str) -> Baseline:
     """The baseline in a file, if it can be compared with what is wanted, by this version.
 
     renew: the command that makes it anew, for the message. Raises InputError.
@@ -82,19 +88,20 @@ def read_baseline(path: Path, request: CrossCheckRequest, renew: str) -> Baselin
     return baseline
 
 
-def require_replaceable(path: Path, arm: Arm) -> None:
-    """Raise InputError if something lies there that is not a record of an arm of this name.
+def require_replaceable(path: Path, request_name: str) -> None:
+    """Raise InputError if something lies there that is no record of an arm or robot of this name.
 
-    A damaged record that names no arm may be replaced: that is how it is renewed.
+    A damaged record that names none may be replaced: that is how it is renewed.
     """
     try:
-        name: Any = _parse_json(_read_bytes(path, remembered=False))
-        for key in ("provenance", "arm", "name"):
-            name = name.get(key) if isinstance(name, dict) else None
+        name: Any = _parse_json(_read_bytes(path, remembered=False)).get("provenance")
     except (FileNotFoundError, InvalidRecord):
         return
-    if isinstance(name, str) and name != arm.name:
-        allowed = f"another arm than {arm.name!r} is on record here; move that file away first"
+    if isinstance(name, dict):
+        name = name.get("arm") or name.get("robot")
+    name = name.get("name") if isinstance(name, dict) else None
+    if isinstance(name, str) and name != request_name:
+        allowed = f"another arm than {request_name!r} is on record here; move that file away first"
         raise InputError(str(path), "provenance.arm.name", name, allowed)
 
 
@@ -170,8 +177,8 @@ def _validate(data: dict[str, Any]) -> Baseline:
     raise InvalidRecord(".".join(location), details["input"], details["msg"])
 
 
-def _require_same_plan(provenance: Provenance, request: CrossCheckRequest) -> None:
-    arm = request.arm
+def _require_same_plan(provenance: Provenance, request: CrossCheckRequest | RobotRequest) -> None:
+    mechanism = request.mechanism
     if provenance.quick != request.quick:
         needed = f"{'a --quick' if request.quick else 'a full'} record is needed here"
         raise InvalidRecord("provenance.quick", provenance.quick, needed)
@@ -184,12 +191,17 @@ def _require_same_plan(provenance: Provenance, request: CrossCheckRequest) -> No
     ):
         if requested_value != recorded_value:
             raise InvalidRecord(f"provenance.{field}", None, f"made with other {field} than these")
-    if provenance.arm == arm:
+    is_of_robot = isinstance(mechanism, Robot)
+    now = read_robot_file(mechanism) if isinstance(mechanism, Robot) else mechanism
+    then = provenance.robot if is_of_robot else provenance.arm
+    digest = mechanism_digest(mechanism)
+    if then == now and not (is_of_robot and provenance.arm_sha256 != digest):
         return
-    then, now = (each_arm.model_dump(mode="json") for each_arm in (provenance.arm, arm))
-    moved = next(find_differences(then, now), None)
+    dumps = ({} if each is None else each.model_dump(mode="json") for each in (then, now))
+    moved = next(find_differences(*dumps), None)
     what = f": {moved[0]} was {moved[1]!r}, is {moved[2]!r}" if moved else ""
-    allowed = f"another arm than {arm.name}, which has {arm_digest(arm)[:12]}{what}"
+    kind = "robot" if is_of_robot else "arm"
+    allowed = f"another {kind} than {now.name}, which has {digest[:12]}{what}"
     raise InvalidRecord("provenance.arm_sha256", provenance.arm_sha256[:12], allowed)
 
 

@@ -28,6 +28,7 @@ from crosscheck.checks.trajectories import Pair, size
 from crosscheck.findings import Agreement, Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import Case
+from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.run_suite import ONE_ROUNDING
 from crosscheck.registry import reference_model
 from crosscheck.report.formatting import describe_outcome
@@ -78,7 +79,7 @@ def make_baseline(result: CrossCheck) -> record.Baseline:
 
     def make_measurement(finding: Finding) -> record.Measurement:
         assert finding.measured is not None  # a measurement always has a number
-        bound = _measurement_bound(finding, bounds, result.arm)._asdict()
+        bound = _measurement_bound(finding, bounds, result.mechanism)._asdict()
         return record.Measurement(unit=finding.unit, measured=finding.measured, **bound)
 
     judged = checks_by_id(agreement).items()
@@ -259,7 +260,7 @@ def _make_record(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> recor
     return record.RecordedRun.model_validate({**settings, **tables})
 
 
-def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:
+def _measurement_bound(finding: Finding, bounds: Bounds, mechanism: Arm | Robot) -> Bound:
     key = finding.about.key
     if key.family == ONE_ROUNDING:
         # Rounding itself: its digits mean nothing, but it must stay below what matters.
@@ -283,10 +284,10 @@ def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:
     defined_tolerances = [value for value in tolerances if value is not None]
     if len(defined_tolerances) < 2:
         return Bound(None, "not compared: neither are the runs that it compares")
-    if finding.quantity != "tip":
+    if finding.quantity != "tip" or isinstance(mechanism, Robot):
         return Bound(_round_up(sum(defined_tolerances)), "sum of both runs' tolerances")
     # How far the tip moves [m] at most if every joint turns by one radian.
-    reach = sum(number * link.length_m for number, link in enumerate(arm.links, start=1))
+    reach = sum(number * link.length_m for number, link in enumerate(mechanism.links, start=1))
     basis = "sum of both runs' tolerances in theta, along the links"
     return Bound(_round_up(sum(defined_tolerances) * reach), basis)
 

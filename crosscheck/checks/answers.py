@@ -67,7 +67,7 @@ def evaluate_at_states(
     return np.array([answer(model, *state) for state in zip(*states, strict=True)])
 
 
-def _require_numbers(answer: object, what: str, shape: tuple[int, ...] | None) -> np.ndarray:
+def require_numbers(answer: object, what: str, shape: tuple[int, ...] | None) -> np.ndarray:
     """The answer, if it is an array of finite float64 of this shape. Raises BadAnswer."""
     if not isinstance(answer, np.ndarray):
         raise BadAnswer(f"{what} is a {type(answer).__name__}, must be an array")
@@ -81,16 +81,16 @@ def _require_numbers(answer: object, what: str, shape: tuple[int, ...] | None) -
 
 
 def _mass_matrix(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return _require_numbers(model.mass_matrix(q.copy()), "mass_matrix", (q.size, q.size))
+    return require_numbers(model.mass_matrix(q.copy()), "mass_matrix", (q.size, q.size))
 
 
 def _generalized_force(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     answer = model.generalized_force(t, q.copy(), v.copy())
-    return _require_numbers(answer, "generalized_force", q.shape)
+    return require_numbers(answer, "generalized_force", q.shape)
 
 
 def _acceleration(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return _require_numbers(model.acceleration(t, q.copy(), v.copy()), "acceleration", q.shape)
+    return require_numbers(model.acceleration(t, q.copy(), v.copy()), "acceleration", q.shape)
 
 
 def _christoffel(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -122,14 +122,14 @@ def _gaps(residuals: object) -> np.ndarray:
     """Gaps, rates and accelerations of joints, shape (3, gaps). Raises BadAnswer."""
     if not isinstance(residuals, tuple) or len(residuals) != 3:
         raise BadAnswer("constraint_residual is not gaps, rates and accelerations")
-    gaps, *others = (_require_numbers(r, "constraint_residual", None) for r in residuals)
+    gaps, *others = (require_numbers(r, "constraint_residual", None) for r in residuals)
     if gaps.size == 0 or any(other.shape != gaps.shape for other in others):
         raise BadAnswer("constraint_residual is empty, or its parts are of unequal shapes")
     return np.array([gaps.ravel(), *(other.ravel() for other in others)])
 
 
 def _mesh_modes(model: Model) -> np.ndarray:
-    modes = _require_numbers(model.mesh_modes(), "mesh_modes", None)
+    modes = require_numbers(model.mesh_modes(), "mesh_modes", None)
     if modes.ndim != 1 or (modes <= 0).any() or (np.diff(modes) < 0).any():
         raise BadAnswer("mesh_modes are not positive frequencies in ascending order")
     return modes
@@ -140,7 +140,7 @@ def _contact_poles(model: Model) -> np.ndarray:
     if not isinstance(poles, np.ndarray) or poles.shape != (2 * len(model.layout),):
         raise BadAnswer("contact_poles are not two for every coordinate")
     parts = np.array([poles.real, poles.imag])
-    _require_numbers(parts, "contact_poles", parts.shape)
+    require_numbers(parts, "contact_poles", parts.shape)
     return parts[0] + 1j * parts[1]
 
 
@@ -186,9 +186,7 @@ def _force_slopes(model: Model) -> np.ndarray:
 
 AT_STATE: dict[str, Callable[[Model, float, np.ndarray, np.ndarray], np.ndarray | float]] = {
     "mass_matrix": _mass_matrix,
-    "bias": lambda model, t, q, v: _require_numbers(
-        model.bias(q.copy(), v.copy()), "bias", q.shape
-    ),
+    "bias": lambda model, t, q, v: require_numbers(model.bias(q.copy(), v.copy()), "bias", q.shape),
     "generalized_force": _generalized_force,
     "acceleration": _acceleration,
     CHRISTOFFEL: _christoffel,

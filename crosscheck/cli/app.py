@@ -42,6 +42,10 @@ cache = typer.Typer(no_args_is_help=True, help="What is kept between runs.")
 app.add_typer(cache, name="cache")
 
 ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TOML file.")]
+MechanismName = Annotated[
+    str,
+    typer.Argument(metavar="ARM", help="Built-in name or TOML file of an arm or robot; or a URDF."),
+]
 Quick = Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")]
 Jobs = Annotated[
     int | None, typer.Option(min=1, max=1000, help="Worker processes (default: all cores).")
@@ -113,7 +117,7 @@ def _options(
 
 @app.command()
 def run(
-    arm: ArmName = "paper-labelled",
+    arm: MechanismName = "paper-labelled",
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("report"),
     scenario: Scenarios = None,
     settings: Settings = None,
@@ -121,7 +125,7 @@ def run(
     jobs: Jobs = None,
     seed: Seed = 0,
 ) -> None:
-    """Cross-check all models of an arm; write index.html and agreement.json."""
+    """Cross-check all models of an arm or robot; write index.html and agreement.json."""
     from crosscheck.runner.progress import show_starting_status
 
     with show_starting_status():
@@ -133,7 +137,7 @@ def run(
 
 @app.command()
 def validate(
-    arm: ArmName = "paper-labelled",
+    arm: MechanismName = "paper-labelled",
     scenario: Scenarios = None,
     settings: Settings = None,
     quick: Quick = False,
@@ -142,7 +146,7 @@ def validate(
     json_file: JsonFile = None,
     junit: JUnit = None,
 ) -> None:
-    """Cross-check all models of an arm, without the report page."""
+    """Cross-check all models of an arm or robot, without the report page."""
     from crosscheck.runner.progress import show_starting_status
 
     with show_starting_status():
@@ -154,7 +158,7 @@ def validate(
 
 @baseline.command()
 def accept(
-    arm: ArmName = "paper-labelled",
+    arm: MechanismName = "paper-labelled",
     folder: Baselines = Path("baselines"),
     scenario: Scenarios = None,
     settings: Settings = None,
@@ -166,7 +170,7 @@ def accept(
         bool, typer.Option("--with-differences", help="Record failed checks as known differences.")
     ] = False,
 ) -> None:
-    """Cross-check an arm and record the result, unless a check fails."""
+    """Cross-check an arm or robot and record the result, unless a check fails."""
     from crosscheck.cli.commands import accept_command, prepare_recording
 
     chosen, made = prepare_recording(arm, scenario or [], settings or [], quick, model or "")
@@ -176,7 +180,7 @@ def accept(
 
 @baseline.command()
 def check(
-    arm: ArmName = "paper-labelled",
+    arm: MechanismName = "paper-labelled",
     folder: Baselines = Path("baselines"),
     scenario: Scenarios = None,
     settings: Settings = None,

@@ -21,9 +21,13 @@ from crosscheck.baseline.reduction import find_uncompared, find_unrecorded_runs,
 from crosscheck.baseline.regression import compare
 from crosscheck.cli.output import write_requested
 from crosscheck.file_types import AGREEMENT, JUNIT, PAGE, RECORD
+from crosscheck.models.errors import InputError
+from crosscheck.models.files import is_robot
 from crosscheck.models.loading import load_selection
+from crosscheck.models.robot.file import load_robot
 from crosscheck.output import require_files, write_files
 from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.planning.robots import RobotRequest
 from crosscheck.report.answers import format_agreement_json
 from crosscheck.report.formatting import format_count, make_printable
 from crosscheck.report.junit import format_junit
@@ -37,13 +41,19 @@ from crosscheck.run import CrossCheck, OutcomeCallback, run_cross_check
 from crosscheck.runner.progress import QUIET_S, show_progress
 
 STDERR = Console(stderr=True)
-CrossCheckRunner = Callable[[CrossCheckRequest, int], CrossCheck]  # (what is wanted, processes)
+Request = CrossCheckRequest | RobotRequest
+CrossCheckRunner = Callable[[Request, int], CrossCheck]  # (what is wanted, processes)
 
 
 def make_request(
     arm: str, scenarios: list[str] | None, settings: list[str] | None, quick: bool, seed: int
-) -> CrossCheckRequest:
-    """What a command line asks to be cross-checked. Raises InputError."""
+) -> Request:
+    """What a command line asks to be cross-checked, an arm or a robot. Raises InputError."""
+    if is_robot(arm):
+        for option, values in (("--scenario", scenarios), ("--set", settings)):
+            if values:
+                raise InputError(option, "", values[0], f"is for arms; {arm} is a robot")
+        return RobotRequest(load_robot(arm), quick, seed)
     chosen = load_selection(arm, scenarios or [], settings or [])
     experiment_settings = chosen.scenarios, chosen.switches
     return CrossCheckRequest(
@@ -51,7 +61,7 @@ def make_request(
     )
 
 
-def run_command(chosen: CrossCheckRequest, out: Path, jobs: int) -> int:
+def run_command(chosen: Request, out: Path, jobs: int) -> int:
     """Cross-check an arm, write the report, print its summary; returns the exit code."""
     from crosscheck.report.plots.charts import Charts
 
@@ -64,18 +74,18 @@ def run_command(chosen: CrossCheckRequest, out: Path, jobs: int) -> int:
     )
 
     page = render_report_page(result, charts.build_pictures())
-    data = format_agreement_json(result.agreement, result.arm)
+    data = format_agreement_json(result.agreement, result.mechanism)
     write_files(dict(zip(files, (page, data), strict=True)))
-    print_report_summary(result.agreement, result.arm)
+    print_report_summary(result.agreement, result.mechanism)
     print(f"wrote {files[0]} and {files[1]}")
     return result.agreement.exit_code
 
 
 def run_with_progress(
-    chosen: CrossCheckRequest, jobs: int, shown: OutcomeCallback = lambda key, outcome: None
+    chosen: Request, jobs: int, shown: OutcomeCallback = lambda key, outcome: None
 ) -> CrossCheck:
     """Cross-check an arm, with its progress and what a user should know before it."""
-    about = f"cross-checking {make_printable(chosen.arm.name)}"
+    about = f"cross-checking {make_printable(chosen.name)}"
     with show_progress(about, QUIET_S if chosen.quick else 0.0) as progress:
         return run_cross_check(
             chosen, jobs=jobs, progress=progress, on_warning=_print_warning, on_outcome=shown
@@ -86,23 +96,21 @@ def _print_warning(line: str) -> None:
     STDERR.print(make_printable(line), markup=False, highlight=False)
 
 
-def validate_command(
-    chosen: CrossCheckRequest, jobs: int, json_file: Path | None, junit: Path | None
-) -> int:
+def validate_command(chosen: Request, jobs: int, json_file: Path | None, junit: Path | None) -> int:
     """Cross-check an arm and print the table; returns the exit code. Raises InputError."""
     require_files((json_file, AGREEMENT), (junit, JUNIT))
     agreement = run_with_progress(chosen, jobs).agreement
     write_requested(
-        (json_file, lambda: format_agreement_json(agreement, chosen.arm)),
-        (junit, lambda: format_junit(agreement, f"crosscheck {chosen.arm.name}")),
+        (json_file, lambda: format_agreement_json(agreement, chosen.mechanism)),
+        (junit, lambda: format_junit(agreement, f"crosscheck {chosen.name}")),
     )
-    print_answers(agreement, chosen.arm)
+    print_answers(agreement, chosen.mechanism)
     return agreement.exit_code
 
 
 def prepare_recording(
     arm: str, scenarios: list[str], settings: list[str], quick: bool, model: str
-) -> tuple[CrossCheckRequest, CrossCheckRunner]:
+) -> tuple[Request, CrossCheckRunner]:
     """What a baseline is to be of, and the function that makes it; runs code. Raises InputError."""
     if not model:
         return make_request(arm, scenarios, settings, quick, 0), run_with_progress
@@ -117,7 +125,7 @@ def prepare_recording(
 
 
 def accept_command(
-    chosen: CrossCheckRequest,
+    chosen: Request,
     folder: Path,
     jobs: int,
     junit: Path | None,
@@ -133,11 +141,11 @@ def accept_command(
     """
     path = baseline_path(folder, chosen)
     require_files((path, RECORD), (junit, JUNIT))
-    require_replaceable(path, chosen.arm)
+    require_replaceable(path, chosen.name)
     require_committed(path)
     result = runner(chosen, jobs)
     agreement = result.agreement
-    write_requested((junit, lambda: format_junit(agreement, f"crosscheck {chosen.arm.name}")))
+    write_requested((junit, lambda: format_junit(agreement, f"crosscheck {chosen.name}")))
     print_agreement(agreement)
     if not _can_be_recorded(result, with_differences):
         return agreement.exit_code or 1
@@ -172,7 +180,7 @@ def _can_be_recorded(result: CrossCheck, with_differences: bool) -> bool:
 
 
 def check_command(
-    chosen: CrossCheckRequest,
+    chosen: Request,
     folder: Path,
     jobs: int,
     junit: Path | None,
@@ -190,7 +198,7 @@ def check_command(
     baseline = read_baseline(path, chosen, renew)
     again = replace(chosen, seed=baseline.provenance.seed)
     agreement = compare(baseline, runner(again, jobs))
-    write_requested((junit, lambda: format_junit(agreement, f"baseline {chosen.arm.name}")))
+    write_requested((junit, lambda: format_junit(agreement, f"baseline {chosen.name}")))
     print_changed(agreement)
     return agreement.exit_code
 

@@ -8,7 +8,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from crosscheck.cost.engines import load_engines
 from crosscheck.models.errors import format_line
 from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios, builtin_title
 from crosscheck.registry import MODELS
@@ -22,12 +21,14 @@ def list_command() -> None:
     models = [
         _format_model(name, "" if "simulate" in entry.promises else "states only", entry.title)
         for name, entry in MODELS.items()
+        if entry.role != "robot"
     ]
     engines = [
         _format_model(
-            name, f"{' and '.join(engine.levels)} only" if engine.levels else "", engine.title
+            name, f"{' and '.join(entry.levels)} only" if entry.levels else "", entry.title
         )
-        for name, engine in load_engines().items()
+        for name, entry in MODELS.items()
+        if entry.role == "robot"
     ]
     kinds: dict[str, Sequence[tuple[str | Text, str | Text]]] = {
         "arms (ARM)": arms,

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.cost.motion import RobotMotion, State
-from crosscheck.cost.runs import mesh_rates, run, tip_distances
+from crosscheck.cost.runs import mesh_rates, tip_distances
 from crosscheck.cost.springs import tooth_springs
+from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 
 RESOLVED = 0.4  # [rad] of the fastest swing in a step of a run
@@ -92,7 +93,7 @@ def _compute_distances(
     x = _forces(coupled, geared, state)
     for column, spring in zip(x.T, tooth_springs(geared.robot), strict=True):
         column[:] = np.sign(column) * spring.backlash + column / spring.stiffness
-    ends = run(
+    ends, _ = integrate(
         geared,
         np.hstack([state[0], x]),
         np.hstack([state[1], 0 * x]),

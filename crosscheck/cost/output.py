@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from crosscheck import __version__
-from crosscheck.cost.agreement import QUANTITIES
+from crosscheck.checks.robots.sizes import SIZE_WORDS
 from crosscheck.cost.meshes import RESOLVED, GearedCost
 from crosscheck.cost.shortcuts import NEGLIGIBLE, ShortcutCosts
 from crosscheck.cost.springs import replace_stages_by_rotors
+from crosscheck.findings import Finding
 from crosscheck.models.robot.robot import LEVELS, Level
+from crosscheck.registry import engine_of
 from crosscheck.report.records import format_json, to_json_value
 
 if TYPE_CHECKING:  # drawing libraries are slow to import, and most commands draw nothing
@@ -102,10 +104,10 @@ def _describe_meshes(geared: GearedCost) -> Iterator[str]:
 
 def _describe_engines(costs: ShortcutCosts) -> list[str]:
     """The engines' names; one that lacks a level is followed by the levels that it has."""
-    levels: dict[str, dict[Level, None]] = {}
+    levels: dict[str, dict[str, None]] = {}
     for each in costs.agreement:
-        for name in (each.left, each.right):
-            levels.setdefault(name, {})[each.level] = None
+        for model in (each.left, each.right):
+            levels.setdefault(engine_of(model), {})[level_of(each)] = None
     return [
         name
         if len(engine_levels) == len(costs.robot.levels)
@@ -116,26 +118,37 @@ def _describe_engines(costs: ShortcutCosts) -> list[str]:
 
 def _describe_agreement(costs: ShortcutCosts) -> str:
     names = _describe_engines(costs)
-    digits = digits_of(max(each.measured for each in costs.agreement))
+    digits = digits_of(max(each.measured or 0.0 for each in costs.agreement))
     count = COUNTS.get(len(names), str(len(names)))
     return (
         f"{count} programs agree on this robot to {digits} digits: {join_names(names)}, on"
-        f" {len(QUANTITIES)} quantities, {len(costs.robot.levels)} levels and"
+        f" {len(SIZE_WORDS)} quantities, {len(costs.robot.levels)} levels and"
         f" {costs.extent.states} states."
     )
 
 
 def _describe_disagreements(costs: ShortcutCosts) -> Iterator[str]:
-    wrong = [each for each in costs.agreement if not each.agrees]
+    wrong = [each for each in costs.agreement if each.verdict != "agree"]
     yield f"The programs do not agree on {costs.robot.name}, so no cost is given."
-    for failure in dict.fromkeys(each.failure for each in wrong if each.failure):
+    for failure in dict.fromkeys(each.note for each in wrong if each.measured is None):
         yield f"engines: {failure}"
     for each in wrong:
-        if not each.failure:
+        if each.measured is not None:
+            names = " and ".join(map(engine_of, (each.left, each.right)))
             yield (
-                f"engines differ: {each.quantity} of {each.level}: {each.left} and {each.right} by"
+                f"engines differ: {quantity_of(each)} of {level_of(each)}: {names} by"
                 f" {each.measured:.1e} of its size, tolerance {each.tolerance:.1e}"
             )
+
+
+def level_of(finding: Finding) -> str:
+    """The level of which a finding compares two models."""
+    return finding.left.partition(":")[2]
+
+
+def quantity_of(finding: Finding) -> str:
+    """A finding's quantity in words."""
+    return finding.quantity.replace("_", " ")
 
 
 def describe_distances(distances: np.ndarray) -> str:
@@ -253,7 +266,17 @@ def cost_json(costs: ShortcutCosts) -> str:
         "answers": list(describe_answers(costs)),
         "engines_agree": costs.agrees,
         "engines": [
-            {**to_json_value(each), "size": QUANTITIES[each.quantity]} for each in costs.agreement
+            {
+                "quantity": quantity_of(each),
+                "level": level_of(each),
+                "left": engine_of(each.left),
+                "right": engine_of(each.right),
+                "measured": each.measured,
+                "tolerance": each.tolerance,
+                "failure": "" if each.measured is not None else each.note,
+                "size": SIZE_WORDS[each.quantity],
+            }
+            for each in costs.agreement
         ],
         "states": costs.extent.states,
         "seed": costs.seed,
@@ -321,7 +344,7 @@ def cost_page(costs: ShortcutCosts) -> str:
         notes=[*describe_direct_joints(costs), *costs.robot.notes],
         levels={level: LEVELS[level] for level in costs.robot.levels},
         engines=_describe_engines(costs),
-        quantities=QUANTITIES,
+        rows=list(_tabulate_agreement(costs)),
         pairs=costs.pairs[:MOST_PAIRS],
         amount=format_quantity,
         unit_of=unit_of,
@@ -331,6 +354,28 @@ def cost_page(costs: ShortcutCosts) -> str:
         negligible=format_percent(NEGLIGIBLE),
         drawing=to_svg(draw_torques(costs)) if costs.agrees else "",
     )
+
+
+class AgreementRow(NamedTuple):
+    """A quantity on the page: the largest difference at each level, and what is allowed of what."""
+
+    quantity: str
+    cells: tuple[str, ...]
+    tolerance: str
+    size: str
+
+
+def _tabulate_agreement(costs: ShortcutCosts) -> Iterator[AgreementRow]:
+    for quantity, size in SIZE_WORDS.items():
+        findings = [each for each in costs.agreement if each.quantity == quantity]
+        cells = []
+        for level in costs.robot.levels:
+            at_level = [each for each in findings if level_of(each) == level]
+            largest = max(np.inf if f.measured is None else f.measured for f in at_level)
+            agrees = all(each.verdict == "agree" for each in at_level)
+            cells.append(f"{largest:.1e}{'' if agrees else ' differs'}")
+        tolerance = max(each.tolerance or 0.0 for each in findings)
+        yield AgreementRow(quantity.replace("_", " "), tuple(cells), f"{tolerance:.1e}", size)
 
 
 def draw_torques(costs: ShortcutCosts) -> Figure:

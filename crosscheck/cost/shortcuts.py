@@ -7,14 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from crosscheck.cost.agreement import TOLERANCE, EngineDifference, compare_engines, sample_states
-from crosscheck.cost.engines import REFERENCE_ENGINE, build_model
+from crosscheck.checks.robots.sizes import TOLERANCE
+from crosscheck.checks.robots.states import sample_states
 from crosscheck.cost.meshes import GearedCost, compute_geared_cost
 from crosscheck.cost.motion import RobotMotion, State, find_exceeded_limits, make_excitation
-from crosscheck.cost.runs import run, tip_distances
+from crosscheck.cost.runs import tip_distances
 from crosscheck.cost.springs import stage_rotors
+from crosscheck.findings import Finding
+from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot, Rotor
+from crosscheck.planning.robots import compare_engines
+from crosscheck.registry import build_robot_model, reference_engine
 
 SHORTCUTS: tuple[Level, ...] = ("links", "armature")
 NEGLIGIBLE = 0.01  # of a joint's largest torque
@@ -104,7 +108,7 @@ class ShortcutCosts:
     extent: SamplingPlan
     motion: RobotMotion
     beyond: tuple[str, ...]
-    agreement: tuple[EngineDifference, ...]
+    agreement: tuple[Finding, ...]
     time: np.ndarray
     torques: np.ndarray
     errors: dict[Level, np.ndarray]
@@ -135,7 +139,7 @@ class ShortcutCosts:
     @property
     def agrees(self) -> bool:
         """Whether all engines agree on everything."""
-        return all(each.agrees for each in self.agreement)
+        return all(each.verdict == "agree" for each in self.agreement)
 
 
 def compute_costs(
@@ -152,12 +156,12 @@ def compute_costs(
     progress("comparing the engines", 0, 4)
     agreement = compare_engines(robot, sample_states(robot, extent.states, seed))
     progress("moving the robot", 1, 4)
-    exact = build_model(REFERENCE_ENGINE, robot, "coupled")
+    exact = build_robot_model(reference_engine(), robot, "coupled")
     motion = given or make_excitation(exact, seed)
     time = motion.instants(extent.instants)
     state = motion.at(time)
     torques = exact.inverse_dynamics(*state)
-    shortcuts = {level: build_model(REFERENCE_ENGINE, robot, level) for level in SHORTCUTS}
+    shortcuts = {level: build_robot_model(reference_engine(), robot, level) for level in SHORTCUTS}
     errors = {level: model.inverse_dynamics(*state) - torques for level, model in shortcuts.items()}
     largest = np.abs(torques).max(axis=0)
     names = [robot.joints[number].name for number in robot.coordinates]
@@ -170,7 +174,7 @@ def compute_costs(
     geared = None
     if "geared" in robot.levels:
         model, sizes = (
-            build_model(REFERENCE_ENGINE, robot, "geared"),
+            build_robot_model(reference_engine(), robot, "geared"),
             (extent.instants, extent.runs),
         )
         geared = compute_geared_cost(exact, model, motion, *sizes, extent.most_steps)
@@ -237,8 +241,8 @@ def _compute_rotor_shares(
         turned = tuple(replace(rotor, ratio=sign * rotor.ratio) for rotor in rotors)
         alone = replace(robot, rotors=turned, stages=())
         models = (
-            build_model(REFERENCE_ENGINE, alone, "coupled"),
-            build_model(REFERENCE_ENGINE, alone, "armature"),
+            build_robot_model(reference_engine(), alone, "coupled"),
+            build_robot_model(reference_engine(), alone, "armature"),
         )
         exact, short = (model.inverse_dynamics(*state) for model in models)
         return (exact - short) / np.maximum(largest, 1e-300)
@@ -289,7 +293,7 @@ def _compute_tip_costs(
         return np.concatenate([model.inverse_dynamics(*planned) for model in models.values()])
 
     q, v, _ = motion.at(np.tile(starts, len(models)))
-    ends = run(exact, q, v, torques, 1.0, extent.steps)
+    ends, _ = integrate(exact, q, v, torques, 1.0, extent.steps)
     planned = np.tile(exact.tip(motion.at(starts + 1.0)[0]), (len(models), 1))
     parts = tip_distances(exact, ends, planned).reshape(len(models), extent.runs)
     return [TipCost(level, part) for level, part in zip(models, parts, strict=True)]

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from crosscheck.findings import Finding, Subject, make_failed_check, make_unfinished_check
-from crosscheck.runner.outcomes import Failure, Task, failure_from_error
-from crosscheck.runner.tasks import Outcome
+from crosscheck.runner.outcomes import Failure, Outcome, Task, failure_from_error
 
 
 class ModelTask(Task, Protocol):
@@ -98,7 +97,7 @@ def make_comparison(
 
 def collect_tasks(comparisons: Sequence[Comparison]) -> list[ModelTask]:
     """Every task that any of the comparisons needs, once."""
-    return list(dict.fromkeys(task for each in comparisons for task in each.needs))
+    return list({task.key: task for each in comparisons for task in each.needs}.values())
 
 
 def judge_comparisons(comparisons: Sequence[Comparison], results: Results) -> Iterator[Finding]:

@@ -145,6 +145,16 @@ class CrossCheckRequest:
             taken.append(scenario.name)
 
     @property
+    def name(self) -> str:
+        """Name of the arm."""
+        return self.arm.name
+
+    @property
+    def mechanism(self) -> Arm:
+        """The arm."""
+        return self.arm
+
+    @property
     def needs_sizes(self) -> bool:
         """Whether experiments must be made for the arm."""
         return not self.scenarios and not is_the_papers(self.arm)

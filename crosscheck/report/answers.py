@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 from crosscheck.findings import Agreement, EntryDifferences, Finding, Verdict, WrongEntry
 from crosscheck.models.arm.arm import Arm
-from crosscheck.registry import MODELS, model_names, reference_model
+from crosscheck.models.robot.robot import Robot
+from crosscheck.registry import engine_of, model_names
 from crosscheck.report.formatting import (
     describe_tally,
     format_count,
@@ -18,21 +19,10 @@ from crosscheck.report.formatting import (
     format_rounded,
 )
 from crosscheck.report.matrix import FORMS, WORST_FIRST, common_digits, is_beyond
+from crosscheck.report.outline import ReportOutline, outline_report
 from crosscheck.report.records import format_json
 
-QUESTIONS = (
-    "Do the equations agree with the engines?",
-    "How far is the rigid arm from the geared one?",
-    "Can I trust this?",
-)
 STATES, RUNS = ("states", "form-states"), ("same-step", "refined", "form")
-QUANTITY_NAMES = {
-    "mass_matrix": "mass matrix",
-    "acceleration": "acceleration",
-    "theta": "joint angle",
-    "F_sp": "mesh force",
-}
-QUANTITIES = tuple(QUANTITY_NAMES)
 LEVEL_CONTENTS = {"links": "links and payload alone", "coupled": "all of the gears' inertia"}
 SMALL = 1e-4  # relative differences from here on are told in per cent
 
@@ -41,22 +31,19 @@ SMALL = 1e-4  # relative differences from here on are told in per cent
 class ModelAnswer:
     """A model beside all others that it was compared with.
 
-    against: those models; worst: by quantity the Finding of the largest difference on the arm
-    itself; verdict: the worst of all checks between them; of a model that is only measured,
-    ``differ`` where a difference is beyond what the reference model is allowed; digits: decimal
-    ones that its checks at states leave in common, None without such checks.
+    title: what it is; against: those models; worst: by quantity the Finding of the largest
+    difference on the arm or robot itself; verdict: the worst of all checks between them; of a model
+    that is only measured, ``differ`` where a difference is beyond what the reference model is
+    allowed; digits: decimal ones that its checks at states leave in common, None without such
+    checks.
     """
 
     model: str
+    title: str
     against: tuple[str, ...]
     worst: dict[str, Finding]
     verdict: Verdict
     digits: float | None = None
-
-    @property
-    def title(self) -> str:
-        """The model's title in the registry."""
-        return MODELS[self.model].title
 
     def number(self, quantity: str) -> str:
         """The largest difference of a quantity, with its unit; empty where it was not compared."""
@@ -74,10 +61,10 @@ def format_amount(finding: Finding) -> str:
     return format_percent(value) if value >= SMALL else f"{value:.1g}"
 
 
-def compare_models(agreement: Agreement, arm: Arm) -> list[ModelAnswer]:
-    """The printed equations, the derivation and the rigid levels, each beside the engines.
+def compare_models(agreement: Agreement, outline: ReportOutline) -> list[ModelAnswer]:
+    """The models of a report, each beside the engines.
 
-    Differences are those on this arm; verdicts and digits are of all checks.
+    Differences are those on this arm or robot; verdicts and digits are of all checks.
     """
     pairs = [f for f in agreement.findings if f.about.key.right]
     # States of this arm, not of the probe's or another reading's; and any run.
@@ -85,22 +72,14 @@ def compare_models(agreement: Agreement, arm: Arm) -> list[ModelAnswer]:
         f
         for f in pairs
         if f.about.key.family in RUNS
-        or (f.about.key.family in STATES and f.about.key.case.partition("/")[0] == arm.name)
+        or (f.about.key.family in STATES and f.about.key.case.partition("/")[0] == outline.name)
     ]
     rows = []
-    home = reference_model().partition(":")[
-        0
-    ]  # the package of the derivation, with rigid models of its own
-    derived = [
-        name
-        for name in model_names("rigid")
-        if name.partition(":")[0] == home and MODELS[name].level  # which other engines have too
-    ]
-    for model in (*model_names("form"), reference_model(), *derived):
+    for model in outline.models:
         others = [f for f in arm_findings if _is_with_other_engine(f, model)]
         checks = [f for f in pairs if f.kind == "check" and _is_with_other_engine(f, model)]
         if others:
-            rows.append(_compare_model(model, others, checks, arm_findings))
+            rows.append(_compare_model(model, outline, others, checks, arm_findings))
     return rows
 
 
@@ -109,17 +88,18 @@ def _is_with_other_engine(finding: Finding, model: str) -> bool:
     if model not in (finding.left, finding.right):
         return False
     other = finding.right if finding.left == model else finding.left
-    return other.partition(":")[0] != model.partition(":")[0]
+    return engine_of(other) != engine_of(model)
 
 
 def _compare_model(
     model: str,
+    outline: ReportOutline,
     others: Sequence[Finding],
     checks: Sequence[Finding],
     arm_findings: Sequence[Finding],
 ) -> ModelAnswer:
     worst: dict[str, Finding] = {}
-    for quantity in QUANTITIES:
+    for quantity in outline.quantities:
         if findings := [f for f in others if f.quantity == quantity]:
             worst[quantity] = max(findings, key=_size)
     against = dict.fromkeys(f.right if f.left == model else f.left for f in others)
@@ -129,21 +109,23 @@ def _compare_model(
         verdict = "differ" if any(is_beyond(f, arm_findings) for f in others) else "agree"
     states = [f.relative for f in checks if f.about.key.family == "states"]
     common = [common_digits(value) for value in states if value is not None]
-    return ModelAnswer(model, tuple(against), worst, verdict, min(common, default=None))
+    return ModelAnswer(
+        model, outline.models[model], tuple(against), worst, verdict, min(common, default=None)
+    )
 
 
 def _size(finding: Finding) -> float:
     return float("inf") if finding.measured is None else finding.measured
 
 
-def answer_on_equations(rows: Sequence[ModelAnswer]) -> str:
+def answer_on_equations(rows: Sequence[ModelAnswer], outline: ReportOutline) -> str:
     """The answer to the first question in three sentences at most."""
-    forms = [row for row in rows if MODELS[row.model].role == "form"]
+    forms = [row for row in rows if row.model in outline.forms]
     rest = [row for row in rows if row not in forms]
     wrong = [row for row in forms if row.verdict != "agree"]
     sentences = []
     for row in wrong:
-        sizes = ", ".join(f"{row.number(q)} in {QUANTITY_NAMES[q]}" for q in row.worst)
+        sizes = ", ".join(f"{row.number(q)} in {outline.quantities[q]}" for q in row.worst)
         title = f"{row.title[0].upper()}{row.title[1:]}"
         sentences.append(f"{title}, do not agree with the engines: they differ by up to {sizes}.")
     if forms and not wrong:
@@ -175,6 +157,32 @@ def answer_on_rigid_arm(agreement: Agreement) -> str:
     return " ".join(sentences)
 
 
+def answer_on_levels(agreement: Agreement) -> str:
+    """How far the tip and the torques of each level of a robot are from its most detailed one."""
+    deviations = [f for f in agreement.findings if f.about.key.family == "deviation"]
+    by_model: dict[str, list[Finding]] = {}
+    for finding in deviations:
+        if finding.measured is not None:
+            by_model.setdefault(finding.left, []).append(finding)
+    sentences = []
+    for model, findings in by_model.items():
+        parts = [
+            f"the tip is {format_length(f.measured or 0.0)} from that of"
+            f" {f.right.partition(':')[2]} {f.about.metric.partition(' tip ')[2]}"
+            for f in findings
+            if f.quantity == "tip"
+        ]
+        shares = [f for f in findings if f.quantity == "torque" and f.relative is not None]
+        if shares:
+            worst = max(shares, key=lambda f: f.relative or 0.0)
+            parts.append(
+                f"the {worst.about.metric.partition(' of the ')[2].partition(' over ')[0]} is off"
+                f" by up to {format_percent(worst.relative or 0.0)} of its largest"
+            )
+        sentences.append(f"At level {model.partition(':')[2]} {' and '.join(parts)}.")
+    return " ".join(sentences) or "There is one level alone."
+
+
 def find_tip_ends(agreement: Agreement) -> list[Finding]:
     """How far the tip of the first and the last rigid level is off, in the last experiment."""
     tips = [
@@ -189,13 +197,13 @@ def find_tip_ends(agreement: Agreement) -> list[Finding]:
 
 def _describe_tip(finding: Finding) -> str:
     """How far a rigid level's tip is off, and what of the arm that level has, in words."""
-    off, level = format_length(finding.measured or 0.0), MODELS[finding.left].level
+    off, level = format_length(finding.measured or 0.0), finding.left.partition(":")[2]
     if level not in LEVEL_CONTENTS:
         return f"{off} at level {level}"
     return f"{off} with {LEVEL_CONTENTS[level]} ({level})"
 
 
-def answer_on_trust(agreement: Agreement) -> str:
+def answer_on_trust(agreement: Agreement, outline: ReportOutline) -> str:
     """The answer to the third question: what was checked, and what stands behind a check."""
     alone = sum(not f.about.key.right for f in agreement.checks)
     counts = Counter(f.verdict for f in agreement.checks)
@@ -210,8 +218,8 @@ def answer_on_trust(agreement: Agreement) -> str:
     return (
         f"{describe_tally(agreement)}{other_verdicts}. {len(agreement.checks) - alone} compare"
         " two models that share"
-        f" data and no formula; {alone} compare one model with first principles, its own records or"
-        " the arm's file. A tolerance is what rounding, or a run's measured uncertainty, explains."
+        f" data and no formula; {alone} compare one model with {outline.truths}."
+        " A tolerance is what rounding, or a run's measured uncertainty, explains."
         f" {len(measured)} more numbers are measured without a limit, such as how far {whose} are"
         " off."
     )
@@ -269,7 +277,7 @@ def find_wrong_entries(entries: Sequence[EntryDifferences]) -> list[WrongEntry]:
 
 @dataclass(frozen=True)
 class Answers:
-    """The answers to the three questions.
+    """The answers to the three questions of an outline.
 
     verdict: the result in one sentence; rows: the models behind the first answer; equations, rigid,
     trust: the answers as text.
@@ -280,18 +288,27 @@ class Answers:
     equations: str
     rigid: str
     trust: str
+    outline: ReportOutline
 
 
-def answer_questions(agreement: Agreement, arm: Arm) -> Answers:
-    """The answers of a cross-check of an arm."""
-    rows = compare_models(agreement, arm)
-    texts = answer_on_equations(rows), answer_on_rigid_arm(agreement), answer_on_trust(agreement)
-    return Answers(describe_verdict(agreement), tuple(rows), *texts)
+def answer_questions(agreement: Agreement, mechanism: Arm | Robot) -> Answers:
+    """The answers of a cross-check of an arm or a robot."""
+    outline = outline_report(mechanism)
+    rows = compare_models(agreement, outline)
+    answer_on_rigid = answer_on_levels if outline.is_robot else answer_on_rigid_arm
+    return Answers(
+        describe_verdict(agreement),
+        tuple(rows),
+        answer_on_equations(rows, outline),
+        answer_on_rigid(agreement),
+        answer_on_trust(agreement, outline),
+        outline,
+    )
 
 
-def format_agreement_json(agreement: Agreement, arm: Arm) -> str:
+def format_agreement_json(agreement: Agreement, mechanism: Arm | Robot) -> str:
     """JSON text by crosscheck/schema/agreement.schema.json, the answers before the findings."""
-    whole, answers = agreement.to_dict(), answer_questions(agreement, arm)
+    whole, answers = agreement.to_dict(), answer_questions(agreement, mechanism)
     models = [
         {
             "model": row.model,

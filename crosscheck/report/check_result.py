@@ -36,7 +36,7 @@ class CheckResult(Agreement):
         for key, run in self.cross_check.runs.items():
             charts.show(key, run)
         page = render_report_page(self.cross_check, charts.build_pictures())
-        data = format_agreement_json(self, self.cross_check.arm)
+        data = format_agreement_json(self, self.cross_check.mechanism)
         write_files({target / "index.html": page, target / "agreement.json": data})
 
 

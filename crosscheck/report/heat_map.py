@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from crosscheck.findings import EntryDifferences
-from crosscheck.registry import MODELS
+from crosscheck.registry import model_names
 from crosscheck.report.formatting import format_percent
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def make_heat_cell(value: float, tolerance: float) -> HeatCell:
 def make_entry_maps(entries: Sequence[EntryDifferences]) -> list[HeatMap]:
     """M of the printed equations beside the corrected ones; of arms without, M of the latter."""
     masses = {each.model: each for each in entries if each.quantity == "mass_matrix"}
-    forms = [name for name in masses if MODELS[name].role == "form"]
+    forms = [name for name in masses if name in model_names("form")]
     shown = [name for name in masses if name not in forms[:-1]]
     titles = dict.fromkeys(forms, "mass matrix, as printed")
     other = "mass matrix, corrected" if forms else "mass matrix"

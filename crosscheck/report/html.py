@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from crosscheck.findings import Finding
-from crosscheck.models.arm.arm import describe_arm
-from crosscheck.planning import plan
+from crosscheck.models.arm.arm import Arm
+from crosscheck.planning import plan, robots
+from crosscheck.planning.robots import RobotRequest
 from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
-from crosscheck.registry import LEVELS, reference_model, second_engine
-from crosscheck.report.answers import (
-    QUANTITIES,
-    QUESTIONS,
-    answer_questions,
-    find_tip_ends,
-    find_wrong_entries,
-)
+from crosscheck.registry import second_engine
+from crosscheck.report.answers import answer_questions, find_tip_ends, find_wrong_entries
 from crosscheck.report.finding_groups import list_findings, make_row, sort_findings
 from crosscheck.report.heat_map import make_entry_maps
 from crosscheck.report.matrix import collect_cells, group_models
@@ -31,7 +26,8 @@ HEADLINE, HEADLINE_CASES = (f"at-{MIDWAY_S:g}-s", "same-step"), ("pd", "pd-motio
 
 def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
     """HTML text of the report, figures inlined."""
-    agreement = result.agreement
+    agreement, mechanism = result.agreement, result.mechanism
+    answers = answer_questions(agreement, mechanism)
     matrix_cells = collect_cells(agreement.findings)
     # By experiment and rigid model, how far that is from the geared arm.
     deviations: dict[str, dict[str, list[Finding]]] = {}
@@ -41,15 +37,15 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
             deviations.setdefault(key.case, {}).setdefault(key.left, []).append(finding)
     made = render_page(
         "page",
-        arm=result.arm,
+        outline=answers.outline,
         agreement=agreement,
-        is_the_papers=plan.is_the_papers(result.arm),
-        answers=answer_questions(agreement, result.arm),
+        is_the_papers=answers.outline.is_the_papers,
+        answers=answers,
         maps=make_entry_maps(agreement.entries),
         wrong=find_wrong_entries(agreement.entries),
-        questions=QUESTIONS,
+        questions=answers.outline.questions,
         tips=find_tip_ends(agreement),
-        quantities=QUANTITIES,
+        quantities=answers.outline.quantities,
         cells=matrix_cells,
         groups=group_models([cell for cell in matrix_cells if cell.between_models]),
         listed=list_findings(agreement.findings),
@@ -64,19 +60,22 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
         signals=format_signals(pictures.signals),
         plot_style=read_vendored("uPlot.min.css"),
         plot_script=read_vendored("uPlot.iife.min.js"),
-        scheme=draw_scheme(result.arm),
-        described=list(describe_arm(result.arm)),
+        scheme=draw_scheme(mechanism) if isinstance(mechanism, Arm) else "",
         preliminary=describe_quick_limits(result.request),
-        levels=LEVELS,
-        reference=reference_model(),
         second=second_engine(),
         provenance=agreement.to_dict()["provenance"],
     )
     return fix_links(made)
 
 
-def describe_quick_limits(request: plan.CrossCheckRequest) -> str:
+def describe_quick_limits(request: plan.CrossCheckRequest | RobotRequest) -> str:
     """Sentences on what a quick cross-check leaves out."""
+    if isinstance(request, RobotRequest):
+        return (
+            f"With --quick models are compared at {robots.QUICK_COUNT} random states, where a full"
+            f" cross-check takes {robots.COUNT}, and free motions take at most"
+            f" {robots.QUICK_STEPS} steps of {robots.MOST_STEPS}."
+        )
     runs = f"at most {plan.QUICK_STEPS} steps of each experiment are simulated"
     if request.has_fixed_steps:
         short = (

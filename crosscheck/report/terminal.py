@@ -12,7 +12,8 @@ from rich.text import Text
 from crosscheck.baseline.regression import describe_changes, find_accepted_differences
 from crosscheck.findings import Agreement, Finding
 from crosscheck.models.arm.arm import Arm
-from crosscheck.report.answers import QUANTITIES, QUANTITY_NAMES, QUESTIONS, answer_questions
+from crosscheck.models.robot.robot import Robot
+from crosscheck.report.answers import answer_questions
 from crosscheck.report.formatting import (
     describe_outcome,
     describe_tally,
@@ -33,26 +34,26 @@ COLOURS = {
 }
 
 
-def print_answers(agreement: Agreement, arm: Arm) -> None:
+def print_answers(agreement: Agreement, mechanism: Arm | Robot) -> None:
     """Print the verdict, the three questions with their answers, all checks, the verdict again."""
-    report_answers = answer_questions(agreement, arm)
+    report_answers = answer_questions(agreement, mechanism)
     print(make_printable(report_answers.verdict))
     texts = report_answers.equations, report_answers.rigid, report_answers.trust
-    for question, answer in zip(QUESTIONS, texts, strict=True):
+    for question, answer in zip(report_answers.outline.questions, texts, strict=True):
         print(make_printable(f"{question} {answer}"))
     print()
     print_agreement(agreement)
     print(make_printable(report_answers.verdict))
 
 
-def print_report_summary(agreement: Agreement, arm: Arm) -> None:
-    """Print the verdict, a line for each model, how far the rigid arm is off, the verdict again."""
-    report_answers = answer_questions(agreement, arm)
+def print_report_summary(agreement: Agreement, mechanism: Arm | Robot) -> None:
+    """Print the verdict, a line for each model, how far levels are off, the verdict again."""
+    report_answers = answer_questions(agreement, mechanism)
     print(make_printable(report_answers.verdict))
-    names = [QUANTITY_NAMES[quantity] for quantity in QUANTITIES]
-    table = Table("model", "verdict", *names, box=None)
+    quantities = report_answers.outline.quantities
+    table = Table("model", "verdict", *quantities.values(), box=None)
     for row in report_answers.rows:
-        numbers = [row.number(quantity) for quantity in QUANTITIES]
+        numbers = [row.number(quantity) for quantity in quantities]
         table.add_row(row.model, Text(row.verdict, COLOURS[row.verdict]), *numbers)
     Console().print(table)
     print(make_printable(report_answers.rigid))

@@ -5,9 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
-from typing import Any, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeAlias, TypeVar
 
 from crosscheck.models.errors import describe_error
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+Outcome: TypeAlias = "xr.Dataset | np.ndarray | Failure"  # of work on a model
 
 Worker = TypeVar("Worker")
 Result = TypeVar("Result")

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from crosscheck.checks.answers import evaluate_at_states
 from crosscheck.checks.records import require_complete, require_consistent
+from crosscheck.checks.robots.case import RobotCase, RobotQuestion
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
-from crosscheck.registry import MODELS, Entry, build
-from crosscheck.runner.outcomes import Failure, SelfKeyedTask, return_failures
+from crosscheck.registry import MODELS, Entry, build, build_robot_model, engine_of
+from crosscheck.runner.outcomes import SelfKeyedTask, return_failures
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,7 +106,36 @@ class Evaluation(SelfKeyedTask):
         return evaluate_at_states(model, expected, self.quantity, self.count, self.seed)
 
 
-Outcome: TypeAlias = "xr.Dataset | np.ndarray | Failure"
+class RobotKey(NamedTuple):
+    """The name of a question to a model of a robot, ``engine:level``."""
+
+    model: str
+    quantity: str
+
+
+@dataclass(frozen=True, eq=False)
+class RobotEvaluation:
+    """A task: one question to a model of a robot, at the states of its case."""
+
+    model: str
+    case: RobotCase
+    question: RobotQuestion
+
+    @property
+    def key(self) -> RobotKey:
+        """The model, and the question's name: a cross-check is of one robot."""
+        return RobotKey(self.model, self.question.__name__)
+
+    @property
+    def cost(self) -> float:
+        """Estimated cost [s]: building the model, then some calls for every state."""
+        return 0.05 + 5e-4 * self.case.states.q.size
+
+    @return_failures
+    def perform(self) -> np.ndarray:
+        """The answer, the states along the first axis, or a Failure where there is none."""
+        model = build_robot_model(engine_of(self.model), self.case.robot, self.case.level)
+        return self.question(model, self.case)
 
 
 def build_model(name: str, case: Case) -> Model:

@@ -13,10 +13,10 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from crosscheck.cost.engines import RobotEngine
 from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, Level, Robot
+from crosscheck.registry import ROBOT_ABILITIES, Entry
 
 PARTS = ("visual", "collision", "dynamics")  # files of meshes, contacts and friction
 
@@ -170,6 +170,12 @@ def _turn(rpy: str) -> np.ndarray:
     return matrix.reshape(3, 3)
 
 
-ENGINE = RobotEngine(
-    __name__, "MujocoRobot", levels=("links", "armature"), title="MuJoCo's joints and armature"
+ENTRY = Entry(
+    __name__,
+    "MujocoRobot",
+    "robot",
+    ROBOT_ABILITIES,
+    ("mujoco",),
+    levels=("links", "armature"),
+    title="MuJoCo's joints and armature",
 )

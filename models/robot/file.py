@@ -136,6 +136,7 @@ def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robo
         frames=frames,
         tip=file.tip or _default_tip(joints, frames),
         notes=doubts + urdf.notes,
+        file_json=file.model_dump_json(exclude_defaults=True),
     )
 
 

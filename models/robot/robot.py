@@ -151,6 +151,7 @@ class Robot:
         frames: Frames of links by the URDF's names of these.
         tip: The link that is the end effector, by the same names.
         notes: What of the files is not used, one line each.
+        file_json: JSON of the robot's own file, without what it leaves out.
     """
 
     name: str
@@ -164,6 +165,7 @@ class Robot:
     frames: Mapping[str, LinkFrame]
     tip: str
     notes: tuple[str, ...]
+    file_json: str = ""
 
     def __repr__(self) -> str:
         """What the robot is, in five lines."""

@@ -18,7 +18,7 @@ from crosscheck.findings import Agreement, ComparisonKey, Subject, make_check
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.inputs import forget
 from crosscheck.models.loading import load_arm
-from crosscheck.provenance import arm_digest
+from crosscheck.provenance import mechanism_digest
 from crosscheck.registry import MODELS, register
 from crosscheck.report.formatting import (
     describe_outcome,
@@ -65,7 +65,7 @@ def test_a_record_read_back_is_the_record(result, recorded):
 
 
 def test_a_repetition_does_not_move(result, recorded):
-    agreement = held_against(recorded, short_check(result.arm))
+    agreement = held_against(recorded, short_check(result.mechanism))
     assert agreement.exit_code == 0
     assert len(agreement.checks) == len(agreement.findings) > 40
     assert describe_changes(agreement) == []
@@ -126,7 +126,7 @@ def _scaled(arm: Arm, place: str, field: str) -> Arm:
 )
 @pytest.mark.parametrize("key", [ANALYTIC, EXUDYN], ids=str)
 def test_a_millionth_of_a_parameter_moves_a_run(result, recorded, key, place, field):
-    other = short_check(_scaled(result.arm, place, field), only=key).runs[key]
+    other = short_check(_scaled(result.mechanism, place, field), only=key).runs[key]
     changes = moved(held_against(recorded, with_run(result, key, other)))
     assert changes
     assert {finding.verdict for finding in changes.values()} == {"differ"}
@@ -135,7 +135,7 @@ def test_a_millionth_of_a_parameter_moves_a_run(result, recorded, key, place, fi
 
 def test_a_millionth_of_the_payload_moves_the_rigid_arm(result, recorded):
     key = RunKey("pd", "pinocchio:coupled")
-    heavier = result.arm.model_copy(update={"payload_mass_kg": 10.0 * (1 + 1e-6)})
+    heavier = result.mechanism.model_copy(update={"payload_mass_kg": 10.0 * (1 + 1e-6)})
     other = short_check(heavier, only=key).runs[key]
     agreement = held_against(recorded, with_run(result, key, other))
     assert f"recorded-run/{key}/theta_dot" in moved(agreement)
@@ -152,7 +152,7 @@ def test_a_planted_fault_moves(result, recorded, monkeypatch):
         return gears._replace(rate=rate)
 
     monkeypatch.setattr(crosscheck.analytic.model, "build_gears", wrong)
-    changes = moved(held_against(recorded, short_check(result.arm)))
+    changes = moved(held_against(recorded, short_check(result.mechanism)))
     assert f"recorded-run/{ANALYTIC}/x_pr" in changes
     worse = changes["recorded-verdict/same-step/pd/x_pr/analytic:physical~exudyn:tree"]
     assert worse.note.startswith("worse: agree -> differ")
@@ -383,7 +383,7 @@ def test_the_projects_own_records_fit(name):
     path = baseline_path(COMMITTED, quick(arm))
     baseline = read_baseline(path, quick(arm), RENEW)
     assert path.stat().st_size < 400_000
-    assert baseline.provenance.arm_sha256 == arm_digest(arm)
+    assert baseline.provenance.arm_sha256 == mechanism_digest(arm)
     for key, run in baseline.runs.items():
         for quantity, record in run.tables.items():
             assert record.basis

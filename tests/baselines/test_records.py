@@ -183,9 +183,9 @@ def test_a_copy_under_the_other_plans_name_is_refused(result, tmp_path, old):
     baseline = make_baseline(result)
     provenance = baseline.provenance.model_copy(update={"quick": is_quick})
     write_baseline(tmp_path / "x.json", baseline.model_copy(update={"provenance": provenance}))
-    read_baseline(tmp_path / "x.json", CrossCheckRequest(result.arm, is_quick), RENEW)
+    read_baseline(tmp_path / "x.json", CrossCheckRequest(result.mechanism, is_quick), RENEW)
     with pytest.raises(InputError, match=f"{'full' if is_quick else '--quick'} record is needed"):
-        read_baseline(tmp_path / "x.json", CrossCheckRequest(result.arm, not is_quick), RENEW)
+        read_baseline(tmp_path / "x.json", CrossCheckRequest(result.mechanism, not is_quick), RENEW)
 
 
 GARBLED = (

@@ -1,13 +1,21 @@
 """Robots on which faults are sought, and whether the engines agree on them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import pytest
 
-from crosscheck.cost import agreement
+from crosscheck.checks.robots import engines
+from crosscheck.checks.robots.states import sample_states
+from crosscheck.findings import Finding
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
+from crosscheck.planning.robots import find_plans, make_cases, sample_models
+from crosscheck.registry import engine_of
+from crosscheck.runner import tasks
+from crosscheck.runner.outcomes import Outcome
+from crosscheck.runner.tasks import RobotKey
 from tests.faults.planting import Seen
 from tests.robots.chains import (
     LIMIT,
@@ -15,7 +23,6 @@ from tests.robots.chains import (
     geared,
     joint,
     link,
-    perform_here,
     planetary,
     robot,
     teeth,
@@ -114,38 +121,66 @@ ROBOTS: dict[str, Callable[[], Robot]] = {
     READ: lambda: robot(unlike().urdf, tip="tool"),
     BARE: bare,
 }
-KEPT: dict[tuple[str, str, str], agreement.RobotAnswers] = {}
+Key = tuple[str, RobotKey]
+KEPT: dict[Key, Outcome] = {}
 
 
 def robots_agree(seen: Seen) -> str:
-    """Every quantity of the engines at every level; the engine is harmed, or what reads a robot."""
+    """A named check of all that `validate` makes, the engine harmed, or what reads a robot."""
+    if seen.quantity:
+        return named_verdict(seen.arm, seen.model, seen.quantity)
     return engines_agree(seen.arm, seen.model)
 
 
 def engines_agree(name: str, harmed: str, given: Callable[[Robot], Robot] = lambda own: own) -> str:
-    """The verdict, where the harmed engine is given another robot, or is another.
+    """The verdict between engines, where the harmed one is given another robot, or is another."""
+    own = ROBOTS[name]()
+    models = sample_models(make_cases(own, sample_states(own, 3, 0), 10))
+    return _worst(judge(name, list(engines.plan(models)), harmed, given))
 
-    Engines that are not harmed answer once. A run is one step: all that it takes is compared too.
+
+def named_verdict(name: str, harmed: str, quantity: str) -> str:
+    """The worst verdict of the harmed engine's checks of a quantity by itself."""
+    own = ROBOTS[name]()
+    models = sample_models(make_cases(own, sample_states(own, 3, 0), 10))
+    own_models = [each for each in models if engine_of(each.model) == harmed]
+    planned = [each for plan in find_plans() for each in plan(own_models)]
+    asked = [
+        each
+        for each in planned
+        if not isinstance(each, str) and each.about.key.quantity == quantity
+    ]
+    return _worst(judge(name, asked, harmed))
+
+
+def judge(
+    name: str,
+    comparisons: Sequence[Comparison],
+    harmed: str,
+    given: Callable[[Robot], Robot] = lambda own: own,
+) -> list[Finding]:
+    """The findings; engines that are not harmed answer once.
+
+    A run is one step between engines: all that it takes is compared too.
     """
-    own, answers, model_of = ROBOTS[name](), agreement._evaluate_model, agreement.build_model
+    outcomes, right = {}, tasks.build_robot_model
 
-    def kept(model: RobotModel, states: agreement.RandomStates) -> agreement.RobotAnswers:
-        if model.name == harmed or name in (READ, BARE):
-            return answers(model, states)
-        key = name, model.name, model.level
-        if key not in KEPT:
-            KEPT[key] = answers(model, states)
-        return KEPT[key]
-
-    def made(engine: str, at: Robot, level: Level) -> RobotModel:
-        return model_of(engine, given(at) if engine == harmed else at, level)
+    def build(engine: str, at: Robot, level: Level) -> RobotModel:
+        return right(engine, given(at) if engine == harmed else at, level)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(agreement, "perform_all", perform_here)
-        patch.setattr(agreement, "STEPS", 1)
-        patch.setattr(agreement, "_evaluate_model", kept)
-        patch.setattr(agreement, "build_model", made)
-        found = agreement.compare_engines(own, agreement.sample_states(own, 3, 0))
-    if any(each.failure for each in found):
-        return "failed"
-    return "agree" if all(each.agrees for each in found) else "differ"
+        patch.setattr(engines, "STEPS", 1)
+        patch.setattr(tasks, "build_robot_model", build)
+        for task in collect_tasks(comparisons):
+            if engine_of(task.model) == harmed or name in (READ, BARE):
+                outcomes[task.key] = task.perform()
+                continue
+            if (name, task.key) not in KEPT:
+                KEPT[name, task.key] = task.perform()
+            outcomes[task.key] = KEPT[name, task.key]
+        return list(judge_comparisons(comparisons, Results(outcomes)))
+
+
+def _worst(findings: Sequence[Finding]) -> str:
+    verdicts = {each.verdict for each in findings}
+    return next(each for each in ("failed", "differ", "agree") if each in verdicts)

@@ -271,7 +271,7 @@ def wrong_motion(own: Robot, seed: int) -> Iterator[str]:
 
     The joint that is named needs its whole effort; no other that can bear its weight needs more.
     """
-    exact = shortcuts.build_model("analytic", own, "coupled")
+    exact = shortcuts.build_robot_model("analytic", own, "coupled")
     drawn = motion.make_excitation(exact, seed)
     q, v, a = drawn.at(drawn.instants(motion.GRID))
     torques, held = np.abs(exact.inverse_dynamics(q, v, a)), np.abs(exact.gravity(q))

@@ -10,10 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.cost import agreement
-from crosscheck.cost.engines import BUILT_IN_ENGINES, REFERENCE_ENGINE
+from crosscheck.checks.robots import engines, sizes
+from crosscheck.checks.robots.states import RandomStates, sample_states
+from crosscheck.findings import Finding
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.planning import robots
+from crosscheck.registry import build_robot_model
+from crosscheck.runner import tasks
 from tests.robots import chains
 from tests.robots.cost_guard import FILES, robot
 from tests.robots.recomputed import Lagrangian, stepped
@@ -29,7 +33,7 @@ AT = 1  # the state whose answers are wrong
 class Sizes:
     """What differences are parts of, by quantity, of one entry at the state AT."""
 
-    def __init__(self, level: Level, states: agreement.RandomStates) -> None:
+    def __init__(self, level: Level, states: RandomStates) -> None:
         self.own = own = Lagrangian(FILES[NAME])
         q, v, a, torques = states
         free = len(own.free)
@@ -78,7 +82,7 @@ class Sizes:
             self.entry["run"] = (at, 0), np.abs(ends - q[:RUNS])[at].max()
 
 
-MODEL_OF = agreement.build_model
+REFERENCE_ENGINE = "analytic"
 ANSWERS: dict[tuple, np.ndarray] = {}
 
 
@@ -91,7 +95,7 @@ class Wrong(RobotModel):
     def __init__(self, own: Robot, level: Level, name: str, wrong: dict[tuple, Any]) -> None:
         super().__init__(own, level)
         self.name, self.wrong = name, wrong
-        self.right = MODEL_OF(REFERENCE_ENGINE, own, level)
+        self.right = build_robot_model(REFERENCE_ENGINE, own, level)
 
     def answer(self, method: str, *given: np.ndarray) -> np.ndarray:
         """Of a method at states."""
@@ -140,16 +144,16 @@ def sizes_of(level: Level, seed: int) -> Sizes:
     return Sizes(level, drawn_states(level, seed))
 
 
-def drawn_states(level: Level, seed: int) -> agreement.RandomStates:
+def drawn_states(level: Level, seed: int) -> RandomStates:
     """States as the program draws them."""
-    states = agreement.sample_states(robot(NAME), STATES, seed)
-    return agreement.add_mesh_states(robot(NAME), states) if level == "geared" else states
+    states = sample_states(robot(NAME), STATES, seed)
+    return robots.add_mesh_states(robot(NAME), states) if level == "geared" else states
 
 
 def wrong_verdicts() -> Iterator[str]:
     """Verdicts, differences and tolerances that are not those of the answers that are wrong."""
     own = robot(NAME)
-    states = agreement.sample_states(own, STATES, 0)
+    states = sample_states(own, STATES, 0)
     sizes = {level: sizes_of(level, 0) for level in own.levels}
     for part, turning in ((0.98, False), (1.02, True)):
         wrong, wanted = {}, {}
@@ -161,10 +165,11 @@ def wrong_verdicts() -> Iterator[str]:
                 wrong[quantity, level] = place, part * tolerance * whole
                 wanted[quantity, level] = part * tolerance, tolerance
         for each in _compared(own, states, wrong):
-            if (each.quantity, each.level) not in wanted:
+            asked = each.quantity.replace("_", " "), each.about.key.case.split("/")[1]
+            if asked not in wanted:
                 continue
-            measured, tolerance = wanted.pop((each.quantity, each.level))
-            if each.agrees != (part < 1) or each.failure:
+            measured, tolerance = wanted.pop(asked)
+            if each.verdict != ("agree" if part < 1 else "differ"):
                 yield f"{each} at {part} of its tolerance"
             if each.measured != pytest.approx(measured, rel=1e-4, abs=0):
                 yield f"{each}: {measured}"
@@ -193,38 +198,34 @@ def wrong_condition() -> Iterator[str]:
     part = np.sqrt(inertia / whole)  # of the scaled M, beside 1 on its diagonal
     own = chains.robot(text)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(agreement, "perform_all", chains.perform_here)
-        patch.setattr(agreement, "TOLERANCE", 1e-13)
-        two = {name: BUILT_IN_ENGINES[name] for name in (REFERENCE_ENGINE, "pinocchio")}
-        patch.setattr(agreement, "load_engines", lambda: two)
-        found = agreement.compare_engines(own, agreement.sample_states(own, 2, 0))
+        patch.setattr(robots, "perform_all", chains.perform_here)
+        patch.setattr(sizes, "TOLERANCE", 1e-13)
+        two = REFERENCE_ENGINE, "pinocchio"
+        patch.setattr(robots, "find_level_engines", lambda level: two)
+        found = robots.compare_engines(own, sample_states(own, 2, 0))
     for each in found:
-        right = EPSILONS * (1 + part) / (1 - part) if each.quantity in SOLVED else 1e-13
+        right = (
+            EPSILONS * (1 + part) / (1 - part)
+            if each.quantity.replace("_", " ") in SOLVED
+            else 1e-13
+        )
         if each.tolerance != pytest.approx(right, rel=1e-6, abs=0):
             yield f"{each}: tolerance {right}"
 
 
-def _compared(
-    own: Robot, states: agreement.RandomStates, wrong: dict[tuple, Any]
-) -> list[agreement.EngineDifference]:
+def _compared(own: Robot, states: RandomStates, wrong: dict[tuple, Any]) -> list[Finding]:
     def made(engine: str, at: Robot, level: Level) -> RobotModel:
         return Wrong(at, level, engine, {} if engine == REFERENCE_ENGINE else wrong)
 
-    right = agreement.run
+    right = engines.integrate
 
-    def run(model: Wrong, *given: Any) -> np.ndarray:
-        return model.changed("run", right(model, *given))
+    def integrate(model: Wrong, *given: Any) -> tuple[np.ndarray, np.ndarray]:
+        ends, rates = right(model, *given)
+        return model.changed("run", ends), rates
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(agreement, "perform_all", chains.perform_here)
-        patch.setattr(
-            agreement,
-            "load_engines",
-            lambda: {
-                REFERENCE_ENGINE: BUILT_IN_ENGINES[REFERENCE_ENGINE],
-                OTHER: BUILT_IN_ENGINES[REFERENCE_ENGINE],
-            },
-        )
-        patch.setattr(agreement, "build_model", made)
-        patch.setattr(agreement, "run", run)
-        return agreement.compare_engines(own, states)
+        patch.setattr(robots, "perform_all", chains.perform_here)
+        patch.setattr(robots, "find_level_engines", lambda level: (REFERENCE_ENGINE, OTHER))
+        patch.setattr(tasks, "build_robot_model", made)
+        patch.setattr(engines, "integrate", integrate)
+        return robots.compare_engines(own, states)

@@ -121,7 +121,7 @@ def _lines(found: ShortcutCosts) -> Iterator[tuple]:
         ("Three",),
         (min(digits, 15),),
         (len({each.quantity for each in found.agreement}),),
-        (len({each.level for each in found.agreement}),),
+        (len({each.about.key.case for each in found.agreement}),),
         (found.extent.states,),
     )
     pairs = [f"{pair.at} by {pair.by} \\(({SHARE})\\)" for pair in found.pairs[:3]]
@@ -197,8 +197,12 @@ def wrong_json(found: ShortcutCosts) -> Iterator[str]:
         "engines_agree": True,
         "engines": [
             {
-                **{key: getattr(each, key) for key in ("quantity", "level", "left", "right")},
-                **{key: getattr(each, key) for key in ("measured", "tolerance", "failure")},
+                "quantity": each.quantity.replace("_", " "),
+                "level": each.about.key.case.split("/")[1],
+                "left": each.left.split(":")[0],
+                "right": each.right.split(":")[0],
+                **{key: getattr(each, key) for key in ("measured", "tolerance")},
+                "failure": "",
             }
             for each in found.agreement
         ],
@@ -315,10 +319,10 @@ def wrong_page(found: ShortcutCosts) -> Iterator[str]:
     if missing:
         yield f"page says nothing of {missing}"
     for quantity, *cells in engines:
-        own = [each for each in found.agreement if each.quantity == quantity]
+        own = [each for each in found.agreement if each.quantity == quantity.replace(" ", "_")]
         right = [
-            max(each.measured for each in own if each.level == level)
-            for level in dict.fromkeys(each.level for each in own)
+            max(each.measured for each in own if each.about.key.case == case)
+            for case in dict.fromkeys(each.about.key.case for each in own)
         ]
         shown = [f"{value:.1e}" for value in (*right, max(each.tolerance for each in own))]
         if cells[:-1] != shown:

@@ -7,10 +7,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from crosscheck.cost.agreement import build_model, compare_engines, sample_states
+from crosscheck.checks.robots.states import sample_states
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
+from crosscheck.planning.robots import compare_engines
+from crosscheck.registry import build_robot_model
 from tests.robots.chains import ENGINES, LIMIT, Solid, joint, link, robot, urdf
 from tests.tool.test_bad_input import assert_one_line
 
@@ -321,9 +323,9 @@ def test_a_mass_of_nothing_on_what_is_fixed_is_merged():
     )
     assert own.notes == ()
     for engine in ENGINES:
-        assert build_model(engine, own, "links").mass_matrix(np.zeros((1, 1))) == pytest.approx(
-            0.03
-        )
+        assert build_robot_model(engine, own, "links").mass_matrix(
+            np.zeros((1, 1))
+        ) == pytest.approx(0.03)
 
 
 ROD = Solid(1.0, (0.1, 0, 0), (0.1, 0.1, 0, 0.1, 0, 0.2))  # along the diagonal of x and y
@@ -338,9 +340,9 @@ def test_point_masses_and_thin_rods_are_bodies(solid, axis, mass):
     found = compare_engines(own, sample_states(own, 3, 0))
     assert max(each.measured for each in found) < 1e-14
     for engine in ENGINES:
-        assert build_model(engine, own, "links").mass_matrix(np.zeros((1, 1))) == pytest.approx(
-            mass
-        )
+        assert build_robot_model(engine, own, "links").mass_matrix(
+            np.zeros((1, 1))
+        ) == pytest.approx(mass)
 
 
 def test_an_inertia_of_another_unit_is_told():

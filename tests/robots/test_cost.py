@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from crosscheck import file_types
-from crosscheck.cost import agreement
-from crosscheck.cost.agreement import build_model
+from crosscheck.checks.robots.states import motion_range
 from crosscheck.cost.motion import find_exceeded_limits, fit_motion, make_excitation
 from crosscheck.cost.output import cost_page, describe_answers
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts, compute_costs
@@ -18,6 +17,8 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings.record import read_record
+from crosscheck.registry import build_robot_model
+from crosscheck.runner import tasks
 from tests.robots.chains import Solid, geared, joint, link, planetary, robot, urdf
 from tests.tool.test_bad_input import assert_one_line
 
@@ -69,7 +70,7 @@ def test_torques_that_a_rotor_of_a_parallel_joint_needs(planar):
 
 def test_a_joint_too_weak_for_its_weight_is_named():
     own = robot(load_robot("six-joint").urdf.replace('effort="150"', 'effort="5"'))
-    model = build_model("analytic", own, "coupled")
+    model = build_robot_model("analytic", own, "coupled")
     motion = make_excitation(model, 0)
     state = motion.at(motion.instants(100))
     told = find_exceeded_limits(own, state, model.inverse_dynamics(*state))
@@ -164,13 +165,13 @@ def test_a_robot_without_gears_loses_nothing():
 
 
 def test_engines_that_differ_are_told_and_fail_the_command(monkeypatch, crosscheck):
-    right = agreement.build_model
+    right = tasks.build_robot_model
 
     def wrong(name, own, level):
         gravity = own.gravity * 1.01 if name == "exudyn" else own.gravity
         return right(name, replace(own, gravity=gravity), level)
 
-    monkeypatch.setattr(agreement, "build_model", wrong)
+    monkeypatch.setattr(tasks, "build_robot_model", wrong)
     answer = crosscheck("cost", "sliding", "--quick")
     assert answer.code == 1
     assert "engines differ: gravity of coupled: analytic and exudyn by" in answer.out
@@ -226,4 +227,4 @@ def test_motions_stay_within_limits_of_which_one_may_be_missing(limits, expected
     first = own.joints[0]
     limited = replace(first.limits, lower=limits[0], upper=limits[1])
     own = replace(own, joints=(replace(first, limits=limited), *own.joints[1:]))
-    assert agreement.motion_range(own, 0) == pytest.approx(expected)
+    assert motion_range(own, 0) == pytest.approx(expected)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from crosscheck.cost import output
-from crosscheck.cost.engines import build_model
 from crosscheck.cost.runs import tip_distances
 from crosscheck.cost.shortcuts import ShortcutCosts
 from crosscheck.models.robot.file import load_robot
+from crosscheck.registry import build_robot_model
 from tests.robots.cost_guard import (
     FILES,
     found_cost,
@@ -68,7 +68,7 @@ def test_a_joint_that_cannot_bear_its_weight_slows_no_motion():
 
 def test_where_programs_differ_no_view_tells_a_cost():
     right = found("oblique")
-    worst = replace(right.agreement[0], measured=2e-3)
+    worst = replace(right.agreement[0], measured=2e-3, verdict="differ")
     own = replace(right, agreement=(worst, *right.agreement[1:]))
     said = list(output.describe_answers(own))
     assert said == [
@@ -126,7 +126,7 @@ def test_limits_that_a_motion_exceeds_are_told():
 
 
 def test_runs_that_diverge_are_told():
-    model = build_model("analytic", robot("oblique"), "links")
+    model = build_robot_model("analytic", robot("oblique"), "links")
     ends = np.array([[np.inf, 0.0, 0.0], [0.1, 0.2, 0.3]])
     plan = np.tile(model.tip(ends[1:]) - [0.0, 0.0, 2.0], (2, 1))
     assert tip_distances(model, ends, plan) == pytest.approx([np.inf, 2.0])

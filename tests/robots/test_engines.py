@@ -3,19 +3,21 @@
 import numpy as np
 import pytest
 
-from crosscheck.cost.agreement import EngineDifference, build_model, compare_engines, sample_states
+from crosscheck.checks.robots.states import sample_states
+from crosscheck.findings import Finding
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import LEVELS, Robot
+from crosscheck.planning.robots import compare_engines
+from crosscheck.registry import build_robot_model
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.robots.chains import random_chain
 
 CHAINS, MOST_JOINTS = (15, 7) if DRAWS == SAMPLE else (DRAWS, 12)
 
 
-def differing(robot: Robot, states: int = 4) -> list[EngineDifference]:
-    return [
-        each for each in compare_engines(robot, sample_states(robot, states, 0)) if not each.agrees
-    ]
+def differing(robot: Robot, states: int = 4) -> list[Finding]:
+    findings = compare_engines(robot, sample_states(robot, states, 0))
+    return [each for each in findings if each.verdict != "agree"]
 
 
 @pytest.mark.parametrize("name", ["six-joint", "sliding", "puma560"])
@@ -33,23 +35,27 @@ def test_engines_agree_on_random_chains_in_space():
 
 def test_an_engine_that_raises_fails_its_own_comparisons_and_no_other(monkeypatch):
     robot = load_robot("sliding")
-    broken = type(build_model("exudyn", robot, "links"))
+    broken = type(build_robot_model("exudyn", robot, "links"))
 
     def bias(*_: object) -> None:
         raise ZeroDivisionError("no such luck")
 
     monkeypatch.setattr(broken, "bias", bias)
     found = differing(robot)
-    assert {(each.left, each.right) for each in found} == {
-        ("analytic", "exudyn"),
-        ("pinocchio", "exudyn"),
+    assert {each.left for each in found} == {
+        f"{engine}:{level}" for engine in ("analytic", "pinocchio") for level in robot.levels
     }
-    assert {each.failure for each in found} == {"exudyn raised ZeroDivisionError: no such luck"}
+    assert {each.quantity for each in found} == {"bias"}
+    assert {each.note for each in found} == {
+        f"exudyn:{level}: ZeroDivisionError: no such luck" for level in robot.levels
+    }
 
 
 @pytest.mark.parametrize("answer", [np.full((4, 3), np.nan), np.zeros(3)], ids=["NaN", "shape"])
 def test_an_answer_that_is_none_fails(monkeypatch, answer):
     robot = load_robot("sliding")
-    broken = type(build_model("pinocchio", robot, "links"))
+    broken = type(build_robot_model("pinocchio", robot, "links"))
     monkeypatch.setattr(broken, "gravity", lambda self, q: answer)
-    assert {each.level for each in differing(robot)} == set(LEVELS)
+    found = differing(robot)
+    assert {each.about.key.case for each in found} == {f"sliding/{level}" for level in LEVELS}
+    assert {each.verdict for each in found} == {"failed"}

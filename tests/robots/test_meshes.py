@@ -6,11 +6,13 @@ from math import cos, pi, sin, sqrt
 import numpy as np
 import pytest
 
-from crosscheck.cost.agreement import add_mesh_states, build_model, sample_states
-from crosscheck.cost.runs import run
+from crosscheck.checks.robots.states import sample_states
 from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.models.errors import InputError
+from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.robot import Robot
+from crosscheck.planning.robots import add_mesh_states
+from crosscheck.registry import build_robot_model
 from tests.robots import chains
 from tests.robots.test_outside_truth import slopes
 
@@ -34,7 +36,7 @@ def test_two_inertias_on_a_spring(engine, x, pressed):
     force = STIFFNESS * pressed + DAMPING * 0.3 if pressed else 0.0
     rotor = (torque / RATIO - RADIUS * force) / SPIN
     bob = (RATIO * RADIUS * force - MASS * 9.81 * LENGTH * sin(0.9)) / LINK
-    model = build_model(engine, pendulum(), "geared")
+    model = build_robot_model(engine, pendulum(), "geared")
     found = model.forward_dynamics(q, v, np.array([[torque]]))[0]
     assert found == pytest.approx([bob, RADIUS * (rotor - RATIO * bob)], rel=1e-12)
     spun = SPIN / RADIUS
@@ -51,15 +53,15 @@ def test_teeth_fly_over_their_play_and_bounce(engine):
     The mass that swings is 1 / (r^2 / J + N^2 r^2 / I). Steps that pass a change of contact err
     by the square of the step: 200 of them, by some 1e-4 of the backlash.
     """
-    model = build_model(engine, pendulum(weight=0.0, damping=0.0), "geared")
+    model = build_robot_model(engine, pendulum(weight=0.0, damping=0.0), "geared")
     fast, start = 0.5, 0.0
     swing = sqrt(STIFFNESS * (RADIUS**2 / SPIN + (RATIO * RADIUS) ** 2 / LINK))
     hit = (PLAY - start) / fast
     time = hit + pi / swing + 1.5 * PLAY / fast
     q, v = np.array([[0.2, start]]), np.array([[0.1, fast]])
-    ends = run(model, q, v, lambda t: np.zeros((1, 1)), time, 200)[0]
+    ends = integrate(model, q, v, lambda t: np.zeros((1, 1)), time, 200)[0][0]
     assert ends[1] == pytest.approx(-0.5 * PLAY, abs=1e-3 * PLAY)
-    early = run(model, q, v, lambda t: np.zeros((1, 1)), hit / 2, 3)[0]
+    early = integrate(model, q, v, lambda t: np.zeros((1, 1)), hit / 2, 3)[0][0]
     assert early[1] == pytest.approx(PLAY / 2, rel=1e-12)
     share = np.array([LINK + SPIN * RATIO**2, SPIN * RATIO / RADIUS])
     assert share @ (ends - q[0]) == pytest.approx(share @ v[0] * time, rel=1e-11)
@@ -88,10 +90,10 @@ def test_stiff_teeth_are_a_rigid_gear(engine):
     q, v, torques = np.array([[0.4, -0.7]]), np.array([[0.5, 0.8]]), np.array([[3.0, -2.0]])
 
     def end(level: str, stiffness: float) -> np.ndarray:
-        model = build_model(engine, gimbal(stiffness), level)
+        model = build_robot_model(engine, gimbal(stiffness), level)
         none = np.zeros((1, 2 if level == "geared" else 0))
         start = np.hstack([q, none]), np.hstack([v, none])
-        return run(model, *start, lambda t: torques * cos(9 * t), 0.1, 100)[0]
+        return integrate(model, *start, lambda t: torques * cos(9 * t), 0.1, 100)[0][0]
 
     rigid = end("coupled", 1.0)
     apart = [np.abs(end("geared", k)[:2] - rigid).max() for k in (1e5, 4e5, 1.6e6)]
@@ -104,7 +106,7 @@ def test_stiff_teeth_are_a_rigid_gear(engine):
 def test_bias_follows_from_the_mass_matrix_where_teeth_give_way(seed):
     """bias = M' v - d(v' M v / 2) / dq, x among q."""
     own = chains.random_chain(seed)
-    model = build_model("analytic", own, "geared")
+    model = build_robot_model("analytic", own, "geared")
     q, v, _, _ = add_mesh_states(own, sample_states(own, 1, seed))
     by = slopes(model.mass_matrix, q)[0]
     expected = np.einsum("ijk,j,k->i", by, v[0], v[0]) - np.einsum("jki,j,k->i", by, v[0], v[0]) / 2

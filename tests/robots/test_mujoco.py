@@ -5,63 +5,63 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
+from crosscheck import registry
+from crosscheck.checks.robots.states import sample_states
 from crosscheck.cli.listing import list_command
-from crosscheck.cost import agreement, engines
-from crosscheck.cost.agreement import EngineDifference, compare_engines, sample_states
 from crosscheck.cost.output import describe_answers
 from crosscheck.cost.shortcuts import QUICK, compute_costs
+from crosscheck.findings import Finding
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
+from crosscheck.planning import robots
 from crosscheck.provenance import ROOT
 from tests.faults.planting import plant
 from tests.robots.chains import perform_here, random_chain
 
 
 def offer(name: str, value: str) -> EntryPoint:
-    return EntryPoint(name, value, engines.ENTRY_POINTS)
+    return EntryPoint(name, value, registry.ENTRY_POINTS)
 
 
 @pytest.fixture
 def offered(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[EntryPoint]]:
     """What installed packages offer: the example's engine."""
     monkeypatch.syspath_prepend(ROOT / "examples" / "mujoco_engine")
-    offers = [offer("mujoco", "mujoco_robot:ENGINE")]
-    monkeypatch.setattr(engines, "entry_points", lambda group: offers)
-    engines.load_engines.cache_clear()
-    yield offers
-    engines.load_engines.cache_clear()
+    offers = [offer("mujoco", "mujoco_robot:ENTRY")]
+    monkeypatch.setattr(registry, "entry_points", lambda group: offers)
+    with registry.register("mujoco", registry.add_installed_models({})["mujoco"]):
+        yield offers
 
 
 @pytest.fixture
 def two_alone(monkeypatch: pytest.MonkeyPatch, offered: list[EntryPoint]) -> None:
     """No engine but the project's own derivation and MuJoCo, in this process."""
     monkeypatch.setattr(
-        engines,
-        "BUILT_IN_ENGINES",
-        {engines.REFERENCE_ENGINE: engines.BUILT_IN_ENGINES[engines.REFERENCE_ENGINE]},
+        robots,
+        "find_level_engines",
+        lambda level: (
+            ("analytic", "mujoco") if registry.MODELS["mujoco"].has_level(level) else ("analytic",)
+        ),
     )
-    monkeypatch.setattr(agreement, "perform_all", perform_here)
+    monkeypatch.setattr(robots, "perform_all", perform_here)
 
 
-def of_mujoco(robot: Robot) -> list[EngineDifference]:
-    return [
-        each
-        for each in compare_engines(robot, sample_states(robot, 4, 0))
-        if each.right == "mujoco"
-    ]
+def of_mujoco(robot: Robot) -> list[Finding]:
+    findings = robots.compare_engines(robot, sample_states(robot, 4, 0))
+    return [each for each in findings if registry.engine_of(each.right) == "mujoco"]
 
 
 @pytest.mark.parametrize("name", ["six-joint", "sliding", "puma560"])
 def test_it_agrees_on_the_robots_that_come_along(offered, name):
     found = of_mujoco(load_robot(name))
-    assert {each.level for each in found} == {"links", "armature"}
-    assert [each for each in found if not each.agrees] == []
+    assert {each.right for each in found} == {"mujoco:links", "mujoco:armature"}
+    assert [each for each in found if each.verdict != "agree"] == []
 
 
 def test_it_agrees_on_random_chains(two_alone):
     wrong = [each for seed in range(11) for each in of_mujoco(random_chain(seed))]
-    assert [each for each in wrong if not each.agrees] == []
+    assert [each for each in wrong if each.verdict != "agree"] == []
 
 
 FAULTS = [
@@ -85,7 +85,7 @@ FAULTS = [
 def test_a_wrong_line_of_it_is_seen(monkeypatch, two_alone, place, old, new):
     plant(monkeypatch, f"mujoco_robot:{place}", old, new)
     found = (each for seed in range(11) for each in of_mujoco(random_chain(seed)))
-    assert any(not each.agrees for each in found)
+    assert any(each.verdict != "agree" for each in found)
 
 
 def test_cost_names_the_levels_that_it_has(offered):
@@ -104,12 +104,12 @@ def test_list_shows_it_with_its_levels(offered, capsys):
 @pytest.mark.parametrize(
     ("name", "value", "words"),
     [
-        ("exudyn", "mujoco_robot:ENGINE", "exists already"),
-        ("own", "mujoco_robot:MujocoRobot", "must be a crosscheck.cost.engines.RobotEngine"),
+        ("exudyn", "mujoco_robot:ENTRY", "exists already"),
+        ("own", "mujoco_robot:MujocoRobot", "must be a crosscheck.registry.Entry"),
         ("own", "no_such_module:ENGINE", "cannot be imported"),
     ],
 )
 def test_an_offer_of_no_use_is_one_line(offered, name, value, words):
     offered.append(offer(name, value))
     with pytest.raises(InputError, match=words):
-        engines.load_engines()
+        registry.add_installed_models(registry.BUILT_IN)

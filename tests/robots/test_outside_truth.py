@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from crosscheck.cost.agreement import build_model, sample_states
+from crosscheck.checks.robots.states import sample_states
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.files import read_raw_robot
 from crosscheck.models.loading import load_arm, validate_record
@@ -16,7 +16,7 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID
 from crosscheck.planning.sizing import make_rest_scenario
 from crosscheck.provenance import ROOT
-from crosscheck.registry import build
+from crosscheck.registry import build, build_robot_model
 from tests.robots.chains import (
     BOB,
     ENGINES,
@@ -43,7 +43,7 @@ def test_a_pendulum_with_a_rotor(engine):
     q, v = np.array([[0.9]]), np.array([[2.0]])
     own = INERTIA + MASS * LENGTH**2
     for level, added in (("links", 0.0), ("armature", spin * ratio**2), ("coupled", None)):
-        model = build_model(engine, robot(BOB, {"swing": geared(ratio, spin)}), level)
+        model = build_robot_model(engine, robot(BOB, {"swing": geared(ratio, spin)}), level)
         expected = own + (spin * ratio**2 if added is None else added)
         assert model.mass_matrix(q)[0, 0, 0] == pytest.approx(expected, rel=1e-14)
         assert model.bias(q, v)[0, 0] == pytest.approx(0.0, abs=1e-13)
@@ -67,7 +67,7 @@ def test_what_a_urdf_leaves_out(engine):
         f'<joint name="one" type="continuous">{first}</joint>',
         f'<joint name="two" type="continuous">{second}</joint>',
     )
-    model, q = build_model(engine, robot(text), "links"), np.array([[0.9]])
+    model, q = build_robot_model(engine, robot(text), "links"), np.array([[0.9]])
     inertia = (INERTIA + MASS * LENGTH**2) * (1 + 2**2)
     assert model.mass_matrix(q)[0, 0, 0] == pytest.approx(inertia, rel=1e-13)
     weight = MASS * 9.81 * LENGTH * (sin(0.9) + 2 * sin(1.8))
@@ -96,7 +96,10 @@ def test_a_rotor_on_a_gimbal(engine):
     rate = s * v1 + ratio * v2
     mass = spin * np.array([[s**2, s * ratio], [s * ratio, ratio**2]])
     bias = spin * np.array([c * v2 * rate + s * c * v1 * v2, ratio * c * v1 * v2 - c * v1 * rate])
-    exact, plain = build_model(engine, own, "coupled"), build_model(engine, own, "links")
+    exact, plain = (
+        build_robot_model(engine, own, "coupled"),
+        build_robot_model(engine, own, "links"),
+    )
     assert exact.mass_matrix(q)[0] - plain.mass_matrix(q)[0] == pytest.approx(mass, abs=1e-14)
     assert exact.bias(q, v)[0] - plain.bias(q, v)[0] == pytest.approx(bias, abs=1e-13)
     assert exact.gravity(q) == pytest.approx(plain.gravity(q), abs=1e-13)
@@ -112,7 +115,7 @@ def test_a_screw_turns_its_rotor(engine):
         joint("turn", "ground", "column"),
         joint("lift", "column", "slide", "prismatic"),
     )
-    model = build_model(engine, robot(text, {"lift": geared(600.0, 1e-5)}), "coupled")
+    model = build_robot_model(engine, robot(text, {"lift": geared(600.0, 1e-5)}), "coupled")
     expected = [[2 + 1e-5, 600e-5], [600e-5, 3 + 600**2 * 1e-5]]
     assert model.mass_matrix(STATE[0])[0] == pytest.approx(np.array(expected), rel=1e-13)
     assert model.gravity(STATE[0])[0] == pytest.approx([0, 3 * 9.81], abs=1e-13)
@@ -180,7 +183,7 @@ def test_a_planar_arm_written_as_a_urdf(engine):
     rotors = [one_rotor(own) for own in arm.joints if isinstance(own, Planetary)]
     given = {f"joint {n}": geared(each.ratio, each.inertia) for n, each in enumerate(rotors)}
     own = robot(as_urdf(arm, rotors), given, gravity_m_per_s2=[0.0, 0.0, 0.0])
-    model, (q, v) = build_model(engine, own, "coupled"), STATE
+    model, (q, v) = build_robot_model(engine, own, "coupled"), STATE
     assert model.mass_matrix(q)[0] == pytest.approx(planar.mass_matrix(q[0]), rel=1e-12)
     assert model.bias(q, v)[0] == pytest.approx(planar.bias(q[0], v[0]), rel=1e-12)
 
@@ -193,7 +196,7 @@ def test_the_puma_560_has_its_published_mass_matrix(engine):
     mass[0, 1:4] = mass[1:4, 0] = -0.4044, 0.1006, -0.0025
     mass[1, 2] = mass[2, 1] = 0.3509
     mass[1:3, 4] = mass[4, 1:3] = 0.0024, 0.0015
-    model = build_model(engine, load_robot("puma560"), "armature")
+    model = build_robot_model(engine, load_robot("puma560"), "armature")
     assert model.mass_matrix(q)[0] == pytest.approx(mass, abs=0.5001e-4)
     weight = [0, 31.6399, 6.0351, 0, 0.0283, 0]
     assert model.gravity(q)[0] == pytest.approx(weight, abs=0.5001e-4)
@@ -220,7 +223,7 @@ def slopes(function, q: np.ndarray) -> np.ndarray:
 def test_bias_follows_from_the_mass_matrix_and_weight_from_a_potential(seed, level):
     """bias = M' v - d(v' M v / 2) / dq: then energy is conserved, and momentum where it must be."""
     own = random_chain(seed)
-    model: RobotModel = build_model("analytic", own, level)
+    model: RobotModel = build_robot_model("analytic", own, level)
     q, v, _, _ = sample_states(own, 1, seed)
     by = slopes(model.mass_matrix, q)[0]
     expected = np.einsum("ijk,j,k->i", by, v[0], v[0]) - np.einsum("jki,j,k->i", by, v[0], v[0]) / 2
@@ -233,7 +236,7 @@ def test_bias_follows_from_the_mass_matrix_and_weight_from_a_potential(seed, lev
 @pytest.mark.parametrize("level", RIGID)
 def test_momentum_about_a_vertical_axis_is_kept_in_a_run(level):
     """No torque: the first joint's generalized momentum stays, to the fourth power of the step."""
-    model = build_model("analytic", load_robot("six-joint"), level)
+    model = build_robot_model("analytic", load_robot("six-joint"), level)
     start = np.array([[0.1, -1.0, 0.6, 0.3, -0.4, 0.2]]), np.array([[0.5, 0.2, -0.4, 1, 0.3, 2]])
 
     def momentum(q: np.ndarray, v: np.ndarray) -> float:
@@ -257,7 +260,7 @@ def test_weight_is_the_slope_of_energy_and_momentum_that_of_kinetic_energy(engin
     own = load_robot("six-joint")
     own = replace(own, rotors=own.rotors[1:])
     q, v, _, _ = sample_states(own, 2, 5)
-    model = build_model(engine, own, "coupled")
+    model = build_robot_model(engine, own, "coupled")
     weight = slopes(lambda at: model.energy(at, 0 * at), q[:1])[0]
     assert weight == pytest.approx(model.gravity(q[:1])[0], abs=1e-9)
     turned = (model.mass_matrix(q)[:, 0] * v).sum(axis=1)

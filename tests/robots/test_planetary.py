@@ -7,7 +7,7 @@ from math import ceil, cos, pi, radians, sin, sqrt
 import numpy as np
 import pytest
 
-from crosscheck.cost.agreement import build_model, compare_engines, sample_states
+from crosscheck.checks.robots.states import sample_states
 from crosscheck.cost.meshes import RESOLVED
 from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.cost.springs import replace_stages_by_rotors
@@ -16,9 +16,10 @@ from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID, Robot
+from crosscheck.planning.robots import compare_engines
 from crosscheck.planning.sizing import make_rest_scenario
 from crosscheck.provenance import ROOT
-from crosscheck.registry import build
+from crosscheck.registry import build, build_robot_model
 from tests.robots import chains
 
 PAPER = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
@@ -36,7 +37,7 @@ def test_engines_agree_on_the_papers_arm():
     own = load_robot(PAPER)
     assert own.notes == ()
     assert [
-        each for each in compare_engines(own, sample_states(own, 6, 0)) if not each.agrees
+        each for each in compare_engines(own, sample_states(own, 6, 0)) if each.verdict != "agree"
     ] == []
 
 
@@ -44,7 +45,7 @@ def test_engines_agree_on_the_papers_arm():
 @pytest.mark.parametrize("reference", ["analytic", "pinocchio"])
 def test_locked_stages_are_those_of_the_planar_arm(engine, reference):
     planar = build(f"{reference}:coupled", load_arm("paper-labelled"), make_rest_scenario())
-    model = build_model(engine, load_robot(PAPER), "coupled")
+    model = build_robot_model(engine, load_robot(PAPER), "coupled")
     q, v = np.array([[0.4, -0.7]]), np.array([[1.3, 0.8]])
     assert model.mass_matrix(q)[0] == pytest.approx(planar.mass_matrix(q[0]), rel=1e-13)
     assert model.bias(q, v)[0] == pytest.approx(planar.bias(q[0], v[0]), rel=1e-13)
@@ -62,7 +63,7 @@ def test_teeth_press_as_in_the_planar_arm(engine, reference, x):
         build(reference, arm, make_rest_scenario().model_copy(update={"drive": drive}), laws)
         for drive in (make_rest_scenario().drive, pushed)
     )
-    model = build_model(
+    model = build_robot_model(
         engine, replace(load_robot(PAPER), gravity=np.array([3.0, -9, 0])), "geared"
     )
     q = np.array([[0.4, -0.7, x, 6e-5, -7e-5, 1.1 * x]])
@@ -84,7 +85,7 @@ def test_a_locked_stage_turns_its_sun_and_planets_by_their_teeth(engine):
     """1 + z_r / z_s = 4 of the sun, (z_p - z_r) / z_p = -2 of a planet, against the ring."""
     bob = 0.03 + 2 * 0.6**2
     for level, added in (("links", 0.0), ("armature", 1), ("coupled", 1)):
-        model = build_model(engine, pendulum(), level)
+        model = build_robot_model(engine, pendulum(), level)
         expected = bob + added * (SUN * RATIO**2 + 3 * PLANET * TURNS**2)
         assert model.mass_matrix(np.array([[0.9]]))[0, 0, 0] == pytest.approx(expected, rel=1e-13)
 
@@ -100,7 +101,10 @@ def test_spins_are_coupled_to_what_carries_the_ring(engine):
         chains.joint("roll", "ring", "disc", axis=(0.6, 0, 0.8)),
     )
     own, q = chains.robot(text, {"roll": chains.planetary()}), np.array([[0.4, -0.7]])
-    exact, plain = build_model(engine, own, "coupled"), build_model(engine, own, "links")
+    exact, plain = (
+        build_robot_model(engine, own, "coupled"),
+        build_robot_model(engine, own, "links"),
+    )
     rows = np.array([[0.8, RATIO], [0.8, TURNS]])
     expected = rows.T @ np.diag([SUN, 3 * PLANET]) @ rows
     found = exact.mass_matrix(q)[0] - plain.mass_matrix(q)[0]
@@ -110,7 +114,7 @@ def test_spins_are_coupled_to_what_carries_the_ring(engine):
 @pytest.mark.parametrize("engine", chains.ENGINES)
 def test_a_stage_with_its_carrier_held_swings_as_two_masses_on_two_springs(engine):
     """The sun on k N, the planets between it and the ring; 1709.9 and 4466.6 Hz (paper's arm)."""
-    model = build_model(engine, load_robot(PAPER), "geared")
+    model = build_robot_model(engine, load_robot(PAPER), "geared")
     at = np.array([[0.0, 0, 8e-5, 8e-5, 8e-5, 8e-5]])
     mass = model.mass_matrix(at)[0, 2:4, 2:4]
     pressed, still = model.inverse_dynamics, np.zeros((1, 6))
@@ -136,7 +140,7 @@ def test_a_tooth_that_does_not_touch_does_not_press(engine):
     own = chains.contact(
         **PLAIN | {"stiffness": law, "backlash_m": 1e-5, "damping_N_s_per_m": 300.0}
     )
-    model = build_model(engine, pendulum(sun_mesh=own, ring_mesh=own), "geared")
+    model = build_robot_model(engine, pendulum(sun_mesh=own, ring_mesh=own), "geared")
     q = np.array([[0.0, 3e-5, -4e-5], [0.0, 0.9e-5, -0.9e-5]])
     v, still = np.array([[0.0, 0.2, 0.1]] * 2), np.zeros((2, 3))
     found = model.inverse_dynamics(q, v, still) - model.bias(q, v) - model.gravity(q)
@@ -155,7 +159,7 @@ def test_energy_stays_where_stiffness_and_error_vary_with_the_angle(engine):
         "sun_mesh": chains.contact(**plain),
         "ring_mesh": chains.contact(**plain, phase_rad=0.7),
     }
-    model = build_model(engine, pendulum(**meshes), "geared")
+    model = build_robot_model(engine, pendulum(**meshes), "geared")
 
     def energy(q: np.ndarray, v: np.ndarray) -> float:
         total = float(model.energy(q, v)[0])
@@ -183,14 +187,14 @@ def test_stiff_teeth_are_a_locked_stage(engine):
         law = {"law": "sine", "mean_N_per_m": stiffness, "amplitude_N_per_m": 0.0}
         damping = 1.4 * sqrt(stiffness)
         own = chains.contact(**PLAIN | {"stiffness": law, "damping_N_s_per_m": damping})
-        model = build_model(engine, pendulum(sun_mesh=own, ring_mesh=own), "geared")
+        model = build_robot_model(engine, pendulum(sun_mesh=own, ring_mesh=own), "geared")
         none = np.zeros((1, 2))
         return float(
             chains.advanced(model, np.hstack([q, none]), np.hstack([v, none]), 0.1, 200)[0][0, 0]
         )
 
     rigid = float(
-        chains.advanced(build_model(engine, pendulum(), "coupled"), q, v, 0.1, 200)[0][0, 0]
+        chains.advanced(build_robot_model(engine, pendulum(), "coupled"), q, v, 0.1, 200)[0][0, 0]
     )
     apart = [abs(end(stiffness) - rigid) for stiffness in (1e5, 4e5, 1.6e6)]
     assert apart[0] < 0.02 * abs(rigid - 0.4)
@@ -218,7 +222,7 @@ def test_what_a_locked_stage_leaves_out_of_a_pendulum():
     for mesh, sign in ((sun, 1), (ring, -1)):  # the sun's turns the planets against the ring's
         force = np.abs(torque / lever + sign * mass * lever / 4 * alpha).max()
         assert mesh.windup == pytest.approx(force / (3 * 1e4) / lever, rel=1e-9)
-    model = build_model("analytic", single, "geared")
+    model = build_robot_model("analytic", single, "geared")
     modes = 3.6e4 * np.linalg.inv(model.mass_matrix(np.zeros((1, 3)))[0])[1:, 1:]
     fastest = sqrt(np.linalg.eigvals(modes).max())
     assert found.geared.steps == ceil(fastest / RESOLVED)
@@ -237,8 +241,8 @@ def test_a_locked_stage_is_a_pair_of_rotors(engine, level):
     assert [rotor.ratio for rotor in pair.rotors[:2]] == pytest.approx([14 / 3, -1.75])
     (q, v, *_), one, other = (
         sample_states(own, 3, 0),
-        build_model(engine, own, level),
-        build_model(engine, pair, level),
+        build_robot_model(engine, own, level),
+        build_robot_model(engine, pair, level),
     )
     answers: list[Callable[[RobotModel], np.ndarray]] = [
         lambda model: model.mass_matrix(q),

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from crosscheck import file_types
-from crosscheck.cost.agreement import build_model
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
+from crosscheck.registry import build_robot_model
 from crosscheck.report import heat_map
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.candidates import (
@@ -37,7 +37,7 @@ Change = Callable[[Robot], Robot]
 
 def equations(own: Robot, level: Level = "coupled", engine: str = "analytic") -> Equations:
     """A robot's, by any engine, one state at a time."""
-    model = build_model(engine, own, level)
+    model = build_robot_model(engine, own, level)
     return Equations(
         mass_matrix=lambda q: model.mass_matrix(q[None])[0],
         bias=lambda q, v: model.bias(q[None], v[None])[0],
@@ -162,7 +162,7 @@ def test_planted_errors_are_named_up_to_what_makes_the_same_equations():
 
 
 def test_a_coupling_left_out_of_the_mass_matrix_is_named(sliding):
-    exact, plain = (build_model("analytic", sliding, level) for level in ("coupled", "links"))
+    exact, plain = (build_robot_model("analytic", sliding, level) for level in ("coupled", "links"))
 
     def mass(q: np.ndarray) -> np.ndarray:
         found = exact.mass_matrix(q[None])[0]

@@ -28,6 +28,7 @@ from crosscheck.report.answers import (
 )
 from crosscheck.report.html import describe_quick_limits
 from crosscheck.report.matrix import collect_cells
+from crosscheck.report.outline import outline_report
 
 PRINTED, LEAD, ENGINE, LINKS = (
     "analytic:printed",
@@ -58,7 +59,8 @@ def tip(level: str, metres: float) -> Finding:
 
 
 def said(findings: Sequence[Finding], arm: object) -> str:
-    return answer_on_equations(compare_models(Agreement(findings), arm))
+    outline = outline_report(arm)
+    return answer_on_equations(compare_models(Agreement(findings), outline), outline)
 
 
 def test_printed_equations_that_differ_are_said_first_with_their_size(labelled):
@@ -89,9 +91,8 @@ def test_a_comparison_that_failed_is_no_agreement(labelled):
 
 
 def test_another_arms_states_count_for_the_verdict_and_not_for_the_sizes(labelled):
-    rows = compare_models(
-        Agreement([state(LEAD, 1e-15), state(LEAD, 1e-3, "probe/geared")]), labelled
-    )
+    findings = [state(LEAD, 1e-15), state(LEAD, 1e-3, "probe/geared")]
+    rows = compare_models(Agreement(findings), outline_report(labelled))
     assert [(row.model, row.verdict, row.number("mass_matrix")) for row in rows] == [
         (LEAD, "differ", "1e-15")
     ]
@@ -119,9 +120,10 @@ def test_rigid_levels_are_told_from_the_first_to_the_last():
 
 
 @pytest.mark.parametrize(("size", "count"), [(1e-15, "2 of 2"), (1e-3, "1 of 2")])
-def test_what_was_checked_is_counted(size, count):
+def test_what_was_checked_is_counted(size, count, labelled):
     findings = [state(LEAD, 1e-15), state(LINKS, size)]
-    assert answer_on_trust(Agreement(findings)).startswith(f"{count} checks agree")
+    answer = answer_on_trust(Agreement(findings), outline_report(labelled))
+    assert answer.startswith(f"{count} checks agree")
 
 
 def test_the_answers_come_before_the_findings_in_json(labelled):

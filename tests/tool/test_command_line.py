@@ -7,7 +7,6 @@ import pytest
 
 from crosscheck import __version__
 from crosscheck.cli import listing
-from crosscheck.cost.engines import load_engines
 from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
 from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios
 from crosscheck.registry import MODELS
@@ -73,7 +72,6 @@ def test_list_names_all_that_other_commands_accept(crosscheck):
     assert (answer.code, answer.err) == (0, "")
     words = answer.out.split()
     assert set(words) >= {*builtin_arms(), *builtin_robots(), *MODELS, *builtin_scenarios()}
-    assert set(words) >= {*load_engines()}
 
 
 def test_show_derives_the_papers_numbers(crosscheck):

@@ -18,9 +18,9 @@ import scipy.io
 import typer
 
 from crosscheck.audit.page import command as audit_command
+from crosscheck.checks.robots import engines
 from crosscheck.cli import cost as cost_command
 from crosscheck.cli.app import main
-from crosscheck.cost import agreement
 from crosscheck.cost.shortcuts import SamplingPlan
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
@@ -211,7 +211,7 @@ def short_work() -> object:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cost_command, "QUICK", SamplingPlan(1, 3, 1, 10, 100))
-        patch.setattr(agreement, "RUNS", 1)
+        patch.setattr(engines, "RUNS", 1)
         patch.setattr(audit_command, "simulate_errata", leave)
         patch.setattr("crosscheck.cli.commands.run_cross_check", leave)
         patch.setattr("crosscheck.cli.trial.run_trial", leave)

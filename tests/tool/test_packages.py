@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from crosscheck import registry
+from crosscheck.checks.robots.sizes import SIZE_WORDS
+from crosscheck.checks.robots.states import sample_states
 from crosscheck.cli.listing import _format_model
-from crosscheck.cost import agreement
-from crosscheck.cost import engines as module
-from crosscheck.cost.engines import RobotEngine, load_engines
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.robot.file import load_robot
+from crosscheck.planning import robots
 from crosscheck.runner import cpu_limit
 from tests.processes import warm_command_line
 
@@ -131,21 +131,23 @@ class RobotThatHangs:
 
 
 FAILURES = {
-    "RobotThatInterrupts": "guest raised KeyboardInterrupt",
-    "RobotThatLeaves": "guest raised Died: the process of the model ended with exit code 0",
-    "RobotThatHangs": "guest raised TooSlow: stopped after",
+    "RobotThatInterrupts": "guest:links: KeyboardInterrupt",
+    "RobotThatLeaves": "guest:links: Died: the process of the model ended with exit code 0",
+    "RobotThatHangs": "guest:links: TooSlow: stopped after",
 }
+VERDICTS = {"RobotThatHangs": "unfinished"}
+ENGINES_AT = {"links": ("analytic", "guest")}
 
 
 @pytest.mark.parametrize("name", FAILURES)
 def test_whatever_an_engine_of_robots_does_fails_its_own_checks(monkeypatch, name):
     monkeypatch.setattr(cpu_limit, "IDLE_S", 0.3)
     monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
-    own = {"analytic": load_engines()["analytic"], "guest": RobotEngine(__name__, name, ("links",))}
-    monkeypatch.setattr(agreement, "load_engines", lambda: own)
-    monkeypatch.setattr(module, "load_engines", lambda: own)
+    entry = registry.Entry(__name__, name, "robot", registry.ROBOT_ABILITIES, levels=("links",))
     robot = load_robot("sliding")
-    differences = agreement.compare_engines(robot, agreement.sample_states(robot, 1, 0))
-    assert len(differences) == len(agreement.QUANTITIES)
-    assert all(each.failure.startswith(FAILURES[name]) for each in differences)
-    assert not any(each.agrees for each in differences)
+    monkeypatch.setattr(robots, "find_level_engines", lambda level: ENGINES_AT.get(level, ()))
+    with registry.register("guest", entry):
+        findings = robots.compare_engines(robot, sample_states(robot, 1, 0))
+    assert len(findings) == len(SIZE_WORDS)
+    assert all(each.note.startswith(FAILURES[name]) for each in findings)
+    assert {each.verdict for each in findings} == {VERDICTS.get(name, "failed")}

@@ -12,7 +12,8 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.answers import BadAnswer
-from crosscheck.cost.agreement import TOLERANCE, RandomStates, sample_states
+from crosscheck.checks.robots.sizes import TOLERANCE, RobotSizes
+from crosscheck.checks.robots.states import RandomStates, sample_states
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.run import run_tasks
@@ -32,7 +33,6 @@ from crosscheck.trial.input.calls import (
 )
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import FRICTION
-from crosscheck.trial.robots.sizes import RobotSizes
 
 STATES = 12
 FASTEST = 2.0  # rad/s or m/s of a state, whatever the joint's limit: equations hold beyond it

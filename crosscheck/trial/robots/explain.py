@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.cost.agreement import TOLERANCE
+from crosscheck.checks.robots.sizes import TOLERANCE, WITH_WEIGHTS
 from crosscheck.models.robot.robot import Level
 from crosscheck.trial.robots.angle_sums import describe_angle_sum
 from crosscheck.trial.robots.candidates import ALIKE
@@ -24,7 +24,6 @@ from crosscheck.trial.robots.pieces import describe_accelerations, describe_bias
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.readings import find_readings
 from crosscheck.trial.robots.search import Cause, CauseSearch
-from crosscheck.trial.robots.sizes import WITH_WEIGHTS
 
 RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
 SHOWN = 1e-5  # of a ratio, of which six digits are shown

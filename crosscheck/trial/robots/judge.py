@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.cost.agreement import RandomStates
-from crosscheck.cost.engines import build_model, load_engines
+from crosscheck.checks.robots.sizes import RobotSizes
+from crosscheck.checks.robots.states import RandomStates
 from crosscheck.findings import (
     ComparisonKey,
     Finding,
@@ -23,10 +23,10 @@ from crosscheck.findings import (
 from crosscheck.models.errors import format_line
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.registry import build_robot_model, find_level_engines
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.robots.answers import SPEEDS, RobotAnswers
 from crosscheck.trial.robots.consistency import SLOPES, SelfDifference
-from crosscheck.trial.robots.sizes import RobotSizes
 
 SINGLE = ("mass_matrix", "bias", "gravity")  # of which the others are made
 JUDGED = (*SINGLE, "inverse_dynamics", "force", "acceleration")
@@ -292,10 +292,10 @@ def _check_errors(
 def _engine_findings(problem: RobotProblem, level: Level) -> Iterator[Finding]:
     """Every part compared with every engine; one that raises fails there."""
     sizes = problem.sizes[level]
-    for engine in [name for name, entry in load_engines().items() if entry.has_level(level)]:
+    for engine in find_level_engines(level):
         try:
             relative_errors = problem.relative_errors(
-                level, problem.evaluate_model(build_model(engine, problem.robot, level))
+                level, problem.evaluate_model(build_robot_model(engine, problem.robot, level))
             )
         except Exception as error:  # whatever an engine raises is told, and fails
             message = format_line(f"{engine} raised {type(error).__name__}: {error}")

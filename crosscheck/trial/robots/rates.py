@@ -8,8 +8,8 @@ from itertools import combinations
 
 import numpy as np
 
-from crosscheck.cost.agreement import RandomStates
-from crosscheck.trial.robots.sizes import RobotSizes
+from crosscheck.checks.robots.sizes import RobotSizes
+from crosscheck.checks.robots.states import RandomStates
 
 
 @dataclass(frozen=True)

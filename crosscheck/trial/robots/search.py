@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.cost.agreement import TOLERANCE
+from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.models.robot.robot import Level, Robot, RobotBody
 from crosscheck.trial.robots.candidates import (
     ALIKE,

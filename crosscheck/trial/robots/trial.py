@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.cost.agreement import RandomStates
+from crosscheck.checks.robots.sizes import WITH_WEIGHTS
+from crosscheck.checks.robots.states import RandomStates
 from crosscheck.findings import Agreement
 from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.outcomes import Failure
@@ -41,7 +42,7 @@ from crosscheck.trial.robots.judge import (
     collect_findings,
 )
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
-from crosscheck.trial.robots.sizes import WITH_WEIGHTS, compute_sizes_by_level
+from crosscheck.trial.robots.sizes import compute_sizes_by_level
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,95 @@
+"""Free motions of each model at finer and finer steps: their order, and their energy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+import numpy as np
+
+from crosscheck.checks.robots.case import (
+    FIRST_PRINCIPLES,
+    RobotCase,
+    SampledRobot,
+    ask,
+    check_share,
+)
+from crosscheck.checks.robots.engines import STEPS
+from crosscheck.checks.robots.sizes import LARGEST_TOLERANCE, TOLERANCE
+from crosscheck.checks.trajectories import ORDER_TOLERANCE
+from crosscheck.findings import ComparisonKey, Finding, Subject, make_check, make_measurement
+from crosscheck.models.robot.integration import integrate
+from crosscheck.models.robot.interface import RobotModel
+from crosscheck.planning.comparison import Comparison, make_comparison
+
+FORMAL, HALVINGS = 4, 3
+ROUNDED = 1e-11  # of how far a run moves: differences below it are rounding that M's inverse grows
+
+
+def refined_ends(model: RobotModel, case: RobotCase) -> np.ndarray:
+    """Coordinates, then the energy, of the first state (row 0) and of its run at each step."""
+    q, v, _, torques = case.states.first(1)
+    rows = [np.append(q, ask(model, "energy", (1,), q, v))]
+    for halving in range(HALVINGS + 1):
+        steps = STEPS * 2**halving
+        ends = integrate(model, q, v, lambda time: 0 * torques, case.run_s, steps)
+        rows.append(np.append(ends[0], ask(model, "energy", (1,), *ends)))
+    return np.array(rows)
+
+
+def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
+    """Comparisons of each model's runs with the integrator's order, and with their own energy."""
+    for sampled in models:
+        case = sampled.case
+        if case.level == "geared":
+            continue
+        for quantity, against, judge in (
+            ("order-of-convergence", f"order of convergence {FORMAL}", _check_order),
+            ("energy", FIRST_PRINCIPLES, _check_energy),
+        ):
+            family = "order" if judge is _check_order else "invariants"
+            key = ComparisonKey(family, f"{case.name}/run", quantity, sampled.model)
+            metric = f"free motion of {case.run_s:.3g} s in {STEPS} to {STEPS * 2**HALVINGS} steps"
+            about = Subject(key, "1", metric, against)
+            tasks = [sampled.ask(refined_ends)]
+            yield make_comparison(about, tasks, partial(judge, case=case))
+    if any(sampled.case.level == "geared" for sampled in models):
+        yield (
+            "geared: order and energy are not asked of runs, since teeth that part have kinks, and"
+            " springs and dampers energy of their own"
+        )
+
+
+def _check_order(about: Subject, rows: np.ndarray, case: RobotCase) -> Finding:
+    """The order of the finest steps whose differences are no rounding, once orders settle."""
+    ends = rows[1:, :-1]
+    moved = float(np.abs(ends - rows[0, :-1]).max())
+    differences = np.abs(np.diff(ends, axis=0)).max(axis=1)
+    above = differences[differences > ROUNDED * moved]
+    orders = np.log2(above[:-1] / above[1:])
+    if len(orders) < 2 or abs(orders[-1] - orders[-2]) > ORDER_TOLERANCE:
+        shown = ", ".join(f"{order:.2f}" for order in orders) or "none"
+        note = f"not asked: the steps' differences are rounding, or too large; orders {shown}"
+        return make_measurement(
+            about, measured=float(orders[-1]) if orders.size else 0.0, note=note
+        )
+    note = f"observed order {orders[-1]:.3f} of the finest steps, {orders[-2]:.3f} of those before"
+    return make_check(
+        about,
+        measured=abs(float(orders[-1]) - FORMAL),
+        tolerance=ORDER_TOLERANCE,
+        basis="the orders of two halvings are alike: the asymptotic range",
+        note=note,
+    )
+
+
+def _check_energy(about: Subject, rows: np.ndarray, case: RobotCase) -> Finding:
+    """The energy at the finest steps is that of the start, but for what their halving changes."""
+    energies, size = rows[:, -1], float(case.sizes.energy[0])
+    gained = abs(energies[-1] - energies[0]) / size
+    truncated = abs(energies[-1] - energies[-2]) / size
+    if truncated > LARGEST_TOLERANCE:
+        note = f"not asked: halving the step changes {truncated:.1g} of the energy"
+        return make_measurement(about, measured=gained, note=note)
+    basis = f"{TOLERANCE:g} of the energy's size, and what the last halving of the step changed"
+    return check_share(about, gained, TOLERANCE + truncated, basis)

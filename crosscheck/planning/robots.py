@@ -1,0 +1,216 @@
+"""The cross-check of a robot: its cases by level, and every comparison of its models."""
+
+from __future__ import annotations
+
+import os
+import pkgutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from crosscheck.checks import robots
+from crosscheck.checks.robots import engines
+from crosscheck.checks.robots.case import RobotCase, SampledRobot
+from crosscheck.checks.robots.sizes import compute_sizes
+from crosscheck.checks.robots.states import RandomStates, sample_states
+from crosscheck.cost.runs import mesh_rates
+from crosscheck.cost.springs import replace_stages_by_rotors, tooth_springs
+from crosscheck.findings import EntryDifferences, Finding
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot
+from crosscheck.planning.comparison import (
+    Comparison,
+    Results,
+    collect_tasks,
+    judge_comparisons,
+)
+from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
+from crosscheck.runner.tasks import RobotEvaluation
+from crosscheck.runner.workers import perform_all
+
+COUNT, QUICK_COUNT = 100, 20
+RUN_S = 0.1  # of a run, if few steps of it resolve the swings of every mesh, and their dying out
+FORCE, DEEPEST = 10.0, 0.01  # of a drawn mesh: N m or N at its joint, parts of its pinion's radius
+# Of free motions on all levels: a step of the fastest mesh [rad], and steps at most.
+RESOLVED, MOST_STEPS, QUICK_STEPS, LEAST_STEPS = 0.4, 1000, 100, 50
+MASS_MATRIX = "mass_matrix"
+
+
+@dataclass(frozen=True)
+class RobotRequest:
+    """What a user asks to be cross-checked of a robot."""
+
+    robot: Robot
+    quick: bool = False
+    seed: int = 0
+    scenarios: ClassVar[tuple[Scenario, ...]] = ()
+    chosen: ClassVar[None] = None
+    model: ClassVar[str] = ""
+
+    @property
+    def name(self) -> str:
+        """Name of the robot."""
+        return self.robot.name
+
+    @property
+    def mechanism(self) -> Robot:
+        """The robot."""
+        return self.robot
+
+
+class RobotPlan(NamedTuple):
+    """Models, every comparison of them, and remarks on what cannot be asked of the robot."""
+
+    models: tuple[SampledRobot, ...]
+    comparisons: list[Comparison]
+    remarks: tuple[str, ...]
+
+
+def plan_robot(request: RobotRequest) -> RobotPlan:
+    """The whole cross-check of a robot. Raises InputError for one whose M cannot be inverted."""
+    count = QUICK_COUNT if request.quick else COUNT
+    cases = make_cases(
+        request.robot,
+        sample_states(request.robot, count, request.seed),
+        QUICK_STEPS if request.quick else MOST_STEPS,
+    )
+    models = sample_models(cases)
+    planned = [each for plan in find_plans() for each in plan(models)]
+    comparisons = [each for each in planned if isinstance(each, Comparison)]
+    remarks = [each for each in planned if isinstance(each, str)]
+    remarks += [
+        f"without {engine} at {case.level}: it does not have this level"
+        for case in cases
+        for engine in find_level_engines("links")
+        if engine not in find_level_engines(case.level)
+    ]
+    return RobotPlan(tuple(models), comparisons, (*remarks, *request.robot.notes))
+
+
+def find_plans() -> Iterator[Callable[[list[SampledRobot]], Iterator[Comparison | str]]]:
+    """The plan of each check that lies in the folder of robots' checks."""
+    for module in pkgutil.iter_modules(robots.__path__):
+        plan = getattr(import_module(f"{robots.__name__}.{module.name}"), "plan", None)
+        if plan is not None:
+            yield plan
+
+
+def compare_engines(robot: Robot, states: RandomStates) -> list[Finding]:
+    """Every two engines compared at each level. Raises InputError as ``plan_robot``."""
+    comparisons = list(engines.plan(sample_models(make_cases(robot, states, QUICK_STEPS))))
+    outcomes = perform_all(collect_tasks(comparisons), os.cpu_count() or 1, lambda key: None)
+    return list(judge_comparisons(comparisons, Results(outcomes)))
+
+
+def sample_models(cases: list[RobotCase]) -> list[SampledRobot]:
+    """The model of each engine that has a case's level."""
+    return [
+        SampledRobot(name, case, partial(RobotEvaluation, name, case))
+        for case in cases
+        for name in (f"{engine}:{case.level}" for engine in find_level_engines(case.level))
+    ]
+
+
+def make_cases(robot: Robot, states: RandomStates, most_steps: int) -> list[RobotCase]:
+    """The case of each level. Raises InputError for a robot whose M cannot be inverted."""
+    return list(_make_cases(robot, states, most_steps))
+
+
+def _make_cases(robot: Robot, states: RandomStates, most_steps: int) -> Iterator[RobotCase]:
+    fastest = 0.0
+    if "geared" in robot.levels:
+        geared = build_robot_model(reference_engine(), robot, "geared")
+        at = add_mesh_states(robot, states).q
+        fastest = mesh_rates(geared, geared.mass_matrix(at)).fastest
+    run_s = min(RUN_S, engines.STEPS / 2 / fastest) if fastest else RUN_S
+    motion_s = min(RUN_S, most_steps * RESOLVED / fastest) if fastest else RUN_S
+    steps = max(LEAST_STEPS, int(np.ceil(motion_s * fastest / RESOLVED)))
+    inertia = sum(rotor.inertia for rotor in replace_stages_by_rotors(robot).rotors)
+    for level in robot.levels:
+        is_geared = level == "geared"
+        level_states = add_mesh_states(robot, states) if is_geared else states
+        mass = build_robot_model(reference_engine(), robot, level).mass_matrix(level_states.q)
+        sizes = compute_sizes(
+            robot,
+            mass,
+            level_states,
+            pushes=_push_bounds(robot, level_states) if is_geared else None,
+            spinning=inertia,
+        )
+        yield RobotCase(
+            robot,
+            level,
+            level_states,
+            sizes,
+            _drive_matrix(robot, level),
+            run_s if is_geared else RUN_S,
+            motion_s,
+            steps,
+        )
+
+
+def _drive_matrix(robot: Robot, level: Level) -> np.ndarray:
+    """Generalized forces (free, n) of each motor's torque: a mesh has it over its lever."""
+    free, springs = robot.coordinates, tooth_springs(robot) if level == "geared" else ()
+    drive = np.eye(len(free), len(free) + len(springs))
+    for place, spring in enumerate(springs, len(free)):
+        if spring.joint in free:
+            drive[free.index(spring.joint), place] = 1 / spring.lever
+    return drive
+
+
+def add_mesh_states(robot: Robot, states: RandomStates) -> RandomStates:
+    """The states with x of each mesh added: on either flank, or between where there is backlash."""
+    rng, shape = np.random.default_rng(0), (len(states.q), 1)
+    columns = []
+    for spring in tooth_springs(robot):
+        deep = min(FORCE / abs(spring.lever) / spring.stiffness, DEEPEST * spring.radius)
+        rate = np.sqrt(spring.stiffness / spring.mass)  # of swings while the joint stands
+        x = rng.choice((-1, 1), shape) * (spring.backlash + deep * rng.uniform(-1, 1, shape))
+        v, a = (deep * rate**order * rng.uniform(-1, 1, shape) for order in (1, 2))
+        columns.append((x, v, a))
+    q, v, a = (
+        np.hstack([joints, *mesh_values])
+        for joints, mesh_values in zip(states[:3], zip(*columns, strict=True), strict=True)
+    )
+    return RandomStates(q, v, a, states.torques)
+
+
+def _push_bounds(robot: Robot, states: RandomStates) -> np.ndarray:
+    """Bounds of what springs, dampers and motors do to x of each mesh (states, meshes) [N]."""
+    bounds, free = [], robot.coordinates
+    for place, spring in enumerate(tooth_springs(robot), len(free)):
+        force = spring.stiffest * (np.abs(states.q[:, place]) + spring.error)
+        force += spring.damping * np.abs(states.v[:, place])
+        if spring.joint in free:
+            torque = np.abs(states.torques[:, free.index(spring.joint)])
+            force += torque / abs(spring.lever)
+        bounds.append(force)
+    return np.stack(bounds, axis=1)
+
+
+def compute_robot_entries(plan: RobotPlan, results: Results) -> Iterator[EntryDifferences]:
+    """M of the first engine beside the others', entry by entry, with rotors as bodies."""
+    level = next(each.case.level for each in plan.models if each.case.level in WITH_ROTORS)
+    reference, *others = (each for each in plan.models if each.case.level == level)
+    values = results.get(reference.ask(engines.mass_matrix))
+    answers = {
+        each.model: answer
+        for each in others
+        if (answer := results.get(each.ask(engines.mass_matrix))) is not None
+    }
+    if values is None or not answers:
+        return
+    sizes = reference.case.sizes
+    largest = np.max(
+        [np.abs((values - answer) / sizes.mass_matrix).max(axis=0) for answer in answers.values()],
+        axis=0,
+    )
+    names = tuple(reference.case.robot.coordinate_names)
+    rows = tuple(map(tuple, largest.tolist()))
+    tolerance = sizes.tolerance(MASS_MATRIX)
+    yield EntryDifferences(MASS_MATRIX, reference.model, tuple(answers), names, rows, tolerance)

@@ -1,0 +1,108 @@
+"""What a report of an arm, or of a robot, is about: its models, quantities and questions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from crosscheck.models.arm.arm import Arm, describe_arm
+from crosscheck.models.robot.robot import LEVELS as ROBOT_LEVELS
+from crosscheck.models.robot.robot import Robot
+from crosscheck.planning.plan import is_the_papers
+from crosscheck.registry import (
+    LEVELS,
+    MODELS,
+    engine_of,
+    model_names,
+    reference_engine,
+    reference_model,
+)
+
+TRUST = "Can I trust this?"
+
+
+@dataclass(frozen=True)
+class ReportOutline:
+    """What a report is about.
+
+    models: titles by name of the models that are compared with other engines', one a row; forms:
+    those of them that are only measured; quantities: their names by that of a Finding, a column
+    each; questions: that it answers; levels: titles; finest: the model that levels are beside;
+    truths: what single models are held to; described: the mechanism in lines.
+    """
+
+    name: str
+    title: str
+    models: Mapping[str, str]
+    forms: tuple[str, ...]
+    quantities: Mapping[str, str]
+    questions: tuple[str, str, str]
+    levels: Mapping[str, str]
+    finest: str
+    truths: str
+    described: tuple[str, ...]
+    is_the_papers: bool = False
+    is_robot: bool = False
+
+
+def outline_report(mechanism: Arm | Robot) -> ReportOutline:
+    """The outline of a cross-check's report."""
+    return _robot_outline(mechanism) if isinstance(mechanism, Robot) else _arm_outline(mechanism)
+
+
+def _arm_outline(arm: Arm) -> ReportOutline:
+    home = engine_of(reference_model())  # the derivation, with rigid models of its own
+    derived = [
+        name
+        for name in model_names("rigid")
+        if engine_of(name) == home and MODELS[name].level  # which other engines have too
+    ]
+    names = (*model_names("form"), reference_model(), *derived)
+    return ReportOutline(
+        name=arm.name,
+        title=arm.title,
+        models={name: MODELS[name].title for name in names},
+        forms=model_names("form"),
+        quantities={
+            "mass_matrix": "mass matrix",
+            "acceleration": "acceleration",
+            "theta": "joint angle",
+            "F_sp": "mesh force",
+        },
+        questions=(
+            "Do the equations agree with the engines?",
+            "How far is the rigid arm from the geared one?",
+            TRUST,
+        ),
+        levels=LEVELS,
+        finest=reference_model(),
+        truths="first principles, its own records or the arm's file",
+        described=tuple(describe_arm(arm)),
+        is_the_papers=is_the_papers(arm),
+    )
+
+
+def _robot_outline(robot: Robot) -> ReportOutline:
+    levels = {level: ROBOT_LEVELS[level] for level in robot.levels}
+    return ReportOutline(
+        name=robot.name,
+        title=robot.title,
+        models={f"{reference_engine()}:{level}": title for level, title in levels.items()},
+        forms=(),
+        quantities={
+            "mass_matrix": "mass matrix",
+            "forward_dynamics": "acceleration",
+            "tip": "tip",
+            "run": "coordinates in runs",
+        },
+        questions=(
+            "Do the engines agree?",
+            "How far is each level from the most detailed one?",
+            TRUST,
+        ),
+        levels=levels,
+        finest=f"{reference_engine()}:{robot.levels[-1]}",
+        truths="first principles",
+        described=(*repr(robot).splitlines()[1:], *robot.notes),
+        is_robot=True,
+    )

@@ -1,0 +1,190 @@
+"""A robot is cross-checked as an arm is: verdict, files, page, records, one line for bad input."""
+
+import html
+import json
+import re
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import jsonschema
+import numpy as np
+import pytest
+
+import crosscheck as package
+from crosscheck.checks.robots import engines
+from crosscheck.checks.robots.states import sample_states
+from crosscheck.models.robot.file import load_robot
+from crosscheck.planning import robots
+from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
+from crosscheck.planning.robots import find_plans, make_cases, sample_models
+from crosscheck.provenance import ROOT
+from crosscheck.runner import tasks
+from tests.draws import DRAWS, SAMPLE, fresh_seed
+from tests.robots.chains import BOB, random_chain
+
+SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
+CHAINS, MOST_JOINTS = (3, 5) if DRAWS == SAMPLE else (DRAWS, 12)
+FAMILIES = {"states", "same-step", "invariants", "order", "deviation"}
+
+
+@pytest.fixture(autouse=True)
+def few(monkeypatch):
+    """Fewer random states and steps than users have."""
+    monkeypatch.setattr(robots, "QUICK_COUNT", 4)
+    monkeypatch.setattr(robots, "QUICK_STEPS", 20)
+    monkeypatch.setattr(robots, "LEAST_STEPS", 10)
+
+
+@pytest.fixture
+def bob(tmp_path):
+    """A pendulum's URDF alone."""
+    file = tmp_path / "bob.urdf"
+    file.write_text(BOB)
+    return file
+
+
+def test_a_urdf_alone_is_validated_with_all_its_files(crosscheck, tmp_path, bob):
+    files = "--json", tmp_path / "a.json", "--junit", tmp_path / "a.xml"
+    answer = crosscheck("validate", bob, "--quick", *files)
+    data = json.loads((tmp_path / "a.json").read_text())
+    jsonschema.validate(data, SCHEMA)
+    checks = [each for each in data["findings"] if each["kind"] == "check"]
+    assert {each["family"] for each in data["findings"]} == FAMILIES
+    assert {each["verdict"] for each in checks} == {"agree"}
+    assert answer.code == 0
+    verdict = f"The equations agree with every engine ({len(checks)} of {len(checks)} checks)."
+    assert answer.out.splitlines()[0] == answer.out.splitlines()[-1] == verdict
+    suite = ElementTree.parse(tmp_path / "a.xml").getroot()
+    assert suite.get("tests") == str(len(checks))
+    assert (data["provenance"]["arm"], data["provenance"]["robot"]["name"]) == (None, "bob")
+
+
+def test_an_engine_that_is_wrong_is_named_and_fails_the_command(crosscheck, monkeypatch, bob):
+    right = tasks.build_robot_model
+
+    def wrong(name, own, level):
+        gravity = own.gravity * 1.01 if name == "exudyn" else own.gravity
+        return right(name, replace(own, gravity=gravity), level)
+
+    monkeypatch.setattr(tasks, "build_robot_model", wrong)
+    answer = crosscheck("validate", bob, "--quick")
+    assert answer.code == 1
+    assert "differ states/bob/links/gravity/analytic:links~exudyn:links" in answer.out
+    alone = "differ invariants/bob/links/linear-momentum/{}:links"  # by the file's gravity
+    assert alone.format("exudyn") in answer.out
+    assert alone.format("pinocchio") not in answer.out
+
+
+def test_the_page_has_the_numbers_of_the_findings(crosscheck, tmp_path):
+    answer = crosscheck("run", "sliding", "--quick", "--out", tmp_path)
+    assert answer.code == 0
+    data = json.loads((tmp_path / "agreement.json").read_text())
+    page = (tmp_path / "index.html").read_text()
+    tables = [
+        [
+            [html.unescape(re.sub("<[^>]*>", " ", cell)).split() for cell in cells]
+            for row in re.findall(r"<tr>(.*?)</tr>", table, re.DOTALL)
+            if (cells := re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row, re.DOTALL))
+        ]
+        for table in re.findall(r"<table>(.*?)</table>", page, re.DOTALL)
+    ]
+    models, *others = (each for each in tables if each and each[0][0] in (["model"], ["level"]))
+    for row in models[1:]:
+        name = row[0][0]
+        for column, quantity in enumerate(("mass_matrix", "forward_dynamics", "tip", "run"), 2):
+            largest = max(
+                each["measured"]
+                for each in data["findings"]
+                if each["quantity"] == quantity and name in (each["left"], each["right"])
+                if each["family"] in ("states", "same-step")
+            )
+            assert float(row[column][0]) == pytest.approx(largest, rel=0.5, abs=1e-300)
+    deviations = {
+        (each["case"], each["left"], each["joint"]): each["measured"]
+        for each in data["findings"]
+        if each["family"] == "deviation"
+    }
+    assert len(others) == 2
+    shown = [value for table in others for row in table[1:] for value in row[1:]]
+    assert len(shown) == len(deviations)
+    for (words), value in zip(shown, deviations.values(), strict=True):
+        assert float(words[0]) == pytest.approx(value, rel=0.06, abs=1e-300)
+    checks = [each for each in data["findings"] if each["kind"] == "check"]
+    assert f"{len(checks)} of {len(checks)}" in page
+    assert {"geared", "coupled", "armature", "links"} <= set(re.findall(r"<em>(\w+)</em>", page))
+
+
+def test_a_level_is_as_far_from_the_finest_as_its_torques_are():
+    robot = load_robot("six-joint")
+    planned = robots.plan_robot(robots.RobotRequest(robot, quick=True))
+    asked = [each for each in planned.comparisons if each.about.key.quantity == "torque"]
+    outcomes = {task.key: task.perform() for task in collect_tasks(asked)}
+    findings = list(judge_comparisons(asked, Results(outcomes)))
+    q, v, a, _ = sample_states(robot, robots.QUICK_COUNT, 0)
+    exact = tasks.build_robot_model("pinocchio", robot, "coupled").inverse_dynamics(q, v, a)
+    for level in ("links", "armature"):
+        other = tasks.build_robot_model("pinocchio", robot, level).inverse_dynamics(q, v, a)
+        right = np.abs(other - exact).max(axis=0)
+        found = [each.measured for each in findings if each.left == f"analytic:{level}"]
+        assert found == pytest.approx(right, rel=1e-9)
+
+
+def test_a_record_is_accepted_and_kept_until_the_robot_changes(crosscheck, tmp_path, bob):
+    where = "--quick", "--dir", tmp_path
+    assert crosscheck("baseline", "accept", bob, *where).code == 0
+    kept = crosscheck("baseline", "check", bob, *where)
+    assert kept.code == 0
+    assert kept.out.splitlines()[-1].startswith("0 of ")
+    bob.write_text(BOB.replace('mass value="2.0"', 'mass value="2.1"'))
+    changed = crosscheck("baseline", "check", bob, *where)
+    assert changed.code == 2
+    assert "another robot than bob" in changed.err
+    assert crosscheck("baseline", "check", "sliding", *where).code == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<mujoco><worldbody/></mujoco>", "is MJCF; must be a URDF"),
+        ("<sdf version='1.6'/>", "is SDF; must be a URDF"),
+        ('<robot name="a"><xacro:include filename="b"/></robot>', "xacro robot.urdf.xacro"),
+    ],
+)
+@pytest.mark.parametrize("command", ["validate", "run"])
+def test_a_file_of_another_kind_is_one_line(crosscheck, tmp_path, text, said, command):
+    file = tmp_path / "other.xml"
+    file.write_text(text)
+    answer = crosscheck(command, file)
+    assert (answer.code, answer.err.count("\n")) == (2, 1)
+    assert said in answer.err
+
+
+def test_what_is_for_arms_is_refused(crosscheck, bob):
+    for option in (("--scenario", "pd"), ("--set", "arm.payload_mass_kg=1")):
+        answer = crosscheck("validate", bob, *option)
+        assert (answer.code, answer.err.count("\n")) == (2, 1)
+        assert "is for arms" in answer.err
+
+
+def test_python_checks_a_robot():
+    result = package.check("sliding", quick=True, jobs=2)
+    assert result.exit_code == 0
+    assert repr(result).startswith("The equations agree with every engine")
+
+
+@pytest.mark.campaign
+def test_random_mechanisms_raise_no_false_alarm():
+    first = fresh_seed()
+    for seed in range(first, first + CHAINS):
+        robot = random_chain(seed, MOST_JOINTS)
+        models = sample_models(make_cases(robot, sample_states(robot, 4, 0), 10))
+        planned = [each for plan in find_plans() for each in plan(models)]
+        comparisons = [each for each in planned if not isinstance(each, str)]
+        outcomes = {task.key: task.perform() for task in collect_tasks(comparisons)}
+        findings = judge_comparisons(comparisons, Results(outcomes))
+        wrong = [each for each in findings if each.verdict not in ("agree", "measured")]
+        assert wrong == [], seed
+
+
+def test_every_question_to_a_model_has_a_size():
+    assert {each.__name__ for each in engines.QUESTIONS} == {*engines.SIZE_WORDS}
