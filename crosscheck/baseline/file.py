@@ -197,8 +197,8 @@ def _require_same_plan(provenance: Provenance, request: CrossCheckRequest | Robo
     digest = mechanism_digest(mechanism)
     if then == now and not (is_of_robot and provenance.arm_sha256 != digest):
         return
-    dumps = ({} if each is None else each.model_dump(mode="json") for each in (then, now))
-    moved = next(find_differences(*dumps), None)
+    was, is_now = ({} if e is None else e.model_dump(mode="json") for e in (then, now))
+    moved = next(find_differences(was, is_now), None)
     what = f": {moved[0]} was {moved[1]!r}, is {moved[2]!r}" if moved else ""
     kind = "robot" if is_of_robot else "arm"
     allowed = f"another {kind} than {now.name}, which has {digest[:12]}{what}"

@@ -28,7 +28,7 @@ class ReportOutline:
     models: titles by name of the models that are compared with other engines', one a row; forms:
     those of them that are only measured; quantities: their names by that of a Finding, a column
     each; questions: that it answers; levels: titles; finest: the model that levels are beside;
-    truths: what single models are held to; described: the mechanism in lines.
+    truths: what single models are compared with; described: the mechanism in lines.
     """
 
     name: str
@@ -83,7 +83,7 @@ def _arm_outline(arm: Arm) -> ReportOutline:
 
 
 def _robot_outline(robot: Robot) -> ReportOutline:
-    levels = {level: ROBOT_LEVELS[level] for level in robot.levels}
+    levels = {str(level): ROBOT_LEVELS[level] for level in robot.levels}
     return ReportOutline(
         name=robot.name,
         title=robot.title,

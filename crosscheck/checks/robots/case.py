@@ -1,4 +1,4 @@
-"""What the checks of a robot are handed: its models by level, and how to ask them."""
+"""Models of a robot by level as its checks take them, and how to ask them."""
 
 from __future__ import annotations
 
@@ -128,10 +128,14 @@ def ask(model: RobotModel, method: str, shape: tuple[int, ...], *given: np.ndarr
 
 
 def share_of(difference: np.ndarray, size: np.ndarray) -> float:
-    """The largest part of its size that a difference is; huge where there is no size."""
+    """The largest part of its size that a difference is, 1e300 at most.
+
+    0 for none; no number where a value is none, or two runs diverged; that one did is huge.
+    """
     difference = np.abs(difference)
-    parts = np.where(difference == 0, 0.0, difference / np.maximum(size, 1e-300))
-    return float(parts.max(initial=0.0)) if np.isfinite(parts).all() else np.inf
+    with np.errstate(invalid="ignore"):
+        parts = np.where(difference == 0, 0.0, difference / np.maximum(size, 1e-300))
+    return float(np.minimum(parts, 1e300).max(initial=0.0))
 
 
 def check_share(about: Subject, measured: float, tolerance: float, basis: str) -> Finding:

@@ -112,7 +112,7 @@ def _plan_pair(left: SampledRobot, right: SampledRobot, question: RobotQuestion)
 
 
 def _run_sizes(case: RobotCase, ends: np.ndarray) -> np.ndarray:
-    """How far any joint, and any mesh, has moved in each run (runs, n)."""
+    """How far any joint, and any mesh, goes in each run (runs, n)."""
     moved = np.abs(ends - case.states.q[:RUNS])
     size = np.empty_like(moved)
     for part in (slice(case.free), slice(case.free, None)):

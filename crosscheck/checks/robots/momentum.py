@@ -70,12 +70,12 @@ def _carried(robot: Robot, base: int) -> np.ndarray:
 
 def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
     """Comparisons of each model's momentum with its M, where no rotor spins beside the links."""
-    asked = bool(find_base_joints(models[0].case.robot))
+    has_base_joints = bool(find_base_joints(models[0].case.robot))
     for sampled in models:
-        if asked and sampled.case.level == "links":
+        if has_base_joints and sampled.case.level == "links":
             yield plan_law(sampled, "base-momentum", [base_momenta], _check_momenta)
-    if not asked:
-        yield "momentum is not held to M: a joint on the base leads or follows another"
+    if not has_base_joints:
+        yield "momentum is not compared with M: a joint on the base leads or follows another"
 
 
 def _check_momenta(about: Subject, momenta: np.ndarray, case: RobotCase) -> Finding:

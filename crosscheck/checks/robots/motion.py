@@ -70,7 +70,7 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
     if robot.stages:
         yield (
             "geared: forces of a stage's teeth, on its joint too, are compared between engines, and"
-            " not held to first principles"
+            " not with first principles"
         )
 
 
@@ -93,14 +93,16 @@ def _check_energy_rate(
     about: Subject,
     rate: np.ndarray,
     mass: np.ndarray,
-    own_bias: np.ndarray,
+    bias_torques: np.ndarray,
     weights: np.ndarray,
     case: RobotCase,
 ) -> Finding:
     """The energy grows by the power of all generalized forces, v . (M a + bias + gravity)."""
     _, v, a, _ = case.states
-    force = np.einsum("sij,sj->si", mass, a) + own_bias + weights
-    summed = np.einsum("sij,sj->si", np.abs(mass), np.abs(a)) + np.abs(own_bias) + np.abs(weights)
+    force = np.einsum("sij,sj->si", mass, a) + bias_torques + weights
+    summed = (
+        np.einsum("sij,sj->si", np.abs(mass), np.abs(a)) + np.abs(bias_torques) + np.abs(weights)
+    )
     size = (np.abs(v) * summed).sum(axis=1) + case.sizes.motion * case.sizes.momentum[:, 0]
     least = ROUNDED * case.sizes.energy / _time_steps(case) / TOLERANCE
     measured = share_of(rate - (force * v).sum(axis=1), np.maximum(size, least))
@@ -112,25 +114,25 @@ def _check_inverse(
     about: Subject,
     given: np.ndarray,
     mass: np.ndarray,
-    own_bias: np.ndarray,
+    bias_torques: np.ndarray,
     weights: np.ndarray,
     case: RobotCase,
 ) -> Finding:
     """Inverse dynamics is M a + bias + gravity, and what holds the springs of rotors' meshes."""
     q, v, a, _ = case.states
-    rest = given - np.einsum("sij,sj->si", mass, a) - own_bias - weights
-    asked = np.ones(q.shape[1], dtype=bool)
+    rest = given - np.einsum("sij,sj->si", mass, a) - bias_torques - weights
+    rows = np.ones(q.shape[1], dtype=bool)
     if case.level == "geared":
         for row, (_, mesh) in enumerate(case.robot.meshes, start=case.free):
             x, play = q[:, row], mesh.backlash_m
             held = mesh.stiffness_N_per_m * (x - np.clip(x, -play, play))
             held += np.where(np.abs(x) > play, mesh.damping_N_s_per_m * v[:, row], 0.0)
             rest[:, row] -= held
-        asked[case.free + len(case.robot.meshes) :] = False
-        asked[[case.leader(stage.joint) for stage in case.robot.stages]] = False
-    size = case.sizes.inverse_dynamics[:, asked]
+        rows[case.free + len(case.robot.meshes) :] = False
+        rows[[case.leader(stage.joint) for stage in case.robot.stages]] = False
+    size = case.sizes.inverse_dynamics[:, rows]
     basis = f"{TOLERANCE:g} of the torque's natural size; springs of meshes as the file has them"
-    return check_share(about, share_of(rest[:, asked], size), TOLERANCE, basis)
+    return check_share(about, share_of(rest[:, rows], size), TOLERANCE, basis)
 
 
 def _check_forward(about: Subject, forces: np.ndarray, case: RobotCase) -> Finding:
