@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -78,6 +78,11 @@ def build_gears(arm: Arm, layout: Layout, switches: Switches) -> Gears:
         for number in layout.mesh_joints
         for mesh in _stage_meshes(arm.joints[number], number, layout, switches)
     ]
+    return gather_gears(meshes, layout.theta.tolist(), switches)
+
+
+def gather_gears(meshes: Sequence[StageMesh], theta: Sequence[int], switches: Switches) -> Gears:
+    """The arrays of these meshes; theta: places of the joints' angles in q."""
 
     def floats(values: Iterable[float]) -> np.ndarray:
         return np.array(list(values), dtype=float)
@@ -89,7 +94,7 @@ def build_gears(arm: Arm, layout: Layout, switches: Switches) -> Gears:
         x_index=integers(entry.x_index for entry in meshes),
         subtract_index=integers(entry.subtract_index for entry in meshes),
         planets=floats(entry.planets for entry in meshes),
-        theta=integers(layout.theta[entry.joint] for entry in meshes),
+        theta=integers(theta[entry.joint] for entry in meshes),
         k_m=floats(mean_stiffness(entry.mesh.stiffness) for entry in meshes),
         k_a=floats(amplitude(entry.mesh) for entry in meshes),
         law=stiffness_data([entry.mesh.stiffness for entry in meshes]),
@@ -113,24 +118,36 @@ def _stage_meshes(
 ) -> list[StageMesh]:
     """Meshes of a joint: sun and ring mesh of all planets together, or planet after planet."""
     assert isinstance(joint, Planetary)  # as joints with mesh displacements are
+    if not layout.free:
+        places = layout.at("x_sp", number), layout.at("x_pr", number)
+        return lumped_meshes(joint, number, *places, switches)
     geometry = stage_geometry(joint)
     sun_rate = sun_mesh_rate(joint, geometry)
     ring_rate = ring_mesh_rate(joint, geometry, switches.ring_rate)
-    meshes, count = [], 1 if layout.free else joint.planet_count
-    for planet in range(joint.planet_count // count):
+    meshes = []
+    for planet in range(joint.planet_count):
         sun, ring = joint.sun_mesh.planet_mesh(planet), joint.ring_mesh.planet_mesh(planet)
-        share = joint.planet_count if layout.free else 1
-        d_sp, d_pr = (of_all / share for of_all in damping(joint, planet))
+        d_sp, d_pr = (of_all / joint.planet_count for of_all in damping(joint, planet))
         gamma_sp, gamma_pr = mesh_phases(joint, planet)
-        if layout.free:
-            x_s, x_pr = layout.at("x_s", number), layout.at("x_pr", number, planet)
-            at_sun, at_ring = (x_s, x_pr), (x_pr, NO_COORDINATE)
-        else:
-            at_sun = layout.at("x_sp", number), NO_COORDINATE
-            at_ring = layout.at("x_pr", number), NO_COORDINATE
-        meshes.append(StageMesh(sun, number, *at_sun, count, sun_rate, gamma_sp, d_sp))
-        meshes.append(StageMesh(ring, number, *at_ring, count, ring_rate, gamma_pr, d_pr))
+        x_s, x_pr = layout.at("x_s", number), layout.at("x_pr", number, planet)
+        meshes.append(StageMesh(sun, number, x_s, x_pr, 1, sun_rate, gamma_sp, d_sp))
+        meshes.append(StageMesh(ring, number, x_pr, NO_COORDINATE, 1, ring_rate, gamma_pr, d_pr))
     return meshes
+
+
+def lumped_meshes(
+    stage: PlanetaryStage, number: int, x_sp: int, x_pr: int, switches: Switches
+) -> list[StageMesh]:
+    """Sun and ring mesh of a joint's stage, of all planets together; their places in q."""
+    geometry, planets = stage_geometry(stage), stage.planet_count
+    rates = sun_mesh_rate(stage, geometry), ring_mesh_rate(stage, geometry, switches.ring_rate)
+    meshes = stage.sun_mesh.planet_mesh(0), stage.ring_mesh.planet_mesh(0)
+    return [
+        StageMesh(mesh, number, place, NO_COORDINATE, planets, rate, gamma, d)
+        for mesh, place, rate, gamma, d in zip(
+            meshes, (x_sp, x_pr), rates, mesh_phases(stage, 0), damping(stage), strict=True
+        )
+    ]
 
 
 def amplitude(mesh: PlanetMesh) -> float:

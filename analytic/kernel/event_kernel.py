@@ -275,7 +275,7 @@ def build_event_program(structure: Structure, record_map: RecordMap) -> Program:
         "RECORD": 3 * n + m,
         "LANES": 1,
         "WATCHED": 0 if structure.tanh else m,
-        "JOINTS": len(structure.stages),
+        "JOINTS": len(structure.driven_joints),
         "SHORTEST": SHORTEST,
         "ENDLESS": 1e300,  # of an error: the state is as good as not finite
     }

@@ -52,10 +52,24 @@ def term_numbers(
 
 def mesh_numbers(arm: Arm, structure: Structure, gears: Gears, drive: DriveData) -> Numbers:
     """Numbers of drive, friction and meshes, in SI units; phases in turns."""
+    numbers = drive_numbers(drive) | stage_numbers(structure, gears)
+    for j, joint in enumerate(arm.joints, 1):
+        numbers[f"friction{j}"] = joint.friction_N_m_s_per_rad
+    return numbers
+
+
+def drive_numbers(drive: DriveData) -> Numbers:
+    """Numbers of the drive's law, in SI units."""
+    return {
+        f"drive{j}_{place}": value
+        for j, gains in enumerate(drive.gains, 1)
+        for place, value in enumerate(gains)
+    }
+
+
+def stage_numbers(structure: Structure, gears: Gears) -> Numbers:
+    """Numbers of the meshes of planetary stages, in SI units; phases in turns."""
     numbers: Numbers = {}
-    for j in structure.joints:
-        numbers |= {f"drive{j}_{place}": value for place, value in enumerate(drive.gains[j - 1])}
-        numbers[f"friction{j}"] = arm.joints[j - 1].friction_N_m_s_per_rad
     first = 0
     for j, stage in structure.geared_joints:
         meshes = range(first, first + 2 * stage.planets)

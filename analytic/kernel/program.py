@@ -181,7 +181,7 @@ def build_steps_program(structure: Structure, record_map: RecordMap, lanes: int)
         "LANES": lanes,
         "BLOCK": rows.count * lanes,
         "RECORD": 3 * n + meshes,
-        "JOINTS": len(structure.stages),
+        "JOINTS": len(structure.driven_joints),
     }
     stages = {
         name: rows.function(*_stage(structure, read, left))
@@ -244,12 +244,22 @@ def build_states_program(structure: TermStructure) -> Program:
 
 
 class Rows:
-    """Equations as the body of row functions; ``before`` rows stand before their numbers."""
+    """Equations as the body of row functions; so many rows stand before their numbers.
 
-    def __init__(self, structure: Structure, lines: list[str], leading_rows: int) -> None:
+    inputs: names that the functions' own loads set; without them, the torques of a table.
+    """
+
+    def __init__(
+        self,
+        structure: Structure,
+        lines: list[str],
+        leading_rows: int,
+        inputs: Sequence[str] | None = None,
+    ) -> None:
         self.leading_rows, self.lines = leading_rows, lines
-        self.joint_torques = tuple(f"table{j}" for j in structure.joints)
-        free = find_free_names(lines, structure, self.joint_torques)
+        tabled = tuple(f"table{j}" for j in structure.driven_joints)
+        self.joint_torques = tabled if inputs is None else ()
+        free = find_free_names(lines, structure, self.joint_torques if inputs is None else inputs)
         self.numbers = tuple(name for name in free if not name.startswith("rows_"))
         pieces = {
             mesh_name: stage.pieces

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -14,8 +14,6 @@ from crosscheck.analytic.derivation.gears import Gears
 from crosscheck.analytic.paper.mesh_force import TANH
 from crosscheck.analytic.paper.mesh_frequency import OMEGA_T
 from crosscheck.analytic.paper.stiffness import SINE, TABLE
-from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import Layout
 from crosscheck.models.experiment.drive import DriveData
 
 SAME_RATE = 4 * np.finfo(float).eps  # relative: both rates are the ring's teeth, to rounding
@@ -82,6 +80,11 @@ class Structure(ABC):
         """The joints, counted from 1."""
         return range(1, len(self.stages) + 1)
 
+    @property
+    def driven_joints(self) -> range:
+        """The joints with a motor's torque, the first ones."""
+        return self.joints
+
     @cached_property
     def geared_joints(self) -> list[tuple[int, StageShape]]:
         """The joints with mesh displacements, counted from 1."""
@@ -112,10 +115,10 @@ class CommonFields(NamedTuple):
     conservative: bool
 
 
-def common_structure(arm: Arm, layout: Layout, gears: Gears, drive: DriveData) -> CommonFields:
-    """The fields of a model that every Structure has."""
+def common_structure(theta: Sequence[int], gears: Gears, drive: DriveData) -> CommonFields:
+    """The fields of a model that every Structure has; theta: places of the joints' angles in q."""
     return CommonFields(
-        stages=_stages(arm, layout, gears),
+        stages=_stages(theta, gears),
         drive=int(drive.code),
         omega_t=gears.phase == OMEGA_T,
         tanh=gears.dead_zone == TANH,
@@ -124,13 +127,15 @@ def common_structure(arm: Arm, layout: Layout, gears: Gears, drive: DriveData) -
     )
 
 
-def _stages(arm: Arm, layout: Layout, gears: Gears) -> tuple[StageShape | None, ...]:
+def _stages(theta: Sequence[int], gears: Gears) -> tuple[StageShape | None, ...]:
     law, rows, tabled = gears.law, np.diff(gears.law.first), gears.law.code == TABLE
     with_cosines = (gears.error_phase != 0) | (law.code != SINE)  # at the joint's own phase
     waves = np.where(law.code == SINE, 1, np.where(tabled, 0, rows))  # of each mesh's stiffness
-    shapes: list[StageShape | None] = [None] * len(arm.joints)
-    for joint in layout.mesh_joints:
-        meshes = np.flatnonzero(gears.theta == layout.theta[joint])
+    shapes: list[StageShape | None] = [None] * len(theta)
+    for joint, place in enumerate(theta):
+        meshes = np.flatnonzero(gears.theta == place)
+        if not meshes.size:
+            continue
         sun, ring = gears.rate[meshes[0]], gears.rate[meshes[1]]
         longest = int((rows * tabled)[meshes].max())
         shapes[joint] = StageShape(

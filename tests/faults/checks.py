@@ -22,7 +22,7 @@ from tests.faults.bits import fused_as_written, same_bits
 from tests.faults.costs import cost_is_right
 from tests.faults.measured import numbers_agree
 from tests.faults.planting import Laws, Seen
-from tests.faults.robots import robots_agree
+from tests.faults.robots import robots_agree, traced_is_kanes
 from tests.faults.views import VIEW_CHECKS
 from tests.judged import compare_states, energy_over_run, invariants, refined, same_step
 from tests.mixed_arms import MIXED, random_states, scenario
@@ -262,9 +262,10 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "bits": same_bits,
     "fused": fused_as_written,
     "robots": robots_agree,
+    "traced": traced_is_kanes,
     "cost": cost_is_right,
     "measured": numbers_agree,
     **VIEW_CHECKS,
 }
 # These need compiled functions, or have none.
-COMPILED = ("refined", "bits", "fused", "robots", "cost", "measured", *VIEW_CHECKS)
+COMPILED = ("refined", "bits", "fused", "robots", "traced", "cost", "measured", *VIEW_CHECKS)

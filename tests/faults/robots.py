@@ -3,8 +3,11 @@
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 
+import numpy as np
 import pytest
 
+from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.analytic.robot.structure import trace_forward_dynamics
 from crosscheck.checks.robots import engines
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.findings import Finding
@@ -28,6 +31,7 @@ from tests.robots.chains import (
     teeth,
     urdf,
 )
+from tests.robots.traced import equations, interpreted_accelerations, random_state
 
 TEETH = teeth(0.02, 1e6, 100.0, 2e-5)
 TURNED = Solid(1.7, (0.11, -0.04, 0.07), (0.03, 0.004, -0.006, 0.05, 0.002, 0.06), (0.3, -0.2, 0.5))
@@ -184,3 +188,19 @@ def judge(
 def _worst(findings: Sequence[Finding]) -> str:
     verdicts = {each.verdict for each in findings}
     return next(each for each in ("failed", "differ", "agree") if each in verdicts)
+
+
+def traced_is_kanes(seen: Seen) -> str:
+    """Accelerations of a robot's kernel, its text run by Python, against Kane's method."""
+    own = ROBOTS[seen.arm]()
+    verdicts = []
+    for level in own.levels:
+        trace_forward_dynamics.cache_clear()
+        q, v, torques = random_state(own, level, 4)
+        found = interpreted_accelerations(equations(own, level), q[0], v[0], torques[0])
+        trace_forward_dynamics.cache_clear()
+        kane = AnalyticRobot(own, level)
+        expected, mass = kane.forward_dynamics(q, v, torques)[0], kane.mass_matrix(q)[0]
+        size = (np.abs(mass) @ np.abs(expected)).max()
+        verdicts.append(bool((np.abs(mass @ (found - expected)) < 1e-11 * size).all()))
+    return "agree" if all(verdicts) else "differ"

@@ -56,7 +56,7 @@ def build_link_structure(
 ) -> LinkStructure:
     """The structure of a model over its links."""
     return LinkStructure(
-        *common_structure(arm, layout, gears, drive),
+        *common_structure(layout.theta.tolist(), gears, drive),
         spread=links.spread,
         gravity=any(arm.gravity_m_per_s2),
         friction=any(joint.friction_N_m_s_per_rad for joint in arm.joints),

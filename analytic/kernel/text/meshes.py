@@ -58,6 +58,15 @@ def mesh_forces(s: Structure, j: int, stage: StageShape) -> Lines:
             yield from _angle_torque(j, mesh, suffix, f"{side}{j}", stage)
 
 
+def constant_mesh(s: Structure, mesh: str) -> Lines:
+    """Lines of the force F and the damper's D of a mesh of constant stiffness without errors."""
+    yield f"gap_{mesh} = q_x_{mesh}"
+    yield from _travel(s, f"gap_{mesh}", mesh)
+    yield f"F_{mesh} = k_{mesh} * travel"
+    yield f"each_{mesh} = F_{mesh}"
+    yield f"D_{mesh} = d_{mesh} * v_x_{mesh} if abs(gap_{mesh}) > b_{mesh} else 0.0"
+
+
 def _waves(s: Structure, j: int, side: str, stage: StageShape) -> Lines:
     """Lines of sines and cosines of n phi of a stage's meshes on one side, as many as they need."""
     name, turns = f"{side}{j}", s.turns(j, side)

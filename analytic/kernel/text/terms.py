@@ -101,7 +101,7 @@ def build_term_structure(
     feedback: np.ndarray,
 ) -> TermStructure:
     """The structure of a model from its terms; see TermEquations."""
-    common = common_structure(arm, layout, gears, drive)
+    common = common_structure(layout.theta.tolist(), gears, drive)
     if phase_weights.any():  # sun and ring mesh each by its own
         stages = (stage and stage._replace(shared_rate=False) for stage in common.stages)
         common = common._replace(stages=tuple(stages))

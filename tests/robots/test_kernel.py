@@ -1,0 +1,279 @@
+"""The kernel of robots: rigid-body algorithms traced to text, against engines and exact numbers."""
+
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+
+from crosscheck.analytic.kernel import expressions
+from crosscheck.analytic.kernel.expressions import (
+    ExpressionGraph,
+    evaluate_constants,
+    write_lines,
+)
+from crosscheck.analytic.robot.algorithms import MovingTree, solve
+from crosscheck.analytic.robot.mechanism import build_mechanism, name_numbers, replace_names
+from crosscheck.analytic.robot.states import RobotStates
+from crosscheck.analytic.robot.structure import trace_forward_dynamics
+from crosscheck.cost.engines import build_model
+from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import Robot
+from crosscheck.provenance import ROOT
+from tests.faults.robots import ROBOTS
+from tests.robots import chains
+from tests.robots.traced import CIRCLE, equations, moving_tree, random_state, run_text
+
+PLANETARY = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
+# M a - (what accelerates): rounding of some thousand operations on terms as large as |M| |a|.
+TOLERANCE = 1e-12
+
+
+def off(robot: Robot, level: str, engine: str, lanes: int) -> float:
+    """By how much M times the difference of accelerations exceeds rounding, in parts of |M| |a|."""
+    q, v, torques = random_state(robot, level, 3, states=5)
+    model = build_model(engine, robot, level)
+    expected, mass = model.forward_dynamics(q, v, torques), model.mass_matrix(q)
+    found = RobotStates(robot, level, lanes).forward_dynamics(q, v, torques)
+    missed = np.einsum("sij,sj->si", mass, found - expected)
+    size = np.einsum("sij,sj->si", np.abs(mass), np.abs(expected))
+    return float((np.abs(missed).max(axis=1) / size.max(axis=1)).max())
+
+
+@pytest.mark.parametrize("engine", chains.ENGINES)
+@pytest.mark.parametrize("name", ["puma560", "six-joint", "sliding", PLANETARY])
+def test_every_engine_agrees(name, engine):
+    robot = load_robot(name)
+    for level in robot.levels[1:]:  # links alone are part of the armature
+        assert off(robot, level, engine, lanes=1) < TOLERANCE
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_every_engine_agrees_on_random_robots(seed):
+    robot = chains.random_chain(seed, most_joints=4)
+    for engine in chains.ENGINES:
+        assert off(robot, robot.levels[-1], engine, lanes=8) < 100 * TOLERANCE  # M ill-conditioned
+
+
+@pytest.mark.parametrize("level", ["links", "coupled"])
+def test_mass_matrix_is_that_of_every_engine(level):
+    for robot in (load_robot("puma560"), ROBOTS["unlike"]()):
+        q, _, _ = random_state(robot, level, 1, states=9)
+        found = RobotStates(robot, level).mass_matrix(q)
+        for engine in chains.ENGINES:
+            expected = build_model(engine, robot, level).mass_matrix(q)
+            assert found == pytest.approx(expected, abs=1e-14 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("lanes", [2, 8])
+def test_bits_do_not_depend_on_lanes(lanes):
+    robot = load_robot("sliding")
+    state = random_state(robot, "geared", 2, states=11)
+    alone = RobotStates(robot, "geared", 1).forward_dynamics(*state)
+    assert (RobotStates(robot, "geared", lanes).forward_dynamics(*state) == alone).all()
+
+
+@pytest.mark.parametrize("name", ["unlike", "all sprung"])
+def test_text_is_exactly_what_the_algorithms_do(name, monkeypatch):
+    """In fractions, nothing is rounded: folds, signs, shared expressions, order of operands."""
+    functions = {
+        function: lambda name, turns, f=function: [f"{name} = {f}_of[{turns.split(' * ')[0]}]"]
+        for function in ("cos", "sin")
+    }
+    monkeypatch.setattr(expressions, "FUNCTIONS", functions)
+    s = equations(ROBOTS[name](), "geared").structure
+    named, numbers = name_numbers(build_mechanism(ROBOTS[name](), "geared"))
+    exact = {key: Fraction(value).limit_denominator(997) for key, value in numbers.items()}
+    own = replace_names(named, exact.__getitem__)
+    text = trace_forward_dynamics.__wrapped__(s)
+    given = iter(Fraction(k, 7) for k in range(2, 60, 3))
+    names = (
+        *(f"{kind}_{x}" for kind in "qv" for x in s.coordinates),
+        *(f"T{j}" for j in s.driven_joints),
+        *(f"push_{x}" for x in s.displacements),
+    )
+    state = dict(zip(names, given, strict=False))
+    q, v = ([state[f"{kind}_theta{j}"] for j in s.driven_joints] for kind in "qv")
+    values = [joint.factor * q[joint.coordinate] + joint.offset for joint in own.joints]
+    turned = dict(zip(values, CIRCLE, strict=False))
+    tables = {
+        f"{f}_of": {x: pair[k] for x, pair in turned.items()} for k, f in enumerate(("cos", "sin"))
+    }
+    constants = evaluate_constants(text.constants, exact)
+    found = run_text(text.lines, {**constants, **state, **tables}, Fraction)
+    expected = MovingTree(own, values, list(turned.values())).forward_dynamics(
+        [joint.factor * v[joint.coordinate] for joint in own.joints],
+        [state[f"v_{x}"] for x in s.displacements],
+        [state[f"T{j}"] for j in s.driven_joints],
+        [state[f"push_{x}"] for x in s.displacements],
+        [0] * len(own.joints),
+    )
+    assert [found[f"a_{x}"] for x in s.coordinates] == expected
+    assert all(isinstance(each, Fraction) for each in expected)
+
+
+def test_lagranges_equation_holds_to_forty_digits():
+    """d/dt dT/dv - dT/dq + dV/dq = T of poses by products of rotations alone, in 50 digits."""
+    robot = load_robot("sliding")
+    mechanism, free = build_mechanism(robot, "coupled"), 3
+    q0, v0, torques = (row[0] for row in random_state(robot, "coupled", 5))
+    with mpmath.workdps(60):
+        exact = replace_names(*_as_mpf(mechanism))
+        values = [mpmath.mpf(x) for x in q0]
+        tree = MovingTree(exact, values, [(mpmath.cos(x), mpmath.sin(x)) for x in values])
+        a = tree.forward_dynamics(
+            [mpmath.mpf(x) for x in v0], [], [mpmath.mpf(x) for x in torques], [], [0] * 3
+        )
+        step = mpmath.mpf(10) ** -15
+
+        def lagrangian(q: list[mpmath.mpf], v: list[mpmath.mpf]) -> mpmath.mpf:
+            return _energy(exact, q, v)
+
+        def slope(k: int, of_rate: bool, t: mpmath.mpf) -> mpmath.mpf:
+            q = [x + t * w + t * t / 2 * b for x, w, b in zip(values, v0, a, strict=True)]
+            v = [w + t * b for w, b in zip(v0, a, strict=True)]
+            sides = []
+            for sign in (1, -1):
+                moved = [list(q), list(v)]
+                moved[of_rate][k] += sign * step
+                sides.append(lagrangian(*moved))
+            return (sides[0] - sides[1]) / (2 * step)
+
+        for k in range(free):
+            rate = (slope(k, True, step) - slope(k, True, -step)) / (2 * step)
+            # The error of the differences: their step squared.
+            assert abs(rate - slope(k, False, mpmath.mpf(0)) - torques[k]) < 1e-20
+
+
+def _as_mpf(mechanism):
+    named, numbers = name_numbers(mechanism)
+    return named, lambda name: mpmath.mpf(numbers[name])
+
+
+def _energy(mechanism, q, v):
+    """T - V: velocities of point masses' sums from rates of poses, rotors by their spin."""
+    pose, spins, total = [], [], mpmath.mpf(0)
+    step = mpmath.mpf(10) ** -25
+
+    def poses(at):
+        found = []
+        for joint, value in zip(mechanism.joints, at, strict=True):
+            under = (
+                (mpmath.eye(3), mpmath.matrix(3, 1)) if joint.parent < 0 else found[joint.parent]
+            )
+            fixed, axis = mpmath.matrix(joint.rotation), mpmath.matrix(joint.axis)
+            x, y, z = axis
+            across = mpmath.matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+            turn = mpmath.eye(3)
+            at_joint = mpmath.matrix(joint.position)
+            if joint.slides:
+                at_joint = at_joint + fixed * axis * value
+            else:
+                turn = turn + mpmath.sin(value) * across + (1 - mpmath.cos(value)) * across * across
+            found.append((under[0] * fixed * turn, under[1] + under[0] * at_joint))
+        return found
+
+    ahead, behind, now = (
+        poses([x + sign * step * w for x, w in zip(q, v, strict=True)]) for sign in (1, -1, 0)
+    )
+    for body, one, other, here in zip(mechanism.bodies, ahead, behind, now, strict=True):
+        com = mpmath.matrix(body.com)
+        velocity = (one[1] + one[0] * com - other[1] - other[0] * com) / (2 * step)
+        spin = here[0].T * (one[0] - other[0]) / (2 * step)
+        w = mpmath.matrix([spin[2, 1], spin[0, 2], spin[1, 0]])
+        xx, xy, xz, yy, yz, zz = body.inertia
+        inertia = mpmath.matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        total += (body.mass * (velocity.T * velocity)[0] + (w.T * inertia * w)[0]) / 2
+        total += body.mass * (mpmath.matrix(mechanism.gravity).T * (here[1] + here[0] * com))[0]
+        spins.append(w)
+        pose.append(here)
+    for rotor in mechanism.rotors:
+        spin = rotor.ratio * v[rotor.joint]
+        if rotor.body >= 0:
+            spin += (mpmath.matrix(rotor.axis).T * spins[rotor.body])[0]
+        total += rotor.inertia * spin**2 / 2
+    return total
+
+
+def test_a_planar_chain_folds_to_its_planar_equations():
+    """M of two links: three entries from one cosine; gravity along the axes leaves nothing."""
+    s = equations(load_robot(PLANETARY), "links").structure
+    text = trace_forward_dynamics(s)
+    cosines = sum(line.endswith("_r)") or " = 0.25 - abs(" in line for line in text.lines)
+    assert cosines == 2  # cosine and sine of the elbow; the shoulder's angle does not matter
+    assert text.operations < 90
+    assert not any("q_theta1" in line for line in text.lines)
+
+
+def test_whole_numbers_fold_and_floats_do_not():
+    graph = ExpressionGraph()
+    x, y, c = graph.variable("x"), graph.variable("y"), graph.constant("c")
+    assert (x * 0, 0 * x, x - x, 0 / x) == (0, 0, 0, 0)
+    assert x * 1 is x
+    assert 0 + x is x
+    assert x - 0 is x
+    assert x * -1 is -x
+    opposite = -x
+    assert -opposite is x
+    assert 0 - x is -x
+    assert x + y is y + x
+    assert x * y is y * x
+    assert x - y is not y - x
+    assert -(x - y) is y - x
+    assert x + -y is x - y
+    assert x - opposite is x + x
+    assert (-x) * y is -(x * y)
+    assert x / y is not y / x
+    assert (c * 2).is_constant
+    assert not (c * x).is_constant
+    assert graph.variable("x") is x
+    assert x * 2 is not x * 3
+
+
+def test_constants_are_worked_out_beforehand_and_products_stand_in_sums():
+    graph = ExpressionGraph()
+    x, y, c, d = graph.variable("x"), graph.variable("y"), graph.constant("c"), graph.constant("d")
+    text = write_lines({"out": (c * d - 2) * x + y * x, "none": 0})
+    ((name, _),) = text.constants.items()
+    *_, last, none = text.lines
+    assert len(text.lines) == 3
+    assert none == "none = 0.0"
+    assert f"({name} * x)" in text.lines[0].replace(f"(x * {name})", f"({name} * x)")
+    assert last.startswith("out = e")
+    assert evaluate_constants(text.constants, {"c": 3.0, "d": np.array([1.0, 2.0])})[
+        name
+    ].tolist() == [1, 4]
+
+
+def test_solving_is_exact_in_fractions():
+    matrix = [
+        [Fraction(4), Fraction(1), 0],
+        [Fraction(1), Fraction(3), Fraction(1, 2)],
+        [0, Fraction(1, 2), Fraction(5)],
+    ]
+    wanted = [Fraction(2), Fraction(-1), Fraction(3)]
+    right = [sum(a * x for a, x in zip(row, wanted, strict=True)) for row in matrix]
+    assert solve(matrix, right) == wanted
+
+
+def test_numbers_are_by_name_and_zeros_are_structure():
+    """Another payload is another number of one structure; a lost one is another structure."""
+    own = equations(load_robot("puma560"), "coupled")
+    mechanism = build_mechanism(own.robot, "coupled")
+    body = mechanism.bodies[-1]
+    heavier = mechanism._replace(bodies=(*mechanism.bodies[:-1], body._replace(mass=2 * body.mass)))
+    lost = mechanism._replace(bodies=(*mechanism.bodies[:-1], body._replace(mass=0)))
+    assert name_numbers(heavier)[0] == own.structure.mechanism
+    assert name_numbers(lost)[0] != own.structure.mechanism
+    assert name_numbers(heavier)[1]["bodies_5_mass"] == 2 * body.mass
+
+
+def test_inverse_and_forward_dynamics_are_each_other():
+    """M a + bias is what makes a, in floats; weights and rotors among it."""
+    robot = load_robot("six-joint")
+    mechanism = build_mechanism(robot, "coupled")
+    q, v, torques = (row[0].tolist() for row in random_state(robot, "coupled", 8))
+    tree = moving_tree(mechanism, q)
+    a = tree.forward_dynamics(v, [], torques, [], [0] * 6)
+    back = np.array(tree.mass_matrix(), dtype=float) @ np.array(a, dtype=float) + tree.bias(v)
+    assert back == pytest.approx(torques, rel=1e-12, abs=1e-11)
