@@ -79,6 +79,11 @@ class AnalyticModel(Model):
             return self.term_equations
         return LinkEquations(self.arm, self.layout, self.gears, self.drive, self.links)
 
+    @property
+    def edges(self) -> np.ndarray:
+        """Half clearances (meshes,) [m]."""
+        return self.gears.b
+
     @cached_property
     def states(self) -> StateEvaluator:
         """Evaluator of the equations at single states."""

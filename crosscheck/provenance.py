@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -73,12 +73,7 @@ def record_provenance(
     model: str = "",
 ) -> Provenance:
     """The Provenance of a result made now; packages: what it depends on beside the usual."""
-    # Bytes that are no text in this locale, which files cannot hold, as escapes.
-    command = " ".join(["crosscheck", *sys.argv[1:]]).encode("utf-8", "backslashreplace")
-    lock = ROOT / "run.lock"
     return Provenance(
-        command=command.decode("utf-8"),
-        created=datetime.now(UTC).isoformat(timespec="seconds"),
         arm=mechanism if isinstance(mechanism, Arm) else None,
         robot=None if isinstance(mechanism, Arm) else read_robot_file(mechanism),
         arm_sha256=mechanism_digest(mechanism),
@@ -88,12 +83,24 @@ def record_provenance(
         switches=chosen,
         model=model,
         remarks=tuple(remarks),
-        versions={name: find_version(name) for name in (*PACKAGES, *packages)},
-        python=platform.python_version(),
-        machine=f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
-        revision=_revision(),
-        lock_sha256=hashlib.sha256(lock.read_bytes()).hexdigest() if lock.is_file() else None,
+        **describe_surroundings(packages),
     )
+
+
+def describe_surroundings(packages: Sequence[str] = ()) -> dict[str, Any]:
+    """Command, time, versions, machine and code of a result made now, as Provenance has them."""
+    # Bytes that are no text in this locale, which files cannot hold, as escapes.
+    command = " ".join(["crosscheck", *sys.argv[1:]]).encode("utf-8", "backslashreplace")
+    lock = ROOT / "run.lock"
+    return {
+        "command": command.decode("utf-8"),
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "versions": {name: find_version(name) for name in (*PACKAGES, *packages)},
+        "python": platform.python_version(),
+        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+        "revision": _revision(),
+        "lock_sha256": hashlib.sha256(lock.read_bytes()).hexdigest() if lock.is_file() else None,
+    }
 
 
 def read_robot_file(robot: Robot) -> RobotFile:

@@ -83,7 +83,7 @@ def load_case(
     """
     data = read_raw_case(arm, scenario, switches)
     for setting in settings:
-        _apply(data, setting)
+        apply_setting(data, setting)
     return validate_case(data, arm, scenario)
 
 
@@ -153,7 +153,7 @@ def load_selection(
         if section == "scenario" and not stages:
             raise InputError("--set", setting, None, "needs --scenario")
         for target in stages if section == "scenario" else [data]:
-            _apply(target, setting)
+            apply_setting(target, setting)
     loaded = validate_record(Arm, data["arm"], arm)
     switched = _add_planets_switch(data["switches"], loaded) if data["switches"] else None
     chosen = ArmSelection(
@@ -191,7 +191,8 @@ def require_fit(scenario: Scenario, arm: Arm, where: str = "") -> None:
         raise InputError(where or scenario.name, field, value, needed)
 
 
-def _apply(data: dict[str, Any], setting: str) -> None:
+def apply_setting(data: dict[str, Any], setting: str) -> None:
+    """Change raw content by ``path=value``. Raises InputError."""
     path, equals, text = setting.partition("=")
     if not equals or not is_path(path):
         raise InputError(

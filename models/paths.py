@@ -10,7 +10,7 @@ from typing import Any
 
 from crosscheck.models.errors import InputError
 
-SECTIONS = ("arm", "scenario", "switches")
+SECTIONS = ("arm", "robot", "scenario", "switches")
 FieldPath = tuple[str | int, ...]  # of one entry: keys of tables, indices in lists
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,9 @@ _ABOUT = {
     "x_pr_dot": ("m s-1", "rate of x_pr"),
     "F_sp": ("N", "elastic force of the sun-planet mesh, per planet, without damper"),
     "F_pr": ("N", "elastic force of the planet-ring mesh, per planet, without damper"),
+    "x_mesh": ("m", "displacement of the mesh of a joint's rotor along the line of action"),
+    "x_mesh_dot": ("m s-1", "rate of x_mesh"),
+    "F_mesh": ("N", "elastic force of the mesh of a joint's rotor, without damper"),
     "kinetic_energy": ("J", "kinetic energy of all bodies"),
     "work": ("J", "work of drive, meshes and dampers since the start"),
     "work_turned_over": ("J", "integral of the magnitude of every force's power"),
@@ -59,9 +62,23 @@ def build_trajectory(
     torque of shape (times, joints); x_sp, x_pr, x_sp_dot, x_pr_dot, F_sp and F_pr of shape (times,
     joints, planets); kinetic_energy, work and work_turned_over of shape (times,).
     """
+    provenance = {
+        "schema_version": SCHEMA_VERSION,
+        "model": name,
+        "step_s": scenario.step_s,
+        "arm": json.dumps(arm.model_dump()),
+        "scenario": json.dumps(scenario.model_dump()),
+        "switches": json.dumps(chosen.model_dump()),
+    }
+    return dataset_of(variables, time, provenance, len(arm.joints))
+
+
+def dataset_of(
+    variables: dict[str, np.ndarray], time: np.ndarray, attributes: dict[str, Any], joints: int
+) -> xr.Dataset:
+    """The Dataset of variables over time (times,) [s] and so many joints, with its attributes."""
     import xarray as xr  # half a second, pandas with it
 
-    joints = len(arm.joints)
     data = {
         name: (_DIMS[values.ndim], values, {"units": unit_of(name), "long_name": meaning_of(name)})
         for name, values in variables.items()
@@ -73,16 +90,7 @@ def build_trajectory(
     planets = max((values.shape[2] for values in variables.values() if values.ndim == 3), default=0)
     if planets:
         coords["planet"] = ("planet", np.arange(1, planets + 1), {"long_name": "planet number"})
-    provenance = {
-        "Conventions": "CF-1.11",
-        "schema_version": SCHEMA_VERSION,
-        "model": name,
-        "step_s": scenario.step_s,
-        "arm": json.dumps(arm.model_dump()),
-        "scenario": json.dumps(scenario.model_dump()),
-        "switches": json.dumps(chosen.model_dump()),
-    }
-    return xr.Dataset(data, coords, attrs=provenance)
+    return xr.Dataset(data, coords, attrs={"Conventions": "CF-1.11", **attributes})
 
 
 def recorded_times(scenario: Scenario) -> np.ndarray:

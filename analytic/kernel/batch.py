@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from crosscheck.analytic.kernel.numbers import Numbers
-from crosscheck.analytic.kernel.program import STATE, Program, build_steps_program, compile_program
+from crosscheck.analytic.kernel.program import (
+    STATE,
+    Program,
+    RecordMap,
+    build_steps_program,
+    compile_program,
+)
+from crosscheck.analytic.kernel.structure import Structure
 from crosscheck.models.experiment.drive import TABLE, DriveData, table_torques
-
-if TYPE_CHECKING:
-    from crosscheck.analytic.model import AnalyticModel
+from crosscheck.models.experiment.scenario import Scenario
 
 BLOCK_LANES = 8  # lanes of a block: as many numbers as the widest registers hold
 CACHE_LINE = (
@@ -33,6 +38,38 @@ class Records(NamedTuple):
     forces: np.ndarray
 
 
+class SteppedEquations(Protocol):
+    """Equations that a kernel runs; see crosscheck.analytic.kernel.equations."""
+
+    @property
+    def structure(self) -> Structure: ...
+
+    @property
+    def numbers(self) -> Numbers: ...
+
+    def record_map(self) -> RecordMap: ...
+
+    def to_kernel(self, x: np.ndarray) -> np.ndarray: ...
+
+
+class SteppedModel(Protocol):
+    """What a kernel steps: equations in an experiment; edges (meshes,) [m]: half clearances."""
+
+    @property
+    def scenario(self) -> Scenario: ...
+
+    @property
+    def drive(self) -> DriveData: ...
+
+    @property
+    def equations(self) -> SteppedEquations: ...
+
+    @property
+    def edges(self) -> np.ndarray: ...
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]: ...
+
+
 class Batch:
     """Models of one structure, step and drive table, at least one, stepped from their starts.
 
@@ -40,7 +77,7 @@ class Batch:
     bit the same at every number of lanes.
     """
 
-    def __init__(self, models: Sequence[AnalyticModel], lanes: int = BLOCK_LANES) -> None:
+    def __init__(self, models: Sequence[SteppedModel], lanes: int = BLOCK_LANES) -> None:
         first = models[0]
         self.models, self.step_s = models, first.scenario.step_s
         self.structure = first.equations.structure
@@ -55,7 +92,7 @@ class Batch:
             member = min(place, len(models) - 1)  # spare lanes repeat the last
             lanes_of[place // lanes, :, place % lanes] = columns[member]
 
-    def _column(self, model: AnalyticModel) -> np.ndarray:
+    def _column(self, model: SteppedModel) -> np.ndarray:
         """All rows of a member at its start: state, forces and numbers."""
         q, v = (model.equations.to_kernel(x) for x in model.start())
         state = {"q": q, "v": v, "stage_q": q, "stage_v": v}

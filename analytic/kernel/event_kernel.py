@@ -22,7 +22,7 @@ from crosscheck.analytic.kernel.structure import Structure
 from crosscheck.analytic.reference import MESH_RATE_M_PER_S, MESH_SIZE_M
 
 if TYPE_CHECKING:
-    from crosscheck.analytic.model import AnalyticModel
+    from crosscheck.analytic.kernel.batch import SteppedModel
 
 _TEMPLATE = '''
 def evaluate(w: rows, t, root_t, table: array, h, part):
@@ -356,14 +356,14 @@ class EventRun(NamedTuple):
     changes: int
 
 
-def integrate_with_events(model: AnalyticModel, rtol: float) -> EventRun:
+def integrate_with_events(model: SteppedModel, rtol: float) -> EventRun:
     """A model's run at a relative tolerance; NaN from where it diverged."""
     equations, scenario = model.equations, model.scenario
     structure = equations.structure
     program = build_event_program(structure, equations.record_map())
     n, m = len(structure.coordinates), len(structure.meshes)
     state = [equations.to_kernel(x) for x in model.start()]
-    edges = model.gears.b
+    edges = model.edges
     rest = np.zeros(program.leading_rows - 3 * n - 3 * m)
     numbers = number_rows(program, equations.numbers)
     w = np.concatenate([*state, np.zeros(n + 2 * m), edges, rest, *numbers])

@@ -16,11 +16,7 @@ from crosscheck.analytic.robot.algorithms import Mechanism
 from crosscheck.analytic.robot.mechanism import build_mechanism, name_numbers
 from crosscheck.analytic.robot.structure import RobotStructure, trace_forward_dynamics
 from crosscheck.models.experiment.drive import DriveData
-from crosscheck.models.experiment.scenario import switches
-from crosscheck.models.robot.robot import Level, Robot
-
-# The laws of a robot's planetary meshes.
-LAWS = switches(damping="contact", mesh_work="conservative")
+from crosscheck.models.robot.robot import MESH_LAWS, Level, Robot
 
 
 @dataclass(frozen=True)
@@ -50,9 +46,9 @@ class RobotEquations:
         meshes = [
             mesh
             for number, gears, place in sorted(staged, key=lambda each: each[0])
-            for mesh in lumped_meshes(gears, number, place, place + 1, LAWS)
+            for mesh in lumped_meshes(gears, number, place, place + 1, MESH_LAWS)
         ]
-        return gather_gears(meshes, range(len(self.labels)), LAWS)
+        return gather_gears(meshes, range(len(self.labels)), MESH_LAWS)
 
     @cached_property
     def _named(self) -> tuple[Mechanism, dict[str, float]]:

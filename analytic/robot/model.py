@@ -24,7 +24,9 @@ from crosscheck.analytic.paper.mesh_force import is_in_contact, phase_force
 from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.analytic.paper.mesh_phasing import mesh_phases
 from crosscheck.analytic.paper.tooth_error import total_error
+from crosscheck.analytic.robot.runs import run_precisely, run_robot
 from crosscheck.models.arm.mesh import PlanetMesh
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, WITH_ROTORS, JointStage, Level, Robot
 
@@ -184,6 +186,14 @@ class AnalyticRobot(RobotModel):
         held = self._bias_and_weight(poses, v, self.robot.gravity) + self._mesh_force(q, v)
         left = torques @ self._driven - held
         return np.linalg.solve(self._mass(poses), left[:, :, None])[:, :, 0]
+
+    def integrate(self, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates and rates (records, n) of a run by the kernel. Raises Diverged."""
+        return run_robot(self, scenario)
+
+    def precise(self, scenario: Scenario, rtol: float) -> tuple[np.ndarray, np.ndarray]:
+        """The same at a relative tolerance, steps ended at contact changes. Raises Diverged."""
+        return run_precisely(self, scenario, rtol)
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Energy (states,) [J]: v' M v / 2, and masses at their heights."""

@@ -200,8 +200,13 @@ def check(
 
 @app.command()
 def simulate(
-    arm: ArmName,
-    model: Annotated[str, typer.Option(help="See `crosscheck list`.")],
+    arm: Annotated[
+        str,
+        typer.Argument(metavar="ARM", help="Name or TOML file of an arm or a robot; or a URDF."),
+    ],
+    model: Annotated[
+        str, typer.Option(help="See `crosscheck list`; of a robot ENGINE:LEVEL, analytic:coupled.")
+    ],
     scenario: Annotated[str, typer.Option(help="Built-in name or TOML file.")],
     out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
     t_end: Annotated[str | None, typer.Option(help="Duration in seconds.")] = None,

@@ -13,9 +13,9 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.experiment.integration import classical_step
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
-from crosscheck.models.robot.integration import classical_step
 from crosscheck.models.trajectory import recorded_times, trajectory
 from crosscheck.registry import Entry, build, find_level_models, reference_model
 from crosscheck.trial.coordinates.frame import build_frame

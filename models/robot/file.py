@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -79,6 +79,21 @@ class RobotFile(Data):
     """By the URDF's names of joints; those left out are direct."""
 
 
+class RobotSource(Data):
+    """A robot as its files say it: what a run's file keeps of it."""
+
+    file: RobotFile
+    """Content of the robot's file, or what stands for it where there is a URDF alone."""
+    urdf_text: str
+    """Content of the URDF."""
+
+    def build(self, where: str = "", urdf_where: str = "") -> Robot:
+        """The robot; the names are for messages. Raises InputError."""
+        return build_robot(
+            self.file, self.urdf_text, where or self.file.name, urdf_where or self.file.urdf
+        )
+
+
 def load_robot(name: str) -> Robot:
     """Load the robot of a built-in name, a TOML file, or a URDF alone, without rotors.
 
@@ -93,12 +108,23 @@ def load_robot(name: str) -> Robot:
     Raises:
         InputError: There is no such file, or an element of it does not fit.
     """
+    return read_source(name, read_robot_file(name))[1]
+
+
+def read_robot_file(name: str) -> dict[str, Any]:
+    """What a robot's file holds, not validated, or what stands for it. Raises InputError."""
     path = Path(name)
     alone = {"schema_version": 1, "name": path.stem, "urdf": path.name}
-    file = validate_record(RobotFile, alone if is_urdf(name) else read_raw_robot(name), name)
+    return alone if is_urdf(name) else read_raw_robot(name)
+
+
+def read_source(name: str, content: dict[str, Any]) -> tuple[RobotSource, Robot]:
+    """A robot by the content of its file and the URDF beside it. Raises InputError."""
+    file = validate_record(RobotFile, content, name)
     is_builtin = name in builtin_robots()
-    urdf = (HERE / "robots" if is_builtin else path.parent) / file.urdf
-    return build_robot(file, read_text(urdf), name, str(urdf))
+    urdf = (HERE / "robots" if is_builtin else Path(name).parent) / file.urdf
+    source = RobotSource(file=file, urdf_text=read_text(urdf))
+    return source, source.build(name, str(urdf))
 
 
 def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:

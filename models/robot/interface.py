@@ -6,7 +6,12 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
+from crosscheck.models.errors import CannotDo, Diverged
+from crosscheck.models.experiment.drive import drive_data, torques_along
+from crosscheck.models.experiment.integration import classical_step
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.models.robot.start import start_state
 
 
 class RobotModel(ABC):
@@ -53,6 +58,40 @@ class RobotModel(ABC):
 
         Armature is no body: at that level there is the links' alone.
         """
+
+    def integrate(self, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates and rates (records, n) of a run by fixed steps of classical Runge-Kutta.
+
+        An engine whose accelerations are those of its own integrator may override it. Raises
+        Diverged.
+        """
+        drive, (q, v) = (
+            drive_data(scenario, len(self.robot.coordinates)),
+            start_state(self, scenario),
+        )
+        h, free = scenario.step_s, len(self.robot.coordinates)
+        records = [(q, v)]
+
+        def acceleration(t: float, at: np.ndarray, rate: np.ndarray) -> np.ndarray:
+            torques = torques_along(drive, np.array([t]), at[None, :free], rate[None, :free])
+            return self.forward_dynamics(at[None], rate[None], torques)[0]
+
+        for step in range(scenario.steps):
+            t = step * h
+            try:
+                q, v = classical_step(acceleration, (t, t + h / 2, t + h), q, v, h)
+            except np.linalg.LinAlgError:
+                raise Diverged(f"{self.name}:{self.level}", t) from None
+            if not (np.isfinite(q).all() and np.isfinite(v).all()):
+                raise Diverged(f"{self.name}:{self.level}", t + h)
+            if (step + 1) % scenario.stride == 0:
+                records.append((q, v))
+        at, rate = (np.array(each) for each in zip(*records, strict=True))
+        return at, rate
+
+    def precise(self, scenario: Scenario, rtol: float) -> tuple[np.ndarray, np.ndarray]:
+        """The same by adaptive steps that end where contacts change. Raises CannotDo, Diverged."""
+        raise CannotDo(f"{self.name} has no precise run of robots")
 
     @abstractmethod
     def tip(self, q: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 
 from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.quantities import Damping, Data, Length, Play, Stiffness
+from crosscheck.models.experiment.scenario import switches
 
 BASE = -1  # in place of the number of a body: what stands on the ground
 Level = Literal["links", "armature", "coupled", "geared"]
@@ -20,6 +21,8 @@ LEVELS: dict[Level, str] = {
     "geared": "the same, but where a gear has meshes, their springs alone move the joint",
 }
 WITH_ROTORS: tuple[Level, ...] = ("coupled", "geared")  # as bodies
+# Of planetary meshes: dampers act in contact, and springs whose stiffness varies do all their work.
+MESH_LAWS = switches(damping="contact", mesh_work="conservative")
 RIGID: tuple[Level, ...] = ("links", "armature", "coupled")  # those of every robot
 
 

@@ -1,0 +1,101 @@
+"""A robot's run as the Dataset of an arm's: over time, joint and, for stages, planet."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from crosscheck.models.experiment.drive import drive_data, torques_along
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.robot.file import RobotSource
+from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import MESH_LAWS
+from crosscheck.models.trajectory import SCHEMA_VERSION, dataset_of, recorded_times
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def build_robot_trajectory(
+    model: RobotModel, source: RobotSource, scenario: Scenario, q: np.ndarray, v: np.ndarray
+) -> xr.Dataset:
+    """The Dataset of a run with coordinates and rates q, v (records, n).
+
+    Joints are all that move, in the robot's order; one that follows another has no torque of its
+    own. What its own gears have is NaN where a joint has none. Values that are no state come from
+    the model: accelerations, elastic forces, which are what holds the meshes at rest, and energy.
+    """
+    robot, time = model.robot, recorded_times(scenario)
+    free, count = list(robot.coordinates), len(robot.joints)
+    given = drive_data(scenario, len(free))
+    torques = torques_along(given, time, q[:, : len(free)], v[:, : len(free)])
+    a = model.forward_dynamics(q, v, torques)
+    still = np.zeros_like(q)
+    follows, offsets = np.zeros((count, len(free))), np.zeros(count)
+    for number, joint in enumerate(robot.joints):
+        if joint.mimic is None:
+            follows[number, free.index(number)] = 1.0
+        else:
+            follows[number, free.index(joint.mimic.joint)] = joint.mimic.multiplier
+            offsets[number] = joint.mimic.offset
+    whole = np.zeros((len(time), count))
+    whole[:, free] = torques
+    angles, rates, growth = (x[:, : len(free)] @ follows.T for x in (q, v, a))
+    variables = {
+        "theta": angles + offsets,
+        "theta_dot": rates,
+        "theta_ddot": growth,
+        "torque": whole,
+        "kinetic_energy": model.energy(q, v) - model.energy(q, still),
+    }
+    if model.level == "geared":
+        force = model.inverse_dynamics(q, still, still) - model.gravity(q)
+        variables |= _mesh_variables(model, q, v, force)
+    return dataset_of(
+        variables,
+        time,
+        {
+            "model": f"{model.name}:{model.level}",
+            "schema_version": SCHEMA_VERSION,
+            "step_s": scenario.step_s,
+            "robot": source.model_dump_json(),
+            "scenario": json.dumps(scenario.model_dump()),
+            "switches": MESH_LAWS.model_dump_json(),
+            "joints": json.dumps([joint.name for joint in robot.joints]),
+            "kinds": json.dumps([joint.kind for joint in robot.joints]),
+        },
+        count,
+    )
+
+
+def _mesh_variables(
+    model: RobotModel, q: np.ndarray, v: np.ndarray, force: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Displacements, rates and elastic forces of rotors' meshes and of one planet of a stage."""
+    robot = model.robot
+    place, count = len(robot.coordinates), len(robot.joints)
+    variables: dict[str, np.ndarray] = {}
+    if robot.meshes:
+        for name in ("x_mesh", "x_mesh_dot", "F_mesh"):
+            variables[name] = np.full((len(q), count), np.nan)
+        for rotor, _ in robot.meshes:
+            for name, values in (("x_mesh", q), ("x_mesh_dot", v), ("F_mesh", force)):
+                variables[name][:, rotor.joint] = values[:, place]
+            place += 1
+    planets = max((stage.gears.planet_count for stage in robot.stages), default=0)
+    for side in ("sp", "pr") if planets else ():
+        for name in (f"x_{side}", f"x_{side}_dot", f"F_{side}"):
+            variables[name] = np.full((len(q), count, planets), np.nan)
+    for stage in robot.stages:
+        own = stage.gears.planet_count
+        for side in ("sp", "pr"):
+            for name, values in (
+                (f"x_{side}", q),
+                (f"x_{side}_dot", v),
+                (f"F_{side}", force / own),
+            ):
+                variables[name][:, stage.joint, :own] = values[:, place, None]
+            place += 1
+    return variables

@@ -1,0 +1,169 @@
+"""`crosscheck simulate` of robots: every engine at every level, its file, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from crosscheck.api import simulate_robot
+from crosscheck.models.errors import Diverged, InputError
+from crosscheck.models.experiment.scenario import Scenario, switches
+from crosscheck.models.loading import load_arm
+from crosscheck.models.robot.case import RobotCase, load_robot_case
+from crosscheck.models.robot.file import RobotSource
+from crosscheck.models.robot.robot import Robot
+from crosscheck.models.trajectory import read_netcdf
+from crosscheck.provenance import ROOT
+from crosscheck.registry import build
+from tests.faults.robots import ROBOTS
+from tests.robots import chains
+
+PLANETARY = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
+DRIVES = {
+    "constant": {"torque_N_m": [9.0, -4.0, 2.0]},
+    "pd": {
+        "target_rad": [0.5, -0.3, 0.2],
+        "proportional_N_m_per_rad": [90.0, 80.0, 50.0],
+        "derivative_N_m_s_per_rad": [4.0, 3.0, 6.0],
+    },
+    "sinusoid": {"amplitude_N_m": 5.0, "rate_rad_per_s": [50.0, 70.0, 90.0], "argument": "time"},
+    "table": {
+        "time_s": [0.0, 0.7e-3, 2e-3],
+        "torque_N_m": [[0.0, 30.0, -20.0], [10.0, -10.0, 40.0], [3.0, 0.0, -5.0]],
+    },
+}
+
+
+def experiment(drive: str = "pd", joints: int = 3, **changes: object) -> Scenario:
+    """30 steps from a start in motion."""
+    law = {
+        key: value[:joints] if isinstance(value, list) and key != "time_s" else value
+        for key, value in DRIVES[drive].items()
+    }
+    start = {
+        "theta_rad": [0.3, -0.2, 0.5][:joints],
+        "theta_dot_rad_per_s": [0.6, -0.9, 0.7][:joints],
+    }
+    return Scenario.model_validate(
+        {
+            "schema_version": 1,
+            "name": "swing",
+            "duration_s": 3e-4,
+            "step_s": 1e-5,
+            "start": start,
+            "drive": {"kind": drive, **law},
+            **changes,
+        }
+    )
+
+
+def case_of(robot: Robot, scenario: Scenario) -> RobotCase:
+    """A case whose file is not asked for."""
+    file = load_robot_case("sliding", "pd").source.file
+    return RobotCase(robot, RobotSource(file=file, urdf_text=robot.urdf), scenario)
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+@pytest.mark.parametrize("level", ["links", "armature", "coupled", "geared"])
+def test_engines_run_alike(drive, level):
+    """The same steps: they differ by rounding, that teeth as stiff as these enlarge."""
+    case = case_of(ROBOTS["unlike"](), experiment(drive))
+    assert case.robot.joints[-1].mimic is not None
+    runs = [simulate_robot(engine, level, case) for engine in chains.ENGINES]
+    for name in ("theta", "theta_dot", "torque"):
+        first, *others = (run[name].values for run in runs)
+        assert np.isfinite(first).all()
+        for other in others:
+            assert other == pytest.approx(first, abs=1e-8 * np.abs(first).max())
+
+
+def test_the_papers_arm_as_a_robot_runs_as_its_planar_model():
+    """Other coordinates, other equations: over absolute angles, with the gears' own spins."""
+    scenario = experiment("constant", joints=2)
+    laws = switches(damping="contact", mesh_work="conservative")
+    planar = build("analytic:physical", load_arm("paper-labelled"), scenario, laws).simulate()
+    case = load_robot_case(PLANETARY, "pd")._replace(scenario=scenario)
+    robot = simulate_robot("analytic", "geared", case)
+    for name in ("theta", "theta_dot", "x_sp", "x_pr", "F_sp", "F_pr", "kinetic_energy"):
+        size = np.abs(planar[name].values).max()
+        assert robot[name].values == pytest.approx(planar[name].values, abs=1e-9 * size)
+
+
+def test_a_precise_run_is_where_smaller_steps_lead():
+    """The error of steps over edges of the backlash falls with the step at least."""
+    case = case_of(ROBOTS["unlike"](), experiment(duration_s=1e-3))
+    exact = simulate_robot("analytic", "geared", case, rtol=1e-11)["theta"].values[-1]
+    errors = []
+    for step in (1e-5, 1e-6):
+        finer = experiment(duration_s=1e-3, step_s=step, record_every=round(1e-5 / step))
+        run = simulate_robot("analytic", "geared", case._replace(scenario=finer))
+        errors.append(np.abs(run["theta"].values[-1] - exact).max())
+    assert errors[1] < errors[0] / 5
+    assert errors[1] < 1e-9
+
+
+def test_runs_start_where_teeth_touch_or_where_they_are_told():
+    for mesh, expected in (("contact", 2e-5), ("centre", 0.0)):
+        started = experiment(start={"mesh": mesh, "theta_rad": 0.4})
+        run = simulate_robot("analytic", "geared", case_of(ROBOTS["unlike"](), started))
+        assert run["x_mesh"].values[0, 1:3] == pytest.approx([expected] * 2)
+        assert np.isnan(run["x_mesh"].values[:, [0, 3]]).all()
+        assert run["theta"].values[0] == pytest.approx([0.4, 0.4, 0.4, -0.5 * 0.4 + 0.3])
+
+
+def test_a_step_beyond_stability_is_refused_and_grows_without_bound():
+    long = experiment("constant", joints=2, step_s=5e-3, duration_s=5.0, start={})
+    case = case_of(ROBOTS["all sprung"](), long)
+    with pytest.raises(InputError, match="largest stable step of analytic:geared is"):
+        simulate_robot("analytic", "geared", case)
+    with pytest.raises(Diverged):
+        simulate_robot("analytic", "geared", case, force=True)
+
+
+def test_a_file_says_what_was_run(crosscheck, tmp_path):
+    out = tmp_path / "run.nc"
+    settings = ["--set", "robot.joints.tilt.mesh.backlash_m=7e-5", "--t-end", "0.001"]
+    rest = ["--model", "analytic:geared", "--scenario", "pd", "--out", out]
+    for _ in range(2):  # a file of its own is written over
+        answer = crosscheck("simulate", "sliding", *rest, *settings)
+        assert (answer.code, answer.err) == (0, "")
+    assert "slide 9.6986" in answer.out
+    run = read_netcdf(out)
+    assert dict(run.sizes) == {"time": 11, "joint": 3}
+    assert json.loads(run.attrs["joints"]) == ["swivel", "slide", "tilt"]
+    assert json.loads(run.attrs["kinds"]) == ["revolute", "prismatic", "revolute"]
+    assert run["x_mesh"].values[0, 2] == 7e-5
+    kept = RobotSource.model_validate_json(run.attrs["robot"])
+    assert kept.build().meshes[0][1].backlash_m == 7e-5
+    assert run.attrs["model"] == "analytic:geared"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--model", "analytic:geared"], "puma560 has the levels links, armature, coupled"),
+        (["--model", "newton:links"], "ENGINE one of analytic, pinocchio, exudyn"),
+        (["--phase", "angle"], "is for planar arms"),
+        (["--set", "arm.payload_mass_kg=1"], "a robot has robot.* and scenario.* alone"),
+        (["--set", "robot.joints.nose.ratio=1"], "robot.joints.nose"),
+        (["--set", "scenario.start.theta_rad=[1,2]"], "has 2; puma560 has 6 free joints"),
+        (["--set", "scenario.step_s=0.1", "--t-end", "1"], "largest stable step"),
+        (["--model", "pinocchio:coupled", "--rtol", "1e-9"], "no precise run"),
+        (["--rtol", "1"], "must be 1e-13 to 0.01"),
+    ],
+)
+def test_what_cannot_be_run_is_one_line(crosscheck, tmp_path, arguments, said):
+    usual = [] if "--model" in arguments else ["--model", "analytic:coupled"]
+    rest = ["--scenario", "pd", "--out", tmp_path / "run.nc", *usual, *arguments]
+    answer = crosscheck("simulate", "puma560", *rest)
+    assert answer.code == 2
+    assert answer.err.count("\n") == 1
+    assert said in answer.err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_every_engine_counts_the_same_energy():
+    case = case_of(ROBOTS["staged"](), experiment("constant", duration_s=1e-4))
+    runs = [simulate_robot(engine, "geared", case) for engine in chains.ENGINES[:2]]
+    first, other = (run["kinetic_energy"].values for run in runs)
+    assert other == pytest.approx(first, rel=1e-8)
