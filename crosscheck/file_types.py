@@ -53,6 +53,12 @@ MEASURED = FileType(
     "a comparison with a record", JSON, (b'\n "knot_spacing_s": ', b'\n "engines": [')
 )
 MEASURED_PAGE = FileType("a comparison's page", HTML, (b"<title>Recording compared with ",))
+IDENTIFIED = FileType(
+    "a robot's comparison with recordings", JSON, (b'\n "recordings": [', b'\n "sides": [')
+)
+IDENTIFIED_PAGE = FileType(
+    "a page of a robot's comparison", HTML, (b"<title>Recordings compared with robot ",)
+)
 COST = FileType("a cost of shortcuts", JSON, (b'\n "engines_agree": ', b'\n "negligible_share": '))
 COST_PAGE = FileType("a page of shortcuts' cost", HTML, (b"<title>Cost of shortcuts: ",))
 ROBOT_TRIAL = FileType(
@@ -64,7 +70,7 @@ PICTURE = FileType("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
 FILE_TYPES = (
     *(AGREEMENT, TRIAL, RECORD, ERRATA, CLAIMS, JUNIT, PAGE, TRIAL_PAGE, PAPER_PAGE, SHEET),
     *(VIEW, TRAJECTORY, C_FILE, FMU_FILE, PICTURE, MEASURED, MEASURED_PAGE),
-    *(COST, COST_PAGE, ROBOT_TRIAL, ROBOT_JUNIT),
+    *(COST, COST_PAGE, ROBOT_TRIAL, ROBOT_JUNIT, IDENTIFIED, IDENTIFIED_PAGE),
 )
 
 

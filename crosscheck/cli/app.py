@@ -310,9 +310,15 @@ def trial(
 @app.command()
 def compare(
     record: Annotated[
-        Path, typer.Argument(metavar="RECORD", help="CSV, MAT, HDF5 or NetCDF file, or ROS bag.")
+        Path,
+        typer.Argument(
+            metavar="RECORD",
+            help="CSV, MAT, HDF5 or NetCDF file, ROS bag, or a robot's TOML of columns.",
+        ),
     ],
-    arm: ArmName = "paper-labelled",
+    arm: Annotated[
+        str, typer.Argument(metavar="ARM_OR_ROBOT", help="Built-in name, TOML file or URDF.")
+    ] = "paper-labelled",
     scenario: Annotated[
         str | None, typer.Option(help="Take the torques from this scenario's drive, name or file.")
     ] = None,
@@ -332,7 +338,7 @@ def compare(
     json_file: JsonFile = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the page, compare.html.")] = None,
 ) -> None:
-    """Compare a recorded motion with an arm's rigid models, within the record's noise."""
+    """Compare a recorded motion with an arm's rigid models, or a robot's links and rotors."""
     from crosscheck.cli.compare import compare_command
 
     scenarios = [scenario] if scenario is not None else []

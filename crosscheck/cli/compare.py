@@ -1,13 +1,25 @@
-"""`crosscheck compare`: a recorded motion and the rigid levels of an arm."""
+"""`crosscheck compare`: a recorded motion and the rigid levels of an arm or a robot."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from crosscheck.cli.output import print_and_write
-from crosscheck.file_types import MEASURED, MEASURED_PAGE
+from crosscheck.file_types import IDENTIFIED, IDENTIFIED_PAGE, MEASURED, MEASURED_PAGE
+from crosscheck.identification import output
+from crosscheck.identification.compare import compare_robot
+from crosscheck.identification.description import (
+    load_description,
+    read_recordings,
+    transmission_matrix,
+)
+from crosscheck.identification.recording import convert_record
 from crosscheck.models.errors import InputError
+from crosscheck.models.files import is_robot
 from crosscheck.models.loading import load_selection
+from crosscheck.models.robot.file import load_robot
 from crosscheck.output import require_files, require_writable
 from crosscheck.recordings.compare import RecordComparison, compare
 from crosscheck.recordings.output import comparison_json, comparison_page, describe_comparison
@@ -15,6 +27,7 @@ from crosscheck.recordings.record import read_record
 from crosscheck.runner.progress import progress_bar
 
 PAGE = "compare.html"
+DESCRIPTION = ".toml"  # ends the name of a record's description
 
 
 def compare_command(
@@ -28,11 +41,23 @@ def compare_command(
     json_file: Path | None,
     out: Path | None,
 ) -> int:
-    """Compare a recorded motion with an arm's rigid levels; returns the exit code.
+    """Compare a recorded motion with an arm's or a robot's levels; returns the exit code.
 
-    It is 0 if the engines agree and the likeliest level leaves noise alone, else 1. Raises
-    InputError.
+    Of an arm it is 0 if the engines agree and the likeliest level leaves noise alone, else 1; of a
+    robot it is 0 if they agree and the torques tell links alone from rotors. Raises InputError.
     """
+    if is_robot(arm):
+        for option, given in (
+            ("--scenario", scenarios),
+            ("--set", settings),
+            ("--tolerance", stated),
+        ):
+            if given:
+                raise InputError(option, given[0], None, f"is for arms, and {arm} is a robot")
+        return _compare_robot(record, arm, topic, joints, json_file, out)
+    if record.suffix == DESCRIPTION:
+        reason = f"describes a record of a robot, and {arm} is an arm"
+        raise InputError(str(record), "", None, reason)
     chosen = load_selection(arm, scenarios, settings)
     tolerances = dict(_tolerance(text) for text in stated)
     page = None if out is None else out / PAGE
@@ -49,6 +74,38 @@ def compare_command(
     )
     print_and_write(describe_comparison(comparison), *requests)
     return 0 if isinstance(comparison, RecordComparison) and comparison.explained else 1
+
+
+def _compare_robot(
+    record: Path,
+    name: str,
+    topic: str,
+    joints: list[str],
+    json_file: Path | None,
+    out: Path | None,
+) -> int:
+    """Compare recordings with a robot; returns the exit code. Raises InputError."""
+    robot = load_robot(name)
+    page = None if out is None else out / PAGE
+    if out is not None:
+        require_writable(out)
+    require_files((json_file, IDENTIFIED), (page, IDENTIFIED_PAGE))
+    count = len(robot.coordinates)
+    if record.suffix == DESCRIPTION:
+        description = load_description(record)
+        recordings = read_recordings(description, robot, record)
+        transmission = transmission_matrix(description, count)
+    else:
+        recordings = (convert_record(read_record(record, count, topic, joints)),)
+        transmission = np.eye(count)
+    with progress_bar() as progress:
+        comparison = compare_robot(robot, recordings, transmission, progress)
+    requests = (
+        (json_file, lambda: output.comparison_json(comparison)),
+        (page, lambda: output.comparison_page(comparison)),
+    )
+    print_and_write(output.describe_comparison(comparison), *requests)
+    return 0 if comparison.engines_agree and comparison.is_decided else 1
 
 
 def _tolerance(text: str) -> tuple[str, float]:

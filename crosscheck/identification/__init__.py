@@ -1,0 +1,1 @@
+"""What measurements of a robot say of its links, rotors and friction."""

@@ -1,0 +1,410 @@
+"""A robot's recordings: which of its terms they ask for, and what they cannot distinguish."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from crosscheck.cost.engines import REFERENCE_ENGINE, build_model, load_engines
+from crosscheck.identification.bandwidth import choose_bandwidth
+from crosscheck.identification.estimation import LinearFit, fit_linear
+from crosscheck.identification.recording import Recording
+from crosscheck.identification.sampling import (
+    BandSample,
+    highest_bandwidth,
+    lowest_bandwidth,
+    sample,
+)
+from crosscheck.identification.structure import (
+    LevelRanks,
+    TermBasis,
+    compare_levels,
+    draw_samples,
+    find_basis,
+)
+from crosscheck.identification.terms import (
+    Regressor,
+    TermKind,
+    TorqueTerm,
+    build_columns,
+    shared_motors,
+)
+from crosscheck.models.errors import InputError
+from crosscheck.models.pinocchio.regressor import LinkRegressor
+from crosscheck.models.robot.robot import RIGID, Level, Robot
+
+Side = Literal["motor", "joint", "between"]
+LinkTreatment = Literal["identified", "scaled", "none"]
+ProgressCallback = Callable[[str, int, int], None]
+LINK_KINDS: dict[LinkTreatment, tuple[TermKind, ...]] = {
+    "identified": ("links",),
+    "scaled": ("scale",),
+    "none": (),
+}
+# What is added step by step, friction before rotors: a rotor is named by what friction leaves.
+STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
+    ("viscous friction", ("offset", "viscous")),
+    ("Coulomb friction", ("coulomb",)),
+    ("friction of shared motors", ("shared viscous", "shared coulomb")),
+    ("armature", ("armature",)),
+    ("armature of shared motors", ("shared armature",)),
+)
+ROTOR_KINDS: tuple[TermKind, ...] = ("armature", "shared armature")
+FEWEST_ROWS = 4  # of torques for a parameter
+ENGINE_ROWS = 300
+TOLERANCE = 1e-10  # of the sizes of a torque's terms
+SIGNIFICANT = 0.01  # of a rotor that is not there in any joint to be named
+# Of scaled columns: beyond it estimates hang on what motion hardly shows (Gautier and Khalil, 1992,
+# ask for 100).
+EXCITED = 1000.0
+CONCERNED = 0.1  # a parameter's part in the direction that motion shows least, beyond it told
+
+
+@dataclass(frozen=True)
+class TermEstimate:
+    """An estimated term: value with its standard error and half of its 95 % interval."""
+
+    term: TorqueTerm
+    value: float
+    error: float
+    half_width: float
+
+    @property
+    def t(self) -> float:
+        """The value over its standard error."""
+        return self.value / self.error if self.error else 0.0
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """What is left with the terms of a step and all before it.
+
+    parameters: how many in all; rms (n,): of each measured joint's residual [N m or N]; weighted
+    and predicted: rms in parts of the full model's residual, of what was fitted, and of each block
+    of the record as predicted from the others.
+    """
+
+    name: str
+    parameters: int
+    rms: np.ndarray
+    weighted: float
+    predicted: float
+
+
+@dataclass(frozen=True)
+class BandResult:
+    """A bandwidth [Hz], and the estimates of rotors in it."""
+
+    bandwidth: float
+    estimates: tuple[TermEstimate, ...]
+
+
+@dataclass(frozen=True)
+class SideResult:
+    """What torques measured on one side of the gears say.
+
+    side: motor, joint, or the motors' less the joints'; names, measured: of all joints, and those
+    whose torque is measured; estimates: of
+    all terms but links; contained: terms that links make up; concerned: terms that the motion
+    hardly shows, where it does so; threshold: the size of t from which on a rotor is named; bands:
+    at half and twice the bandwidth; samples, residual (rows, measured): of the full model.
+    """
+
+    side: Side
+    links: LinkTreatment
+    names: tuple[str, ...]
+    measured: tuple[str, ...]
+    bandwidth: float
+    blocks: int
+    steps: tuple[StepResult, ...]
+    estimates: tuple[TermEstimate, ...]
+    contained: tuple[TorqueTerm, ...]
+    condition: float
+    concerned: tuple[str, ...]
+    threshold: float
+    bands: tuple[BandResult, ...]
+    samples: BandSample
+    residual: np.ndarray
+
+    @property
+    def rotors(self) -> tuple[TermEstimate, ...]:
+        """Estimates of armature."""
+        return tuple(each for each in self.estimates if each.term.kind in ROTOR_KINDS)
+
+    @property
+    def is_excited(self) -> bool:
+        """Whether the motion shows every parameter."""
+        return self.condition <= EXCITED
+
+    @property
+    def seen(self) -> tuple[TermEstimate, ...]:
+        """Rotors that the record asks for."""
+        if not self.is_excited:
+            return ()
+        return tuple(
+            each for each in self.rotors if each.t > self.threshold or _is_shared(each, self)
+        )
+
+    @property
+    def impossible(self) -> tuple[TermEstimate, ...]:
+        """Armatures that are negative beyond doubt: something else is missing."""
+        return tuple(
+            each
+            for each in self.rotors
+            if each.term.kind == "armature" and each.t < -self.threshold
+        )
+
+
+def _is_shared(each: TermEstimate, side: SideResult) -> bool:
+    return each.term.kind == "shared armature" and abs(each.t) > side.threshold
+
+
+@dataclass(frozen=True)
+class EngineCheck:
+    """How far an engine's torques on the record are from the reference's, in parts of their terms.
+
+    failure: why there is none; then measured is infinite.
+    """
+
+    name: str
+    level: Level
+    rows: int
+    measured: float
+    failure: str = ""
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the difference is rounding; never where an engine failed."""
+        return self.measured <= TOLERANCE
+
+
+@dataclass(frozen=True)
+class RobotComparison:
+    """What recordings say of a robot.
+
+    ranks: of its levels over all motions; sides: nothing where the engines disagree.
+    """
+
+    robot: Robot
+    recordings: tuple[Recording, ...]
+    engines: tuple[EngineCheck, ...]
+    ranks: LevelRanks
+    sides: tuple[SideResult, ...]
+
+    @property
+    def engines_agree(self) -> bool:
+        """Whether all engines agree on the record."""
+        return all(engine.agrees for engine in self.engines)
+
+    @property
+    def is_decided(self) -> bool:
+        """Whether the torques of every side tell links alone from links with rotors."""
+        return bool(self.sides) and all(
+            side.is_excited and not side.impossible for side in self.sides if side.links != "scaled"
+        )
+
+
+def compare_robot(
+    robot: Robot,
+    recordings: Sequence[Recording],
+    transmission: np.ndarray,
+    progress: ProgressCallback,
+) -> RobotComparison:
+    """TermEstimate links, friction and rotors from recordings, and say what they distinguish.
+
+    Args:
+        transmission: Rates of motors for rates of joints (n, n).
+
+    Raises:
+        InputError: Recordings are too short for what is asked.
+    """
+    shared = shared_motors(transmission)
+    progress("asking what can be distinguished", 0, 4)
+    ranks = compare_levels(robot, shared)
+    progress("comparing the engines", 1, 4)
+    sides: list[SideResult] = []
+    engines: list[EngineCheck] = []
+    for number, (side, treatment, torques) in enumerate(_select_torques(recordings)):
+        progress(f"estimating by torques of side {side}", 2 + number, 8)
+        problem = _Problem(robot, recordings, torques, shared, LINK_KINDS[treatment])
+        bandwidth = problem.choose_bandwidth()
+        if not engines:
+            engines = compare_engines(robot, problem.sample(bandwidth))
+            if not all(engine.agrees for engine in engines):
+                break
+        sides.append(_judge_side(problem, side, treatment, bandwidth))
+        if treatment == "identified" and not sides[-1].is_excited:
+            scaled = _Problem(robot, recordings, torques, shared, LINK_KINDS["scaled"])
+            sides.append(_judge_side(scaled, side, "scaled", scaled.choose_bandwidth()))
+    return RobotComparison(robot, tuple(recordings), tuple(engines), ranks, tuple(sides))
+
+
+def _select_torques(
+    recordings: Sequence[Recording],
+) -> list[tuple[Side, LinkTreatment, list[np.ndarray]]]:
+    """Sides that all recordings have, how links are treated there, and their torques."""
+    chosen: list[tuple[Side, LinkTreatment, list[np.ndarray]]] = []
+    before = [each.motor_torque for each in recordings if each.motor_torque is not None]
+    behind = [each.joint_torque for each in recordings if each.joint_torque is not None]
+    if before and behind:
+        between = [motor - joint for motor, joint in zip(before, behind, strict=True)]
+        chosen.append(("between", "none", between))
+    if before:
+        chosen.append(("motor", "identified", before))
+    if behind:
+        chosen.append(("joint", "identified", behind))
+    return chosen
+
+
+class _Problem:
+    """Torques of recordings, and the terms that may explain them.
+
+    Args:
+        torques: Of each recording (rows, n); of no number where a joint's is not measured.
+        kinds: How links enter.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        recordings: Sequence[Recording],
+        torques: Sequence[np.ndarray],
+        shared: np.ndarray,
+        kinds: tuple[TermKind, ...],
+    ) -> None:
+        self.robot, self.recordings, self.shared = robot, recordings, shared
+        self.measured = np.isfinite(torques[0]).all(axis=0)
+        self.torques = [np.where(self.measured, each, 0.0) for each in torques]
+        self.kinds = (*kinds, *(kind for _, added in STEPS for kind in added))
+        anything = self._cut(build_columns(robot, shared, draw_samples(robot, shared)))
+        self.basis: TermBasis = find_basis(anything, self.kinds)
+        self.terms = anything.select(self.basis.chosen).terms
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the joints whose torques are measured."""
+        return tuple(np.array(self.robot.coordinate_names)[self.measured].tolist())
+
+    def sample(self, bandwidth: float) -> BandSample:
+        """Rows of the recordings in a band, all joints."""
+        return sample(self.recordings, self.torques, self.shared, bandwidth)
+
+    def fit(self, bandwidth: float) -> tuple[BandSample, Regressor, LinearFit]:
+        """Sampled motion, columns, and the fit of all terms."""
+        samples = self.sample(bandwidth)
+        columns = self._cut(build_columns(self.robot, self.shared, samples))
+        columns = columns.select(self.basis.chosen)
+        torque = samples.torque[:, self.measured]
+        return samples, columns, fit_linear(columns.values, torque, samples.starts)
+
+    def choose_bandwidth(self) -> float:
+        """The bandwidth [Hz] of the fits. Raises InputError."""
+        seconds = sum(float(each.time[-1] - each.time[0]) for each in self.recordings)
+        rate = FEWEST_ROWS * len(self.terms) / (int(self.measured.sum()) * seconds)
+        lowest = max(lowest_bandwidth(self.recordings), rate / 4)
+        highest = highest_bandwidth(self.recordings)
+        if lowest > highest:
+            allowed = f"holds too few rows for {len(self.terms)} parameters; record more"
+            raise InputError(self.recordings[0].where, "", None, allowed)
+        return choose_bandwidth(lambda tried: self.fit(tried)[-1], lowest, highest)
+
+    def _cut(self, columns: Regressor) -> Regressor:
+        """The columns at measured joints alone."""
+        return Regressor(columns.terms, columns.values[:, self.measured])
+
+
+def _judge_side(
+    problem: _Problem, side: Side, treatment: LinkTreatment, bandwidth: float
+) -> SideResult:
+    samples, columns, full = problem.fit(bandwidth)
+    torque = samples.torque[:, problem.measured]
+    steps, kinds = [], list(LINK_KINDS[treatment])
+    for name, added in STEPS:
+        if not columns.numbers(*added).size:
+            continue
+        kinds += added
+        part = columns.values[:, :, columns.numbers(*kinds)]
+        fit = fit_linear(part, torque, samples.starts, sigma=full.sigma, edges=full.edges)
+        rms = np.sqrt((fit.residual**2).mean(axis=0))
+        weighted, predicted = fit.weighted_rms(full.sigma), fit.weighted_prediction_rms(full.sigma)
+        steps.append(StepResult(name, part.shape[2], rms, weighted, predicted))
+    estimates = _select_estimates(columns, full)
+    rotors = sum(each.term.kind in ROTOR_KINDS for each in estimates)
+    bands = []
+    for factor in (0.5, 2.0):
+        if bandwidth * factor <= highest_bandwidth(problem.recordings):
+            _, other_columns, other = problem.fit(bandwidth * factor)
+            among = _select_estimates(other_columns, other)
+            rotors_only = tuple(each for each in among if each.term.kind in ROTOR_KINDS)
+            bands.append(BandResult(bandwidth * factor, rotors_only))
+    return SideResult(
+        side=side,
+        links=treatment,
+        names=tuple(problem.robot.coordinate_names),
+        measured=problem.names,
+        bandwidth=bandwidth,
+        blocks=len(full.edges) - 1,
+        steps=tuple(steps),
+        estimates=estimates,
+        contained=problem.basis.contained,
+        condition=full.condition,
+        concerned=_find_concerned(columns, full),
+        threshold=full.quantile(1 - SIGNIFICANT / (2 * max(rotors, 1))),
+        bands=tuple(bands),
+        samples=samples,
+        residual=full.residual,
+    )
+
+
+def _select_estimates(columns: Regressor, fit: LinearFit) -> tuple[TermEstimate, ...]:
+    """Estimates of all terms but links, which are base parameters without a name of their own."""
+    return tuple(
+        TermEstimate(term, float(value), float(error), float(half))
+        for term, value, error, half in zip(
+            columns.terms, fit.values, fit.errors, fit.half_widths, strict=True
+        )
+        if term.kind != "links"
+    )
+
+
+def _find_concerned(columns: Regressor, fit: LinearFit) -> tuple[str, ...]:
+    """Names of the terms that the motion hardly shows; none where it shows all."""
+    if fit.condition <= EXCITED:
+        return ()
+    parts = np.abs(fit.weakest)
+    order = np.argsort(-parts)
+    return tuple(columns.terms[index].name for index in order if parts[index] > CONCERNED)
+
+
+def compare_engines(robot: Robot, samples: BandSample) -> list[EngineCheck]:
+    """Inverse dynamics of every engine on the record against the reference's, level by level.
+
+    The regressor's torques of the URDF's links are among them.
+    """
+    rows = np.unique(np.linspace(0, len(samples.q) - 1, ENGINE_ROWS).astype(int))
+    motion = samples.q[rows], samples.v[rows], samples.a[rows]
+    regressor = LinkRegressor(robot)
+    slopes = regressor.compute(*motion)
+    size = (np.abs(slopes) @ np.abs(regressor.values)).max(axis=0)
+    size = np.where(size > 0, size, 1.0)
+    checks = []
+    for level in RIGID if robot.rotors or robot.stages else RIGID[:1]:
+        expected = build_model(REFERENCE_ENGINE, robot, level).inverse_dynamics(*motion)
+        largest = np.maximum(size, np.abs(expected).max(axis=0))
+        if level == "links":
+            apart = float((np.abs(slopes @ regressor.values - expected) / largest).max())
+            checks.append(EngineCheck("regressor", level, len(rows), apart))
+        for name, engine in load_engines().items():
+            if name == REFERENCE_ENGINE or not engine.has_level(level):
+                continue
+            try:
+                answer = build_model(name, robot, level).inverse_dynamics(*motion)
+                apart = float((np.abs(answer - expected) / largest).max())
+                checks.append(EngineCheck(name, level, len(rows), apart))
+            except Exception as error:  # whatever an engine raises, it has not agreed
+                failure = f"{type(error).__name__}: {error}"
+                checks.append(EngineCheck(name, level, len(rows), np.inf, failure))
+    return checks

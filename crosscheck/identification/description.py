@@ -1,0 +1,170 @@
+"""A record's description: which columns of which files are motion and torque, and of what."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from crosscheck.identification.recording import CsvTable, Recording, read_table
+from crosscheck.models.arm import quantities
+from crosscheck.models.arm.quantities import Data
+from crosscheck.models.errors import InputError
+from crosscheck.models.files import read_toml
+from crosscheck.models.loading import validate_record
+from crosscheck.models.robot.robot import Robot
+
+Column = Annotated[str, quantities.PrintableText(200)]
+FileName = Annotated[str, quantities.PrintableText(400)]
+Columns = Annotated[
+    tuple[Annotated[str, quantities.PrintableText(200, may_be_empty=True)], ...],
+    Field(strict=False, min_length=1, max_length=64),
+]
+Factor = Annotated[float, quantities.NumberRange(-1e9, 1e9)]
+Factors = Annotated[tuple[Factor, ...], Field(strict=False, min_length=1, max_length=64)]
+Matrix = Annotated[tuple[Factors, ...], Field(strict=False, min_length=1, max_length=64)]
+Side = Literal["motor", "joint"]
+
+
+class PositionColumns(Data):
+    """Columns that hold the joints' or the motors' positions."""
+
+    columns: Columns
+    """Their names, in the order of the robot's joints."""
+    unit: Literal["rad", "deg", "m"] = "rad"
+    """Of the numbers."""
+    shaft: Side = "joint"
+    """Whose positions they are: the motors' are turned into joints' by the transmission."""
+    zero: Factors | None = None
+    """Added to the joints' positions [rad or m]; 0 if left out."""
+
+
+class TorqueColumns(Data):
+    """Columns that hold torques, or the currents that make them."""
+
+    columns: Columns
+    """Their names, in the order of the robot's joints."""
+    gain: Factors | None = None
+    """Torque [N m or N] for each unit of the numbers, such as N m/A; 1 if left out."""
+    shaft: Side = "joint"
+    """To which shaft the numbers are referred: the motors' are turned into joints' ones."""
+
+
+class RecordingFiles(Data):
+    """The files of one recording; a single one if all columns are there."""
+
+    position: FileName
+    """CSV file with times and positions, from this file's folder."""
+    torque: FileName | None = None
+    """CSV file with the torques, row by row with the first; the same if left out."""
+
+
+class RecordDescription(Data):
+    """Recordings of a robot: which columns are what, and how motors turn joints."""
+
+    schema_version: quantities.SchemaVersion
+    """Version of the file: 1."""
+    recordings: Annotated[tuple[RecordingFiles, ...], Field(strict=False, min_length=1)]
+    """All of one robot, estimated together."""
+    time: Column | None = None
+    """Column of the times [s]; step_s if left out."""
+    step_s: Annotated[float, quantities.NumberRange(1e-7, 10, "s")] | None = None
+    """Time between rows, where no column tells it."""
+    position: PositionColumns
+    """Where the joints are."""
+    motor_torque: TorqueColumns | None = None
+    """What the motors give: rotors and gears are between it and the links."""
+    joint_torque: TorqueColumns | None = None
+    """What sensors behind the gears measure: there is no rotor."""
+    transmission: Matrix | None = None
+    """Rate of each motor (rows) for the rate of each joint; direct or unknown if left out."""
+
+
+def load_description(path: Path) -> RecordDescription:
+    """The description in a TOML file. Raises InputError."""
+    return validate_record(RecordDescription, read_toml(path), str(path))
+
+
+def read_recordings(
+    description: RecordDescription, robot: Robot, where: Path
+) -> tuple[Recording, ...]:
+    """Read the recordings that a description names, in SI units at the joints.
+
+    Raises InputError naming file, row, column and what is allowed.
+    """
+    count = len(robot.coordinates)
+    _require_lengths(description, count, str(where))
+    turns = transmission_matrix(description, count)
+    if np.linalg.matrix_rank(turns) < count:
+        raise InputError(str(where), "transmission", None, "must be a matrix that has an inverse")
+    return tuple(
+        _read_recording(description, files, turns, where) for files in description.recordings
+    )
+
+
+def transmission_matrix(description: RecordDescription, count: int) -> np.ndarray:
+    """Rates of motors for rates of joints, (count, count)."""
+    given = description.transmission
+    return np.eye(count) if given is None else np.array(given)
+
+
+def _require_lengths(description: RecordDescription, count: int, where: str) -> None:
+    """Raise InputError where a list has not an entry for each joint, or nothing is measured."""
+    tables = {
+        name: getattr(description, name) for name in ("position", "motor_torque", "joint_torque")
+    }
+    lists = {
+        f"{name}.{field}": getattr(table, field, None)
+        for name, table in tables.items()
+        if table is not None
+        for field in ("columns", "gain", "zero")
+    }
+    lists["transmission"] = description.transmission
+    for number, row in enumerate(description.transmission or ()):
+        lists[f"transmission.{number}"] = row
+    for name, values in lists.items():
+        if values is not None and len(values) != count:
+            allowed = f"must have {count} entries, one for each joint of the robot that is free"
+            raise InputError(where, name, len(values), allowed)
+    if description.motor_torque is None and description.joint_torque is None:
+        raise InputError(where, "", None, "needs a table motor_torque or joint_torque")
+    if (description.time is None) == (description.step_s is None):
+        raise InputError(where, "", None, "needs time, the name of a column, or step_s")
+
+
+def _read_recording(
+    description: RecordDescription, files: RecordingFiles, turns: np.ndarray, where: Path
+) -> Recording:
+    """One recording. Raises InputError."""
+    folder = where.parent
+    moving = read_table(folder / files.position)
+    pulling = read_table(folder / files.torque) if files.torque else moving
+    if len(pulling.values) != len(moving.values):
+        reason = f"has {len(pulling.values)} rows, {moving.where} has {len(moving.values)}"
+        raise InputError(pulling.where, "", None, reason)
+    given = description.position
+    factor = np.pi / 180 if given.unit == "deg" else 1.0
+    positions = factor * moving.select(given.columns)
+    if given.shaft == "motor":
+        positions = np.linalg.solve(turns, positions.T).T
+    if given.zero is not None:
+        positions = positions + np.array(given.zero)
+    if description.time is not None:
+        time = moving.select((description.time,))[:, 0]
+    else:
+        time = (description.step_s or 1.0) * np.arange(len(positions))
+    before = _select_torques(pulling, description.motor_torque, turns)
+    behind = _select_torques(pulling, description.joint_torque, turns)
+    return Recording(moving.where, time, positions, before, behind)
+
+
+def _select_torques(
+    table: CsvTable, given: TorqueColumns | None, turns: np.ndarray
+) -> np.ndarray | None:
+    """Torques (rows, n) at the joints, None where there are none. Raises InputError."""
+    if given is None:
+        return None
+    values = table.select(given.columns) * np.array(given.gain or 1.0)
+    return values @ turns if given.shaft == "motor" else values

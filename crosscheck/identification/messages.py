@@ -1,0 +1,122 @@
+"""What a comparison of a robot with recordings says, sentence by sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from crosscheck.identification.compare import (
+    EXCITED,
+    RobotComparison,
+    Side,
+    SideResult,
+    TermEstimate,
+)
+
+SIDE_WORDS: dict[Side, str] = {
+    "motor": "torques of the motors",
+    "joint": "torques behind the gears",
+    "between": "torques of the motors less those behind the gears",
+}
+MOST_NAMES = 6
+
+
+def describe_answers(comparison: RobotComparison) -> list[str]:
+    """The sentences that answer, the most important one first."""
+    if not comparison.engines_agree:
+        return [_describe_disagreement(comparison)]
+    sentences: list[str] = []
+    for side in comparison.sides:
+        sentences += _describe_side(side)
+    return [*sentences, *_describe_levels(comparison)]
+
+
+def _describe_disagreement(comparison: RobotComparison) -> str:
+    worst = max(comparison.engines, key=lambda engine: engine.measured)
+    how = worst.failure or f"{worst.measured:.1e} of their terms apart"
+    return (
+        f"The engines do not agree on the robot's torques: {worst.name} at level {worst.level},"
+        f" {how}. Nothing is said about the recording."
+    )
+
+
+def _describe_side(side: SideResult) -> Iterator[str]:
+    """What the torques of one side say."""
+    where = SIDE_WORDS[side.side]
+    if side.links == "scaled":
+        yield from _describe_scaled(side)
+        return
+    if not side.is_excited:
+        names = ", ".join(side.concerned[:MOST_NAMES])
+        yield (
+            f"By the {where} rotors and links cannot be distinguished: the motion hardly shows"
+            f" {names} (condition number {side.condition:.2g}, at most {EXCITED:.3g})."
+        )
+        return
+    if side.impossible:
+        listed = "; ".join(format_estimate(each) for each in side.impossible)
+        yield (
+            f"By the {where} no level fits: {listed}, which no rotor has. The model lacks"
+            " something else."
+        )
+    elif side.seen:
+        listed = "; ".join(format_estimate(each) for each in side.seen)
+        yield f"By the {where} links and friction alone are rejected: {listed}."
+        if any(each.term.kind == "shared armature" for each in side.seen):
+            yield "Armature of single joints is rejected, too: they share a motor."
+    else:
+        yield f"By the {where} there is no rotor that links and friction do not explain."
+    unseen = [each for each in side.rotors if each not in (*side.seen, *side.impossible)]
+    if unseen:
+        yield f"Not told from zero: {'; '.join(format_estimate(each) for each in unseen)}."
+    contained = [each.name for each in side.contained if each.kind == "armature"]
+    if contained and side.links == "identified":
+        yield f"No motion distinguishes from the links: {', '.join(contained)}."
+
+
+def _describe_scaled(side: SideResult) -> Iterator[str]:
+    """What is left to say where links cannot be identified: how far off those of the file are."""
+    factors = [each for each in side.estimates if each.term.kind == "scale"]
+    wrong = [each for each in factors if abs(each.value - 1) > each.half_width]
+    if wrong:
+        listed = ", ".join(
+            f"{each.value:.2g} +- {each.half_width:.1g} for {each.term.name}" for each in wrong
+        )
+        yield (
+            f"The {SIDE_WORDS[side.side]} ask for factors on the torques of {listed}: the file's"
+            " links or the gains are wrong, so no rotor is named by these."
+        )
+    listed = "; ".join(format_estimate(each) for each in side.rotors)
+    yield f"With such factors it would be: {listed}."
+
+
+def _describe_levels(comparison: RobotComparison) -> Iterator[str]:
+    """Which levels are one and the same model."""
+    ranks = comparison.ranks
+    if ranks.are_equal:
+        places = ", where stators are on the links before the joints" if ranks.assumed else ""
+        yield (
+            "Coupled and armature are the same model with other links"
+            f"{places}: no recording distinguishes them unless the links are known otherwise."
+        )
+    else:
+        yield (
+            f"Coupled and armature differ for any links (ranks {ranks.coupled}, {ranks.armature},"
+            f" together {ranks.both}): a stator is not on the link before its joint, or its axis"
+            " is another."
+        )
+
+
+def format_estimate(each: TermEstimate) -> str:
+    """An estimate with its 95 % interval."""
+    return f"{each.term.name} {_format_interval(each.value, each.half_width)} {each.term.unit}"
+
+
+def _format_interval(value: float, half_width: float) -> str:
+    return f"{value:.3g} +- {half_width:.2g}"
+
+
+def format_row(values: Sequence[float] | np.ndarray) -> str:
+    """The numbers of several joints."""
+    return ", ".join(f"{value:.3g}" for value in values)

@@ -1,0 +1,162 @@
+"""A robot's comparison with recordings as lines for the terminal, as JSON and as a page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from crosscheck import __version__
+from crosscheck.identification import messages
+from crosscheck.identification.compare import RobotComparison, SideResult, TermEstimate
+from crosscheck.report.records import format_json
+
+SCHEMA_VERSION = 1
+
+
+def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
+    """The sentences that answer, then the engines and every side's steps and estimates."""
+    yield from messages.describe_answers(comparison)
+    yield ""
+    seconds = sum(float(each.time[-1] - each.time[0]) for each in comparison.recordings)
+    rows = sum(len(each.time) for each in comparison.recordings)
+    yield f"{len(comparison.recordings)} recordings, {rows:,} rows, {seconds:.4g} s"
+    for engine in comparison.engines:
+        verdict = "agrees with" if engine.agrees else "DIFFERS from"
+        measured = engine.failure or f"{engine.measured:.1e} of the torques' terms apart"
+        yield f"{engine.name} {verdict} analytic at level {engine.level}: {measured}"
+    for side in comparison.sides:
+        yield ""
+        yield from _describe_side(side)
+
+
+def _describe_side(side: SideResult) -> Iterator[str]:
+    links = {"identified": ", links identified", "scaled": ", links of the file scaled", "none": ""}
+    yield (
+        f"{messages.SIDE_WORDS[side.side]}{links[side.links]}: up to {side.bandwidth:.3g} Hz,"
+        f" condition number {side.condition:.3g}, errors by {side.blocks} blocks"
+    )
+    for step in side.steps:
+        yield (
+            f"  {step.name}: {step.parameters} parameters leave {step.weighted:.3f},"
+            f" {step.predicted:.3f} as predicted; {messages.format_row(step.rms)} N m rms"
+        )
+    for estimate in side.estimates:
+        yield f"  {messages.format_estimate(estimate)}"
+    for band in side.bands:
+        listed = "; ".join(messages.format_estimate(each) for each in band.estimates)
+        yield f"  up to {band.bandwidth:.3g} Hz: {listed or 'no rotor to estimate'}"
+
+
+def comparison_json(comparison: RobotComparison) -> str:
+    """JSON text of the whole comparison, with units in the names."""
+    ranks = comparison.ranks
+    return format_json(
+        {
+            "schema_version": SCHEMA_VERSION,
+            "answer": messages.describe_answers(comparison),
+            "robot": comparison.robot.name,
+            "program": f"geararm-crosscheck {__version__}",
+            "recordings": [each.where for each in comparison.recordings],
+            "engines_agree": comparison.engines_agree,
+            "engines": [
+                {
+                    "model": engine.name,
+                    "level": engine.level,
+                    "rows": engine.rows,
+                    "relative_difference": engine.measured,
+                    "agrees": engine.agrees,
+                    "failure": engine.failure,
+                }
+                for engine in comparison.engines
+            ],
+            "ranks": {
+                "links": ranks.links,
+                "armature": ranks.armature,
+                "coupled": ranks.coupled,
+                "armature_and_coupled": ranks.both,
+            },
+            "decided": comparison.is_decided,
+            "sides": [_side_content(side) for side in comparison.sides],
+        }
+    )
+
+
+def _side_content(side: SideResult) -> dict[str, object]:
+    return {
+        "torques": side.side,
+        "links": side.links,
+        "joints": side.measured,
+        "bandwidth_hz": side.bandwidth,
+        "condition_number": side.condition,
+        "hardly_shown": side.concerned,
+        "contained_in_links": [each.name for each in side.contained],
+        "blocks": side.blocks,
+        "t_of_a_rotor": side.threshold,
+        "steps": [
+            {
+                "with": step.name,
+                "parameters": step.parameters,
+                "weighted_rms": step.weighted,
+                "weighted_rms_predicted": step.predicted,
+                "rms_N_m": step.rms,
+            }
+            for step in side.steps
+        ],
+        "estimates": [_estimate_content(each) for each in side.estimates],
+        "other_bandwidths": [
+            {
+                "bandwidth_hz": band.bandwidth,
+                "estimates": [_estimate_content(each) for each in band.estimates],
+            }
+            for band in side.bands
+        ],
+    }
+
+
+def _estimate_content(each: TermEstimate) -> dict[str, object]:
+    return {
+        "name": each.term.name,
+        "kind": each.term.kind,
+        "unit": each.term.unit,
+        "in_the_file": each.term.value,
+        "estimate": each.value,
+        "standard_error": each.error,
+        "half_of_95_percent_interval": each.half_width,
+    }
+
+
+def comparison_page(comparison: RobotComparison) -> str:
+    """The page on a comparison: HTML text, figures inlined."""
+    from crosscheck.report.rendering import render_page
+
+    return render_page(
+        "identified",
+        comparison=comparison,
+        answers=messages.describe_answers(comparison),
+        words=messages,
+        figures=[draw_residual(side) for side in comparison.sides],
+    )
+
+
+def draw_residual(side: SideResult) -> str:
+    """SVG text: what each joint's torque leaves against time, rate and position."""
+    from matplotlib.figure import Figure
+
+    from crosscheck.report.plots.figures import to_svg
+
+    samples, joints = side.samples, len(side.measured)
+    places = [list(side.names).index(name) for name in side.measured]
+    time = samples.step * np.arange(len(samples.q))
+    figure = Figure(figsize=(9, 1.7 * joints), layout="constrained")
+    table = figure.subplots(joints, 3, squeeze=False)
+    for row, (name, place) in enumerate(zip(side.measured, places, strict=True)):
+        values = side.residual[:, row]
+        signals = (time, samples.v[:, place], samples.q[:, place])
+        for axes, signal in zip(table[row], signals, strict=True):
+            axes.plot(signal, values, ".", ms=1.5, alpha=0.6)
+            axes.axhline(0.0, color="0.6", lw=0.6)
+        table[row, 0].set_ylabel(name)
+    for axes, label in zip(table[-1], ("time [s]", "rate", "position"), strict=True):
+        axes.set_xlabel(label)
+    return to_svg(figure)

@@ -1,0 +1,136 @@
+"""What can be distinguished: independent terms, over all motions and over a record's own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import qr
+
+from crosscheck.identification.sampling import BandSample
+from crosscheck.identification.terms import (
+    Regressor,
+    TermKind,
+    TorqueTerm,
+    build_columns,
+    build_rotor_columns,
+)
+from crosscheck.models.robot.robot import Robot, Rotor
+
+# Of a column's size, what earlier ones have to leave of it: less is the rounding of printed angles,
+# such as 1.5708 between axes that are parallel, and no motion brings it out.
+INDEPENDENT = 1e-4
+ROUNDED = 1e-12  # of the largest column: one so small is zero but for rounding
+MOTIONS = 200  # random ones: rows of torques are many times the parameters
+SEED = 0
+ASSUMED_RATIO = 50.0  # where files tell of no rotor; ranks are the same for any but 0 and 1
+
+
+@dataclass(frozen=True)
+class TermBasis:
+    """Terms that are independent, and those that others contain.
+
+    chosen: numbers of the independent columns; contained: terms beside links that links and
+    earlier terms make up.
+    """
+
+    chosen: np.ndarray
+    contained: tuple[TorqueTerm, ...]
+
+
+@dataclass(frozen=True)
+class LevelRanks:
+    """Ranks of the levels' columns: equal ones are the same model where links are free.
+
+    links, armature, coupled: of each level's; both: of all columns of armature and coupled;
+    assumed: whether the rotors are assumed, on the links before the joints and along their axes.
+    """
+
+    links: int
+    armature: int
+    coupled: int
+    both: int
+    assumed: bool
+
+    @property
+    def are_equal(self) -> bool:
+        """Whether armature and coupled make the same torques, with other links."""
+        return self.armature == self.coupled == self.both
+
+
+def draw_samples(robot: Robot, shared: np.ndarray) -> BandSample:
+    """Random motions, without regard to limits: what holds of them holds of all."""
+    rng = np.random.default_rng(SEED)
+    shape = (MOTIONS, len(robot.coordinates))
+    q, v, a = rng.uniform(-2, 2, shape), rng.uniform(-2, 2, shape), rng.uniform(-5, 5, shape)
+    slope = rng.uniform(-5, 5, shape)
+    directions = np.sign(v), np.sign(v @ shared.T)
+    return BandSample(0.0, q, v, a, *directions, np.zeros(shape), slope, (0, MOTIONS), 1.0)
+
+
+def find_basis(columns: Regressor, kinds: tuple[TermKind, ...]) -> TermBasis:
+    """Independent columns of these kinds, links first, then the others in their order."""
+    rows = columns.values.reshape(-1, columns.values.shape[2])
+    size = _sizes(rows)
+    rows = rows / np.where(size > 0, size, 1.0)
+    links = columns.numbers("links") if "links" in kinds else np.array([], dtype=int)
+    links = links[size[links] > 0]
+    chosen: list[int] = []
+    basis = np.zeros((len(rows), 0))
+    if links.size:
+        _, triangle, order = qr(rows[:, links], mode="economic", pivoting=True)
+        pivots = np.abs(np.diag(triangle))
+        rank = int((pivots > INDEPENDENT * pivots[0]).sum())
+        chosen = sorted(links[order[:rank]].tolist())
+        basis = np.linalg.qr(rows[:, chosen])[0]
+    contained = []
+    for number in columns.numbers(*(kind for kind in kinds if kind != "links")):
+        left = rows[:, number]  # of length 1, or 0 where nothing depends on it
+        for _ in range(2):  # once more for what rounding leaves
+            left = left - basis @ (basis.T @ left)
+        length = float(np.linalg.norm(left))
+        if length > INDEPENDENT:
+            chosen.append(int(number))
+            basis = np.column_stack([basis, left / length])
+        else:
+            contained.append(columns.terms[number])
+    return TermBasis(np.array(chosen, dtype=int), tuple(contained))
+
+
+def compare_levels(robot: Robot, shared: np.ndarray) -> LevelRanks:
+    """Ranks of the levels of a robot with free links, over random motions."""
+    samples = draw_samples(robot, shared)
+    every = build_columns(robot, shared, samples)
+    links = every.select(every.numbers("links"))
+    armature = every.select(every.numbers("links", "armature"))
+    rotors = build_rotor_columns(robot, robot.rotors or assume_rotors(robot), samples)
+    coupled = np.concatenate([links.values, rotors.values], axis=2)
+    both = np.concatenate([armature.values, rotors.values], axis=2)
+    ranks = map(_rank, (links.values, armature.values, coupled, both))
+    return LevelRanks(*ranks, assumed=not robot.rotors)
+
+
+def assume_rotors(robot: Robot) -> list[Rotor]:
+    """A rotor for each free joint, on the link before it and along its axis."""
+    rotors = []
+    for number in robot.coordinates:
+        joint = robot.joints[number]
+        stator, frame = next(
+            (name, frame) for name, frame in robot.frames.items() if frame.body == joint.parent
+        )
+        axis = frame.placement.rotation.T @ joint.placement.rotation @ joint.axis
+        rotors.append(Rotor(number, ASSUMED_RATIO, 1.0, stator, axis))
+    return rotors
+
+
+def _sizes(rows: np.ndarray) -> np.ndarray:
+    """Lengths of columns; 0 for one of nothing but rounding."""
+    size = np.sqrt((rows**2).sum(axis=0))
+    return np.where(size > ROUNDED * size.max(), size, 0.0)
+
+
+def _rank(values: np.ndarray) -> int:
+    rows = values.reshape(-1, values.shape[2])
+    size = _sizes(rows)
+    pivots = np.abs(np.diag(qr(rows[:, size > 0] / size[size > 0], mode="r", pivoting=True)[0]))
+    return int((pivots > INDEPENDENT * pivots[0]).sum())

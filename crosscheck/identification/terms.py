@@ -1,0 +1,170 @@
+"""Terms of a robot's torques that are linear in something unknown: links, friction, rotors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Literal
+
+import numpy as np
+
+from crosscheck.cost.engines import REFERENCE_ENGINE, build_model
+from crosscheck.identification.sampling import BandSample
+from crosscheck.models.pinocchio.regressor import LinkRegressor
+from crosscheck.models.robot.robot import Robot, Rotor
+
+TermKind = Literal[
+    "links",
+    "scale",
+    "offset",
+    "viscous",
+    "coulomb",
+    "shared viscous",
+    "shared coulomb",
+    "armature",
+    "shared armature",
+    "rotors",
+    "delay",
+]
+
+
+@dataclass(frozen=True)
+class TorqueTerm:
+    """Something unknown of a kind, on which torques depend linearly.
+
+    name: what people call it; unit: of the unknown number; value: what the robot's files say of
+    it, None where they say nothing.
+    """
+
+    kind: TermKind
+    name: str
+    unit: str
+    value: float | None = None
+
+
+@dataclass(frozen=True)
+class Regressor:
+    """Terms, and the torques (rows, n, terms) that one unit of each makes."""
+
+    terms: tuple[TorqueTerm, ...]
+    values: np.ndarray
+
+    def select(self, chosen: np.ndarray) -> Regressor:
+        """The columns of these numbers, in this order."""
+        return Regressor(tuple(self.terms[index] for index in chosen), self.values[:, :, chosen])
+
+    def numbers(self, *kinds: TermKind) -> np.ndarray:
+        """Numbers of the columns of these kinds."""
+        return np.array([n for n, term in enumerate(self.terms) if term.kind in kinds], dtype=int)
+
+
+def shared_motors(transmission: np.ndarray) -> np.ndarray:
+    """Rows of motors that several joints turn, over the rate for their own joint; (shared, n)."""
+    rows = [
+        row / row[number]
+        for number, row in enumerate(transmission)
+        if np.count_nonzero(row) > 1 and row[number]
+    ]
+    return np.array(rows).reshape(len(rows), transmission.shape[1])
+
+
+def build_columns(robot: Robot, shared: np.ndarray, samples: BandSample) -> Regressor:
+    """Columns of all terms of a robot at samples; shared: rows of motors that joints share."""
+    regressor = LinkRegressor(robot)
+    links = regressor.compute(samples.q, samples.v, samples.a)
+    terms = [
+        TorqueTerm("links", name, "SI", float(value))
+        for name, value in zip(regressor.names, regressor.values, strict=True)
+    ]
+    parts = [links]
+    given = links @ regressor.values
+    for joint, name in enumerate(robot.coordinate_names):
+        alone = np.zeros(given.shape)
+        alone[:, joint] = given[:, joint]
+        terms.append(TorqueTerm("scale", f"the file's links at {name}", "", 1.0))
+        parts.append(alone[:, :, None])
+    for term, column in _joint_columns(robot, shared, samples):
+        terms.append(term)
+        parts.append(column[:, :, None])
+    return Regressor(tuple(terms), np.concatenate(parts, axis=2))
+
+
+def build_rotor_columns(robot: Robot, rotors: Sequence[Rotor], samples: BandSample) -> Regressor:
+    """Columns of each rotor as a body, by the project's own model less its links."""
+    links = build_model(REFERENCE_ENGINE, replace(robot, rotors=(), stages=()), "links")
+    alone = links.inverse_dynamics(samples.q, samples.v, samples.a)
+    terms, parts = [], []
+    for rotor in rotors:
+        turning = replace(robot, rotors=(_unit_rotor(rotor),), stages=())
+        model = build_model(REFERENCE_ENGINE, turning, "coupled")
+        parts.append(model.inverse_dynamics(samples.q, samples.v, samples.a) - alone)
+        name = robot.joints[rotor.joint].name
+        terms.append(
+            TorqueTerm("rotors", f"rotor of {name}", "kg m^2", rotor.ratio**2 * rotor.inertia)
+        )
+    shape = (*samples.q.shape, len(terms))
+    return Regressor(tuple(terms), np.stack(parts, axis=2) if parts else np.zeros(shape))
+
+
+def _unit_rotor(rotor: Rotor) -> Rotor:
+    """The rotor with a reflected inertia of 1 kg m^2."""
+    return replace(rotor, inertia=rotor.ratio**-2, mesh=None)
+
+
+def _joint_columns(
+    robot: Robot, shared: np.ndarray, samples: BandSample
+) -> Iterator[tuple[TorqueTerm, np.ndarray]]:
+    """Terms of joints and of motors that they share, each with its column (rows, n)."""
+    names = robot.coordinate_names
+    turns = [robot.joints[number].kind == "revolute" for number in robot.coordinates]
+    n = len(names)
+
+    def alone(joint: int, values: np.ndarray) -> np.ndarray:
+        column = np.zeros(samples.q.shape)
+        column[:, joint] = values
+        return column
+
+    kinds: tuple[tuple[TermKind, np.ndarray, str, str], ...] = (
+        ("offset", np.ones(samples.q.shape), "N m", "N"),
+        ("viscous", samples.v, "N m s/rad", "N s/m"),
+        ("coulomb", samples.direction, "N m", "N"),
+        ("armature", samples.a, "kg m^2", "kg"),
+    )
+    values = _armatures(robot)
+    for kind, signal, turning, sliding in kinds:
+        for joint in range(n):
+            value = values[joint] if kind == "armature" else None
+            unit = turning if turns[joint] else sliding
+            yield (
+                TorqueTerm(kind, f"{kind} of {names[joint]}", unit, value),
+                alone(joint, signal[:, joint]),
+            )
+    for motor, row in enumerate(shared):
+        joints = [int(joint) for joint in np.flatnonzero(row)]
+        together = " and ".join(names[joint] for joint in joints)
+        column = samples.shared_direction[:, motor, None] * row
+        yield TorqueTerm("shared coulomb", f"coulomb of the motor of {together}", "N m"), column
+        mixed: tuple[tuple[TermKind, np.ndarray, str], ...] = (
+            ("shared viscous", samples.v, "N m s/rad"),
+            ("shared armature", samples.a, "kg m^2"),
+        )
+        for kind, signal, unit in mixed:
+            column = np.zeros(samples.q.shape)
+            for first, second in combinations(joints, 2):
+                factor = row[first] * row[second]
+                column[:, first] += factor * signal[:, second]
+                column[:, second] += factor * signal[:, first]
+            noun = kind.removeprefix("shared ")
+            yield TorqueTerm(kind, f"{noun} that {together} share", unit), column
+    yield TorqueTerm("delay", "delay of the torque", "s"), -samples.torque_rate
+
+
+def _armatures(robot: Robot) -> list[float | None]:
+    """What the robot's file says of each free joint's armature [kg m^2 or kg]."""
+    values: list[float | None] = [None] * len(robot.coordinates)
+    for rotor in robot.rotors:
+        if rotor.joint in robot.coordinates:
+            at = robot.coordinates.index(rotor.joint)
+            values[at] = (values[at] or 0.0) + rotor.ratio**2 * rotor.inertia
+    return values

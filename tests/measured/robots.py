@@ -1,0 +1,90 @@
+"""Recordings made of robots: stated motions, an engine's torques, friction and noise."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from crosscheck.cost.engines import build_model
+from crosscheck.identification.compare import RobotComparison, SideResult, compare_robot
+from crosscheck.identification.recording import Recording
+from crosscheck.models.robot.robot import Level, Robot
+from tests.robots import chains
+
+COULOMB, VISCOUS = np.array([3.0, 2.0, 1.0]), np.array([2.0, 1.0, 0.5])
+RATIO, ROTOR = 60.0, 1e-4  # whose reflected inertia is 0.36 kg m^2
+POSITION_NOISE, TORQUE_NOISE = 1e-5, 0.2  # [rad], [N m]
+STEP = 2e-3
+
+
+def arm(ratio: float = RATIO) -> Robot:
+    """Three joints whose axes are not parallel, a rotor at each."""
+    links = [
+        chains.link("base"),
+        chains.link("a", chains.Solid(8.0, (0.1, 0.02, 0.1), (0.1, 0, 0, 0.2, 0, 0.15))),
+        chains.link("b", chains.Solid(5.0, (0.2, 0.01, 0.03), (0.03, 0, 0, 0.1, 0, 0.1))),
+        chains.link("c", chains.Solid(2.0, (0.1, 0.02, 0.05), (0.01, 0, 0, 0.03, 0, 0.03))),
+    ]
+    joints = [
+        chains.joint("j1", "base", "a"),
+        chains.joint("j2", "a", "b", axis=(0, 1, 0), at=(0.2, 0, 0.3)),
+        chains.joint("j3", "b", "c", axis=(1, 0, 0), at=(0.4, 0, 0)),
+    ]
+    rotors = {name: chains.geared(ratio, ROTOR) for name in ("j1", "j2", "j3")}
+    return chains.robot(chains.urdf(*links, *joints), rotors)
+
+
+def motion(time: np.ndarray, count: int, seed: int) -> tuple[np.ndarray, ...]:
+    """Positions, rates and accelerations (rows, count) of sums of sines."""
+    rng = np.random.default_rng(seed)
+    rates = 2 * np.pi * np.array([0.2, 0.5, 0.9, 1.4]) * (1 + 0.1 * np.arange(count))[:, None]
+    sizes = rng.uniform(0.4, 0.8, rates.shape) / (1 + 0.3 * rates)
+    turned = rates * time[:, None, None] + rng.uniform(0, 2 * np.pi, rates.shape)
+    return (
+        (sizes * np.sin(turned)).sum(axis=2),
+        (sizes * rates * np.cos(turned)).sum(axis=2),
+        -(sizes * rates**2 * np.sin(turned)).sum(axis=2),
+    )
+
+
+def recording(
+    robot: Robot,
+    level: Level,
+    seed: int = 0,
+    *,
+    seconds: float = 20.0,
+    friction: float = 1.0,
+    encoder: float = 0.0,
+    delay: float = 0.0,
+    gain: float = 1.0,
+) -> Recording:
+    """A recording of a level's torques in front of the gears, or behind them at the level links.
+
+    friction: times COULOMB and VISCOUS; encoder [rad]: its steps; delay [s] and gain: of torques.
+    """
+    rng = np.random.default_rng(seed)
+    time = np.arange(0.0, seconds, STEP)
+    q = motion(time, 3, seed)[0]
+    at, rate, more = motion(time - delay, 3, seed)
+    torque = build_model("exudyn", robot, level).inverse_dynamics(at, rate, more)
+    torque = gain * (torque + friction * (VISCOUS * rate + COULOMB * np.sign(rate)))
+    torque = torque + TORQUE_NOISE * rng.normal(size=q.shape)
+    q = q + POSITION_NOISE * rng.normal(size=q.shape)
+    if encoder:
+        q = encoder * np.round(q / encoder)
+    return Recording("a recording", time, q, torque, None)
+
+
+def behind(given: Recording) -> Recording:
+    """The recording, its torques stated to be those behind the gears."""
+    return replace(given, motor_torque=None, joint_torque=given.motor_torque)
+
+
+def compared(robot: Robot, *recordings: Recording) -> RobotComparison:
+    """What they say of the robot, without a word of progress."""
+    return compare_robot(robot, recordings, np.eye(3), lambda *doing: None)
+
+
+def only_side(robot: Robot, *recordings: Recording) -> SideResult:
+    """The one side that they have."""
+    (side,) = compared(robot, *recordings).sides
+    return side

@@ -1,0 +1,139 @@
+"""A second program for what `compare` estimates of a robot: NumPy and Pinocchio, no crosscheck.
+
+It filters by a full Fourier matrix's sums, takes accelerations from the same transform, estimates
+with singular values of all columns (not base parameters), and leaves out every block by fitting
+anew. What links contain is found by the null space of the columns, not by elimination.
+"""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+ORDER, PADDED, ROWS, EDGE, SLOW = 4, 5, 4, 1, 0.01
+RANK = 1e-4  # of a singular value of scaled columns over random motions
+WEIGHTINGS = 3
+
+
+class Answer(NamedTuple):
+    """Estimates and standard errors of friction and armature by name; rms of each joint."""
+
+    values: dict[str, float]
+    errors: dict[str, float]
+    rms: np.ndarray
+
+
+def low_pass(signal: np.ndarray, step: float, bandwidth: float) -> list[np.ndarray]:
+    """A signal (rows, n) without what is above the bandwidth [Hz], and its two derivatives."""
+    rows, pad = len(signal), min(int(PADDED / (bandwidth * step)), len(signal) - 1)
+    before = 2 * signal[:1] - signal[1 : pad + 1][::-1]
+    after = 2 * signal[-1:] - signal[-pad - 1 : -1][::-1]
+    long = np.vstack([before, signal, after])
+    place = np.arange(len(long))[:, None]
+    rise = (long[-1] - long[0]) / (len(long) - 1)
+    spectrum = np.fft.fft(long - long[0] - place * rise, axis=0)
+    frequency = np.fft.fftfreq(len(long), step)[:, None]
+    spectrum = spectrum / (1 + np.abs(frequency / bandwidth) ** (2 * ORDER))
+    turned = 2j * np.pi * frequency
+    plain, slope, curve = (
+        np.fft.ifft(spectrum * turned**order, axis=0).real[pad : pad + rows] for order in (0, 1, 2)
+    )
+    return [plain + (long[0] + place * rise)[pad : pad + rows], slope + rise / step, curve]
+
+
+def rows_of(
+    model: pin.Model, q: np.ndarray, v: np.ndarray, a: np.ndarray, direction: np.ndarray
+) -> np.ndarray:
+    """Columns (rows, n, parameters): links, then offset, viscous, Coulomb, armature of joints."""
+    data, count = model.createData(), q.shape[1]
+    table = []
+    for at, rate, more, sign in zip(q, v, a, direction, strict=True):
+        links = pin.computeJointTorqueRegressor(model, data, at, rate, more).copy()
+        diagonals = [np.eye(count), np.diag(rate), np.diag(sign), np.diag(more)]
+        table.append(np.hstack([links, *diagonals]))
+    return np.array(table)
+
+
+def identifiable(model: pin.Model, count: int) -> np.ndarray:
+    """Whether random motions tell each parameter from all others."""
+    rng = np.random.default_rng(7)
+    q, v, a = (rng.uniform(-2, 2, (150, count)) for _ in range(3))
+    table = rows_of(model, q, v, a, np.sign(v)).reshape(150 * count, -1)
+    table = table / lengths(table)
+    _, singular, directions = np.linalg.svd(table)
+    null = directions[(singular > RANK * singular[0]).sum() :]
+    return (np.abs(null) < 1e-6).all(axis=0)
+
+
+def lengths(table: np.ndarray) -> np.ndarray:
+    """Of the columns; infinite for those that are nothing but rounding, which so count for none."""
+    size = np.linalg.norm(table, axis=0)
+    return np.where(size > 1e-12 * size.max(), size, np.inf)
+
+
+def solve(table: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """The least of the parameters that leave least; only identifiable ones of it mean anything."""
+    size = lengths(table)
+    return np.linalg.lstsq(table / size, right, rcond=1e-9)[0] / size
+
+
+def estimate(
+    urdf: str, time: np.ndarray, position: np.ndarray, torque: np.ndarray, bandwidth: float
+) -> Answer:
+    """Estimates of a recording in SI units at even times."""
+    model = pin.buildModelFromXML(urdf)
+    model.gravity.linear = np.array([0.0, 0.0, -9.81])
+    count, step = position.shape[1], (time[-1] - time[0]) / (len(time) - 1)
+    q, v, a = low_pass(position, step, bandwidth)
+    slow = SLOW * np.abs(v).max(axis=0)
+    direction = low_pass(np.minimum(1, np.maximum(-1, v / slow)), step, bandwidth)[0]
+    torque = low_pass(torque, step, bandwidth)[0]
+    edge = int(EDGE / (bandwidth * step))
+    rows = np.arange(edge, len(q) - edge, 1 / (ROWS * bandwidth * step)).astype(int)
+    table = rows_of(model, q[rows], v[rows], a[rows], direction[rows])
+    torque = torque[rows]
+    sigma = torque.std(axis=0)
+    for _ in range(WEIGHTINGS):
+        weighted = (table / sigma[:, None]).reshape(-1, table.shape[2])
+        values = solve(weighted, (torque / sigma).ravel())
+        used, residual = sigma, torque - table @ values
+        sigma = np.sqrt((residual**2).mean(axis=0))
+    edges = block_edges(residual)
+    without = []
+    for first, last in pairwise(edges):
+        kept = np.r_[0:first, last : len(torque)]
+        weighted = (table[kept] / used[:, None]).reshape(-1, table.shape[2])
+        without.append(solve(weighted, (torque[kept] / used).ravel()))
+    blocks = len(without)
+    # Of the deviations from the whole fit, not from their mean.
+    spread = (blocks - 1) / blocks * ((np.array(without) - values) ** 2).sum(axis=0)
+    names = [
+        f"{kind} of {name}"
+        for kind in ("offset", "viscous", "coulomb", "armature")
+        for name in list(model.names)[1:]
+    ]
+    places = {name: 10 * count + number for number, name in enumerate(names)}
+    able = identifiable(model, count)
+    places = {name: place for name, place in places.items() if able[place]}
+    return Answer(
+        {name: float(values[place]) for name, place in places.items()},
+        {name: float(np.sqrt(spread[place])) for name, place in places.items()},
+        sigma,
+    )
+
+
+def block_edges(residual: np.ndarray) -> np.ndarray:
+    """First rows of blocks of four correlation times, from 20 to 100 of them."""
+    rows, longest = len(residual), 0.0
+    for signal in residual.T:
+        centred = signal - signal.mean()
+        correlation = np.correlate(centred, centred, "full")[rows - 1 :] / (centred @ centred)
+        total = 0.5
+        for value in correlation[1:]:
+            if value <= 0:
+                break
+            total += value
+        longest = max(longest, 2 * total)
+    length = min(max(4 * longest, rows / 100), rows / 20)
+    return np.linspace(0, rows, round(rows / length) + 1).round().astype(int)

@@ -1,0 +1,222 @@
+"""Recordings of robots: What their torques distinguish, against a second program and identities."""
+
+import json
+import shutil
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from crosscheck.cost.engines import build_model
+from crosscheck.identification.structure import compare_levels, draw_samples
+from crosscheck.identification.terms import build_columns, build_rotor_columns, shared_motors
+from crosscheck.models.robot.robot import Robot
+from tests.measured.robots import (
+    COULOMB,
+    RATIO,
+    ROTOR,
+    VISCOUS,
+    arm,
+    behind,
+    compared,
+    only_side,
+    recording,
+)
+from tests.measured.second_robot import estimate
+from tests.robots import chains
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return arm()
+
+
+def test_a_second_program_estimates_the_same(robot):
+    """1e-8 is rounding times condition numbers, with room: 1e-12 and more is measured."""
+    given = recording(robot, "coupled", seconds=10.0)
+    side = only_side(robot, given)
+    second = estimate(robot.urdf, given.time, given.position, given.motor_torque, side.bandwidth)
+    assert {each.term.name for each in side.estimates} == set(second.values)
+    for each in side.estimates:
+        name = each.term.name
+        scale = max(abs(each.value), each.error)
+        assert second.values[name] == pytest.approx(each.value, rel=1e-8, abs=1e-8 * scale)
+        assert second.errors[name] == pytest.approx(each.error, rel=1e-8)
+    rms = np.sqrt((side.residual**2).mean(axis=0))
+    assert rms == pytest.approx(second.rms, rel=1e-8)
+
+
+def test_links_alone_are_named_where_there_is_no_rotor(robot):
+    side = only_side(robot, recording(robot, "links", seconds=10.0))
+    assert (side.seen, side.impossible, side.is_excited) == ((), (), True)
+
+
+@pytest.mark.parametrize(("level", "times"), [("armature", 1.0), ("coupled", (RATIO - 1) / RATIO)])
+def test_a_coupled_rotor_is_armature_less_one_share_of_its_ratio(robot, level, times):
+    """By the identity a coupled rotor adds N (N - 1) J: intervals of 95 % cover these."""
+    found = compared(robot, recording(robot, level, seconds=10.0))
+    (side,) = found.sides
+    (rotor,) = side.seen
+    assert rotor.term.name == "armature of j3"
+    assert [each.name for each in side.contained] == ["armature of j1", "armature of j2"]
+    assert abs(rotor.value - times * RATIO**2 * ROTOR) < 1.5 * rotor.half_width
+    assert rotor.half_width < RATIO**2 * ROTOR / 100  # enough to tell the two values
+    by_name = {each.term.name: each for each in side.estimates}
+    for number, (coulomb, viscous) in enumerate(zip(COULOMB, VISCOUS, strict=True), 1):
+        for kind, value in (("coulomb", coulomb), ("viscous", viscous)):
+            each = by_name[f"{kind} of j{number}"]
+            assert abs(each.value - value) < 2 * each.half_width
+    assert found.ranks.are_equal
+    assert found.is_decided
+
+
+@pytest.mark.parametrize("engine", chains.ENGINES)
+def test_coupled_torques_are_armature_with_other_links_in_every_engine(robot, engine):
+    """What each engine adds by coupled rotors lies in the span of Pinocchio's link regressor."""
+    samples = draw_samples(robot, np.zeros((0, 3)))
+    state = samples.q, samples.v, samples.a
+    apart = [
+        build_model(engine, robot, level).inverse_dynamics(*state) for level in ("coupled", "links")
+    ]
+    diagonal = RATIO * (RATIO - 1) * ROTOR * samples.a
+    columns = build_columns(robot, np.zeros((0, 3)), samples)
+    links = columns.values[:, :, columns.numbers("links")].reshape(-1, 30)
+    moved = (apart[0] - apart[1] - diagonal).ravel()
+    left = moved - links @ np.linalg.lstsq(links, moved, rcond=1e-10)[0]
+    assert np.abs(left).max() < 1e-11 * np.abs(moved).max()
+    assert np.abs(moved).max() > RATIO * ROTOR  # J N itself is far more than rounding
+
+
+def test_levels_differ_where_a_stator_is_elsewhere(robot):
+    assert compare_levels(robot, np.zeros((0, 3))).are_equal
+    moved = chains.robot(
+        robot.urdf,
+        {"j3": chains.geared(RATIO, ROTOR) | {"stator": "a", "rotor_axis": [0.0, 0.0, 1.0]}},
+    )
+    ranks = compare_levels(moved, np.zeros((0, 3)))
+    assert not ranks.are_equal
+    assert (ranks.both, ranks.armature) == (ranks.links + 2, ranks.links + 1)
+
+
+def test_torques_behind_the_gears_show_no_rotor(robot):
+    """Of one motion: with the rotors before the gears, without them behind."""
+    motors, sensors = (recording(robot, level, seconds=10.0) for level in ("coupled", "links"))
+    assert only_side(robot, behind(sensors)).seen == ()
+    both = type(motors)(
+        "both", motors.time, motors.position, motors.motor_torque, sensors.motor_torque
+    )
+    between, before, after = compared(robot, both).sides
+    assert (between.side, before.side, after.side) == ("between", "motor", "joint")
+    assert {each.term.name for each in between.seen} == {f"armature of j{n}" for n in (1, 2, 3)}
+    assert [each.term.name for each in before.seen] == ["armature of j3"]
+    assert after.seen == ()
+
+
+def test_a_motor_that_two_joints_turn_adds_what_they_share(robot):
+    """Of T = J (N q2' + N q3')^2 / 2, torques are J N^2 (q2'' + q3'') at both."""
+    shared = shared_motors(np.array([[RATIO, 0, 0], [0, RATIO, 0], [0, RATIO, RATIO]]))
+    assert shared == pytest.approx(np.array([[0.0, 1.0, 1.0]]))
+    samples = draw_samples(robot, shared)
+    columns = build_columns(robot, shared, samples)
+    by_name = {term.name: columns.values[:, :, n] for n, term in enumerate(columns.terms)}
+    whole = sum(
+        by_name[name]
+        for name in ("armature of j2", "armature of j3", "armature that j2 and j3 share")
+    )
+    both = samples.a[:, 1] + samples.a[:, 2]
+    assert whole == pytest.approx(np.column_stack([0 * both, both, both]))
+
+
+def test_rotors_of_the_robots_file_are_columns_of_their_own_size(robot):
+    samples = draw_samples(robot, np.zeros((0, 3)))
+    rotors = build_rotor_columns(robot, robot.rotors, samples)
+    state = samples.q, samples.v, samples.a
+    apart = [
+        build_model("pinocchio", robot, level).inverse_dynamics(*state)
+        for level in ("coupled", "links")
+    ]
+    values = np.array([term.value for term in rotors.terms])
+    assert rotors.values @ values == pytest.approx(apart[0] - apart[1], abs=1e-9)
+
+
+DESCRIPTION = """
+schema_version = 1
+time = "seconds"
+transmission = [[60, 0, 0], [0, 60, 0], [0, 60, 60]]
+recordings = [{ position = "turns.csv", torque = "amps.csv" }]
+
+[position]
+columns = ["m1", "m2", "m3"]
+shaft = "motor"
+
+[motor_torque]
+columns = ["a", "b", "c"]
+gain = [0.5, 0.5, 0.5]
+shaft = "motor"
+"""
+TURNS = np.array([[60.0, 0, 0], [0, 60.0, 0], [0, 60.0, 60.0]])
+
+
+@pytest.fixture(scope="module")
+def record_folder(robot, tmp_path_factory):
+    """Motors' angles and currents of a recording, with semicolons and decimal commas."""
+    folder = tmp_path_factory.mktemp("record")
+    given = recording(robot, "coupled", seconds=8.0)
+    motors = given.position @ TURNS.T
+    currents = np.linalg.solve(TURNS.T, given.motor_torque.T).T / 0.5
+    for name, head, table in (
+        ("turns.csv", "seconds;m1;m2;m3", np.column_stack([given.time, motors])),
+        ("amps.csv", "a;b;c", currents),
+    ):
+        rows = "\n".join(
+            ";".join(f"{value:.10g}".replace(".", ",") for value in row) for row in table
+        )
+        (folder / name).write_text(f"{head}\n{rows}\n")
+    (folder / "record.toml").write_text(DESCRIPTION)
+    (folder / "robot.urdf").write_text(robot.urdf)
+    return folder
+
+
+def test_the_command_reads_what_motors_measured(crosscheck, record_folder, tmp_path):
+    command = ("compare", record_folder / "record.toml", record_folder / "robot.urdf")
+    answer = crosscheck(*command, "--json", tmp_path / "found.json", "--out", tmp_path)
+    assert answer.code == 0, answer.err
+    first = answer.out.splitlines()[0]
+    assert first.startswith("By the torques of the motors links and friction alone are rejected:")
+    assert "armature of j3" in first
+    assert "that j2 and j3 share" not in first  # the torques were made without such a motor
+    content = json.loads((tmp_path / "found.json").read_text())
+    (rotor,) = (
+        each for each in content["sides"][0]["estimates"] if each["name"] == "armature of j3"
+    )
+    assert rotor["estimate"] == pytest.approx(0.354, abs=0.004)  # N (N - 1) J
+    assert content["answer"] == answer.out.partition("\n\n")[0].splitlines()
+    assert "<svg" in (tmp_path / "compare.html").read_text()
+
+
+BAD = tomllib.loads(Path(__file__).with_name("bad_descriptions.toml").read_text())
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_wrong_description_is_one_line(crosscheck, record_folder, tmp_path, case):
+    """By what becomes of the files: the line names file, field and what is allowed."""
+    for file in record_folder.iterdir():
+        shutil.copy(file, tmp_path)
+    file, old, new, *parts = BAD[case]
+    text = (tmp_path / file).read_text()
+    assert old in text
+    (tmp_path / file).write_text(text.replace(old, new, 1))
+    answer = crosscheck("compare", tmp_path / "record.toml", tmp_path / "robot.urdf")
+    assert answer.code == 2
+    assert len(answer.err.splitlines()) == 1
+    for part in parts:
+        assert part in answer.err
+
+
+def test_options_of_arms_are_refused_for_robots(crosscheck, record_folder):
+    files = record_folder / "record.toml", record_folder / "robot.urdf"
+    answer = crosscheck("compare", *files, "--tolerance", "arm.payload_mass_kg=0.1")
+    assert (answer.code, "is for arms" in answer.err) == (2, True)
+    answer = crosscheck("compare", record_folder / "record.toml", "paper-labelled")
+    assert (answer.code, "is an arm" in answer.err) == (2, True)
