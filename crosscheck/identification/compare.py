@@ -54,7 +54,7 @@ STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
 )
 ROTOR_KINDS: tuple[TermKind, ...] = ("armature", "shared armature")
 FEWEST_ROWS = 4  # of torques for a parameter
-ENGINE_ROWS = 300
+ENGINE_ROWS = 1000
 TOLERANCE = 1e-10  # of the sizes of a torque's terms
 SIGNIFICANT = 0.01  # of a rotor that is not there in any joint to be named
 # Of scaled columns: beyond it estimates hang on what motion hardly shows (Gautier and Khalil, 1992,

@@ -106,8 +106,13 @@ def compare_levels(robot: Robot, shared: np.ndarray) -> LevelRanks:
     rotors = build_rotor_columns(robot, robot.rotors or assume_rotors(robot), samples)
     coupled = np.concatenate([links.values, rotors.values], axis=2)
     both = np.concatenate([armature.values, rotors.values], axis=2)
-    ranks = map(_rank, (links.values, armature.values, coupled, both))
-    return LevelRanks(*ranks, assumed=not robot.rotors)
+    return LevelRanks(
+        links=_rank(links.values),
+        armature=_rank(armature.values),
+        coupled=_rank(coupled),
+        both=_rank(both),
+        assumed=not robot.rotors,
+    )
 
 
 def assume_rotors(robot: Robot) -> list[Rotor]:

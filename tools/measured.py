@@ -1,0 +1,294 @@
+"""The case study of measured robots: ``python -m tools.measured FOLDER``.
+
+FOLDER holds the recordings of docs/case-study/measured.md in the folders tx40, double-pendulum and
+kinova-gen3; it says where they are from. Writes that page and its picture. A robot whose folder is
+not there is skipped, which the page says.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from crosscheck.identification.compare import (
+    RobotComparison,
+    SideResult,
+    TermEstimate,
+    compare_robot,
+)
+from crosscheck.identification.description import (
+    load_description,
+    read_recordings,
+    transmission_matrix,
+)
+from crosscheck.identification.messages import SIDE_WORDS, describe_answers
+from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
+from crosscheck.models.robot.robot import Robot
+from tools.site import format_table
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "case-study" / "measured.md"
+PICTURE = PAGE.with_name("measured.svg")
+DESCRIPTIONS = ROOT / "examples" / "recordings" / "robots"
+PENDULUM = {"A0": "model_design_A.0_model_2.0.yml", "C1": "model_design_C.1_model_1.0.yml"}
+HEAD = Path(__file__).with_name("measured_head.md")
+
+
+@dataclass(frozen=True)
+class Study:
+    """A robot's comparison, and what was published of its terms by their names."""
+
+    title: str
+    comparison: RobotComparison
+    published: Mapping[str, float]
+    remarks: tuple[str, ...]
+
+
+def build_page(folder: Path) -> tuple[str, list[Study]]:
+    """The page as Markdown, and the studies on it."""
+    parts, studies = [HEAD.read_text(encoding="utf-8")], []
+    for name, study in (
+        ("tx40", _study_tx40),
+        ("double-pendulum", _study_pendulums),
+        ("kinova-gen3", _study_kinova),
+    ):
+        if not (folder / name).is_dir():
+            parts.append(f"## {name}\n\nSkipped: the folder `{name}` was not there.\n")
+            continue
+        for each in study(folder / name):
+            studies.append(each)
+            parts.append("\n".join(_describe_study(each)))
+    return "\n".join(parts), studies
+
+
+def _study_tx40(folder: Path) -> Iterator[Study]:
+    config = (folder / "TX40_config.yaml").read_text(encoding="utf-8")
+    published = {
+        f"{kind} of joint_{number}": value
+        for field, kind in (("fv", "viscous"), ("fs", "coulomb"), ("Ia", "armature"))
+        for number, value in enumerate(_read_numbers(config, field), 1)
+    }
+    pair = "joint_5 and joint_6"
+    for field, name in (
+        ("Iam6", f"armature that {pair} share"),
+        ("fvm6", f"viscous that {pair} share"),
+        ("fsm6", f"coulomb of the motor of {pair}"),
+    ):
+        (published[name],) = _read_numbers(config, field)
+    robot = load_robot(str(folder / "tx40_mdh_modified.urdf"))
+    comparison = _compare(robot, folder, "tx40")
+    steps = comparison.sides[0].steps
+    remarks = (
+        "The published numbers are those of the source's `TX40_config.yaml`.",
+        f"From links and viscous friction to all terms what is left falls by a factor of"
+        f" {steps[0].weighted / steps[-1].weighted:.2f}.",
+    )
+    yield Study("Stäubli TX40", comparison, published, remarks)
+
+
+def _study_pendulums(folder: Path) -> Iterator[Study]:
+    for design, file in PENDULUM.items():
+        text = (folder / file).read_text(encoding="utf-8")
+        numbers = {name: float(value) for name, value in re.findall(r"(?m)^(\w+): *(\S+)$", text)}
+        published = {
+            f"{kind} of {joint}": numbers[f"{field}{number}"]
+            for number, joint in enumerate(("shoulder", "elbow"), 1)
+            for field, kind in (("cf", "coulomb"), ("b", "viscous"))
+        }
+        ratio, rotor = numbers["gr"], numbers["Ir"]
+        published["armature of elbow"] = ratio**2 * rotor
+        title = f"Double pendulum, design {design[0]}.{design[1]}"
+        comparison = _compare(_build_pendulum(numbers), folder, f"double-pendulum-{design}")
+        remarks = (
+            f"Published: `{file}`; the armature is its {ratio:g}² times {rotor:.3g} kg m².",
+            "The armature of the elbow is what rotors add to M22 less M12, which for links alone is"
+            " M12's cosine with the sign changed. A coupled rotor adds N (N - 1) J ="
+            f" {ratio * (ratio - 1) * rotor:.5f} kg m² there; with the sign of the source's model"
+            f" it is N (N + 1) J = {ratio * (ratio + 1) * rotor:.5f} kg m².",
+            _describe_coulomb(comparison, published),
+        )
+        yield Study(title, comparison, published, remarks)
+
+
+def _describe_coulomb(comparison: RobotComparison, published: Mapping[str, float]) -> str:
+    """How far estimated Coulomb friction is above the published one."""
+    (side,) = comparison.sides
+    ratios = [
+        f"{each.value / published[each.term.name] - 1:.0%} ({each.term.name.split()[-1]})"
+        for each in side.estimates
+        if each.term.kind == "coulomb"
+    ]
+    band = f"{side.bandwidth:.3g} Hz"
+    return f"Asked up to {band}, Coulomb friction is above the published: by {', '.join(ratios)}."
+
+
+def _study_kinova(folder: Path) -> Iterator[Study]:
+    robot = load_robot(str(folder / "gen3.urdf"))
+    remarks = ("Nothing is published of its rotors; the URDF has no gripper, which the robot had.",)
+    yield Study("Kinova Gen3", _compare(robot, folder, "kinova-gen3"), {}, remarks)
+
+
+def _compare(robot: Robot, folder: Path, name: str) -> RobotComparison:
+    """The comparison by the description of this name, its files in the folder."""
+    description = load_description(DESCRIPTIONS / f"{name}.toml")
+    recordings = read_recordings(description, robot, folder / f"{name}.toml")
+    turns = transmission_matrix(description, len(robot.coordinates))
+    return compare_robot(robot, recordings, turns, lambda *progress: None)
+
+
+def _build_pendulum(numbers: Mapping[str, float]) -> Robot:
+    """The robot of the published numbers, whose inertias are about the joints."""
+
+    def link(name: str, number: int) -> str:
+        mass, com = numbers[f"m{number}"], numbers[f"r{number}"]
+        about_com = max(numbers[f"I{number}"] - mass * com**2, 1e-6)
+        return (
+            f'<link name="{name}"><inertial><origin xyz="0 0 {-com!r}"/><mass value="{mass!r}"/>'
+            f'<inertia ixx="{about_com!r}" iyy="{about_com!r}" izz="1e-6" ixy="0" ixz="0" iyz="0"/>'
+            "</inertial></link>"
+        )
+
+    def joint(name: str, parent: str, child: str, height: float) -> str:
+        return (
+            f'<joint name="{name}" type="continuous"><parent link="{parent}"/>'
+            f'<child link="{child}"/><origin xyz="0 0 {height!r}"/><axis xyz="0 1 0"/></joint>'
+        )
+
+    text = "".join(
+        (
+            '<robot name="double-pendulum"><link name="base"/>',
+            link("upper", 1),
+            link("lower", 2),
+            joint("shoulder", "base", "upper", 0.0),
+            joint("elbow", "upper", "lower", -numbers["l1"]),
+            "</robot>",
+        )
+    )
+    file = RobotFile(schema_version=1, name="double-pendulum", urdf="double-pendulum.urdf")
+    return build_robot(file, text, "double-pendulum", "double-pendulum.urdf")
+
+
+def _read_numbers(text: str, field: str) -> list[float]:
+    """The numbers of a line `field : [...]` of YAML."""
+    (values,) = re.findall(rf"(?m)^[\s-]*{field} *: *\[?([^\]\n]*)", text)
+    return [float(value) for value in values.split(",")]
+
+
+def _describe_study(study: Study) -> Iterator[str]:
+    comparison = study.comparison
+    yield f"## {study.title}\n"
+    seconds = sum(float(each.time[-1] - each.time[0]) for each in comparison.recordings)
+    rows = sum(len(each.time) for each in comparison.recordings)
+    count = len(comparison.recordings)
+    yield f"{count} recording{'s' * (count > 1)}, {rows:,} rows, {seconds:.3g} s. The answer:\n"
+    yield from (f"> {line}\n>" for line in describe_answers(comparison))
+    yield ""
+    worst = max(engine.measured for engine in comparison.engines)
+    names = ", ".join(dict.fromkeys(engine.name for engine in comparison.engines))
+    yield (
+        f"Inverse dynamics along the recording: {names} differ from the project's own by"
+        f" {worst:.0e} of their terms at most, in {comparison.engines[0].rows:,} rows.\n"
+    )
+    yield from (f"{remark}\n" for remark in study.remarks)
+    for side in comparison.sides:
+        yield from _describe_side(side, study.published)
+
+
+def _describe_side(side: SideResult, published: Mapping[str, float]) -> Iterator[str]:
+    links = {"identified": ", links identified", "scaled": ", links of the file scaled", "none": ""}
+    yield f"### By the {SIDE_WORDS[side.side]}{links[side.links]}\n"
+    yield (
+        f"Up to {side.bandwidth:.3g} Hz, condition number {side.condition:.3g},"
+        f" {side.blocks} blocks.\n"
+    )
+    units = "rms of {} [N m]"
+    yield format_table(
+        ["with", "parameters", "left", "predicted", *map(units.format, side.measured)],
+        [
+            [
+                step.name,
+                str(step.parameters),
+                f"{step.weighted:.3f}",
+                f"{step.predicted:.3f}",
+                *(f"{value:.3g}" for value in step.rms),
+            ]
+            for step in side.steps
+        ],
+    )
+    yield ""
+    shown = [each for each in side.estimates if each.term.kind != "offset"]
+    by_band = {band.bandwidth: {e.term.name: e for e in band.estimates} for band in side.bands}
+    yield format_table(
+        ["term", "estimate", "published", *(f"up to {band:.3g} Hz" for band in by_band)],
+        [
+            [
+                f"{each.term.name} {f'[{each.term.unit}]' if each.term.unit else ''}".strip(),
+                _format_interval(each),
+                f"{published[each.term.name]:.4g}" if each.term.name in published else "",
+                *(
+                    _format_interval(band[each.term.name]) if each.term.name in band else ""
+                    for band in by_band.values()
+                ),
+            ]
+            for each in shown
+        ],
+    )
+    yield ""
+
+
+def _format_interval(each: TermEstimate) -> str:
+    return f"{each.value:.3g} ± {each.half_width:.2g}"
+
+
+def draw_picture(studies: Sequence[Study]) -> str:
+    """SVG text: estimated armatures with intervals, and what was published of them."""
+    from matplotlib.figure import Figure
+
+    from crosscheck.report.plots.figures import to_svg
+
+    figure = Figure(figsize=(9, 3), layout="constrained")
+    table = figure.subplots(1, len(studies), squeeze=False)[0]
+    for axes, study in zip(table, studies, strict=True):
+        side = study.comparison.sides[0]
+        names = [each.term.name.replace("armature of ", "") for each in side.rotors]
+        places = np.arange(len(names))
+        values = [each.value for each in side.rotors]
+        axes.errorbar(
+            places,
+            values,
+            yerr=[each.half_width for each in side.rotors],
+            fmt="o",
+            ms=4,
+            capsize=3,
+            label="estimate, 95 %",
+        )
+        known = [(n, study.published.get(e.term.name)) for n, e in enumerate(side.rotors)]
+        marks = [(n, value) for n, value in known if value is not None]
+        if marks:
+            axes.plot(*zip(*marks, strict=True), "x", color="C3", label="published")
+        axes.axhline(0.0, color="0.7", lw=0.6)
+        short = [re.sub(r"armature that (\w+) and (\w+) share", r"\1, \2", name) for name in names]
+        axes.set_xticks(places, [name.replace("joint_", "") for name in short], fontsize="small")
+        axes.set_xlim(-0.6, len(names) - 0.4)
+        axes.set_title(study.title, fontsize="small")
+    table[0].set_ylabel("armature [kg m²]")
+    table[0].legend(fontsize="x-small")
+    return to_svg(figure)
+
+
+def main() -> None:
+    """Write the page and its picture."""
+    page, studies = build_page(Path(sys.argv[1]))
+    PAGE.write_text(page, encoding="utf-8")
+    if studies:
+        PICTURE.write_text(draw_picture(studies), encoding="utf-8")
+    print(f"wrote {PAGE.relative_to(ROOT)}")
+
+
+if __name__ == "__main__":
+    main()
