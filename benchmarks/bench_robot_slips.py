@@ -119,10 +119,92 @@ LINKS = chains.urdf(
     chains.joint("j2", "a", "b", axis=(0, 1, 0), at=(0.0, 0.1, 0.5), rpy=TURN),
     chains.joint("j3", "b", "c", axis=(0, 1, 0), at=(0.45, 0.02, 0.0), rpy=(-0.2, 0.5, 0.3)),
 )
+GANTRY = """
+down, multiplier, offset = robot.gravity, -0.8, 0.2
+E = np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0], [0, 0, multiplier]])
+
+def turned(axis, angle):
+    K = np.cross(np.eye(3), axis)
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+
+def frames(q):
+    R, p, found = np.eye(3), np.zeros(3), []
+    for k, (joint, x) in enumerate(zip(robot.joints, E @ q + [0, 0, 0, offset], strict=True)):
+        place, turn, own = joint.placement.position, joint.placement.rotation, joint.axis
+        p = p + R @ place
+        R = R @ turn
+        axis = R @ own
+        if joint.kind == "prismatic":
+            p = p + axis * x
+        else:
+            R = R @ turned(own, x)
+        found.append((R, p, axis))
+    return found
+
+def of_body(k, found):
+    R, p, _ = found[k]
+    body = robot.bodies[k]
+    mass, com, I = body.mass, body.com, body.inertia
+    com = R @ com
+    Jv, Jw = np.zeros((3, 4)), np.zeros((3, 4))
+    for i, (_, place, axis) in enumerate(found[: k + 1]):
+        if robot.joints[i].kind == "prismatic":
+            Jv[:, i] = axis
+        else:
+            Jv[:, i], Jw[:, i] = np.cross(axis, p + com - place), axis
+    return mass, com, R @ I @ R.T, Jv, Jw
+
+def mass_matrix(q):
+    found, M = frames(q), 0
+    for k in range(4):
+        mass, com, inertia, Jv, Jw = of_body(k, found)
+        M = M + mass * Jv.T @ Jv + Jw.T @ inertia @ Jw
+    return E.T @ M @ E
+
+def bias(q, v):
+    found, h, rates = frames(q), 0, E @ v
+    w, dw, a, last = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
+    for k, (_, p, axis) in enumerate(found):
+        mass, com, inertia, Jv, Jw = of_body(k, found)
+        a = a + np.cross(dw, p - last) + np.cross(w, np.cross(w, p - last))
+        if robot.joints[k].kind == "prismatic":
+            a = a + 2 * np.cross(w, axis * rates[k])
+        else:
+            dw = dw + np.cross(w, axis * rates[k])
+            w = w + axis * rates[k]
+        last = p
+        ac = a + np.cross(dw, com) + np.cross(w, np.cross(w, com))
+        h = h + mass * Jv.T @ ac + Jw.T @ (inertia @ dw + np.cross(w, inertia @ w))
+    return E.T @ h
+
+def gravity(q):
+    found, G = frames(q), 0
+    for k in range(4):
+        mass, com, inertia, Jv, Jw = of_body(k, found)
+        G = G - mass * Jv.T @ down
+    return E.T @ G
+"""
+FOLLOW = chains.LIMIT + '<mimic joint="j3" multiplier="-0.8" offset="0.2"/>'
+COLUMN = chains.urdf(
+    chains.link("base"),
+    chains.link("a", chains.Solid(4.0, (0.05, 0.02, 0.3), (0.3, 0.01, 0.02, 0.28, 0.03, 0.1))),
+    chains.link("b", chains.Solid(3.0, (0.2, -0.03, 0.04), (0.05, 0.01, -0.006, 0.2, 0.008, 0.18))),
+    chains.link(
+        "c", chains.Solid(1.5, (0.1, 0.04, -0.02), (0.02, 0.004, 0.003, 0.05, -0.002, 0.06))
+    ),
+    chains.link(
+        "d", chains.Solid(0.6, (0.02, -0.01, 0.07), (0.008, 0.001, 0.0, 0.007, -0.0005, 0.002))
+    ),
+    chains.joint("j1", "base", "a", at=(0.1, 0.0, 0.2)),
+    chains.joint("j2", "a", "b", "prismatic", (0.6, 0.0, 0.8), (0.0, 0.1, 0.5), TURN),
+    chains.joint("j3", "b", "c", axis=(0, 1, 0), at=(0.45, 0.02, 0.0), rpy=(-0.2, 0.5, 0.3)),
+    chains.joint("j4", "c", "d", axis=(1, 0, 0), at=(0.1, 0.0, 0.15), more=FOLLOW),
+)
 TEXTS: dict[str, tuple[str, Callable[[], Robot]]] = {
     "two-link": (TWO_LINK, two_link.robot),
     "cart-pole": (CART_POLE, test_trial_motors.cart_pole),
     "spatial": (SPATIAL, lambda: chains.robot(LINKS)),
+    "gantry": (GANTRY, lambda: chains.robot(COLUMN)),
 }
 
 
@@ -164,7 +246,7 @@ def try_text(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> RobotTria
     robot = make_robot()
     names: dict[str, Any] = {"np": np, "robot": robot}
     exec(compile(text, f"<{kind}>", "exec"), names)
-    parts = ("mass_matrix", "bias", "gravity", "acceleration", "drive")
+    parts = ("mass_matrix", "bias", "gravity", "acceleration", "drive", "viscous_friction")
     own = {name: names[name] for name in parts if name in names}
     return run_robot_trial(build_robot_equations(SimpleNamespace(**own), robot, kind), robot)
 

@@ -16,7 +16,7 @@ from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm, load_scenario, require_fit
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
-from crosscheck.registry import build
+from crosscheck.registry import build, build_robot_model
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,10 +92,9 @@ def simulate_robot(
         InputError: The engine cannot do so, ``rtol`` is out of its range, or the step too large.
         Diverged: The run left the range in which its numbers mean anything.
     """
-    from crosscheck.cost.engines import build_model
     from crosscheck.models.robot.trajectory import build_robot_trajectory
 
-    model, scenario = build_model(engine, case.robot, level), case.scenario
+    model, scenario = build_robot_model(engine, case.robot, level), case.scenario
     try:
         if rtol is not None:
             _require_rtol(rtol)

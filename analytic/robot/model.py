@@ -174,6 +174,11 @@ class AnalyticRobot(RobotModel):
         poses = self._poses(q)
         return self._mass(poses), self._bias_and_weight(poses, v, np.zeros(3)), self._weight(poses)
 
+    def frames(self, q: np.ndarray, v: np.ndarray) -> tuple[list[FramePoses], list[FrameRates]]:
+        """Poses of all bodies at q, and their rates at v, both (states, n), on a base at rest."""
+        poses = self._poses(q)
+        return poses, self._rates(poses, v, np.zeros(3))
+
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Generalized forces M a + bias + gravity, and what holds the meshes (states, n)."""
         poses = self._poses(q)

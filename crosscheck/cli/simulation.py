@@ -9,7 +9,6 @@ from pathlib import Path
 from rich.console import Console
 from rich.markup import escape
 
-from crosscheck.cost.engines import load_engines
 from crosscheck.file_types import TRAJECTORY
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.files import is_robot
@@ -18,7 +17,13 @@ from crosscheck.models.robot.case import RobotCase, load_robot_case
 from crosscheck.models.robot.robot import Level
 from crosscheck.output import require_file, write_files
 from crosscheck.provenance import describe_surroundings, record_provenance
-from crosscheck.registry import build, get_entry, require_usable_numbers
+from crosscheck.registry import (
+    build,
+    find_level_engines,
+    get_entry,
+    model_names,
+    require_usable_numbers,
+)
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
 from crosscheck.runner.workers import perform_all
 
@@ -97,12 +102,11 @@ def _request_robot(
         allowed = "is for planar arms: the teeth of robots follow their joints' angles"
         raise InputError(f"--{switch.replace('_', '-')}", "", value, allowed)
     engine, _, level = model.partition(":")
-    engines = load_engines()
-    if engine not in engines:
-        allowed = f"must be ENGINE:LEVEL, ENGINE one of {', '.join(engines)}"
+    if engine not in model_names("robot"):
+        allowed = f"must be ENGINE:LEVEL, ENGINE one of {', '.join(model_names('robot'))}"
         raise InputError("--model", "", model, allowed)
     case = load_robot_case(name, scenario, settings)
-    levels = [each for each in case.robot.levels if engines[engine].has_level(each)]
+    levels = [each for each in case.robot.levels if engine in find_level_engines(each)]
     chosen = [each for each in levels if each == level]
     if not chosen:
         allowed = f"{case.robot.name} has the levels {', '.join(levels)} in {engine}"

@@ -8,7 +8,6 @@ from typing import Literal
 
 import numpy as np
 
-from crosscheck.cost.engines import REFERENCE_ENGINE, build_model, load_engines
 from crosscheck.identification.bandwidth import choose_bandwidth
 from crosscheck.identification.estimation import LinearFit, fit_linear
 from crosscheck.identification.recording import Recording
@@ -35,6 +34,7 @@ from crosscheck.identification.terms import (
 from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import RIGID, Level, Robot
+from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
 
 Side = Literal["motor", "joint", "between"]
 LinkTreatment = Literal["identified", "scaled", "none"]
@@ -392,16 +392,16 @@ def compare_engines(robot: Robot, samples: BandSample) -> list[EngineCheck]:
     size = np.where(size > 0, size, 1.0)
     checks = []
     for level in RIGID if robot.rotors or robot.stages else RIGID[:1]:
-        expected = build_model(REFERENCE_ENGINE, robot, level).inverse_dynamics(*motion)
+        expected = build_robot_model(reference_engine(), robot, level).inverse_dynamics(*motion)
         largest = np.maximum(size, np.abs(expected).max(axis=0))
         if level == "links":
             apart = float((np.abs(slopes @ regressor.values - expected) / largest).max())
             checks.append(EngineCheck("regressor", level, len(rows), apart))
-        for name, engine in load_engines().items():
-            if name == REFERENCE_ENGINE or not engine.has_level(level):
+        for name in find_level_engines(level):
+            if name == reference_engine():
                 continue
             try:
-                answer = build_model(name, robot, level).inverse_dynamics(*motion)
+                answer = build_robot_model(name, robot, level).inverse_dynamics(*motion)
                 apart = float((np.abs(answer - expected) / largest).max())
                 checks.append(EngineCheck(name, level, len(rows), apart))
             except Exception as error:  # whatever an engine raises, it has not agreed

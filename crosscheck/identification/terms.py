@@ -9,10 +9,10 @@ from typing import Literal
 
 import numpy as np
 
-from crosscheck.cost.engines import REFERENCE_ENGINE, build_model
 from crosscheck.identification.sampling import BandSample
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Robot, Rotor
+from crosscheck.registry import build_robot_model, reference_engine
 
 TermKind = Literal[
     "links",
@@ -92,12 +92,12 @@ def build_columns(robot: Robot, shared: np.ndarray, samples: BandSample) -> Regr
 
 def build_rotor_columns(robot: Robot, rotors: Sequence[Rotor], samples: BandSample) -> Regressor:
     """Columns of each rotor as a body, by the project's own model less its links."""
-    links = build_model(REFERENCE_ENGINE, replace(robot, rotors=(), stages=()), "links")
+    links = build_robot_model(reference_engine(), replace(robot, rotors=(), stages=()), "links")
     alone = links.inverse_dynamics(samples.q, samples.v, samples.a)
     terms, parts = [], []
     for rotor in rotors:
         turning = replace(robot, rotors=(_unit_rotor(rotor),), stages=())
-        model = build_model(REFERENCE_ENGINE, turning, "coupled")
+        model = build_robot_model(reference_engine(), turning, "coupled")
         parts.append(model.inverse_dynamics(samples.q, samples.v, samples.a) - alone)
         name = robot.joints[rotor.joint].name
         terms.append(

@@ -20,7 +20,10 @@ from crosscheck.report import heat_map
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.candidates import (
     FrameMistake,
+    RobotNumber,
+    generate_body_mistakes,
     generate_frame_mistakes,
+    get_link_name,
     list_numbers,
     replace_part,
 )
@@ -129,7 +132,12 @@ def test_what_is_wrong_is_named(sliding, case):
 
 def planted(own: Robot, seed: int) -> FrameMistake:
     """A number of it that is another, or one thing taken for another."""
-    rng, among = np.random.default_rng(seed), [*list_numbers(own), *generate_frame_mistakes(own)]
+    rng, among = np.random.default_rng(seed), list[RobotNumber | FrameMistake](list_numbers(own))
+    among += generate_frame_mistakes(own, are_rotors_bodies=True)
+    for number, (body, joint) in enumerate(zip(own.bodies, own.joints, strict=True)):
+        for words, other in generate_body_mistakes(body, joint):
+            robot = replace_part(own, "bodies", number, other)
+            among.append(FrameMistake(f"{get_link_name(own, number)}: {words}", robot))
     chosen = among[rng.integers(len(among))]
     if isinstance(chosen, FrameMistake):
         return chosen
@@ -366,14 +374,11 @@ def test_what_is_of_arms_alone_is_refused(crosscheck, tmp_path, case):
     assert_one_line(answer, f"{named}: is for arms; sliding is a robot")
 
 
-def test_questions_answers_and_units_are_of_arms_alone(crosscheck, tmp_path):
-    (tmp_path / "u.fmu").touch()
+def test_questions_and_answers_are_of_arms_alone(crosscheck, tmp_path):
     asked = crosscheck("trial", "--ask", "sliding", "--out", tmp_path / "ask")
     assert_one_line(asked, "--ask: is for arms")
     answers = crosscheck("trial", "--answers", tmp_path / "a.csv", "sliding")
     assert_one_line(answers, "--answers: is for arms")
-    names = (tmp_path / "u.fmu", "sliding", "--coordinates", tmp_path / "c.toml", "--run-code")
-    assert_one_line(crosscheck("trial", *names), "u.fmu", "is for arms")
     assert not (tmp_path / "ask").exists()
 
 

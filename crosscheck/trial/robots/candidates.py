@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any, Literal
 
 import numpy as np
@@ -39,7 +39,8 @@ class RobotNumber:
     """A number of a robot, on which its equations depend by at most its square.
 
     step: a size of it, by which differences are taken; put: the robot with another value of it.
-    factor: whether the number is a factor, 1, of several numbers of the file.
+    factor: whether the number is a factor, 1, of several numbers of the file; bodies: of those that
+    alone it changes; curved: whether equations depend on it in another way than by its square.
     """
 
     name: str
@@ -48,13 +49,15 @@ class RobotNumber:
     step: float
     put: Callable[[float], Robot]
     factor: bool = False
+    bodies: tuple[int, ...] = ()
+    curved: bool = False
 
     def words(self, value: float) -> str:
         """The number with another value, in words that complete `with ...`."""
         shown = 0.0 if abs(value) < 1e-7 * self.step else value
         if self.factor:
             near = [words for usual, words in USUAL.items() if abs(shown - usual) < ALIKE]
-            return f"{self.name} {near[0] if near else f'times {shown:.6g}'}"
+            return f"{self.name} {near[0] if near else f'{shown:.6g} times as large'}"
         file_value = f"{self.value:.6g} {self.unit}".rstrip()
         return f"{self.name} = {shown:.6g} {self.unit}".rstrip() + f" (file: {file_value})"
 
@@ -82,6 +85,7 @@ def list_numbers(robot: Robot) -> Iterator[RobotNumber]:
             yield RobotNumber(
                 f"joint {joint.name}: its place, {AXES[axis]}", "m", value, size, moved
             )
+        yield from _curved_numbers(robot, number, joint)
     for number, rotor in enumerate(robot.rotors):
         name = f"rotor of {robot.joints[rotor.joint].name}"
         put = partial(_set_field, robot, "rotors", number)
@@ -116,7 +120,39 @@ def _factors(robot: Robot) -> Iterator[RobotNumber]:
             return _replace_parts(robot, kind, scaled)
 
         if len(parts) > 1:
-            yield RobotNumber(name, "", 1.0, 1.0, put, factor=True)
+            bodies = tuple(range(len(parts))) if kind == "bodies" else ()
+            yield RobotNumber(name, "", 1.0, 1.0, put, factor=True, bodies=bodies)
+
+
+def _curved_numbers(robot: Robot, number: int, joint: Joint) -> Iterator[RobotNumber]:
+    """Angles of a joint's frame, a sliding axis' length, and how a joint follows another."""
+    name, placement = f"joint {joint.name}", joint.placement
+    angles = _roll_pitch_yaw(placement.rotation)
+    for place, angle in enumerate(("roll", "pitch", "yaw")):
+
+        def turn(value: float, place: int = place) -> Robot:
+            turned = _set_entry(angles, (place,), value)
+            frame = Placement(_rotate_by(turned, (0, 1, 2)), placement.position)
+            return _set_field(robot, "joints", number, "placement", frame)
+
+        value = float(angles[place])
+        yield RobotNumber(f"{name}: its {angle}", "rad", value, 1.0, turn, curved=True)
+    if joint.kind == "prismatic":
+
+        def stretch(by: float) -> Robot:
+            return _set_field(robot, "joints", number, "axis", by * joint.axis)
+
+        yield RobotNumber(f"{name}: its axis", "", 1.0, 1.0, stretch, factor=True, curved=True)
+    mimic = joint.mimic
+    if mimic is not None:
+        for field, unit in (("multiplier", ""), ("offset", "rad")):
+
+            def follow(value: float, field: str = field) -> Robot:
+                changed: dict[str, Any] = {field: value}
+                return _set_field(robot, "joints", number, "mimic", replace(mimic, **changed))
+
+            value = float(getattr(mimic, field))
+            yield RobotNumber(f"{name}: its {field}", unit, value, 1.0, follow, curved=True)
 
 
 def _stage_numbers(robot: Robot, number: int, stage: JointStage) -> Iterator[RobotNumber]:
@@ -142,15 +178,27 @@ def _body_numbers(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotN
         """The robot with another entry in the body's centre or inertia."""
         return put(field, _set_entry(getattr(body, field), place, value))
 
-    yield RobotNumber(f"{link}: mass", "kg", body.mass, body.mass, partial(put, "mass"))
+    here = (number,)
+    yield RobotNumber(
+        f"{link}: mass", "kg", body.mass, body.mass, partial(put, "mass"), bodies=here
+    )
+    for field, what in (("com", "its centre of mass"), ("inertia", "its inertia")):
+        values = getattr(body, field)
+
+        def scale(by: float, field: str = field, values: np.ndarray = values) -> Robot:
+            return put(field, by * values)
+
+        yield RobotNumber(f"{link}: {what}", "", 1.0, 1.0, scale, factor=True, bodies=here)
     reach = _reach(body)
     for axis, value in enumerate(body.com.tolist()):
         entry = partial(put_entry, "com", (axis,))
-        yield RobotNumber(f"{link}: centre of mass, {AXES[axis]}", "m", value, reach, entry)
+        yield RobotNumber(
+            f"{link}: centre of mass, {AXES[axis]}", "m", value, reach, entry, bodies=here
+        )
     size = float(np.trace(body.inertia)) or body.mass * reach**2
     for key, place in INERTIA.items():
         value, entry = float(body.inertia[place]), partial(put_entry, "inertia", place)
-        yield RobotNumber(f"{link}: I{key}", "kg m^2", value, size, entry)
+        yield RobotNumber(f"{link}: I{key}", "kg m^2", value, size, entry, bodies=here)
 
 
 def _reach(body: RobotBody) -> float:
@@ -158,11 +206,11 @@ def _reach(body: RobotBody) -> float:
     return max(float(np.abs(body.com).max()), 0.01)
 
 
-def generate_frame_mistakes(robot: Robot) -> Iterator[FrameMistake]:
-    """Confusions of frames, signs and places that are easily taken for each other."""
-    links = [get_link_name(robot, number) for number in range(len(robot.bodies))]
-    bodies = list(map(_body_mistakes, robot.bodies, robot.joints))
-    yield from _part_mistakes(robot, "bodies", "every link", links, bodies)
+def generate_frame_mistakes(robot: Robot, *, are_rotors_bodies: bool) -> Iterator[FrameMistake]:
+    """Confusions of joints' frames and axes, rotors and gravity that are easily made.
+
+    are_rotors_bodies: whether stators and axes of rotors matter.
+    """
     names = [f"joint {joint.name}" for joint in robot.joints]
     yield from _part_mistakes(
         robot, "joints", "every joint", names, list(map(_joint_mistakes, robot.joints))
@@ -172,7 +220,8 @@ def generate_frame_mistakes(robot: Robot) -> Iterator[FrameMistake]:
         robot, "rotors", "every rotor", names, list(map(_rotor_mistakes, robot.rotors))
     )
     yield from _mimic_mistakes(robot)
-    for number, rotor in enumerate(robot.rotors):
+    yield from _gravity_mistakes(robot)
+    for number, rotor in enumerate(robot.rotors if are_rotors_bodies else ()):
         name = f"rotor of {robot.joints[rotor.joint].name}"
         seen = {robot.frames[rotor.stator].body}
         for stator, frame in robot.frames.items():
@@ -198,6 +247,15 @@ def generate_frame_mistakes(robot: Robot) -> Iterator[FrameMistake]:
             turned = [replace(gear, ratio=k) for gear, k in zip((sun, planets), pair, strict=True)]
             changed_robot = replace(robot, rotors=(*robot.rotors, *turned), stages=others)
             yield FrameMistake(f"{name}: {words}", changed_robot)
+
+
+def _gravity_mistakes(robot: Robot) -> Iterator[FrameMistake]:
+    size = float(np.linalg.norm(robot.gravity))
+    for axis, sign in product(range(3), (-1, 1)) if size else ():
+        gravity = sign * size * np.eye(3)[axis]
+        if np.abs(gravity).argmax() != np.abs(robot.gravity).argmax():
+            words = f"gravity along {AXES[axis]}, {sign * size:.6g} m/s^2"
+            yield FrameMistake(words, replace(robot, gravity=gravity))
 
 
 def steiner(mass: float, com: np.ndarray) -> np.ndarray:
@@ -231,10 +289,17 @@ def _joint_mistakes(joint: Joint) -> Iterator[tuple[str, Joint]]:
     """Words on what a joint's frame may be taken for, and the joint so."""
     turn, position = joint.placement.rotation, joint.placement.position
     yield "its axis the other way", replace(joint, axis=-joint.axis)
+    yield "its place left out", replace(joint, placement=Placement(turn, np.zeros(3)))
+    yield "its axis in the frame of the link before", replace(joint, axis=turn.T @ joint.axis)
+    for axis, unit in zip(AXES, np.eye(3), strict=True):
+        yield f"its axis {axis}", replace(joint, axis=unit)
     for words, other in (
         ("its frame turned the other way", turn.T),
         ("its frame not turned", np.eye(3)),
-        ("its rpy turned in the other order, about x last", _reordered_rotation(turn)),
+        (
+            "its rpy turned in the other order, about x last",
+            _rotate_by(_roll_pitch_yaw(turn), (2, 1, 0)),
+        ),
     ):
         yield words, replace(joint, placement=Placement(other, position))
     yield (
@@ -243,18 +308,23 @@ def _joint_mistakes(joint: Joint) -> Iterator[tuple[str, Joint]]:
     )
 
 
-def _reordered_rotation(turn: np.ndarray) -> np.ndarray:
-    """The rotation by the same roll, pitch and yaw, but about z first and about x last."""
+def _roll_pitch_yaw(turn: np.ndarray) -> np.ndarray:
+    """Roll, pitch and yaw (3,) [rad] of a rotation."""
     pitch = -np.arcsin(np.clip(turn[2, 0], -1.0, 1.0))
     roll, yaw = np.arctan2(turn[2, 1], turn[2, 2]), np.arctan2(turn[1, 0], turn[0, 0])
+    return np.array([roll, pitch, yaw])
+
+
+def _rotate_by(angles: np.ndarray, order: Sequence[int]) -> np.ndarray:
+    """The rotation by roll, pitch and yaw about fixed axes, in an order of these."""
     rotation = np.eye(3)
-    for axis, angle in enumerate((roll, pitch, yaw)):
+    for axis in order:
         i, j = (axis + 1) % 3, (axis + 2) % 3
         axis_rotation = np.eye(3)
-        axis_rotation[i, i] = axis_rotation[j, j] = np.cos(angle)
-        axis_rotation[j, i] = np.sin(angle)
+        axis_rotation[i, i] = axis_rotation[j, j] = np.cos(angles[axis])
+        axis_rotation[j, i] = np.sin(angles[axis])
         axis_rotation[i, j] = -axis_rotation[j, i]
-        rotation = rotation @ axis_rotation
+        rotation = axis_rotation @ rotation
     return rotation
 
 
@@ -280,6 +350,8 @@ def _mimic_mistakes(robot: Robot) -> Iterator[FrameMistake]:
                 original_mimic.offset,
             ),
             ("its multiplier left out", 1.0, original_mimic.offset),
+            ("its multiplier twice", original_mimic.multiplier**2, original_mimic.offset),
+            ("the joint that it follows left out: it stands still", 0.0, original_mimic.offset),
             ("its offset left out", original_mimic.multiplier, 0.0),
             (
                 "its offset with the opposite sign",
@@ -297,8 +369,10 @@ def _mimic_mistakes(robot: Robot) -> Iterator[FrameMistake]:
             yield FrameMistake(f"joint {joint.name}: {words}", changed)
 
 
-def _body_mistakes(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
+def generate_body_mistakes(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
     """Words on what a body's numbers may be taken for, and the body so."""
+    yield "left out", RobotBody(0.0, body.com, 0 * body.inertia)
+    yield "twice", RobotBody(2 * body.mass, body.com, 2 * body.inertia)
     about = steiner(body.mass, body.com)
     diagonal = np.diag(np.diag(body.inertia))
     yield (
@@ -332,14 +406,27 @@ def _body_mistakes(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBo
         )
 
 
-def is_physical(robot: Robot) -> bool:
-    """Whether there can be such bodies and rotors: no mass or inertia below that of points."""
-    for body in robot.bodies:
-        moments = np.linalg.eigvalsh(body.inertia)
-        least = -ALIKE * max(float(np.abs(moments).max()), 1e-300)
-        if body.mass < 0 or min(moments[0], moments[0] + moments[1] - moments[2]) < least:
+def is_physical(robot: Robot, file_robot: Robot) -> bool:
+    """Whether there can be such bodies and rotors: no mass or inertia below that of points.
+
+    A body that is none in the file already may be as little. Of a point or a thin rod in the file
+    one moment may be given alone, for the others may turn nothing.
+    """
+    for body, known in zip(robot.bodies, file_robot.bodies, strict=True):
+        positive, triangle = _excesses(body)
+        known_positive, known_triangle = _excesses(known)
+        least = min(positive, triangle) if known_triangle > ALIKE else positive
+        if body is not known and least < min(known_positive, known_triangle, 0.0) - ALIKE:
             return False
     return all(rotor.inertia >= 0 for rotor in robot.rotors)
+
+
+def _excesses(body: RobotBody) -> tuple[float, float]:
+    """The least of mass and moments, and what two moments are above the third, over their size."""
+    moments = np.linalg.eigvalsh(body.inertia)
+    size = max(float(np.abs(moments).max()), 1e-300)
+    triangle = float(moments[0] + moments[1] - moments[2]) / size
+    return float(min(moments[0] / size, np.sign(body.mass))), triangle
 
 
 def get_link_name(robot: Robot, number: int) -> str:

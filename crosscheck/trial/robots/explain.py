@@ -9,6 +9,7 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import TOLERANCE, WITH_WEIGHTS
+from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.robot import Level
 from crosscheck.trial.robots.angle_sums import describe_angle_sum
 from crosscheck.trial.robots.candidates import ALIKE
@@ -20,10 +21,10 @@ from crosscheck.trial.robots.judge import (
     RobotProblem,
     select_entry,
 )
-from crosscheck.trial.robots.pieces import describe_accelerations, describe_bias_pieces
+from crosscheck.trial.robots.pieces import describe_accelerations, describe_pieces
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.readings import find_readings
-from crosscheck.trial.robots.search import Cause, CauseSearch
+from crosscheck.trial.robots.search import Cause, CauseSearch, ChangeTable
 
 RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
 SHOWN = 1e-5  # of a ratio, of which six digits are shown
@@ -67,10 +68,14 @@ def diagnose(
         if by_coordinates is not None:
             return by_coordinates
     allowed = _select_levels(problem, distances)
-    searches = {each.level: CauseSearch(problem, each.level) for each in allowed}
+    table = ChangeTable(problem)
+    searches = {each.level: CauseSearch(problem, each.level, table) for each in allowed}
     level, explanations = _find_explanations(searches, allowed)
     links: tuple[str, ...] = ()
-    for each in allowed if not explanations and _are_several_wrong(problem, level) else ():
+    several = _are_several_wrong(problem, level)
+    if not explanations and (several or parts == ["gravity"]):
+        level, explanations = _find_rarer_explanations(searches, allowed)
+    for each in allowed if not explanations and several else ():
         if links := tuple(searches[each.level].links()):
             level = each.level
             break
@@ -84,13 +89,16 @@ def diagnose(
         terms = rates()
         causes = (*explanations, *links)
         notes += [] if terms is None else _bias_notes(problem, level, terms, right, bool(causes))
-        notes += [] if causes or "mass_matrix" in wrong else describe_bias_pieces(problem, level)
     if "acceleration" in wrong and not explanations and not links:
         rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
         notes += describe_accelerations(problem, level, rows)
+        for row in rows:
+            row_causes = list(searches[level].find_acceleration_causes(row))
+            notes += _describe_causes(row_causes, problem.entry_name("acceleration", [row]))
     if not explanations and not links:
         for part in wrong:
-            notes += _causes_within(searches[level], part, entries)
+            pieces = [] if part not in SINGLE else describe_pieces(problem, level, part)
+            notes += [*pieces, *_causes_within(searches[level], part, entries)]
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(cause.words for cause in explanations)
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
@@ -135,6 +143,19 @@ def _find_explanations(
         if any(cause.usual for cause in causes):
             break
     return level, single_causes
+
+
+def _find_rarer_explanations(
+    searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance]
+) -> tuple[Level, list[Cause]]:
+    """The nearest level at which an angle, an axis' length or a link's six inertias explain all."""
+    for each in distances:
+        search = searches[each.level]
+        if each.entries > distances[0].entries:
+            break
+        if causes := list(search.find_curved_causes()) or list(search.find_inertia_causes()):
+            return each.level, causes
+    return distances[0].level, []
 
 
 def _select_levels(
@@ -192,7 +213,7 @@ def _add_remark(problem: RobotProblem, level: Level, entry: RobotEntry) -> Robot
 
 
 def _describe_difference(problem: RobotProblem, difference: np.ndarray) -> str:
-    words = describe_angle_sum(difference, problem.states.q, problem.robot)
+    words = describe_angle_sum(difference, problem.states.q[: len(difference)], problem.robot)
     return f"yours minus right is {words}" if words else ""
 
 
@@ -221,11 +242,20 @@ def _asymmetries(
 ) -> Iterator[str]:
     """Sentences on entries of M that are not alike their mirror images."""
     places = sorted(entry.place for entry in entries if entry.part == "mass_matrix")
+    for which, half in (("below", np.tril), ("above", np.triu)) if places else ():
+        sign = -1 if which == "below" else 1
+        is_empty = not any(half(each, sign).any() for each in _mass(problem))
+        if is_empty and all((column - row) * sign > 0 for row, column in places):
+            yield (
+                f"mass_matrix is 0 {which} the diagonal, and right elsewhere: is one of its"
+                " triangles alone filled?"
+            )
+            return
     for place in places:
         mirror = place[::-1]
         if mirror in places and place > mirror:
             continue
-        mass, size = problem.answers.values["mass_matrix"], problem.sizes[level].mass_matrix
+        mass, size = _mass(problem), problem.sizes[level].mass_matrix
         relative_errors = (mass - mass.swapaxes(1, 2)) / size
         if np.abs(select_entry(relative_errors, place)).max() > TOLERANCE:
             name, mirror_name = (
@@ -233,6 +263,11 @@ def _asymmetries(
             )
             also = "both are wrong" if mirror in places else f"{mirror_name} is right"
             yield f"mass_matrix is not symmetric: {name} differs from {mirror_name}; {also}"
+
+
+def _mass(problem: RobotProblem) -> np.ndarray:
+    """The user's M (states, n, n)."""
+    return problem.answers.values["mass_matrix"]
 
 
 def _lone_part_notes(
@@ -262,20 +297,23 @@ def _bias_notes(
 
     right: parts that are right; explained: whether something explains all, which says more.
     """
-    states, sizes = problem.states, problem.sizes[level]
-    source = problem.answers.sources["bias"]
-    size = sizes.entry_sizes("bias", source)
+    sizes, few = problem.sizes[level], slice(len(terms.rest))
+    states = RandomStates(*(each[few] for each in problem.states))
+    size = sizes.entry_sizes("bias", problem.answers.sources["bias"])[few]
+    rounding = TOLERANCE * (size + sizes.gravity[few])  # the terms are sums of a few answers each
     model, names = AnalyticRobot(problem.robot, level), problem.names
-    # The terms are sums of a few answers each.
-    left = np.abs(problem.answers.values["bias"] - terms.evaluate(states.v)) / (
-        size + sizes.gravity
-    )
-    if left.max() > TOLERANCE:
+    left = np.abs(problem.answers.values["bias"][few] - terms.evaluate(states.v))
+    if (left > rounding).any():
         yield "bias is no sum of a constant, rates and products of two rates, as it must be"
         return
-    if (np.abs(terms.rest) > TOLERANCE * (size + sizes.gravity)).any():
-        yield _describe_rest(problem, terms, model.gravity(states.q), level)
-    yield from _linear_notes(terms, size, names)
+    if (np.abs(terms.rest) > rounding).any():
+        yield _describe_rest(problem, terms, model.gravity(problem.states.q), level)
+    linear = np.einsum("sij,sj->si", terms.linear, states.v)
+    opposite = np.abs(linear + problem.friction[few]) <= TOLERANCE * size
+    if problem.friction.any() and opposite.all():
+        yield "bias has the friction that is stated with the opposite sign: it takes torque, +d v"
+    else:
+        yield from _linear_notes(terms, size, names)
     wrong = list(_wrong_products(problem, level, terms, sample_bias_terms(model.bias, states)))
     if wrong and "mass_matrix" in right and "bias" not in problem.self_differences:
         yield "bias does not follow from mass_matrix, which is right"
@@ -288,7 +326,8 @@ def _describe_rest(
 ) -> str:
     """The sentence on a bias that is not 0 at rest although gravity stands beside it."""
     sizes = problem.sizes[level]
-    if (np.abs(terms.rest - weights) > TOLERANCE * sizes.gravity).any():
+    few = slice(len(terms.rest))
+    if (np.abs(terms.rest - weights[few]) > TOLERANCE * sizes.gravity[few]).any():
         return "bias at rest is not 0; bias must be Coriolis and centrifugal torques alone"
     moving = problem.answers.values["bias"] - weights
     difference = np.abs(moving - problem.reference_values[level]["bias"])
@@ -349,6 +388,7 @@ def _wrong_products(
     """Sentences on products of rates whose coefficients are wrong; rows that are alike as one."""
     with_weights = problem.answers.sources["bias"] in WITH_WEIGHTS
     sizes, names = term_sizes(problem.sizes[level], with_weights=with_weights), problem.names
+    sizes = sizes[: len(user_terms.rest)]
     differences, others = np.abs(user_terms.products - reference_terms.products), list[str]()
     for row, name in enumerate(names):
         user_products, reference_products = (
@@ -386,11 +426,14 @@ def _causes_within(search: CauseSearch, part: str, entries: Sequence[RobotEntry]
     within = [entry for entry in entries if entry.part == part]
     if all(entry.remark.startswith(MISSING) for entry in within):
         return
-    if causes := search.find_causes(search.select_places(part)):
+    places = search.select_places(part)
+    if causes := search.find_causes(places) or list(search.find_inertia_causes(places)):
         yield from _describe_causes(causes, part)
         return
     # A row of the balance that accelerations are held in is no row of these.
     for entry in within if part not in ("bias", "acceleration") else ():
+        if entry.remark.startswith(MISSING):
+            continue  # whatever makes the entry nothing explains it
         causes = search.find_causes(search.select_places(entry=entry))
         yield from _describe_causes([cause for cause in causes if cause.usual], entry.name)
 

@@ -1,19 +1,20 @@
-"""Pieces that equations are summed up of, one of which may be wrong by a factor.
+"""The terms of each body that equations are summed up of by Kane's method: each may be wrong.
 
-Of an acceleration: what each motor, the weights and each product of two rates make of it. Of a
-bias, by Kane's sum: of each body what its centre's acceleration asks for, its angular acceleration,
-and its gyroscopic torque.
+Of M what a body's translation and rotation make; of gravity its weight; of the bias what each
+acceleration asks for, joint by joint and body by body, and the gyroscopic torques. Of an
+acceleration what each motor, the weights and each product of two rates make of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.models.robot.robot import BASE, Level, Robot
+from crosscheck.models.robot.robot import BASE, Level, Robot, RobotBody
 from crosscheck.trial.robots.candidates import ALIKE, get_link_name
 from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.rates import sample_bias_terms
@@ -21,6 +22,193 @@ from crosscheck.trial.robots.rates import sample_bias_terms
 SIZABLE = 1e-9  # of an entry's size: a piece that is less cannot be told
 USUAL = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
 Pieces = Mapping[str, np.ndarray]
+
+
+class Terms(NamedTuple):
+    """M (states, n, n), bias and gravity (states, n), of a robot or of one of its bodies."""
+
+    mass_matrix: np.ndarray
+    bias: np.ndarray
+    gravity: np.ndarray
+
+    def minus(self, other: Terms) -> Terms:
+        """The differences from other terms."""
+        return Terms(*(own - their for own, their in zip(self, other, strict=True)))
+
+
+class WorldBody(NamedTuple):
+    """A body at states, in the base's axes: mass, centre (states, 3) from its origin, inertia."""
+
+    mass: float
+    lever: np.ndarray
+    inertia: np.ndarray
+
+
+class KaneSum:
+    """Kane's sum of a robot's bodies at states q, v (states, n)."""
+
+    def __init__(self, robot: Robot, q: np.ndarray, v: np.ndarray) -> None:
+        self.robot, self.v = robot, v
+        self.poses, self.rates = AnalyticRobot(robot, "links").frames(q, v)
+
+    def place_body(self, number: int, body: RobotBody) -> WorldBody:
+        """A body with the pose that the body of a number has."""
+        R = self.poses[number].rotation
+        return WorldBody(body.mass, R @ body.com, R @ body.inertia @ R.swapaxes(1, 2))
+
+    def compute_terms(self, number: int, body: WorldBody) -> Terms:
+        """The terms of a body in the place of the one of a number."""
+        pose, rate = self.poses[number], self.rates[number]
+        moving, turning = self.move_point(number, body.lever), pose.angular_partials
+        centre = rate.acceleration + _rotate_point(rate.angular, rate.angular_rate, body.lever)
+        moment = _apply(body.inertia, rate.angular_rate)
+        moment = moment + np.cross(rate.angular, _apply(body.inertia, rate.angular))
+        mass = body.mass * moving.swapaxes(1, 2) @ moving
+        return Terms(
+            mass + turning.swapaxes(1, 2) @ body.inertia @ turning,
+            body.mass * _project(moving, centre) + _project(turning, moment),
+            -body.mass * (self.robot.gravity @ moving),
+        )
+
+    def move_point(self, number: int, lever: np.ndarray) -> np.ndarray:
+        """The velocity (states, 3, n) per rate of a point of a body, lever from its origin."""
+        pose = self.poses[number]
+        return pose.origin_partials + np.cross(pose.angular_partials, lever[:, :, None], axis=1)
+
+    def list_mass_pieces(self) -> dict[str, dict[str, np.ndarray]]:
+        """What of M (states, n, n) is each body's, by kind and link."""
+        moves, turns = dict[str, np.ndarray](), dict[str, np.ndarray]()
+        for number, body in enumerate(self.robot.bodies):
+            link, (mass, lever, inertia) = self._name_and_place(number, body)
+            moving, turning = self.move_point(number, lever), self.poses[number].angular_partials
+            moves[link] = mass * moving.swapaxes(1, 2) @ moving
+            turns[link] = turning.swapaxes(1, 2) @ inertia @ turning
+        return {"the translation m Jv' Jv": moves, "the rotation Jw' I Jw": turns}
+
+    def list_gravity_pieces(self) -> dict[str, dict[str, np.ndarray]]:
+        """What of gravity (states, n) is each body's weight."""
+        bodies = enumerate(self.robot.bodies)
+        placed = [(number, *self._name_and_place(number, body)) for number, body in bodies]
+        weights = {link: self.compute_terms(number, body).gravity for number, link, body in placed}
+        return {"the weight": weights}
+
+    def list_bias_pieces(self) -> dict[str, dict[str, np.ndarray]]:
+        """What of the bias (states, n) is each acceleration's and each torque's, by kind."""
+        kinds: dict[str, dict[str, np.ndarray]] = {}
+        for number, body in enumerate(self.robot.bodies):
+            link, (mass, lever, inertia) = self._name_and_place(number, body)
+            rate, turning = self.rates[number], self.poses[number].angular_partials
+            w, dw, moving = rate.angular, rate.angular_rate, mass * self.move_point(number, lever)
+            inward = np.cross(w, np.cross(w, lever))
+            angular, centre = _apply(inertia, dw), _project(moving, np.cross(dw, lever) + inward)
+            pieces = {
+                "the gyroscopic torque w x I w": np.cross(w, _apply(inertia, w)),
+                "the torque I w' of the angular acceleration": angular,
+            }
+            for kind, torque in pieces.items():
+                kinds.setdefault(kind, {})[link] = _project(turning, torque)
+            linear = {
+                "the centripetal acceleration w x (w x c) of the centre": _project(moving, inward),
+                "the acceleration of the centre": centre + _project(moving, rate.acceleration),
+            }
+            for kind, piece in linear.items():
+                kinds.setdefault(kind, {})[link] = piece
+        for number, joint in enumerate(self.robot.joints):
+            for kind, piece in self._list_joint_pieces(number):
+                kinds.setdefault(kind, {})[joint.name] = piece
+        return kinds
+
+    def _list_joint_pieces(self, number: int) -> Iterator[tuple[str, np.ndarray]]:
+        """What a joint adds to the accelerations of all bodies after it makes of the bias."""
+        joint, pose = self.robot.joints[number], self.poses[number]
+        on_base = joint.parent == BASE
+        if on_base:
+            return
+        under = self.rates[joint.parent]
+        at = pose.position - self.poses[joint.parent].position
+        inward = np.cross(under.angular, np.cross(under.angular, at))
+        yield "the centripetal acceleration w x (w x r) of the place", self._load(number, inward)
+        extra = self.rates[number].acceleration - under.acceleration
+        extra = extra - _rotate_point(under.angular, under.angular_rate, at)
+        if joint.kind == "prismatic":
+            yield "the Coriolis acceleration 2 w x v", self._load(number, extra)
+            return
+        gained = self.rates[number].angular_rate - under.angular_rate
+        yield "the angular acceleration w x z q'", self._load(number, 0 * gained, gained)
+
+    def _load(
+        self, first: int, linear: np.ndarray, angular: np.ndarray | None = None
+    ) -> np.ndarray:
+        """The forces (states, n) that accelerations (states, 3) of a joint and all after it take.
+
+        angular: acceleration about the joint's place.
+        """
+        total = np.zeros_like(self.v)
+        carried = {first}
+        for number, body in enumerate(self.robot.bodies):
+            if number != first and self.robot.joints[number].parent not in carried:
+                continue
+            carried.add(number)
+            mass, lever, inertia = self.place_body(number, body)
+            centre = linear
+            if angular is not None:
+                away = self.poses[number].position - self.poses[first].position + lever
+                centre = centre + np.cross(angular, away)
+                turning = self.poses[number].angular_partials
+                total += _project(turning, _apply(inertia, angular))
+            total += mass * _project(self.move_point(number, lever), centre)
+        return total
+
+    def list_gyroscopic_changes(self) -> Iterator[tuple[str, np.ndarray]]:
+        """Changes of the bias (states, n) by another rate in every gyroscopic torque, in words."""
+        revolute = [joint.kind == "revolute" for joint in self.robot.joints]
+        first = self.rates[0].angular
+        changes = dict[str, np.ndarray]()
+        for number, body in enumerate(self.robot.bodies):
+            parent, w = self.robot.joints[number].parent, self.rates[number].angular
+            before = np.zeros_like(w) if parent == BASE else self.rates[parent].angular
+            own = w - before if revolute[number] else np.zeros_like(w)
+            inertia = self.place_body(number, body).inertia
+            right = np.cross(w, _apply(inertia, w))
+            turning = self.poses[number].angular_partials
+            for words, left_rate, right_rate in (
+                ("I w of the first link's rate", w, first),
+                ("the joint's own rate for w in both places", own, own),
+                ("the joint's own rate for w on the left", own, w),
+                ("I w of the joint's own rate", w, own),
+                ("the rate of the link before for w", before, before),
+            ):
+                wrong = np.cross(left_rate, _apply(inertia, right_rate))
+                changes[words] = changes.get(words, 0) + _project(turning, wrong - right)
+        yield from changes.items()
+
+    def _name_and_place(self, number: int, body: RobotBody) -> tuple[str, WorldBody]:
+        return get_link_name(self.robot, number), self.place_body(number, body)
+
+
+def list_unturned_bodies(pose_rotation: np.ndarray, body: RobotBody) -> dict[str, WorldBody]:
+    """A body whose numbers are not carried to the base's axes as they must be, by words."""
+    R, back = pose_rotation, pose_rotation.swapaxes(1, 2)
+    lever, inertia = R @ body.com, R @ body.inertia @ back
+    fixed = np.broadcast_to(body.com, lever.shape)
+    return {
+        "its inertia not turned with the link": WorldBody(
+            body.mass, lever, np.broadcast_to(body.inertia, inertia.shape)
+        ),
+        "its inertia turned the other way, R' I R": WorldBody(
+            body.mass, lever, back @ body.inertia @ R
+        ),
+        "its inertia turned from one side alone, R I": WorldBody(
+            body.mass, lever, R @ body.inertia
+        ),
+        "its centre of mass not turned with the link": WorldBody(body.mass, fixed, inertia),
+        "its centre of mass turned the other way, R' c": WorldBody(
+            body.mass, back @ body.com, inertia
+        ),
+        "its centre of mass and inertia not turned with the link": WorldBody(
+            body.mass, fixed, np.broadcast_to(body.inertia, inertia.shape)
+        ),
+    }
 
 
 def describe_wrong_piece(difference: np.ndarray, pieces: Pieces, size: float, most: int) -> str:
@@ -35,12 +223,59 @@ def describe_wrong_piece(difference: np.ndarray, pieces: Pieces, size: float, mo
             share = float(total @ difference / (total @ total)) if total.any() else 0.0
             left = np.abs(difference - share * total).max()
             if left <= ALIKE * np.abs(difference).max():
-                factor = 1 + share
-                usual = [words for by, words in USUAL.items() if abs(factor - by) < ALIKE]
-                words = usual[0] if usual else f"{factor:.6g} times as large"
-                makes = "makes" if count == 1 else "make"
-                return f"what {' and '.join(names)} {makes}: {words}"
+                return _describe_factor(names, 1 + share)
     return ""
+
+
+def _describe_factor(names: Sequence[str], factor: float) -> str:
+    usual = [words for by, words in USUAL.items() if abs(factor - by) < ALIKE]
+    words = usual[0] if usual else f"{factor:.6g} times as large"
+    return f"what {' and '.join(names)} {'makes' if len(names) == 1 else 'make'}: {words}"
+
+
+def find_factors(difference: np.ndarray, pieces: Pieces, size: float) -> dict[str, float]:
+    """Factors of pieces that are wrong, of all alike, of one, or of some; {} for none.
+
+    difference (k,): yours less right, at all states; pieces: what is right of each.
+    """
+    there = {name: p.ravel() for name, p in pieces.items() if np.abs(p).max() > SIZABLE * size}
+    names, allowed = list(there), ALIKE * np.abs(difference).max()
+    groups = [names, *([name] for name in names)]
+    for group in groups if names else ():
+        total = np.sum([there[name] for name in group], axis=0)
+        share = float(total @ difference / (total @ total))
+        if np.abs(difference - share * total).max() <= allowed:
+            return dict.fromkeys(group, 1 + share)
+    if len(names) < 3:
+        return {}
+    columns = np.stack(list(there.values()), axis=1)
+    fit, _, rank, _ = np.linalg.lstsq(columns, difference, rcond=1e-10)
+    if rank < len(names) or np.abs(difference - columns @ fit).max() > allowed:
+        return {}
+    return {name: 1 + float(by) for name, by in zip(names, fit, strict=True) if abs(by) > ALIKE}
+
+
+def describe_wrong_kinds(
+    difference: np.ndarray, kinds: Mapping[str, Pieces], size: float, *, are_usual: bool
+) -> Iterator[str]:
+    """Kinds of pieces of which one, some or all are wrong by one factor, and nothing else.
+
+    Those of which the fewest are wrong, but all of a kind before these. are_usual: whether only
+    usual factors count, since what does not depend on the rates is often alike by chance.
+    """
+    described: list[tuple[int, str]] = []
+    for kind, pieces in kinds.items():
+        factors = find_factors(difference, pieces, size)
+        names, factor = list(factors), next(iter(factors.values()), 1.0)
+        unusual = all(abs(factor - by) > ALIKE for by in USUAL)
+        if not names or np.ptp(list(factors.values())) > ALIKE or (are_usual and unusual):
+            continue
+        whole = len(names) == len(pieces) > 1
+        which = "every one" if whole else " and ".join(names)
+        words = _describe_factor([f"{kind} of {which}"], factor)
+        described.append((0 if whole else len(names), words))
+    fewest = min((count for count, _ in described), default=0)
+    yield from (words for count, words in described if count == fewest)
 
 
 def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, np.ndarray]:
@@ -60,90 +295,60 @@ def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, n
     return {name: np.einsum("sij,sj->si", inverse, each) for name, each in forces.items()}
 
 
-def describe_bias_pieces(problem: RobotProblem, level: Level) -> Iterator[str]:
-    """The sentence on a piece of Kane's sum that is wrong in the bias: of one body, or of all."""
-    robot, states = problem.robot, problem.states
-    difference = problem.answers.values["bias"] - problem.reference_values[level]["bias"]
-    pieces = _list_bias_pieces(robot, states.q, states.v)
-    size = float(problem.sizes[level].bias.max())
-    kinds: dict[str, np.ndarray] = {}
-    for (kind, _), piece in pieces.items():
-        kinds[kind] = kinds.get(kind, np.zeros_like(piece)) + piece
-    single = {f"{kind} of {link}": piece.ravel() for (kind, link), piece in pieces.items()}
-    every = {f"{kind} of every link": piece.ravel() for kind, piece in kinds.items()}
-    for group in (every, single):
-        if words := describe_wrong_piece(difference.ravel(), group, size, 1):
-            yield f"bias, {words}"
-            return
-
-
-def _list_bias_pieces(
-    robot: Robot, q: np.ndarray, v: np.ndarray
-) -> dict[tuple[str, str], np.ndarray]:
-    """Generalized forces (states, n) by kind and link; {} for robots that have mimics."""
-    if any(joint.mimic for joint in robot.joints):
-        return {}
-    rows = [_sum_up_state(robot, *each) for each in zip(q, v, strict=True)]
-    return {key: np.array([row[key] for row in rows]) for key in rows[0]}
-
-
-def _sum_up_state(robot: Robot, q: np.ndarray, v: np.ndarray) -> dict[tuple[str, str], np.ndarray]:
-    size, still = len(robot.joints), np.zeros(3)
-    # Of each body: rotation, place, rate, angular and linear acceleration; columns of Jacobians.
-    bodies: list[tuple[np.ndarray, ...]] = []
-    base = (np.eye(3), still, still, still, still, np.zeros((3, size)), np.zeros((3, size)))
-    pieces: dict[tuple[str, str], np.ndarray] = {}
-    for number, (joint, body) in enumerate(zip(robot.joints, robot.bodies, strict=True)):
-        R, p, w, dw, a, turning, moving = base if joint.parent == BASE else bodies[joint.parent]
-        arm = R @ joint.placement.position
-        R = R @ joint.placement.rotation
-        axis, turning, moving = R @ joint.axis, turning.copy(), moving.copy()
-        slid = axis * q[number] if joint.kind == "prismatic" else still
-        arm = arm + slid
-        moving = moving + _cross_columns(turning, arm)
-        a = a + np.cross(dw, arm) + np.cross(w, np.cross(w, arm))
-        if joint.kind == "prismatic":
-            moving[:, number] = axis
-            a = a + 2 * np.cross(w, axis * v[number])
-        else:
-            turning[:, number] = axis
-            dw = dw + np.cross(w, axis * v[number])
-            w = w + axis * v[number]
-            R = R @ _rotate(joint.axis, q[number])
-        bodies.append((R, p + arm, w, dw, a, turning, moving))
-        com, inertia = R @ body.com, R @ body.inertia @ R.T
-        centre = a + np.cross(dw, com) + np.cross(w, np.cross(w, com))
-        at_centre, link = moving + _cross_columns(turning, com), get_link_name(robot, number)
-        pieces |= {
-            ("the acceleration of the centre", link): body.mass * at_centre.T @ centre,
-            ("the angular acceleration", link): turning.T @ inertia @ dw,
-            ("the gyroscopic torque w x I w", link): turning.T @ np.cross(w, inertia @ w),
-        }
-    return pieces
-
-
-def _cross_columns(columns: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """What rates about columns (3, n) make of the velocity at the end of an arm, (3, n)."""
-    velocities: np.ndarray = np.cross(columns.T, arm).T
-    return velocities
-
-
-def _rotate(axis: np.ndarray, angle: float) -> np.ndarray:
-    """The rotation (3, 3) about a unit vector."""
-    skew = np.cross(np.eye(3), axis)
-    turned: np.ndarray = np.eye(3) + np.sin(angle) * skew + (1 - np.cos(angle)) * skew @ skew
-    return turned
+def describe_pieces(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
+    """Sentences on terms of Kane's sum that are wrong in M, the bias or gravity."""
+    difference = problem.answers.values[part] - problem.reference_values[level][part]
+    kane, size = KaneSum(problem.robot, *problem.states[:2]), getattr(problem.sizes[level], part)
+    kinds = {
+        "mass_matrix": kane.list_mass_pieces,
+        "bias": kane.list_bias_pieces,
+        "gravity": kane.list_gravity_pieces,
+    }[part]()
+    described = list(
+        describe_wrong_kinds(difference.ravel(), kinds, float(size.max()), are_usual=part != "bias")
+    )
+    if not described and part == "bias":
+        for words, change in kane.list_gyroscopic_changes():
+            if np.abs(difference - change).max() <= ALIKE * np.abs(difference).max():
+                described.append(f"in every gyroscopic torque w x I w: {words}")
+    yield from (f"{part}, {words}" for words in described)
 
 
 def describe_accelerations(
     problem: RobotProblem, level: Level, rows: Sequence[int]
 ) -> Iterator[str]:
     """Sentences on rows of an acceleration in which one or two pieces are wrong by a factor."""
-    difference = problem.answers.values["acceleration"]
-    difference = difference - problem.reference_values[level]["acceleration"]
+    user_values, right = (
+        values["acceleration"]
+        for values in (problem.answers.values, problem.reference_values[level])
+    )
+    difference = user_values - right
     pieces, sizes = list_acceleration_pieces(problem, level), problem.sizes[level].acceleration
+    described = False
     for row in rows:
         of_row = {name: piece[:, row] for name, piece in pieces.items()}
         words = describe_wrong_piece(difference[:, row], of_row, float(sizes[:, row].max()), 2)
         if words:
+            described = True
             yield f"acceleration[{problem.names[row]}], {words}"
+    ratios = user_values / right
+    if not described and len(rows) > 1 and np.ptp(ratios, axis=1).max() <= ALIKE * ratios.max():
+        yield (
+            "acceleration: at each state all rows are wrong by the same factor, from"
+            f" {ratios.min():.4g} to {ratios.max():.4g}: their common denominator, M's determinant"
+        )
+
+
+def _rotate_point(w: np.ndarray, dw: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """The acceleration (states, 3) of the end of an arm by turning about its begin."""
+    turned: np.ndarray = np.cross(dw, arm) + np.cross(w, np.cross(w, arm))
+    return turned
+
+
+def _apply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    return (matrix @ vector[:, :, None])[:, :, 0]
+
+
+def _project(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Columns (states, 3, n), transposed, times force (states, 3): (states, n)."""
+    return (force[:, None] @ columns)[:, 0]

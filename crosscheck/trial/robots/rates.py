@@ -11,6 +11,8 @@ import numpy as np
 from crosscheck.checks.robots.sizes import RobotSizes
 from crosscheck.checks.robots.states import RandomStates
 
+MOST_CALLS, LEAST_STATES = 1000, 3
+
 
 @dataclass(frozen=True)
 class BiasTerms:
@@ -28,6 +30,13 @@ class BiasTerms:
         quadratic = np.einsum("sijk,sj,sk->si", self.products, v, v)
         total: np.ndarray = self.rest + np.einsum("sij,sj->si", self.linear, v) + quadratic
         return total
+
+
+def select_rate_states(states: RandomStates) -> RandomStates:
+    """The first states, so many that their terms take some MOST_CALLS answers; a few at least."""
+    size = states.q.shape[1]
+    count = max(LEAST_STATES, MOST_CALLS // (1 + size * (size + 1)))
+    return RandomStates(*(each[:count] for each in states))
 
 
 def make_rate_states(states: RandomStates) -> list[RandomStates]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,19 +15,23 @@ from crosscheck.models.robot.robot import Level, Robot, RobotBody
 from crosscheck.trial.robots.candidates import (
     ALIKE,
     USUAL,
-    FrameMistake,
     RobotNumber,
+    generate_body_mistakes,
     generate_frame_mistakes,
     get_link_name,
     is_physical,
     list_numbers,
-    replace_part,
     steiner,
 )
 from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
+from crosscheck.trial.robots.pieces import KaneSum, Terms, list_unturned_bodies
 
 # What an explanation may leave of each entry's largest difference; and of its size, by rounding.
 LEFT, ROUNDING = 1e-5, 1e-12
+CLOSE = 1e-4  # of a difference's norm that a number's effect may leave before it is tried
+PROMISING = 0.9  # of a difference's norm that a curved number's first step may leave
+STEPS = 12  # of Newton's method
+NEAR = 1e-4  # of a curved number's step: over which its slope is taken
 Places = np.ndarray | slice  # of a row
 
 
@@ -43,13 +48,119 @@ class Cause:
     missing: str = ""
 
 
-@dataclass(frozen=True)
-class _NumberEffect:
-    """What a change of a number by its step does to a row: linear in it, and by its square."""
+class NumberEffect(NamedTuple):
+    """What a change of a number by its step does to all terms: linear in it, and by its square."""
 
     number: RobotNumber
-    linear: np.ndarray
-    square: np.ndarray
+    linear: Terms
+    square: Terms
+
+
+class MistakeEffect(NamedTuple):
+    """What one thing taken for another does to all terms; several: in every part of a kind."""
+
+    words: str
+    several: bool
+    change: Terms
+
+
+class ChangeTable:
+    """What each change of a robot does to its terms at the states, for all levels."""
+
+    def __init__(self, problem: RobotProblem) -> None:
+        self.robot, self.states = problem.robot, problem.states
+        self.bare = replace(self.robot, rotors=(), stages=())
+        self.numbers = list(list_numbers(self.robot))
+        self._numbers_by_level: dict[Level, list[NumberEffect]] = {}
+        self._mistakes_by_level: dict[Level, list[MistakeEffect]] = {}
+        self._bases: dict[Level, Terms] = {}
+        self.kane = KaneSum(self.bare, self.states.q, self.states.v)
+        self._placed = [
+            self.kane.compute_terms(number, self.kane.place_body(number, body))
+            for number, body in enumerate(self.robot.bodies)
+        ]
+
+    def change_body(self, number: int, body: RobotBody) -> Terms:
+        """What another body in the place of one does."""
+        placed = self.kane.place_body(number, body)
+        return self.kane.compute_terms(number, placed).minus(self._placed[number])
+
+    def change_robot(self, robot: Robot, level: Level, bodies: Sequence[int] = ()) -> Terms:
+        """What another robot does at a level; bodies: numbers of those that alone are others."""
+        if bodies:
+            return add_terms(self.change_body(number, robot.bodies[number]) for number in bodies)
+        return Terms(*AnalyticRobot(robot, level).terms(*self.states[:2])).minus(self._base(level))
+
+    def list_number_effects(self, level: Level) -> list[NumberEffect]:
+        """Of each number that changes something at a level."""
+        if level not in self._numbers_by_level:
+            effects = self._numbers_by_level[level] = []
+            known = {each.number.name: each for each in self._numbers_by_level.get("links", [])}
+            for number in self._select_numbers(level):
+                if number.name in known and (number.bodies or level == "armature"):
+                    effects.append(known[number.name])
+                    continue
+                up, down = (
+                    self.change_robot(
+                        number.put(number.value + sign * number.step), level, number.bodies
+                    )
+                    for sign in (1, -1)
+                )
+                linear = Terms(*((a - b) / 2 for a, b in zip(up, down, strict=True)))
+                square = Terms(*((a + b) / 2 for a, b in zip(up, down, strict=True)))
+                effects.append(NumberEffect(number, linear, square))
+        return self._numbers_by_level[level]
+
+    def _select_numbers(self, level: Level) -> Iterator[RobotNumber]:
+        for number in self.numbers:
+            of_rotors = "rotor" in number.name or number.name.startswith("stage")
+            if not number.curved and (level != "links" or not of_rotors):
+                yield number
+
+    def list_mistake_effects(self, level: Level) -> list[MistakeEffect]:
+        """Of each thing that may be taken for another at a level."""
+        if level not in self._mistakes_by_level:
+            mistakes = self._mistakes_by_level[level] = list(self._body_mistakes)
+            robot = self.bare if level == "links" else self.robot
+            mistakes += [
+                MistakeEffect(each.words, each.several, self.change_robot(each.robot, level))
+                for each in generate_frame_mistakes(robot, are_rotors_bodies=level == "coupled")
+            ]
+        return self._mistakes_by_level[level]
+
+    @cached_property
+    def _body_mistakes(self) -> list[MistakeEffect]:
+        rows: list[list[MistakeEffect]] = []
+        for number, (body, joint) in enumerate(
+            zip(self.robot.bodies, self.robot.joints, strict=True)
+        ):
+            link = get_link_name(self.robot, number)
+            changes = {
+                words: self.change_body(number, other)
+                for words, other in generate_body_mistakes(body, joint)
+            }
+            unturned = list_unturned_bodies(self.kane.poses[number].rotation, body)
+            changes |= {
+                words: self.kane.compute_terms(number, other).minus(self._placed[number])
+                for words, other in unturned.items()
+            }
+            rows.append([MistakeEffect(f"{link}: {w}", False, c) for w, c in changes.items()])
+        mistakes = [each for row in rows for each in row]
+        for together in zip(*rows, strict=True) if len(rows) > 1 else ():
+            words = together[0].words.partition(": ")[2]
+            change = add_terms(each.change for each in together)
+            mistakes.append(MistakeEffect(f"every link: {words}", True, change))
+        return mistakes
+
+    def _base(self, level: Level) -> Terms:
+        if level not in self._bases:
+            self._bases[level] = Terms(*AnalyticRobot(self.robot, level).terms(*self.states[:2]))
+        return self._bases[level]
+
+
+def add_terms(several: Iterator[Terms]) -> Terms:
+    """The sum of several terms."""
+    return Terms(*(np.sum(each, axis=0) for each in zip(*several, strict=True)))
 
 
 class CauseSearch:
@@ -60,39 +171,36 @@ class CauseSearch:
     their square as well.
     """
 
-    def __init__(self, problem: RobotProblem, level: Level) -> None:
-        self.problem, self.level = problem, level
-        robot = problem.robot
-        self.robot = robot if level != "links" else replace(robot, rotors=(), stages=())
-        self.base = self.row(self.robot)
-        self.difference = self._user_row() - self.base
+    def __init__(self, problem: RobotProblem, level: Level, table: ChangeTable) -> None:
+        self.problem, self.level, self.table = problem, level, table
+        self.difference = self._compute_difference()
         self.allowed = self._compute_allowances()
 
-    def row(self, robot: Robot) -> np.ndarray:
-        """The parts by the project's own derivation of a robot, in one row."""
-        q, v, a, torques = self.problem.states
-        mass, bias, gravity = AnalyticRobot(robot, self.level).terms(q, v)
-        held = bias + gravity
-        values = self.problem.answers.values
+    def row(self, change: Terms) -> np.ndarray:
+        """What a change of the terms makes of all parts, in one row."""
+        mass, bias, gravity = change
+        values, held = self.problem.answers.values, change.bias + change.gravity
         parts = {
             "mass_matrix": mass,
             "bias": bias,
             "gravity": gravity,
-            "force": self.problem.loads_in_force - self.problem.weights_in_force(gravity),
+            "force": -self.problem.weights_in_force(gravity),
         }
         if "inverse_dynamics" in values:
             whole = bias if self.problem.answers.weightless else held
-            parts["inverse_dynamics"] = np.einsum("sij,sj->si", mass, a) + whole
+            parts["inverse_dynamics"] = _multiply(mass, self.problem.states.a) + whole
         if "acceleration" in values:
-            accelerated = np.einsum("sij,sj->si", mass, values["acceleration"])
-            parts["acceleration"] = accelerated + held - torques
+            parts["acceleration"] = _multiply(mass, values["acceleration"]) + held
         return self._join_parts(parts)
 
-    def _user_row(self) -> np.ndarray:
-        values = dict(self.problem.answers.values)
-        if "acceleration" in values:
-            values["acceleration"] = np.zeros_like(values["acceleration"])
-        return self._join_parts(values)
+    def _compute_difference(self) -> np.ndarray:
+        values = self.problem.answers.values
+        right = self.problem.reference_values[self.level]
+        parts = {part: values[part] - right[part] for part in self.problem.parts}
+        if "acceleration" in parts:
+            mass = AnalyticRobot(self.problem.robot, self.level).mass_matrix(self.problem.states.q)
+            parts["acceleration"] = -_multiply(mass, parts["acceleration"])
+        return self._join_parts(parts)
 
     def _join_parts(self, parts: dict[str, np.ndarray]) -> np.ndarray:
         sizes = self.problem.sizes[self.level]
@@ -135,43 +243,143 @@ class CauseSearch:
         return np.concatenate(places)
 
     @cached_property
-    def _effects(self) -> list[_NumberEffect]:
-        effects = []
-        for number in list_numbers(self.robot):
-            up, down = (
-                self.row(number.put(number.value + sign * number.step)) - self.base
-                for sign in (1, -1)
-            )
-            effects.append(_NumberEffect(number, (up - down) / 2, (up + down) / 2))
-        return effects
+    def _effects(self) -> list[tuple[NumberEffect, np.ndarray, np.ndarray]]:
+        effects = self.table.list_number_effects(self.level)
+        return [(each, self.row(each.linear), self.row(each.square)) for each in effects]
 
     @cached_property
-    def _mistake_effects(self) -> list[tuple[FrameMistake, np.ndarray]]:
-        return [
-            (each, self.row(each.robot) - self.base) for each in generate_frame_mistakes(self.robot)
-        ]
+    def _mistakes(self) -> list[tuple[MistakeEffect, np.ndarray]]:
+        mistakes = self.table.list_mistake_effects(self.level)
+        return [(each, self.row(each.change)) for each in mistakes]
 
     def find_causes(self, places: Places = slice(None)) -> list[Cause]:
         """Every single change that leaves nothing of the difference in some places of the row."""
-        causes = [*self._number_causes(places), *self._mistake_causes(places)]
+        numbers = list(self._number_causes(places))
+        plain = [cause for number, cause in numbers if cause.usual or not number.factor]
+        numbers_alone = plain or [cause for _, cause in numbers]  # a factor says no more than one
+        causes = [*numbers_alone, *self._mistake_causes(places)]
         if isinstance(places, slice) and self.level == "coupled":
             causes += self._missing_pairs()
         return causes
 
-    def _number_causes(self, places: Places) -> Iterator[Cause]:
-        for effect in self._effects:
-            number, linear, square = effect.number, effect.linear, effect.square
-            if number.factor and not isinstance(places, slice):
-                continue  # which says no more of one part than one of its numbers
-            by = _solve_step(linear[places], square[places], self.difference[places])
-            if by and self.can_explain(linear * by + square * by**2, places):
+    def _number_causes(self, places: Places) -> Iterator[tuple[RobotNumber, Cause]]:
+        for effect, linear, square in self._effects:
+            number = effect.number
+            wrong = self.difference[places]
+            by = _solve_step(linear[places], square[places], wrong)
+            left = wrong - linear[places] * by - square[places] * by**2
+            if by and np.linalg.norm(left) <= CLOSE * np.linalg.norm(wrong):
                 value = number.value + by * number.step
-                if not self._is_usual(number, value) and not is_physical(number.put(value)):
+                if not self._is_possible(number, value) or not self._holds(number, value, places):
                     continue
-                if "acceleration" in self.problem.parts and not self._is_regular(number.put(value)):
-                    continue
-                missing = number.name if abs(value) < ALIKE * number.step else ""
-                yield Cause(self._words(number, value), self._is_usual(number, value), missing)
+                is_left_out = abs(value) < ALIKE * number.step and not number.factor
+                missing = number.name if is_left_out else ""
+                yield (
+                    number,
+                    Cause(self._words(number, value), self._is_usual(number, value), missing),
+                )
+
+    def _holds(self, number: RobotNumber, value: float, places: Places) -> bool:
+        """Whether the difference is nothing with a value, by the terms with that itself."""
+        level: Level = "links" if number.bodies else self.level
+        change = self.table.change_robot(number.put(value), level, number.bodies)
+        return self.can_explain(self.row(change), places)
+
+    def _is_possible(self, number: RobotNumber, value: float) -> bool:
+        """Whether there can be such a robot, or somebody leaves the number out or doubles it."""
+        robot = number.put(value)
+        usual = any(abs(value - by * number.value) < ALIKE * number.step for by in USUAL if by >= 0)
+        if not (usual or is_physical(robot, self.problem.robot)):
+            return False
+        return "acceleration" not in self.problem.parts or self._is_regular(robot)
+
+    def find_curved_causes(self) -> Iterator[Cause]:
+        """Numbers on which the terms depend in another way, each solved for by Newton's method."""
+        for number in self.table.numbers:
+            value = self._solve_curved(number) if number.curved else None
+            if value is not None:
+                yield Cause(self._words(number, value), self._is_usual(number, value))
+
+    def _solve_curved(self, number: RobotNumber) -> float | None:
+        """The value with which the difference is nothing; None for none that is found."""
+
+        def change(value: float) -> np.ndarray:
+            return self.row(self.table.change_robot(number.put(value), self.level))
+
+        value, near = number.value, NEAR * number.step
+        for step in range(STEPS):
+            slope = (change(value + near) - change(value - near)) / (2 * near)
+            left = self.difference - (change(value) if step else 0.0)
+            square = float(slope @ slope)
+            by = float(slope @ left) / square if square else 0.0
+            if not step and np.linalg.norm(left - by * slope) > PROMISING * np.linalg.norm(left):
+                return None
+            value += float(np.clip(by, -number.step, number.step))
+            if abs(by) < 1e-9 * number.step:
+                break
+        return value if self.can_explain(change(value)) else None
+
+    def find_acceleration_causes(self, row: int) -> Iterator[Cause]:
+        """Numbers with other values of which one row of the accelerations alone is right."""
+        states, values = self.problem.states, self.problem.answers.values["acceleration"][:, row]
+        base = Terms(*AnalyticRobot(self.problem.robot, self.level).terms(*states[:2]))
+        size = self.problem.sizes[self.level].acceleration[:, row]
+        for effect, *_ in self._effects:
+            number = effect.number
+
+            def left(by: float, effect: NumberEffect = effect) -> np.ndarray:
+                mass, bias, gravity = (
+                    own + by * first + by**2 * second
+                    for own, first, second in zip(base, effect.linear, effect.square, strict=True)
+                )
+                pushed = states.torques - bias - gravity
+                try:
+                    right = np.linalg.solve(mass, pushed[..., None])[:, row, 0]
+                except np.linalg.LinAlgError:
+                    return np.full_like(values, np.nan)
+                return (values - right) / size
+
+            by = _find_root(left, 0.0)
+            if by and np.abs(left(by)).max() <= LEFT * np.abs(left(0.0)).max():
+                value = number.value + by * number.step
+                if self._is_possible(number, value):
+                    yield Cause(self._words(number, value), self._is_usual(number, value))
+
+    def find_inertia_causes(self, places: Places = slice(None)) -> Iterator[Cause]:
+        """The six inertias of a link together, where nothing simpler explains several entries."""
+        if np.count_nonzero(self._wrong_columns(places)) < 3 or "mass_matrix" not in (
+            self.problem.parts
+        ):
+            return
+        for number, body in enumerate(self.problem.robot.bodies):
+            size = float(np.trace(body.inertia)) or body.mass * 1e-4
+            units = [_symmetric_unit(k) * size for k in range(6)]
+            changes = [
+                self.row(self.table.change_body(number, replace(body, inertia=body.inertia + unit)))
+                for unit in units
+            ]
+            columns = np.stack([each[places] for each in changes], axis=1)
+            fit, _, rank, _ = np.linalg.lstsq(columns, self.difference[places], rcond=1e-10)
+            if not self.can_explain(np.stack(changes, axis=1) @ fit, places):
+                continue
+            found = body.inertia + np.tensordot(fit, units, axes=1)
+            yield Cause(_describe_inertia(self._link(number), body, found, rank == 6), usual=False)
+
+    def _link(self, number: int) -> str:
+        return get_link_name(self.problem.robot, number)
+
+    def _wrong_columns(self, places: Places) -> np.ndarray:
+        """Of each entry of M and the bias whether it is wrong."""
+        wrong, start = list[np.ndarray](), 0
+        inside = np.zeros(self.difference.size, dtype=bool)
+        inside[places] = True
+        for part in self.problem.parts:
+            shape = self.problem.answers.values[part].shape
+            stop = start + int(np.prod(shape))
+            beyond = (np.abs(self.difference[start:stop]) > TOLERANCE) & inside[start:stop]
+            wrong.append(beyond.reshape(shape).any(axis=0).ravel())
+            start = stop
+        return np.concatenate(wrong)
 
     def _is_regular(self, robot: Robot) -> bool:
         """Whether a robot has accelerations: of none at all every balance holds."""
@@ -193,7 +401,7 @@ class CauseSearch:
             return ""
         names = [
             other.name
-            for other in (effect.number for effect in self._effects)
+            for other in self.table.numbers
             if other.unit == number.unit
             and other.name != number.name
             and abs(other.value - value) <= ALIKE * abs(value)
@@ -202,8 +410,8 @@ class CauseSearch:
 
     def _mistake_causes(self, places: Places) -> list[Cause]:
         mistakes = [
-            confusion
-            for confusion, changed in self._mistake_effects
+            mistake
+            for mistake, changed in self._mistakes
             if np.abs(changed[places]).max(initial=0.0) > TOLERANCE
             and self.can_explain(changed, places)
         ]
@@ -218,8 +426,7 @@ class CauseSearch:
         places = self.select_places("mass_matrix")
         if np.abs(self.difference[~places]).max(initial=0.0) > TOLERANCE:
             return
-        sizes = self.problem.sizes[self.level].mass_matrix
-        bare = replace(robot, rotors=(), stages=())
+        sizes, bare = self.problem.sizes[self.level].mass_matrix, self.table.bare
         gears = [("rotor", item.joint, replace(bare, rotors=(item,))) for item in robot.rotors]
         gears += [("stage", item.joint, replace(bare, stages=(item,))) for item in robot.stages]
         for kind, joint, alone in gears:
@@ -238,15 +445,63 @@ class CauseSearch:
 
     def links(self) -> Iterator[str]:
         """Links whose mass, first moments and inertia about the joint make the difference."""
-        for number, body in enumerate(self.robot.bodies):
+        for number, body in enumerate(self.problem.robot.bodies):
             changed = [
-                replace_part(self.robot, "bodies", number, other)
-                for other in _vary_parameters(body)
+                self.row(self.table.change_body(number, other)) for other in _vary_parameters(body)
             ]
-            columns = np.stack([self.row(each) - self.base for each in changed], axis=1)
+            columns = np.stack(changed, axis=1)
             fit = np.linalg.lstsq(columns, self.difference, rcond=1e-10)[0]
             if self.can_explain(columns @ fit):
-                yield get_link_name(self.robot, number)
+                yield self._link(number)
+
+
+def _describe_inertia(link: str, body: RobotBody, inertia: np.ndarray, is_unique: bool) -> str:
+    """A link's inertia beside the right one, in words."""
+    if not is_unique:
+        return f"{link}: its inertia about the centre of mass another one"
+    right, moments = np.linalg.eigvalsh(body.inertia), np.linalg.eigvalsh(inertia)
+    size = float(right[-1]) or 1.0
+    if np.abs(right - moments).max() < LEFT * size:
+        return f"{link}: its inertia turned: the right principal moments about other axes"
+    changed = [
+        f"I{'xyz'[i]}{'xyz'[j]} = {inertia[i, j]:.6g} (file: {body.inertia[i, j]:.6g})"
+        for i, j in zip(*np.triu_indices(3), strict=True)
+        if abs(inertia[i, j] - body.inertia[i, j]) > LEFT * size
+    ]
+    impossible = (
+        ""
+        if moments[0] >= 0 and moments[0] + moments[1] >= moments[2]
+        else ("; no body has these: are its six numbers mixed up?")
+    )
+    return f"{link}: its inertia {', '.join(changed)}{impossible}"
+
+
+def _symmetric_unit(number: int) -> np.ndarray:
+    unit = np.zeros((3, 3))
+    i, j = np.transpose(np.triu_indices(3))[number]
+    unit[i, j] = unit[j, i] = 1.0
+    return unit
+
+
+def _find_root(left: Callable[[float], np.ndarray], begin: float) -> float:
+    """The number with which least is left, by the method of Gauss and Newton from a first one."""
+    value = begin
+    for _ in range(STEPS):
+        here = left(value)
+        slope = (left(value + NEAR) - left(value - NEAR)) / (2 * NEAR)
+        square = float(slope @ slope)
+        if not square or not np.isfinite(square):
+            return 0.0
+        by = float(np.clip(-(slope @ here) / square, -1.0, 1.0))
+        value += by
+        if abs(by) < 1e-10:
+            break
+    return value
+
+
+def _multiply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    product: np.ndarray = np.einsum("sij,sj->si", matrix, vector)
+    return product
 
 
 def _solve_step(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> float:
@@ -281,8 +536,6 @@ def _vary_parameters(body: RobotBody) -> Iterator[RobotBody]:
         elif number < 4:
             first[number - 1] += size * max(float(np.abs(body.com).max()), 0.01)
         else:
-            i, j = np.transpose(np.triu_indices(3))[number - 4]
-            second[i, j] += inertia
-            second[j, i] = second[i, j]
+            second += inertia * _symmetric_unit(number - 4)
         com = first / mass
         yield RobotBody(mass, com, second - steiner(mass, com))
