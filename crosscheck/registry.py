@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import threading
 from collections.abc import Callable, Iterator, MutableMapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -278,19 +279,24 @@ def add_installed_models(built_in: dict[str, Entry]) -> dict[str, Entry]:
     return entries
 
 
+_one_at_a_time = threading.RLock()
+
+
 @contextmanager
 def register(name: str, entry: Entry) -> Iterator[None]:
     """Add a model for as long as the context lasts; processes forked meanwhile know it too.
 
-    Raises InputError for a name that is taken.
+    Of several threads one after the other, for their models may share a name. Raises InputError
+    for a name that is taken.
     """
-    if name in MODELS:
-        raise InputError("model", "", name, "a model of this name exists already")
-    MODELS[name] = entry
-    try:
-        yield
-    finally:
-        del MODELS[name]
+    with _one_at_a_time:
+        if name in MODELS:
+            raise InputError("model", "", name, "a model of this name exists already")
+        MODELS[name] = entry
+        try:
+            yield
+        finally:
+            del MODELS[name]
 
 
 def is_plugin(name: str) -> bool:

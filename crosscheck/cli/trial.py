@@ -17,6 +17,7 @@ from crosscheck.models.files import is_robot
 from crosscheck.models.inputs import remember
 from crosscheck.models.loading import ArmSelection, load_selection
 from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import Robot
 from crosscheck.output import require_files, require_writable, write_files
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.answers import format_agreement_json
@@ -143,7 +144,7 @@ class TrialOptions:
 def trial_command(options: TrialOptions) -> int:
     """Judge supplied equations, or write what is asked of them; returns the exit code."""
     _require_compatible(options)
-    if is_robot(options.arm):
+    if is_robot(options.arm) and not (options.ask and options.fmu):
         _require_for_robots(options)
         return _try_robot(options)
     if options.ask:
@@ -172,22 +173,36 @@ def _try_robot(options: TrialOptions) -> int:
     text, robot = options.names[0], load_robot(options.arm)
     files = options.json_file, options.junit, options.page
     require_files(*zip(files, (ROBOT_TRIAL, ROBOT_JUNIT, TRIAL_PAGE), strict=True))
-    remember(Path(text.rpartition(":")[0]))
-    equations = load_robot_equations(text, robot)
-    with show_progress(f"trying {make_printable(text)}") as progress:
-        trial = run_robot_trial(
-            equations,
-            robot,
-            name=text,
-            seed=options.seed,
-            jobs=options.processes,
-            progress=progress,
-        )
+    with tempfile.TemporaryDirectory() as folder:
+        equations = _load_robots_equations(options, robot, Path(folder))
+        with show_progress(f"trying {make_printable(text)}") as progress:
+            trial = run_robot_trial(
+                equations,
+                robot,
+                name=text,
+                seed=options.seed,
+                jobs=options.processes,
+                progress=progress,
+            )
     texts = format_robot_trial, robot_trial_junit, robot_trial_page
     print_and_write(
         format_lines(trial), *zip(files, (partial(text, trial) for text in texts), strict=True)
     )
     return trial.exit_code
+
+
+def _load_robots_equations(options: TrialOptions, robot: Robot, folder: Path) -> Equations:
+    """A robot's equations: of an FMU, unpacked into a folder, or the model. Raises InputError."""
+    if options.fmu is None:
+        remember(Path(options.names[0].rpartition(":")[0]))
+        return load_robot_equations(options.names[0], robot)
+    assert options.coordinates is not None  # as was required
+    unit = load_unit(options.fmu, options.coordinates, robot, folder)
+    if unit.description.kind == "co-simulation":
+        reason = "is for Co-Simulation; of a robot a unit for Model Exchange is tried"
+        raise InputError(str(options.fmu), "", None, reason)
+    require_running(unit, str(options.fmu))
+    return build_fmu_equations(unit, robot)
 
 
 def _make_request(
@@ -299,15 +314,12 @@ def _require_for_robots(options: TrialOptions) -> None:
     of_arms = {
         "--ask": options.ask,
         "--answers": options.answers,
-        "MODEL": options.fmu,
         "--scenario": options.scenarios,
         "--set": options.settings,
         "--quick": options.quick,
-        "--run-code": options.run_code,
     }
     for name in (name for name, given in of_arms.items() if given):
-        value = str(options.fmu) if name == "MODEL" else None
-        raise InputError(name, "", value, f"is for arms; {options.arm} is a robot")
+        raise InputError(name, "", None, f"is for arms; {options.arm} is a robot")
 
 
 def _require_compatible(options: TrialOptions) -> None:

@@ -39,7 +39,7 @@ def build_curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Fr
     if isinstance(function, sp.MatrixBase):
         frame = _build_sympy_frame(coordinates, function, layout, arm, count)
     elif callable(function):
-        frame = _build_callable_frame(coordinates, layout, count)
+        return build_callable_frame(coordinates, layout, count)
     else:
         reason = f"is a {type(function).__name__}; must be a function of x or a sympy Matrix"
         raise InputError(WHERE, "function", None, reason)
@@ -91,8 +91,20 @@ def _build_sympy_frame(
     )
 
 
-def _build_callable_frame(coordinates: Coordinates, layout: Layout, count: str) -> Frame:
-    """The frame of a Python function, its Jacobian as given, by complex steps or differences."""
+def build_callable_frame(coordinates: Coordinates, layout: Layout, count: str) -> Frame:
+    """The frame of a Python function, its Jacobian as given, by complex steps or differences.
+
+    count: how many coordinates there are, in words. Raises InputError.
+    """
+    if not callable(coordinates.function):
+        kind = type(coordinates.function).__name__
+        raise InputError(WHERE, "function", None, f"is a {kind}; must be a function of x")
+    frame = _build_frame_of_function(coordinates, layout, count)
+    _require_derivative(frame)
+    return frame
+
+
+def _build_frame_of_function(coordinates: Coordinates, layout: Layout, count: str) -> Frame:
     n, user_function, given = len(layout), coordinates.function, coordinates.jacobian
     names = frames.select_coordinate_names(coordinates, [f"x_{k + 1}" for k in range(n)])
 

@@ -333,14 +333,14 @@ def draw_states(
     """
     drive, theta = drive_data(scenario, len(arm.joints)), frame.layout.theta
     drawn, states = sample_states(frame.layout, arm, count, seed), []
-    for t, x, v in zip(drawn.t.tolist(), _find_coordinates(frame, drawn.q), drawn.v, strict=True):
+    for t, x, v in zip(drawn.t.tolist(), find_coordinates(frame, drawn.q), drawn.v, strict=True):
         q = frame.position(x)
         u = np.linalg.solve(frame.jacobian(x), v)
         states.append(UserState(t, x, u, q, v, torques_at(drive, t, q[theta], v[theta])))
     return tuple(states)
 
 
-def _find_coordinates(frame: Frame, drawn: np.ndarray) -> Iterator[np.ndarray]:
+def find_coordinates(frame: Frame, drawn: np.ndarray) -> Iterator[np.ndarray]:
     """An x for each q (count, n). Raises InputError where no x gives any of the first ones."""
     if frame.matrix is not None:
         yield from map(frame.place, drawn)

@@ -22,6 +22,7 @@ from crosscheck.models.errors import InputError, describe_error, format_install_
 from crosscheck.models.files import read_toml
 from crosscheck.models.inputs import read_input
 from crosscheck.models.loading import validate_record
+from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.isolated_reading import read_in_subprocess
 from crosscheck.trial.coordinates.frame import build_frame
 from crosscheck.trial.input.equations import MOST, Coordinates, CoordinatesFile, Level
@@ -239,20 +240,23 @@ class MappedUnit:
         return [self.description.states.index(name) for name in names]
 
 
-def load_unit(path: Path, mapping: Path, arm: Arm, folder: Path) -> MappedUnit:
+def load_unit(path: Path, mapping: Path, subject: Arm | Robot, folder: Path) -> MappedUnit:
     """The unit with its mapping, unpacked into an empty folder, not run. Raises InputError."""
     mapping_file = validate_record(MappingFile, read_toml(mapping), str(mapping))
     unpack_fmu(path, folder)
     description = read_description(str(path), folder)
     coordinates = Coordinates(**mapping_file.model_dump(exclude={"level", "q", "v", "torque"}))
-    size = len(build_frame(coordinates, arm).names)
+    if isinstance(subject, Robot):
+        size = joints = len(subject.coordinates)
+    else:
+        size, joints = len(build_frame(coordinates, subject).names), len(subject.joints)
     states, kind = description.states, "a continuous state"
     if description.kind == "co-simulation":
         states, kind = tuple(description.references), "a real variable"
     _require_names(mapping, "q", mapping_file.q, size, states, kind)
     _require_names(mapping, "v", mapping_file.v, size, states, kind)
     _require_names(
-        mapping, "torque", mapping_file.torque, len(arm.joints), description.inputs, "a real input"
+        mapping, "torque", mapping_file.torque, joints, description.inputs, "a real input"
     )
     name = description.identifier
     places = (

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,6 +14,7 @@ from crosscheck.checks.robots.sizes import TOLERANCE, RobotSizes
 from crosscheck.checks.robots.states import RandomStates, sample_states
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
+from crosscheck.registry import MODELS, Entry
 from crosscheck.run import run_tasks
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
 from crosscheck.runner.progress_update import ProgressCallback
@@ -44,9 +43,6 @@ SPEEDS = (1.0, -1.0, 2.0, 0.0)  # at which the bias is asked, times each state's
 BY_RATES = ("bias", "coriolis", "inverse_dynamics")  # parts that give the bias
 Block = str | float | tuple[int]  # HERE, AGAIN, one of SPEEDS, or (joint,) that accelerates alone
 Blocks = dict[Block, np.ndarray]  # answers of a function to each block of states
-# The functions on trial, by the name of their equations: workers are forked and find them here.
-_supplied: dict[str, Mapping[str, Any]] = {}
-_one_at_a_time = threading.Lock()  # of trials in several threads, whose equations may share a name
 
 
 @dataclass(frozen=True)
@@ -73,7 +69,7 @@ class PartTask(SelfKeyedTask):
 
     def perform(self) -> np.ndarray | Failure | InputError:
         """The answers, row by row, or why there are none; an InputError if the first is unfit."""
-        call, answers = _supplied[self.model][self.quantity], list[np.ndarray]()
+        call, answers = _find_functions(self.model)[self.quantity], list[np.ndarray]()
         try:
             for row in range(self.rows):
                 row_arguments = {name: values[row] for name, values in self.arguments.items()}
@@ -172,15 +168,16 @@ def bind_functions(
     return motors, add_motors(calls, equations, motors)
 
 
-@contextmanager
-def register_functions(name: str, calls: Mapping[str, Any]) -> Iterator[None]:
-    """Let workers that begin in this context call the functions of equations by a name."""
-    with _one_at_a_time:
-        _supplied[name] = calls
-        try:
-            yield
-        finally:
-            del _supplied[name]
+def make_robot_entry(calls: Mapping[str, Any]) -> Entry:
+    """The entry that stands for the functions of equations in the registry during a trial."""
+    made = type("SuppliedFunctions", (), {"calls": calls})
+    return Entry(__name__, made.__name__, "supplied", frozenset(), call_s=CALL_S, made=made)
+
+
+def _find_functions(name: str) -> Mapping[str, Any]:
+    """The functions on trial under a name: workers are forked and know the registry's entries."""
+    calls: Mapping[str, Any] = vars(MODELS[name].made)["calls"]
+    return calls
 
 
 def ask(
@@ -196,7 +193,7 @@ def ask(
 
     Raises InputError for answers that can be none of this robot.
     """
-    blocks = {part: _make_blocks(part, states, sizes) for part in _supplied[name]}
+    blocks = {part: _make_blocks(part, states, sizes) for part in _find_functions(name)}
     outcomes = call_functions(
         {part: list(part_blocks.values()) for part, part_blocks in blocks.items()},
         name,

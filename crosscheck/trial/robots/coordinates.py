@@ -1,71 +1,120 @@
-"""A user's coordinates x of a robot, q = matrix @ x: their functions as those of the joints' q."""
+"""A user's coordinates x of a robot, q = phi(x): their functions as those of the joints' q."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
+from crosscheck.cost.agreement import RandomStates
+from crosscheck.models.arm.layout import Coordinate, Layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
-from crosscheck.trial.coordinates.frame import require_invertible
+from crosscheck.trial.coordinates.curved import build_callable_frame
+from crosscheck.trial.coordinates.frame import (
+    Frame,
+    build_linear_frame,
+    find_coordinates,
+    require_invertible,
+)
 from crosscheck.trial.coordinates.readings import list_readings
 from crosscheck.trial.input.arrays import NotNumbers, convert_to_numbers
 from crosscheck.trial.input.calls import MATRICES, Arguments
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.robots.readings import describe_coordinates
 
-MOVED = ("x", "v", "a")  # arguments that are of coordinates
+Call = Callable[[Arguments], Any]
+RATED = ("bias", "coriolis")  # parts that stand beside M, of whose x'' the map's bend is a part
 
 
 @dataclass(frozen=True)
 class MappedCall:
     """A function of x as one of q: what it gets and what it answers are carried over.
 
-    inverse: of the matrix. Torques are those of the joints in both.
+    mass: the function M of x, which the bias of curved coordinates needs. Torques are those of the
+    joints in both. A matrix of Coriolis counts as the bias that it makes.
     """
 
-    call: Callable[[Arguments], Any]
+    call: Call
     part: str
-    matrix: np.ndarray
-    inverse: np.ndarray
+    frame: Frame
+    mass: Call | None
 
     def __call__(self, arguments: Arguments) -> Any:
         """The answer in the joints' coordinates, or as it is where it is no answer."""
-        moved = {
-            name: self.inverse @ value if name in MOVED else value
-            for name, value in arguments.items()
-        }
-        raw, size = self.call(moved), len(self.matrix)
-        shape = (size, size) if self.part in MATRICES else (size,)
+        x = self.frame.place(arguments["x"])
+        jacobian = self.frame.jacobian(x)
+        u = np.linalg.solve(jacobian, arguments["v"]) if "v" in arguments else np.zeros_like(x)
+        bend = self.frame.drift(x, u)
+        moved = {**arguments, "x": x, "v": u}
+        if "a" in arguments:
+            moved["a"] = np.linalg.solve(jacobian, arguments["a"] - bend)
+        raw, shape = self.call(moved), (len(x), len(x))
         try:
-            answer = convert_to_numbers(raw, shape)
+            answer = convert_to_numbers(raw, shape if self.part in MATRICES else shape[:1])
         except NotNumbers:  # which whoever called tells with the state
             return raw
-        if self.part in MATRICES:
-            return self.inverse.T @ answer @ self.inverse
-        return self.matrix @ answer if self.part == "acceleration" else self.inverse.T @ answer
+        if self.part == "mass_matrix":
+            return np.linalg.solve(jacobian.T, answer) @ np.linalg.inv(jacobian)
+        if self.part == "acceleration":
+            return jacobian @ answer + bend
+        if self.part == "coriolis" and self.frame.matrix is not None:
+            return np.linalg.solve(jacobian.T, answer) @ np.linalg.inv(jacobian)
+        if self.part == "coriolis":
+            answer = answer @ u
+        if self.part in RATED and bend.any():
+            assert self.mass is not None  # as was required
+            mass = convert_to_numbers(self.mass({"x": x.copy()}), shape)
+            answer = answer - mass @ np.linalg.solve(jacobian, bend)
+        return np.linalg.solve(jacobian.T, answer)
 
 
-def read_matrix(coordinates: Coordinates, robot: Robot, where: str) -> np.ndarray | None:
-    """The matrix of a user's coordinates; None for the joints' own. Raises InputError."""
-    usual = Coordinates()
-    plain = replace(coordinates, links="relative", matrix=None, names=())
-    if plain != usual:
-        allowed = "of a robot's may have matrix, or links = absolute"
+def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | None:
+    """The map of a user's coordinates; None for the joints' own. Raises InputError."""
+    usual, size = Coordinates(), len(robot.coordinates)
+    mapped = {"links": "relative", "matrix": None, "function": None, "jacobian": None}
+    if replace(coordinates, **mapped, symbols=(), names=()) != usual:
+        allowed = "of a robot's may have matrix, function, or links = absolute"
         raise InputError(where, "coordinates", None, allowed)
+    layout = Layout(tuple(Coordinate("theta", number + 1) for number in range(size)))
+    names = tuple(f"x_{number + 1}" for number in range(size))
+    if coordinates.function is not None:
+        if isinstance(coordinates.function, sp.MatrixBase):
+            entries = sp.lambdify([coordinates.symbols], list(coordinates.function), "numpy")
+            coordinates = replace(coordinates, function=lambda x: np.array(entries(x)), symbols=())
+        return build_callable_frame(coordinates, layout, f"the {size} joints of {robot.name}")
     if coordinates.matrix is not None:
-        size = len(robot.coordinates)
         try:
             matrix = convert_to_numbers(coordinates.matrix, (size, size))
         except NotNumbers as error:
             raise InputError(where, "coordinates.matrix", None, str(error)) from None
         require_invertible(matrix, "matrix")
-        return matrix
+        return build_linear_frame(layout, names, matrix, None)
     if coordinates.links == "relative":
         return None
     readings = list_readings(describe_coordinates(robot))
     absolute = (each.position for each in readings if each.kind == "absolute")
-    return next(absolute, None)
+    matrix = next(absolute, np.eye(size))
+    return build_linear_frame(layout, names, matrix, None)
+
+
+def map_calls(calls: Mapping[str, Call], frame: Frame, where: str) -> dict[str, Call]:
+    """The functions of x as functions of q. Raises InputError where a bias has no M beside it."""
+    mass, curved = calls.get("mass_matrix"), frame.matrix is None
+    rated = [part for part in RATED if part in calls]
+    if curved and rated and mass is None:
+        reason = "needs mass_matrix beside it: the coordinates are curved, q'' = J x'' + J' x'"
+        raise InputError(where, rated[0], None, reason)
+    mapped = {part: MappedCall(call, part, frame, mass) for part, call in calls.items()}
+    return {"bias" if curved and part == "coriolis" else part: c for part, c in mapped.items()}
+
+
+def place_states(states: RandomStates, frame: Frame) -> RandomStates:
+    """The states, those that no x gives shifted towards one that some x gives."""
+    if frame.matrix is not None:
+        return states
+    positions = [frame.position(x) for x in find_coordinates(frame, states.q)]
+    return states._replace(q=np.array(positions))

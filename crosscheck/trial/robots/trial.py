@@ -12,6 +12,7 @@ from crosscheck.checks.robots.sizes import WITH_WEIGHTS
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.findings import Agreement
 from crosscheck.models.robot.robot import Robot
+from crosscheck.registry import register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.trial.input.calls import LOADS
@@ -24,8 +25,8 @@ from crosscheck.trial.robots.answers import (
     bind_functions,
     call_functions,
     draw_states,
+    make_robot_entry,
     read_friction,
-    register_functions,
 )
 from crosscheck.trial.robots.consistency import (
     SOURCES,
@@ -33,7 +34,7 @@ from crosscheck.trial.robots.consistency import (
     compare_with_itself,
     make_slope_states,
 )
-from crosscheck.trial.robots.coordinates import MappedCall, read_matrix
+from crosscheck.trial.robots.coordinates import map_calls, place_states, read_frame
 from crosscheck.trial.robots.explain import RobotDiagnosis, diagnose
 from crosscheck.trial.robots.judge import (
     SINGLE,
@@ -41,7 +42,12 @@ from crosscheck.trial.robots.judge import (
     RobotProblem,
     collect_findings,
 )
-from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
+from crosscheck.trial.robots.rates import (
+    BiasTerms,
+    compute_bias_terms,
+    make_rate_states,
+    select_rate_states,
+)
 from crosscheck.trial.robots.sizes import compute_sizes_by_level
 
 
@@ -102,16 +108,15 @@ def run_robot_trial(
     """
     require_robot_equations(equations, name)
     motors, calls = bind_functions(equations, robot)
-    matrix = read_matrix(equations.coordinates, robot, name)
+    frame = read_frame(equations.coordinates, robot, name)
     functions: dict[str, Any] = dict(calls)
-    if matrix is not None:
-        inverse = np.linalg.inv(matrix)
-        functions = {part: MappedCall(call, part, matrix, inverse) for part, call in calls.items()}
     friction = read_friction(equations, robot, name)
     states = draw_states(robot, seed, motors)
+    if frame is not None:
+        functions, states = map_calls(calls, frame, name), place_states(states, frame)
     sizes = compute_sizes_by_level(robot, equations.level, states)
     level = next((each for each in sizes if each == equations.level), next(iter(sizes)))
-    with register_functions(name, functions):
+    with register(name, make_robot_entry(functions)):
         answers = ask(name, robot, states, sizes[level], friction, jobs, progress)
         self_differences = _ask_about_itself(name, robot, states, answers, jobs, progress)
         taken = friction.torques(states.v)
@@ -121,7 +126,8 @@ def run_robot_trial(
         )
 
         def rates() -> BiasTerms | None:
-            source, sampled_states = answers.sources["bias"], make_rate_states(states)
+            source = answers.sources["bias"]
+            sampled_states = make_rate_states(select_rate_states(states))
             source = "bias" if source == NONLINEAR else source
             (answer,) = call_functions({source: sampled_states}, name, jobs, progress).values()
             if isinstance(answer, Failure):
@@ -153,7 +159,7 @@ def run_robot_trial(
         robot=robot,
         stated=equations.level,
         parts=problem.parts,
-        remarks=tuple(_list_remarks(problem, motors, is_mapped=matrix is not None)),
+        remarks=tuple(_list_remarks(problem, motors, is_mapped=frame is not None)),
         not_judged=tuple(_list_unjudged(problem, equations)),
         distances=distances,
         diagnosis=diagnosis,

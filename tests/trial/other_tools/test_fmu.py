@@ -30,6 +30,7 @@ from crosscheck.trial.fmu.unit import build_fmu_equations, compare_unit_runs
 from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.judge.entries import format_entry
 from crosscheck.trial.trial import Trial, TrialRequest, run_trial
+from tests.robots import chains
 from tests.tool.test_bad_input import assert_one_line
 
 COMPILER = shutil.which("gcc")
@@ -170,6 +171,40 @@ def test_entry_of_a_wrong_model_is_named(tmp_path):
     }
     assert trial.level == "links"
     assert told == {"L2"}
+
+
+def write_robot(folder: Path) -> Path:
+    """The links and the payload of the arm paper-labelled as a URDF, by its own numbers."""
+    arm, parts, length = load_arm("paper-labelled"), [chains.link("link0")], 0.0
+    for number, link in enumerate(arm.links, 1):
+        solid = chains.Solid(
+            link.mass, (link.com_m, 0, 0), (0.1, 0, 0, link.inertia, 0, link.inertia)
+        )
+        ends = f"link{number - 1}", f"link{number}"
+        parts += [chains.link(ends[1], solid), chains.joint(f"j{number}", *ends, at=(length, 0, 0))]
+        length = link.length_m
+    payload = chains.Solid(arm.payload_mass_kg, inertia=(0, 0, 0, 0, 0, 0))
+    parts += [
+        chains.link("tool", payload),
+        chains.joint("held", "link2", "tool", "fixed", at=(length, 0, 0)),
+    ]
+    (folder / "arm.urdf").write_text(chains.urdf(*parts), encoding="utf-8")
+    return folder / "arm.urdf"
+
+
+def test_a_robot_takes_a_unit(crosscheck, tmp_path):
+    """An arm's links as a unit agree with its URDF; with a payload elsewhere M[j1, j2] differs."""
+    robot = write_robot(tmp_path)
+    (tmp_path / "map.toml").write_text(RIGID, encoding="utf-8")
+    coupling = [(f"mass_{k} = 13.614999999999998", f"mass_{k} = 10.115") for k in (3, 5)]
+    for name, changes, code, words in (
+        ("right.fmu", [], 0, "agrees with links"),
+        ("wrong.fmu", coupling, 1, "M[j1, j2] alone is wrong"),
+    ):
+        (tmp_path / name).write_bytes(exported("paper-labelled", "analytic:links", *changes))
+        options = "--coordinates", tmp_path / "map.toml", "--run-code", "--jobs", "1"
+        answer = crosscheck("trial", tmp_path / name, robot, *options)
+        assert (answer.code, words in answer.out) == (code, True), answer.out
 
 
 def test_unit_that_crashes_costs_its_own_checks(tmp_path):
