@@ -17,6 +17,7 @@ from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.planning.plan import perturb_start_by_one_ulp
 from crosscheck.registry import MODELS, build
 from tests import planet_laws
+from tests.engines import judge_limits
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.bits import fused_as_written, same_bits
 from tests.faults.costs import cost_is_right
@@ -238,6 +239,11 @@ def _reactions_off(model: ExudynBodies) -> float:
     return off
 
 
+def _judge(seen: Seen) -> str:
+    """Limits of a cross-check's own checks."""
+    return "agree" if next(iter(judge_limits.GUARDS[seen.quantity]()), None) is None else "differ"
+
+
 UNLIKE = "unlike planets"
 # How far a model is off, what of it is rounding, and from where on it is a fault.
 PLANETS = {
@@ -265,7 +271,18 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "traced": traced_is_kanes,
     "cost": cost_is_right,
     "measured": numbers_agree,
+    "judge": _judge,
     **VIEW_CHECKS,
 }
 # These need compiled functions, or have none.
-COMPILED = ("refined", "bits", "fused", "robots", "traced", "cost", "measured", *VIEW_CHECKS)
+COMPILED = (
+    "refined",
+    "bits",
+    "fused",
+    "robots",
+    "traced",
+    "cost",
+    "measured",
+    "judge",
+    *VIEW_CHECKS,
+)

@@ -1,0 +1,571 @@
+"""How a cross-check judges: beside a number that is wrong by just less than it may, and by more.
+
+Sizes and tolerances are worked out here once more, from right answers and the arm's data alone.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from pydantic import TypeAdapter
+
+from crosscheck.checks import energy, invariants, modes, records, scales, trajectories
+from crosscheck.checks.scales import ReasonedLimit
+from crosscheck.findings import ComparisonKey, Finding, Subject
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.meshes import change_meshes
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.arm.stiffness import StiffnessLaw
+from crosscheck.models.experiment.scenario import ConstantDrive, switches
+from crosscheck.models.interface import STATE_ABILITIES
+from crosscheck.models.loading import Case, load_arm, load_scenario
+from crosscheck.planning import state_suite
+from crosscheck.planning.comparison import Comparison, ModelTask, Results, collect_tasks
+from crosscheck.registry import MODELS, build, reference_model
+
+STATES, SEED, SPOT = 9, 1, 4  # the one state whose answer is wrong
+ABOVE, BELOW = 1.02, 0.98  # of a tolerance
+EPS = 2.0**-52
+LOOSEST, SHARPEST = 1e-10, 1000 * EPS  # of the tolerances of states
+GEARED, RIGID = ("geared", "wide"), ("like", "unlike")
+LEFT = dict.fromkeys(GEARED, "analytic:physical") | dict.fromkeys(RIGID, "analytic:coupled")
+RIGHT = dict.fromkeys(GEARED, "pinocchio:gears") | dict.fromkeys(RIGID, "pinocchio:coupled")
+SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "1", "largest")
+
+
+def direct_arm(first_m: float) -> Arm:
+    """An arm of three direct joints, unlike each other; its first link is so long."""
+    joint = {"kind": "direct", "motor_mass_kg": 0.4, "rotor_inertia_kg_m2": 0.02}
+    links = [(first_m, 1.3, 0.03), (0.4, 0.9, 0.012), (0.3, 0.5, 0.006)]
+    content = {
+        "schema_version": 2,
+        "name": "three",
+        "payload_mass_kg": 0.3,
+        "gravity_m_per_s2": [9.81, 1.3],
+        "joints": [{**joint, "friction_N_m_s_per_rad": 0.1 + 0.2 * k} for k in range(3)],
+        "links": [
+            {"length_m": length, "com_m": 0.4 * length, "mass_kg": mass, "inertia_kg_m2": inertia}
+            for length, mass, inertia in links
+        ],
+    }
+    return Arm.model_validate(content)
+
+
+ARMS: dict[str, Callable[[], Arm]] = {
+    "geared": lambda: load_arm("probe"),
+    # Teeth so far apart that the arcs of gears no longer decide how closely a force is known.
+    "wide": lambda: change_meshes(load_arm("probe"), lambda mesh: mesh.model_copy(update=WIDE)),
+    "like": lambda: direct_arm(0.5),
+    "unlike": lambda: direct_arm(12.0),
+}
+
+
+WIDE = {"backlash_m": 2e-2}
+
+
+class Bench(NamedTuple):
+    """Comparisons of two models by quantity and whether it is of one; right answers to all."""
+
+    arm: Arm
+    comparisons: dict[tuple[str, str], Comparison]
+    outcomes: dict[Any, Any]
+
+    def finding(self, name: tuple[str, str], changed: Mapping[Any, Any]) -> Finding:
+        """The finding with some answers changed."""
+        return self.comparisons[name].finding(Results({**self.outcomes, **changed}))
+
+    def key(self, model: str, quantity: str) -> Any:
+        """The key of a model's answers."""
+        return next(key for key in self.outcomes if (key.model, key.quantity) == (model, quantity))
+
+    def answers(self, model: str, quantity: str) -> np.ndarray:
+        """A model's right answers, to be changed."""
+        return np.array(self.outcomes[self.key(model, quantity)])
+
+
+def bench(name: str) -> Bench:
+    """The comparisons of states of an arm by two models, planned anew."""
+    arm, both = ARMS[name](), {LEFT[name], RIGHT[name]}
+    how = state_suite.plan_geared_comparisons
+    how = how if LEFT[name] == reference_model() else state_suite.plan_rigid_comparisons
+    planned = [
+        each
+        for each in how(arm, STATES, SEED, arm.model_dump())
+        if {each.about.key.left, each.about.key.right or each.about.key.left} <= both
+        and each.about.key.family in ("states", "invariants", "as-told")
+    ]
+    comparisons = {
+        (each.about.key.quantity, each.about.key.left * (not each.about.key.right)): each
+        for each in planned
+    }
+    return Bench(arm, comparisons, right_answers(tuple(collect_tasks(planned))))
+
+
+@lru_cache
+def right_answers(tasks: tuple[ModelTask, ...]) -> dict[Any, Any]:
+    """The outcomes of the tasks."""
+    return {task.key: task.perform() for task in tasks}
+
+
+def random_states(made: Bench, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which coordinates are angles, and the coordinates and rates of the states."""
+    case = Case(made.arm, load_scenario("pd"), usual_switches(made.arm))
+    setting = state_suite.SampledModel("", LEFT[name], case, STATES, SEED).setting
+    return setting.layout.angular, setting.states.q, setting.states.v
+
+
+class Scale(NamedTuple):
+    """Of every component: its own size, what rounding leaves of it, and the tolerance of a part."""
+
+    own: np.ndarray
+    least: np.ndarray
+    limit: float
+
+    def sizes(self, limit: float) -> np.ndarray:
+        """What differences are parts of, at a tolerance."""
+        return np.maximum(self.own, self.least / limit)
+
+
+@lru_cache
+def scale(name: str, quantity: str) -> Scale:
+    """The scale of a quantity of the left model, (n,); of M (n, n), at the spot."""
+    made = bench(name)
+    mass, values = (made.answers(LEFT[name], each) for each in ("mass_matrix", quantity))
+    angular, q, v = random_states(made, name)
+    if quantity == "mass_matrix":
+        root = np.sqrt(np.diag(mass[SPOT]))
+        return Scale(np.outer(root, root), np.zeros_like(mass[0]), SHARPEST)
+    diagonal, rms = np.diag(mass[0]), np.sqrt((values**2).mean(axis=0))
+    geared = [joint for joint in made.arm.joints if joint.planet_count]
+    arcs = max((joint.module_m * joint.ring_teeth / 2 for joint in geared), default=0.0)
+    # Terms of unlike links round by 5 eps of themselves, which may be much of their sums.
+    terms, most = 5 * EPS * (name == "unlike"), diagonal[angular].max()
+    limit, least = SHARPEST, np.zeros_like(rms)
+    if quantity == "bias":
+        natural = np.sqrt(diagonal * most) * (v[:, angular] ** 2).mean()
+        least += terms * most * (np.abs(v[:, angular]).sum(axis=1) ** 2).mean()
+    else:
+        weight = np.sqrt(diagonal) if quantity == "generalized_force" else 1 / np.sqrt(diagonal)
+        natural = weight * math.sqrt(((values / weight) ** 2).mean())
+    if quantity in ("generalized_force", "acceleration") and arcs:
+        limit *= arcs * np.abs(q[:, angular]).max() / np.sqrt((q[:, ~angular] ** 2).mean())
+    if quantity == "generalized_force" and arcs:
+        least = np.where(angular, SHARPEST * arcs * rms[~angular].max(), 0.0)
+    if quantity == "acceleration":
+        limit *= np.linalg.cond(mass[0] / np.sqrt(np.outer(diagonal, diagonal)))
+        pairs = zip(
+            np.abs(np.linalg.inv(mass)), np.abs(mass) @ np.abs(values)[:, :, None], strict=True
+        )
+        least = np.max([inverse @ (terms * summed[:, 0]) for inverse, summed in pairs], axis=0)
+    own = np.where(rms > SHARPEST * natural, rms, natural)
+    return Scale(own, least, min(LOOSEST, limit))
+
+
+def wrong_states(name: str) -> Iterator[str]:
+    """Of pairs at states: every component of every quantity."""
+    for quantity in STATE_ABILITIES:
+        own = scale(name, quantity)
+        yield from _wrong_components(name, (quantity, ""), own.sizes(own.limit), own.limit)
+
+
+def wrong_data_checks(name: str) -> Iterator[str]:
+    """Of a model beside the arm's data: its force, and an M that is by angles alone."""
+    force = scale(name, "generalized_force")
+    sizes = force.sizes(force.limit)
+    yield from _wrong_components(name, ("generalized_force", RIGHT[name]), sizes, force.limit)
+    if name in RIGID:
+        sizes = scale(name, "mass_matrix").own
+        yield from _wrong_components(name, ("mass_matrix", RIGHT[name]), sizes, SHARPEST)
+
+
+def _wrong_components(
+    name: str, comparison: tuple[str, str], sizes: np.ndarray, limit: float
+) -> Iterator[str]:
+    made, quantity = bench(name), comparison[0]
+    right = made.answers(LEFT[name], quantity)
+    for place in np.ndindex(sizes.shape):
+        for part in (ABOVE, BELOW):
+            answers = made.answers(RIGHT[name], quantity)
+            # How far both models are apart in this one number is nothing beside it.
+            answers[(SPOT, *place)] = right[(SPOT, *place)] + part * limit * sizes[place]
+            changed = {made.key(RIGHT[name], quantity): answers}
+            found = made.finding(comparison, changed)
+            yield from misjudged(f"{comparison} {place}", found, part, limit)
+
+
+def misjudged(
+    name: str, found: Finding, part: float, tolerance: float, within: str = "agree"
+) -> Iterator[str]:
+    """A line if a finding is not of so many tolerances, or not judged by that."""
+    if found.verdict != ("differ" if part > 1 else within):
+        yield f"{name} by {part}: {found.verdict}, {found.measured} of {found.tolerance}"
+    elif found.measured is None or found.tolerance is None:
+        yield f"{name} has no numbers"
+    elif not math.isclose(found.tolerance, tolerance, rel_tol=1e-6):
+        yield f"{name}: tolerance {found.tolerance}, must be {tolerance}"
+    elif not math.isclose(found.measured, part * tolerance, rel_tol=1e-2):
+        yield f"{name}: measured {found.measured}, must be {part * tolerance}"
+
+
+def wrong_self_checks(name: str) -> Iterator[str]:
+    """Of what a model owes to itself: symmetry, an M that is definite, a bias that follows."""
+    made, model = bench(name), RIGHT[name]
+    mass, key = made.answers(model, "mass_matrix"), made.key(model, "mass_matrix")
+    for i, j in ((0, 1), (1, 2)):
+        size = math.sqrt(mass[SPOT, i, i] * mass[SPOT, j, j])
+        for part in (ABOVE, BELOW):
+            wrong = mass.copy()
+            wrong[SPOT, i, j] = wrong[SPOT, j, i] + part * 1e-12 * size
+            found = made.finding(("inertia", model), {key: wrong})
+            yield from misjudged("symmetry", found, part, 1e-12)
+        for beyond, verdict in ((1e-9, "failed"), (-1e-9, "agree")):
+            wrong = mass.copy()
+            wrong[SPOT] = np.diag(np.diag(mass[SPOT]))
+            wrong[SPOT, i, j] = wrong[SPOT, j, i] = (1 + beyond) * size
+            found = made.finding(("inertia", model), {key: wrong})
+            if found.verdict != verdict:
+                yield f"M by {beyond} beyond definite: {found.verdict}"
+    follows = made.key(model, "christoffel_force")
+    for row, size in enumerate(scale(name, "bias").sizes(LOOSEST)):
+        for part in (ABOVE, BELOW):
+            answers = made.answers(model, "christoffel_force")
+            right = made.answers(model, "bias")[SPOT, row]
+            answers[SPOT, row] = right + part * LOOSEST * size
+            found = made.finding(("bias-from-inertia", model), {follows: answers})
+            yield from misjudged(f"bias[{row}]", found, part, LOOSEST)
+    claimed = np.array(sorted({*made.outcomes[made.key(model, "abilities")]}))
+    told = made.key(model, "abilities")
+    for place in range(claimed.size):
+        lost = np.delete(claimed, place)
+        found = made.finding(("abilities", model), {told: lost})
+        promised = claimed[place] in MODELS[model].promises
+        if found.verdict != ("failed" if promised else "agree"):
+            yield f"abilities without {claimed[place]}: {found.verdict}"
+
+
+def wrong_balances() -> Iterator[str]:
+    """Of power and momentum by their terms, of joints that stay closed, of energy and its work."""
+    sizes = np.array([3.0, 40.0, 7.0, 1.0])
+    limit = 1e-10 * math.sqrt((sizes**2).mean())
+    for part in (ABOVE, BELOW):
+        for sign in (1, -1):
+            gaps = np.array([0.0, 0.0, sign * part * limit, 0.0])
+            pairs = list(zip(gaps.tolist(), sizes.tolist(), strict=True))
+            found = invariants.check_balance(SUBJECT, pairs)
+            yield from misjudged("balance", found, part, limit)
+        found = invariants.check_constraints(SUBJECT, np.array([1e-15, part * 1e-12, 0.0]))
+        yield from misjudged("closure", found, part, 1e-12)
+        for place in (1, -1):
+            work, turned = np.array([0.0, 3.0, -2.0, 1.0]), np.array([0.0, 3.0, 8.0, 11.0])
+            kinetic = 5.0 + work
+            kinetic[place] += part * 1e-9 * turned[-1]
+            names = {"kinetic_energy": kinetic, "work": work, "work_turned_over": turned}
+            run = xr.Dataset({name: ("time", values) for name, values in names.items()})
+            found = invariants.check_energy_over_run(SUBJECT, run)
+            yield from misjudged(f"work at {place}", found, part, 1e-9 * 11.0)
+        yield from _wrong_conservation(part)
+
+
+def _wrong_conservation(part: float) -> Iterator[str]:
+    """A motion of direct joints whose kinetic energy is what torques and weight have done."""
+    arm, torques = ARMS["like"](), np.array([30.0, -20.0, 10.0])
+    phases = np.outer(np.linspace(0.1, 4, 9), [1.0, 1.7, 0.6]) + np.array([0.1, 0.5, 0.9])
+    theta = 0.3 * np.sin(phases)
+    heading = np.exp(1j * np.cumsum(theta, axis=1))
+    ends = np.cumsum(heading * [link.length_m for link in arm.links], axis=1)
+    begins = np.hstack([np.zeros((len(theta), 1)), ends[:, :-1]])
+    middles = begins + heading * [link.com_m for link in arm.links]
+    masses = [link.mass_kg for link in arm.links]
+    motors = [joint.motor_mass_kg for joint in arm.joints]
+    pull = complex(*arm.gravity_m_per_s2)
+    moments = middles @ masses + begins @ motors + arm.payload_mass_kg * ends[:, -1]
+    weight, work = -(np.conj(pull) * moments).real, (theta - theta[0]) @ torques
+    kinetic = 2.0 + work - (weight - weight[0])
+    turned = sum(np.abs(np.diff(each)).sum() for each in (kinetic, weight, work))
+    for place in (4, -1):
+        wrong = kinetic.copy()
+        wrong[place] += part * 1e-9 * turned
+        still = ("time", "joint", "planet"), np.zeros((*theta.shape, 1))
+        run = xr.Dataset(
+            {"kinetic_energy": ("time", wrong), "theta": (("time", "joint"), theta)}
+            | {"x_sp": still, "x_pr": still}
+        )
+        drive = ConstantDrive(kind="constant", torque_N_m=tuple(torques))
+        scenario = load_scenario("constant-torque").model_copy(update={"drive": drive})
+        found = energy.check_energy_conservation(SUBJECT, run, Case(arm, scenario, switches()))
+        yield from misjudged(f"energy at {place}", found, part, 1e-9 * turned)
+
+
+def wrong_modes() -> Iterator[str]:
+    """Of modes, poles, and the step that is stable by them."""
+    few, many = np.array([100.0, 200.0, 350.0]), np.array([100.0, 150.0, 200.0, 350.0])
+    for part in (ABOVE, BELOW):
+        for place in range(3):
+            other = few.copy()
+            other[place] *= 1 + part * 1e-6
+            found = modes.check_modes(SUBJECT, few, other[::-1])
+            yield from misjudged(f"mode {place}", found, part, 1e-6)
+            found = modes.check_modes(SUBJECT, other, many)
+            yield from misjudged(f"mode {place} of more", found, part, 1e-6)
+        yield from _wrong_poles(part)
+        # Runge and Kutta's method bears h w up to the root of 8 of a vibration at w.
+        stable = math.sqrt(8) / FAST
+        for step in (1.5 * part * stable, stable / (1.5 * part)):
+            found = modes.check_step_limit(SUBJECT, np.array(step), np.eye(2), springs(0.0))
+            yield from misjudged(f"stable step {step}", found, part, 1.5)
+    same = modes.check_modes(SUBJECT, np.array([100.0, 100.00001]), np.array([100.0, 200.0]))
+    if same.verdict != "differ":
+        yield "two modes of one side are the same one of the other"
+
+
+SLOW, FAST = 700.0, 3000.0  # [rad/s]
+
+
+def springs(softer: float) -> np.ndarray:
+    """Slopes of the forces of two masses of 1 kg on springs, one of them softer, twice."""
+    stiff = np.diag([SLOW**2, FAST**2])
+    again = stiff * (1 - softer) ** 2
+    return np.array([np.hstack([-each, 0 * each]) for each in (stiff, again)])
+
+
+def _wrong_poles(part: float) -> Iterator[str]:
+    right = 1j * np.array([SLOW, -SLOW, FAST, -FAST])
+    for place in range(4):
+        wrong = right.copy()
+        wrong[place] *= 1 + part * 1e-7
+        found = modes.check_poles(SUBJECT, wrong, np.eye(2), springs(0.0))
+        yield from misjudged(f"pole {place}", found, part, 1e-7)
+    wrong = right.copy()
+    wrong[0] *= 1 + part * (1e-7 + 3 * 1e-6)
+    found = modes.check_poles(SUBJECT, wrong, np.eye(2), springs(1e-6))
+    yield from misjudged("pole of rounded slopes", found, part, 1e-7 + 3 * 1e-6)
+    for model, what in ((right[[0, 1, 0, 1]], "lost"), (np.append(right, 9e3j), "too many")):
+        if modes.check_poles(SUBJECT, model, np.eye(2), springs(0.0)).verdict != "differ":
+            yield f"a pole that is {what}"
+    softer = (1e-5 - 1e-7) / 3 * part
+    found = modes.check_poles(SUBJECT, right, np.eye(2), springs(softer))
+    if found.verdict != ("unresolved" if part > 1 else "agree"):
+        yield f"poles known to {softer}: {found.verdict}"
+
+
+TIMES, STEP_S = 6, 1e-5
+
+
+def made_run(**changes: float) -> xr.Dataset:
+    """A run of 500 steps; its angles and displacements are changed at one place if that is named.
+
+    changes: by how much, of theta_last, theta_first, theta_middle, x_sp_last and so on.
+    """
+    time = np.linspace(0, 500 * STEP_S, TIMES)
+    theta = np.array([0.3, -0.7]) * np.cos(200 * time)[:, None]
+    x_sp = 1e-5 * np.sin(300 * time)[:, None, None] * np.array([1.0, 0.4])[:, None] * np.ones(3)
+    values = {"theta": theta, "x_sp": x_sp}
+    for name, by in changes.items():
+        quantity, _, place = name.rpartition("_")
+        at = {"first": (0, 1), "middle": (3, 0), "last": (-1, 1)}[place]
+        values[quantity][(*at, *[2] * (values[quantity].ndim - 2))] += by
+    dims = ("time", "joint", "planet")
+    labels = {"time": time, "joint": [1, 2], "planet": [1, 2, 3]}
+    data = {name: (dims[: each.ndim], each) for name, each in values.items()}
+    return xr.Dataset(data, labels, {"step_s": STEP_S, "model": "one"})
+
+
+def subject(quantity: str) -> Subject:
+    """What a comparison of runs is about."""
+    return Subject(ComparisonKey("family", "case", quantity, "one", "other"), "1", "largest")
+
+
+def wrong_runs() -> Iterator[str]:
+    """Of runs in the same steps, at one instant, by refinement, of orders and of steps."""
+    for quantity in ("theta", "x_sp"):
+        size, grown = float(np.abs(made_run()[quantity]).max()), 2.0**-41
+        pair = trajectories.Pair(made_run(), made_run(**{f"{quantity}_middle": grown}))
+        limit = 10 * math.sqrt(500) * (grown + EPS * size)
+        wide, narrow = (ReasonedLimit(part * limit, "so") for part in (ABOVE, BELOW))
+        for part in (ABOVE, BELOW):
+            for place in ("first", "middle", "last"):
+                other = made_run(**{f"{quantity}_{place}": part * limit})
+                for within, widest in (("agree", wide), ("unresolved", narrow)):
+                    given = subject(quantity), made_run(), other, pair, widest
+                    found = trajectories.check_same_step(*given)
+                    yield from misjudged(f"{quantity}, {place}", found, part, limit, within)
+                found = trajectories.check_at_time(*given[:4], wide, 500 * STEP_S)
+                seen = part if place == "last" else 0.0
+                if found.verdict != ("differ" if seen > 1 else "agree"):
+                    yield f"{quantity} at the end, by {part} at {place}: {found.verdict}"
+            yield from _wrong_refinement(quantity, part, size)
+    for order, sign, part in ((4, 1, ABOVE), (4, -1, ABOVE), (2, 1, BELOW), (2, -1, BELOW)):
+        shrink = 2.0 ** (order + sign * 0.2 * part)
+        runs = [made_run(x_sp_last=by) for by in (1e-6 + 1e-6 / shrink, 1e-6 / shrink, 0.0)]
+        found = trajectories.check_formal_order(subject("x_sp"), runs, order, "x_sp")
+        yield from misjudged(f"order {order}", found, part, 0.2)
+    for part in (ABOVE, BELOW):
+        found = trajectories.check_stable_step(SUBJECT, np.array(1e-5), part * 1e-5)
+        yield from misjudged("stable step", found, part, 1.0)
+    if trajectories.check_stable_step(SUBJECT, np.array(np.inf), 1.0).verdict != "agree":
+        yield "a step of a model that bears any"
+
+
+def _wrong_refinement(quantity: str, part: float, size: float) -> Iterator[str]:
+    """Of runs whose coarser ones are 1, 4 and 2 units off, on the left also a further pair."""
+    unit, last = 2.0**-43, f"{quantity}_last"
+    limit = 3 * unit * math.hypot(4, 2) + EPS * size * math.sqrt(500)
+    off = part * limit
+    right = made_run(), made_run(**{last: 2 * unit})
+    own = made_run(**{last: off}), made_run(**{last: off + unit})
+    left = (*own, made_run(), made_run(**{last: 4 * unit}))
+    # What is judged is the uncertainty alone, without the rounding.
+    wide, narrow = (ReasonedLimit(by * 3 * unit * math.hypot(4, 2), "so") for by in (ABOVE, BELOW))
+    for within, widest in (("agree", wide), ("unresolved", narrow)):
+        for sides in ((left, right), (right, left)):
+            found = trajectories.check_refined_runs(subject(quantity), *sides, widest)
+            yield from misjudged(f"{quantity}, refined", found, part, limit, within)
+
+
+def wrong_acceptance() -> Iterator[str]:
+    """Of what an uncertainty must stay below, on an arm of unlike gears with no weight."""
+    arm = load_arm("probe").model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
+    play = [4e-5, 9e-5]
+    arm = arm.model_copy(
+        update={
+            "joints": tuple(
+                change_meshes(
+                    arm, lambda mesh, own=own: mesh.model_copy(update={"backlash_m": own})
+                ).joints[place]
+                for place, own in enumerate(play)
+            )
+        }
+    )
+    pitch = [j.module_m * math.cos(math.radians(j.pressure_angle_deg)) / 2 for j in arm.joints]
+    around = [p * (j.sun_teeth + j.planet_teeth) for p, j in zip(pitch, arm.joints, strict=True)]
+    lost = [2 * each / radius for each, radius in zip(play, around, strict=True)]
+    rights = {"x_sp": 0.01 * min(play), "x_pr": 0.01 * min(play), "theta": 1e-3 * min(lost)}
+    rights |= {"F_sp": 0.01 * 5.5, "kinetic_energy": 0.01 * 5.5}
+    weak = load_scenario("constant-torque").model_copy(update={"drive": drive_of(1.0, 1.0)})
+    for quantity, right in rights.items():
+        said = scales.acceptance_limit(quantity, arm, weak, 5.5).value
+        if not math.isclose(said, right, rel_tol=1e-9):
+            yield f"{quantity} may be known to {said}, must be {right}"
+    yield from _wrong_bending(arm, pitch)
+    weak = weak.model_copy(update={"drive": drive_of(1.0, 1.0, 1.0)})
+    if scales.acceptance_limit("theta", ARMS["like"](), weak, 5.5).value != 1e-6:
+        yield "angles of an arm without gears"
+
+
+def drive_of(*torques: float) -> ConstantDrive:
+    """Constant torques [N m]."""
+    return ConstantDrive(kind="constant", torque_N_m=torques)
+
+
+BOUNDS: list[tuple[dict[str, Any], float]] = [
+    ({"law": "sine", "mean_N_per_m": 8e7, "amplitude_N_per_m": 1e7}, 9e7),
+    (
+        {
+            "law": "fourier",
+            "mean_N_per_m": 8e7,
+            "cosine_N_per_m": [1e7, -2e6],
+            "sine_N_per_m": [-3e6],
+        },
+        9.5e7,
+    ),
+    (
+        {
+            "law": "square",
+            "contact_ratio": 1.6,
+            "least_N_per_m": 6e7,
+            "largest_N_per_m": 1e8,
+            "harmonics": 7,
+        },
+        1.08e8,
+    ),
+    (
+        {
+            "law": "table",
+            "phase_cycles": [0.0, 0.3, 0.6, 0.8, 1.0],
+            "stiffness_N_per_m": [8e7, 1.1e8, 7e7, 7.5e7, 8e7],
+        },
+        1.1e8,
+    ),
+]
+
+
+def _wrong_bending(arm: Arm, pitch: Sequence[float]) -> Iterator[str]:
+    """Under torques that bend teeth by more than their play: of each stiffness law's bound."""
+    strong = load_scenario("constant-torque").model_copy(update={"drive": drive_of(2e5, 9e5)})
+    for law, bound in BOUNDS:
+        stiff = TypeAdapter(StiffnessLaw).validate_python(law, strict=False)
+        own = change_meshes(
+            arm, lambda mesh, stiff=stiff: mesh.model_copy(update={"stiffness": stiff})
+        )
+        bent = [
+            torque / (p * (j.sun_teeth + j.ring_teeth)) / (j.planet_count * bound)
+            for torque, p, j in zip((2e5, 9e5), pitch, own.joints, strict=True)
+        ]
+        said = scales.acceptance_limit("x_sp", own, strong, 1.0).value
+        if not math.isclose(said, 0.01 * min(bent), rel_tol=1e-9):
+            yield f"{law['law']}: displacements may be known to {said}, must be {0.01 * min(bent)}"
+
+
+def wrong_records() -> Iterator[str]:
+    """Of a run that belies its states, or was recorded at other times."""
+    arm, model = ARMS["like"](), "analytic:coupled"
+    scenario = load_scenario("constant-torque").model_copy(
+        update={
+            "drive": drive_of(30.0, -20.0, 10.0),
+            "duration_s": 2e-3,
+            "step_s": 1e-5,
+            "record_every": 10,
+        }
+    )
+    case = Case(arm, scenario, switches())
+    made = build(model, *case)
+    run = made.simulate()
+    for name in ("theta_ddot", "torque", "kinetic_energy"):
+        values = run[name].values
+        for part in (ABOVE, BELOW):
+            for place in (0, -1):
+                wrong = run.copy(deep=True)
+                by = part * 1e-9 * float(np.abs(values).max())
+                wrong[name].values[(place, *[1] * (values.ndim - 1))] -= by
+                if (part > 1) != _is_refused(
+                    lambda wrong=wrong: records.require_consistent(wrong, made, constrained=False)
+                ):
+                    yield f"{name} of record {place} by {part}"
+    for part in (ABOVE, BELOW):
+        times = run["time"].values.copy()
+        times[3] += part * 1e-10
+        moved = run.assign_coords(time=times)
+        if (part > 1) != _is_refused(
+            lambda moved=moved: records.require_complete(moved, model, case, meshing=False)
+        ):
+            yield f"a time by {part}"
+
+
+def _is_refused(asked: Callable[[], None]) -> bool:
+    try:
+        asked()
+    except (records.IncompleteRun, records.InconsistentRun):
+        return True
+    return False
+
+
+# What a cross-check judges, by the arm where there are several.
+GUARDS: dict[str, Callable[[], Iterable[str]]] = {
+    **{
+        f"{what} {name}": lambda name=name, wrong=wrong: wrong(name)
+        for what, wrong in (
+            ("states", wrong_states),
+            ("self", wrong_self_checks),
+            ("data", wrong_data_checks),
+        )
+        for name in ARMS
+    },
+    "balances": wrong_balances,
+    "modes": wrong_modes,
+    "runs": wrong_runs,
+    "acceptance": wrong_acceptance,
+    "records": wrong_records,
+}

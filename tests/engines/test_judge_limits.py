@@ -1,0 +1,54 @@
+"""Every check of a cross-check differs just above its tolerance and agrees just below."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.loading import Case, load_arm, load_scenario
+from crosscheck.planning import energy_suite, plan, run_suite, state_suite
+from crosscheck.planning.comparison import Comparison
+from tests.engines.judge_limits import GUARDS
+
+# The guard that has the limits of each family of checks. What terms a balance has is seen by the
+# planted faults of tests/faults.
+JUDGED = {
+    **dict.fromkeys(("states", "form-symbols"), "states geared"),
+    "as-told": "data geared",
+    **dict.fromkeys(("same-step", "at-2-s", "lumped-free"), "runs"),
+    **dict.fromkeys(("refined", "precise", "order", "stable-step"), "runs"),
+    "record": "records",
+    "modes": "modes",
+    **dict.fromkeys(("inertia", "bias-from-inertia", "abilities"), "self geared"),
+    **dict.fromkeys(("power", "angular-momentum-rate", "constraints"), "balances"),
+    **dict.fromkeys(("energy-rate", "energy"), "balances"),
+}
+MEASURED = {"form-states", "form", "deviation", "one-rounding", "one-rounding-per-planet"}
+
+
+def planned(arm: Arm) -> Iterator[Comparison]:
+    """All comparisons of an arm, with the experiments of the paper."""
+    laws, limit = usual_switches(arm), 1e-5
+    first = plan.Experiment("pd", Case(arm, load_scenario("pd"), laws))
+    yield from state_suite.plan_state_comparisons(arm, True, 0)
+    yield from run_suite.plan_experiment_comparisons(first)
+    for short in plan.make_short_experiments(arm, first, limit):
+        yield from run_suite.plan_short_comparisons(short)
+    for order in plan.make_order_cases(arm, first, limit):
+        yield from run_suite.plan_order_comparisons(order)
+    yield from energy_suite.plan_energy_comparisons(arm, first, limit)
+
+
+@pytest.mark.parametrize("name", ["paper-labelled", "probe", "direct-between"])
+def test_the_guards_have_every_check_of_a_cross_check(name):
+    """A new check needs a limit there."""
+    keys = [each.about.key for each in planned(load_arm(name))]
+    kinds = {key.quantity if key.family == "invariants" else key.family for key in keys}
+    assert kinds - MEASURED <= JUDGED.keys()
+    assert set(JUDGED.values()) <= GUARDS.keys()
+
+
+@pytest.mark.parametrize("name", GUARDS)
+def test_a_number_just_above_its_tolerance_differs_and_just_below_agrees(name):
+    assert list(GUARDS[name]()) == []
