@@ -58,9 +58,8 @@ def describe_trial(trial: Trial) -> Iterator[str]:
         yield f"right in {reading.words}{f': {reading.statement}' * bool(reading.statement)}"
     yield f"coordinates: {', '.join(problem.frame.names)}"
     for mismatch in trial.level_mismatches if len(trial.level_mismatches) > 1 else ():
-        differ = (
-            f"{format_count(mismatch.entries, 'entry').replace('entrys', 'entries')} of M differ"
-        )
+        count = mismatch.entries
+        differ = f"{count} entries of M differ" if count != 1 else "1 entry of M differs"
         largest = f", by up to {mismatch.largest:.3g}" if mismatch.entries else ""
         yield f"  against {mismatch.level} ({mismatch.description}): {differ}{largest}"
     if trial.probes:

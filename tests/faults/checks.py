@@ -27,6 +27,7 @@ from tests.faults.robots import robots_agree, traced_is_kanes
 from tests.faults.views import VIEW_CHECKS
 from tests.judged import compare_states, energy_over_run, invariants, refined, same_step
 from tests.mixed_arms import MIXED, random_states, scenario
+from tests.trial import trial_views
 
 STATES, SEED = 5, 0
 DRIVES = {
@@ -241,7 +242,12 @@ def _reactions_off(model: ExudynBodies) -> float:
 
 def _judge(seen: Seen) -> str:
     """Limits of a cross-check's own checks."""
-    return "agree" if next(iter(judge_limits.GUARDS[seen.quantity]()), None) is None else "differ"
+    return "differ" if any(judge_limits.GUARDS[seen.quantity]()) else "agree"
+
+
+def _trial(seen: Seen) -> str:
+    """Numbers in the views of a trial."""
+    return "differ" if any(trial_views.GUARDS[seen.quantity]()) else "agree"
 
 
 UNLIKE = "unlike planets"
@@ -272,17 +278,11 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "cost": cost_is_right,
     "measured": numbers_agree,
     "judge": _judge,
+    "trial": _trial,
     **VIEW_CHECKS,
 }
 # These need compiled functions, or have none.
 COMPILED = (
-    "refined",
-    "bits",
-    "fused",
-    "robots",
-    "traced",
-    "cost",
-    "measured",
-    "judge",
+    *("refined", "bits", "fused", "robots", "traced", "cost", "measured", "judge", "trial"),
     *VIEW_CHECKS,
 )

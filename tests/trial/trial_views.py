@@ -1,0 +1,211 @@
+"""Every number of a trial's views, read back: of an arm's equations, and of a robot's.
+
+Two numbers are wrong by what is known here; sizes follow from right answers at the trial's states.
+"""
+
+import json
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import load_scenario
+from crosscheck.report import junit, trial_page
+from crosscheck.report import trial as trial_report
+from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.robots import output
+from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from crosscheck.trial.trial import Trial, TrialRequest, run_trial
+from tests.faults.views import Views, cell_text, finding_problems, is_rounded, rows_of
+from tests.robots import two_link
+from tests.trial.test_judge_table import two_link as two_link_arm
+from tests.trial.test_trial import equations_of, in_frame
+
+NAME, LEVELS = "yours", ("links", "carriers", "armature", "coupled")
+INERTIA, MOMENT, SHARED = 0.0123, 3.7, 0.0045  # that are too much in M and force, and in M[0, 1]
+
+
+def moment_at(x: np.ndarray) -> np.ndarray:
+    """What is too much in the force: another moment in every pose."""
+    return np.array([0.0, MOMENT * np.cos(7 * x[0])])
+
+
+def wrong_equations(arm: Arm, scenario: Scenario) -> Equations:
+    """Of a rigid arm: more inertia at the first joint, and a moment at the second."""
+    moved = in_frame("analytic:links", Coordinates("rigid"), arm, scenario)
+    right = equations_of(moved)
+    return replace(
+        right,
+        mass_matrix=lambda x: moved.mass_matrix(x) + np.diag([INERTIA, 0.0]),
+        force=lambda t, x, v, torque: right.force(t, x, v, torque) + moment_at(x),
+        coordinates=Coordinates("rigid"),
+        rebuild=wrong_equations,
+    )
+
+
+def tried_arm() -> Trial:
+    """The trial of these equations."""
+    arm = two_link_arm()
+    own = wrong_equations(arm, load_scenario("pd"))
+    return run_trial(TrialRequest(NAME, own, arm, quick=True))
+
+
+kept_arm = lru_cache(tried_arm)
+
+
+@lru_cache
+def right_shares(states: int) -> dict[str, np.ndarray]:
+    """By level, how far M is off; and of the force, by their sizes over the trial's states."""
+    arm, scenario, problem = two_link_arm(), load_scenario("pd"), kept_arm().problem
+    assert states == len(problem.states)
+    placed = [np.asarray(state.x) for state in problem.states]
+    masses = {}
+    for level in LEVELS:
+        moved = in_frame(f"analytic:{level}", Coordinates("rigid"), arm, scenario)
+        masses[level] = np.array([moved.mass_matrix(x) for x in placed])
+    own = masses["links"] + np.diag([INERTIA, 0.0])
+
+    def relative(level: str, sized_by: str) -> np.ndarray:
+        root = np.sqrt(masses[sized_by][:, [0, 1], [0, 1]].max(axis=0))
+        return np.abs(own - masses[level]).max(axis=0) / np.outer(root, root)
+
+    # The ladder is by the sizes of the last level.
+    found = {level: relative(level, LEVELS[-1]) for level in LEVELS}
+    model = in_frame("analytic:links", Coordinates("rigid"), arm, problem.case.scenario)
+    forces = [
+        model.model.generalized_force(state.t, np.asarray(state.x), np.asarray(state.v))
+        for state in problem.states
+    ]
+    rms = np.sqrt((np.array(forces) ** 2).mean(axis=0))
+    moments = np.max([np.abs(moment_at(x)) for x in placed], axis=0)
+    return {**found, "M": relative("links", "links"), "force": moments / rms}
+
+
+def wrong_arm_views(trial: Trial) -> Iterator[str]:
+    """Numbers of terminal, JSON, page and JUnit that are not those of the trial's equations."""
+    shares = right_shares(len(trial.problem.states))
+    entries = {"M[theta_1, theta_1]": shares["M"][0, 0], "force[theta_2]": shares["force"][1]}
+    data, page = (
+        json.loads(trial_report.format_trial_json(trial)),
+        trial_page.render_trial_page(trial),
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("COLUMNS", "250")
+        told = trial_report.format_trial(trial)
+    suite = junit.format_junit(trial.agreement)
+    read = Views(trial.agreement, told, data["agreement"], page, suite)
+    yield from finding_problems(read)
+    if {each["entry"]: each["relative"] for each in data["wrong"]} != pytest.approx(entries):
+        yield f"JSON's wrong entries: {data['wrong']} for {entries}"
+    ladder = [(each["level"], each["entries"], each["largest"]) for each in data["ladder"]]
+    for (name, count, largest), level in zip(ladder, LEVELS, strict=True):
+        right = int((shares[level] > 1e-10).sum()), shares[level].max()
+        if name != level or count != right[0] or not np.isclose(largest, right[1], rtol=1e-6):
+            yield f"ladder: {name}, {count}, {largest}; must be {level}, {right}"
+        line = rf"  against {level} \(.*\): (\d+) entr(?:y|ies) of M differs?, by up to (\S+)$"
+        said = re.search(line, told, re.M)
+        if said is None or int(said[1]) != right[0] or not is_rounded(said[2], right[1], 3):
+            yield f"terminal, {level}: {said and said[0]} for {right}"
+    yield from _wrong_tables(page, entries)
+    rows = {"M": shares["M"], "force": shares["force"][:, None]}
+    yield from _wrong_maps(page, rows, ["theta_1", "theta_2"], 1e-10)
+    line = f"M[theta_1, theta_1]: yours minus right is {INERTIA:g};"
+    if f"wrong {line}" not in told or line not in " ".join(each["told"] for each in data["wrong"]):
+        yield f"no {line}"
+
+
+def _wrong_tables(page: str, entries: dict[str, float]) -> Iterator[str]:
+    """Of the page's first table: entries with per cent, the largest first or as they stand."""
+    table = page.partition("<th>off by</th>")[2].partition("</table>")[0]
+    told = {row[0]: row[1] for row in rows_of(table) if len(row) > 1}
+    right = {name: cell_text(share, 0.0) for name, share in entries.items()}
+    if told != right:
+        yield f"page's wrong entries: {told}, must be {right}"
+
+
+def _wrong_maps(
+    page: str, rights: dict[str, np.ndarray], names: list[str], tolerance: float
+) -> Iterator[str]:
+    """Of the heat maps, and of what is allowed."""
+    for title, right in rights.items():
+        found = re.search(rf"<caption>{title}</caption>(.*?)</table>", page, re.S)
+        rows = rows_of(found[1]) if found else []
+        texts = [
+            [name, *(cell_text(v, tolerance) for v in row)]
+            for name, row in zip(names, right, strict=True)
+        ]
+        if rows[1:] != texts:
+            yield f"map of {title}: {rows[1:]}, must be {texts}"
+        allowed = re.search(rf"rounding explains \(.*\b{title} ([\d.e-]+)", page)
+        if allowed is None or not np.isclose(float(allowed[1]), tolerance, rtol=6e-3):
+            yield f"allowed of {title}: {allowed and allowed[1]}"
+
+
+def tried_robot() -> RobotTrial:
+    """Of the pendulum: M[j1, j2] and gravity[j2] are off by known shares of their sizes."""
+    zero = np.zeros(2)
+
+    def mass_matrix(q: np.ndarray) -> np.ndarray:
+        off = INERTIA * two_link.sizes("mass_matrix", q, zero, zero, zero)[0, 1]
+        return two_link.mass_matrix(q) + np.array([[0.0, off], [off, 0.0]])
+
+    def gravity(q: np.ndarray) -> np.ndarray:
+        off = SHARED * two_link.sizes("gravity", q, zero, zero, zero)[1]
+        return two_link.gravity(q) - np.array([0.0, off])
+
+    return run_robot_trial(
+        two_link.right(mass_matrix=mass_matrix, gravity=gravity), two_link.robot()
+    )
+
+
+kept_robot = lru_cache(tried_robot)
+ROBOT_ENTRIES = {"M[j1, j2]": INERTIA, "gravity[j2]": SHARED}
+
+
+def wrong_robot_views(trial: RobotTrial) -> Iterator[str]:
+    """Numbers of terminal, JSON, page and JUnit that are not those of the robot's equations."""
+    data = json.loads(output.format_robot_trial(trial))
+    page, told = output.robot_trial_page(trial), "\n".join(output.format_lines(trial))
+    read = Views(trial.agreement, told, data, page, output.robot_trial_junit(trial))
+    yield from (each for each in finding_problems(read) if "the terminal" not in each)
+    said = {each["entry"]: each["difference"] for each in data["entries"]}
+    if said != pytest.approx(ROBOT_ENTRIES) or list(said) != list(ROBOT_ENTRIES):
+        yield f"JSON's entries: {said}"
+    if data["largest_difference"] != pytest.approx(INERTIA):
+        yield f"JSON's largest: {data['largest_difference']}"
+    nearest = data["levels"][0]
+    # Four entries of M, two of the bias and two of gravity.
+    mean = (2 * INERTIA + SHARED) / 8
+    right = {"level": "armature", "entries": 2, "largest": INERTIA, "mean": mean}
+    if {**nearest, "mean": 0, "largest": 0} != {
+        **right,
+        "mean": 0,
+        "largest": 0,
+    } or not np.allclose([nearest["mean"], nearest["largest"]], [mean, INERTIA], rtol=1e-6):
+        yield f"JSON's nearest level: {nearest}, must be {right}"
+    first = (
+        f"wrong: mass_matrix, gravity off from armature by up to {INERTIA:.2g} of an entry's size"
+    )
+    lines = [
+        first,
+        *(f"  {name}: {share:.2g} of its size" for name, share in ROBOT_ENTRIES.items()),
+    ]
+    for line in lines:
+        if not any(each.startswith(line) for each in told.splitlines()):
+            yield f"the terminal has no {line!r}"
+    yield from _wrong_tables(page, ROBOT_ENTRIES)
+    shares = {"M": np.array([[0, INERTIA], [INERTIA, 0]]), "gravity": np.array([[0], [SHARED]])}
+    yield from _wrong_maps(page, shares, ["j1", "j2"], 1e-10)
+
+
+GUARDS: dict[str, Callable[[], Iterator[str]]] = {
+    "arm": lambda: wrong_arm_views(tried_arm()),
+    "arm's views": lambda: wrong_arm_views(kept_arm()),
+    "robot": lambda: wrong_robot_views(tried_robot()),
+    "robot's views": lambda: wrong_robot_views(kept_robot()),
+}
