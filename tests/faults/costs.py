@@ -9,9 +9,12 @@ from tests.robots import cost_views
 from tests.robots.cost_guard import (
     found_cost,
     robot,
+    wrong_given,
     wrong_limits,
     wrong_motion,
     wrong_numbers,
+    wrong_states,
+    wrong_steps,
     wrong_tip,
 )
 from tests.robots.cost_judge import wrong_condition, wrong_verdicts
@@ -34,6 +37,9 @@ GUARDS: dict[str, Callable[[str], Iterator[str]]] = {
     "tip": wrong_tip,
     "motion": _motion,
     "limits": lambda name: wrong_limits(),
+    "states": lambda name: wrong_states(),
+    "given motion": lambda name: wrong_given(),
+    "steps": lambda name: wrong_steps(),
     "verdicts": lambda name: wrong_verdicts(),
     "condition": lambda name: wrong_condition(),
     "terminal": lambda name: cost_views.wrong_terminal(right_cost(name)),

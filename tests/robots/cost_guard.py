@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.cost import motion, shortcuts
+from crosscheck.cost import agreement, motion, runs, shortcuts
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts
 from crosscheck.models.robot.robot import Robot
+from crosscheck.recordings.record import Record
 from tests.robots import chains
 from tests.robots.chains import Solid, geared, joint, link, planetary, teeth, urdf
 from tests.robots.recomputed import Lagrangian, RobotFiles, SecondCost
@@ -264,6 +265,69 @@ def wrong_limits() -> Iterator[str]:
             told = motion.find_exceeded_limits(own, (q, still, still), still)
             if told != ([f"{names[column]}: leaves its range"] if np.isfinite(limit) else []):
                 yield f"{names[column]} at {limit}: {told}"
+
+
+def wrong_states() -> Iterator[str]:
+    """Whether drawn states fill each joint's range and rates, and are within them."""
+    own, count = robot("oblique"), 400
+    drawn = agreement.sample_states(own, count, 1)
+    for column, number in enumerate(own.coordinates):
+        joint, limits = own.joints[number], own.joints[number].limits
+        most = min(limits.velocity, 2.0)
+        half = np.pi if joint.kind == "revolute" else 1.0
+        lower, upper = limits.lower, limits.upper
+        if np.isfinite([lower, upper]).all():
+            half = min(half, (upper - lower) / 2)
+            lower, upper = (lower + upper) / 2 - half, (lower + upper) / 2 + half
+        else:
+            lower, upper = -half, half
+        for what, values, ends in (
+            ("angles", drawn.q[:, column], (lower, upper)),
+            ("rates", drawn.v[:, column], (-most, most)),
+            ("accelerations", drawn.a[:, column], (-5.0, 5.0)),
+            ("torques", drawn.torques[:, column], (-10.0, 10.0)),
+        ):
+            reached, whole = (values.min(), values.max()), ends[1] - ends[0]
+            if not (ends[0] <= reached[0] and reached[1] <= ends[1]):
+                yield f"{joint.name}: {what} {reached} beyond {ends}"
+            if np.abs(np.subtract(reached, ends)).max() > 0.03 * whole:
+                yield f"{joint.name}: {what} {reached} do not fill {ends}"
+
+
+def wrong_given() -> Iterator[str]:
+    """Whether a motion from a file is that of its rows, and runs end where it does."""
+    time = np.linspace(5.0, 7.5, 1251)
+    rate, size = np.array([2.0, 3.1]), np.array([0.4, -0.7])
+    rows = Record("file", time, size * np.sin(time[:, None] * rate), None, None)
+    found = motion.fit_motion(rows)
+    for before in (0.0, 1.0):
+        right = 5.0 + (2.5 - before) * np.arange(7) / 6
+        yield from _off(f"instants up to {before} s before", found.instants(7, before), right, 1)
+    at = np.linspace(5.1, 7.4, 50)
+    angles = at[:, None] * rate
+    right_motion = (
+        size * np.sin(angles),
+        size * rate * np.cos(angles),
+        -size * rate**2 * np.sin(angles),
+    )
+    for order, (said, right) in enumerate(zip(found.at(at), right_motion, strict=True)):
+        if not np.allclose(said, right, atol=1e-3):
+            yield f"slope {order} of a given motion"
+
+
+def wrong_steps() -> Iterator[str]:
+    """Steps of a robot whose dampers die out faster than its teeth swing."""
+    damping = 1.0, 300.0
+    joints = {
+        **OBLIQUE.joints,
+        "three": geared(30.0, 2e-3, mesh=teeth(0.06, 15.0, damping[1], 2e-3)),
+    }
+    own = chains.robot(OBLIQUE.urdf, joints, gravity_m_per_s2=list(OBLIQUE.gravity))
+    model = shortcuts.build_model("analytic", own, "geared")
+    masses = model.mass_matrix(np.full((1, len(own.coordinates) + 2), 0.2))
+    inverse = np.linalg.inv(masses[0])[-2:, -2:]
+    right = np.linalg.eigvals(inverse * damping).real.max()
+    yield from _off("fastest of swings and dampers", runs.mesh_rates(model, masses).fastest, right)
 
 
 def wrong_motion(own: Robot, seed: int) -> Iterator[str]:

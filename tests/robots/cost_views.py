@@ -410,6 +410,12 @@ def wrong_picture(found: ShortcutCosts) -> Iterator[str]:
             curve = np.column_stack([found.time, wanted[label]])
             if not np.array_equal(line.get_xydata(), curve):
                 yield f"picture: {label} of {name}"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(output, "MOST_DRAWN", 1)
+        (name, _) = output.draw_torques(found).axes[0].get_ylabel().split("\n")
+    by = {each.joint: each.share for each in found.by_joint if each.level == "armature"}
+    if by[name] != max(by.values()):
+        yield f"picture: {name} where there is room for one"
     if len(figure.axes) != 2 * min(8, len(found.names)) or any(
         len(own) > 1 for own in colours.values()
     ):

@@ -16,9 +16,12 @@ from tests.robots.cost_guard import (
     FILES,
     found_cost,
     robot,
+    wrong_given,
     wrong_limits,
     wrong_motion,
     wrong_numbers,
+    wrong_states,
+    wrong_steps,
     wrong_tip,
 )
 from tests.robots.cost_judge import wrong_condition, wrong_verdicts
@@ -119,6 +122,11 @@ def test_shares_are_written_in_per_cent(share, shown):
 )
 def test_digits_that_programs_share(difference, digits):
     assert output.digits_of(difference) == digits
+
+
+@pytest.mark.parametrize("wrong", [wrong_states, wrong_given, wrong_steps])
+def test_states_given_motions_and_steps_are_what_the_page_says(wrong):
+    assert list(wrong()) == []
 
 
 def test_limits_that_a_motion_exceeds_are_told():
