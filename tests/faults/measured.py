@@ -227,4 +227,7 @@ STAGES = {
     "picture": _picture,
     "run pictures": _run_pictures,
     "reading": _reading,
+    "possible frictions": lambda kind: guards.wrong_possible_frictions(),
+    "order": lambda kind: guards.wrong_order(),
+    "drive": lambda kind: guards.wrong_drive_torques(),
 }

@@ -15,12 +15,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.loading import validate_record
+from crosscheck.models.loading import load_scenario, validate_record
 from crosscheck.provenance import ROOT
-from crosscheck.recordings import output
-from crosscheck.recordings.compare import EngineDisagreement, RecordComparison, compare
+from crosscheck.recordings import compare as comparison
+from crosscheck.recordings import friction, output
+from crosscheck.recordings.compare import EngineDisagreement, RecordComparison, Repair, compare
 from crosscheck.recordings.forward import Window
-from crosscheck.recordings.record import read_record
+from crosscheck.recordings.friction import FrictionFit
+from crosscheck.recordings.parameters import Estimate, find_parameters
+from crosscheck.recordings.record import Record, read_record
+from crosscheck.recordings.residual import NormalEquations
 from tests.measured import second
 
 # Slopes by differences over 1e-6 rad leave 1e-8 of chi squared; and runs' own uncertainties, which
@@ -381,19 +385,85 @@ def _row(each: Mapping[str, Any]) -> list[float]:
 
 def wrong_pictures(found: RecordComparison, right: second.Numbers) -> Iterator[str]:
     """Of what the figures draw, by the second program."""
-    contents = [content()]
+    drawn = [(content(), np.zeros(2))]
     if found.repairs:
         (repair,) = found.repairs
-        estimate = right.alone(repair.level, repair.estimate.parameter.path)["estimate"]
-        contents.append(second.with_value(content(), repair.estimate.parameter.path, estimate))
-    if len(found.curves) != len(contents):
-        yield f"{len(found.curves)} curves, must be {len(contents)}"
-    for curve, own in zip(found.curves, contents, strict=False):
-        residual, deviation = right.curve(own, curve.level)
+        path = repair.estimate.parameter.path
+        estimate = right.alone(repair.level, path)["estimate"]
+        drawn.append((second.with_value(content(), path, estimate), np.zeros(2)))
+    if found.frictions:
+        fits = [right.friction(fit.level)[0] for fit in found.frictions]
+        estimates = min(fits, key=lambda fit: fit["coulomb 0"]["chi2_per_degree_of_freedom_left"])
+        own = content()
+        for path in [each for each in estimates if each.startswith("arm.")]:
+            own = second.with_value(own, path, estimates[path]["estimate"])
+        drawn.append((own, np.array([estimates[f"coulomb {j}"]["estimate"] for j in range(2)])))
+    if len(found.curves) != len(drawn):
+        yield f"{len(found.curves)} curves, must be {len(drawn)}"
+    for curve, (own, coulomb) in zip(found.curves, drawn, strict=False):
+        residual, deviation = right.curve(own, curve.level, coulomb)
         for joint in range(2):
             axes = Figure().subplots()
             output.draw_residual(curve, joint, axes)
             yield from _drawn(axes, right.time, residual[:, joint], 2 * deviation[:, joint])
+
+
+def wrong_possible_frictions() -> Iterator[str]:
+    """Of which frictions an arm can have: none that is negative beyond its interval.
+
+    Columns that nothing has in common, and chi squared of noise alone: what is added to the file's
+    number is right over square, its interval 1.96 over the root of the square.
+    """
+    among = find_parameters(arm())
+    count = len(among) + 2
+    paths = [parameter.path for parameter in among]
+    places = [paths.index(f"arm.joints.{j}.friction_N_m_s_per_rad") for j in range(2)]
+    places += [len(among), len(among) + 1]
+    in_file = [*(among[place].value for place in places[:2]), 0.0, 0.0]
+    square = 50.0
+    half = 1.959963984540054 / np.sqrt(square)
+    for place, value in zip(places, in_file, strict=True):
+        for part in (1.02, 0.98):
+            right = np.zeros(count)
+            right[place] = -(value + part * half) * square
+            normal = NormalEquations(square * np.eye(count), right, 1e3, 10_000)
+            fit = friction.fit_friction(normal, "coupled", arm(), among)
+            if (fit.arm is None) != (part > 1):
+                yield f"friction {place} of {part} intervals below 0"
+
+
+def wrong_order() -> Iterator[str]:
+    """Of explanations: frictions first, each kind by what it leaves, none that no arm can have."""
+    parameter = find_parameters(arm())[0]
+    lefts = [(3.0, arm()), (1.5, arm()), (1.0, None), (2.0, arm())]
+    repairs = [
+        Repair("coupled", Estimate(parameter, 1.0, 0.1, 9.0, left), own) for left, own in lefts
+    ]
+    frictions = [FrictionFit("coupled", (), 9.0, left + 4, own) for left, own in lefts]
+    found = comparison._select_possible(repairs, frictions)
+    said = [each.left if isinstance(each, FrictionFit) else each.estimate.left for each in found]
+    if said != [5.5, 6.0, 7.0, 1.5, 2.0, 3.0]:
+        yield f"explanations that leave {said}"
+
+
+def wrong_drive_torques() -> Iterator[str]:
+    """Of the torques of a record without any, by the law of a controller."""
+    time = np.linspace(0.0, 2.0, 2001)
+    waves = np.outer(time, [3.0, 5.0])
+    record = Record("file", time, 0.3 * np.sin(waves), None, None)
+    law = load_scenario("pd").drive.model_copy(
+        update={
+            "target_rad": (0.5, -0.2),
+            "proportional_N_m_per_rad": (100.0, 70.0),
+            "derivative_N_m_s_per_rad": (40.0, 9.0),
+        }
+    )
+    scenario = load_scenario("pd").model_copy(update={"drive": law})
+    found, source = comparison._torques(record, scenario, 16)
+    rates = 0.3 * np.array([3.0, 5.0]) * np.cos(waves)
+    right = np.array([100.0, 70.0]) * ([0.5, -0.2] - record.angles) - [40.0, 9.0] * rates
+    if not np.allclose(found, right, atol=1e-3) or source != f"the drive of {scenario.name}":
+        yield f"torques of {source}, off by {np.abs(found - right).max()}"
 
 
 def wrong_run_pictures(

@@ -416,11 +416,17 @@ class Numbers:
         left = found["coulomb 0"]["chi2_per_degree_of_freedom_left"] * own.freedom
         return found, own.chi2 - left
 
-    def curve(self, content: Mapping[str, Any], level: str) -> tuple[np.ndarray, np.ndarray]:
-        """Smoothed residual and its standard deviation, each (rows, 2) [N m]."""
+    def curve(
+        self, content: Mapping[str, Any], level: str, coulomb: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Smoothed residual and its standard deviation, each (rows, 2) [N m].
+
+        coulomb (2,): friction that the bodies do not have [N m].
+        """
         bodies, residuals, deviations = Bodies(content, level), [], []
         for piece in self.pieces:
-            left = piece.ortho.T @ (piece.torques - bodies.torques(*piece.motion))
+            rubbed = coulomb * np.sign(piece.motion[1])
+            left = piece.ortho.T @ (piece.torques - rubbed - bodies.torques(*piece.motion))
             residuals.append(piece.ortho @ left)
             of_basis = covariance(piece, bodies)
             deviations.append(

@@ -45,5 +45,11 @@ def test_every_view_says_the_same_numbers(kind):
     assert list(guards.wrong_lines(found)) == []
     if kind != RIGHT:  # whose page has no other table
         assert list(guards.wrong_page(found)) == []
-    if kind != RUBBING:
-        assert list(guards.wrong_pictures(found, right)) == []
+    assert list(guards.wrong_pictures(found, right)) == []
+
+
+@pytest.mark.parametrize(
+    "wrong", [guards.wrong_possible_frictions, guards.wrong_order, guards.wrong_drive_torques]
+)
+def test_what_may_be_its_order_and_torques_of_a_drive_are_right(wrong):
+    assert list(wrong()) == []
