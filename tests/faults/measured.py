@@ -230,4 +230,5 @@ STAGES = {
     "possible frictions": lambda kind: guards.wrong_possible_frictions(),
     "order": lambda kind: guards.wrong_order(),
     "drive": lambda kind: guards.wrong_drive_torques(),
+    "witness": lambda kind: guards.wrong_witness(),
 }

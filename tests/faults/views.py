@@ -660,6 +660,17 @@ def view_problems() -> Iterator[str]:
             f"theta {place}", joint["theta"], run["theta"].values[::every, place]
         )
         gears, theta = arm.joints[place], run["theta"].values[::every, place]
+        teeth_sum, module = gears.sun_teeth + gears.planet_teeth, gears.module_m
+        drawn = {"carrier_m": teeth_sum / 2, "rim_m": gears.ring_teeth / 2 + 4, "face_m": 6}
+        if any(not np.isclose(joint[name], module * by) for name, by in drawn.items()):
+            yield f"sizes of stage {place + 1}"
+        for name, count in (("sun", gears.sun_teeth), ("ring", gears.ring_teeth)):
+            ends = np.hypot(*np.transpose(joint["outlines"][name]))
+            # A tooth ends a module beyond its pitch circle, a ring's inside of it.
+            end = ends.min() if name == "ring" else ends.max()
+            far = count / 2 + (-1 if name == "ring" else 1)
+            if not abs(end - module * far) <= 1.5e-6:
+                yield f"outline of {name} {place + 1}: {end}, must be {module * far}"
         for side, teeth in (("sun", gears.sun_mesh), ("ring", gears.ring_mesh)):
             mesh, own = joint["meshes"][side], teeth.planet_mesh(0)
             name = {"sun": "sp", "ring": "pr"}[side]

@@ -15,16 +15,18 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_scenario, validate_record
 from crosscheck.provenance import ROOT
 from crosscheck.recordings import compare as comparison
-from crosscheck.recordings import friction, output
+from crosscheck.recordings import engines, friction, output
 from crosscheck.recordings.compare import EngineDisagreement, RecordComparison, Repair, compare
 from crosscheck.recordings.forward import Window
 from crosscheck.recordings.friction import FrictionFit
 from crosscheck.recordings.parameters import Estimate, find_parameters
 from crosscheck.recordings.record import Record, read_record
 from crosscheck.recordings.residual import NormalEquations
+from crosscheck.registry import RIGID_LEVELS
 from tests.measured import second
 
 # Slopes by differences over 1e-6 rad leave 1e-8 of chi squared; and runs' own uncertainties, which
@@ -444,6 +446,38 @@ def wrong_order() -> Iterator[str]:
     said = [each.left if isinstance(each, FrictionFit) else each.estimate.left for each in found]
     if said != [5.5, 6.0, 7.0, 1.5, 2.0, 3.0]:
         yield f"explanations that leave {said}"
+
+
+def wrong_witness() -> Iterator[str]:
+    """Of who disagrees with first principles, on an arm with weight and friction: Pinocchio asked.
+
+    Each joint's torque is off by just more, and by just less, than a 1e-10 of its terms.
+    """
+    draw = np.random.default_rng(4)
+    state = [size * draw.uniform(-1, 1, 2) for size in (3.0, 2.0, 5.0)]
+    friction_of = np.array([joint.friction_N_m_s_per_rad for joint in arm().joints])
+    for level in RIGID_LEVELS:
+        model = engines.build_rigid_model(level, arm(), "pinocchio")
+        still = 0 * state[0]
+
+        def asked(v: np.ndarray, a: np.ndarray, model: Model = model) -> np.ndarray:
+            rows = [np.repeat(each[None], 2, axis=0) for each in (state[0], v, a)]
+            return np.asarray(model.inverse_dynamics(*rows))[0]
+
+        weight, right = asked(still, still), asked(*state[1:])
+        rubbed = friction_of * state[1]
+        sizes = np.abs(weight) + np.abs(rubbed)
+        sizes += np.abs(asked(state[1], still) - weight - rubbed)
+        for joint in np.eye(2):
+            sizes += np.abs(asked(still, joint * state[2]) - weight)
+        for joint in range(2):
+            for part in (1.02, 0.98):
+                wrong = right.copy()
+                wrong[joint] += part * 1e-10 * sizes[joint]
+                given = {"right": right, "wrong": wrong}
+                found = engines._find_disagreeing_models(given, arm(), level, state)
+                if found != (("wrong",) if part > 1 else ()):
+                    yield f"{level}, joint {joint + 1} by {part}: {found} disagree"
 
 
 def wrong_drive_torques() -> Iterator[str]:

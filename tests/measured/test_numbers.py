@@ -48,8 +48,12 @@ def test_every_view_says_the_same_numbers(kind):
     assert list(guards.wrong_pictures(found, right)) == []
 
 
-@pytest.mark.parametrize(
-    "wrong", [guards.wrong_possible_frictions, guards.wrong_order, guards.wrong_drive_torques]
+WRONG = (
+    *(guards.wrong_possible_frictions, guards.wrong_order),
+    *(guards.wrong_drive_torques, guards.wrong_witness),
 )
-def test_what_may_be_its_order_and_torques_of_a_drive_are_right(wrong):
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_what_may_be_its_order_torques_of_a_drive_and_the_witness_are_right(wrong):
     assert list(wrong()) == []
