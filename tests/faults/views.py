@@ -641,14 +641,22 @@ def unpacked(text: str) -> np.ndarray:
 
 
 def view_problems() -> Iterator[str]:
-    """What in a run's scene is not as the run has it; every third record is shown."""
+    """What in a run's scene is not as the run has it, by either law of the mesh phase.
+
+    Planets are unlike; every third record is shown.
+    """
+    for phase in ("angle", "omega_t"):
+        yield from _view_problems(phase)
+
+
+def _view_problems(phase: str) -> Iterator[str]:
     made, every = records(), 3
-    run, arm = made.runs[LEAD], made.arm
+    run, arm = unlike_planets(made.runs[LEAD]), made.arm
     names = ("theta", "theta_dot", "x_sp", "x_pr", "F_sp", "F_pr")
-    signals_of = {name: run[name].values for name in names}
+    signals_of, law = {name: run[name].values for name in names}, usual_switches(arm, phase=phase)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scene, "MOST_FRAMES", -(-run.sizes["time"] // every))
-        shown = scene.build_scene(Run(LEAD, arm, run["time"].values, signals_of, laws(arm)))
+        shown = scene.build_scene(Run(LEAD, arm, run["time"].values, signals_of, law))
     time = run["time"].values[::every]
     frames = shown["start_s"] + shown["step_s"] * np.arange(shown["frames"])
     if shown["every"] != every or frames.size != time.size or not np.allclose(frames, time):
@@ -671,19 +679,32 @@ def view_problems() -> Iterator[str]:
             far = count / 2 + (-1 if name == "ring" else 1)
             if not abs(end - module * far) <= 1.5e-6:
                 yield f"outline of {name} {place + 1}: {end}, must be {module * far}"
+        base = module / 2 * np.cos(np.radians(gears.pressure_angle_deg))
+        x_sp, x_pr = (run[f"x_{side}"].values[::every, place] for side in ("sp", "pr"))
+        rolled = base * teeth_sum * theta
+        sun = (x_sp[:, 0] + x_pr[:, 0] + 2 * rolled) / (base * gears.sun_teeth)
+        yield from same_values(f"sun {place}", joint["sun"], sun)
+        for planet, own in enumerate(joint["planets"]):
+            turned = -(x_pr[:, planet] + rolled) / (base * gears.planet_teeth)
+            yield from same_values(f"planet {planet} of {place}", own, turned)
         for side, teeth in (("sun", gears.sun_mesh), ("ring", gears.ring_mesh)):
             mesh, own = joint["meshes"][side], teeth.planet_mesh(0)
             name = {"sun": "sp", "ring": "pr"}[side]
             x, force = (run[f"{q}_{name}"].values[::every, place, 0] for q in ("x", "F"))
             yield from same_values(f"force {side}", mesh["force"], force)
-            # Every tooth of the ring passes a planet in a turn of the carrier.
-            wave = np.sin(gears.ring_teeth * theta + own.phase_rad + own.tooth_error_phase_rad)
+            # Every tooth of the ring passes a planet in a turn of the carrier; by Eq. 13 the sun's.
+            printed = side == "ring" and law.ring_rate == "eq13"
+            passing = gears.sun_teeth if printed else gears.ring_teeth
+            rates = run["theta_dot"].values[::every, place]
+            turned = passing * (theta if phase == "angle" else rates * time)
+            wave = np.sin(turned + own.phase_rad + own.tooth_error_phase_rad)
             gap = x - own.static_error_m - own.tooth_error_m * wave
             yield from same_values(f"x - e, {side}", mesh["gap"], gap, 1e-12)
             if mesh["half_clearance_m"] != own.backlash_m:
                 yield f"backlash, {side}"
             beyond = np.abs(gap) - own.backlash_m
-            if not np.array_equal(np.sign(force), np.where(beyond > 0, np.sign(gap), 0)):
+            touches = np.where(beyond > 0, np.sign(gap), 0)
+            if phase == "angle" and not np.array_equal(np.sign(force), touches):
                 yield f"contact, {side}"
 
 
