@@ -51,10 +51,7 @@ def build_page(folder: Path) -> str:
         machine=made["machine"],
     )
     parts = [head, "## Six findings\n", *extract_findings(html)]
-    parts += [
-        "## Hypotheses\n",
-        format_table(["chapter of the page", "what came out"], extract_hypotheses(html)),
-    ]
+    parts += ["## What they rest on\n", format_verdicts(chapters["findings"])]
     parts += ["## Errors in the printed equations\n", format_errata(chapters["errata"])]
     parts += [
         "## Every claim\n",
@@ -78,11 +75,14 @@ def extract_findings(html: str) -> Iterator[str]:
         yield f"### {title}\n\n{' '.join(rest.split())}\n"
 
 
-def extract_hypotheses(html: str) -> Iterator[list[str]]:
-    """The chapters that examine a hypothesis, H1 to H7: title and outcome."""
-    chapter = r"<h2[^>]*>([^<]*\(H\d\))</h2>\s*<p class=\"outcome\">(.*?)</p>"
-    for title, outcome in re.findall(chapter, html, flags=re.S):
-        yield [title, outcome]
+def format_verdicts(findings: list[dict[str, Any]]) -> str:
+    """The verdicts that the findings rest on, each by the name that the case study quotes."""
+    rows = (
+        [f"`{each['id']}`", each["question"], each["verdict"]]
+        for each in findings
+        if each["id"].startswith("verdict/")
+    )
+    return format_table(["name", "question", "computed answer"], rows)
 
 
 def format_errata(rows: list[dict[str, Any]]) -> str:

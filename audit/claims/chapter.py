@@ -19,11 +19,11 @@ from crosscheck.audit.experiments.paper_conditions import (
     GearModel,
 )
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.measures.undefined import JsonObject, float_or_none, format_number
+from crosscheck.audit.measures.undefined import JsonObject, float_or_none
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.context import AuditContext
-from crosscheck.audit.page.labels import LAW_NAMES, format_three_digits
+from crosscheck.audit.page.labels import LAW_NAMES
 from crosscheck.audit.page.text import render_template
 
 ID, TITLE = "claims", "The paper's statements, one by one"
@@ -92,22 +92,18 @@ def build_claim_rows(context: AuditContext) -> list[ClaimRow]:
 
 
 def render_claims(claim_rows: Sequence[ClaimRow], plan: StudyPlan, scale: Scale) -> str:
-    """The chapter's HTML: the rule, the counts of verdicts by model and section, every claim."""
+    """The chapter's HTML: the rule, the counts of verdicts by model, every claim in a line."""
     sections = dict.fromkeys(row.judged.claim.section for row in claim_rows)
-    counts = Counter((row.judged.claim.section, row.judged.verdict.kind) for row in claim_rows)
     simulated_claims = [row.judged for row in claim_rows if not row.judged.claim.static]
     by_model = Counter(
         (model, entry.by_model[model].kind) for entry in simulated_claims for model in COLUMNS
     )
     static = Counter(row.judged.verdict.kind for row in claim_rows if row.judged.claim.static)
-    # Failures and what hangs on the start first; else in the paper's order.
-    by_kind = sorted(claim_rows, key=lambda row: ORDER.index(row.judged.verdict.kind))
-    verdict_kinds = [kind for kind in ORDER if any(counts[section, kind] for section in sections)]
+    kinds = [kind for kind in ORDER if static[kind] or any(by_model[m, kind] for m in COLUMNS)]
     return render_template(
         "claims/chapter",
-        rows={s: [row for row in by_kind if row.judged.claim.section == s] for s in sections},
-        counts=counts,
-        kinds=verdict_kinds,
+        rows={s: [row for row in claim_rows if row.judged.claim.section == s] for s in sections},
+        kinds=kinds,
         columns=COLUMNS,
         by_model=by_model,
         asked=len(simulated_claims),
@@ -133,8 +129,6 @@ def render_claims(claim_rows: Sequence[ClaimRow], plan: StudyPlan, scale: Scale)
         colours=COLOURS,
         model_words=describe_model,
         verdict=describe_verdict,
-        turning=describe_turning,
-        seen=describe_answer,
     )
 
 
@@ -153,40 +147,7 @@ def describe_verdict(verdict: Verdict) -> str:
 
 def describe_model(model: GearModel) -> str:
     """A model of the gears in words: law, planets and equations."""
-    description = f"{LAW_NAMES[model.law]}, planets {model.planets}, equations {model.equations}"
-    return f"{COLUMNS[model]}: {description}" if model in COLUMNS else description
-
-
-def format_value(answer: Answer) -> str:
-    """The median and the outer quantiles of an answer, once where they are equal as printed."""
-    if answer.quantiles is None:
-        return "undefined"
-    low, middle, high = map(format_three_digits, answer.quantiles)
-    return middle if low == high else f"{middle} ({low} … {high})"
-
-
-def format_share(answer: Answer) -> str:
-    """How many of an answer's starts support the claim, and how many are undefined."""
-    share = answer.share
-    if share is None:
-        return f"undefined in {answer.undefined} of {answer.starts}"
-    left = f", {answer.undefined} undefined" if answer.undefined else ""
-    return f"{share}{left}"
-
-
-def describe_answer(answer: Answer) -> str:
-    """What the starts gave, and how many support the claim; those without its event apart."""
-    if answer.starts == 1:
-        return format_value(answer)
-    if answer.undefined == answer.starts:
-        return "in no start"
-    return f"{format_value(answer)}, {format_share(answer)}"
-
-
-def describe_turning(judgement: ClaimJudgement) -> str:
-    """The limits at which the verdict would turn."""
-    places = [at for pair in judgement.turning for at in pair if at is not None]
-    return "; ".join(format_number(at) for at in sorted(places)) or "at none"
+    return f"{LAW_NAMES[model.law]}, planets {model.planets}, equations {model.equations}"
 
 
 def _answer_id(answer: Answer) -> str:

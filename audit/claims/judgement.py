@@ -12,11 +12,10 @@ import numpy as np
 
 from crosscheck.audit.claims import rule
 from crosscheck.audit.claims.rule import Answer, Claim, State, Verdict, VerdictKind
-from crosscheck.audit.experiments.paper_conditions import MODELS, READINGS, GearModel
+from crosscheck.audit.experiments.paper_conditions import MODELS, GearModel
 from crosscheck.audit.measures.shares import Share
 
 CLOSE = 0.25  # of a limit: one as arbitrary might as well have been drawn there
-TYPICAL_ZETAS = (0.005, 0.05)  # of the figures, where the third fluctuation shows and where not
 
 
 class TurningLimits(NamedTuple):
@@ -128,27 +127,6 @@ class ClaimJudgement:
                 if 1 <= count <= inside.size:
                     yield float(inside[count - 1])
 
-    @property
-    def models(self) -> tuple[GearModel | None, ...]:
-        """The models of the gears that the claim was asked of; (None,) where it is static."""
-        return (None,) if self.claim.static else MODELS
-
-    def strips(self, model: GearModel | None) -> list[ClaimStrip]:
-        """The strips of a model; readings with equal states share one, with the first's answers."""
-        by_place: dict[tuple[str, str], list[Answer]] = {}
-        for answer in self.answers:
-            if answer.place.model == model:
-                by_place.setdefault((answer.place.choice, answer.place.arm), []).append(answer)
-        strip_by_states: dict[tuple[str, tuple[State, ...]], ClaimStrip] = {}
-        for (choice, arm), answers in by_place.items():
-            ordered = tuple(sorted(answers, key=lambda a: a.place.zeta or 0.0))
-            strip = ClaimStrip(model, (READINGS[arm],), choice, ordered)
-            first = strip_by_states.get((choice, strip.states))
-            if first is not None:
-                strip = replace(first, readings=(*first.readings, *strip.readings))
-            strip_by_states[choice, strip.states] = strip
-        return list(strip_by_states.values())
-
 
 def _reachable_states(answer: Answer) -> set[State]:
     """The states that the setting could have after one more start."""
@@ -156,29 +134,6 @@ def _reachable_states(answer: Answer) -> set[State]:
     if share is None:
         return set()
     return {rule.state(Share(share.yes + yes, share.of + 1)) for yes in (0, 1)}
-
-
-@dataclass(frozen=True)
-class ClaimStrip:
-    """The answers to a claim of one model, under one choice, of the readings that agree.
-
-    model: of the gears, None where static; answers: by damping ratio, ascending.
-    """
-
-    model: GearModel | None
-    readings: tuple[str, ...]
-    choice: str
-    answers: tuple[Answer, ...]
-
-    @property
-    def states(self) -> tuple[State, ...]:
-        """The state of every answer, by damping ratio."""
-        return tuple(answer.state for answer in self.answers)
-
-    @property
-    def typical(self) -> list[Answer]:
-        """The answers at TYPICAL_ZETAS; the only one where no damping enters."""
-        return [a for a in self.answers if a.place.zeta in (None, *TYPICAL_ZETAS)]
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,9 @@ import matplotlib as mpl
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from crosscheck.audit.errata.errata_texts import Contradiction, Gap, add_errata_texts, load_notes
+from crosscheck.audit.errata.errata_texts import Contradiction, Gap, load_notes
 from crosscheck.audit.errata.erratum import CLASSES, ErratumClass, SimulatedErratum
-from crosscheck.audit.errata.finder import EFFECT_S, ErrataQuestion
-from crosscheck.audit.experiments.paper_conditions import LABELLED, READINGS
+from crosscheck.audit.experiments.paper_conditions import LABELLED
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.context import AuditContext
@@ -23,7 +22,6 @@ from crosscheck.audit.page.text import render_template, to_markup
 from crosscheck.report.plots.figures import to_svg
 
 ID, TITLE = "errata", "Errata sheet"
-QUICK_S = 0.05
 HEADINGS: dict[ErratumClass, str] = {
     "equation": "Errors of equations",
     "statement": "Statements and data without support",
@@ -41,23 +39,16 @@ class ErrataSheet(AuditChapter):
 
 
 def build_chapter(context: AuditContext) -> ErrataSheet:
-    """The chapter of errata for both readings of Table I (quick: for the first alone)."""
-    quick = context.scale.quick
-    arms = [LABELLED] if quick else list(READINGS)
-    duration = context.scale.limit_duration(QUICK_S if quick else EFFECT_S)
-    answers = context.study.answer_questions(
-        [ErrataQuestion(name, duration) for name in arms], "errata sheet"
-    )
-    by_arm = {arm: add_errata_texts(errata) for arm, errata in zip(arms, answers, strict=True)}
-    return build_errata_sheet(by_arm, duration)
+    """The chapter of errors of equations; the other entries are in the sheet alone."""
+    return build_errata_sheet(context.errata, context.effect_s, whole=False)
 
 
 def build_errata_sheet(
-    by_arm: Mapping[str, Sequence[SimulatedErratum]], duration_s: float
+    by_arm: Mapping[str, Sequence[SimulatedErratum]], duration_s: float, whole: bool = True
 ) -> ErrataSheet:
     """The chapter made of errata in words by arm, the first arm's as tables.
 
-    duration_s: of the runs behind their effects.
+    duration_s: of the runs behind their effects; whole: with all but errors of equations too.
     """
     first, noted = next(iter(by_arm)), load_notes()
     first_errata = by_arm[first]
@@ -70,6 +61,7 @@ def build_errata_sheet(
         "errata/sheet",
         duration_s=duration_s,
         arm=first,
+        whole=whole,
         tables={
             kind: to_markup(BY_CLASS[kind].html(_errata_of_class(first_errata, kind)))
             for kind in CLASSES

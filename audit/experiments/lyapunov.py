@@ -12,14 +12,14 @@ from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.audit.experiments.ensembles import EnsembleNumbers, EnsembleQuestion
-from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.stage import geared_joint
-from crosscheck.audit.measures.undefined import float_or_none
-from crosscheck.audit.phase.runs import (
+from crosscheck.audit.experiments.motion import (
     ContinuedModel,
     ContinuedPrintedModel,
     simulate_motion,
 )
+from crosscheck.audit.measures.events import THIRD_S
+from crosscheck.audit.measures.stage import geared_joint
+from crosscheck.audit.measures.undefined import float_or_none
 from crosscheck.models.loading import Case
 from crosscheck.studies.members.starts import perturb_start
 

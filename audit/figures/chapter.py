@@ -9,7 +9,7 @@ from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import LAWS, Law
 from crosscheck.audit.figures import angles, law_figures, laws, sweeps
 from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA, FigureData, make_condition
-from crosscheck.audit.figures.paper_figure import FigureClaim, PaperFigure, find_figure_claims
+from crosscheck.audit.figures.paper_figure import PaperFigure
 from crosscheck.audit.figures.plotting import draw_severe_shares
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
@@ -40,27 +40,20 @@ QUICK_NUMBERS = (4, 5, 6, 8, 14, 17)
 
 def build_chapter(context: AuditContext) -> AuditChapter:
     """The chapter with all figures, or with six of them if quick."""
-    data = FigureData(context)
-    numbers = QUICK_NUMBERS if context.scale.quick else NUMBERS
-    figures = [(_draw_figure(data, number), _figure_claims(data, number)) for number in numbers]
-    drawn = [figure.to_html(claims) for figure, claims in figures]
+    figures = draw_figures(context, QUICK_NUMBERS if context.scale.quick else NUMBERS)
     return AuditChapter(
         ID,
         TITLE,
-        "\n".join([_introduction(context), *drawn]),
-        [figure.to_dict(claims) for figure, claims in figures],
-        render_template(
-            "figures/outcome", count=len(figures), claims=sum(len(claims) for _, claims in figures)
-        ),
+        "\n".join([_introduction(context), *(figure.to_html() for figure in figures)]),
+        [figure.to_dict() for figure in figures],
+        f"{len(figures)} figures redrawn, with what the paper says of each.",
     )
 
 
-def draw_figures(context: AuditContext, numbers: Iterable[int]) -> str:
-    """Some figures as html, without verdicts. Raises KeyError for a number not in NUMBERS."""
-    data = FigureData(context, has_verdicts=False)
-    return "\n".join(
-        _draw_figure(data, number).to_html(_figure_claims(data, number)) for number in numbers
-    )
+def draw_figures(context: AuditContext, numbers: Iterable[int]) -> list[PaperFigure]:
+    """The figures of these numbers. Raises KeyError for a number not in NUMBERS."""
+    data = FigureData(context)
+    return [_draw_figure(data, number) for number in numbers]
 
 
 def _draw_figure(data: FigureData, number: int) -> PaperFigure:
@@ -73,13 +66,6 @@ def _draw_figure(data: FigureData, number: int) -> PaperFigure:
         figure = PaperFigure(number, [], reason=str(error))
     progress(f"figure {number}", 1, 1)
     return figure
-
-
-def _figure_claims(data: FigureData, number: int) -> list[FigureClaim]:
-    return find_figure_claims(data, number, ZETAS.get(number, ZETA))
-
-
-ZETAS = dict.fromkeys((8, 9, 11, 12, 13, 14, 16, 17, 18, 19, 20), LOW_ZETA)
 
 
 def _introduction(context: AuditContext) -> str:

@@ -5,25 +5,17 @@ Every choice that the paper leaves open is made here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import xarray as xr
 
-from crosscheck.audit.claims.quantities import ConditionResults, NotSimulatedError
-from crosscheck.audit.claims.study_plan import (
-    StudyPlan,
-    plan_of,
-    sample_planted_faults,
-    sample_statics,
-)
+from crosscheck.audit.claims.study_plan import StudyPlan, plan_of
 from crosscheck.audit.experiments.bands import BandsQuestion, ShoulderBands
 from crosscheck.audit.experiments.experiments import (
     DEFAULTS,
     PD,
-    PLANTED,
-    STATIC,
     ExperimentSeries,
     PaperExperiment,
     build_question,
@@ -47,22 +39,16 @@ ZETA, LOW_ZETA = 0.02, 0.005
 SMOOTH_RECORD = 20  # 0.2 ms: for angles and speeds, which have nothing at mesh frequencies
 FULL_RECORD = 2  # 20 µs: eleven records of a period of the fastest mesh mode
 BAND_BINS = 900  # over a whole run
-WITHOUT_SETTING = {STATIC: sample_statics, PLANTED: sample_planted_faults}
 Name = TypeVar("Name", bound=Hashable)
 
 
 @dataclass
 class FigureData:
-    """The page's material as figures need it; each run is read once. has_verdicts: with verdicts.
-
-    Verdicts need every setting of the claims: a figure alone is shown without.
-    """
+    """The page's material as figures need it; each run is read once."""
 
     context: AuditContext
-    has_verdicts: bool = True
     run_cache: dict[Variant, xr.Dataset] = field(default_factory=dict)
     course_cache: dict[Variant, RunSignals] = field(default_factory=dict)
-    results_cache: dict[float, dict[Law, ConditionResults]] = field(default_factory=dict)
 
     @property
     def seed(self) -> int:
@@ -116,24 +102,26 @@ class FigureData:
         self, series: ExperimentSeries, zeta: float
     ) -> dict[tuple[Law, float], Variant]:
         """A family's variants from the drawn start, by law and size [um]."""
-        members = self.results_by_law(zeta)[LAWS[0]].members(series)
         return {
             (law, member.size_um or 0.0): make_start_variant(
                 member, make_condition(law, zeta), self.seed
             )
             for law in LAWS
-            for member in members
+            for member in self.members(series)
         }
 
-    def results_by_law(self, zeta: float) -> dict[Law, ConditionResults]:
-        """The samples of every experiment at a damping ratio, labelled reading, by law."""
-        if zeta not in self.results_cache:
-            if self.has_verdicts:
-                results = dict([*self.context.as_modelled, *self.context.settings])
-                self.results_cache[zeta] = {law: results[make_condition(law, zeta)] for law in LAWS}
-            else:
-                self.results_cache[zeta] = make_lazy_results(self.context, zeta)
-        return self.results_cache[zeta]
+    def members(self, series: ExperimentSeries) -> list[PaperExperiment]:
+        """A family's experiments that the plan has, by size."""
+        planned = (*DEFAULTS, *self.plan.experiments(make_condition(LAWS[0], LOW_ZETA)))
+        members = {item for item in planned if item.kind == series.kind}
+        return sorted(members, key=lambda item: item.size_um or 0.0)
+
+    def samples_by_law(self, experiment: PaperExperiment, zeta: float) -> dict[Law, Sample]:
+        """The samples of an experiment at a damping ratio, labelled reading, by law."""
+        sampled = PD if experiment in DEFAULTS else experiment
+        requests = {law: (make_condition(law, zeta), sampled) for law in LAWS}
+        samples = self.context.samples(requests.values(), str(experiment))
+        return {law: samples[request] for law, request in requests.items()}
 
     def start_bands(self, zeta: float, number: int) -> dict[Law, ShoulderBands]:
         """The bands in which the whole PD run's starts lie, by law."""
@@ -167,49 +155,3 @@ def make_start_variant(
 def make_rigid_variant(scenario: str, level: str) -> Variant:
     """The variant of a rigid arm at a level, recorded on the grid of the smooth runs."""
     return Variant(scenario, model=rigid_model(level), record_every=SMOOTH_RECORD)
-
-
-class LazyResults(ConditionResults):
-    """Samples of a setting that are run when asked for. Raises NotSimulatedError if unplanned."""
-
-    def __init__(
-        self, experiments: tuple[PaperExperiment, ...], fetch: Callable[[PaperExperiment], None]
-    ) -> None:
-        super().__init__()
-        self.experiments = experiments
-        self.fetch = fetch
-
-    def __iter__(self) -> Iterator[PaperExperiment]:
-        return iter(self.experiments)
-
-    def __missing__(self, experiment: PaperExperiment) -> Sample:
-        if experiment not in self.experiments:
-            raise NotSimulatedError(experiment)
-        self.fetch(experiment)
-        return self[experiment]
-
-
-def make_lazy_results(context: AuditContext, zeta: float) -> dict[Law, ConditionResults]:
-    """Samples of the labelled reading, by law; what one law is asked is run for all."""
-    plan = plan_of(context.scale)
-    results: dict[Law, ConditionResults] = {}
-
-    def fetch(experiment: PaperExperiment) -> None:
-        if experiment in WITHOUT_SETTING:
-            (sample,) = WITHOUT_SETTING[experiment](context.study, [LABELLED])
-            for law_results in results.values():
-                law_results[experiment] = sample
-            return
-        sampled_experiment = PD if experiment in DEFAULTS else experiment
-        samples = context.samples(
-            [(make_condition(law, zeta), sampled_experiment) for law in LAWS], str(experiment)
-        )
-        for law, law_results in results.items():
-            law_results[experiment] = samples[make_condition(law, zeta), sampled_experiment]
-
-    for law in LAWS:
-        static = (STATIC, PLANTED) if plan.variants else (STATIC,)
-        results[law] = LazyResults(
-            (*static, *DEFAULTS, *plan.experiments(make_condition(law, zeta))), fetch
-        )
-    return results

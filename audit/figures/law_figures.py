@@ -157,8 +157,8 @@ def draw_figure_14(data: FigureData) -> PaperFigure:
             )
 
     thirds = {
-        law: ThirdFluctuation.from_samples(results[PD])
-        for law, results in data.results_by_law(LOW_ZETA).items()
+        law: ThirdFluctuation.from_samples(sample)
+        for law, sample in data.samples_by_law(PD, LOW_ZETA).items()
     }
     severe: dict[str, JsonValue] = {  # of the starts that have a third fluctuation
         DRAWN_NAMES[law]: [int(third.select_branch(severe=True).sum()), third.sizes.size]

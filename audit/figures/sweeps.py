@@ -151,12 +151,12 @@ def _draw_start_numbers(
 ) -> Drawing:
     """A drawing of all starts' numbers, a dot each, laws side by side, sizes by rank."""
     figure, grid = make_figure(1, len(shown), 2.9)
-    results = data.results_by_law(LOW_ZETA)
+    members = data.members(series)
+    samples = [data.samples_by_law(member, LOW_ZETA) for member in members]
     for axes, axis in zip(grid[0], shown, strict=True):
-        for place, law in enumerate(results):
-            members = results[law].members(series)
-            for at, member in enumerate(members):
-                values = results[law][member][axis.name]
+        for at, by_law in enumerate(samples):
+            for place, (law, sample) in enumerate(by_law.items()):
+                values = sample[axis.name]
                 values = axis.scale * np.sort(values[np.isfinite(values)])
                 x = at + 0.27 * (place - 1) + np.linspace(-0.1, 0.1, values.size)
                 label = None if at else DRAWN_NAMES[law]

@@ -30,7 +30,6 @@ LARGE = limits_above(
     SEVERE, "four times the rigid arm's own largest acceleration, a third of the 300"
 )
 VISIBLE = limits_above(EVIDENT, "the smallest that Section 3.2 calls a fluctuation")
-PARTING_SPREAD_M = 1e-6  # planets have parted: a fifth of the tooth error
 Quantiles = tuple[float | None, ...]
 NONE: Quantiles = (None,) * len(PARTS)
 
@@ -98,11 +97,6 @@ class ThirdFluctuation:
     def quantiles(self) -> Quantiles:
         """The quantiles of the size [rad/s^2]."""
         return quantiles(self.size)
-
-    @property
-    def apart_um(self) -> Quantiles:
-        """The quantiles of how far planets part [um]."""
-        return quantiles(1e6 * self.planet_spread_m)
 
     def select_branch(self, severe: bool) -> np.ndarray:
         """Which starts are severe, or which defined ones are not, (starts,)."""

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +10,7 @@ from scipy.stats import binomtest, fisher_exact, mannwhitneyu
 
 from crosscheck.audit.claims.rule import FEW, Limits, State, state
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third_fluctuation import LARGE, VISIBLE, ThirdFluctuation
+from crosscheck.audit.measures.third_fluctuation import LARGE, ThirdFluctuation
 
 SIGNIFICANT = 0.05
 EQUIVALENCE = 1 - 2 * SIGNIFICANT  # two one-sided tests at 5 % are an interval of 90 %
@@ -159,21 +157,3 @@ def compute_error_effect(
     )
     p = shares_p(with_share, without_share)
     return ToothErrorEffect(Share(int(there[quiet].sum()), int(quiet.sum())), p)
-
-
-@dataclass(frozen=True, kw_only=True)
-class ToothErrorComparison:
-    """The third fluctuation with tooth error and without, from the same starts."""
-
-    third: ThirdFluctuation
-    without: ThirdFluctuation
-
-    @cached_property
-    def made(self) -> ToothErrorEffect:
-        """The share of starts that the tooth error makes severe, with its test."""
-        return compute_error_effect(self.third, self.without)
-
-    @cached_property
-    def made_visible(self) -> ToothErrorEffect:
-        """The share of starts that the tooth error raises above EVIDENT, with its test."""
-        return compute_error_effect(self.third, self.without, VISIBLE)

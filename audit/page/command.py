@@ -17,13 +17,13 @@ from crosscheck.audit.experiments.scale import FULL
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.report import ERRATA as ERRATA_SHEET
 from crosscheck.audit.page.report import (
+    FILES,
     PAGE,
-    list_paper_files,
     render_chapters,
     write_figures,
     write_paper,
 )
-from crosscheck.file_types import ERRATA, PAPER_PAGE, SHEET, FileType
+from crosscheck.file_types import ERRATA, PAPER_PAGE, SHEET
 from crosscheck.models.directories import cache_folder
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
@@ -78,10 +78,8 @@ def run_paper_command(figures: list[int], out: Path, jobs: int, first_seed: int 
     if unknown:
         raise InputError("--figure", "", unknown[0], f"must be {FIGURES[0]} to {FIGURES[-1]}")
     scale = replace(FULL, first_seed=first_seed)
-    files: dict[Path, FileType] = (
-        {out / PAGE: PAPER_PAGE} if figures else list_paper_files(out, scale)
-    )
-    require_files(*files.items())
+    files = {PAGE: PAPER_PAGE} if figures else FILES
+    require_files(*((out / name, kind) for name, kind in files.items()))
     with progress_bar() as progress:
         study = Study(cache_folder(), jobs, progress)
         if figures:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,10 +15,20 @@ from crosscheck.audit.claims.study_plan import (
     run_experiments,
     run_model_variants,
 )
-from crosscheck.audit.experiments.paper_conditions import AS_MODELLED, GearModel
+from crosscheck.audit.errata.errata_texts import add_errata_texts
+from crosscheck.audit.errata.erratum import SimulatedErratum
+from crosscheck.audit.errata.finder import EFFECT_S, ErrataQuestion
+from crosscheck.audit.experiments.paper_conditions import (
+    AS_MODELLED,
+    LABELLED,
+    READINGS,
+    GearModel,
+)
 from crosscheck.audit.experiments.samples import Sample, SampleRequest, collect_samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
+
+QUICK_S = 0.05
 
 
 @dataclass(frozen=True)
@@ -44,6 +54,19 @@ class AuditContext:
     def variations(self) -> Mapping[GearModel, ResultsByCondition]:
         """The settings of further models of the gears, with the PD run's experiments alone."""
         return run_model_variants(self.study, self.scale)
+
+    @property
+    def effect_s(self) -> float:
+        """How long [s] the runs behind the effects of errata last."""
+        return self.scale.limit_duration(QUICK_S if self.scale.quick else EFFECT_S)
+
+    @cached_property
+    def errata(self) -> Mapping[str, Sequence[SimulatedErratum]]:
+        """The errata in words for both readings of Table I; quick: for the first alone."""
+        arms = [LABELLED] if self.scale.quick else list(READINGS)
+        questions = [ErrataQuestion(arm, self.effect_s) for arm in arms]
+        answers = self.study.answer_questions(questions, "errata sheet")
+        return {arm: add_errata_texts(errata) for arm, errata in zip(arms, answers, strict=True)}
 
     @cached_property
     def judged_claims(self) -> Mapping[str, ClaimJudgement]:

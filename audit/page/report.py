@@ -15,17 +15,12 @@ from crosscheck.audit.claims.sentences.table import load_sentences
 from crosscheck.audit.errata.sheet import ErrataSheet, format_markdown
 from crosscheck.audit.experiments.scale import FULL, Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.figures.trajectory_reduction import (
-    reduce_trajectories,
-    select_stored_variants,
-)
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.context import AuditContext
 from crosscheck.audit.page.published_paper import EXTENT_READ, PAPER
 from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import load_arm
-from crosscheck.models.trajectory import encode_netcdf
 from crosscheck.output import write_files, write_text
 from crosscheck.provenance import record_provenance
 from crosscheck.report import rendering
@@ -34,33 +29,9 @@ from crosscheck.report.plots.figures import fix_links
 
 SCHEMA_VERSION = 3
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
+FILES = {PAGE: file_types.PAPER_PAGE, CLAIMS: file_types.CLAIMS, ERRATA: file_types.SHEET}
 # In reading order; each module has a function build_chapter(context) -> AuditChapter.
-CHAPTERS = (
-    "front.chapter",
-    "front.terms",
-    "phase.chapter",
-    "hypotheses.h2_ablation",
-    "hypotheses.accumulation",
-    "hypotheses.planet_spin",
-    "hypotheses.floating_base",
-    "hypotheses.controller",
-    "planets.chapter",
-    "hypotheses.damping_fit",
-    "figures.chapter",
-    "claims.chapter",
-    "errata.sheet",
-)
-
-
-def list_paper_files(out: Path, scale: Scale = FULL) -> dict[Path, file_types.FileType]:
-    """The files that ``write_paper`` writes, each with its kind."""
-    report_files = {
-        PAGE: file_types.PAPER_PAGE,
-        CLAIMS: file_types.CLAIMS,
-        ERRATA: file_types.SHEET,
-    }
-    runs = {f"{name}.nc": file_types.TRAJECTORY for name in select_stored_variants(scale)}
-    return {out / name: kind for name, kind in {**report_files, **runs}.items()}
+CHAPTERS = ("findings.chapter", "errata.sheet", "figures.chapter", "claims.chapter")
 
 
 def _build_chapter(context: AuditContext, name: str) -> AuditChapter:
@@ -76,7 +47,7 @@ def _build_chapter(context: AuditContext, name: str) -> AuditChapter:
 
 
 def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[AuditChapter]:
-    """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
+    """Write paper.html, claims.json and errata.md. Raises InputError."""
     context = AuditContext(study, scale)
     made = [_build_chapter(context, name) for name in CHAPTERS]
     errata = [
@@ -85,13 +56,11 @@ def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[AuditChapt
         if isinstance(chapter, ErrataSheet)
         for erratum in chapter.errata
     ]
-    contents: dict[Path, str | bytes] = {
-        out / f"{name}.nc": encode_netcdf(run)
-        for name, run in reduce_trajectories(study, scale).items()
+    contents = {
+        out / PAGE: render_page(made, study),
+        out / CLAIMS: format_records(made, study),
+        out / ERRATA: format_markdown(errata),
     }
-    contents[out / PAGE] = render_page(made, study)
-    contents[out / CLAIMS] = format_records(made, study)
-    contents[out / ERRATA] = format_markdown(errata)
     write_files(contents)
     return made
 
@@ -101,7 +70,8 @@ def write_figures(
 ) -> list[AuditChapter]:
     """Write paper.html with these figures alone."""
     figures = importlib.import_module("crosscheck.audit.figures.chapter")
-    html = figures.draw_figures(AuditContext(study, scale), sorted(set(numbers)))
+    drawn = figures.draw_figures(AuditContext(study, scale), sorted(set(numbers)))
+    html = "\n".join(figure.to_html() for figure in drawn)
     made = [AuditChapter(figures.ID, "Figures", html)]
     write_text(out / PAGE, render_page(made, study))
     return made

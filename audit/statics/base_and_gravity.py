@@ -8,13 +8,13 @@ import numpy as np
 
 from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.audit.experiments.variant import Numbers
-from crosscheck.audit.hypotheses.evidence.flights import (
+from crosscheck.audit.measures.stage import PaperStage
+from crosscheck.audit.statics.flights import (
     EVERY,
     arm_mass,
     simulate_fixed_base,
     tip_error,
 )
-from crosscheck.audit.measures.stage import PaperStage
 from crosscheck.checks.first_principles.weights import joint_mass, link_mass
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive

@@ -1,6 +1,6 @@
 """What the page's chapters state of one quantity, each for itself: answers and numbers."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from crosscheck.audit.claims.judgement import ClaimJudgement
@@ -10,11 +10,8 @@ from crosscheck.audit.errata.engine_comparison import EngineComparison
 from crosscheck.audit.errata.sheet import ArmErratum
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import MODELS, PRINTED, Condition
-from crosscheck.audit.figures.paper_figure import FigureClaim
-from crosscheck.audit.front.chapter import BaselineFinding
-from crosscheck.audit.hypotheses.accumulation import DriveVerdict
-from crosscheck.audit.hypotheses.damping_fit import DampingFit
-from crosscheck.audit.hypotheses.evidence.level_ablation import ZETA, RigidResidual
+from crosscheck.audit.findings.baselines import ZETA, RigidResidual
+from crosscheck.audit.findings.shaking import DriveVerdict
 from crosscheck.audit.measures.third_fluctuation import LARGE, ThirdFluctuation
 
 
@@ -51,14 +48,11 @@ class Taught:
     is_true: bool | None
 
 
-def of_findings(
-    printed: EngineComparison, baselines: BaselineFinding, drives: Mapping[str, DriveVerdict]
-) -> list[Taught]:
+def of_findings(printed: EngineComparison, drives: Mapping[str, DriveVerdict]) -> list[Taught]:
     """What the findings say of claims that have quantities of their own."""
     owns = drives["sqrt_time"].own == State.YES
     return [
         Taught("finding 1", "2.4-02", printed.agrees),
-        Taught("finding 4", "3.2-20", baselines.returns_as_read),
         Taught("finding 5", "4.1-07", False if owns else None),
     ]
 
@@ -85,33 +79,11 @@ def of_claims(every: Iterable[ClaimJudgement]) -> list[Said]:
     ]
 
 
-def of_figure(number: int, found: Sequence[FigureClaim]) -> list[Said]:
-    """What a figure's table states."""
-    return [
-        Said(
-            f"figure {number}", row.claim.choices[row.choice].id, row.claim.limits, a.place, a.state
-        )
-        for row in found
-        for a in row.answers.values()
-    ]
-
-
-def of_fit(found: Iterable[DampingFit], claims: Sequence[Claim]) -> list[Said]:
-    """What the damping fit says of the claims' quantities, in settings of theirs."""
-    quantities = {claim.id: quantity.id for claim in claims for quantity in claim.choices.values()}
-    return [
-        Said("damping fit", quantities[name], answer.limits, answer.place, answer.state)
-        for fit in found
-        if fit.cell.model in MODELS
-        for name, answer in fit.answers.items()
-    ]
-
-
 def of_ladder(found: Iterable[RigidResidual], claims: Mapping[str, Claim]) -> list[Said]:
     """What the ladder says of the claims' quantities. claims: by quantity."""
     return [
         Said(
-            f"H2, baseline {one.level}",
+            f"finding 4, baseline {one.level}",
             claims[name].choices[one.level].id,
             claims[name].limits,
             Place(PRINTED, one.arm, ZETA, one.level),
@@ -120,14 +92,6 @@ def of_ladder(found: Iterable[RigidResidual], claims: Mapping[str, Claim]) -> li
         for one in found
         for name, fits in one.fits.items()
     ]
-
-
-def left_by_baselines(where: str, found: Iterable[RigidResidual]) -> Iterator[StatedNumber]:
-    """Deviations from every rigid level."""
-    for one in found:
-        for name, deviation in one.deviations.items():
-            quantity = f"{name} left by {one.level}"
-            yield StatedNumber(where, quantity, one.arm, abs(deviation.total))
 
 
 def of_sheet(rows: Iterable[ArmErratum]) -> Iterator[StatedNumber]:

@@ -1,10 +1,10 @@
-"""H3: growth, prediction, linearity and order on signals whose answers are known."""
+"""Fig. 15: growth, prediction, linearity and order on signals whose answers are known."""
 
 import numpy as np
 import pytest
 
-from crosscheck.audit.hypotheses.evidence import shaking
-from crosscheck.audit.hypotheses.evidence.shaking import ShakingQuestion
+from crosscheck.audit.findings import shaking
+from crosscheck.audit.findings.shaking import ShakingQuestion
 
 TIME = np.linspace(0, 2, 2001)
 

@@ -80,7 +80,7 @@ def test_every_claim_gets_a_verdict_whatever_is_missing(seed):
             assert (answer.state == State.UNDEFINED) == (answer.share is None)
     json.dumps([build_claim_record(judged, ()) for judged in found], allow_nan=False)
     html = render_claims([ClaimRow(judged, ()) for judged in found], FULL, Scale())
-    assert html.count('class="claim"') == len(CLAIMS)
+    assert html.count('<tr id="claim-') == len(CLAIMS)
 
 
 @pytest.mark.parametrize("fate", ["diverged", "nothing"])

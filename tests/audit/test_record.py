@@ -8,18 +8,16 @@ from pydantic import TypeAdapter
 
 from crosscheck.audit.errata.erratum import Effect, Erratum, ErratumPair, attach_effects
 from crosscheck.audit.errata.sheet import WHOLE, ArmErratum
-from crosscheck.audit.phase.objections import GrowthRates
-from crosscheck.audit.phase.resonance import Peak, RunUpResult
+from crosscheck.audit.findings.stability import LinearisationResult, Onset
 
-RAMP = RunUpResult(((Peak(1.0, 2.0), Peak(None, None)),), (None,), (1.0, 2.0), (3.0, 4.0))
-RATES = GrowthRates(1.0, None, 2.0, 3.0, 4.0)
+FOLLOWED = LinearisationResult(None, (Onset(1.0, None), Onset(None, None)), 1e-9)
 ERRATUM = Erratum(
     "eq1", "equation", "Eq. 1", "a", "b", size=float("inf"), unit="N", trial=ErratumPair(abs, abs)
 )
 TRIED = attach_effects(ERRATUM, {"pd": Effect(1e-3, 5.0, 0.1)})
 
 
-@pytest.mark.parametrize("record", [RAMP, RATES, TRIED], ids=lambda record: type(record).__name__)
+@pytest.mark.parametrize("record", [FOLLOWED, TRIED], ids=lambda record: type(record).__name__)
 def test_a_record_survives_being_kept(record):
     kept = json.loads(json.dumps(asdict(record), allow_nan=False))
     assert TypeAdapter(type(record)).validate_python(kept) == record

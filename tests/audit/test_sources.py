@@ -56,7 +56,7 @@ def test_every_engine_stands_for_itself(files):
     exudyn = {name for name, looked in files.items() if looked["counts"] >= EXUDYN}
     some_exudyn = {name for name, looked in files.items() if looked["counts"] & EXUDYN}
     assert exudyn == some_exudyn == {"exudyn run", "starts of exudyn"}
-    assert analytic == set(files) - {"exudyn run", "pinocchio run", "floating base"}
+    assert analytic == set(files) - {"exudyn run", "pinocchio run"}
     # The measure runs the rigid arm, which nothing but a string names.
     assert "crosscheck/analytic/derivation/rigid.py" in files["starts of exudyn"]["counts"]
     assert "crosscheck/analytic/paper/printed.py" in files["printed run, one planet"]["counts"]
@@ -73,7 +73,6 @@ def test_arms_and_experiments_count_where_they_are_read_and_nowhere_else(files):
     swings = "crosscheck/models/scenarios/back-and-forth.toml"
     assert data["errata"] == {labelled, pd, torque, swings}  # which it reads by itself
     assert data["exudyn run"] == {labelled, torque}
-    assert data["floating base"] == {labelled, pd}
 
 
 def own_measure() -> str:

@@ -27,12 +27,8 @@ PAPER = "crosscheck.audit"
 # What cuts a measure or a question to milliseconds: constants of modules, (module, name) -> value.
 CUTS: dict[tuple[str, str], Any] = {
     (f"{PAPER}.measures.events", "THIRD_S"): (0.0, 2e-3),
-    (f"{PAPER}.hypotheses.evidence.flights", "RATIOS"): (10.0,),
-    (f"{PAPER}.hypotheses.evidence.flutter", "HANDED_S"): 1e-3,
-    (f"{PAPER}.hypotheses.evidence.flutter", "AFTER_S"): 1e-3,
-    (f"{PAPER}.phase.resonance", "RAMP_S"): 0.01,
-    (f"{PAPER}.phase.linear", "BASE_STEP_S"): 0.01,
-    (f"{PAPER}.phase.objections", "THIRD_EVERY"): 10,
+    (f"{PAPER}.findings.linear", "BASE_STEP_S"): 0.01,
+    (f"{PAPER}.findings.stability", "SAMPLES"): 2,
     (f"{PAPER}.statics.teeth", "HARMONICS"): 2,
 }
 called: set[str] = set()
@@ -74,13 +70,6 @@ def found(name: str) -> Any:
     return getattr(importlib.import_module(f"{PAPER}.{module}"), attribute)
 
 
-def parting() -> Result:
-    variant = importlib.import_module("crosscheck.audit.experiments.variant").Variant(
-        **SHORT, planets="free", seed=1
-    )
-    return question("planets.parting.PartingQuestion", (variant,))()
-
-
 def variant() -> Any:
     """The shortest."""
     return importlib.import_module("crosscheck.audit.experiments.variant").Variant(**SHORT)
@@ -90,10 +79,6 @@ def cell() -> Any:
     """The paper's law at a small damping, planets free."""
     conditions = importlib.import_module(f"{PAPER}.experiments.paper_conditions")
     return conditions.Condition(conditions.PRINTED, 0.005)
-
-
-def changed() -> Result:
-    return question("phase.runs.ChangeQuestion", variant(), (1,), (1.0, 1.0), True)()
 
 
 def exudyn_starts() -> Result:
@@ -107,19 +92,11 @@ def back_and_forth() -> Result:
 
 
 def clock() -> Result:
-    return question("phase.clock.ClockTest", cell().law, 2e-3, 2e-3, (1,))()
+    return question("findings.clock.ClockTest", cell().law, 2e-3, (1,))()
 
 
-def growth() -> Result:
-    return question("phase.objections.GrowthRateQuestion", cell(), 1.3)()
-
-
-def vibrations() -> Result:
-    return question("hypotheses.evidence.flutter.VibrationQuestion", variant(), (1,), True)()
-
-
-def handed_over() -> Result:
-    return question("hypotheses.evidence.flutter.DriveHandover", variant(), (1,))()
+def followed() -> Result:
+    return question("findings.stability.Linearisation", variant(), (1,), 5)()
 
 
 def bands() -> Result:
@@ -135,22 +112,13 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "exudyn run": run(model="exudyn:tree"),
     "pinocchio run": run(model="pinocchio:coupled"),
     "starts of exudyn": exudyn_starts,
-    "parting": parting,
     "bands of all starts": bands,
     "back and forth beside rigid arms": back_and_forth,
-    "floating base": question("hypotheses.evidence.flights.FlightSweep", "pd", 2.0, 1e-3),
     "errata": question("errata.finder.ErrataQuestion", "paper-labelled", 1e-4),
     "statics": question("statics.statics.Statics", "paper-labelled"),
-    "planet spin": question("hypotheses.evidence.spin.SpinCost", "paper-labelled", "pd", 1e-3),
-    "back and forth": question(
-        "hypotheses.evidence.shaking.ShakingQuestion", "time", 0.05, (1,), 1e-3
-    ),
-    "vibrations": vibrations,
-    "handed over": handed_over,
-    "run-up": question("phase.resonance.RunUp", 0.02, 0.01, (1,)),
-    "growth": growth,
-    "changed run": changed,
+    "back and forth": question("findings.shaking.ShakingQuestion", "time", 0.05, (1,), 1e-3),
     "clock test": clock,
+    "modes": followed,
 }
 
 

@@ -2,7 +2,7 @@
 
 from pathlib import PurePath
 
-ROOMS = ("crosscheck/report", "audit/templates", "audit/figures", "audit/front")
+ROOMS = ("crosscheck/report", "audit/templates", "audit/figures")
 NAMES = ("view", "drawing", "chapter", "words")  # in a module's name
 FILES = ("text.py", "columns.py", "report.py", "command.py", "said.py")  # in audit
 

@@ -13,7 +13,6 @@ from crosscheck.audit.claims.rule import (
     limits_below,
 )
 from crosscheck.audit.experiments import experiments as run
-from crosscheck.audit.hypotheses.evidence.flights import LIMIT_M
 from crosscheck.audit.measures.thresholds import (
     DOUBLED,
     EVIDENT,
@@ -23,6 +22,7 @@ from crosscheck.audit.measures.thresholds import (
     VISIBLE_SHARE,
 )
 from crosscheck.audit.statics.base_and_gravity import BASE_MASSES
+from crosscheck.audit.statics.flights import LIMIT_M
 from crosscheck.audit.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 
 ROUNDING = limits_below(EXACT, "an identity: rounding alone may be left")

@@ -1,0 +1,310 @@
+"""What makes the rigid baseline of Figs. 6-7 deviate from the detailed arm.
+
+The levels go from a rigid arm to the paper's detailed one, one change of the model each. A model is
+a set of features. Joint masses are taken away by setting them to zero in the arm's data; three
+features can stand on others only: the coupling on the reflected inertia, the teeth's compliance on
+both, and backlash, stiffness variation, tooth error, the paper's clock and its errata on the
+compliance. What each level adds takes every deviation apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from crosscheck.audit.claims.catalogue import BY_ID
+from crosscheck.audit.claims.rule import Claim
+from crosscheck.audit.experiments.paper_conditions import LABELLED, READINGS
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant
+from crosscheck.audit.measures.reading import select_angles
+from crosscheck.audit.measures.rigid import rigid_model
+from crosscheck.audit.measures.undefined import (
+    JsonObject,
+    extreme_value,
+    propagate_undefined,
+    quotient,
+    to_json,
+)
+from crosscheck.checks.trajectories import tip_position
+from crosscheck.registry import RIGID_LEVELS
+from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import draw_legend, make_figure, to_svg
+
+MASSES, DIAGONAL, COUPLING, COMPLIANCE = "masses", "diagonal", "coupling", "compliance"
+BACKLASH, STIFFNESS, ERROR, SLIPS, CLOCK = "backlash", "stiffness", "error", "slips", "clock"
+ORDER = (MASSES, DIAGONAL, COUPLING, COMPLIANCE, BACKLASH, STIFFNESS, ERROR, SLIPS, CLOCK)
+INERTIA, MESHES = "inertia", "meshes"
+GROUPS = {
+    "masses": (MASSES,),
+    INERTIA: (DIAGONAL, COUPLING),
+    MESHES: (COMPLIANCE, BACKLASH, STIFFNESS, ERROR, CLOCK),
+    "slips": (SLIPS,),
+}
+LEVELS = {
+    "links": "links, payload",
+    "carriers": "links, payload, joint masses",
+    "armature": "these, reflected inertia",
+    "coupled": "these, its coupling",
+}
+QUANTITIES = {"theta_1": "rad", "theta_2": "rad", "tip": "m"}
+SYMBOLS = {"theta_1": "θ₁", "theta_2": "θ₂", "tip": "tip"}
+ZETA = 0.05  # the arm's own
+RECORD = 100  # 1 ms
+
+_DEAD_WEIGHT = (
+    "sun_mass_kg",
+    "planet_mass_kg",
+    "carrier_mass_kg",
+    "ring_mass_kg",
+    "carrier_equivalent_mass_kg",
+)
+_SWITCHED_BY = {
+    BACKLASH: "*_mesh.backlash_m",
+    STIFFNESS: "*_mesh.stiffness.amplitude_N_per_m",
+    ERROR: "*_mesh.tooth_error_m",
+}
+# What Section 3.1 says of Fig. 6, each by the claim that judges it.
+CLAIMS = {"theta_1": "3.1-01", "theta_2": "3.1-02", "tip": "3.1-04"}
+IN_UNIT_OF_CLAIM = {"theta_1": 1.0, "theta_2": 1.0, "tip": 1e3}  # the tip's is in mm
+NEARLY_ALL = 0.9  # of a deviation
+Span = tuple[float, float]
+
+
+def find_claims() -> dict[str, Claim]:
+    """The claims of the paper's three numbers, by quantity."""
+    return {quantity: BY_ID[name] for quantity, name in CLAIMS.items()}
+
+
+def build_variant(features: frozenset[str], arm: str) -> Variant:
+    """The simulation of a model that has these features, under constant torque."""
+    absent = [name for feature, name in _SWITCHED_BY.items() if feature not in features]
+    if MASSES not in features:
+        absent += _DEAD_WEIGHT
+    if COMPLIANCE in features:
+        model = "analytic:printed" if SLIPS in features else "analytic:physical"
+    elif DIAGONAL in features:
+        model = rigid_model("coupled" if COUPLING in features else "armature")
+    else:
+        model = rigid_model("carriers" if MASSES in features else "links")
+    return Variant(
+        "constant-torque",
+        arm,
+        phase="omega_t" if CLOCK in features else "angle",
+        zeta=ZETA,
+        model=model,
+        settings=tuple(f"arm.joints.*.{name}=0.0" for name in absent),
+        record_every=RECORD,
+    )
+
+
+def iterate_features() -> Iterator[frozenset[str]]:
+    """The features of the lowest model, then of every level, each with one more."""
+    for count in range(len(ORDER) + 1):
+        yield frozenset(ORDER[:count])
+
+
+@dataclass(frozen=True)
+class LevelAblation:
+    """What every level adds to the deviation of the detailed arm from a rigid one.
+
+    level: the rigid one that it begins at; names: of its levels, upwards; steps
+    (levels, times, quantities) [rad, rad, m].
+    """
+
+    arm: str
+    level: str
+    names: tuple[str, ...]
+    steps: np.ndarray
+
+    def start_at_level(self, level: str) -> LevelAblation:
+        """What a baseline of a level leaves: the rigid levels are the lowest."""
+        first = RIGID_LEVELS.index(level)
+        return replace(self, level=level, names=self.names[first:], steps=self.steps[first:])
+
+
+def run_ablation(study: Study, arm: str, scale: Scale) -> LevelAblation:
+    """The ablation of an arm. Raises Diverged."""
+    chain = [scale.cut(build_variant(features, arm)) for features in iterate_features()]
+    runs = study.run_variants(chain, f"rigid baselines, {arm}", select_angles)
+    geometry = chain[0].case().arm
+    # theta_1, theta_2 [rad] and the tip's x, y [m], (times, 4).
+    places = [
+        np.hstack([runs[each]["theta"].values, tip_position(runs[each], geometry).values])
+        for each in chain
+    ]
+    return LevelAblation(arm, RIGID_LEVELS[0], ORDER, compute_contributions(places))
+
+
+def compute_contributions(places: list[np.ndarray]) -> np.ndarray:
+    """What every level adds, (levels, times, 3), from places (times, 4) of each model in turn.
+
+    The tip's steps are projected on the direction of the whole deviation, so that they too sum to
+    the total.
+    """
+    steps = np.diff(np.array(places), axis=0)
+    whole = places[-1][:, 2:] - places[0][:, 2:]
+    distance = np.linalg.norm(whole, axis=1, keepdims=True)
+    direction = np.divide(whole, distance, out=np.zeros_like(whole), where=distance > 0)
+    towards = np.einsum("rta,ta->rt", steps[:, :, 2:], direction)
+    return np.concatenate([steps[:, :, :2], towards[:, :, None]], axis=2)
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """The detailed arm's largest deviation from a rigid level.
+
+    total [rad or m]; shares: each group's signed part of it, nan if the total is 0.
+    """
+
+    quantity: str
+    total: float
+    shares: Mapping[str, float]
+
+    @property
+    def fits(self) -> bool:
+        """Whether the deviation's size is what the paper says."""
+        size = abs(self.total) * IN_UNIT_OF_CLAIM[self.quantity]
+        return bool(find_claims()[self.quantity].limits.contains(np.array([size]))[0])
+
+
+@dataclass(frozen=True)
+class RigidResidual:
+    """A rigid baseline's largest deviations under constant torque, by quantity."""
+
+    arm: str
+    level: str
+    deviations: Mapping[str, Deviation]
+
+    @property
+    def fits(self) -> dict[str, bool]:
+        """Whether each deviation is what the paper says, by quantity."""
+        return {name: deviation.fits for name, deviation in self.deviations.items()}
+
+    def to_dict(self) -> JsonObject:
+        """The baseline as a JSON object."""
+        sizes = {f"{name}_{QUANTITIES[name]}": abs(x.total) for name, x in self.deviations.items()}
+        where = f"finding/baseline/{self.arm}/{self.level}"
+        return {"id": where, **to_json(sizes), "as_in_the_paper": to_json(self.fits)}
+
+
+def measure_residual(ablation: LevelAblation) -> RigidResidual:
+    """What the baseline that an ablation begins at leaves."""
+    deviations = {}
+    for number, quantity in enumerate(QUANTITIES):
+        total = ablation.steps[:, :, number].sum(axis=0)
+        index = int(np.argmax(np.abs(total)))
+        at = dict(zip(ablation.names, map(float, ablation.steps[:, index, number]), strict=True))
+        whole = sum(at.values())
+        shares = {
+            group: quotient(sum(at.get(name, 0.0) for name in members), whole)
+            for group, members in GROUPS.items()
+        }
+        deviations[quantity] = Deviation(quantity, float(total[index]), shares)
+    return RigidResidual(ablation.arm, ablation.level, deviations)
+
+
+@dataclass(frozen=True)
+class AblationVerdict:
+    """What the baselines that leave the paper's theta_2 in all readings leave.
+
+    fitting: their levels; rest: smallest and largest share of every group of changes.
+    """
+
+    fitting: tuple[str, ...]
+    rest: Mapping[str, Span]
+
+    @property
+    def holds(self) -> bool | None:
+        """Whether nearly all of it is reflected inertia."""
+        return _nearly_all(self.rest[INERTIA][0])
+
+    @property
+    def most_meshes(self) -> float:
+        """Largest share of all the meshes' effects in it."""
+        return max(map(abs, self.rest[MESHES]))
+
+
+@propagate_undefined
+def _nearly_all(share: float) -> bool:
+    return share >= NEARLY_ALL
+
+
+def judge_ablation(residuals: Sequence[RigidResidual]) -> AblationVerdict:
+    """The verdict on what the baselines of all readings leave."""
+    by_level = {
+        level: [residual for residual in residuals if residual.level == level]
+        for level in RIGID_LEVELS
+    }
+    fitting = tuple(
+        level
+        for level, of_level in by_level.items()
+        if of_level and all(residual.fits["theta_2"] for residual in of_level)
+    )
+    rest = [x for level in fitting for item in by_level[level] for x in item.deviations.values()]
+    return AblationVerdict(fitting, _find_spans(rest))
+
+
+def _find_spans(deviations: Collection[Deviation]) -> dict[str, Span]:
+    """The smallest and largest share of every group of levels."""
+    shares = {group: [deviation.shares[group] for deviation in deviations] for group in GROUPS}
+    return {
+        group: (extreme_value(some, min), extreme_value(some, max))
+        for group, some in shares.items()
+    }
+
+
+@dataclass(frozen=True)
+class BaselineFinding:
+    """What every rigid arm leaves under constant torque."""
+
+    residuals: tuple[RigidResidual, ...]
+
+    @property
+    def verdict(self) -> AblationVerdict:
+        """What the fitting baselines leave."""
+        return judge_ablation(self.residuals)
+
+    @property
+    def nearest(self) -> RigidResidual | None:
+        """The first baseline that leaves the paper's theta_2, labelled reading, if one does."""
+        return next((x for x in self.residuals if x.arm == LABELLED and x.fits["theta_2"]), None)
+
+    @property
+    def gives_all(self) -> bool:
+        """Whether one baseline leaves all of the paper's numbers."""
+        return any(all(residual.fits.values()) for residual in self.residuals)
+
+
+def compare_baselines(study: Study, scale: Scale) -> BaselineFinding:
+    """The finding on the rigid baselines; quick: of the labelled reading alone."""
+    arms = [LABELLED] if scale.quick else list(READINGS)
+    ablations = [run_ablation(study, arm, scale) for arm in arms]
+    residuals = [
+        measure_residual(ablation.start_at_level(level))
+        for ablation in ablations
+        for level in RIGID_LEVELS
+    ]
+    return BaselineFinding(tuple(residuals))
+
+
+def draw_baselines(residuals: Sequence[RigidResidual]) -> str:
+    """The sizes of what every baseline leaves, beside what the paper says, as svg."""
+    limits = {name: claim.limits for name, claim in find_claims().items()}
+    figure, grid = make_figure(1, len(QUANTITIES), 2.6)
+    for axes, (name, factor) in zip(grid[0], IN_UNIT_OF_CLAIM.items(), strict=True):
+        axes.axvspan(limits[name].low, limits[name].high, color="#999999", alpha=0.3, label="paper")
+        for arm, marker, colour in zip(READINGS, "os", COLOURS, strict=False):
+            arm_residuals = [residual for residual in residuals if residual.arm == arm]
+            sizes = [factor * abs(residual.deviations[name].total) for residual in arm_residuals]
+            rows = [RIGID_LEVELS.index(residual.level) for residual in arm_residuals]
+            axes.plot(sizes, rows, marker, color=colour, ms=5, label=READINGS[arm])
+        unit = "mm" if name == "tip" else "rad"
+        axes.set(xscale="log", xlabel=f"left of {SYMBOLS[name]} [{unit}]", yticks=[])
+        axes.set_ylim(len(RIGID_LEVELS) - 0.5, -0.5)
+    grid[0, 0].set_yticks(range(len(RIGID_LEVELS)), [LEVELS[level] for level in RIGID_LEVELS])
+    draw_legend(figure, grid[0, 0])
+    return to_svg(figure)

@@ -1,0 +1,280 @@
+"""The page's beginning: six findings, what they mean, and how to repair the model."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from crosscheck.audit.claims.chapter import COLUMNS
+from crosscheck.audit.claims.rule import State
+from crosscheck.audit.errata.engine_comparison import PrintedEquationsQuestion
+from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.experiments.paper_conditions import (
+    INTEGRAL,
+    LABELLED,
+    LAWS,
+    PRINTED,
+    Condition,
+    Law,
+)
+from crosscheck.audit.experiments.variant import Equations, Planets
+from crosscheck.audit.figures.figure_data import LOW_ZETA
+from crosscheck.audit.figures.plotting import LAW_COLOURS, set_same_scale
+from crosscheck.audit.findings import clock, linear_limits, shaking
+from crosscheck.audit.findings.baselines import LEVELS, compare_baselines, draw_baselines
+from crosscheck.audit.findings.damping_fit import summarize_best_fits
+from crosscheck.audit.findings.engines import compare_engines
+from crosscheck.audit.findings.presence import find_presence_by_level
+from crosscheck.audit.findings.stability import run_stability_test
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
+from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.measures.undefined import JsonObject, float_or_none, format_answer
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.page.labels import LAW_MEANINGS, LAW_NAMES
+from crosscheck.audit.page.text import render_template, to_markup
+from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import draw_legend, make_figure, set_log_scale, to_svg
+
+MODELS: dict[Planets, Equations] = {"lumped": "printed", "free": "corrected"}  # the paper's first
+SPIN = "eq18-planets-2"  # the erratum that alone makes most of what finding 1 tells
+PAPER_THIRD = 300.0  # rad/s^2, Section 3.2
+FAINTEST = 0.1  # rad/s^2: smaller fluctuations are drawn there
+PLANET_NAMES = {"free": "planets free", "lumped": "printed equations"}
+ID, TITLE = "findings", "What came out"
+
+
+def build_chapter(context: AuditContext) -> AuditChapter:
+    """The chapter of findings, which comes first on the page."""
+    study, scale = context.study, context.scale
+    (printed,) = study.answer_questions(
+        [PrintedEquationsQuestion(LABELLED, scale.longest_s)], "printed equations"
+    )
+    clocks, third = clock.run_clock_test(study, scale), evaluate_third_fluctuation(context)
+    baselines = compare_baselines(study, scale)
+    shaken = shaking.run_shaking(study, scale)
+    limits = linear_limits.find_thresholds(scale.quick)
+    linearised = run_stability_test(study, scale)
+    presence = find_presence_by_level(context.settings)
+    damping = summarize_best_fits([*context.as_modelled, *context.settings])
+    engine = None if scale.quick else compare_engines(context)
+    drives = {drive: shaking.judge_drive(results) for drive, results in shaken.items()}
+    cured = linear_limits.is_cured_at_sun(limits)
+    verdicts: dict[str, tuple[str, str]] = {  # by the finding's id: question, answer
+        "printed": ("do the printed equations agree with an engine", format_answer(printed.agrees)),
+        "clock": ("do the paper's teeth depend on the time", format_answer(clocks.supports)),
+        "third": ("does the third fluctuation need the clock", format_answer(third.needs_clock)),
+        **{
+            f"presence-{level}": (
+                f"laws with a {level} third fluctuation by tooth error",
+                str(laws),
+            )
+            for level, laws in presence.items()
+        },
+        "stability": (
+            "does linear theory foretell the third fluctuation",
+            format_answer(linearised.supports),
+        ),
+        "engine": (
+            "has a second engine it, under the clock alone",
+            format_answer(engine.supports if engine else None),
+        ),
+        "baseline": (
+            "does one rigid arm give the numbers of Fig. 6",
+            format_answer(baselines.gives_all),
+        ),
+        "inertia": (
+            "is what the nearest rigid arm leaves reflected inertia",
+            format_answer(baselines.verdict.holds),
+        ),
+        **{
+            f"accumulation-{drive}": (
+                f"is the growth of Fig. 15 the rigid arm's own, argument {drive}",
+                str(verdict.own or "depends on the damping"),
+            )
+            for drive, verdict in drives.items()
+        },
+        "limit": (
+            "does sensing at the sun cure the controller's instability",
+            format_answer(cured),
+        ),
+    }
+    records: list[JsonObject] = [
+        {"id": f"verdict/{name}", "question": question, "verdict": answer}
+        for name, (question, answer) in verdicts.items()
+    ]
+    records += [
+        printed.to_dict(),
+        damping.to_dict(),
+        *(law.to_dict() for law in clocks.laws),
+        *(strip.to_dict() for strip in third.strips),
+        *linearised.to_dicts(),
+        *(engine.to_dicts() if engine else []),
+        *(residual.to_dict() for residual in baselines.residuals),
+        *(result.to_dict() for results in shaken.values() for result in results),
+        *(limit.to_dict() for limit in limits),
+    ]
+    simulated_claims = [entry for entry in context.judged_claims.values() if not entry.claim.static]
+    link = [limit.zeta for limit in limits if limit.point.sensed == linear_limits.LINK]
+    page = render_template(
+        "findings/chapter",
+        printed=printed,
+        spin_rad=find_spin_rad(context),
+        clocks=clocks,
+        force_change_N=clock.largest_force_change(),
+        third=third,
+        presence=presence,
+        linearised=linearised,
+        engine=engine,
+        baselines=baselines,
+        level=LEVELS[baselines.nearest.level] if baselines.nearest else "",
+        own={drive: verdict.own for drive, verdict in drives.items()},
+        largest_rad={drive: results[0].largest_rad for drive, results in shaken.items()},
+        growth_per_s=shaken["sqrt_time"][0].rigid_growth_per_s,
+        unstable_below=(min(link), max(link)),
+        cured=cured,
+        damping=damping,
+        clock_svg=to_markup(draw_clocks(clocks)),
+        window_s=clock.RUN_WINDOW_S,
+        run_zeta=clock.RUN_ZETA,
+        third_svg=to_markup(draw_third_fluctuations(third)),
+        baselines_svg=to_markup(draw_baselines(baselines.residuals)),
+        names=LAW_NAMES,
+        meanings=LAW_MEANINGS,
+        laws=LAWS,
+        models=MODELS,
+        verdicts={
+            name: Counter(str(entry.by_model[model].kind) for entry in simulated_claims)
+            for model, name in COLUMNS.items()
+        },
+    )
+    outcome = render_template("findings/outcome", printed=printed, clocks=clocks)
+    return AuditChapter(ID, TITLE, page, records, outcome)
+
+
+def find_spin_rad(context: AuditContext) -> float | None:
+    """The largest joint angle [rad] that the elbow planets' spin makes under constant torque."""
+    spin = next(x for x in context.errata[LABELLED] if x.erratum.id == SPIN)
+    effect = spin.effects.get("constant-torque")
+    return None if effect is None else effect.theta_rad
+
+
+@dataclass(frozen=True)
+class StartsStrip:
+    """The third fluctuation of every start in one setting, as one strip of the drawing."""
+
+    condition: Condition
+    third: ThirdFluctuation
+
+    def to_dict(self) -> JsonObject:
+        """The strip as a JSON object."""
+        return {
+            "id": f"finding/third/{self.condition.id}",
+            "starts": self.third.size.size,
+            "undefined": self.third.size.size - self.third.sizes.size,
+            "severe": int(self.third.select_branch(severe=True).sum()),
+            "quantiles": list(map(float_or_none, self.third.quantiles)),
+        }
+
+
+@dataclass(frozen=True)
+class ThirdFluctuationFinding:
+    """The third fluctuations at one damping ratio, by law and by planets lumped or free."""
+
+    zeta: float
+    strips: tuple[StartsStrip, ...]
+
+    def share(self, law: Law, planets: Planets) -> Share | None:
+        """The share of severe starts under a law and with planets lumped or free."""
+        places = {
+            (strip.condition.law, strip.condition.planets): strip.third for strip in self.strips
+        }
+        return places[law, planets].share
+
+    @property
+    def as_modelled(self) -> Share | None:
+        """The share of severe starts as modelled in the paper: its equations, law and ring rate."""
+        return self.share(PRINTED, "lumped")
+
+    @property
+    def as_gears(self) -> Share | None:
+        """The share of severe starts as the gears are: planets free, teeth counted."""
+        return self.share(INTEGRAL, "free")
+
+    @property
+    def needs_clock(self) -> bool:
+        """Whether some starts are severe with the clock, and in no setting without it."""
+        severe = (State.YES, State.BISTABLE)
+        return {s.condition.law.phase for s in self.strips if s.third.state in severe} == {
+            "omega_t"
+        }
+
+
+def evaluate_third_fluctuation(
+    context: AuditContext, zeta: float = LOW_ZETA
+) -> ThirdFluctuationFinding:
+    """The finding on the third fluctuation, from all starts of each law and kind of planets."""
+    conditions = [
+        Condition(law, zeta, planets=planets, equations=equations)
+        for (planets, equations), law in product(MODELS.items(), LAWS)
+    ]
+    samples = context.samples(
+        [(condition, PD) for condition in conditions], "the third fluctuation"
+    )
+    return ThirdFluctuationFinding(
+        zeta,
+        tuple(
+            StartsStrip(condition, ThirdFluctuation.from_samples(samples[condition, PD]))
+            for condition in conditions
+        ),
+    )
+
+
+def draw_clocks(clocks: clock.ClockTestResult) -> str:
+    """Acceleration from rest, one start for every clock, and what every start reaches; svg."""
+    figure, grid = make_figure(2, len(clocks.laws), 2.2)
+    for (above, below), entry in zip(grid.T, clocks.laws, strict=True):
+        for place, (delayed, colour) in enumerate(zip(entry.delays, COLOURS, strict=False)):
+            band = delayed.shoulder
+            label = f"clock starts at {delayed.clock_s:g} s"
+            above.fill_between(band.time_s, band.low, band.high, color=colour, label=label, lw=0.6)
+            above.collections[-1].set_zorder(3 - place / 10)  # the wildest behind
+            sizes = [size for size in delayed.vibration_rad_per_s2 if size is not None]
+            below.plot(np.full(len(sizes), place), sizes, "o", ms=4, color=colour, mfc="none")
+        above.set(title=LAW_NAMES[entry.law], xlabel="time since the start [s]")
+        below.set_xticks(range(len(entry.delays)), [f"{entry.clock_s:g}" for entry in entry.delays])
+        below.set(xlabel="clock at the start [s]", xlim=(-0.5, len(entry.delays) - 0.5))
+        below.margins(y=0.1)  # no ring cut in half
+        set_log_scale(below)
+    grid[0, 0].set_ylabel("acceleration [rad/s²]")
+    grid[1, 0].set_ylabel("vibration [rad/s²]")
+    set_same_scale(grid)
+    draw_legend(figure, grid[0, 0])
+    return to_svg(figure)
+
+
+def draw_third_fluctuations(finding: ThirdFluctuationFinding) -> str:
+    """A dot for every start, a row for every law and way to count planets, as svg."""
+    figure, grid = make_figure(1, 1, 3.2)
+    axes = grid[0, 0]
+    names = []
+    for row, strip in enumerate(finding.strips):
+        sizes, share = np.sort(strip.third.sizes), strip.third.share
+        heights = row + 0.28 * np.sin(2.4 * np.arange(sizes.size))  # so that dots show one by one
+        colour = LAW_COLOURS[strip.condition.law]
+        fill = colour if strip.condition.planets == "free" else "white"
+        axes.plot(np.maximum(sizes, FAINTEST), heights, "o", ms=4.5, mec=colour, mfc=fill)
+        if share is not None:
+            share_label = f" {share} severe"
+            axes.text(1.0, row, share_label, va="center", transform=axes.get_yaxis_transform())
+        names.append(f"{LAW_NAMES[strip.condition.law]}, {PLANET_NAMES[strip.condition.planets]}")
+    axes.axvline(SEVERE, color="k", lw=0.7, ls="--", label=f"counted as severe ({SEVERE:g})")
+    axes.axvline(PAPER_THIRD, color="k", lw=0.7, ls=":", label=f"the paper's ({PAPER_THIRD:g})")
+    axes.set_yticks(range(len(names)), names)
+    axes.set(xscale="log", xlabel="third fluctuation [rad/s²]", ylim=(len(names) - 0.5, -0.5))
+    draw_legend(figure, axes)
+    return to_svg(figure)

@@ -1,1 +1,0 @@
-"""Hypotheses H2 to H6 and the unknown damping."""

@@ -1,1 +1,0 @@
-"""The runs and measures behind the hypotheses."""

@@ -1,1 +1,0 @@
-"""Sections, tables and drawings of the chapter on the mesh phase."""

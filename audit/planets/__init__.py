@@ -1,1 +1,0 @@
-"""The audit of three planets counted as one (hypothesis H7)."""

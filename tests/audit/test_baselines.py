@@ -1,0 +1,113 @@
+"""The levels from the rigid arm to the detailed one: closing sums and verdicts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from crosscheck.audit.claims.rule import State
+from crosscheck.audit.experiments.variant import simulate
+from crosscheck.audit.findings.baselines import (
+    GROUPS,
+    ORDER,
+    BaselineFinding,
+    LevelAblation,
+    RigidResidual,
+    build_variant,
+    compute_contributions,
+    find_claims,
+    iterate_features,
+    judge_ablation,
+    measure_residual,
+)
+from crosscheck.registry import RIGID_LEVELS
+from tests.audit.stated import of_ladder
+
+
+def test_every_level_changes_the_model_and_is_of_a_group():
+    made = [build_variant(features, "paper-labelled") for features in iterate_features()]
+    assert len(set(made)) == len(made)
+    assert {name for members in GROUPS.values() for name in members} == set(ORDER)
+
+
+def test_masses_taken_away_leave_the_links():
+    links = build_variant(frozenset(), "paper-labelled")
+    ends = [
+        simulate(replace(links, model=f"analytic:{level}", duration_s=0.05))["theta"].values[-1]
+        for level in ("links", "carriers")
+    ]
+    np.testing.assert_allclose(*ends, rtol=1e-13)
+
+
+def test_contributions_close_on_the_whole_deviation():
+    places = list(np.random.default_rng(0).normal(size=(4, 5, 4)))
+    steps = compute_contributions(places)
+    whole = places[-1] - places[0]
+    np.testing.assert_allclose(steps[:, :, :2].sum(axis=0), whole[:, :2], atol=1e-14)
+    np.testing.assert_allclose(steps[:, :, 2].sum(axis=0), np.linalg.norm(whole[:, 2:], axis=1))
+
+
+def _residuals(values: dict[str, float]) -> list[RigidResidual]:
+    """What every level leaves if the changes of the model add this much to every quantity."""
+    steps = np.array([values.get(name, 0.0) for name in ORDER])[:, None, None] * np.ones((1, 2, 3))
+    whole = LevelAblation("paper-labelled", "links", ORDER, steps)
+    return [measure_residual(whole.start_at_level(level)) for level in RIGID_LEVELS]
+
+
+def test_what_a_level_leaves_is_the_changes_above_it():
+    found = _residuals({"masses": 3.0, "diagonal": 0.5, "coupling": 0.25, "error": 0.125})
+    left = {one.level: one.deviations["theta_1"] for one in found}
+    assert {level: one.total for level, one in left.items()} == {
+        "links": 3.875, "carriers": 0.875, "armature": 0.375, "coupled": 0.125
+    }  # fmt: skip
+    assert all(sum(one.shares.values()) == pytest.approx(1) for one in left.values())
+
+
+@pytest.mark.parametrize(
+    ("theta_2", "fits"), [(0.0149, True), (-0.0149, True), (0.0151, False), (0.0049, False)]
+)
+def test_fits_by_the_size_in_the_claims_limits(theta_2, fits):
+    found = _residuals({"diagonal": theta_2})
+    assert {one.fits["theta_2"] for one in found if one.level == "carriers"} == {fits}
+
+
+def test_the_tip_is_held_against_its_claim_in_millimetres():
+    (links, *_) = _residuals({"masses": 0.03})
+    assert links.fits == {"theta_1": False, "theta_2": False, "tip": True}
+
+
+@pytest.mark.parametrize(
+    ("rest", "inertia", "meshes"),
+    [
+        ({"diagonal": 0.01}, True, 0.0),
+        ({"diagonal": 0.005, "slips": 0.005}, False, 0.0),
+        ({"backlash": 0.01}, False, 1.0),
+    ],
+)
+def test_the_verdict_is_about_what_the_fitting_level_leaves(rest, inertia, meshes):
+    verdict = judge_ablation(_residuals({"masses": 1.0, **rest}))
+    assert verdict.fitting[0] in ("carriers", "armature", "coupled")
+    assert "links" not in verdict.fitting
+    assert (verdict.holds, verdict.most_meshes) == (inertia, meshes)
+
+
+def test_nothing_is_decided_where_no_level_fits():
+    verdict = judge_ablation(_residuals({"masses": 1.0}))
+    assert (verdict.fitting, verdict.holds) == ((), None)
+
+
+def test_the_nearest_baseline_is_the_one_that_leaves_the_papers_theta_2():
+    found = BaselineFinding(tuple(_residuals({"masses": 1.0, "diagonal": 0.01})))
+    assert found.nearest is not None
+    assert found.nearest.level == "carriers"
+    assert not found.gives_all
+    assert BaselineFinding(tuple(_residuals({"masses": 1.0}))).nearest is None
+
+
+def test_what_is_said_is_what_fits():
+    found = _residuals({"diagonal": 0.01})
+    stated = {
+        (one.place.choice, one.quantity): one.state for one in of_ladder(found, find_claims())
+    }
+    assert stated["carriers", "constant torque: deviation_2_carriers_rad"] == State.YES
+    assert stated["coupled", "constant torque: deviation_2_coupled_rad"] == State.NO

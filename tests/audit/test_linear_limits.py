@@ -1,0 +1,87 @@
+"""The linearised controller: thresholds of its instability, beside simulated growth."""
+
+import numpy as np
+import pytest
+
+from crosscheck.analytic.kernel.batch import Batch
+from crosscheck.analytic.kernel.equations import TermEquations
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.stability import contact_eigenvalues
+from crosscheck.audit.experiments.motion import ContinuedModel
+from crosscheck.audit.experiments.variant import Variant, simulate
+from crosscheck.audit.findings import linear_limits
+from crosscheck.audit.findings.linear_limits import SUN, Point, Threshold
+
+
+@pytest.mark.parametrize("zeta", [0.003, 0.05])
+def test_the_link_controller_is_that_of_the_stability_module(zeta):
+    model = PhysicalModel(*Variant(zeta=zeta).case())
+    pose = np.array([0, 0, 0, 0, 0, 0.5])
+    poles = contact_eigenvalues(model.terms, model.gears, model.drive, pose, model.gears.k_m)
+    rate, frequency = linear_limits.growth(Point(elbow_rad=0.5), zeta)
+    fast = poles.imag > linear_limits.SLOWEST_MESH_MODE
+    worst = poles[np.argmax(np.where(fast, poles.real, -np.inf))]
+    assert rate == pytest.approx(worst.real, rel=1e-6)
+    assert frequency == pytest.approx(worst.imag / (2 * np.pi), rel=1e-9)
+
+
+def test_growth_changes_sign_at_the_threshold():
+    edge = linear_limits.find_threshold(Point())
+    below, above = (linear_limits.growth(Point(), part * edge)[0] for part in (0.99, 1.01))
+    assert below > 0 > above
+
+
+def test_the_sun_feels_torque_and_angle_through_one_lever():
+    """theta_s / n by the paper's geometry: drive_map is its gradient."""
+    model = PhysicalModel(*Variant().case())
+    r_s, r_p = 0.0135 * 3 * np.cos(np.radians(24.6)), 0.018 * 3 * np.cos(np.radians(24.6))
+    n = 99 / 27 + 1
+    gradient = np.array([1, 1, 2 * (r_s + r_p)]) / r_s / n
+    np.testing.assert_allclose(model.terms.drive_map[:3, 0], gradient, rtol=1e-12)
+
+
+@pytest.mark.parametrize("elbow", [0.0, 1.0, 3.0])
+def test_feedback_at_the_sun_only_stores_and_dissipates(elbow):
+    model = PhysicalModel(*Variant().case())
+    for matrix in linear_limits.feedback(model, (1000.0, 400.0), SUN):
+        np.testing.assert_allclose(matrix, matrix.T)
+        assert np.linalg.eigvalsh(matrix).max() < 1e-9 * np.abs(matrix).max()
+    assert linear_limits.find_threshold(Point(elbow_rad=elbow, sensed=SUN)) == 0
+
+
+def test_a_vibration_grows_as_the_eigenvalues_say():
+    """The PD run without backlash, tooth error and stiffness variation, whose peaks are counted."""
+    names = ("backlash_m", "tooth_error_m", "stiffness.amplitude_N_per_m")
+    settings = tuple(f"arm.joints.*.*_mesh.{name}=0.0" for name in names)
+    run = simulate(Variant(zeta=0.003, duration_s=0.45, settings=settings))
+    time, x, width = run["time"].values, run["x_sp"].values[:, 0, 0], 250  # 5 ms
+    vibration = np.abs(x - np.convolve(x, np.ones(width) / width, mode="same"))
+    part = slice(5000, 20000)  # 0.1 to 0.4 s
+    peaks = vibration[part].reshape(-1, width).max(axis=1)
+    measured = np.polyfit(time[part].reshape(-1, width).mean(axis=1), np.log(peaks), 1)[0]
+    pose = float(run["theta"].values[part, 1].mean())
+    # The frozen eigenvalues at the mean pose stand for those along it.
+    assert measured == pytest.approx(linear_limits.growth(Point(elbow_rad=pose), 0.003)[0], rel=0.1)
+
+
+def test_a_sensor_on_the_links_is_the_drives_own_feedback():
+    """The controller as a sensor on the link gives the run that the PD drive gives."""
+    case = Variant(zeta=0.05, planets="free").case()
+    model = PhysicalModel(*case)
+    link = np.eye(len(model.layout))[:, model.layout.theta]
+    parts = model.arm, model.layout, model.gears, model.drive, model.terms
+    runs = []
+    for equations in (TermEquations(*parts), TermEquations(*parts, sensor=link)):
+        run = ContinuedModel(case, *model.start(), equations)
+        runs.append(Batch([run], lanes=1).advance(5, 100).q)
+    np.testing.assert_array_equal(*runs)
+    assert np.abs(runs[0] - runs[0][0]).max() > 0
+
+
+@pytest.mark.parametrize(("sun", "cured"), [(0.0, True), (0.001, False)])
+def test_cured_at_the_sun(sun, cured):
+    survey = [
+        Threshold(Point(), 0.005, 1500.0, 1.0),
+        Threshold(Point(sensed=SUN), sun, 1500.0, 1.0),
+    ]
+    assert linear_limits.is_cured_at_sun(survey) is cured
