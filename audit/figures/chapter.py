@@ -29,9 +29,7 @@ FIGURE_FUNCTIONS: dict[int, Callable[[FigureData], PaperFigure]] = {
     **{number: partial(law_figures.draw_law_figure, number=number) for number in (11, 12, 13)},
     14: law_figures.draw_figure_14,
     15: angles.draw_figure_15,
-    16: partial(sweeps.draw_sweep_figure, number=16),
-    17: sweeps.draw_figure_17,
-    **{number: partial(sweeps.draw_sweep_figure, number=number) for number in (18, 19, 20)},
+    **{number: partial(sweeps.draw_sweep_figure, number=number) for number in range(16, 21)},
 }
 NUMBERS = tuple(FIGURE_FUNCTIONS)
 ID, TITLE = "figures", "Figures 4 to 20"

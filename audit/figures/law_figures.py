@@ -161,8 +161,7 @@ def draw_figure_14(data: FigureData) -> PaperFigure:
         for law, sample in data.samples_by_law(PD, LOW_ZETA).items()
     }
     severe: dict[str, JsonValue] = {  # of the starts that have a third fluctuation
-        DRAWN_NAMES[law]: [int(third.select_branch(severe=True).sum()), third.sizes.size]
-        for law, third in thirds.items()
+        DRAWN_NAMES[law]: [third.severe_count, third.sizes.size] for law, third in thirds.items()
     }
     figure = draw_law_figure(data, 14, draw_rigid_arms)
     return replace(figure, numbers={"limit": SEVERE, "severe": severe})

@@ -25,7 +25,6 @@ SHARPNESS_PER_M = (2e4, 5e4, 2e5, 1e6)  # the paper gives no sigma
 HARMONICS = (1, 3, 9, 31)
 MANY = 501  # for the limit of Eq. 7
 CONTACT_RATIO = 1.5
-OTHER_RATIOS = (1.2, 1.4, CONTACT_RATIO, 1.6, 1.8)
 SAME = 1e-12  # two printed expressions of one harmonic: rounding alone may differ
 AWAY = 0.02  # of a period: this far from its jumps a truncated series can be asked to converge
 
@@ -88,16 +87,10 @@ def draw_figure_5(data: FigureData) -> PaperFigure:
     labels = {"xlabel": "t / T", "ylabel": "k [N/m]"}
     drawn = [Panel([square, *shown[1:]], labels), Panel([square, shown[0], sine], labels)]
     smooth = np.abs(np.mod(2 * cycle + 0.5, 1) - 0.5) > 2 * AWAY
-    head = ("contact ratio", "phase of the fundamental [deg]", "k_max - k_min [N/m]", "mean [N/m]")
-    ratios = [
-        [f"{ratio:.3g}", f"{phase:.3g}", f"{swing:.4g}", f"{mean:.4g}"]
-        for ratio, phase, swing, mean in (ratio_row(ratio, k_m, k_a) for ratio in OTHER_RATIOS)
-    ]
     caption = f"k_m {k_m:g} N/m, k_a {k_a:g} N/m; all pairs in phase (gamma = 0)."
     return PaperFigure(
         5,
         [Drawing(draw_panels(2.8, *drawn), caption)],
-        tables={"ratios": fragments.render_table(head, ratios)},
         numbers={
             "k_max_N_per_m": high,
             "k_min_N_per_m": low,
@@ -116,22 +109,3 @@ def stiffness_limits(k_m: float, k_a: float, contact_ratio: float) -> tuple[floa
     swing = np.pi * k_a / (2 * abs(np.sin(np.pi * (contact_ratio - 1))))
     low = k_m - swing * (contact_ratio - 1)
     return float(low), float(low + swing)
-
-
-class ContactRatioRow(NamedTuple):
-    """A row on Eq. 7 at a contact ratio: its fundamental's phase, k_max - k_min, mean."""
-
-    contact_ratio: float
-    phase_deg: float
-    swing_N_per_m: float
-    mean_N_per_m: float
-
-
-def ratio_row(contact_ratio: float, k_m: float, k_a: float) -> ContactRatioRow:
-    """The row of a contact ratio, with mean k_m and a fundamental of amplitude k_a [N/m]."""
-    low, high = stiffness_limits(k_m, k_a, contact_ratio)
-    cycle = np.arange(360) / 360
-    wave = square_wave_series(cycle, low, high, contact_ratio, 1)
-    sine = np.fft.rfft(wave)[1] * 1j  # of amplitude x sin(u + phase)
-    phase = float(np.round(np.degrees(np.angle(sine)), 9)) + 0.0
-    return ContactRatioRow(contact_ratio, phase, high - low, float(wave.mean()))

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from crosscheck import signals
 from crosscheck.audit.experiments.experiments import (
@@ -34,12 +33,9 @@ from crosscheck.audit.figures.plotting import (
 )
 from crosscheck.audit.measures import events
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.reading import read_arm
 from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.run_signals import RunSignals
-from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.page.labels import DRAWN_NAMES
-from crosscheck.report import fragments
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import (
     draw_legend,
@@ -103,19 +99,6 @@ FIGURES = {
     19: Sweep(ERROR, DEFAULT_E_UM, _THIRD, THIRD_S),
     20: Sweep(ERROR, DEFAULT_E_UM, _JOINTS),
 }
-
-
-def draw_figure_17(data: FigureData) -> PaperFigure:
-    """The plate of Fig. 17: F_sp1 over b in the third fluctuation; runs with too much energy."""
-    figure = draw_sweep_figure(data, 17)
-    fed = []
-    for (law, b_um), run in data.load_runs(data.series_variants(BACKLASH, LOW_ZETA), 17).items():
-        peak_J, work_J = energy_peak(run)
-        if peak_J > work_J:
-            fed.append([DRAWN_NAMES[law], f"{b_um:g}", f"{peak_J:.4g}", f"{work_J:.4g}"])
-    energies = ("largest kinetic energy [J]", "work of the drive until then [J]")
-    table = fragments.render_table(["phase law", "b [µm]", *energies], fed)
-    return replace(figure, tables={"energy": table} if fed else {})
 
 
 def draw_sweep_figure(data: FigureData, number: int) -> PaperFigure:
@@ -194,22 +177,6 @@ def _draw_forces(
             axes.tick_params(labelbottom=axes is grid[-1, column])
     set_same_scale(grid)
     return to_svg(figure)
-
-
-def energy_peak(run: xr.Dataset) -> tuple[float, float]:
-    """The largest kinetic energy [J], and the drive's work until then [J].
-
-    The drive turns the sun: T theta_s' / n = T (theta' + (x_sp' + x_pr') / (2 r_cp)), summed over
-    recorded intervals.
-    """
-    arm, energy = read_arm(run), run["kinetic_energy"].values
-    radii = [paper_stage(arm, place).geometry.r_cp for place in range(len(arm.joints))]
-    last = int(np.argmax(energy))
-    meshes = run["x_sp"].values[:, :, 0] + run["x_pr"].values[:, :, 0]
-    turned = run["theta"].values + meshes / (2 * np.array(radii))
-    torque = run["torque"].values
-    work = (torque[1:] + torque[:-1]) / 2 * np.diff(turned, axis=0)
-    return float(energy[last]), float(work[:last].sum())
 
 
 def excess_spectra(run: RunSignals, rigid: RunSignals) -> list[Spectrum]:

@@ -61,7 +61,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
     linearised = run_stability_test(study, scale)
     presence = find_presence_by_level(context.settings)
     damping = summarize_best_fits([*context.as_modelled, *context.settings])
-    engine = None if scale.quick else compare_engines(context)
+    engine = None if scale.quick else compare_engines(study, scale)
     drives = {drive: shaking.judge_drive(results) for drive, results in shaken.items()}
     cured = linear_limits.is_cured_at_sun(limits)
     verdicts: dict[str, tuple[str, str]] = {  # by the finding's id: question, answer
@@ -94,7 +94,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         **{
             f"accumulation-{drive}": (
                 f"is the growth of Fig. 15 the rigid arm's own, argument {drive}",
-                str(verdict.own or "depends on the damping"),
+                str(verdict or "depends on the damping"),
             )
             for drive, verdict in drives.items()
         },
@@ -132,7 +132,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         engine=engine,
         baselines=baselines,
         level=LEVELS[baselines.nearest.level] if baselines.nearest else "",
-        own={drive: verdict.own for drive, verdict in drives.items()},
+        own=drives,
         largest_rad={drive: results[0].largest_rad for drive, results in shaken.items()},
         growth_per_s=shaken["sqrt_time"][0].rigid_growth_per_s,
         unstable_below=(min(link), max(link)),
@@ -176,7 +176,7 @@ class StartsStrip:
             "id": f"finding/third/{self.condition.id}",
             "starts": self.third.size.size,
             "undefined": self.third.size.size - self.third.sizes.size,
-            "severe": int(self.third.select_branch(severe=True).sum()),
+            "severe": self.third.severe_count,
             "quantiles": list(map(float_or_none, self.third.quantiles)),
         }
 

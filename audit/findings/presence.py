@@ -4,15 +4,76 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
+from typing import NamedTuple
 
-from crosscheck.audit.claims.rule import State
+import numpy as np
+from scipy.stats import fisher_exact
+
+from crosscheck.audit.claims.rule import FEW, Limits, State, state
 from crosscheck.audit.claims.study_plan import ResultsByCondition
 from crosscheck.audit.experiments.experiments import NO_ERROR, PD
+from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third_fluctuation import LARGE, VISIBLE, ThirdFluctuation
-from crosscheck.audit.measures.twosamples import compute_error_effect
 
+SIGNIFICANT = 0.05
 PHASES = ("omega_t", "angle")
 LEVELS = {"visible": VISIBLE, "severe": LARGE}
+
+
+def shares_p(first: Share, second: Share) -> float:
+    """Chance of shares at least as unlike if one probability is behind both (Fisher, exact)."""
+    table = [[first.yes, first.of - first.yes], [second.yes, second.of - second.yes]]
+    return float(fisher_exact(table).pvalue)
+
+
+def is_significant(p: float) -> bool:
+    """Whether a p tells two samples apart."""
+    return p < SIGNIFICANT
+
+
+class ToothErrorEffect(NamedTuple):
+    """What the tooth error makes of starts that are not above a level without it.
+
+    share: of these, those that are above it with the tooth error; None where more than a tenth of
+    the starts are above it without: there the arm vibrates by itself, and the tooth error has
+    nothing to make; or where too few are defined. p: Fisher's exact test of all starts with and
+    without.
+    """
+
+    share: Share | None
+    p: float
+
+    @property
+    def state(self) -> State:
+        """Whether the error makes it; bistable counts as no if the test tells no difference."""
+        share_state = state(self.share)
+        return (
+            State.NO
+            if share_state == State.BISTABLE and not is_significant(self.p)
+            else share_state
+        )
+
+
+def compute_error_effect(
+    with_error: ThirdFluctuation, without: ThirdFluctuation, level: Limits = LARGE
+) -> ToothErrorEffect:
+    """What the tooth error makes, from start i with it compared with start i without it.
+
+    Where fewer starts were run of one, because they agree, these stand beside all of the other.
+    """
+    starts = max(with_error.size.size, without.size.size)
+    error_sizes, own_sizes = (np.resize(third.size, starts) for third in (with_error, without))
+    calm = np.isfinite(own_sizes) & np.isfinite(error_sizes)
+    loud, there = (calm & level.contains(sizes) for sizes in (own_sizes, error_sizes))
+    if calm.sum() < max(1.0, FEW * calm.size) or loud.sum() > FEW * calm.sum():
+        return ToothErrorEffect(None, 1.0)
+    quiet = calm & ~loud
+    with_share, without_share = (
+        Share(int(chosen[:run].sum()), int(calm[:run].sum()))
+        for chosen, run in ((there, with_error.size.size), (loud, without.size.size))
+    )
+    p = shares_p(with_share, without_share)
+    return ToothErrorEffect(Share(int(there[quiet].sum()), int(quiet.sum())), p)
 
 
 class Presence(StrEnum):

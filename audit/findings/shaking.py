@@ -1,6 +1,6 @@
 """Fig. 15's experiment, back and forth: what backlash adds, and what the rigid arm foretells.
 
-The error is the shoulder's (or both joints') angle with backlash b less that without, start i of
+The error is the joints' angle with backlash less that without, start i of
 the one against start i of the other. The rigid arm's sensitivity to its start is found by moving
 that a little; one fixed combination of the four sensitivities, fitted early, is all there is to
 foretell the error's later course.
@@ -8,10 +8,8 @@ foretell the error's later course.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,59 +30,47 @@ from crosscheck.audit.measures.undefined import (
     float_or_none,
     propagate_undefined,
     quotient,
-    to_json,
 )
 from crosscheck.models.errors import Diverged
 from crosscheck.studies.members.starts import perturb_start
 
 DRIVES = ("sqrt_time", "time")  # 2000 sin(20 pi sqrt(t)) as printed, 2000 sin(20 pi t)
 ZETAS = (0.05, 0.005)
-BACKLASHES_M = (5e-6, 1e-5, 2.5e-5, 5e-5, 5e-4, 1e-3, 3e-3)  # the paper's set for b
-REFERENCE_M = 5e-5
+BACKLASH_M = 5e-5  # Table I's
 NUDGE = 1e-7  # of the rigid arm's start [rad, rad/s]: its error grows a thousandfold, still small
 SMALL_S = (0.3, 1.2)  # where errors are small and the start's transients over
 LEARNT_S = (0.1, 0.6)  # where the coefficients of the rigid prediction are fitted
-SAME_RATE, SAME_SIZE, LINEAR, ORDERED = 0.25, 0.1, 0.05, 0.95
-WINDOW_S = 0.2  # as the claims of Fig. 15 are asked
+SAME_RATE, SAME_SIZE = 0.25, 0.1
 EVERY_S = 1e-3
 DURATION_S = 2.0  # the paper's text does not say of Fig. 15
-Errors = Mapping[float, np.ndarray]  # by b: (times, joints) [rad]
 
 
 @dataclass(frozen=True)
 class StartMeasures:
     """The numbers of one start, each None where its run ends before.
 
-    Growth rates [1/s] of the error of REFERENCE_M; misfit: of the rigid prediction, over the
-    largest error; nonlinearity: of error over b, relative; shares of the windows in which a larger
-    b means a larger error; largest and last error [rad] by b.
+    growth_per_s [1/s]: of the error; misfit: of the rigid prediction, over the largest error;
+    largest_rad: largest error [rad] of the shoulder.
     """
 
     growth_per_s: float | None
     misfit: float | None
-    nonlinearity: float | None
-    ordered_before: float | None
-    ordered_after: float | None
-    largest_rad: tuple[float, ...]
-    end_rad: tuple[float, ...]
+    largest_rad: float
 
 
 @dataclass(frozen=True)
 class ShakingResult:
     """Results of one drive and damping ratio. starts: all that did not diverge.
 
-    rigid_growth_per_s: of the rigid arm's error when its elbow is nudged; sensitivities
-    d theta_1 / d theta_2(0): at the end of SMALL_S, and the largest; rest_rad: the arm without
-    backlash less the rigid one.
+    rigid_growth_per_s: of the rigid arm's error when its elbow is nudged; largest_sensitivity:
+    d theta_1 / d theta_2(0).
     """
 
     drive: str
     zeta: float
     starts: tuple[StartMeasures, ...]
     rigid_growth_per_s: float | None
-    sensitivity_small: float | None
     largest_sensitivity: float
-    rest_rad: float
 
     @property
     def own(self) -> Share | None:
@@ -94,16 +80,6 @@ class ShakingResult:
             is_rigid_sensitivity(start.growth_per_s, rigid, start.misfit) for start in self.starts
         )
 
-    @property
-    def linear(self) -> Share | None:
-        """The share of starts in which the error is proportional to b while small."""
-        return share_of(is_linear(start.nonlinearity) for start in self.starts)
-
-    @property
-    def ordered(self) -> Share | None:
-        """The share of starts in which a larger b means a larger error later."""
-        return share_of(is_ordered(start.ordered_after) for start in self.starts)
-
     def span(self, name: str) -> tuple[float | None, float | None]:
         """The least and largest value of a number over the starts; None without any."""
         values = [getattr(start, name) for start in self.starts]
@@ -112,38 +88,26 @@ class ShakingResult:
 
     @property
     def largest_rad(self) -> float:
-        """The largest error [rad] of REFERENCE_M in any start."""
-        place = BACKLASHES_M.index(REFERENCE_M)
-        return max(start.largest_rad[place] for start in self.starts)
+        """The largest error [rad] in any start."""
+        return max(start.largest_rad for start in self.starts)
 
     def to_dict(self) -> JsonObject:
         """The results as a JSON object; spans are the least and largest of the starts."""
-        spans = {
-            name: self.span(name) for name in StartMeasures.__annotations__ if "_rad" not in name
-        }
-        numbers = {
+        return {
+            "id": f"finding/accumulation/{self.drive}/{self.zeta:g}",
+            "own": str(self.own),
+            "largest_rad": self.largest_rad,
             "rigid_growth_per_s": self.rigid_growth_per_s,
             "largest_sensitivity": self.largest_sensitivity,
-            "largest_rad": self.largest_rad,
+            "growth_per_s": list(self.span("growth_per_s")),
+            "misfit": list(self.span("misfit")),
         }
-        where = f"finding/accumulation/{self.drive}/{self.zeta:g}"
-        return {"id": where, "own": str(self.own), **numbers, **to_json(spans)}
 
 
-class DriveVerdict(NamedTuple):
-    """The verdict on a drive: the state that it has at all damping ratios, else None."""
-
-    own: State | None
-    linear: State | None
-    ordered: State | None
-
-
-def judge_drive(results: Sequence[ShakingResult]) -> DriveVerdict:
-    """The verdict on one drive from its results at every damping ratio."""
-    answers = (
-        {state(getattr(result, name)) for result in results} for name in DriveVerdict._fields
-    )
-    return DriveVerdict(*(states.pop() if len(states) == 1 else None for states in answers))
+def judge_drive(results: Sequence[ShakingResult]) -> State | None:
+    """Whether the growth is the rigid arm's own, at all damping ratios alike; else None."""
+    states = {state(result.own) for result in results}
+    return states.pop() if len(states) == 1 else None
 
 
 def run_shaking(study: Study, scale: Scale) -> dict[str, list[ShakingResult]]:
@@ -159,7 +123,7 @@ def run_shaking(study: Study, scale: Scale) -> dict[str, list[ShakingResult]]:
 
 @dataclass(frozen=True)
 class ShakingQuestion(Question[ShakingResult]):
-    """A question: every backlash from many starts, beside the rigid arm."""
+    """A question: the arm with and without backlash from many starts, beside the rigid arm."""
 
     drive: str
     zeta: float
@@ -179,27 +143,21 @@ class ShakingQuestion(Question[ShakingResult]):
 
     @property
     def cost(self) -> float:
-        return 0.1 * len(self.seeds) * self.duration_s * len(BACKLASHES_M)
+        return 0.2 * len(self.seeds) * self.duration_s
 
     def answer(self) -> ShakingResult:
-        time, rigid, sensitivity = self._simulate_rigid()
-        plain = self._simulate_geared(0.0)
-        with_play = {b: self._simulate_geared(b) for b in BACKLASHES_M}
-        whole = [i for i in plain if all(i in x for x in with_play.values())]
+        time, sensitivity = self._simulate_rigid()
+        plain, with_play = self._simulate_geared(0.0), self._simulate_geared(BACKLASH_M)
+        whole = [i for i in plain if i in with_play]
         if not whole:
             raise Diverged(self.variant.model, 0.0)
-        errors = [{b: x[i] - plain[i] for b, x in with_play.items()} for i in whole]
         elbow = sensitivity[:, 0, 1]
-        at = np.searchsorted(time, SMALL_S[1] - 1e-9)
-        small = abs(elbow[at]) if at < time.size else None  # the run ends before
         return ShakingResult(
             self.drive,
             self.zeta,
-            tuple(measure_start(time, error, sensitivity) for error in errors),
+            tuple(measure_start(time, with_play[i] - plain[i], sensitivity) for i in whole),
             float_or_none(growth_rate(time, elbow)),
-            float_or_none(small),
             float(np.abs(elbow).max()),
-            max(float(np.abs(plain[i] - rigid)[:, 0].max()) for i in whole),
         )
 
     def _simulate_geared(self, backlash_m: float) -> dict[int, np.ndarray]:
@@ -210,8 +168,8 @@ class ShakingQuestion(Question[ShakingResult]):
         made = simulate_signals([PhysicalModel(*perturb_start(case, seed)) for seed in self.seeds])
         return {i: run.theta for i, run in enumerate(made) if isinstance(run, RunSignals)}
 
-    def _simulate_rigid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The rigid arm's time (times,), theta (times, 2) [rad] and sensitivity (times, 2, 4).
+    def _simulate_rigid(self) -> tuple[np.ndarray, np.ndarray]:
+        """The rigid arm's time (times,) [s] and sensitivity (times, 2, 4).
 
         The sensitivity is the derivative of theta by the start's states.
         """
@@ -225,24 +183,18 @@ class ShakingQuestion(Question[ShakingResult]):
         runs = simulate_signals([RigidCoupled(*variant.case()) for variant in variants])
         first, *nudged = (run for run in runs if isinstance(run, RunSignals))
         moved = [(run.theta - first.theta) / NUDGE for run in nudged]
-        return first.time, first.theta, np.stack(moved, axis=2)
+        return first.time, np.stack(moved, axis=2)
 
 
-def measure_start(time: np.ndarray, errors: Errors, sensitivity: np.ndarray) -> StartMeasures:
-    """The numbers of one start, from its errors and the rigid arm's sensitivity."""
-    error = errors[REFERENCE_M]
+def measure_start(time: np.ndarray, error: np.ndarray, sensitivity: np.ndarray) -> StartMeasures:
+    """The numbers of one start, from its error (times, 2) and the rigid arm's sensitivity."""
     predicted = rigid_prediction(time, error, sensitivity)
     ahead = (time >= LEARNT_S[1]) & (time <= SMALL_S[1])
     misfit = quotient(*(signals.amplitude(x[ahead, 0]) for x in (predicted - error, error)))
-    ordered = partial(ordered_share, time, errors)
     return StartMeasures(
         growth_per_s=float_or_none(growth_rate(time, error[:, 0])),
         misfit=float_or_none(misfit),
-        nonlinearity=float_or_none(linearity(time, errors)),
-        ordered_before=float_or_none(ordered(*SMALL_S)),
-        ordered_after=float_or_none(ordered(SMALL_S[1], float(time[-1]))),
-        largest_rad=tuple(float(np.abs(e[:, 0]).max()) for e in errors.values()),
-        end_rad=tuple(float(e[-1, 0]) for e in errors.values()),
+        largest_rad=float(np.abs(error[:, 0]).max()),
     )
 
 
@@ -272,35 +224,6 @@ def rigid_prediction(time: np.ndarray, error: np.ndarray, sensitivity: np.ndarra
     return sensitivity @ fit[0]
 
 
-def linearity(time: np.ndarray, errors: Errors) -> float:
-    """Largest departure of error / b from that of REFERENCE_M before SMALL_S ends, relative.
-
-    nan if the run ends before.
-    """
-    part = time < SMALL_S[1]
-    if part.all():
-        return np.nan
-    scaled = {b: error[part, 0] / b for b, error in errors.items()}
-    reference = scaled[REFERENCE_M]
-    gap = max(np.abs(values - reference).max() for values in scaled.values())
-    return quotient(gap, np.abs(reference).max())
-
-
-def ordered_share(time: np.ndarray, errors: Errors, begin: float, end: float) -> float:
-    """Share of the windows in [begin, end] in which a larger b means a larger error; nan for none.
-
-    The largest of every WINDOW_S: an error that passes zero is no smaller one.
-    """
-    starts = np.flatnonzero((time >= begin) & (time <= end))
-    records = round(WINDOW_S / (time[1] - time[0]))
-    firsts = starts[::records][: starts.size // records]
-    if not firsts.size:
-        return np.nan
-    sizes = np.array([np.abs(errors[b][:, 0]) for b in sorted(errors)])
-    largest = np.array([sizes[:, first : first + records].max(axis=1) for first in firsts])
-    return float((np.diff(largest, axis=1) > 0).all(axis=1).mean())
-
-
 def is_rigid_sensitivity(
     error_growth: float | None, rigid_growth: float | None, misfit: float | None
 ) -> bool | None:
@@ -308,15 +231,3 @@ def is_rigid_sensitivity(
     same_rate = propagate_undefined(lambda rates: abs(rates - 1) <= SAME_RATE)
     same_size = propagate_undefined(lambda size: size <= SAME_SIZE)
     return combine_answers((same_rate(quotient(error_growth, rigid_growth)), same_size(misfit)))
-
-
-@propagate_undefined
-def is_linear(nonlinearity: float) -> bool:
-    """Whether the error is proportional to the backlash."""
-    return nonlinearity <= LINEAR
-
-
-@propagate_undefined
-def is_ordered(share: float) -> bool:
-    """Whether a larger backlash means a larger error in nearly all windows."""
-    return share >= ORDERED

@@ -1,4 +1,4 @@
-"""The paper's third fluctuation over many starts: how often it is severe, and each branch alone.
+"""The paper's third fluctuation over many starts: how often it is severe.
 
 One definition for all chapters: the numbers of ``experiments.pd``, the claims' quantity and
 threshold.
@@ -6,10 +6,8 @@ threshold.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -39,39 +37,16 @@ def quantiles(values: np.ndarray) -> Quantiles:
     return quantiles_of(values[np.isfinite(values)]) or NONE
 
 
-class Branch(NamedTuple):
-    """The starts on one side of SEVERE, and the medians of these alone; None without any."""
-
-    starts: int
-    size: float | None
-    onset_s: float | None
-    frequency_Hz: float | None
-
-
 @dataclass(frozen=True)
 class ThirdFluctuation:
-    """The third fluctuation of every start that was run, (starts,), nan where undefined.
-
-    size [rad/s^2]; onset_s; frequency_Hz; planet_spread_m: how far planets of a stage part;
-    diverged: how many runs did, whose numbers are undefined.
-    """
+    """The size [rad/s^2] of every start that was run, (starts,), nan where undefined."""
 
     size: np.ndarray
-    onset_s: np.ndarray
-    frequency_Hz: np.ndarray
-    planet_spread_m: np.ndarray
-    diverged: int
 
     @classmethod
     def from_samples(cls, *samples: Sample) -> ThirdFluctuation:
         """The third fluctuations of all starts of several samples."""
-        return cls(
-            size=_join_samples(samples, "third"),
-            onset_s=_join_samples(samples, "third_onset_s"),
-            frequency_Hz=_join_samples(samples, "frequency_Hz"),
-            planet_spread_m=_join_samples(samples, "planets_apart_m"),
-            diverged=sum(int(sample.diverged[: sample.run].sum()) for sample in samples),
-        )
+        return cls(np.concatenate([sample["third"][: sample.run] for sample in samples]))
 
     @cached_property
     def sizes(self) -> np.ndarray:
@@ -98,18 +73,7 @@ class ThirdFluctuation:
         """The quantiles of the size [rad/s^2]."""
         return quantiles(self.size)
 
-    def select_branch(self, severe: bool) -> np.ndarray:
-        """Which starts are severe, or which defined ones are not, (starts,)."""
-        chosen = LARGE.contains(self.size)
-        return chosen if severe else np.isfinite(self.size) & ~chosen
-
-    def branch(self, severe: bool) -> Branch:
-        """The severe starts, or the others, and the medians of these alone."""
-        chosen = self.select_branch(severe)
-        numbers = (self.size, self.onset_s, self.frequency_Hz)
-        medians = [quantiles(values[chosen])[1] for values in numbers]
-        return Branch(int(chosen.sum()), *medians)
-
-
-def _join_samples(samples: Sequence[Sample], name: str) -> np.ndarray:
-    return np.concatenate([sample[name][: sample.run] for sample in samples])
+    @property
+    def severe_count(self) -> int:
+        """How many starts are above SEVERE."""
+        return int(LARGE.contains(self.size).sum())

@@ -217,7 +217,6 @@ def pools() -> dict[str, Sample]:
     return {kind: pool(kind) for kind in RUNS}
 
 
-def third(*sizes: float, onset_s: float = 0.9, frequency_Hz: float = 1300.0) -> ThirdFluctuation:
-    """The third fluctuation of starts of these sizes [rad/s^2], planets apart."""
-    same = np.ones(len(sizes))
-    return ThirdFluctuation(np.array(sizes), onset_s * same, frequency_Hz * same, 1e-4 * same, 0)
+def third(*sizes: float) -> ThirdFluctuation:
+    """The third fluctuation of starts of these sizes [rad/s^2]."""
+    return ThirdFluctuation(np.array(sizes))

@@ -11,7 +11,6 @@ from crosscheck.audit.errata.sheet import ArmErratum
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import MODELS, PRINTED, Condition
 from crosscheck.audit.findings.baselines import ZETA, RigidResidual
-from crosscheck.audit.findings.shaking import DriveVerdict
 from crosscheck.audit.measures.third_fluctuation import LARGE, ThirdFluctuation
 
 
@@ -48,9 +47,9 @@ class Taught:
     is_true: bool | None
 
 
-def of_findings(printed: EngineComparison, drives: Mapping[str, DriveVerdict]) -> list[Taught]:
+def of_findings(printed: EngineComparison, drives: Mapping[str, State | None]) -> list[Taught]:
     """What the findings say of claims that have quantities of their own."""
-    owns = drives["sqrt_time"].own == State.YES
+    owns = drives["sqrt_time"] == State.YES
     return [
         Taught("finding 1", "2.4-02", printed.agrees),
         Taught("finding 5", "4.1-07", False if owns else None),

@@ -19,8 +19,6 @@ from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.models.loading import load_case
 
-NONE = np.full(10, np.nan)
-
 
 def thirds(severe: dict[paper_conditions.Law, int]) -> ThirdFluctuationFinding:
     """Ten starts of every law; so many are severe with free planets, none with planets alike."""
@@ -39,7 +37,7 @@ def _strip(
 ) -> StartsStrip:
     count = severe.get(cell.law, 0) if cell.planets == "free" else 0
     sizes = np.where(np.arange(10) < count, 2 * SEVERE, 1.0)
-    return StartsStrip(cell, ThirdFluctuation(sizes, NONE, NONE, NONE, 0))
+    return StartsStrip(cell, ThirdFluctuation(sizes))
 
 
 @pytest.mark.parametrize(

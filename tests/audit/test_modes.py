@@ -25,7 +25,6 @@ from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.findings import clock, linear, presence
 from crosscheck.audit.findings.engines import (
     APART_M,
-    WITHIN,
     EngineEvidence,
     ModelComparison,
     PartedStartsQuestion,
@@ -107,33 +106,6 @@ def test_a_start_is_the_same_whichever_stand_beside_it():
     assert np.array_equal(alone[:, :, 0], three[:, :, 1])
 
 
-def test_branches_are_compared_only_where_both_models_have_starts():
-    small, severe = [20.0] * 8, [400.0] * 4
-    one, other = third(*small, *severe), third(*small, 400.0)
-    found = {(a.severe, a.number): a.met for a in ModelComparison(CELL, one, other).branches}
-    assert {met for (branch, _), met in found.items() if branch} == {None}
-    assert {met for (branch, _), met in found.items() if not branch} == {True}
-
-
-@pytest.mark.parametrize("number", list(WITHIN))
-def test_medians_of_a_branch_have_limits_on_both_sides(number):
-    for by, expected in ((BELOW, True), (ABOVE, False)):
-        factor = 1 + by * WITHIN[number]
-        of = {name: factor if name == number else 1.0 for name in WITHIN}
-        one = third(*[200.0] * 4)
-        other = third(
-            *[200.0 * of["size"]] * 4,
-            onset_s=0.9 * of["onset"],
-            frequency_Hz=1300.0 * of["frequency"],
-        )
-        (met,) = [
-            a.met
-            for a in ModelComparison(CELL, one, other).branches
-            if a.severe and a.number == number
-        ]
-        assert met is expected
-
-
 def _engines(same: ThirdFluctuation, angle: float) -> EngineEvidence:
     rising = third(*np.linspace(150.0, 200.0, 16))
     quiet = ModelComparison(CELL, third(0.1), third(angle))
@@ -149,20 +121,6 @@ def test_second_engine_supports_if_it_has_the_vibration_and_is_quiet_under_angle
     assert _engines(third(*[20.0] * 16), 1.0).supports is False
     assert _engines(third(math.nan), 1.0).supports is None
     assert _engines(alike, math.nan).supports is None
-
-
-def test_models_are_the_same_only_where_that_is_shown():
-    """Not where a few starts leave it open, in which no test finds a difference either."""
-    sizes = np.linspace(150.0, 152.0, 16)
-    assert _engines(third(*sizes), 1.0).same is None  # of scattered sizes: 150 to 200
-    tight = ModelComparison(CELL, third(*sizes), third(*(1.01 * sizes)))
-    assert tight.same is True
-    assert ModelComparison(CELL, third(*sizes), third(*(1.2 * sizes))).same is False
-    half = third(*[20.0] * 8, *sizes[:8])
-    assert ModelComparison(CELL, third(*sizes), half).same is False
-    few = ModelComparison(CELL, third(*sizes[:3]), third(*sizes[:3]))
-    assert few.same is None
-    assert EngineEvidence([tight, few], []).to_dicts()[0]["p"]["by_share"] == 1.0
 
 
 def test_both_models_start_with_planets_apart():

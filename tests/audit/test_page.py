@@ -94,15 +94,15 @@ def test_a_citation_names_what_is_known_and_nothing_else():
 def test_a_column_follows_its_path_in_a_row_and_is_undefined_where_a_part_is_missing():
     """By name, by place, by attributes; a share in words on the page and in the record."""
     shares = Columns[ThirdFluctuation](
-        "of {0.diverged}",
+        "of {0.severe_count}",
         [
-            TableColumn("diverged", "diverged"),
+            TableColumn("severe_count", "severe starts"),
             TableColumn("median", "median", "quantiles.1", ".1f"),
             TableColumn("severe", "severe in", "share"),
             TableColumn("interval", None, "share.interval"),
         ],
     )
-    rows = [ThirdFluctuation(*[np.full(4, size)] * 4, diverged=0) for size in (5.0, np.nan)]
+    rows = [ThirdFluctuation(np.full(4, size)) for size in (5.0, np.nan)]
     known, unknown = shares.json(rows)
     assert (known["id"], known["median"], known["severe"]) == ("of 0", 5.0, "0 of 4")
     assert known["interval"][0] == 0.0

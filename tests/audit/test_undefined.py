@@ -2,8 +2,6 @@
 
 import json
 import math
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,22 +15,6 @@ from crosscheck.audit.measures.undefined import UNDEFINED, combine_answers, form
 NUMBER = st.one_of(st.none(), st.floats())
 NUMBERS = st.lists(NUMBER, min_size=4, max_size=4)
 YES = st.sampled_from([True, False, None])
-SCALARS: list[tuple[Callable[..., Any], int]] = [
-    (shaking.is_linear, 1),
-    (shaking.is_ordered, 1),
-]
-
-
-@pytest.mark.parametrize(
-    ("decide", "count"), SCALARS, ids=lambda value: getattr(value, "__qualname__", None)
-)
-@given(data=st.data())
-def test_a_decision_about_numbers_is_open_where_one_is_undefined(decide, count, data):
-    numbers = [data.draw(NUMBER) for _ in range(count)]
-    known = [number is not None and math.isfinite(number) for number in numbers]
-    found = decide(*numbers)
-    assert found in (True, False, None)
-    assert (found is None) == (not all(known))
 
 
 @given(one=YES, other=YES, third=YES)
