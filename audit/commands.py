@@ -23,7 +23,7 @@ def errata(
     ] = False,
 ) -> None:
     """Find the errors in the paper's equations, symbolically, and simulate their effects."""
-    from crosscheck.audit.page.command import run_errata_command
+    from crosscheck.audit.errata.command import run_errata_command
 
     run_errata_command(arm, json_file, out, whole)
 

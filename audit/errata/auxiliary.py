@@ -19,7 +19,6 @@ from crosscheck.analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
 from crosscheck.audit.errata.erratum import Erratum, ErratumPair, PhysicalModelFactory, tex
 from crosscheck.audit.measures.stage import PaperStage, paper_stage
 from crosscheck.audit.statics import teeth
-from crosscheck.audit.statics.base_and_gravity import virtual_work
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.experiment.scenario import SinusoidDrive, switches
 from crosscheck.models.loading import load_scenario
@@ -116,7 +115,7 @@ def find_phase_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             "eq8-eq14-phase",
             printed_tex=r"\sin(\omega_e t)",
             derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",
-            quoted={"work": virtual_work(stage, TORQUE_N_M), "torque": TORQUE_N_M},
+            quoted={"work": teeth.virtual_work(stage, TORQUE_N_M), "torque": TORQUE_N_M},
             trial=ErratumPair(
                 PhysicalModelFactory(arm, switches(phase="omega_t", ring_rate="corrected")),
                 PhysicalModelFactory(arm, switches(phase="angle", ring_rate="corrected")),

@@ -76,9 +76,10 @@ def find_energy_differences() -> Iterator[EnergyDifference]:
     A printed term belongs to the body whose inertia parameters it holds, and no other's; what
     belongs to none is reported as a body that does not exist.
     """
+    true_by_equation = true_energies()
     for where, printed in kinetic_energies().items():
         unclaimed = set(sp.Add.make_args(remove_sine_squares(printed)))
-        for body, derived in true_energies()[where].items():
+        for body, derived in true_by_equation[where].items():
             inertias = _parameters(derived)
             body_terms = {x for x in unclaimed if _parameters(x) and _parameters(x) <= inertias}
             unclaimed -= body_terms

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -14,6 +15,13 @@ from crosscheck.audit.errata.erratum import CLASSES, Erratum, ErratumClass, Simu
 
 FOLDER = Path(__file__).with_name("texts")
 WORDS, NOTES = FOLDER / "errata.toml", FOLDER / "notes.toml"
+HEADINGS: dict[ErratumClass, str] = {
+    "equation": "Errors of equations",
+    "statement": "Statements and data without support",
+    "notation": "Notation that misleads",
+}
+CONTRADICTIONS_HEADING = "Where the text contradicts itself"
+GAPS_HEADING = "What the text does not give"
 
 
 @dataclass(frozen=True)
@@ -94,3 +102,28 @@ def add_erratum_text(erratum: Erratum) -> Erratum:
         if name != "denies"
     }
     return replace(erratum, denies=erratum_text.denies, **texts)
+
+
+@dataclass(frozen=True)
+class SheetCounts:
+    """How many errata of each class, how many read alone, contradictions and gaps."""
+
+    by_class: Mapping[ErratumClass, int]
+    read: int
+    contradictions: int
+    gaps: int
+
+
+def count_errata(errata: Sequence[SimulatedErratum]) -> SheetCounts:
+    """The counts of a sheet's errata, contradictions and gaps."""
+    noted, class_counts = (
+        load_notes(),
+        Counter(simulated_erratum.erratum.kind for simulated_erratum in errata),
+    )
+    read = {misprint.id for misprint in noted.misprints}
+    return SheetCounts(
+        {kind: class_counts[kind] for kind in CLASSES},
+        sum(simulated_erratum.erratum.id in read for simulated_erratum in errata),
+        len(noted.contradictions),
+        len(noted.gaps),
+    )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cache
 
 import sympy as sp
@@ -35,7 +34,7 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 
 SCHEMA_VERSION = 3
-Values = dict[sp.Symbol, Fraction]  # of a form's parameters
+Values = dict[sp.Symbol, sp.Rational]  # of a form's parameters
 RING_REMARK = (
     "Table I has the ring as M_ri, by its label an inertia over a squared radius: size and effects"
     " are those of M_ri r^2 at the ring's base radius, and so of a thin ring with that mass"
@@ -89,7 +88,7 @@ def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratu
     Size: derived minus printed at theta = 0 and unit rates, forces and torques, and over the entry;
     its unit by whether rows and columns are displacements [m] or angles.
     """
-    at_zero = parameter_values(arm) | dict.fromkeys(derived.q, Fraction(0))
+    at_zero = _exact_values(arm) | dict.fromkeys(derived.q, sp.S.Zero)
     for difference in entry_differences.find_entry_differences(printed, derived):
         row, column = difference.entries[0]
         whole = _number(getattr(derived, difference.matrix)[row, column], at_zero)
@@ -121,9 +120,17 @@ def _slug(where: str) -> str:
     return "-".join(re.findall(r"[a-z]+|[0-9]+", where.lower())).replace("eq-", "eq", 1)
 
 
+def _exact_values(arm: Arm) -> Values:
+    """The number behind every symbol of an arm, as SymPy has it: other types it converts anew."""
+    return {
+        symbol: sp.Rational(value.numerator, value.denominator)
+        for symbol, value in parameter_values(arm).items()
+    }
+
+
 def _number(expression: sp.Expr, values: Values) -> float:
-    value = expression.subs(values)
-    return float(value.subs(dict.fromkeys(value.free_symbols, 1.0)))
+    value = expression.xreplace(values)
+    return float(value.xreplace(dict.fromkeys(value.free_symbols, sp.S.One)))
 
 
 def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
@@ -131,17 +138,19 @@ def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
 
     Size: what is missing of M_33 [kg m^2], and that over M_33 with the arm stretched.
     """
-    values, form = parameter_values(arm), build_energies_form()
+    values, form = _exact_values(arm), build_energies_form()
     shoulder, elbow = LAYOUT.theta
     stretched = form.mass_matrix[shoulder, shoulder].subs(form.q[elbow], 0)
     for difference in energy.find_energy_differences():
         missing = difference.missing_energy
         stated = _add_thin_ring(values, missing)
         size = _number(sp.diff(missing, form.v[shoulder], 2), stated)
-        mass = sp.Matrix(form.mass_matrix) + sp.hessian(missing.subs(stated), form.v)
-        mass = sp.ImmutableMatrix(mass.applyfunc(sp.expand))
+        added = sp.hessian(missing.xreplace(stated), form.v)
+        # The bias is linear in the mass matrix, and few entries of what is added are not 0.
         corrected_form = replace(
-            form, mass_matrix=mass, bias=christoffel_bias(mass, form.q, form.v)
+            form,
+            mass_matrix=sp.ImmutableMatrix(form.mass_matrix + added),
+            bias=sp.ImmutableMatrix(form.bias + christoffel_bias(added, form.q, form.v)),
         )
         printed, derived = map(energy.as_printed, (difference.printed, difference.derived))
         where = f"{difference.where}, {difference.body}"

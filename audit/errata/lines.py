@@ -5,15 +5,15 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Sequence
 
-from crosscheck.audit.errata.errata_texts import load_notes
-from crosscheck.audit.errata.erratum import CLASSES, ErratumClass, SimulatedErratum
-from crosscheck.audit.errata.sheet import (
+from crosscheck.audit.errata.errata_texts import (
     CONTRADICTIONS_HEADING,
     GAPS_HEADING,
     HEADINGS,
     SheetCounts,
     count_errata,
+    load_notes,
 )
+from crosscheck.audit.errata.erratum import CLASSES, ErratumClass, SimulatedErratum
 from crosscheck.report import formatting
 
 WIDTH, INDENT = 79, 10

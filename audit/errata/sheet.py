@@ -2,33 +2,36 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from crosscheck.audit.errata.errata_texts import Contradiction, Gap, load_notes
+from crosscheck.audit.errata.errata_texts import (
+    CONTRADICTIONS_HEADING,
+    GAPS_HEADING,
+    HEADINGS,
+    Contradiction,
+    Gap,
+    count_errata,
+    load_notes,
+)
 from crosscheck.audit.errata.erratum import CLASSES, ErratumClass, SimulatedErratum
 from crosscheck.audit.experiments.paper_conditions import LABELLED
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
-from crosscheck.audit.page.context import AuditContext
 from crosscheck.audit.page.published_paper import EXTENT_READ, PAPER
 from crosscheck.audit.page.text import render_template, to_markup
 from crosscheck.report.plots.figures import to_svg
 
+if TYPE_CHECKING:
+    from crosscheck.audit.page.context import AuditContext
+
 ID, TITLE = "errata", "Errata sheet"
-HEADINGS: dict[ErratumClass, str] = {
-    "equation": "Errors of equations",
-    "statement": "Statements and data without support",
-    "notation": "Notation that misleads",
-}
-CONTRADICTIONS_HEADING = "Where the text contradicts itself"
-GAPS_HEADING = "What the text does not give"
 
 
 @dataclass(frozen=True)
@@ -78,31 +81,6 @@ def build_errata_sheet(
     records = [*WHOLE.json(rows), *notes_json]
     outcome = render_template("errata/outcome", counts=count_errata(first_errata))
     return ErrataSheet(ID, TITLE, page, records, outcome, tuple(first_errata))
-
-
-@dataclass(frozen=True)
-class SheetCounts:
-    """How many errata of each class, how many read alone, contradictions and gaps."""
-
-    by_class: Mapping[ErratumClass, int]
-    read: int
-    contradictions: int
-    gaps: int
-
-
-def count_errata(errata: Sequence[SimulatedErratum]) -> SheetCounts:
-    """The counts of a sheet's errata, contradictions and gaps."""
-    noted, class_counts = (
-        load_notes(),
-        Counter(simulated_erratum.erratum.kind for simulated_erratum in errata),
-    )
-    read = {misprint.id for misprint in noted.misprints}
-    return SheetCounts(
-        {kind: class_counts[kind] for kind in CLASSES},
-        sum(simulated_erratum.erratum.id in read for simulated_erratum in errata),
-        len(noted.contradictions),
-        len(noted.gaps),
-    )
 
 
 def _errata_of_class(errata: Sequence[SimulatedErratum], kind: ErratumClass) -> list[ArmErratum]:

@@ -1,12 +1,9 @@
-"""What the arm stands on and flies in: the free base of Section 2, gravity, the springs' work."""
+"""What the arm stands on and flies in: the free base of Section 2, gravity."""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.measures.stage import PaperStage
 from crosscheck.audit.statics.flights import (
@@ -15,6 +12,7 @@ from crosscheck.audit.statics.flights import (
     simulate_fixed_base,
     tip_error,
 )
+from crosscheck.audit.statics.teeth import virtual_work
 from crosscheck.checks.first_principles.weights import joint_mass, link_mass
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive
@@ -70,17 +68,3 @@ def gravity_gradient(arm: Arm) -> float:
     masses = [*map(link_mass, arm.links), joint_mass(arm.joints[1]), arm.payload_mass_kg]
     inertia = float(np.dot(masses, np.square(places)))
     return 1.5 * EARTH / ORBIT_M**3 * inertia
-
-
-def virtual_work(stage: PaperStage, torque: float) -> float:
-    """Largest torque [N m] on theta from a stage's springs because k and e vary with theta.
-
-    Of V = k f^2 / 2, f = x - e - b: at the deflection that carries the torque [N m, output side].
-    """
-    joint, geometry = stage.joint, stage.geometry
-    force = torque / geometry.n / geometry.r_s / joint.planet_count
-    k = stage.mesh_stiffness_N_per_m
-    by_error = force * stage.tooth_error_m
-    by_stiffness = (force / k) ** 2 / 2 * stage.mesh_stiffness_amplitude_N_per_m
-    rates = sun_mesh_rate(joint, geometry) + ring_mesh_rate(joint, geometry, "corrected")
-    return joint.planet_count * rates * math.hypot(by_error, by_stiffness)

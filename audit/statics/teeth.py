@@ -195,3 +195,17 @@ def compare_stiffness_wave(stage: PaperStage) -> Numbers:
 
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
+
+
+def virtual_work(stage: PaperStage, torque: float) -> float:
+    """Largest torque [N m] on theta from a stage's springs because k and e vary with theta.
+
+    Of V = k f^2 / 2, f = x - e - b: at the deflection that carries the torque [N m, output side].
+    """
+    joint, geometry = stage.joint, stage.geometry
+    force = torque / geometry.n / geometry.r_s / joint.planet_count
+    k = stage.mesh_stiffness_N_per_m
+    by_error = force * stage.tooth_error_m
+    by_stiffness = (force / k) ** 2 / 2 * stage.mesh_stiffness_amplitude_N_per_m
+    rates = sun_mesh_rate(joint, geometry) + ring_mesh_rate(joint, geometry, "corrected")
+    return joint.planet_count * rates * math.hypot(by_error, by_stiffness)

@@ -23,7 +23,7 @@ WORK = {
     "baseline accept": "crosscheck.cli.commands.run_cross_check",
     "baseline check": "crosscheck.cli.commands.run_cross_check",
     "simulate": "crosscheck.cli.simulation.perform_all",
-    "errata": "crosscheck.audit.page.command.simulate_errata",
+    "errata": "crosscheck.audit.errata.command.simulate_errata",
     "sweep": None,
     "show": None,
     "init": None,

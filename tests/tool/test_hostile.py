@@ -17,7 +17,7 @@ import pytest
 import scipy.io
 import typer
 
-from crosscheck.audit.page import command as audit_command
+from crosscheck.audit.errata import command as audit_command
 from crosscheck.checks.robots import engines
 from crosscheck.cli import cost as cost_command
 from crosscheck.cli.app import main
