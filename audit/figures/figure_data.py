@@ -38,7 +38,7 @@ from crosscheck.audit.page.context import AuditContext
 ZETA, LOW_ZETA = 0.02, 0.005
 SMOOTH_RECORD = 20  # 0.2 ms: for angles and speeds, which have nothing at mesh frequencies
 FULL_RECORD = 2  # 20 µs: eleven records of a period of the fastest mesh mode
-BAND_BINS = 900  # over a whole run
+BAND_BINS = 300  # over a whole run: one of three panels has so many points of the page's width
 Name = TypeVar("Name", bound=Hashable)
 
 

@@ -15,7 +15,12 @@ from crosscheck.audit.experiments.bands import ShoulderBands
 from crosscheck.audit.experiments.experiments import CONSTANT, PD, SHORT_S, PaperExperiment
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition, Law
 from crosscheck.audit.experiments.torque import RING_CYCLES
-from crosscheck.audit.figures.figure_data import LOW_ZETA, FigureData, make_start_variant
+from crosscheck.audit.figures.figure_data import (
+    BAND_BINS,
+    LOW_ZETA,
+    FigureData,
+    make_start_variant,
+)
 from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
 from crosscheck.audit.figures.plotting import MICRO, describe_run, draw_line, set_same_scale
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
@@ -129,7 +134,7 @@ def _draw_laws(
             part = signals.window(run.time, *window)
             for joint, (signal, colour) in enumerate(zip(joints, COLOURS, strict=False), start=1):
                 name = f"joint {joint}, one start" if len(joints) > 1 else "shoulder, one start"
-                draw_line(axes, run.time[part], signal[part], name, colour)
+                draw_line(axes, run.time[part], signal[part], name, colour, BAND_BINS)
             axes.set(ylabel=law_figure.label, xlim=window)
             if not run.time[part].size:
                 mark_not_reached(axes)

@@ -14,7 +14,7 @@ from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.page.labels import DRAWN_NAMES
 from crosscheck.report.fragments import COLOURS
-from crosscheck.report.plots.figures import BINS, draw_legend, make_figure, to_svg
+from crosscheck.report.plots.figures import draw_legend, make_figure, to_svg
 from crosscheck.signals import envelope
 
 MICRO, KILO = 1e6, 1e-3
@@ -51,7 +51,7 @@ def draw_panels(height: float, *shown: Panel) -> str:
 
 
 def draw_line(
-    axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: str, bins: int = BINS
+    axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: str, bins: int
 ) -> None:
     """Draw a line, or from two samples a bin on the band from minima to maxima."""
     if time.size <= 2 * bins:

@@ -46,10 +46,10 @@ from crosscheck.report.plots.figures import (
 )
 from crosscheck.signals import envelope
 
-SMALL_BINS = 350
+SMALL_BINS = 200
 HIGHEST_HZ = 6000.0
 FAINTEST = 1e-6  # rad/s^2: what is drawn of a spectrum
-DRAWN = 300  # points of a spectrum: the largest line of every 20 Hz
+DRAWN = 150  # points of a spectrum: the largest line of every 40 Hz
 Spectrum = tuple[np.ndarray, np.ndarray]  # frequency [Hz], amplitude [rad/s^2]
 
 

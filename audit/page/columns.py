@@ -10,12 +10,11 @@ from typing import Any, Generic, TypeVar
 from markupsafe import Markup
 from pydantic import JsonValue
 
-from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.undefined import JsonObject, to_json
 from crosscheck.report import fragments
 
 Row = TypeVar("Row")
-Value = float | int | str | bool | Share | None | tuple[float | None, ...]
+Value = float | int | str | bool | None | tuple[float | None, ...]
 NONE = "-"
 
 
@@ -40,8 +39,7 @@ class TableColumn(Generic[Row]):
 
     def json(self, row: Row) -> JsonValue:
         """The value for JSON; None for what is undefined."""
-        value = self.value(row)
-        return str(value) if isinstance(value, Share) else to_json(value)
+        return to_json(self.value(row))
 
     def text(self, row: Row) -> str:
         """The value in words or digits, as it is read."""
@@ -80,10 +78,10 @@ class Columns(Generic[Row]):
             for row in rows
         ]
 
-    def html(self, rows: Iterable[Row], caption: str = "") -> Markup:
+    def html(self, rows: Iterable[Row]) -> Markup:
         """The rows as a table of the page."""
         body = [[column.html(row) for column in self._visible_columns()] for row in rows]
-        return Markup(fragments.render_table(self._head(), body, caption))
+        return Markup(fragments.render_table(self._head(), body))
 
     def markdown(self, rows: Iterable[Row]) -> str:
         """The rows as a table in Markdown."""
@@ -102,8 +100,6 @@ class Columns(Generic[Row]):
 def _format_value(value: Value, form: str) -> str:
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return NONE
-    if isinstance(value, Share):
-        return str(value)
     if isinstance(value, tuple):
         return " … ".join(_format_value(part, form) for part in value)
     if isinstance(value, bool):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -30,6 +31,8 @@ from crosscheck.report.plots.figures import fix_links
 SCHEMA_VERSION = 3
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
 FILES = {PAGE: file_types.PAPER_PAGE, CLAIMS: file_types.CLAIMS, ERRATA: file_types.SHEET}
+# Lengths in a drawing, in points: two decimals are a thousandth of what a reader sees.
+_LENGTH, _FINER = re.compile(r' (?:d|x|y)="[^"]*"'), re.compile(r"(?<=\.\d\d)\d+")
 # In reading order; each module has a function build_chapter(context) -> AuditChapter.
 CHAPTERS = ("findings.chapter", "errata.sheet", "figures.chapter", "claims.chapter")
 
@@ -87,7 +90,7 @@ def render_chapters(made: Sequence[AuditChapter], provenance: Mapping[str, objec
     page = rendering.render_page(
         "paper", paper=PAPER, extent_read=EXTENT_READ, chapters=made, provenance=provenance
     )
-    return fix_links(page)
+    return _LENGTH.sub(lambda lengths: _FINER.sub("", lengths[0]), fix_links(page))
 
 
 def format_records(made: Sequence[AuditChapter], study: Study) -> str:

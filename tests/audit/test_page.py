@@ -92,22 +92,20 @@ def test_a_citation_names_what_is_known_and_nothing_else():
 
 
 def test_a_column_follows_its_path_in_a_row_and_is_undefined_where_a_part_is_missing():
-    """By name, by place, by attributes; a share in words on the page and in the record."""
-    shares = Columns[ThirdFluctuation](
+    """By name, by place, by attributes."""
+    sizes = Columns[ThirdFluctuation](
         "of {0.severe_count}",
         [
             TableColumn("severe_count", "severe starts"),
             TableColumn("median", "median", "quantiles.1", ".1f"),
-            TableColumn("severe", "severe in", "share"),
             TableColumn("interval", None, "share.interval"),
         ],
     )
     rows = [ThirdFluctuation(np.full(4, size)) for size in (5.0, np.nan)]
-    known, unknown = shares.json(rows)
-    assert (known["id"], known["median"], known["severe"]) == ("of 0", 5.0, "0 of 4")
-    assert known["interval"][0] == 0.0
-    assert (unknown["median"], unknown["severe"], unknown["interval"]) == (None, None, None)
-    assert "<td>5.0</td><td>0 of 4</td>" in shares.html(rows)
+    known, unknown = sizes.json(rows)
+    assert (known["id"], known["median"], known["interval"][0]) == ("of 0", 5.0, 0.0)
+    assert (unknown["median"], unknown["interval"]) == (None, None)
+    assert "<td>5.0</td>" in sizes.html(rows)
 
 
 def test_records_are_identical_but_for_the_provenance(tmp_path):
