@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from crosscheck.cost.engines import build_model
 from crosscheck.identification.compare import RobotComparison, SideResult, compare_robot
 from crosscheck.identification.recording import Recording
 from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.registry import build_robot_model
 from tests.robots import chains
 
 COULOMB, VISCOUS = np.array([3.0, 2.0, 1.0]), np.array([2.0, 1.0, 0.5])
@@ -65,7 +65,7 @@ def recording(
     time = np.arange(0.0, seconds, STEP)
     q = motion(time, 3, seed)[0]
     at, rate, more = motion(time - delay, 3, seed)
-    torque = build_model("exudyn", robot, level).inverse_dynamics(at, rate, more)
+    torque = build_robot_model("exudyn", robot, level).inverse_dynamics(at, rate, more)
     torque = gain * (torque + friction * (VISCOUS * rate + COULOMB * np.sign(rate)))
     torque = torque + TORQUE_NOISE * rng.normal(size=q.shape)
     q = q + POSITION_NOISE * rng.normal(size=q.shape)

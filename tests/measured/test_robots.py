@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.cost.engines import build_model
 from crosscheck.identification.structure import compare_levels, draw_samples
 from crosscheck.identification.terms import build_columns, build_rotor_columns, shared_motors
 from crosscheck.models.robot.robot import Robot
+from crosscheck.registry import build_robot_model
 from tests.measured.robots import (
     COULOMB,
     RATIO,
@@ -77,7 +77,8 @@ def test_coupled_torques_are_armature_with_other_links_in_every_engine(robot, en
     samples = draw_samples(robot, np.zeros((0, 3)))
     state = samples.q, samples.v, samples.a
     apart = [
-        build_model(engine, robot, level).inverse_dynamics(*state) for level in ("coupled", "links")
+        build_robot_model(engine, robot, level).inverse_dynamics(*state)
+        for level in ("coupled", "links")
     ]
     diagonal = RATIO * (RATIO - 1) * ROTOR * samples.a
     columns = build_columns(robot, np.zeros((0, 3)), samples)
@@ -133,7 +134,7 @@ def test_rotors_of_the_robots_file_are_columns_of_their_own_size(robot):
     rotors = build_rotor_columns(robot, robot.rotors, samples)
     state = samples.q, samples.v, samples.a
     apart = [
-        build_model("pinocchio", robot, level).inverse_dynamics(*state)
+        build_robot_model("pinocchio", robot, level).inverse_dynamics(*state)
         for level in ("coupled", "links")
     ]
     values = np.array([term.value for term in rotors.terms])

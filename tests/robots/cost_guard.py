@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.cost import agreement, motion, runs, shortcuts
+from crosscheck.checks.robots import states
+from crosscheck.cost import motion, runs, shortcuts
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings.record import Record
@@ -270,7 +271,7 @@ def wrong_limits() -> Iterator[str]:
 def wrong_states() -> Iterator[str]:
     """Whether drawn states fill each joint's range and rates, and are within them."""
     own, count = robot("oblique"), 400
-    drawn = agreement.sample_states(own, count, 1)
+    drawn = states.sample_states(own, count, 1)
     for column, number in enumerate(own.coordinates):
         joint, limits = own.joints[number], own.joints[number].limits
         most = min(limits.velocity, 2.0)
@@ -323,7 +324,7 @@ def wrong_steps() -> Iterator[str]:
         "three": geared(30.0, 2e-3, mesh=teeth(0.06, 15.0, damping[1], 2e-3)),
     }
     own = chains.robot(OBLIQUE.urdf, joints, gravity_m_per_s2=list(OBLIQUE.gravity))
-    model = shortcuts.build_model("analytic", own, "geared")
+    model = shortcuts.build_robot_model("analytic", own, "geared")
     masses = model.mass_matrix(np.full((1, len(own.coordinates) + 2), 0.2))
     inverse = np.linalg.inv(masses[0])[-2:, -2:]
     right = np.linalg.eigvals(inverse * damping).real.max()

@@ -16,10 +16,10 @@ from crosscheck.analytic.robot.algorithms import MovingTree, solve
 from crosscheck.analytic.robot.mechanism import build_mechanism, name_numbers, replace_names
 from crosscheck.analytic.robot.states import RobotStates
 from crosscheck.analytic.robot.structure import trace_forward_dynamics
-from crosscheck.cost.engines import build_model
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.provenance import ROOT
+from crosscheck.registry import build_robot_model
 from tests.faults.robots import ROBOTS
 from tests.robots import chains
 from tests.robots.traced import CIRCLE, equations, moving_tree, random_state, run_text
@@ -32,7 +32,7 @@ TOLERANCE = 1e-12
 def off(robot: Robot, level: str, engine: str, lanes: int) -> float:
     """By how much M times the difference of accelerations exceeds rounding, in parts of |M| |a|."""
     q, v, torques = random_state(robot, level, 3, states=5)
-    model = build_model(engine, robot, level)
+    model = build_robot_model(engine, robot, level)
     expected, mass = model.forward_dynamics(q, v, torques), model.mass_matrix(q)
     found = RobotStates(robot, level, lanes).forward_dynamics(q, v, torques)
     missed = np.einsum("sij,sj->si", mass, found - expected)
@@ -61,7 +61,7 @@ def test_mass_matrix_is_that_of_every_engine(level):
         q, _, _ = random_state(robot, level, 1, states=9)
         found = RobotStates(robot, level).mass_matrix(q)
         for engine in chains.ENGINES:
-            expected = build_model(engine, robot, level).mass_matrix(q)
+            expected = build_robot_model(engine, robot, level).mass_matrix(q)
             assert found == pytest.approx(expected, abs=1e-14 * np.abs(expected).max())
 
 
