@@ -1,7 +1,7 @@
 # make run        set up and run the cross-check; writes report/index.html and report/agreement.json
 # make test       set up and run the test suite
 # make test-fast  the first case of every test, none that is slow: before every commit
-# make package    what the suite leaves out: the wheel's whole cross-check, and types that users see
+# make test-system  what the suite leaves out: whole commands killed, starved, installed, in odd surroundings
 # make fuzz       the suite's campaigns at length, DRAWS=1000 of each, and other examples of its properties
 # make octave     answers from GNU Octave (needs octave-cli), which the suite skips without
 # make coverage   the suite, measured: docs/project/coverage.md
@@ -20,7 +20,7 @@ EDITABLE := $(PIP) install --quiet --no-deps --no-build-isolation --no-index -e 
 TEST := $(PY) -m pytest -rs -n auto --dist loadscope --no-loadscope-reorder
 DRAWS ?= 1000
 
-.PHONY: run test test-fast package fuzz octave coverage lint bench paper docs lock clean
+.PHONY: run test test-fast test-system fuzz octave coverage lint bench paper docs lock clean
 .DELETE_ON_ERROR:
 
 run: .venv/run.stamp
@@ -32,8 +32,8 @@ test: .venv/dev.stamp
 test-fast: .venv/dev.stamp
 	$(TEST) --first-cases
 
-package: .venv/dev.stamp
-	$(TEST) -m package
+test-system: .venv/dev.stamp
+	$(TEST) -m system
 
 fuzz: .venv/dev.stamp
 	CROSSCHECK_DRAWS=$(DRAWS) $(TEST) -m "campaign or hypothesis" --timeout 0

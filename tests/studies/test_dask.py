@@ -16,7 +16,7 @@ from distributed import Client
 from crosscheck.provenance import ROOT
 from tests.studies.studies import MEMBERS, Hold, content, finished, sweeping, wait_for_batches
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.system
 
 
 def _free_port() -> int:

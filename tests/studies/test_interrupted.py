@@ -9,7 +9,7 @@ import pytest
 
 from tests.studies import studies
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.system
 
 
 def _workers(program: int) -> list[int]:

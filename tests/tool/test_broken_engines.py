@@ -18,7 +18,7 @@ from tests.arms import arm_of
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.system
 
 
 @pytest.fixture

@@ -33,6 +33,8 @@ from crosscheck.runner.tasks import Evaluation, Simulation
 from crosscheck.runner.workers import Workers
 from tests.arms import arm_of
 
+pytestmark = pytest.mark.system
+
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
 OTHERS = 4
 FAMILIES = ("same-step", "invariants")

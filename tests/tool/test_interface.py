@@ -34,7 +34,7 @@ crosscheck.check(quick="yes")
 """
 
 
-@pytest.mark.package
+@pytest.mark.system
 def test_type_checker_knows_every_type(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)

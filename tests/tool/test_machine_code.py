@@ -30,6 +30,8 @@ from tests.obstacles import OBSTACLES
 from tests.processes import command_line
 from tests.tool.test_cache import NOT_PRIVATE, another_users
 
+pytestmark = pytest.mark.system
+
 SHORT = ("simulate", "paper-labelled", "--model", "analytic:links", "--scenario", "pd")
 SUM = 'def add(out: array, a, b):\n    """a + b."""\n    out[0] = a + b\n'
 OTHER = SUM.replace("a + b\n", "a - b\n")

@@ -8,6 +8,8 @@ import pytest
 
 from tests.processes import command_line
 
+pytestmark = pytest.mark.system
+
 ROOT = Path(__file__).parents[2]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 

@@ -16,6 +16,8 @@ import yaml
 from tests.processes import command_line
 from tests.tool.supplied import model_file
 
+pytestmark = pytest.mark.system
+
 ROOT = Path(__file__).parents[2]
 SOURCE_FOLDERS = ("crosscheck", "models", "analytic", "audit")
 IMPORT_EVERY_MODULE = """
@@ -108,7 +110,6 @@ def test_wheel_has_every_module(project):
     assert set(imported.stdout.split()) == source_modules()
 
 
-@pytest.mark.package
 def test_wheel_runs_a_whole_cross_check(project):
     checked = run(project, "crosscheck run --quick --out cross-check")
     assert checked.returncode == 0, checked.stdout + checked.stderr

@@ -18,6 +18,8 @@ from crosscheck.planning import robots
 from crosscheck.runner import cpu_limit
 from tests.processes import warm_command_line
 
+pytestmark = pytest.mark.system
+
 ENTRY = (
     "from crosscheck.registry import STATES, Entry\nit = Entry('guest', 'C', 'geared', STATES{})"
 )

@@ -21,7 +21,7 @@ from crosscheck.runner.progress_update import ProgressUpdate, TimeEstimate
 from crosscheck.runner.tasks import Evaluation, RunKey
 from crosscheck.runner.workers import Workers
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.system
 
 CASE = load_case("paper-labelled", "constant-torque")
 

@@ -5,7 +5,7 @@ import pytest
 import crosscheck as package
 from tests.arms import arm_of, random_arm
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.system
 
 
 @pytest.mark.usefixtures("brief_plan")

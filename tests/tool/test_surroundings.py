@@ -14,6 +14,8 @@ from crosscheck.models.trajectory import read_netcdf
 from crosscheck.provenance import ROOT
 from tests.processes import command_line
 
+pytestmark = pytest.mark.system
+
 SHORT = ("simulate", "--model", "pinocchio:links", "--scenario", "pd", "--t-end", "0.0002")
 NOWHERE = "/dev/null/home"  # no folder can be made there, by anyone
 HOMELESS = {"HOME": NOWHERE, "XDG_CACHE_HOME": "", "XDG_CONFIG_HOME": "", "MPLCONFIGDIR": ""}

@@ -10,6 +10,8 @@ import pytest
 from tests.processes import command_line, warm_command_line
 from tests.tool.supplied import model_file
 
+pytestmark = pytest.mark.system
+
 Run = Callable[..., subprocess.CompletedProcess[str]]
 LEAVES = "os._exit(0)"
 AT_THE_END = "import atexit; atexit.register(os._exit, 0)"

@@ -13,6 +13,8 @@ import pytest
 from tests.loops import require_items
 from tests.processes import warm_command_line
 
+pytestmark = pytest.mark.system
+
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "your-own-model.md"
 RED = ("differ ", "failed ", "wrong ")
