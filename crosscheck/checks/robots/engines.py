@@ -101,7 +101,10 @@ def _plan_pair(left: SampledRobot, right: SampledRobot, question: RobotQuestion)
     key = ComparisonKey(family, case.name, quantity, left.model, right.model)
 
     def judge(about: Subject, left_values: np.ndarray, right_values: np.ndarray) -> Finding:
-        size = _run_sizes(case, left_values) if is_run else getattr(case.sizes, quantity)
+        size = getattr(case.sizes, quantity, None)
+        if size is None:  # of runs: of the one that has not diverged
+            ends = np.where(np.isfinite(left_values), left_values, right_values)
+            size = _run_sizes(case, ends)
         size = size if left_values.ndim == size.ndim else size[:, None]
         measured = share_of(left_values - right_values, size)
         basis = f"{case.sizes.basis(quantity)}; size: {SIZE_WORDS[quantity]}"
