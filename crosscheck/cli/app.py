@@ -476,8 +476,8 @@ def init(
 
 
 @app.command()
-def show(arm: ArmName) -> None:
-    """Show an arm's values and what follows from them, with units."""
+def show(arm: MechanismName) -> None:
+    """Show an arm's values and what follows from them; of a robot, every doubtful inertia."""
     from crosscheck.cli.show import show_command
 
     show_command(arm)

@@ -25,7 +25,11 @@ from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
+from crosscheck.models.files import is_robot
 from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.robot.file import load_robot, load_urdf
+from crosscheck.models.robot.inertias import format_values
+from crosscheck.models.robot.tree import survey_inertias
 from crosscheck.planning.plan import is_the_papers
 from crosscheck.planning.sizing import Sizes, compute_sizes, make_pd_scenario, make_step_scenario
 from crosscheck.registry import require_usable_numbers
@@ -38,7 +42,10 @@ RIGID = 1e-3  # of the fastest eigenvalue: slower ones are the arm's own, or the
 
 
 def show_command(name: str) -> None:
-    """Print an arm, once all of it is worked out. Raises InputError."""
+    """Print an arm, once all of it is worked out, or a robot. Raises InputError."""
+    if is_robot(name):
+        _show_robot(name)
+        return
     arm = load_arm(name)
     with require_usable_numbers("show", arm):
         tables = list(_tables(arm))
@@ -46,6 +53,25 @@ def show_command(name: str) -> None:
     print(make_printable(f"{arm.name}: {describe_loads(arm)}"))
     print(*map(make_printable, describe_arm(arm)), "", sep="\n")
     Console().print(*tables, sep="\n")
+
+
+def _show_robot(name: str) -> None:
+    """Print every doubtful inertia of a robot's URDF, then the robot. Raises InputError."""
+    urdf, where = load_urdf(name)
+    for doubt in survey_inertias(urdf, where):
+        repair = f"; {doubt.repair}" if doubt.repair else ""
+        print(make_printable(f"link {doubt.link}: {doubt.reason}{repair}"))
+    robot = load_robot(name)
+    print(*map(make_printable, repr(robot).splitlines()), sep="\n")
+    for number, joint in enumerate(robot.joints):
+        body = robot.bodies[number]
+        values = format_values(np.linalg.eigvalsh(body.inertia))
+        print(
+            make_printable(
+                f"{joint.name}: {joint.kind}, moves {body.mass:.4g} kg with all that is fixed to"
+                f" it, of principal inertias {values} kg m^2"
+            )
+        )
 
 
 def _tables(arm: Arm) -> Iterator[Table]:

@@ -111,6 +111,15 @@ def load_robot(name: str) -> Robot:
     return read_source(name, read_robot_file(name))[1]
 
 
+def load_urdf(name: str) -> tuple[Urdf, str]:
+    """The URDF of a robot's name, whether or not a robot can be made of it, and its path.
+
+    Raises InputError.
+    """
+    urdf = _urdf_path(name, validate_record(RobotFile, read_robot_file(name), name))
+    return read_urdf(read_text(urdf), str(urdf)), str(urdf)
+
+
 def read_robot_file(name: str) -> dict[str, Any]:
     """What a robot's file holds, not validated, or what stands for it. Raises InputError."""
     path = Path(name)
@@ -121,10 +130,15 @@ def read_robot_file(name: str) -> dict[str, Any]:
 def read_source(name: str, content: dict[str, Any]) -> tuple[RobotSource, Robot]:
     """A robot by the content of its file and the URDF beside it. Raises InputError."""
     file = validate_record(RobotFile, content, name)
-    is_builtin = name in builtin_robots()
-    urdf = (HERE / "robots" if is_builtin else Path(name).parent) / file.urdf
+    urdf = _urdf_path(name, file)
     source = RobotSource(file=file, urdf_text=read_text(urdf))
     return source, source.build(name, str(urdf))
+
+
+def _urdf_path(name: str, file: RobotFile) -> Path:
+    """The path of a robot's URDF, which lies beside its file."""
+    folder = HERE / "robots" if name in builtin_robots() else Path(name).parent
+    return folder / file.urdf
 
 
 def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:

@@ -8,17 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.models.errors import InputError
+from crosscheck.models.robot.inertias import InertiaDoubt, find_inertia_doubts
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Mimic, Placement, RobotBody
 from crosscheck.models.robot.urdf import Urdf, UrdfJoint
 
 MOST_JOINTS = 64
-# Of a principal inertia over the largest one: what rounding of printed digits explains.
-ROUNDED = 1e-6
 SINGULAR = 1e-12  # of an eigenvalue of M, its diagonal scaled to 1: less of it is none
 LIGHTEST = 1e-12  # of what a joint moves [kg]
-# A body whose radius of gyration is so many times the robot's size, and which is lighter than air
-# would be that filled a cube of it [kg/m^3], is none: mass or inertia is in another unit.
-FARTHEST_OUT, THINNEST = 10.0, 1.0
 HOME = Placement(np.eye(3), np.zeros(3))
 
 
@@ -36,12 +32,32 @@ def build_tree(urdf: Urdf, where: str) -> Tree:
 
     Raises InputError for what is no tree, or joints whose mass matrix is singular.
     """
+    frames, joints, bodies, doubts = _assemble(urdf, where)
+    for doubt in doubts:
+        if doubt.is_fatal:
+            raise InputError(where, f"link {doubt.link}: inertia", None, doubt.reason)
+    _require_regular(joints, bodies, _moved_links(urdf, joints), where)
+    notes = [f"link {doubt.link}: {doubt.reason}" for doubt in doubts]
+    return Tree(joints, bodies, frames, (*notes, *_find_held_root(urdf, frames, joints)))
+
+
+def survey_inertias(urdf: Urdf, where: str) -> list[InertiaDoubt]:
+    """All doubtful inertias of a URDF at once. Raises InputError for what is no tree."""
+    return _assemble(urdf, where)[3]
+
+
+def _assemble(
+    urdf: Urdf, where: str
+) -> tuple[dict[str, LinkFrame], tuple[Joint, ...], tuple[RobotBody, ...], list[InertiaDoubt]]:
+    """Frames, joints, bodies and what is doubtful of these. Raises InputError."""
     root, below = _find_root(urdf, where)
     frames, moving = _frames(root, below)
     if not 1 <= len(moving) <= MOST_JOINTS:
         allowed = f"must be 1 to {MOST_JOINTS} that move; {len(moving)} do"
         raise InputError(where, "joint", None, allowed)
-    bodies = [_merge_bodies(number, urdf, frames, moving, where) for number in range(len(moving))]
+    bodies = tuple(
+        _merge_bodies(number, urdf, frames, moving, where) for number in range(len(moving))
+    )
     numbers = {joint.name: number for number, joint in enumerate(moving)}
     joints = tuple(
         Joint(
@@ -55,9 +71,13 @@ def build_tree(urdf: Urdf, where: str) -> Tree:
         )
         for joint in moving
     )
-    _require_regular(joints, bodies, [f"link {joint.child}" for joint in moving], where)
-    doubts = (*_find_doubts(urdf, frames, joints, bodies), *_find_held_root(urdf, frames, joints))
-    return Tree(joints, tuple(bodies), frames, doubts)
+    return frames, joints, bodies, list(find_inertia_doubts(urdf.links, frames, joints, bodies))
+
+
+def _moved_links(urdf: Urdf, joints: Sequence[Joint]) -> list[str]:
+    """The link that each joint moves, as messages name it."""
+    children = {joint.name: joint.child for joint in urdf.joints}
+    return [f"link {children[joint.name]}" for joint in joints]
 
 
 def compose(outer: Placement, inner: Placement) -> Placement:
@@ -126,7 +146,6 @@ def _merge_bodies(
         frame = frames[link.name]
         if frame.body == number and link.body is not None:
             turn, body = frame.placement.rotation, link.body
-            _require_no_negative(body.inertia, where, f"link {link.name}: inertia")
             com = frame.placement.position + turn @ body.com
             parts.append(RobotBody(body.mass, com, turn @ body.inertia @ turn.T))
     mass = sum(part.mass for part in parts)
@@ -140,14 +159,6 @@ def _merge_bodies(
         away = part.com - com
         inertia += part.inertia + part.mass * (away @ away * np.eye(3) - np.outer(away, away))
     return RobotBody(mass, com, inertia)
-
-
-def _require_no_negative(inertia: np.ndarray, where: str, field: str) -> None:
-    """Raise InputError for a principal value below zero, by more than rounding; zero may be."""
-    values = np.linalg.eigvalsh(inertia)
-    if values[0] < -ROUNDED * abs(values[-1]):
-        allowed = f"must not be negative; its principal values are {_format_values(values)} kg m^2"
-        raise InputError(where, field, None, allowed)
 
 
 def _require_regular(
@@ -212,55 +223,6 @@ def _axis_rotation(axis: np.ndarray, angle: float) -> np.ndarray:
     cross = np.cross(np.eye(3), -axis)
     rotation: np.ndarray = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
     return rotation
-
-
-def _format_values(values: np.ndarray, digits: int = 3) -> str:
-    return ", ".join(f"{each:.{digits}g}" for each in values)
-
-
-def _find_doubts(
-    urdf: Urdf,
-    frames: dict[str, LinkFrame],
-    joints: Sequence[Joint],
-    bodies: Sequence[RobotBody],
-) -> Iterator[str]:
-    """A line for every moving link whose mass or inertia no body has."""
-    size = _reach(joints, bodies)
-    for link in urdf.links:
-        if link.body is None or frames[link.name].body == BASE:
-            continue
-        values = np.linalg.eigvalsh(link.body.inertia)
-        if link.body.mass == 0 and values[-1] > 0:
-            yield f"link {link.name}: an inertia without mass; used as it stands"
-        if values[0] + values[1] < values[2] * (1 - ROUNDED):
-            yield (
-                f"link {link.name}: no body has principal inertias {_format_values(values)} kg"
-                " m^2, of"
-                " which the last exceeds the others' sum; used as they stand"
-            )
-        if link.body.mass > 0 and _is_thin(link.body, bodies[frames[link.name].body], size):
-            radii = np.sqrt(np.maximum(values, 0.0) / link.body.mass)
-            yield (
-                f"link {link.name}: radii of gyration of {_format_values(radii, 2)} m on a robot of"
-                f" {size:.2g} m: mass and inertia do not belong together; used as they stand"
-            )
-
-
-def _is_thin(body: RobotBody, whole: RobotBody, size: float) -> bool:
-    """Whether a link's inertia is most of its body's and far too large for its mass."""
-    radius = np.sqrt(np.linalg.eigvalsh(body.inertia)[-1] / body.mass)
-    matters = np.trace(body.inertia) > np.trace(whole.inertia) / 2
-    return bool(matters and radius > FARTHEST_OUT * size and body.mass < THINNEST * radius**3)
-
-
-def _reach(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> float:
-    """How far a centre of mass is from the base at most [m], chains stretched, slides at zero."""
-    lengths: list[float] = []
-    for joint in joints:
-        under = 0.0 if joint.parent == BASE else lengths[joint.parent]
-        lengths.append(under + float(np.linalg.norm(joint.placement.position)))
-    ends = zip(lengths, bodies, strict=True)
-    return max(length + float(np.linalg.norm(body.com)) for length, body in ends)
 
 
 def _find_held_root(

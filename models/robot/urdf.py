@@ -30,10 +30,14 @@ NUMBER = re.compile(r"[ \t\n\v\f\r]*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]
 
 @dataclass(frozen=True)
 class UrdfLink:
-    """A link of a URDF; body is None where it has no inertia."""
+    """A link of a URDF; body is None where it has no inertia.
+
+    six: its numbers ixx, ixy, ixz, iyy, iyz, izz [kg m^2] as they stand.
+    """
 
     name: str
     body: RobotBody | None
+    six: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -133,17 +137,18 @@ class _Reader:
         mass = self._number(mass_at, "mass.value", required=True)
         if not 0 <= mass <= HEAVIEST:
             raise self._error("mass.value", mass, f"must be 0 to {HEAVIEST:g} kg")
-        ixx, ixy, ixz, iyy, iyz, izz = (
+        six = tuple(
             self._number(inertia_at, f"inertia.{key}", required=True)
             for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
-        if max(map(abs, (ixx, ixy, ixz, iyy, iyz, izz))) > LARGEST_INERTIA:
+        if max(map(abs, six)) > LARGEST_INERTIA:
             allowed = f"must be of at most {LARGEST_INERTIA:g} kg m^2"
             raise self._error("inertia", None, allowed)
+        ixx, ixy, ixz, iyy, iyz, izz = six
         tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
         turned = placement.rotation @ tensor @ placement.rotation.T
         body = RobotBody(mass, placement.position, turned)
-        return UrdfLink(self.name, body if mass or tensor.any() else None)
+        return UrdfLink(self.name, body if mass or tensor.any() else None, six)
 
     def joint(self) -> UrdfJoint:
         kind = self.element.get("type")

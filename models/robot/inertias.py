@@ -1,0 +1,169 @@
+"""Links of a URDF that are no possible bodies: which, why, and the likeliest repair."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, RobotBody
+from crosscheck.models.robot.urdf import UrdfLink
+
+# Of a principal inertia over the largest one: what rounding of printed digits explains.
+ROUNDED = 1e-6
+# A body whose radius of gyration is so many times the robot's size, and which is lighter than air
+# would be that filled a cube of it [kg/m^3], is none: mass or inertia is in another unit.
+FARTHEST_OUT, THINNEST = 10.0, 1.0
+MEASURED = 1.25  # a last principal inertia that exceeds the others' sum by less is no slip
+SLOTS, DIAGONAL = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), [0, 3, 5]
+# Orders in which the six numbers may have been written, by what then stands in each slot.
+ORDERS = {
+    "ixx, iyy, izz, ixy, ixz, iyz": (0, 3, 4, 1, 5, 2),
+    "ixx, iyy, izz, ixy, iyz, ixz": (0, 3, 5, 1, 4, 2),
+    "ixx, ixy, iyy, ixz, iyz, izz": (0, 1, 3, 2, 4, 5),
+}
+DECADES = (-1, 1, -2, 2, -3, 3)  # of one number that is off by a power of ten
+UNITS = {1e-3: "g m^2", 1e-4: "kg cm^2", 1e-6: "kg mm^2", 1e-7: "g cm^2", 1e-9: "g mm^2"}
+# Volume of a solid cube over its radius of gyration cubed, and density of machines [kg/m^3].
+SOLID, MACHINE = 14.7, 2000.0
+SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("l", "r"), ("L", "R"))
+
+
+@dataclass(frozen=True)
+class InertiaDoubt:
+    """A link whose mass or inertia no body has; repair: the likeliest one, in words; or none.
+
+    is_fatal: whether no model can be made of it.
+    """
+
+    link: str
+    reason: str
+    repair: str = ""
+    is_fatal: bool = False
+
+
+def find_inertia_doubts(
+    links: Sequence[UrdfLink],
+    frames: dict[str, LinkFrame],
+    joints: Sequence[Joint],
+    bodies: Sequence[RobotBody],
+) -> Iterator[InertiaDoubt]:
+    """A doubt for every moving link whose mass or inertia no body has, in the file's order."""
+    size = _reach(joints, bodies)
+    for link in links:
+        if link.body is None or frames[link.name].body == BASE:
+            continue
+        values = np.linalg.eigvalsh(link.body.inertia)
+        if link.body.mass == 0 and values[-1] > 0:
+            yield InertiaDoubt(link.name, "an inertia without mass; used as it stands")
+        if is_negative(values):
+            reason = (
+                f"must not be negative; its principal values are {format_values(values)} kg m^2"
+            )
+            yield InertiaDoubt(link.name, reason, _find_repair(link, links), is_fatal=True)
+        elif not is_possible(values):
+            reason = (
+                f"no body has principal inertias {format_values(values)} kg m^2, of which the last"
+                " exceeds the others' sum; used as they stand"
+            )
+            yield InertiaDoubt(link.name, reason, _find_repair(link, links))
+        if link.body.mass > 0 and _is_thin(link.body, bodies[frames[link.name].body], size):
+            radii = np.sqrt(np.maximum(values, 0.0) / link.body.mass)
+            reason = (
+                f"radii of gyration of {format_values(radii, 2)} m on a robot of {size:.2g} m: mass"
+                " and inertia do not belong together; used as they stand"
+            )
+            yield InertiaDoubt(link.name, reason, _find_unit(link.body.mass, radii[-1]))
+
+
+def is_negative(values: np.ndarray) -> bool:
+    """Whether a principal inertia is below zero, by more than rounding; zero may be."""
+    return bool(values[0] < -ROUNDED * abs(values[-1]))
+
+
+def is_possible(values: np.ndarray) -> bool:
+    """Whether a body has such principal inertias, the smallest first."""
+    return not is_negative(values) and bool(values[0] + values[1] >= values[2] * (1 - ROUNDED))
+
+
+def format_values(values: np.ndarray, digits: int = 3) -> str:
+    """Numbers in a list."""
+    return ", ".join(f"{each:.{digits}g}" for each in values)
+
+
+def _is_body(six: Sequence[float]) -> bool:
+    """Whether a body has the inertia of these six numbers."""
+    ixx, ixy, ixz, iyy, iyz, izz = six
+    return is_possible(np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]))
+
+
+def _find_repair(link: UrdfLink, links: Sequence[UrdfLink]) -> str:
+    """The first that makes a body: the twin's numbers, another order, a power of ten, a sign."""
+    six = np.array(link.six)
+    values = np.linalg.eigvalsh(link.body.inertia) if link.body else np.zeros(3)
+    if values[0] > 0 and values[2] < MEASURED * (values[0] + values[1]):
+        beyond = 100 * (values[2] / (values[0] + values[1]) - 1)
+        return f"measured or rounded so, by all appearances: {beyond:.2g} % too large"
+    by_name = {each.name: each for each in links}
+    for name in _find_twins(link.name):
+        twin = by_name.get(name)
+        if twin is not None and twin.body is not None and _is_body(twin.six):
+            return f"its twin {name} has {_format_six(twin.six)}, which a body has"
+    for order, slots in ORDERS.items():
+        if any(six[[1, 2, 4]]) and _is_body(six[list(slots)]):
+            return f"a body has them if they are {order}"
+    for decade, slot in product(DECADES, range(len(SLOTS))):
+        changed = six.copy()
+        changed[slot] *= 10.0**decade
+        if six[slot] and _is_body(changed):
+            return f"a body has them if {SLOTS[slot]} is {changed[slot]:g}"
+    without_signs = six.copy()
+    without_signs[DIAGONAL] = np.abs(six[DIAGONAL])
+    if _is_body(without_signs):
+        return "a body has them without the signs of ixx, iyy and izz"
+    return ""
+
+
+def _find_twins(name: str) -> Iterator[str]:
+    """What the link on the other side may be called."""
+    for pair in SIDES:
+        for side, other in (pair, pair[::-1]):
+            pattern = side if len(side) > 1 else rf"(?<![A-Za-z]){side}(?![A-Za-z])"
+            twin = re.sub(pattern, other, name)
+            if twin != name:
+                yield twin
+
+
+def _format_six(six: Sequence[float]) -> str:
+    return ", ".join(f"{slot} {value:g}" for slot, value in zip(SLOTS, six, strict=True))
+
+
+def _find_unit(mass: float, radius: float) -> str:
+    """The unit in which a solid body's inertia comes closest to a machine's density."""
+
+    def distance(factor: float) -> float:
+        density = mass / (SOLID * (radius * factor**0.5) ** 3)
+        return abs(float(np.log(density / MACHINE)))
+
+    factor = min(UNITS, key=distance)
+    return f"the inertia may be in {UNITS[factor]}: times {factor:g}"
+
+
+def _is_thin(body: RobotBody, whole: RobotBody, size: float) -> bool:
+    """Whether a link's inertia is most of its body's and far too large for its mass."""
+    radius = np.sqrt(max(np.linalg.eigvalsh(body.inertia)[-1], 0.0) / body.mass)
+    matters = np.trace(body.inertia) > np.trace(whole.inertia) / 2
+    return bool(matters and radius > FARTHEST_OUT * size and body.mass < THINNEST * radius**3)
+
+
+def _reach(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> float:
+    """How far a centre of mass is from the base at most [m], chains stretched, slides at zero."""
+    lengths: list[float] = []
+    for joint in joints:
+        under = 0.0 if joint.parent == BASE else lengths[joint.parent]
+        lengths.append(under + float(np.linalg.norm(joint.placement.position)))
+    ends = zip(lengths, bodies, strict=True)
+    return max(length + float(np.linalg.norm(body.com)) for length, body in ends)
