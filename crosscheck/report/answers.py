@@ -179,7 +179,7 @@ def answer_on_levels(agreement: Agreement) -> str:
                 f"the {worst.about.metric.partition(' of the ')[2].partition(' over ')[0]} is off"
                 f" by up to {format_percent(worst.relative or 0.0)} of its largest"
             )
-        sentences.append(f"At level {model.partition(':')[2]} {' and '.join(parts)}.")
+        sentences.append(f"At level {model.partition(':')[2]} {', and '.join(parts)}.")
     return " ".join(sentences) or "There is one level alone."
 
 

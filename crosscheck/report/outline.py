@@ -103,6 +103,6 @@ def _robot_outline(robot: Robot) -> ReportOutline:
         levels=levels,
         finest=f"{reference_engine()}:{robot.levels[-1]}",
         truths="first principles",
-        described=(*repr(robot).splitlines()[1:], *robot.notes),
+        described=tuple(repr(robot).splitlines()[1:]),
         is_robot=True,
     )

@@ -94,7 +94,7 @@ def format_values(values: np.ndarray, digits: int = 3) -> str:
     return ", ".join(f"{each:.{digits}g}" for each in values)
 
 
-def _is_body(six: Sequence[float]) -> bool:
+def _is_body(six: Sequence[float] | np.ndarray) -> bool:
     """Whether a body has the inertia of these six numbers."""
     ixx, ixy, ixz, iyy, iyz, izz = six
     return is_possible(np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]))
