@@ -83,7 +83,8 @@ def describe_models() -> str:
         [
             "# Models and switches\n",
             "A `geared` model must agree with every other geared one; a `form` is the paper's and",
-            "is measured against them; a `rigid` one has no gears.\n",
+            "is measured against them; a `rigid` one has no gears; a `robot` is an engine of",
+            "robots, whose model at a level is called `engine:level`.\n",
             format_table(["model", "role", "what it is", "abilities"], rows),
             "## Switches\n",
             format_table(["switch", "values"], switches),
