@@ -70,9 +70,7 @@ def _check_order(about: Subject, rows: np.ndarray, case: RobotCase) -> Finding:
     if len(orders) < 2 or abs(orders[-1] - orders[-2]) > ORDER_TOLERANCE:
         shown = ", ".join(f"{order:.2f}" for order in orders) or "none"
         note = f"not asked: the steps' differences are rounding, or too large; orders {shown}"
-        return make_measurement(
-            about, measured=float(orders[-1]) if orders.size else 0.0, note=note
-        )
+        return make_measurement(about, measured=0.0, note=note)
     note = f"observed order {orders[-1]:.3f} of the finest steps, {orders[-2]:.3f} of those before"
     return make_check(
         about,
