@@ -12,6 +12,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.robots import compare_engines
+from crosscheck.provenance import ROOT
 from crosscheck.registry import build_robot_model
 from tests.robots.chains import ENGINES, LIMIT, Solid, joint, link, robot, urdf
 from tests.tool.test_bad_input import assert_one_line
@@ -177,7 +178,9 @@ def test_a_robot_that_there_is_not(crosscheck):
 
 def test_an_arm_is_no_robot_nor_a_robot_an_arm(crosscheck):
     assert_one_line(crosscheck("cost", "probe"), "probe", "it is one of arms")
-    assert_one_line(crosscheck("show", "sliding"), "sliding", "it is one of robots")
+    record = ROOT / "examples" / "recordings" / "payload.csv"
+    answer = crosscheck("compare", record, "sliding")
+    assert_one_line(answer, "sliding", "it is one of robots")
 
 
 def test_no_output_takes_the_place_of_an_input(crosscheck, tmp_path):

@@ -9,6 +9,7 @@ from crosscheck.cli.app import app
 from crosscheck.models.errors import LONGEST_LINE, Diverged, InputError, format_line
 from crosscheck.models.files import HERE, is_robot
 from crosscheck.models.loading import load_case
+from crosscheck.provenance import ROOT
 from tests.loops import require_items
 from tests.tool.test_bad_input import assert_one_line
 
@@ -88,7 +89,9 @@ def test_xml_in_place_of_an_arm_is_called_what_it_is(crosscheck, tmp_path, kind)
     text, *fragments = XML_FILES[kind]
     file = tmp_path / "arm.toml"
     file.write_text(text, encoding="utf-8")
-    assert_one_line(crosscheck("show", file), f"{file}: is", "an arm's TOML file", *fragments)
+    record = ROOT / "examples" / "recordings" / "payload.csv"
+    answer = crosscheck("compare", record, file)
+    assert_one_line(answer, f"{file}: is", "an arm's TOML file", *fragments)
     assert is_robot(str(file))
 
 
