@@ -166,8 +166,8 @@ def test_what_is_for_arms_is_refused(crosscheck, bob):
         assert "is for arms" in answer.err
 
 
-def test_python_checks_a_robot():
-    result = package.check("sliding", quick=True, jobs=2)
+def test_python_checks_a_robot(bob):
+    result = package.check(str(bob), quick=True, jobs=2)
     assert result.exit_code == 0
     assert repr(result).startswith("The equations agree with every engine")
 
