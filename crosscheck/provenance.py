@@ -75,7 +75,7 @@ def record_provenance(
     """The Provenance of a result made now; packages: what it depends on beside the usual."""
     return Provenance(
         arm=mechanism if isinstance(mechanism, Arm) else None,
-        robot=None if isinstance(mechanism, Arm) else read_robot_file(mechanism),
+        robot=None if isinstance(mechanism, Arm) else parse_robot_file(mechanism),
         arm_sha256=mechanism_digest(mechanism),
         seed=seed,
         quick=quick,
@@ -103,7 +103,7 @@ def describe_surroundings(packages: Sequence[str] = ()) -> dict[str, Any]:
     }
 
 
-def read_robot_file(robot: Robot) -> RobotFile:
+def parse_robot_file(robot: Robot) -> RobotFile:
     """The file that a robot was read from."""
     return RobotFile.model_validate_json(robot.file_json)
 
