@@ -55,36 +55,54 @@ class RobotStates:
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """Accelerations (states, n) under torques of motors (states, free)."""
+        blocks = self.dynamics_blocks(q, v, torques)
+        blocks.evaluate()
+        return blocks.results()
+
+    def dynamics_blocks(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> StateBlocks:
+        """The states in blocks, whose results are accelerations."""
         program = build_dynamics_program(self.equations.structure, self.lanes)
-        return self._evaluate(program, self.equations.numbers, [q, v, torques])
+        return StateBlocks(program, self.equations.numbers, np.hstack([q, v, torques]))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M (states, free, free) of the joints' coordinates; meshes move rotors apart from it."""
+        blocks = self.mass_blocks(q)
+        blocks.evaluate()
+        free = self.equations.structure.mechanism.free
+        matrix = np.empty((len(q), free, free))
+        rows, columns = np.tril_indices(free)
+        matrix[:, rows, columns] = matrix[:, columns, rows] = blocks.results()
+        return matrix
+
+    def mass_blocks(self, q: np.ndarray) -> StateBlocks:
+        """The states in blocks, whose results are the lower half of M, row by row."""
         structure = self.equations.structure
         program = build_mass_program(structure, self.lanes)
         numbers = self.equations.constants(trace_mass_matrix(structure))
-        free = structure.mechanism.free
-        entries = self._evaluate(program, numbers, [q[:, :free]])
-        matrix = np.empty((len(q), free, free))
-        rows, columns = np.tril_indices(free)
-        matrix[:, rows, columns] = matrix[:, columns, rows] = entries
-        return matrix
+        return StateBlocks(program, numbers, q[:, : structure.mechanism.free])
 
-    def _evaluate(
-        self, made: StateProgram, numbers: Numbers, states: Sequence[np.ndarray]
-    ) -> np.ndarray:
-        """Results (states, results) of a program, the last block filled up with its last state."""
-        given, lanes = np.hstack(states), self.lanes
-        blocks = -(-len(given) // lanes)
-        w = spread_numbers(made.program, numbers)
-        x = make_aligned_zeros(blocks, (made.inputs + made.results) * lanes)
-        rows = x.reshape(blocks, made.inputs + made.results, lanes)
-        places = np.minimum(np.arange(blocks * lanes), len(given) - 1).reshape(blocks, lanes)
-        rows[:, : made.inputs] = given[places].transpose(0, 2, 1)
-        code = compile_program(made.program)
-        code["evaluate_all"](w.ctypes.data, x.ctypes.data, blocks)
-        found = rows[:, made.inputs :].transpose(0, 2, 1)
-        return found.reshape(-1, made.results)[: len(given)]
+
+class StateBlocks:
+    """States (states, inputs) of a program side by side, the last block filled up with its last."""
+
+    def __init__(self, made: StateProgram, numbers: Numbers, states: np.ndarray) -> None:
+        lanes = made.program.lanes
+        self._made, self._count, blocks = made, len(states), -(-len(states) // lanes)
+        self._numbers = spread_numbers(made.program, numbers)
+        self._work = make_aligned_zeros(blocks, (made.inputs + made.results) * lanes)
+        self._rows = self._work.reshape(blocks, made.inputs + made.results, lanes)
+        places = np.minimum(np.arange(blocks * lanes), self._count - 1).reshape(blocks, lanes)
+        self._rows[:, : made.inputs] = states[places].transpose(0, 2, 1)
+        self._evaluate = compile_program(made.program)["evaluate_all"]
+
+    def evaluate(self) -> None:
+        """Work out the results of all blocks."""
+        self._evaluate(self._numbers.ctypes.data, self._work.ctypes.data, len(self._rows))
+
+    def results(self) -> np.ndarray:
+        """The results (states, results)."""
+        found = self._rows[:, self._made.inputs :].transpose(0, 2, 1)
+        return found.reshape(-1, self._made.results)[: self._count]
 
 
 def spread_numbers(program: Program, numbers: Numbers) -> np.ndarray:

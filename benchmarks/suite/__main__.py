@@ -25,6 +25,7 @@ PARTS = {
     "sizes": "arm_sizes",
     "commands": "commands",
     "robots": "robots",
+    "robot-kernels": "robot_kernels",
     "paper": "paper",
 }
 OPTIONAL_PART = "paper"  # takes as long as all others
