@@ -35,6 +35,8 @@ def build_scene(run: Run) -> dict[str, Any]:
     return {
         "name": run.arm.name,
         "model": run.model,
+        "drawn": "The arm with its links, carriers, suns, planets and rings in motion. ",
+        "reach": sum(link.length_m for link in run.arm.links),
         "described": ". ".join(describe_arm(run.arm)),
         "frames": shown.time.size,
         "every": every,

@@ -11,10 +11,13 @@ from pydantic import ValidationError
 
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.experiment.scenario import Switches, switches
+from crosscheck.models.files import LARGEST_FILE
+from crosscheck.models.robot.file import RobotSource
+from crosscheck.models.robot.robot import Robot
 from crosscheck.models.trajectory import SCHEMA_VERSION
 from crosscheck.studies.batches.netcdf_file import NetcdfFile, use_file
 
-LONGEST_ARM = 1_000_000  # characters
+LONGEST_ARM, LONGEST_ROBOT = 1_000_000, 2 * LARGEST_FILE  # characters
 DRAWN_SIGNALS = {
     "theta": 2,
     "theta_dot": 2,
@@ -40,7 +43,16 @@ class Run(NamedTuple):
     laws: Switches = switches()
 
 
-def read_run(path: Path) -> Run:
+class RobotRun(NamedTuple):
+    """A robot's run to be drawn: theta (times, joints) [rad] or [m] at equally spaced times [s]."""
+
+    model: str
+    robot: Robot
+    time: np.ndarray
+    theta: np.ndarray
+
+
+def read_run(path: Path) -> Run | RobotRun:
     """The run that a file holds; HDF5 reads it in another process. Raises InputError."""
     return use_file(path, TrajectoryFile.read_run, TrajectoryFile)
 
@@ -56,19 +68,25 @@ class TrajectoryFile(NetcdfFile):
             self._require(name in file, f"has no {name}")
         self.require_version(SCHEMA_VERSION)
 
-    def read_run(self) -> Run:
+    def read_run(self) -> Run | RobotRun:
         """The run that the file holds. Raises InputError."""
+        return self._read_robot_run() if "robot" in self.file.attrs else self._read_arm_run()
+
+    def _read_robot_run(self) -> RobotRun:
+        self._require(self.dims("theta") == ("time", "joint"), "theta is not over time, joint")
+        data, robot = self.dataset(["theta"]), self._robot()
+        time, theta = self._even_times(data["time"].values), data["theta"].values
+        self._require(theta.shape[1] == len(robot.joints), "joints are not the robot's")
+        self._require(bool(np.isfinite(theta).all()), "theta is not finite")
+        return RobotRun(self._text(self.file, "model"), robot, time, theta)
+
+    def _read_arm_run(self) -> Run:
         names = [name for name in DRAWN_SIGNALS if name in self.file]
         for name in names:
             dims = ("time", "joint", "planet")[: DRAWN_SIGNALS[name]]
             self._require(self.dims(name) == dims, f"{name} is not over {', '.join(dims)}")
         data, arm = self.dataset(names), self._arm()
-        time = data["time"].values
-        self._require(time.size > 1, "has fewer than two times")
-        steps = np.diff(time)
-        self._require(bool((steps > 0).all()), "times do not increase")
-        even = np.ptp(steps) <= 1e-6 * steps.mean()
-        self._require(bool(even), "times are not equally spaced")
+        time = self._even_times(data["time"].values)
         signals = {name: data[name].values for name in names}
         self._require(signals["theta"].shape[1] == len(arm.joints), "joints are not the arm's")
         geared = [n for n, joint in enumerate(arm.joints) if isinstance(joint, Planetary)]
@@ -81,6 +99,25 @@ class TrajectoryFile(NetcdfFile):
             has_phase_rate, "has no theta_dot, by which its switches count the mesh phase"
         )
         return Run(self._text(self.file, "model"), arm, time, signals, laws)
+
+    def _even_times(self, time: np.ndarray) -> np.ndarray:
+        """The times [s], which must be equally spaced. Raises InputError."""
+        self._require(time.size > 1, "has fewer than two times")
+        steps = np.diff(time)
+        self._require(bool((steps > 0).all()), "times do not increase")
+        even = np.ptp(steps) <= 1e-6 * steps.mean()
+        self._require(bool(even), "times are not equally spaced")
+        return time
+
+    def _robot(self) -> Robot:
+        text = self.file.attrs["robot"]
+        is_usable = isinstance(text, str) and len(text) <= LONGEST_ROBOT
+        self._require(is_usable, "has no robot")
+        try:
+            return RobotSource.model_validate_json(text).build()
+        except ValidationError as error:
+            self._require(False, f"its robot cannot be used: {describe_first_error(error)}")
+            raise
 
     def _laws(self) -> Switches:
         text = self.file.attrs.get("switches")

@@ -21,7 +21,7 @@ function show(THREE) {
   var duration = scene.step_s * (scene.frames - 1);
   var state = { time: 0, playing: !matchMedia("(prefers-reduced-motion: reduce)").matches, drawn: 0 };
   var colour = function (name) { return getComputedStyle(document.body).getPropertyValue(name).trim(); };
-  var reach = scene.joints.reduce(function (sum, joint) { return sum + joint.length_m; }, 0);
+  var reach = scene.reach;
 
   // ------------------------------------------------------------------ bodies
   var renderer = null, world = null, camera = null, movers = [], places = [];
@@ -64,6 +64,37 @@ function show(THREE) {
       link.add(arm);
     });
   }
+  function along(object, direction) { object.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), direction); }
+  function robot(ground, thick, paint) {
+    function rods(frame, ends, of) {
+      ends.forEach(function (end) {
+        var to = new THREE.Vector3(end[0], end[1], end[2]), rod = new THREE.Mesh(new THREE.CylinderGeometry(thick / 2, thick / 2, to.length(), 16), of);
+        rod.position.copy(to).multiplyScalar(0.5);
+        along(rod, to.clone().normalize());
+        frame.add(rod);
+      });
+    }
+    var bodies = [];
+    rods(ground, scene.ground, paint.ring);
+    scene.joints.forEach(function (joint) {
+      var frame = new THREE.Group(), body = new THREE.Group(), r = joint.rotation, at = joint.position;
+      var axis = new THREE.Vector3(joint.axis[0], joint.axis[1], joint.axis[2]), slides = joint.kind === "prismatic";
+      var place = new THREE.Matrix4().set(r[0][0], r[0][1], r[0][2], at[0], r[1][0], r[1][1], r[1][2], at[1], r[2][0], r[2][1], r[2][2], at[2], 0, 0, 0, 1);
+      frame.applyMatrix4(place);
+      (joint.parent < 0 ? ground : bodies[joint.parent]).add(frame);
+      var housing = new THREE.Mesh(slides ? new THREE.BoxGeometry(2 * thick, 3 * thick, 2 * thick) : new THREE.CylinderGeometry(thick, thick, 3 * thick, 32), paint.sun);
+      along(housing, axis);
+      frame.add(housing, body);
+      movers.push(function (i) {
+        if (slides) { body.position.copy(axis).multiplyScalar(joint.theta[i]); }
+        else { body.quaternion.setFromAxisAngle(axis, joint.theta[i]); }
+      });
+      rods(body, joint.ends, paint.link);
+      bodies.push(body);
+      places.push(frame);
+    });
+    places.push(bodies[bodies.length - 1]);
+  }
   function build() {
     world = new THREE.Scene();
     movers = []; places = [];
@@ -73,6 +104,7 @@ function show(THREE) {
     var light = new THREE.DirectionalLight(0xffffff, 2.2);
     light.position.set(-0.6, 0.4, 1.5);
     world.add(light);
+    if (scene.ground) { robot(frame, thick, paint); return; }
     scene.joints.forEach(function (joint) {
       var link = new THREE.Group(), rod = bar(joint.length_m, thick, thick, paint.link);
       rod.position.z = -(joint.face_m || thick) - thick / 2;
@@ -165,7 +197,7 @@ function show(THREE) {
     closeUp(i);
     at("time").value = i;
     at("now").textContent = (scene.start_s + scene.step_s * i).toFixed(5) + " s" + scene.joints.map(function (joint, n) {
-      return "  θ" + (n + 1) + " = " + joint.theta[i].toFixed(5) + " rad";
+      return "  " + (joint.name || "θ" + (n + 1)) + " = " + joint.theta[i].toFixed(5) + (joint.kind === "prismatic" ? " m" : " rad");
     }).join("");
     state.drawn += 1;
     state.dirty = false;
@@ -196,9 +228,9 @@ function show(THREE) {
     made.value = value; made.textContent = text;
     element.append(made);
   }
-  option(at("target"), -1, "the whole arm");
+  option(at("target"), -1, scene.ground ? "the whole robot" : "the whole arm");
   scene.joints.forEach(function (joint, n) {
-    option(at("target"), n, "joint " + (n + 1));
+    option(at("target"), n, joint.name || "joint " + (n + 1));
     ["sun", "ring"].filter(function (side) { return joint.meshes && joint.meshes[side]; }).forEach(function (side) {
       option(at("mesh"), n + " " + side, "joint " + (n + 1) + ", " + (side === "sun" ? "sun and planet 1" : "planet 1 and ring"));
     });

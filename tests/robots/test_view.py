@@ -1,0 +1,92 @@
+"""The page of a robot's run: its numbers put the tip where the engine has it; files as found."""
+
+import base64
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from crosscheck.api import simulate_robot
+from crosscheck.cli.view import view_page
+from crosscheck.cost.engines import build_model
+from crosscheck.models.errors import InputError
+from crosscheck.models.robot.case import load_robot_case
+from crosscheck.models.trajectory import encode_netcdf
+from crosscheck.view.robot_scene import build_robot_scene
+from crosscheck.view.trajectory_file import RobotRun, TrajectoryFile
+
+SHORT = ["scenario.duration_s=0.001", "scenario.start.theta_rad=0.4"]
+
+
+def read(path: Path) -> Any:
+    """The run of a file, in this process."""
+    with h5py.File(path) as file:
+        return TrajectoryFile(path, file).read_run()
+
+
+@pytest.fixture(params=["sliding", "six-joint"])
+def written(request, tmp_path) -> tuple[Path, Any]:
+    """A file of a run, and its case."""
+    case = load_robot_case(request.param, "constant-torque", SHORT)
+    path = tmp_path / "run.nc"
+    path.write_bytes(encode_netcdf(simulate_robot("analytic", "coupled", case)))
+    return path, case
+
+
+def numbers(text: str) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(text), dtype="<f4").astype(float)
+
+
+def turned(axis: np.ndarray, angle: float) -> np.ndarray:
+    x, y, z = axis
+    across = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
+
+
+def test_nested_frames_lead_to_the_tip(written):
+    """As the script nests them: place of the joint, then turn or slide, then the end of a rod."""
+    path, case = written
+    run = read(path)
+    assert isinstance(run, RobotRun)
+    scene, poses = build_robot_scene(run), []
+    for joint in scene["joints"]:
+        under, at = (np.eye(3), np.zeros(3)) if joint["parent"] < 0 else poses[joint["parent"]]
+        at, under = at + under @ joint["position"], under @ np.array(joint["rotation"])
+        value, axis = numbers(joint["theta"])[-1], np.array(joint["axis"])
+        if joint["kind"] == "prismatic":
+            at = at + value * under @ axis
+        else:
+            under = under @ turned(axis, value)
+        poses.append((under, at))
+    rotation, at = poses[-1]
+    ends = scene["joints"][-1]["ends"] or [[0.0, 0.0, 0.0]]
+    tip = at + rotation @ ends[-1]
+    model = build_model("analytic", case.robot, "links")
+    free = list(case.robot.coordinates)
+    expected = model.tip(run.theta[-1:, free])[0]
+    assert tip == pytest.approx(expected, abs=1e-6)  # of float32 numbers
+
+
+def test_page_stands_alone(written):
+    page = view_page(read(written[0]))
+    assert "Run of " in page
+    assert '"ground"' in page
+    assert "http://" not in page.replace("http://www.w3.org", "")
+
+
+@pytest.mark.parametrize(
+    ("attribute", "value", "said"),
+    [
+        ("robot", "{}", "its robot cannot be used: file"),
+        ("robot", 3, "has no robot"),
+        ("schema_version", 9, "schema_version 9"),
+    ],
+)
+def test_a_changed_file_is_one_line(written, attribute, value, said):
+    path, _ = written
+    with h5py.File(path, "a") as file:
+        file.attrs[attribute] = value
+    with pytest.raises(InputError, match=said):
+        read(path)
