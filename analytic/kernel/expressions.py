@@ -32,7 +32,7 @@ class ExpressionGraph:
     """All expressions that were made together; equal ones are one."""
 
     def __init__(self) -> None:
-        self._known: dict[object, Expression] = {}
+        self._expressions: dict[object, Expression] = {}
 
     def variable(self, name: str) -> Expression:
         """The number of a state that text calls by this name."""
@@ -53,10 +53,12 @@ class ExpressionGraph:
         if operation in COMMUTATIVE:
             operands = tuple(sorted(operands, key=lambda each: each.place))
         key = operation, value, tuple(each.place for each in operands)
-        if key not in self._known:
-            place = len(self._known)
-            self._known[key] = Expression(self, place, operation, operands, is_constant, value)
-        return self._known[key]
+        if key not in self._expressions:
+            place = len(self._expressions)
+            self._expressions[key] = Expression(
+                self, place, operation, operands, is_constant, value
+            )
+        return self._expressions[key]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -169,14 +171,14 @@ def write_lines(results: Mapping[str, Number]) -> StraightLines:
 
 def _list_needed(results: Any) -> list[Expression]:
     """What results need besides the parts of constants, in the order of their making."""
-    found: dict[Expression, None] = {}
+    result: dict[Expression, None] = {}
     left = [value for value in results if isinstance(value, Expression)]
     while left:
         expression = left.pop()
-        if expression not in found:
-            found[expression] = None
+        if expression not in result:
+            result[expression] = None
             left.extend(() if expression.is_constant else expression.operands)
-    return sorted(found, key=lambda each: each.place)
+    return sorted(result, key=lambda each: each.place)
 
 
 class _Writer:

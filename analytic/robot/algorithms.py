@@ -40,7 +40,7 @@ class TreeJoint(NamedTuple):
     offset: Number
 
 
-class TreeBody(NamedTuple):
+class TreeLink(NamedTuple):
     """A body in its joint's frame: inertia (xx, xy, xz, yy, yz, zz) about its com."""
 
     mass: Number
@@ -73,7 +73,7 @@ class Mechanism(NamedTuple):
     """
 
     joints: tuple[TreeJoint, ...]
-    bodies: tuple[TreeBody, ...]
+    bodies: tuple[TreeLink, ...]
     rotors: tuple[TreeRotor, ...]
     gravity: Vector
     free: int
@@ -96,7 +96,7 @@ class Mechanism(NamedTuple):
             body = self.joints[body].parent
 
 
-class Pose(NamedTuple):
+class BodyPose(NamedTuple):
     """Rotation and position [m] of a body's frame in that of the body before it."""
 
     rotation: Matrix
@@ -144,7 +144,7 @@ def plus(a: Vector, b: Vector) -> Vector:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-def scaled(factor: Number, a: Vector) -> Vector:
+def scale(factor: Number, a: Vector) -> Vector:
     """A vector times a number."""
     return factor * a[0], factor * a[1], factor * a[2]
 
@@ -164,7 +164,7 @@ def transpose(matrix: Matrix) -> Matrix:
     return x, y, z
 
 
-def own_moments(body: TreeBody, rotors: Sequence[TreeRotor]) -> MassMoments:
+def compute_moments(body: TreeLink, rotors: Sequence[TreeRotor]) -> MassMoments:
     """Moments of a body's mass, with the rotors that it carries.
 
     The second moment is half the trace of the inertia less the inertia.
@@ -181,7 +181,7 @@ def own_moments(body: TreeBody, rotors: Sequence[TreeRotor]) -> MassMoments:
         whole = sum((rotor.inertia for rotor in rotors), 0)
         return moved + (others + whole) / 2 - spun
 
-    return MassMoments(body.mass, scaled(body.mass, body.com), _symmetric(entry))
+    return MassMoments(body.mass, scale(body.mass, body.com), _symmetric(entry))
 
 
 def _symmetric(entry: Any) -> Matrix:
@@ -205,7 +205,7 @@ def _placed(mass: MassMoments, rotation: Matrix, position: Vector) -> MassMoment
         moved = 2 * (d[i] * h[i]) if i == j else d[i] * h[j] + d[j] * h[i]
         return dot(half[i], rotation[j]) + (moved + mass.mass * (d[i] * d[j]))
 
-    return MassMoments(mass.mass, plus(h, scaled(mass.mass, d)), _symmetric(entry))
+    return MassMoments(mass.mass, plus(h, scale(mass.mass, d)), _symmetric(entry))
 
 
 def regroup_masses(joints: Sequence[TreeJoint], bodies: Sequence[MassMoments]) -> list[MassMoments]:
@@ -215,16 +215,16 @@ def regroup_masses(joints: Sequence[TreeJoint], bodies: Sequence[MassMoments]) -
     W. Khalil, IEEE Trans. Robotics and Automation 6 (1990) 368-373): mass, first and second moment
     along the axis stand there. What the base gets does not move.
     """
-    found = list(bodies)
+    result = list(bodies)
     for k in reversed(range(len(joints))):
         joint = joints[k]
         if joint.slides:
             continue
-        found[k], on_axis = _split_at_axis(found[k], joint.axis)
+        result[k], on_axis = _split_at_axis(result[k], joint.axis)
         if joint.parent != BASE:
             moved = _placed(on_axis, joint.rotation, joint.position)
-            found[joint.parent] = _sum(found[joint.parent], moved)
-    return found
+            result[joint.parent] = _sum(result[joint.parent], moved)
+    return result
 
 
 def _split_at_axis(mass: MassMoments, axis: Vector) -> tuple[MassMoments, MassMoments]:
@@ -234,7 +234,7 @@ def _split_at_axis(mass: MassMoments, axis: Vector) -> tuple[MassMoments, MassMo
     second = _symmetric(lambda i, j: mass.second[i][j] * (away[i] if i == j else 1))
     along = sum((mass.second[i][i] * (axis[i] * axis[i]) for i in range(3)), 0)
     line = _symmetric(lambda i, j: along * (axis[i] * axis[j]))
-    on_axis = MassMoments(mass.mass, scaled(dot(axis, mass.first), axis), line)
+    on_axis = MassMoments(mass.mass, scale(dot(axis, mass.first), axis), line)
     return MassMoments(0, (x, y, z), second), on_axis
 
 
@@ -257,36 +257,36 @@ class MovingTree:
         ]
         carried = mechanism.rigid_rotors if mechanism.has_bodies else []
         bodies = [
-            own_moments(body, [rotor for rotor in carried if rotor.body == place])
+            compute_moments(body, [rotor for rotor in carried if rotor.body == place])
             for place, body in enumerate(mechanism.bodies)
         ]
         self.bodies = regroup_masses(mechanism.joints, bodies)
 
     def rates(self, v: Sequence[Number], a: Sequence[Number]) -> list[Rates]:
         """Rates of every body, joints moving at v and a; the base rises against gravity."""
-        found: list[Rates] = []
-        lift = scaled(-1, self.mechanism.gravity)
+        result: list[Rates] = []
+        lift = scale(-1, self.mechanism.gravity)
         base = Rates(NONE, NONE, lift, (NONE, NONE, NONE))
         for k, (joint, pose) in enumerate(zip(self.mechanism.joints, self.poses, strict=True)):
-            under = base if joint.parent == BASE else found[joint.parent]
+            under = base if joint.parent == BASE else result[joint.parent]
             back = transpose(pose.rotation)
             lifted = plus(under.acceleration, rotate(under.spread, pose.position))
             angular, growth = rotate(back, under.angular), rotate(back, under.angular_rate)
-            origin, relative = rotate(back, lifted), scaled(v[k], joint.axis)
-            turned, gained = cross(angular, relative), scaled(a[k], joint.axis)
+            origin, relative = rotate(back, lifted), scale(v[k], joint.axis)
+            turned, gained = cross(angular, relative), scale(a[k], joint.axis)
             if joint.slides:
-                origin = plus(origin, plus(gained, scaled(2, turned)))
+                origin = plus(origin, plus(gained, scale(2, turned)))
             else:
                 angular, growth = plus(angular, relative), plus(growth, plus(gained, turned))
-            found.append(Rates(angular, growth, origin, _spread(angular, growth)))
-        return found
+            result.append(Rates(angular, growth, origin, _spread(angular, growth)))
+        return result
 
     def wrenches(self, rates: Sequence[Rates]) -> tuple[list[Vector], list[Vector]]:
         """Forces and moments about its origin that every body needs for its rates."""
         forces, moments = [], []
         for body, rate in zip(self.bodies, rates, strict=True):
             forces.append(
-                plus(scaled(body.mass, rate.acceleration), rotate(rate.spread, body.first))
+                plus(scale(body.mass, rate.acceleration), rotate(rate.spread, body.first))
             )
             moments.append(plus(_spun(body.second, rate), cross(body.first, rate.acceleration)))
         return forces, moments
@@ -307,13 +307,13 @@ class MovingTree:
 
     def turning(self, body: int, axis: Vector) -> dict[int, Number]:
         """W' z: rate of a body about an axis of its frame, per rate of each joint."""
-        found = {}
+        result = {}
         for k in self.mechanism.path(body):
             joint = self.mechanism.joints[k]
             if not joint.slides:
-                found[k] = dot(joint.axis, axis)
+                result[k] = dot(joint.axis, axis)
             axis = rotate(self.poses[k].rotation, axis)
-        return found
+        return result
 
     def mass_matrix(self) -> list[list[Number]]:
         """M over all joints, by composite bodies, and what rotors on rigid gears add."""
@@ -339,7 +339,7 @@ class MovingTree:
         """Column and row of a joint: what its unit rate asks of it and of those before it."""
         joints, axis = self.mechanism.joints, self.mechanism.joints[k].axis
         if joints[k].slides:
-            force, moment = scaled(carried.mass, axis), cross(carried.first, axis)
+            force, moment = scale(carried.mass, axis), cross(carried.first, axis)
         else:
             force, moment = cross(axis, carried.first), _inertia_of_turn(carried.second, axis)
         for p in self.mechanism.path(k):
@@ -353,7 +353,7 @@ class MovingTree:
         """What joints hold without accelerating, weights too, over all joints moving at v."""
         still = self._hold_still(v)
         projected = self.project(still.forces, still.moments)
-        return [own + more for own, more in zip(still.held, projected, strict=True)]
+        return [direct + more for direct, more in zip(still.held, projected, strict=True)]
 
     def _hold_still(self, v: Sequence[Number]) -> Holding:
         """What it takes that joints moving at v do not accelerate."""
@@ -364,7 +364,7 @@ class MovingTree:
             if rotor.body != BASE:
                 spun, rate = rotor.inertia * rotor.ratio, rates[rotor.body]
                 held[rotor.joint] = held[rotor.joint] + spun * dot(rotor.axis, rate.angular_rate)
-                carried = scaled(spun * v[rotor.joint], cross(rate.angular, rotor.axis))
+                carried = scale(spun * v[rotor.joint], cross(rate.angular, rotor.axis))
                 moments[rotor.body] = plus(moments[rotor.body], carried)
         return Holding(rates, forces, moments, held)
 
@@ -386,48 +386,48 @@ class MovingTree:
         rates, held, moments = still.rates, still.held, still.moments
         gained = []
         for rotor in self.mechanism.elastic_rotors:
-            own = _weigh(rotor.levers, mesh_forces)
-            own = own + rotor.motor * torques[joints[rotor.joint].coordinate]
-            gained.append(own)
-            held[rotor.joint] = held[rotor.joint] + rotor.ratio * own
+            effort = _weigh(rotor.levers, mesh_forces)
+            effort = effort + rotor.motor * torques[joints[rotor.joint].coordinate]
+            gained.append(effort)
+            held[rotor.joint] = held[rotor.joint] + rotor.ratio * effort
             if rotor.body != BASE:
                 rate = rates[rotor.body]
                 spin = _weigh(rotor.turns, mesh_rates) + rotor.ratio * v[rotor.joint]
                 spun = rotor.inertia * (spin + dot(rotor.axis, rate.angular))
-                carried = scaled(spun, cross(rate.angular, rotor.axis))
-                reaction = plus(scaled(own, rotor.axis), carried)
+                carried = scale(spun, cross(rate.angular, rotor.axis))
+                reaction = plus(scale(effort, rotor.axis), carried)
                 moments[rotor.body] = plus(moments[rotor.body], reaction)
         right, projected = list(torques), self.project(still.forces, moments)
         for joint, effort, *parts in zip(joints, efforts, held, projected, strict=True):
             given = joint.factor * (effort - (parts[0] + parts[1]))
             right[joint.coordinate] = right[joint.coordinate] + given
-        found = solve(self.collapse(self.mass_matrix()), right)
-        return found + self._mesh_accelerations(found, rates, gained, len(mesh_forces))
+        result = solve(self.collapse(self.mass_matrix()), right)
+        return result + self._mesh_accelerations(result, rates, gained, len(mesh_forces))
 
     def collapse(self, matrix: list[list[Number]]) -> list[list[Number]]:
         """A matrix over all joints as one over the free coordinates."""
         joints, free = self.mechanism.joints, self.mechanism.free
-        found: list[list[Number]] = [[0] * free for _ in range(free)]
+        result: list[list[Number]] = [[0] * free for _ in range(free)]
         for row, left in zip(matrix, joints, strict=True):
             for entry, right in zip(row, joints, strict=True):
                 i, j = left.coordinate, right.coordinate
-                found[i][j] = found[i][j] + (left.factor * right.factor) * entry
-        return found
+                result[i][j] = result[i][j] + (left.factor * right.factor) * entry
+        return result
 
     def _mesh_accelerations(
-        self, found: Sequence[Number], rates: Sequence[Rates], gained: Sequence[Number], count: int
+        self, result: Sequence[Number], rates: Sequence[Rates], gained: Sequence[Number], count: int
     ) -> list[Number]:
         """x'' = sum levers (g / J - z w' - N q''), w' with what the joints' accelerations add."""
         joints = self.mechanism.joints
-        moved = [joint.factor * found[joint.coordinate] for joint in joints]
+        moved = [joint.factor * result[joint.coordinate] for joint in joints]
         more: list[Vector] = []
-        for joint, pose, own in zip(joints, self.poses, moved, strict=True):
+        for joint, pose, growth in zip(joints, self.poses, moved, strict=True):
             under = NONE if joint.parent == BASE else more[joint.parent]
             turned = rotate(transpose(pose.rotation), under)
-            more.append(turned if joint.slides else plus(turned, scaled(own, joint.axis)))
+            more.append(turned if joint.slides else plus(turned, scale(growth, joint.axis)))
         accelerations: list[Number] = [0] * count
-        for rotor, own in zip(self.mechanism.elastic_rotors, gained, strict=True):
-            ahead = own * (1 / rotor.inertia) - rotor.ratio * moved[rotor.joint]
+        for rotor, effort in zip(self.mechanism.elastic_rotors, gained, strict=True):
+            ahead = effort * (1 / rotor.inertia) - rotor.ratio * moved[rotor.joint]
             if rotor.body != BASE:
                 whole = plus(rates[rotor.body].angular_rate, more[rotor.body])
                 ahead = ahead - dot(rotor.axis, whole)
@@ -436,11 +436,11 @@ class MovingTree:
         return accelerations
 
 
-def _pose(joint: TreeJoint, value: Number, cosine: Number, sine: Number) -> Pose:
+def _pose(joint: TreeJoint, value: Number, cosine: Number, sine: Number) -> BodyPose:
     axis = joint.axis
     if joint.slides:
-        along = scaled(value, rotate(joint.rotation, axis))
-        return Pose(joint.rotation, plus(joint.position, along))
+        along = scale(value, rotate(joint.rotation, axis))
+        return BodyPose(joint.rotation, plus(joint.position, along))
     across = (0, -axis[2], axis[1]), (axis[2], 0, -axis[0]), (-axis[1], axis[0], 0)
 
     def entry(i: int, j: int) -> Number:  # Rodrigues' formula
@@ -449,7 +449,7 @@ def _pose(joint: TreeJoint, value: Number, cosine: Number, sine: Number) -> Pose
 
     turn = tuple(tuple(entry(i, j) for i in range(3)) for j in range(3))  # by columns
     columns = [rotate(joint.rotation, column) for column in turn]
-    return Pose(transpose((columns[0], columns[1], columns[2])), joint.position)
+    return BodyPose(transpose((columns[0], columns[1], columns[2])), joint.position)
 
 
 def _spread(w: Vector, growth: Vector) -> Matrix:
@@ -496,9 +496,9 @@ def solve(matrix: Sequence[Sequence[Number]], right: Sequence[Number]) -> list[N
             for j in range(i + 1):
                 M[i][j] = M[i][j] - lower[k][i] * M[k][j]
             r[i] = r[i] - lower[k][i] * r[k]
-    found: list[Number] = []
+    result: list[Number] = []
     for k in range(size):
-        found.append(r[k] * inverses[k])
+        result.append(r[k] * inverses[k])
         for j in range(k):
-            found[k] = found[k] - lower[k][j] * found[j]
-    return found
+            result[k] = result[k] - lower[k][j] * result[j]
+    return result

@@ -1,7 +1,7 @@
 """A robot at a level as the algorithms take it: a tree whose numbers are floats, 0, 1 and -1.
 
-Whole numbers are structure and floats are arguments. Entries of rotations and axes that rounding
-has moved from 0, 1 or -1 are these. A joint's oblique axis is made the z axis of its frame.
+Whole numbers are structure and floats are arguments. Entries of rotations and axes that are 0, 1 or
+-1 but for rounding are these. A joint's oblique axis is made the z axis of its frame.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from crosscheck.analytic.robot.algorithms import (
     BASE,
     Matrix,
     Mechanism,
-    TreeBody,
     TreeJoint,
+    TreeLink,
     TreeRotor,
     Vector,
 )
@@ -34,7 +34,7 @@ def build_mechanism(robot: Robot, level: Level) -> Mechanism:
     joints = []
     for number, joint in enumerate(robot.joints):
         under = np.eye(3) if joint.parent == BASE else frames[joint.parent]
-        own = number if joint.mimic is None else joint.mimic.joint
+        leader = number if joint.mimic is None else joint.mimic.joint
         joints.append(
             TreeJoint(
                 parent=joint.parent,
@@ -42,7 +42,7 @@ def build_mechanism(robot: Robot, level: Level) -> Mechanism:
                 rotation=_matrix(under.T @ joint.placement.rotation @ frames[number]),
                 position=_vector(under.T @ joint.placement.position),
                 axis=_direction(frames[number].T @ joint.axis),
-                coordinate=free.index(own),
+                coordinate=free.index(leader),
                 factor=1 if joint.mimic is None else joint.mimic.multiplier,
                 offset=0 if joint.mimic is None else joint.mimic.offset,
             )
@@ -51,7 +51,7 @@ def build_mechanism(robot: Robot, level: Level) -> Mechanism:
     for body, frame in zip(robot.bodies, frames, strict=True):
         inertia = (frame.T @ body.inertia @ frame)[np.triu_indices(3)]
         com = _vector(frame.T @ body.com)
-        bodies.append(TreeBody(float(body.mass), com, _numbers(inertia)))
+        bodies.append(TreeLink(float(body.mass), com, _numbers(inertia)))
     rotors = list(_rotors(robot, level, frames)) if level != "links" else []
     gravity = _vector(robot.gravity)
     parts = tuple(joints), tuple(bodies), tuple(rotors)
@@ -107,9 +107,9 @@ def _stage_rotors(
     if not meshes:
         return sun, planet
     turns, levers = np.zeros((2, 2, meshes))
-    own = slice(place, place + 2)
-    turns[0, own], turns[1, own] = (1 / r_s, 1 / r_s), (0.0, -1 / r_p)
-    levers[0, own], levers[1, own] = (r_s, 0.0), (r_p, -r_p)
+    columns = slice(place, place + 2)
+    turns[0, columns], turns[1, columns] = (1 / r_s, 1 / r_s), (0.0, -1 / r_p)
+    levers[0, columns], levers[1, columns] = (r_s, 0.0), (r_p, -r_p)
     motor = 1 / geometry.n if joint.mimic is None else 0
     return (
         sun._replace(turns=_numbers(turns[0]), levers=_numbers(levers[0]), motor=motor),

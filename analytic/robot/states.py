@@ -101,8 +101,8 @@ class StateBlocks:
 
     def results(self) -> np.ndarray:
         """The results (states, results)."""
-        found = self._rows[:, self._made.inputs :].transpose(0, 2, 1)
-        return found.reshape(-1, self._made.results)[: self._count]
+        result = self._rows[:, self._made.inputs :].transpose(0, 2, 1)
+        return result.reshape(-1, self._made.results)[: self._count]
 
 
 def spread_numbers(program: Program, numbers: Numbers) -> np.ndarray:

@@ -123,9 +123,9 @@ def trace_forward_dynamics(structure: RobotStructure) -> StraightLines:
     rates, pushes = (state.named(kind, structure.displacements) for kind in ("v_", "push_"))
     staged = [j for j, _ in structure.geared_joints] if structure.conservative else []
     efforts = [state.named("on_theta", [str(j)])[0] if j in staged else 0 for j in structure.labels]
-    found = state.tree.forward_dynamics(state.rates, rates, torques, pushes, efforts)
+    result = state.tree.forward_dynamics(state.rates, rates, torques, pushes, efforts)
     names = (f"a_{name}" for name in structure.coordinates)
-    return write_lines(dict(zip(names, found, strict=True)))
+    return write_lines(dict(zip(names, result, strict=True)))
 
 
 @lru_cache(maxsize=256)

@@ -36,6 +36,7 @@ def build_scene(run: Run) -> dict[str, Any]:
         "name": run.arm.name,
         "model": run.model,
         "drawn": "The arm with its links, carriers, suns, planets and rings in motion. ",
+        "ground": None,
         "reach": sum(link.length_m for link in run.arm.links),
         "described": ". ".join(describe_arm(run.arm)),
         "frames": shown.time.size,

@@ -89,13 +89,13 @@ def _mesh_variables(
         for name in (f"x_{side}", f"x_{side}_dot", f"F_{side}"):
             variables[name] = np.full((len(q), count, planets), np.nan)
     for stage in robot.stages:
-        own = stage.gears.planet_count
+        planet_count = stage.gears.planet_count
         for side in ("sp", "pr"):
             for name, values in (
                 (f"x_{side}", q),
                 (f"x_{side}_dot", v),
-                (f"F_{side}", force / own),
+                (f"F_{side}", force / planet_count),
             ):
-                variables[name][:, stage.joint, :own] = values[:, place, None]
+                variables[name][:, stage.joint, :planet_count] = values[:, place, None]
             place += 1
     return variables
