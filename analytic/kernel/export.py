@@ -60,18 +60,22 @@ def generate_c_source(equations: TermEquations, prefix: str, header: str) -> str
     whatever law the model's scenario has. header: what the file begins with, as a comment.
     """
     structure = replace(equations.structure, drive=TABLE)
-    lines = _lines(structure.acceleration())
+    lines = make_c_lines(structure.acceleration())
     numbers = equations.numbers
     functions = [_function(structure, part, lines, numbers, prefix) for part in _parts(structure)]
     body = "\n".join(functions)
     used = {name for name in numbers if re.search(rf"\b{name}\b", body)}
+    constants = "".join(define_constant(name, numbers[name]) for name in sorted(used))
+    return assemble_c_file(header, structure.size, len(structure.stages), constants, body)
+
+
+def assemble_c_file(header: str, size: int, joints: int, constants: str, body: str) -> str:
+    """One file of C: what it is, its sizes, constants and functions."""
     powers = POWER_OF_TWO if "power_of_two(" in body else ""
     return (
         f"/* {fill(header, 96, subsequent_indent='   ')} */\n"
         "#include <math.h>\n#include <stdint.h>\n#include <string.h>\n\n"
-        f"enum {{ N = {structure.size}, JOINTS = {len(structure.stages)} }};\n\n"
-        + "".join(_constant_definition(name, numbers[name]) for name in sorted(used))
-        + f"\n{powers}{body}"
+        f"enum {{ N = {size}, JOINTS = {joints} }};\n\n{constants}\n{powers}{body}"
     )
 
 
@@ -87,7 +91,7 @@ def _parts(s: TermStructure) -> Iterable[CFunction]:
     yield CFunction("acceleration", state, "a", tuple(f"a_{x}" for x in s.coordinates))
 
 
-def _lines(text: Iterable[str]) -> list[CLine]:
+def make_c_lines(text: Iterable[str]) -> list[CLine]:
     """The kernel's lines of text as lines of C, products fused as in it."""
     (function,) = ast.parse("def f():\n" + "".join(f"    {line}\n" for line in text)).body
     assert isinstance(function, ast.FunctionDef)
@@ -132,18 +136,30 @@ def _function(
     s: TermStructure,
     part: CFunction,
     lines: Sequence[CLine],
-    numbers: Mapping[str, object],
+    numbers: Mapping[str, float | np.ndarray],
     prefix: str,
 ) -> str:
     """Text of a part as a function of C, with the lines that it needs and no others."""
+    loads = {f"{kind}_{x}": f"{kind}[{k}]" for kind in "qv" for k, x in enumerate(s.coordinates)}
+    loads |= {f"table{j}": f"torque[{j - 1}]" for j in s.joints}
+    return write_c_function(part, lines, loads, numbers, prefix)
+
+
+def write_c_function(
+    part: CFunction,
+    lines: Sequence[CLine],
+    loads: Mapping[str, str],
+    numbers: Mapping[str, float | np.ndarray],
+    prefix: str,
+    has_numbers: bool = False,
+) -> str:
+    """The same; loads: names that arguments set, and how; has_numbers: those used stand in it."""
     needed = {name for name in part.entries if name != "0.0"}
     kept: list[CLine] = []
     for line in reversed(lines):
         if line.target in needed:
             kept.append(line)
             needed = (needed - {line.target}) | line.value_names
-    loads = {f"{kind}_{x}": f"{kind}[{k}]" for kind in "qv" for k, x in enumerate(s.coordinates)}
-    loads |= {f"table{j}": f"torque[{j - 1}]" for j in s.joints}
     first = [CLine(name, where, frozenset()) for name, where in loads.items() if name in needed]
     unknown = needed - set(loads) - set(numbers) - set(CALLS) - {"t", "pick", "w"}
     assert not unknown, unknown  # what a kernel's text uses is set in it, or a number
@@ -160,10 +176,16 @@ def _function(
         for name in re.findall(r"(\w+)(?=\[|,|$)", part.arguments)
         if name not in ("N", "JOINTS") and not any(re.search(rf"\b{name}\b", line) for line in body)
     )
-    return f"{head} {{\n{unused}" + "".join(f"    {line}\n" for line in body) + "}\n"
+    inside = set().union(*(line.value_names for line in kept)) & set(numbers)
+    constants = "".join(f"    {define_constant(name, numbers[name])}" for name in sorted(inside))
+    return (
+        f"{head} {{\n{unused}{constants if has_numbers else ''}"
+        + "".join(f"    {line}\n" for line in body)
+        + "}\n"
+    )
 
 
-def _constant_definition(name: str, value: float | np.ndarray) -> str:
+def define_constant(name: str, value: float | np.ndarray) -> str:
     if isinstance(value, np.ndarray):
         entries = ", ".join(map(_number, value.tolist()))
         return f"static const double {name}[{value.size}] = {{{entries}}};\n"

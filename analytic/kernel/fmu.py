@@ -7,6 +7,7 @@ Names, types and meanings follow the standard (FMI 2.0.4, Functional Mock-up Int
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from xml.sax.saxutils import quoteattr
 
 from crosscheck.models.arm.layout import Layout
@@ -158,11 +159,20 @@ REST = {
 
 
 def generate_fmu_sources(text: str, prefix: str, layout: Layout, joints: int) -> tuple[str, str]:
-    """One file of C, and modelDescription.xml. text, prefix: as ``export.c_text`` has them."""
+    """One file of C, and modelDescription.xml. text, prefix: as ``generate_c_source`` has them."""
+    units = ["rad" if each.is_angle else "m" for each in layout.coordinates]
+    states = list(zip(layout.names, units, strict=True))
+    return generate_unit(text, prefix, states, ["N.m"] * joints)
+
+
+def generate_unit(
+    text: str, prefix: str, states: Sequence[tuple[str, str]], efforts: Sequence[str]
+) -> tuple[str, str]:
+    """The same; states: name and unit of every coordinate; efforts: units of the torques."""
     guid = hashlib.sha256(text.encode()).hexdigest()
     rest = "".join(_function(name, *how) for name, how in REST.items())
     code = text + INTERFACE.replace("PREFIX", prefix).replace("GUID", guid) + rest
-    return code, _description(guid, prefix, layout, joints)
+    return code, _description(guid, prefix, states, efforts)
 
 
 def _function(name: str, arguments: str, returned: str) -> str:
@@ -172,11 +182,11 @@ def _function(name: str, arguments: str, returned: str) -> str:
     return f"{head} {{\n    {unused}(void)c;\n    return {returned};\n}}\n\n"
 
 
-def _description(guid: str, identifier: str, layout: Layout, joints: int) -> str:
+def _description(
+    guid: str, identifier: str, coordinates: Sequence[tuple[str, str]], efforts: Sequence[str]
+) -> str:
     """The text of modelDescription.xml, variables in the order of their value references."""
-    n = len(layout)
-    units = ["rad" if each.is_angle else "m" for each in layout.coordinates]
-    states = [(name, unit) for name, unit in zip(layout.names, units, strict=True)]
+    n, states = len(coordinates), list(coordinates)
     states += [(f"v_{name}", f"{unit}/s") for name, unit in states]
     rows = [_variable(k, *state, 'initial="exact"', 'start="0"') for k, state in enumerate(states)]
     rows += [
@@ -186,11 +196,13 @@ def _description(guid: str, identifier: str, layout: Layout, joints: int) -> str
         for k, (name, unit) in enumerate(states)
     ]
     rows += [
-        _variable(4 * n + j, f"torque_{j + 1}", "N.m", 'causality="input"', 'start="0"')
-        for j in range(joints)
+        _variable(4 * n + j, f"torque_{j + 1}", unit, 'causality="input"', 'start="0"')
+        for j, unit in enumerate(efforts)
     ]
     unknowns = "".join(f'      <Unknown index="{2 * n + k + 1}"/>\n' for k in range(2 * n))
-    defined = sorted({unit for _, unit in states} | {f"{unit}/s" for _, unit in states} | {"N.m"})
+    defined = sorted(
+        {unit for _, unit in states} | {f"{unit}/s" for _, unit in states} | set(efforts)
+    )
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         f'<fmiModelDescription fmiVersion="2.0" modelName={quoteattr(identifier)} guid="{guid}"'

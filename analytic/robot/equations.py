@@ -15,7 +15,7 @@ from crosscheck.analytic.kernel.structure import common_structure
 from crosscheck.analytic.robot.algorithms import Mechanism
 from crosscheck.analytic.robot.mechanism import build_mechanism, name_numbers
 from crosscheck.analytic.robot.structure import RobotStructure, trace_forward_dynamics
-from crosscheck.models.experiment.drive import DriveData
+from crosscheck.models.experiment.drive import CONSTANT, DriveData
 from crosscheck.models.robot.robot import MESH_LAWS, Level, Robot
 
 
@@ -93,3 +93,10 @@ class RobotEquations:
     def to_kernel(self, x: np.ndarray) -> np.ndarray:
         """Coordinates or rates x (..., n) of the robot as the kernel's, which are the same."""
         return x
+
+
+def build_equations(robot: Robot, level: Level) -> RobotEquations:
+    """Equations of a robot whose motors' torques are given from outside."""
+    free = len(robot.coordinates)
+    none = DriveData(CONSTANT, np.zeros((free, 3)), np.zeros(1), np.zeros((free, 1)))
+    return RobotEquations(robot, level, none)

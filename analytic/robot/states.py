@@ -19,9 +19,8 @@ from crosscheck.analytic.kernel.program import (
     Rows,
     compile_program,
 )
-from crosscheck.analytic.robot.equations import RobotEquations
+from crosscheck.analytic.robot.equations import build_equations
 from crosscheck.analytic.robot.structure import RobotStructure, trace_mass_matrix
-from crosscheck.models.experiment.drive import CONSTANT, DriveData
 from crosscheck.models.robot.robot import Level, Robot
 
 _TEXT = '''
@@ -49,9 +48,7 @@ class RobotStates:
     """A robot at a level: M and accelerations of many states at once, by the traced algorithms."""
 
     def __init__(self, robot: Robot, level: Level, lanes: int = BLOCK_LANES) -> None:
-        free = len(robot.coordinates)
-        still = DriveData(CONSTANT, np.zeros((free, 3)), np.zeros(1), np.zeros((free, 1)))
-        self.equations, self.lanes = RobotEquations(robot, level, still), lanes
+        self.equations, self.lanes = build_equations(robot, level), lanes
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """Accelerations (states, n) under torques of motors (states, free)."""

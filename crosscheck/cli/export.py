@@ -14,12 +14,17 @@ from pathlib import Path
 
 from crosscheck import __version__
 from crosscheck.analytic.kernel.export import generate_c_source
-from crosscheck.analytic.kernel.fmu import generate_fmu_sources
+from crosscheck.analytic.kernel.fmu import generate_fmu_sources, generate_unit
 from crosscheck.analytic.model import AnalyticModel
+from crosscheck.analytic.robot.equations import build_equations
+from crosscheck.analytic.robot.export import generate_robot_c_source
 from crosscheck.file_types import C_FILE, FMU_FILE
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError, format_line
+from crosscheck.models.files import is_robot
 from crosscheck.models.loading import load_selection
+from crosscheck.models.robot.case import load_changed_robot
+from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.output import require_file, write_files
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import BUILT_IN, build, load_model_class
@@ -34,9 +39,12 @@ FIRST_DAY = (1980, 1, 1, 0, 0, 0)  # of all files in a unit, so that it is the s
 
 
 def export_command(arm: str, model: str, settings: list[str], out: Path) -> None:
-    """Write a model of an arm as a file of C, or as an FMU. Raises InputError."""
-    chosen = build_model(arm, model, settings)
+    """Write a model of an arm or a robot as a file of C, or as an FMU. Raises InputError."""
     unit = out.suffix == ".fmu"
+    if is_robot(arm):
+        _export_robot(arm, model, settings, out)
+        return
+    chosen = build_model(arm, model, settings)
     require_file(out, FMU_FILE if unit else C_FILE, "--out")
     prefix = function_prefix(chosen)
     text = generate_c_source(chosen.term_equations, prefix, describe_model(chosen))
@@ -46,9 +54,58 @@ def export_command(arm: str, model: str, settings: list[str], out: Path) -> None
     print(f"wrote {make_printable(str(out))}: M, bias, force and acceleration in {names}")
 
 
+def _export_robot(name: str, model: str, settings: list[str], out: Path) -> None:
+    """Write accelerations, and M of rigid gears, of a robot at a level. Raises InputError."""
+    robot = load_changed_robot(name, settings)
+    allowed = [f"analytic:{level}" for level in robot.levels]
+    if model not in allowed:
+        raise InputError("--model", "", model, f"must be one of {', '.join(allowed)}")
+    (level,) = [each for each in robot.levels if model == f"analytic:{each}"]
+    unit = out.suffix == ".fmu"
+    require_file(out, FMU_FILE if unit else C_FILE, "--out")
+    equations, prefix = build_equations(robot, level), make_c_name(robot.name)
+    states, efforts = robot_variables(robot, level)
+    text = generate_robot_c_source(equations, prefix, describe_robot_model(robot, model, states))
+    content = unit_file(prefix, *generate_unit(text, prefix, states, efforts)) if unit else text
+    write_files({out: content})
+    names = ", ".join(state for state, _ in states)
+    print(make_printable(f"wrote {out}: accelerations in {names}"))
+
+
+def robot_variables(robot: Robot, level: Level) -> tuple[list[tuple[str, str]], list[str]]:
+    """Name and unit of every coordinate of a robot at a level, and the units of its torques."""
+    slides = [robot.joints[number].kind == "prismatic" for number in robot.coordinates]
+    units = ["m" if each else "rad" for each in slides]
+    states = list(zip(robot.coordinate_names, units, strict=True))
+    if level == "geared":
+        states += [(f"x_{robot.joints[rotor.joint].name}", "m") for rotor, _ in robot.meshes]
+        states += [
+            (f"x_{side}_{robot.joints[stage.joint].name}", "m")
+            for stage in robot.stages
+            for side in ("sp", "pr")
+        ]
+    return states, ["N" if each else "N.m" for each in slides]
+
+
+def describe_robot_model(robot: Robot, model: str, states: list[tuple[str, str]]) -> str:
+    """The text that a reader of a robot's file is told first."""
+    text = (
+        f"Equations of motion of {robot.name}, {model}: accelerations under torques [N m, N] of the"
+        f" motors at the free joints. Coordinates q: {', '.join(f'{n} [{u}]' for n, u in states)}."
+        " Compilers must keep the order of operations: no -ffast-math."
+        f" Written by crosscheck export, geararm-crosscheck {__version__}."
+    )
+    return re.sub(r"\*/", "* /", text)
+
+
 def fmu_file(model: AnalyticModel, text: str, prefix: str) -> bytes:
+    """Content of an arm's unit for this machine. Raises InputError."""
+    sources = generate_fmu_sources(text, prefix, model.layout, len(model.arm.joints))
+    return unit_file(prefix, *sources)
+
+
+def unit_file(prefix: str, code: str, description: str) -> bytes:
     """Content of a unit for this machine, compiled here, with its source. Raises InputError."""
-    code, description = generate_fmu_sources(text, prefix, model.layout, len(model.arm.joints))
     folder, suffix = FOLDERS[platform.system()]
     files = {
         "modelDescription.xml": description.encode(),
@@ -110,7 +167,12 @@ def build_model(arm: str, model: str, settings: list[str]) -> AnalyticModel:
 
 def function_prefix(model: AnalyticModel) -> str:
     """Prefix of the functions' names: a name of C, from the arm's."""
-    return re.sub(r"\W|^(?=\d)", "_", model.arm.name, flags=re.ASCII)
+    return make_c_name(model.arm.name)
+
+
+def make_c_name(name: str) -> str:
+    """A name of C that is like another name."""
+    return re.sub(r"\W|^(?=\d)", "_", name, flags=re.ASCII)
 
 
 def describe_model(model: AnalyticModel) -> str:

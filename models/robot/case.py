@@ -36,6 +36,16 @@ def load_robot_case(name: str, scenario: str, settings: Sequence[str] = ()) -> R
     return RobotCase(robot, source, chosen)
 
 
+def load_changed_robot(name: str, settings: Sequence[str]) -> Robot:
+    """A robot by name or file, settings of ``robot`` applied. Raises InputError."""
+    data = {"robot": read_robot_file(name)}
+    for setting in settings:
+        if setting.partition(".")[0].strip() != "robot":
+            raise InputError("--set", setting, None, "a robot's path begins with robot")
+        apply_setting(data, setting)
+    return read_source(name, data["robot"])[1]
+
+
 def require_robot_fit(scenario: Scenario, robot: Robot, where: str = "") -> None:
     """Raise InputError unless the scenario's lists are of as many joints as are free."""
     where = where or scenario.name

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from crosscheck.analytic.robot.algorithms import MovingTree
-from crosscheck.analytic.robot.equations import RobotEquations
-from crosscheck.models.experiment.drive import CONSTANT, DriveData
+from crosscheck.analytic.robot.equations import RobotEquations, build_equations
 from crosscheck.models.robot.robot import Level, Robot
 
 # Rational points of the unit circle, so that rotations are exact.
@@ -19,10 +18,8 @@ CIRCLE += [(Fraction(-8, 17), Fraction(15, 17)), (Fraction(20, 29), Fraction(21,
 
 
 def equations(robot: Robot, level: Level) -> RobotEquations:
-    """Equations under torques that are 0 until a test sets others."""
-    free = len(robot.coordinates)
-    still = DriveData(CONSTANT, np.zeros((free, 3)), np.zeros(1), np.zeros((free, 1)))
-    return RobotEquations(robot, level, still)
+    """Equations under torques that a test gives."""
+    return build_equations(robot, level)
 
 
 def random_state(
