@@ -117,7 +117,7 @@ def _study_pendulums(folder: Path) -> Iterator[Study]:
 
 def _describe_coulomb(comparison: RobotComparison, published: Mapping[str, float]) -> str:
     """How far estimated Coulomb friction is above the published one."""
-    (side,) = comparison.sides
+    side = comparison.sides[0]
     ratios = [
         f"{each.value / published[each.term.name] - 1:.0%} ({each.term.name.split()[-1]})"
         for each in side.estimates

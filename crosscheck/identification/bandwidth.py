@@ -35,5 +35,5 @@ def choose_bandwidth(
 
 def _mean_residual(fit: LinearFit) -> float:
     """Geometric mean over the joints of the residuals' deviations, parameters counted."""
-    rows, parameters = fit.residual.size, len(fit.values)
+    rows, parameters = int(fit.shown.sum()), len(fit.values)
     return float(np.exp(np.log(fit.sigma).mean()) * np.sqrt(rows / max(rows - parameters, 1)))

@@ -49,6 +49,7 @@ STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
     ("viscous friction", ("offset", "viscous")),
     ("Coulomb friction", ("coulomb",)),
     ("friction of shared motors", ("shared viscous", "shared coulomb")),
+    ("delay", ("delay",)),
     ("armature", ("armature",)),
     ("armature of shared motors", ("shared armature",)),
 )
@@ -110,7 +111,8 @@ class SideResult:
     whose torque is measured; estimates: of
     all terms but links; contained: terms that links make up; concerned: terms that the motion
     hardly shows, where it does so; threshold: the size of t from which on a rotor is named; bands:
-    at half and twice the bandwidth; samples, residual (rows, measured): of the full model.
+    at half and twice the bandwidth; samples, residual and shown (rows,
+    measured): of the full model, and which rows say something: those where the joint moves.
     """
 
     side: Side
@@ -128,6 +130,7 @@ class SideResult:
     bands: tuple[BandResult, ...]
     samples: BandSample
     residual: np.ndarray
+    shown: np.ndarray
 
     @property
     def rotors(self) -> tuple[TermEstimate, ...]:
@@ -137,7 +140,7 @@ class SideResult:
     @property
     def is_excited(self) -> bool:
         """Whether the motion shows every parameter."""
-        return self.condition <= EXCITED
+        return not self.concerned
 
     @property
     def seen(self) -> tuple[TermEstimate, ...]:
@@ -146,6 +149,15 @@ class SideResult:
             return ()
         return tuple(
             each for each in self.rotors if each.t > self.threshold or _is_shared(each, self)
+        )
+
+    @property
+    def wrong_factors(self) -> tuple[TermEstimate, ...]:
+        """Factors on the torques of the file's links that are not 1."""
+        return tuple(
+            each
+            for each in self.estimates
+            if each.term.kind == "scale" and abs(each.value - 1) > self.threshold * each.error
         )
 
     @property
@@ -236,9 +248,9 @@ def compare_robot(
             if not all(engine.agrees for engine in engines):
                 break
         sides.append(_judge_side(problem, side, treatment, bandwidth))
-        if treatment == "identified" and not sides[-1].is_excited:
+        if treatment == "identified":
             scaled = _Problem(robot, recordings, torques, shared, LINK_KINDS["scaled"])
-            sides.append(_judge_side(scaled, side, "scaled", scaled.choose_bandwidth()))
+            sides.append(_judge_side(scaled, side, "scaled", bandwidth))
     return RobotComparison(robot, tuple(recordings), tuple(engines), ranks, tuple(sides))
 
 
@@ -297,8 +309,11 @@ class _Problem:
         samples = self.sample(bandwidth)
         columns = self._cut(build_columns(self.robot, self.shared, samples))
         columns = columns.select(self.basis.chosen)
+        shown = samples.moving[:, self.measured]
+        reached = (columns.values * shown[:, :, None]).any(axis=(0, 1))
+        columns = columns.select(np.flatnonzero(reached))
         torque = samples.torque[:, self.measured]
-        return samples, columns, fit_linear(columns.values, torque, samples.starts)
+        return samples, columns, fit_linear(columns.values, torque, shown, samples.starts)
 
     def choose_bandwidth(self) -> float:
         """The bandwidth [Hz] of the fits. Raises InputError."""
@@ -327,14 +342,15 @@ def _judge_side(
             continue
         kinds += added
         part = columns.values[:, :, columns.numbers(*kinds)]
-        fit = fit_linear(part, torque, samples.starts, sigma=full.sigma, edges=full.edges)
-        rms = np.sqrt((fit.residual**2).mean(axis=0))
+        fit = fit_linear(
+            part, torque, full.shown, samples.starts, sigma=full.sigma, edges=full.edges
+        )
         weighted, predicted = fit.weighted_rms(full.sigma), fit.weighted_prediction_rms(full.sigma)
-        steps.append(StepResult(name, part.shape[2], rms, weighted, predicted))
+        steps.append(StepResult(name, part.shape[2], fit.rms, weighted, predicted))
     estimates = _select_estimates(columns, full)
     rotors = sum(each.term.kind in ROTOR_KINDS for each in estimates)
     bands = []
-    for factor in (0.5, 2.0):
+    for factor in (0.5, 2.0) if treatment != "scaled" else ():
         if bandwidth * factor <= highest_bandwidth(problem.recordings):
             _, other_columns, other = problem.fit(bandwidth * factor)
             among = _select_estimates(other_columns, other)
@@ -351,11 +367,12 @@ def _judge_side(
         estimates=estimates,
         contained=problem.basis.contained,
         condition=full.condition,
-        concerned=_find_concerned(columns, full),
+        concerned=_find_concerned(problem.terms, columns, full),
         threshold=full.quantile(1 - SIGNIFICANT / (2 * max(rotors, 1))),
         bands=tuple(bands),
         samples=samples,
         residual=full.residual,
+        shown=full.shown,
     )
 
 
@@ -370,13 +387,16 @@ def _select_estimates(columns: Regressor, fit: LinearFit) -> tuple[TermEstimate,
     )
 
 
-def _find_concerned(columns: Regressor, fit: LinearFit) -> tuple[str, ...]:
-    """Names of the terms that the motion hardly shows; none where it shows all."""
-    if fit.condition <= EXCITED:
-        return ()
-    parts = np.abs(fit.weakest)
-    order = np.argsort(-parts)
-    return tuple(columns.terms[index].name for index in order if parts[index] > CONCERNED)
+def _find_concerned(
+    terms: Sequence[TorqueTerm], columns: Regressor, fit: LinearFit
+) -> tuple[str, ...]:
+    """Names of the terms that the motion does not or hardly show; none where it shows all."""
+    names = [term.name for term in terms if term not in columns.terms]
+    if fit.condition > EXCITED:
+        parts = np.abs(fit.weakest)
+        order = np.argsort(-parts)
+        names += [columns.terms[index].name for index in order if parts[index] > CONCERNED]
+    return tuple(names)
 
 
 def compare_engines(robot: Robot, samples: BandSample) -> list[EngineCheck]:

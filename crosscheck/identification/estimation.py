@@ -22,21 +22,27 @@ class LinearFit:
     """Estimates of linear parameters, with what they leave.
 
     values (p,); covariance (p, p): by leaving out blocks in turn; freedom: that Student's
-    distribution has; sigma (n,): rms of each joint's residual; residual (rows, n); predicted_error
-    (rows, n): residual of each block by estimates from all others; condition: of the columns, each
-    scaled to size 1; weakest (p,): the direction, of those columns, that they show least; edges:
-    first rows of the blocks, then the count of rows.
+    distribution has; shown (rows, n): rows that count; sigma (n,): rms of each joint's residual;
+    residual (rows, n); predicted_error (rows, n): residual of each block by estimates from all
+    others; condition: of the columns, each scaled to size 1; weakest (p,): the direction, of those
+    columns, that they show least; edges: first rows of the blocks, then the count of rows.
     """
 
     values: np.ndarray
     covariance: np.ndarray
     freedom: int
+    shown: np.ndarray
     sigma: np.ndarray
     residual: np.ndarray
     predicted_error: np.ndarray
     condition: float
     weakest: np.ndarray
     edges: np.ndarray
+
+    @property
+    def rms(self) -> np.ndarray:
+        """Root mean square of each joint's residual (n,)."""
+        return _rms(self.residual, self.shown.sum(axis=0))
 
     @property
     def errors(self) -> np.ndarray:
@@ -54,16 +60,17 @@ class LinearFit:
 
     def weighted_rms(self, sigma: np.ndarray) -> float:
         """Root mean square of all joints' residuals, in parts of sigma (n,)."""
-        return float(np.sqrt(((self.residual / sigma) ** 2).mean()))
+        return float(np.sqrt(((self.residual / sigma) ** 2).sum() / self.shown.sum()))
 
     def weighted_prediction_rms(self, sigma: np.ndarray) -> float:
         """The same of the errors of predicting each block from the others."""
-        return float(np.sqrt(((self.predicted_error / sigma) ** 2).mean()))
+        return float(np.sqrt(((self.predicted_error / sigma) ** 2).sum() / self.shown.sum()))
 
 
 def fit_linear(
     columns: np.ndarray,
     torque: np.ndarray,
+    shown: np.ndarray,
     starts: Sequence[int],
     *,
     sigma: np.ndarray | None = None,
@@ -74,12 +81,15 @@ def fit_linear(
     Args:
         columns: Independent ones (rows, n, p).
         torque: What they shall make (rows, n).
+        shown: Which of these say something (rows, n).
         starts: First rows of the recordings, then the count of rows.
         sigma: Weights' inverse (n,); by the residuals if left out.
         edges: First rows of the blocks, then the count of rows; by the residuals if left out.
     """
     rows, n, p = columns.shape
-    used = _positive(torque.std(axis=0)) if sigma is None else sigma
+    columns, torque = columns * shown[:, :, None], torque * shown
+    count = shown.sum(axis=0)
+    used = _rms(torque, count) if sigma is None else sigma
     scale = _positive(np.sqrt((columns**2).sum(axis=(0, 1))))
     for _ in range(WEIGHTINGS if sigma is None else 1):
         weighted = (columns / scale / used[:, None]).reshape(rows * n, p)
@@ -88,7 +98,7 @@ def fit_linear(
         coefficients = basis.T @ right
         remains = (right - basis @ coefficients).reshape(rows, n)
         residual = remains * used
-        weights, used = used, used if sigma is not None else _rms(residual)
+        weights, used = used, used if sigma is not None else _rms(residual, count)
     edges = choose_blocks(residual, starts) if edges is None else edges
     deviations, predicted = _leave_out_blocks(basis.reshape(rows, n, p), remains, edges)
     blocks = len(edges) - 1
@@ -99,6 +109,7 @@ def fit_linear(
         values=inverse @ coefficients,
         covariance=inverse @ spread @ inverse.T,
         freedom=max(blocks - 1, 1),
+        shown=shown,
         sigma=used,
         residual=residual,
         predicted_error=predicted * weights,
@@ -156,9 +167,9 @@ def _correlation_rows(residual: np.ndarray, joint: int) -> float:
     return float(1 + 2 * correlation[1:first].sum())
 
 
-def _rms(residual: np.ndarray) -> np.ndarray:
-    """Root mean square of each joint's residual (n,); 1 where there is none."""
-    return _positive(np.sqrt((residual**2).mean(axis=0)))
+def _rms(values: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Root mean square of each joint's values (n,), so many of which count; 1 where none do."""
+    return _positive(np.sqrt((values**2).sum(axis=0) / np.maximum(count, 1)))
 
 
 def _positive(values: np.ndarray) -> np.ndarray:

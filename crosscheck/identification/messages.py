@@ -28,7 +28,15 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
         return [_describe_disagreement(comparison)]
     sentences: list[str] = []
     for side in comparison.sides:
-        sentences += _describe_side(side)
+        if side.links == "scaled":
+            identified = next(
+                each
+                for each in comparison.sides
+                if (each.side, each.links) == (side.side, "identified")
+            )
+            sentences += _describe_scaled(side, with_rotors=not identified.is_excited)
+        else:
+            sentences += _describe_side(side)
     return [*sentences, *_describe_levels(comparison)]
 
 
@@ -44,9 +52,6 @@ def _describe_disagreement(comparison: RobotComparison) -> str:
 def _describe_side(side: SideResult) -> Iterator[str]:
     """What the torques of one side say."""
     where = SIDE_WORDS[side.side]
-    if side.links == "scaled":
-        yield from _describe_scaled(side)
-        return
     if not side.is_excited:
         names = ", ".join(side.concerned[:MOST_NAMES])
         yield (
@@ -63,6 +68,8 @@ def _describe_side(side: SideResult) -> Iterator[str]:
     elif side.seen:
         listed = "; ".join(format_estimate(each) for each in side.seen)
         yield f"By the {where} links and friction alone are rejected: {listed}."
+        if side.side == "joint":
+            yield "Behind gears there is no rotor: are these the motors' torques (motor_torque)?"
         if any(each.term.kind == "shared armature" for each in side.seen):
             yield "Armature of single joints is rejected, too: they share a motor."
     else:
@@ -75,18 +82,19 @@ def _describe_side(side: SideResult) -> Iterator[str]:
         yield f"No motion distinguishes from the links: {', '.join(contained)}."
 
 
-def _describe_scaled(side: SideResult) -> Iterator[str]:
-    """What is left to say where links cannot be identified: how far off those of the file are."""
-    factors = [each for each in side.estimates if each.term.kind == "scale"]
-    wrong = [each for each in factors if abs(each.value - 1) > each.half_width]
+def _describe_scaled(side: SideResult, with_rotors: bool) -> Iterator[str]:
+    """How far off the file's links are; with_rotors: and what rotors would be beside them."""
+    wrong = side.wrong_factors
     if wrong:
         listed = ", ".join(
             f"{each.value:.2g} +- {each.half_width:.1g} for {each.term.name}" for each in wrong
         )
         yield (
             f"The {SIDE_WORDS[side.side]} ask for factors on the torques of {listed}: the file's"
-            " links or the gains are wrong, so no rotor is named by these."
+            " links or the gains are wrong, and rotors are not judged by these."
         )
+    if not with_rotors:
+        return
     listed = "; ".join(format_estimate(each) for each in side.rotors)
     yield f"With such factors it would be: {listed}."
 

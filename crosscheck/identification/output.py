@@ -151,10 +151,11 @@ def draw_residual(side: SideResult) -> str:
     figure = Figure(figsize=(9, 1.7 * joints), layout="constrained")
     table = figure.subplots(joints, 3, squeeze=False)
     for row, (name, place) in enumerate(zip(side.measured, places, strict=True)):
-        values = side.residual[:, row]
+        shown = side.shown[:, row]
+        values = side.residual[shown, row]
         signals = (time, samples.v[:, place], samples.q[:, place])
         for axes, signal in zip(table[row], signals, strict=True):
-            axes.plot(signal, values, ".", ms=1.5, alpha=0.6)
+            axes.plot(signal[shown], values, ".", ms=1.5, alpha=0.6)
             axes.axhline(0.0, color="0.6", lw=0.6)
         table[row, 0].set_ylabel(name)
     for axes, label in zip(table[-1], ("time [s]", "rate", "position"), strict=True):

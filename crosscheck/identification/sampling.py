@@ -15,8 +15,7 @@ ORDER = 4
 PADDED = 5.0  # shortest periods that a recording is continued by, turned about its ends
 ROWS = 4.0  # in the shortest period of the band
 EDGE = 1.0  # shortest periods that each end loses, where the filter has data of one side alone
-# Below this share of a joint's fastest rate the direction of its friction counts as unsure, and
-# Coulomb friction as proportional to the rate.
+# Below this share of its fastest rate a joint stands: friction may then hold any torque.
 SLOW = 0.01
 
 
@@ -24,15 +23,17 @@ SLOW = 0.01
 class BandSample:
     """Rows of all recordings in a band up to a bandwidth [Hz].
 
-    q, v, a (rows, n): motion; direction (rows, n): of joints' rates, shared_direction (rows,
-    shared): of motors that several joints turn; torque (rows, n); torque_rate: its slope in time;
-    starts: the first row of each recording, then the count of rows; step [s]: between rows.
+    q, v, a (rows, n): motion; moving (rows, n): whether a joint does not stand; direction (rows,
+    n): of joints' rates; shared_direction (rows, shared): of motors that several joints turn;
+    torque (rows, n), and torque_rate, its slope in time; starts: the first row of each recording,
+    then the count of rows; step [s]: between rows.
     """
 
     bandwidth: float
     q: np.ndarray
     v: np.ndarray
     a: np.ndarray
+    moving: np.ndarray
     direction: np.ndarray
     shared_direction: np.ndarray
     torque: np.ndarray
@@ -64,9 +65,19 @@ def sample(
     q, v, a, direction, shared_direction, torque, slope = (
         np.concatenate(each) for each in zip(*parts, strict=True)
     )
-    step = 1 / (ROWS * bandwidth)
+    moving = np.abs(v) > SLOW * fastest[: v.shape[1]]
     return BandSample(
-        bandwidth, q, v, a, direction, shared_direction, torque, slope, tuple(starts), step
+        bandwidth=bandwidth,
+        q=q,
+        v=v,
+        a=a,
+        moving=moving,
+        direction=direction,
+        shared_direction=shared_direction,
+        torque=torque,
+        torque_rate=slope,
+        starts=tuple(starts),
+        step=1 / (ROWS * bandwidth),
     )
 
 

@@ -63,9 +63,19 @@ def draw_samples(robot: Robot, shared: np.ndarray) -> BandSample:
     rng = np.random.default_rng(SEED)
     shape = (MOTIONS, len(robot.coordinates))
     q, v, a = rng.uniform(-2, 2, shape), rng.uniform(-2, 2, shape), rng.uniform(-5, 5, shape)
-    slope = rng.uniform(-5, 5, shape)
-    directions = np.sign(v), np.sign(v @ shared.T)
-    return BandSample(0.0, q, v, a, *directions, np.zeros(shape), slope, (0, MOTIONS), 1.0)
+    return BandSample(
+        bandwidth=0.0,
+        q=q,
+        v=v,
+        a=a,
+        moving=np.ones(shape, dtype=bool),
+        direction=np.sign(v),
+        shared_direction=np.sign(v @ shared.T),
+        torque=np.zeros(shape),
+        torque_rate=rng.uniform(-5, 5, shape),
+        starts=(0, MOTIONS),
+        step=1.0,
+    )
 
 
 def find_basis(columns: Regressor, kinds: tuple[TermKind, ...]) -> TermBasis:

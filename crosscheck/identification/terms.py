@@ -24,8 +24,8 @@ TermKind = Literal[
     "shared coulomb",
     "armature",
     "shared armature",
-    "rotors",
     "delay",
+    "rotors",
 ]
 
 
@@ -157,7 +157,7 @@ def _joint_columns(
                 column[:, second] += factor * signal[:, first]
             noun = kind.removeprefix("shared ")
             yield TorqueTerm(kind, f"{noun} that {together} share", unit), column
-    yield TorqueTerm("delay", "delay of the torque", "s"), -samples.torque_rate
+    yield TorqueTerm("delay", "delay of all torques", "s"), -samples.torque_rate
 
 
 def _armatures(robot: Robot) -> list[float | None]:

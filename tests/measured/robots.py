@@ -84,7 +84,6 @@ def compared(robot: Robot, *recordings: Recording) -> RobotComparison:
     return compare_robot(robot, recordings, np.eye(3), lambda *doing: None)
 
 
-def only_side(robot: Robot, *recordings: Recording) -> SideResult:
-    """The one side that they have."""
-    (side,) = compared(robot, *recordings).sides
-    return side
+def first_side(robot: Robot, *recordings: Recording) -> SideResult:
+    """The first side that they have, its links identified."""
+    return compared(robot, *recordings).sides[0]

@@ -43,14 +43,19 @@ def low_pass(signal: np.ndarray, step: float, bandwidth: float) -> list[np.ndarr
 
 
 def rows_of(
-    model: pin.Model, q: np.ndarray, v: np.ndarray, a: np.ndarray, direction: np.ndarray
+    model: pin.Model,
+    q: np.ndarray,
+    v: np.ndarray,
+    a: np.ndarray,
+    direction: np.ndarray,
+    slope: np.ndarray,
 ) -> np.ndarray:
-    """Columns (rows, n, parameters): links, then offset, viscous, Coulomb, armature of joints."""
+    """Columns (rows, n, parameters): links; offset, viscous, Coulomb, armature of joints; delay."""
     data, count = model.createData(), q.shape[1]
     table = []
-    for at, rate, more, sign in zip(q, v, a, direction, strict=True):
+    for at, rate, more, sign, rise in zip(q, v, a, direction, slope, strict=True):
         links = pin.computeJointTorqueRegressor(model, data, at, rate, more).copy()
-        diagonals = [np.eye(count), np.diag(rate), np.diag(sign), np.diag(more)]
+        diagonals = [np.eye(count), np.diag(rate), np.diag(sign), np.diag(more), -rise[:, None]]
         table.append(np.hstack([links, *diagonals]))
     return np.array(table)
 
@@ -58,8 +63,8 @@ def rows_of(
 def identifiable(model: pin.Model, count: int) -> np.ndarray:
     """Whether random motions tell each parameter from all others."""
     rng = np.random.default_rng(7)
-    q, v, a = (rng.uniform(-2, 2, (150, count)) for _ in range(3))
-    table = rows_of(model, q, v, a, np.sign(v)).reshape(150 * count, -1)
+    q, v, a, slope = (rng.uniform(-2, 2, (150, count)) for _ in range(4))
+    table = rows_of(model, q, v, a, np.sign(v), slope).reshape(150 * count, -1)
     table = table / lengths(table)
     _, singular, directions = np.linalg.svd(table)
     null = directions[(singular > RANK * singular[0]).sum() :]
@@ -88,23 +93,23 @@ def estimate(
     q, v, a = low_pass(position, step, bandwidth)
     slow = SLOW * np.abs(v).max(axis=0)
     direction = low_pass(np.minimum(1, np.maximum(-1, v / slow)), step, bandwidth)[0]
-    torque = low_pass(torque, step, bandwidth)[0]
+    torque, slope, _ = low_pass(torque, step, bandwidth)
     edge = int(EDGE / (bandwidth * step))
     rows = np.arange(edge, len(q) - edge, 1 / (ROWS * bandwidth * step)).astype(int)
-    table = rows_of(model, q[rows], v[rows], a[rows], direction[rows])
-    torque = torque[rows]
-    sigma = torque.std(axis=0)
+    table = rows_of(model, q[rows], v[rows], a[rows], direction[rows], slope[rows])
+    torque, moving = torque[rows], np.abs(v[rows]) > slow
+    sigma = spread_of(torque, moving)
     for _ in range(WEIGHTINGS):
-        weighted = (table / sigma[:, None]).reshape(-1, table.shape[2])
-        values = solve(weighted, (torque / sigma).ravel())
+        values = solve((table / sigma[:, None])[moving], (torque / sigma)[moving])
         used, residual = sigma, torque - table @ values
-        sigma = np.sqrt((residual**2).mean(axis=0))
-    edges = block_edges(residual)
+        sigma = spread_of(residual, moving)
+    edges = block_edges(np.where(moving, residual, 0.0))
     without = []
     for first, last in pairwise(edges):
         kept = np.r_[0:first, last : len(torque)]
-        weighted = (table[kept] / used[:, None]).reshape(-1, table.shape[2])
-        without.append(solve(weighted, (torque[kept] / used).ravel()))
+        able_rows = moving[kept]
+        weighted = (table[kept] / used[:, None])[able_rows]
+        without.append(solve(weighted, (torque[kept] / used)[able_rows]))
     blocks = len(without)
     # Of the deviations from the whole fit, not from their mean.
     spread = (blocks - 1) / blocks * ((np.array(without) - values) ** 2).sum(axis=0)
@@ -113,6 +118,7 @@ def estimate(
         for kind in ("offset", "viscous", "coulomb", "armature")
         for name in list(model.names)[1:]
     ]
+    names.append("delay of all torques")
     places = {name: 10 * count + number for number, name in enumerate(names)}
     able = identifiable(model, count)
     places = {name: place for name, place in places.items() if able[place]}
@@ -121,6 +127,12 @@ def estimate(
         {name: float(np.sqrt(spread[place])) for name, place in places.items()},
         sigma,
     )
+
+
+def spread_of(values: np.ndarray, moving: np.ndarray) -> np.ndarray:
+    """Root mean square of each joint's values where it moves."""
+    pairs = zip(values.T, moving.T, strict=True)
+    return np.array([np.sqrt((column[able] ** 2).mean()) for column, able in pairs])
 
 
 def block_edges(residual: np.ndarray) -> np.ndarray:
