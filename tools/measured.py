@@ -26,7 +26,7 @@ from crosscheck.identification.description import (
     read_recordings,
     transmission_matrix,
 )
-from crosscheck.identification.messages import SIDE_WORDS, describe_answers
+from crosscheck.identification.messages import SIDE_WORDS, describe_answers, format_estimate
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
 from tools.site import format_table
@@ -242,7 +242,8 @@ def _describe_side(side: SideResult, published: Mapping[str, float]) -> Iterator
 
 
 def _format_interval(each: TermEstimate) -> str:
-    return f"{each.value:.3g} ± {each.half_width:.2g}"
+    text = format_estimate(each).removeprefix(f"{each.term.name} ")
+    return text.removesuffix(each.term.unit).replace("+-", "±").strip()
 
 
 def draw_picture(studies: Sequence[Study]) -> str:

@@ -57,7 +57,10 @@ ROTOR_KINDS: tuple[TermKind, ...] = ("armature", "shared armature")
 FEWEST_ROWS = 4  # of torques for a parameter
 ENGINE_ROWS = 1000
 TOLERANCE = 1e-10  # of the sizes of a torque's terms
-SIGNIFICANT = 0.01  # of a rotor that is not there in any joint to be named
+# Chance that anything is named on a side which is not there.
+SIGNIFICANT = 0.001
+NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "delay")
+LEFT_MORE = 1.1  # times what identified links leave at a joint: the file's are wrong there
 # Of scaled columns: beyond it estimates hang on what motion hardly shows (Gautier and Khalil, 1992,
 # ask for 100).
 EXCITED = 1000.0
@@ -108,11 +111,11 @@ class SideResult:
     """What torques measured on one side of the gears say.
 
     side: motor, joint, or the motors' less the joints'; names, measured: of all joints, and those
-    whose torque is measured; estimates: of
-    all terms but links; contained: terms that links make up; concerned: terms that the motion
-    hardly shows, where it does so; threshold: the size of t from which on a rotor is named; bands:
-    at half and twice the bandwidth; samples, residual and shown (rows,
-    measured): of the full model, and which rows say something: those where the joint moves.
+    whose torque is measured; estimates: of all terms but links; contained: terms that links make
+    up; concerned: terms that the motion hardly shows, where it does so; threshold: the size of t
+    from which on a rotor, a factor or a delay is named; bands: at half and twice the bandwidth;
+    samples, residual and shown (rows, measured): of the full model, and which rows say something:
+    those where the joint moves.
     """
 
     side: Side
@@ -152,6 +155,12 @@ class SideResult:
         )
 
     @property
+    def delay(self) -> TermEstimate | None:
+        """A delay of the torques that the record asks for."""
+        asked = (each for each in self.estimates if each.term.kind == "delay")
+        return next((each for each in asked if abs(each.t) > self.threshold), None)
+
+    @property
     def wrong_factors(self) -> tuple[TermEstimate, ...]:
         """Factors on the torques of the file's links that are not 1."""
         return tuple(
@@ -159,6 +168,12 @@ class SideResult:
             for each in self.estimates
             if each.term.kind == "scale" and abs(each.value - 1) > self.threshold * each.error
         )
+
+    def find_worse_joints(self, other: SideResult) -> dict[str, float]:
+        """Joints at which this leaves more than another treatment of links, and how many times."""
+        ratios = self.steps[-1].rms / other.steps[-1].rms
+        pairs = zip(self.measured, ratios.tolist(), strict=True)
+        return {name: ratio for name, ratio in pairs if ratio > LEFT_MORE}
 
     @property
     def impossible(self) -> tuple[TermEstimate, ...]:
@@ -348,7 +363,7 @@ def _judge_side(
         weighted, predicted = fit.weighted_rms(full.sigma), fit.weighted_prediction_rms(full.sigma)
         steps.append(StepResult(name, part.shape[2], fit.rms, weighted, predicted))
     estimates = _select_estimates(columns, full)
-    rotors = sum(each.term.kind in ROTOR_KINDS for each in estimates)
+    named = sum(each.term.kind in NAMED_KINDS for each in estimates)
     bands = []
     for factor in (0.5, 2.0) if treatment != "scaled" else ():
         if bandwidth * factor <= highest_bandwidth(problem.recordings):
@@ -368,7 +383,7 @@ def _judge_side(
         contained=problem.basis.contained,
         condition=full.condition,
         concerned=_find_concerned(problem.terms, columns, full),
-        threshold=full.quantile(1 - SIGNIFICANT / (2 * max(rotors, 1))),
+        threshold=full.quantile(1 - SIGNIFICANT / (2 * max(named, 1))),
         bands=tuple(bands),
         samples=samples,
         residual=full.residual,

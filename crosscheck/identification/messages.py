@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import floor, log10
 
 import numpy as np
 
@@ -34,7 +35,7 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
                 for each in comparison.sides
                 if (each.side, each.links) == (side.side, "identified")
             )
-            sentences += _describe_scaled(side, with_rotors=not identified.is_excited)
+            sentences += _describe_scaled(side, identified)
         else:
             sentences += _describe_side(side)
     return [*sentences, *_describe_levels(comparison)]
@@ -77,23 +78,30 @@ def _describe_side(side: SideResult) -> Iterator[str]:
     unseen = [each for each in side.rotors if each not in (*side.seen, *side.impossible)]
     if unseen:
         yield f"Not told from zero: {'; '.join(format_estimate(each) for each in unseen)}."
+    if side.delay is not None:
+        yield f"All of these torques lag behind the motion: {format_estimate(side.delay)}."
     contained = [each.name for each in side.contained if each.kind == "armature"]
     if contained and side.links == "identified":
         yield f"No motion distinguishes from the links: {', '.join(contained)}."
 
 
-def _describe_scaled(side: SideResult, with_rotors: bool) -> Iterator[str]:
-    """How far off the file's links are; with_rotors: and what rotors would be beside them."""
+def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:
+    """How far off the file's links are; rotors beside them where links cannot be identified."""
     wrong = side.wrong_factors
     if wrong:
         listed = ", ".join(
-            f"{each.value:.2g} +- {each.half_width:.1g} for {each.term.name}" for each in wrong
+            f"{_format_interval(each.value, each.half_width)} for {each.term.name}"
+            for each in wrong
         )
         yield (
             f"The {SIDE_WORDS[side.side]} ask for factors on the torques of {listed}: the file's"
             " links or the gains are wrong, and rotors are not judged by these."
         )
-    if not with_rotors:
+    if identified.is_excited:
+        worse = side.find_worse_joints(identified)
+        if worse:
+            listed = ", ".join(f"{ratio:.2f} times at {name}" for name, ratio in worse.items())
+            yield f"Links of the file leave more than identified ones, so they are wrong: {listed}."
         return
     listed = "; ".join(format_estimate(each) for each in side.rotors)
     yield f"With such factors it would be: {listed}."
@@ -122,7 +130,11 @@ def format_estimate(each: TermEstimate) -> str:
 
 
 def _format_interval(value: float, half_width: float) -> str:
-    return f"{value:.3g} +- {half_width:.2g}"
+    """A value to the second digit of its interval."""
+    if not 1e-9 < half_width < 1e6:
+        return f"{value:.3g} +- {half_width:.2g}"
+    decimals = max(1 - floor(log10(half_width)), 0)
+    return f"{value:.{decimals}f} +- {half_width:.{decimals}f}"
 
 
 def format_row(values: Sequence[float] | np.ndarray) -> str:

@@ -16,8 +16,8 @@ POSITION_NOISE, TORQUE_NOISE = 1e-5, 0.2  # [rad], [N m]
 STEP = 2e-3
 
 
-def arm(ratio: float = RATIO) -> Robot:
-    """Three joints whose axes are not parallel, a rotor at each."""
+def arm(text: str = "") -> Robot:
+    """Three joints whose axes are not parallel, a rotor at each; text: of another URDF."""
     links = [
         chains.link("base"),
         chains.link("a", chains.Solid(8.0, (0.1, 0.02, 0.1), (0.1, 0, 0, 0.2, 0, 0.15))),
@@ -29,8 +29,8 @@ def arm(ratio: float = RATIO) -> Robot:
         chains.joint("j2", "a", "b", axis=(0, 1, 0), at=(0.2, 0, 0.3)),
         chains.joint("j3", "b", "c", axis=(1, 0, 0), at=(0.4, 0, 0)),
     ]
-    rotors = {name: chains.geared(ratio, ROTOR) for name in ("j1", "j2", "j3")}
-    return chains.robot(chains.urdf(*links, *joints), rotors)
+    rotors = {name: chains.geared(RATIO, ROTOR) for name in ("j1", "j2", "j3")}
+    return chains.robot(text or chains.urdf(*links, *joints), rotors)
 
 
 def motion(time: np.ndarray, count: int, seed: int) -> tuple[np.ndarray, ...]:

@@ -24,6 +24,7 @@ from tests.measured.robots import (
     recording,
 )
 from tests.measured.second_robot import estimate
+from tests.measured.statements import KINDS, judge
 from tests.robots import chains
 
 
@@ -222,3 +223,10 @@ def test_options_of_arms_are_refused_for_robots(crosscheck, record_folder):
     assert (answer.code, "is for arms" in answer.err) == (2, True)
     answer = crosscheck("compare", record_folder / "record.toml", "paper-labelled")
     assert (answer.code, "is an arm" in answer.err) == (2, True)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_recordings_that_are_wrong_in_a_way_are_told_so(name):
+    """One of the hundred of each kind that benchmarks/bench_identification.py asks."""
+    told, false, _ = judge(KINDS[name], 0)
+    assert (told, false) == (True, False)
