@@ -317,6 +317,7 @@ def _require_for_robots(options: TrialOptions) -> None:
         "--scenario": options.scenarios,
         "--set": options.settings,
         "--quick": options.quick,
+        "--run-code": options.run_code and options.fmu is None,
     }
     for name in (name for name, given in of_arms.items() if given):
         raise InputError(name, "", None, f"is for arms; {options.arm} is a robot")

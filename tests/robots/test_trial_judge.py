@@ -214,7 +214,7 @@ def test_a_stated_level_is_the_one_that_is_judged(two):
 
 
 CANNOT = {
-    "level = 'carriers': must be one of links, armature, coupled, or left out": {
+    "level = 'carriers': must be one of links, armature, coupled, elastic, or left out": {
         "level": "carriers"
     },
     "coordinates: of a robot's may have matrix": {"coordinates": Coordinates(gearing="free")},

@@ -7,7 +7,7 @@ import pytest
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
-from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.robots.output import format_lines
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.robots import chains, two_link
@@ -105,3 +105,110 @@ def test_a_torque_that_is_nowhere_is_told_with_what_to_state():
 def test_joints_that_are_none_are_refused(drive):
     with pytest.raises(InputError, match=r"drive.*must be a list of joints, each once, of 1 to 2"):
         driven(FORMS["one number"], drive)
+
+
+def test_a_function_of_one_number_finds_its_motor():
+    """The cart's force alone, as textbooks write it: no drive needs to be stated."""
+    trial = run_robot_trial(
+        Equations(acceleration=lambda q, v, u: accelerate(q, v, float(u))), cart_pole()
+    )
+    assert trial.agrees
+    assert trial.remarks == ("motors: at slide alone",)
+
+
+# Elastic joints by Spong's model: link angles, then motors' on the output side.
+RADIUS, TOOTH_K = 0.01, 1e6
+SPRING = TOOTH_K * (RADIUS * two_link.N) ** 2
+MESHED = {
+    joint: chains.geared(two_link.N, two_link.ROTOR, mesh=chains.teeth(RADIUS, TOOTH_K))
+    for joint in ("j1", "j2")
+}
+ELASTIC = chains.robot(two_link.URDF, MESHED, gravity_m_per_s2=[0.0, -two_link.G, 0.0])
+ORDER = ("j1", "motor_j1", "j2", "motor_j2")
+
+
+def elastic_mass(x: np.ndarray) -> np.ndarray:
+    mass = np.diag([0.0, 0.0, two_link.REFLECTED, two_link.REFLECTED])
+    mass[:2, :2] = two_link.mass_matrix(x[:2], 0.0)
+    return mass
+
+
+def elastic_bias(x: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return np.append(two_link.bias(x[:2], v[:2]), [0.0, 0.0])
+
+
+def elastic_hold(x: np.ndarray, spring: float = SPRING) -> np.ndarray:
+    wound = spring * (x[:2] - x[2:])
+    return np.append(two_link.gravity(x[:2]) + wound, -wound)
+
+
+def elastic_acceleration(x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+    left = np.append([0.0, 0.0], torque) - elastic_bias(x, v) - elastic_hold(x)
+    return np.linalg.solve(elastic_mass(x), left)
+
+
+def in_order(function: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
+    """The function of coordinates joint by joint; rows of its answer likewise."""
+    there, back = [0, 2, 1, 3], [0, 2, 1, 3]
+
+    def ordered(x: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
+        answer = function(*(each[back] for each in (x, v) if each is not None))[there]
+        return answer[:, there] if answer.ndim == 2 else answer
+
+    return ordered
+
+
+def ordered_bias(x: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return in_order(elastic_bias)(x, v)
+
+
+PARTS = {"mass_matrix": elastic_mass, "bias": elastic_bias, "gravity": elastic_hold}
+ELASTIC_FORMS: dict[str, Equations] = {
+    "parts": Equations(level="elastic", **PARTS),
+    "acceleration": Equations(acceleration=elastic_acceleration, level="elastic"),
+    "joint by joint": Equations(
+        mass_matrix=lambda x: in_order(elastic_mass)(x),
+        bias=ordered_bias,
+        gravity=lambda x: in_order(elastic_hold)(x),
+        coordinates=Coordinates(order=ORDER),
+        level="elastic",
+    ),
+}
+
+
+@pytest.mark.parametrize("form", ELASTIC_FORMS)
+def test_elastic_joints_agree(form):
+    """With the project's derivation, Pinocchio and Exudyn, in any order of coordinates."""
+    trial = run_robot_trial(ELASTIC_FORMS[form], ELASTIC)
+    assert (trial.agrees, trial.level) == (True, "elastic")
+    assert "agrees with elastic" in next(iter(format_lines(trial)))
+
+
+ELASTIC_SLIPS: dict[str, tuple[dict[str, Callable[..., np.ndarray]], str]] = {
+    "half the spring": (
+        {"gravity": lambda x: elastic_hold(x, SPRING / 2)},
+        "springs, K[j1, motor_j1]: half",
+    ),
+    "a spring's sign at the motors": (
+        {"gravity": lambda x: elastic_hold(x) * [1, 1, -1, -1]},
+        "springs, K[motor_j1, j1]: with the opposite sign",
+    ),
+    "the ratio once": (
+        {"mass_matrix": lambda x: elastic_mass(x) - np.diag([0, 0, 1.8, 1.8])},
+        "yours are the equations of elastic with every rotor:"
+        " the ratio once where its square belongs",
+    ),
+}
+
+
+@pytest.mark.parametrize("slip", ELASTIC_SLIPS)
+def test_slips_of_elastic_joints_are_named(slip):
+    changed, words = ELASTIC_SLIPS[slip]
+    assert words in format_lines(
+        run_robot_trial(Equations(level="elastic", **(PARTS | changed)), ELASTIC)
+    )
+
+
+def test_a_robot_without_springs_is_not_elastic():
+    with pytest.raises(InputError, match=r"level.*is of robots with a mesh at a rotor"):
+        run_robot_trial(Equations(level="elastic", **PARTS), two_link.robot())

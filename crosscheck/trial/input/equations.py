@@ -19,6 +19,7 @@ Function = Callable[..., Any]
 Gearing = Literal["rigid", "lumped", "free"]
 SINGLE = 2.0**-24  # relative rounding of single precision
 Level = Literal["", "links", "carriers", "armature", "coupled"]
+RobotsLevel = Level | Literal["elastic"]
 Motors = Sequence[int | str]  # numbers of joints, from 1, or their names
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -115,7 +116,8 @@ class Equations:
         inverse_dynamics: M a + bias, shape (n,), by (x, v, a).
         coordinates: What x are; joint angles [rad] relative to the previous link, if not given.
         level: Which rigid level a rigid model is meant to be: ``links``, ``carriers``,
-            ``armature`` or ``coupled``; '' lets the trial find out.
+            ``armature`` or ``coupled``; of a robot also ``elastic``, links and motors with springs
+            between; '' lets the trial find out.
         switches: Laws that the model follows, where not those of the command line.
         symbolic: The sympy expressions behind the functions.
         rebuild: Makes the equations anew for an arm and a scenario, of equations that know how.
@@ -146,7 +148,7 @@ class Equations:
     drive: Motors | None = None
     viscous_friction: Sequence[float] | None = None
     coulomb_friction: Sequence[float] | None = None
-    level: Level = ""
+    level: RobotsLevel = ""
     switches: Switches | None = None
     symbolic: Symbolic | None = None
     rebuild: Callable[[Arm, Scenario | None], Equations] | None = None

@@ -346,8 +346,9 @@ def require_robot_equations(equations: Equations, where: str) -> Equations:
             reason = "is of arms alone; a robot's equations are of its joints' coordinates"
             raise InputError(where, name, None, reason)
     _require_parts(equations, where, list(TAKES), in_order=True)
-    if equations.level and equations.level not in RIGID:
-        allowed = f"must be one of {', '.join(RIGID)}, or left out"
+    levels = (*RIGID, "elastic")  # of joints: coordinates of links and motors
+    if equations.level and equations.level not in levels:
+        allowed = f"must be one of {', '.join(levels)}, or left out"
         raise InputError(where, "level", equations.level, allowed)
     return equations
 

@@ -85,6 +85,12 @@ def list_numbers(robot: Robot) -> Iterator[RobotNumber]:
             yield RobotNumber(
                 f"joint {joint.name}: its place, {AXES[axis]}", "m", value, size, moved
             )
+
+        def scale(by: float, number: int = number, joint: Joint = joint) -> Robot:
+            scaled = Placement(joint.placement.rotation, by * joint.placement.position)
+            return _set_field(robot, "joints", number, "placement", scaled)
+
+        yield RobotNumber(f"joint {joint.name}: its place", "", 1.0, 1.0, scale, factor=True)
         yield from _curved_numbers(robot, number, joint)
     for number, rotor in enumerate(robot.rotors):
         name = f"rotor of {robot.joints[rotor.joint].name}"
@@ -383,6 +389,7 @@ def generate_body_mistakes(body: RobotBody, joint: Joint) -> Iterator[tuple[str,
         "its inertia about the centre of mass, taken for that about the joint",
         replace(body, inertia=body.inertia - about),
     )
+    yield "all products of inertia left out", replace(body, inertia=diagonal)
     yield (
         "all products of inertia with the opposite sign",
         replace(body, inertia=2 * diagonal - body.inertia),

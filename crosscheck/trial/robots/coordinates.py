@@ -74,11 +74,14 @@ class MappedCall:
 
 def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | None:
     """The map of a user's coordinates; None for the joints' own. Raises InputError."""
-    usual, size = Coordinates(), len(robot.coordinates)
-    mapped = {"links": "relative", "matrix": None, "function": None, "jacobian": None}
-    if replace(coordinates, **mapped, symbols=(), names=()) != usual:
-        allowed = "of a robot's may have matrix, function, or links = absolute"
+    size, own = len(robot.coordinates), robot.coordinate_names
+    usual = Coordinates()
+    if (coordinates.gearing, coordinates.gears) != (usual.gearing, usual.gears):
+        allowed = "of a robot's may have matrix, function, order, or links = absolute"
         raise InputError(where, "coordinates", None, allowed)
+    if coordinates.order and sorted(coordinates.order) != sorted(own):
+        reason = f"must be all of {', '.join(own)}, each once"
+        raise InputError(where, "coordinates.order", list(coordinates.order), reason)
     layout = Layout(tuple(Coordinate("theta", number + 1) for number in range(size)))
     names = tuple(f"x_{number + 1}" for number in range(size))
     if coordinates.function is not None:
@@ -93,6 +96,9 @@ def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | No
             raise InputError(where, "coordinates.matrix", None, str(error)) from None
         require_invertible(matrix, "matrix")
         return build_linear_frame(layout, names, matrix, None)
+    if coordinates.order:
+        places = [[float(name == each) for each in coordinates.order] for name in own]
+        return build_linear_frame(layout, names, np.array(places), None)
     if coordinates.links == "relative":
         return None
     readings = list_readings(describe_coordinates(robot))

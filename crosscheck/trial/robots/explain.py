@@ -14,6 +14,7 @@ from crosscheck.models.robot.robot import Level
 from crosscheck.trial.robots.angle_sums import describe_angle_sum
 from crosscheck.trial.robots.candidates import ALIKE
 from crosscheck.trial.robots.consistency import describe_places
+from crosscheck.trial.robots.elastic import describe_springs
 from crosscheck.trial.robots.judge import (
     SINGLE,
     LevelDistance,
@@ -31,7 +32,8 @@ SHOWN = 1e-5  # of a ratio, of which six digits are shown
 MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
 MOST_SHOWN = 5  # terms of a sentence
 MISSING = "missing"
-MOST_OTHERS = 3  # causes that nobody is likely to have written, of which some are named
+MOST_OTHERS = 3  # causes that no state tells from the first one, of which some are named
+LEAST_ENTRIES = 3  # that are wrong, before six numbers together explain more than chance
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 
 
@@ -95,10 +97,14 @@ def diagnose(
         for row in rows:
             row_causes = list(searches[level].find_acceleration_causes(row))
             notes += _describe_causes(row_causes, problem.entry_name("acceleration", [row]))
+    if "gravity" in wrong and not explanations:
+        values, q = problem.answers.values["gravity"], problem.states.q
+        difference = values - problem.reference_values[level]["gravity"]
+        notes += describe_springs(difference, q, problem.stiffness, problem.names)
     if not explanations and not links:
         for part in wrong:
-            pieces = [] if part not in SINGLE else describe_pieces(problem, level, part)
-            notes += [*pieces, *_causes_within(searches[level], part, entries)]
+            pieces = list(describe_pieces(problem, level, part)) if part in SINGLE else []
+            notes += pieces or _causes_within(searches[level], part, entries)
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(cause.words for cause in explanations)
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
@@ -153,7 +159,10 @@ def _find_rarer_explanations(
         search = searches[each.level]
         if each.entries > distances[0].entries:
             break
-        if causes := list(search.find_curved_causes()) or list(search.find_inertia_causes()):
+        causes = list(search.find_curved_causes())
+        if not causes and each.entries >= LEAST_ENTRIES and "mass_matrix" in search.problem.parts:
+            causes = list(search.find_inertia_causes())
+        if causes:
             return each.level, causes
     return distances[0].level, []
 
@@ -427,7 +436,10 @@ def _causes_within(search: CauseSearch, part: str, entries: Sequence[RobotEntry]
     if all(entry.remark.startswith(MISSING) for entry in within):
         return
     places = search.select_places(part)
-    if causes := search.find_causes(places) or list(search.find_inertia_causes(places)):
+    causes = search.find_causes(places)
+    if not causes and part == "mass_matrix" and len(within) >= LEAST_ENTRIES:
+        causes = list(search.find_inertia_causes(places))
+    if causes:
         yield from _describe_causes(causes, part)
         return
     # A row of the balance that accelerations are held in is no row of these.
@@ -439,12 +451,12 @@ def _causes_within(search: CauseSearch, part: str, entries: Sequence[RobotEntry]
 
 
 def _describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
-    """Sentences on causes in one place: first those that somebody may well have written."""
-    usual = [cause for cause in causes if cause.usual]
-    others = [cause.words for cause in causes if not cause.usual][:MOST_OTHERS]
+    """Sentences on causes in one place: the usual one first, then its equals in one line."""
+    ordered = sorted(causes, key=lambda cause: (not cause.usual, not cause.missing))
+    usual = [cause for cause in ordered if cause.usual][:1]
     for cause in usual:
         missing = f"{cause.missing} is missing in {where}"
         yield missing if cause.missing else f"in {where} alone, as with {cause.words}"
-    if others:
+    if others := [cause.words for cause in ordered[len(usual) :]][:MOST_OTHERS]:
         also = "would also be explained by" if usual else "would be explained by"
         yield f"{where} {also} any one of these in it alone: {'; '.join(others)}"

@@ -66,7 +66,8 @@ class RobotProblem:
 
     sizes: by level, of each that equations may be of; stated: the level that these are to be of;
     self_differences: by part, how far it is from what the equations owe to themselves; friction
-    (states, n): the torques that it takes, which those of the states are without.
+    (states, n): the torques that it takes, which those of the states are without; stiffness (n, n):
+    of springs, whose torques stand beside the weights.
     """
 
     name: str
@@ -77,6 +78,7 @@ class RobotProblem:
     stated: str
     self_differences: Mapping[str, SelfDifference] = field(default_factory=dict)
     friction: np.ndarray = field(default_factory=lambda: np.zeros(1))
+    stiffness: np.ndarray = field(default_factory=lambda: np.zeros((1, 1)))
 
     @property
     def parts(self) -> tuple[str, ...]:
@@ -98,22 +100,24 @@ class RobotProblem:
     def evaluate_model(self, model: RobotModel) -> dict[str, np.ndarray]:
         """What a model says of each part of the equations, in their meaning."""
         q, v, a, torques = self.states
+        held, weights = self.spring_torques, self.spring_torques + model.gravity(q)
         meant = {
             "mass_matrix": lambda: model.mass_matrix(q),
             "bias": lambda: model.bias(q, v),
-            "gravity": lambda: model.gravity(q),
+            "gravity": lambda: weights,
             "inverse_dynamics": lambda: (
-                model.inverse_dynamics(q, v, a) - self.omitted_weights(model)
+                model.inverse_dynamics(q, v, a) + held - weights * self.answers.weightless
             ),
-            "force": lambda: self.loads_in_force - self.weights_in_force(model.gravity(q)),
-            "acceleration": lambda: model.forward_dynamics(q, v, torques),
+            "force": lambda: self.loads_in_force - self.weights_in_force(weights),
+            "acceleration": lambda: model.forward_dynamics(q, v, torques - held),
         }
         return {part: meant[part]() for part in self.parts}
 
-    def omitted_weights(self, model: RobotModel) -> np.ndarray:
-        """The weights, where inverse dynamics leaves them out; else 0."""
-        weights = model.gravity(self.states.q)
-        return weights if self.answers.weightless else 0 * weights
+    @cached_property
+    def spring_torques(self) -> np.ndarray:
+        """What holds the springs (states, n); 0 without any."""
+        q = self.states.q
+        return q @ self.stiffness if self.stiffness.any() else 0 * q
 
     @property
     def loads_in_force(self) -> np.ndarray:

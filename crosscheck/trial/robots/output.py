@@ -9,7 +9,7 @@ from crosscheck.models.robot.robot import LEVELS
 from crosscheck.report.formatting import describe_outcome, format_count
 from crosscheck.report.junit import format_junit
 from crosscheck.report.records import format_json, to_json_value
-from crosscheck.trial.robots.explain import RobotDiagnosis
+from crosscheck.trial.robots.elastic import ELASTIC
 from crosscheck.trial.robots.judge import LETTERS, has_engine_conflict
 from crosscheck.trial.robots.trial import RobotTrial
 
@@ -30,7 +30,7 @@ def format_lines(trial: RobotTrial) -> Iterator[str]:
     if len(diagnosis.notes) > MOST_SENTENCES:
         rest = format_count(len(diagnosis.notes) - MOST_SENTENCES, "more sentence")
         yield f"  and {rest}, all in --json"
-    yield from _explanations(diagnosis)
+    yield from _explanations(trial)
     yield from _disagreements(trial)
     for part, why in trial.failures.items():
         if why.trace:
@@ -42,7 +42,7 @@ def format_lines(trial: RobotTrial) -> Iterator[str]:
 
 def first_lines(trial: RobotTrial) -> Iterator[str]:
     """What the equations are, by how much, and what was not judged."""
-    diagnosis, level = trial.diagnosis, trial.diagnosis.level
+    diagnosis, level = trial.diagnosis, trial.level
     left_out = f"; not judged: {', '.join(trial.not_judged)}" if trial.not_judged else ""
     if not trial.parts:
         yield f"no part answered{left_out}"
@@ -72,19 +72,23 @@ def _disagreements(trial: RobotTrial) -> Iterator[str]:
 
 def _format_levels(trial: RobotTrial) -> str:
     """The level that equations agree with, or all that are alike in their parts."""
-    level = trial.diagnosis.level
+    level = trial.level
+    if level == ELASTIC:
+        return f"{level} (links, motors on the output side, and springs between them)"
     alike = [each.level for each in trial.distances if not each.entries]
     if trial.stated or len(alike) == 1:
-        return f"{level} ({LEVELS[level]})"
+        return f"{level} ({LEVELS[trial.diagnosis.level]})"
     return f"{', '.join(alike)}, which are alike in these parts"
 
 
-def _explanations(diagnosis: RobotDiagnosis) -> Iterator[str]:
-    """Sentences on what explains all differences."""
-    for words in diagnosis.explanations[:MOST_SENTENCES]:
-        yield f"yours are the equations of {diagnosis.level} with {words}"
-    if len(diagnosis.explanations) > 1:
-        yield "each of these alone makes the same equations"
+def _explanations(trial: RobotTrial) -> Iterator[str]:
+    """Sentences on what explains all differences: one, and its equals at every state."""
+    diagnosis = trial.diagnosis
+    first, *others = diagnosis.explanations or [""]
+    if first:
+        yield f"yours are the equations of {trial.level} with {first}"
+    if others:
+        yield f"would also be explained by {'; '.join(others[:MOST_SENTENCES])}"
     for link in diagnosis.links:
         yield f"all of it is in {link}: its mass, centre of mass and inertia together explain it"
     reasons = diagnosis.explanations or diagnosis.links or diagnosis.notes or diagnosis.readings
@@ -103,7 +107,7 @@ def format_robot_trial(trial: RobotTrial) -> str:
             "remarks": trial.remarks,
             "not_judged": trial.not_judged,
             "agrees": trial.agrees,
-            "level": diagnosis.level,
+            "level": trial.level,
             "levels": to_json_value(trial.distances),
             "largest_difference": trial.largest,
             "entries": [
@@ -146,7 +150,7 @@ def robot_trial_page(trial: RobotTrial) -> str:
     diagnosis, robot = trial.diagnosis, trial.robot
     names = [robot.joints[number].name for number in robot.coordinates]
     headline = [*first_lines(trial), *trial.remarks]
-    sentences = [*_explanations(diagnosis), *_disagreements(trial)]
+    sentences = [*_explanations(trial), *_disagreements(trial)]
     return render_page(
         "trial",
         name=trial.name,

@@ -107,6 +107,11 @@ class KaneSum:
             }
             for kind, torque in pieces.items():
                 kinds.setdefault(kind, {})[link] = _project(turning, torque)
+            parent = self.robot.joints[number].parent
+            if parent != BASE:
+                before = _project(moving, self.rates[parent].acceleration)
+                kind = "the acceleration that the link before hands on to the centre"
+                kinds.setdefault(kind, {})[link] = before
             linear = {
                 "the centripetal acceleration w x (w x c) of the centre": _project(moving, inward),
                 "the acceleration of the centre": centre + _project(moving, rate.acceleration),
@@ -128,6 +133,8 @@ class KaneSum:
         at = pose.position - self.poses[joint.parent].position
         inward = np.cross(under.angular, np.cross(under.angular, at))
         yield "the centripetal acceleration w x (w x r) of the place", self._load(number, inward)
+        along = np.cross(under.angular_rate, at)
+        yield "the acceleration w' x r of the place", self._load(number, along)
         extra = self.rates[number].acceleration - under.acceleration
         extra = extra - _rotate_point(under.angular, under.angular_rate, at)
         if joint.kind == "prismatic":
@@ -180,6 +187,9 @@ class KaneSum:
             ):
                 wrong = np.cross(left_rate, _apply(inertia, right_rate))
                 changes[words] = changes.get(words, 0) + _project(turning, wrong - right)
+            fixed = np.cross(w, w @ body.inertia)
+            words = "I in the link's own axes, not turned"
+            changes[words] = changes.get(words, 0) + _project(turning, fixed - right)
         yield from changes.items()
 
     def _name_and_place(self, number: int, body: RobotBody) -> tuple[str, WorldBody]:
@@ -283,7 +293,7 @@ def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, n
     states, names = problem.states, problem.names
     model = AnalyticRobot(problem.robot, level)
     inverse = np.linalg.inv(model.mass_matrix(states.q))
-    forces = {"the weights": -model.gravity(states.q)}
+    forces = {"the weights": -model.gravity(states.q), "the springs": -problem.spring_torques}
     for number, name in enumerate(names):
         torque = np.zeros_like(states.torques)
         torque[:, number] = states.torques[:, number]

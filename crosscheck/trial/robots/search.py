@@ -255,7 +255,7 @@ class CauseSearch:
     def find_causes(self, places: Places = slice(None)) -> list[Cause]:
         """Every single change that leaves nothing of the difference in some places of the row."""
         numbers = list(self._number_causes(places))
-        plain = [cause for number, cause in numbers if cause.usual or not number.factor]
+        plain = [cause for number, cause in numbers if not number.factor]
         numbers_alone = plain or [cause for _, cause in numbers]  # a factor says no more than one
         causes = [*numbers_alone, *self._mistake_causes(places)]
         if isinstance(places, slice) and self.level == "coupled":
@@ -303,21 +303,12 @@ class CauseSearch:
     def _solve_curved(self, number: RobotNumber) -> float | None:
         """The value with which the difference is nothing; None for none that is found."""
 
-        def change(value: float) -> np.ndarray:
-            return self.row(self.table.change_robot(number.put(value), self.level))
+        def left(value: float) -> np.ndarray:
+            change = self.table.change_robot(number.put(value), self.level)
+            return self.difference - self.row(change)
 
-        value, near = number.value, NEAR * number.step
-        for step in range(STEPS):
-            slope = (change(value + near) - change(value - near)) / (2 * near)
-            left = self.difference - (change(value) if step else 0.0)
-            square = float(slope @ slope)
-            by = float(slope @ left) / square if square else 0.0
-            if not step and np.linalg.norm(left - by * slope) > PROMISING * np.linalg.norm(left):
-                return None
-            value += float(np.clip(by, -number.step, number.step))
-            if abs(by) < 1e-9 * number.step:
-                break
-        return value if self.can_explain(change(value)) else None
+        value = _find_root(left, number.value, number.step)
+        return value if value is not None and (np.abs(left(value)) <= self.allowed).all() else None
 
     def find_acceleration_causes(self, row: int) -> Iterator[Cause]:
         """Numbers with other values of which one row of the accelerations alone is right."""
@@ -332,25 +323,21 @@ class CauseSearch:
                     own + by * first + by**2 * second
                     for own, first, second in zip(base, effect.linear, effect.square, strict=True)
                 )
-                pushed = states.torques - bias - gravity
+                pushed = states.torques - self.problem.spring_torques - bias - gravity
                 try:
                     right = np.linalg.solve(mass, pushed[..., None])[:, row, 0]
                 except np.linalg.LinAlgError:
                     return np.full_like(values, np.nan)
                 return (values - right) / size
 
-            by = _find_root(left, 0.0)
+            by = _find_root(left, 0.0, 1.0)
             if by and np.abs(left(by)).max() <= LEFT * np.abs(left(0.0)).max():
                 value = number.value + by * number.step
                 if self._is_possible(number, value):
                     yield Cause(self._words(number, value), self._is_usual(number, value))
 
     def find_inertia_causes(self, places: Places = slice(None)) -> Iterator[Cause]:
-        """The six inertias of a link together, where nothing simpler explains several entries."""
-        if np.count_nonzero(self._wrong_columns(places)) < 3 or "mass_matrix" not in (
-            self.problem.parts
-        ):
-            return
+        """The six inertias of a link together."""
         for number, body in enumerate(self.problem.robot.bodies):
             size = float(np.trace(body.inertia)) or body.mass * 1e-4
             units = [_symmetric_unit(k) * size for k in range(6)]
@@ -367,19 +354,6 @@ class CauseSearch:
 
     def _link(self, number: int) -> str:
         return get_link_name(self.problem.robot, number)
-
-    def _wrong_columns(self, places: Places) -> np.ndarray:
-        """Of each entry of M and the bias whether it is wrong."""
-        wrong, start = list[np.ndarray](), 0
-        inside = np.zeros(self.difference.size, dtype=bool)
-        inside[places] = True
-        for part in self.problem.parts:
-            shape = self.problem.answers.values[part].shape
-            stop = start + int(np.prod(shape))
-            beyond = (np.abs(self.difference[start:stop]) > TOLERANCE) & inside[start:stop]
-            wrong.append(beyond.reshape(shape).any(axis=0).ravel())
-            start = stop
-        return np.concatenate(wrong)
 
     def _is_regular(self, robot: Robot) -> bool:
         """Whether a robot has accelerations: of none at all every balance holds."""
@@ -483,18 +457,19 @@ def _symmetric_unit(number: int) -> np.ndarray:
     return unit
 
 
-def _find_root(left: Callable[[float], np.ndarray], begin: float) -> float:
-    """The number with which least is left, by the method of Gauss and Newton from a first one."""
-    value = begin
-    for _ in range(STEPS):
-        here = left(value)
-        slope = (left(value + NEAR) - left(value - NEAR)) / (2 * NEAR)
+def _find_root(left: Callable[[float], np.ndarray], begin: float, size: float) -> float | None:
+    """The number with which least is left, by Gauss and Newton; None where the first step fails."""
+    value, near = begin, NEAR * size
+    for step in range(STEPS):
+        here, slope = left(value), (left(value + near) - left(value - near)) / (2 * near)
         square = float(slope @ slope)
-        if not square or not np.isfinite(square):
-            return 0.0
-        by = float(np.clip(-(slope @ here) / square, -1.0, 1.0))
-        value += by
-        if abs(by) < 1e-10:
+        if not 0 < square < np.inf:
+            return None
+        by = -float(slope @ here) / square
+        if not step and np.linalg.norm(here + by * slope) > PROMISING * np.linalg.norm(here):
+            return None
+        value += float(np.clip(by, -size, size))
+        if abs(by) < 1e-10 * size:
             break
     return value
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 from crosscheck.checks.robots.sizes import WITH_WEIGHTS
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.findings import Agreement
+from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import register
 from crosscheck.runner.outcomes import Failure
@@ -35,6 +37,7 @@ from crosscheck.trial.robots.consistency import (
     make_slope_states,
 )
 from crosscheck.trial.robots.coordinates import map_calls, place_states, read_frame
+from crosscheck.trial.robots.elastic import ELASTIC, build_elastic_robot, drive_motors
 from crosscheck.trial.robots.explain import RobotDiagnosis, diagnose
 from crosscheck.trial.robots.judge import (
     SINGLE,
@@ -87,6 +90,11 @@ class RobotTrial:
         return self.exit_code == 0
 
     @property
+    def level(self) -> str:
+        """The level that the equations are beside."""
+        return ELASTIC if self.stated == ELASTIC else self.diagnosis.level
+
+    @property
     def largest(self) -> float:
         """The largest difference from the level, as a part of the entry's size; 0 of no part."""
         level = self.diagnosis.level
@@ -104,9 +112,46 @@ def run_robot_trial(
 ) -> RobotTrial:
     """Judge a user's equations of a robot.
 
-    Raises InputError for equations that cannot be judged, and for answers of another shape.
+    Where none states which joints have a motor, and a function takes no torque for each joint, it
+    is tried with one motor, at the joint at which the fewest entries differ. Raises InputError for
+    equations that cannot be judged, and for answers of another shape.
     """
+    settings = robot, name, seed, jobs, progress
+    loads = [part for part in LOADS if getattr(equations, part) is not None]
+    try:
+        trial = _run_trial(equations, *settings)
+    except InputError:
+        single = _run_with_one_motor(equations, settings) if loads else []
+        if not single:
+            raise
+    else:
+        failed = [part for part in loads if part in trial.failures]
+        single = (_run_with_one_motor(equations, settings) if failed else []) or [trial]
+    return min(single, key=lambda each: len(each.diagnosis.entries))
+
+
+def _run_with_one_motor(equations: Equations, settings: tuple[Any, ...]) -> list[RobotTrial]:
+    """The trials with a motor at one joint in which every function of torques answers."""
+    trials, joints = list[RobotTrial](), len(settings[0].coordinates)
+    for joint in range(joints if equations.drive is None and joints > 1 else 0):
+        with suppress(InputError):
+            trials.append(_run_trial(replace(equations, drive=[joint + 1]), *settings))
+    return [each for each in trials if not set(each.failures) & set(LOADS)]
+
+
+def _run_trial(
+    equations: Equations,
+    robot: Robot,
+    name: str,
+    seed: int,
+    jobs: int,
+    progress: ProgressCallback,
+) -> RobotTrial:
     require_robot_equations(equations, name)
+    stated, stiffness = equations.level, np.zeros((1, 1))
+    if stated == ELASTIC:
+        robot, stiffness = build_elastic_robot(robot, name)
+        equations = drive_motors(equations, robot)
     motors, calls = bind_functions(equations, robot)
     frame = read_frame(equations.coordinates, robot, name)
     functions: dict[str, Any] = dict(calls)
@@ -122,7 +167,7 @@ def run_robot_trial(
         taken = friction.torques(states.v)
         pushed = states._replace(torques=states.torques - taken)
         problem = RobotProblem(
-            name, robot, pushed, sizes, answers, equations.level, self_differences, taken
+            name, robot, pushed, sizes, answers, equations.level, self_differences, taken, stiffness
         )
 
         def rates() -> BiasTerms | None:
@@ -157,7 +202,7 @@ def run_robot_trial(
     return RobotTrial(
         name=name,
         robot=robot,
-        stated=equations.level,
+        stated=stated,
         parts=problem.parts,
         remarks=tuple(_list_remarks(problem, motors, is_mapped=frame is not None)),
         not_judged=tuple(_list_unjudged(problem, equations)),
