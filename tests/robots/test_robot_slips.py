@@ -9,6 +9,9 @@ FEW = {
     "factor two of a Coriolis term forgotten",
     "sign of the centrifugal force on the cart",
     "no gyroscopic term",
+    "Coriolis acceleration of the slide left out",
+    "an axis that is no unit vector",
+    "inertia not rotated",
 }
 
 

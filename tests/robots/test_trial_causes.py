@@ -6,9 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.cost.agreement import sample_states
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
+from crosscheck.trial.robots.pieces import DynamicsTerms, KaneSum
+from crosscheck.trial.robots.search import add_terms
 from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots import chains, two_link
 from tests.robots.test_trial import equations, steiner
@@ -195,3 +199,25 @@ def test_the_same_error_in_every_link(inertia, words):
 
 def test_right_closed_forms_are_never_blamed(two):
     assert run_robot_trial(two_link.right(), two).diagnosis == RobotDiagnosis("armature")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_bodies_terms_sum_up_to_the_robots(seed):
+    """Kane's sum body by body is the project's M, bias and weights; its pieces are the bias."""
+    own = chains.random_chain(seed)
+    states = sample_states(own, 3, seed)
+    kane, model = KaneSum(own, states.q, states.v), AnalyticRobot(own, "links")
+    placed = (kane.compute_terms(k, kane.place_body(k, body)) for k, body in enumerate(own.bodies))
+    right = DynamicsTerms(*model.terms(states.q, states.v))
+    for got, expected in zip(add_terms(placed), right, strict=True):
+        assert np.abs(got - expected).max() <= 1e-12 * np.abs(expected).max() + 1e-14
+    kinds = kane.list_bias_pieces()
+    whole = sum(
+        sum(kinds[kind].values(), np.zeros_like(right.bias))
+        for kind in (
+            "the acceleration of the centre",
+            "the torque I w' of the angular acceleration",
+            "the gyroscopic torque w x I w",
+        )
+    )
+    assert np.abs(whole - right.bias).max() <= 1e-12 * np.abs(right.bias).max() + 1e-14

@@ -175,7 +175,7 @@ def make_robot_entry(calls: Mapping[str, Any]) -> Entry:
 
 
 def _find_functions(name: str) -> Mapping[str, Any]:
-    """The functions on trial under a name: workers are forked and know the registry's entries."""
+    """The functions that are supplied under a name: forked workers know the registry's entries."""
     calls: Mapping[str, Any] = vars(MODELS[name].made)["calls"]
     return calls
 

@@ -419,11 +419,11 @@ def is_physical(robot: Robot, file_robot: Robot) -> bool:
     A body that is none in the file already may be as little. Of a point or a thin rod in the file
     one moment may be given alone, for the others may turn nothing.
     """
-    for body, known in zip(robot.bodies, file_robot.bodies, strict=True):
+    for body, file_body in zip(robot.bodies, file_robot.bodies, strict=True):
         positive, triangle = _excesses(body)
-        known_positive, known_triangle = _excesses(known)
-        least = min(positive, triangle) if known_triangle > ALIKE else positive
-        if body is not known and least < min(known_positive, known_triangle, 0.0) - ALIKE:
+        file_positive, file_triangle = _excesses(file_body)
+        least = min(positive, triangle) if file_triangle > ALIKE else positive
+        if body is not file_body and least < min(file_positive, file_triangle, 0.0) - ALIKE:
             return False
     return all(rotor.inertia >= 0 for rotor in robot.rotors)
 

@@ -74,13 +74,13 @@ class MappedCall:
 
 def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | None:
     """The map of a user's coordinates; None for the joints' own. Raises InputError."""
-    size, own = len(robot.coordinates), robot.coordinate_names
+    size, joint_names = len(robot.coordinates), robot.coordinate_names
     usual = Coordinates()
     if (coordinates.gearing, coordinates.gears) != (usual.gearing, usual.gears):
         allowed = "of a robot's may have matrix, function, order, or links = absolute"
         raise InputError(where, "coordinates", None, allowed)
-    if coordinates.order and sorted(coordinates.order) != sorted(own):
-        reason = f"must be all of {', '.join(own)}, each once"
+    if coordinates.order and sorted(coordinates.order) != sorted(joint_names):
+        reason = f"must be all of {', '.join(joint_names)}, each once"
         raise InputError(where, "coordinates.order", list(coordinates.order), reason)
     layout = Layout(tuple(Coordinate("theta", number + 1) for number in range(size)))
     names = tuple(f"x_{number + 1}" for number in range(size))
@@ -97,7 +97,7 @@ def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | No
         require_invertible(matrix, "matrix")
         return build_linear_frame(layout, names, matrix, None)
     if coordinates.order:
-        places = [[float(name == each) for each in coordinates.order] for name in own]
+        places = [[float(name == each) for each in coordinates.order] for name in joint_names]
         return build_linear_frame(layout, names, np.array(places), None)
     if coordinates.links == "relative":
         return None

@@ -55,8 +55,8 @@ def build_elastic_robot(robot: Robot, where: str) -> tuple[Robot, np.ndarray]:
         joints.append(Joint(name, driven.kind, BASE, still, axis, driven.limits, None))
         bodies.append(RobotBody(POINT_KG, origin, np.zeros((3, 3))))
         frames[name] = LinkFrame(number, still)
-        own = replace(rotor, joint=number, stator=root, axis=axis, mesh=None)
-        rotors[rotors.index(rotor)] = own
+        turned_rotor = replace(rotor, joint=number, stator=root, axis=axis, mesh=None)
+        rotors[rotors.index(rotor)] = turned_rotor
         urdf += (
             f'<link name="{name}"><inertial><mass value="{POINT_KG}"/><inertia ixx="0" ixy="0"'
             f' ixz="0" iyy="0" iyz="0" izz="0"/></inertial></link><joint name="{name}"'

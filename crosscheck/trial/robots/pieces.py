@@ -24,16 +24,16 @@ USUAL = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2
 Pieces = Mapping[str, np.ndarray]
 
 
-class Terms(NamedTuple):
+class DynamicsTerms(NamedTuple):
     """M (states, n, n), bias and gravity (states, n), of a robot or of one of its bodies."""
 
     mass_matrix: np.ndarray
     bias: np.ndarray
     gravity: np.ndarray
 
-    def minus(self, other: Terms) -> Terms:
+    def minus(self, other: DynamicsTerms) -> DynamicsTerms:
         """The differences from other terms."""
-        return Terms(*(own - their for own, their in zip(self, other, strict=True)))
+        return DynamicsTerms(*(left - right for left, right in zip(self, other, strict=True)))
 
 
 class WorldBody(NamedTuple):
@@ -56,7 +56,7 @@ class KaneSum:
         R = self.poses[number].rotation
         return WorldBody(body.mass, R @ body.com, R @ body.inertia @ R.swapaxes(1, 2))
 
-    def compute_terms(self, number: int, body: WorldBody) -> Terms:
+    def compute_terms(self, number: int, body: WorldBody) -> DynamicsTerms:
         """The terms of a body in the place of the one of a number."""
         pose, rate = self.poses[number], self.rates[number]
         moving, turning = self.move_point(number, body.lever), pose.angular_partials
@@ -64,7 +64,7 @@ class KaneSum:
         moment = _apply(body.inertia, rate.angular_rate)
         moment = moment + np.cross(rate.angular, _apply(body.inertia, rate.angular))
         mass = body.mass * moving.swapaxes(1, 2) @ moving
-        return Terms(
+        return DynamicsTerms(
             mass + turning.swapaxes(1, 2) @ body.inertia @ turning,
             body.mass * _project(moving, centre) + _project(turning, moment),
             -body.mass * (self.robot.gravity @ moving),
@@ -174,15 +174,15 @@ class KaneSum:
         for number, body in enumerate(self.robot.bodies):
             parent, w = self.robot.joints[number].parent, self.rates[number].angular
             before = np.zeros_like(w) if parent == BASE else self.rates[parent].angular
-            own = w - before if revolute[number] else np.zeros_like(w)
+            relative = w - before if revolute[number] else np.zeros_like(w)
             inertia = self.place_body(number, body).inertia
             right = np.cross(w, _apply(inertia, w))
             turning = self.poses[number].angular_partials
             for words, left_rate, right_rate in (
                 ("I w of the first link's rate", w, first),
-                ("the joint's own rate for w in both places", own, own),
-                ("the joint's own rate for w on the left", own, w),
-                ("I w of the joint's own rate", w, own),
+                ("the joint's own rate for w in both places", relative, relative),
+                ("the joint's own rate for w on the left", relative, w),
+                ("I w of the joint's own rate", w, relative),
                 ("the rate of the link before for w", before, before),
             ):
                 wrong = np.cross(left_rate, _apply(inertia, right_rate))

@@ -24,7 +24,7 @@ from crosscheck.trial.robots.candidates import (
     steiner,
 )
 from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
-from crosscheck.trial.robots.pieces import KaneSum, Terms, list_unturned_bodies
+from crosscheck.trial.robots.pieces import DynamicsTerms, KaneSum, list_unturned_bodies
 
 # What an explanation may leave of each entry's largest difference; and of its size, by rounding.
 LEFT, ROUNDING = 1e-5, 1e-12
@@ -52,8 +52,8 @@ class NumberEffect(NamedTuple):
     """What a change of a number by its step does to all terms: linear in it, and by its square."""
 
     number: RobotNumber
-    linear: Terms
-    square: Terms
+    linear: DynamicsTerms
+    square: DynamicsTerms
 
 
 class MistakeEffect(NamedTuple):
@@ -61,7 +61,7 @@ class MistakeEffect(NamedTuple):
 
     words: str
     several: bool
-    change: Terms
+    change: DynamicsTerms
 
 
 class ChangeTable:
@@ -73,32 +73,34 @@ class ChangeTable:
         self.numbers = list(list_numbers(self.robot))
         self._numbers_by_level: dict[Level, list[NumberEffect]] = {}
         self._mistakes_by_level: dict[Level, list[MistakeEffect]] = {}
-        self._bases: dict[Level, Terms] = {}
+        self._bases: dict[Level, DynamicsTerms] = {}
         self.kane = KaneSum(self.bare, self.states.q, self.states.v)
         self._placed = [
             self.kane.compute_terms(number, self.kane.place_body(number, body))
             for number, body in enumerate(self.robot.bodies)
         ]
 
-    def change_body(self, number: int, body: RobotBody) -> Terms:
+    def change_body(self, number: int, body: RobotBody) -> DynamicsTerms:
         """What another body in the place of one does."""
         placed = self.kane.place_body(number, body)
         return self.kane.compute_terms(number, placed).minus(self._placed[number])
 
-    def change_robot(self, robot: Robot, level: Level, bodies: Sequence[int] = ()) -> Terms:
+    def change_robot(self, robot: Robot, level: Level, bodies: Sequence[int] = ()) -> DynamicsTerms:
         """What another robot does at a level; bodies: numbers of those that alone are others."""
         if bodies:
             return add_terms(self.change_body(number, robot.bodies[number]) for number in bodies)
-        return Terms(*AnalyticRobot(robot, level).terms(*self.states[:2])).minus(self._base(level))
+        return DynamicsTerms(*AnalyticRobot(robot, level).terms(*self.states[:2])).minus(
+            self._base(level)
+        )
 
     def list_number_effects(self, level: Level) -> list[NumberEffect]:
         """Of each number that changes something at a level."""
         if level not in self._numbers_by_level:
             effects = self._numbers_by_level[level] = []
-            known = {each.number.name: each for each in self._numbers_by_level.get("links", [])}
+            shared = {each.number.name: each for each in self._numbers_by_level.get("links", [])}
             for number in self._select_numbers(level):
-                if number.name in known and (number.bodies or level == "armature"):
-                    effects.append(known[number.name])
+                if number.name in shared and (number.bodies or level == "armature"):
+                    effects.append(shared[number.name])
                     continue
                 up, down = (
                     self.change_robot(
@@ -106,8 +108,8 @@ class ChangeTable:
                     )
                     for sign in (1, -1)
                 )
-                linear = Terms(*((a - b) / 2 for a, b in zip(up, down, strict=True)))
-                square = Terms(*((a + b) / 2 for a, b in zip(up, down, strict=True)))
+                linear = DynamicsTerms(*((a - b) / 2 for a, b in zip(up, down, strict=True)))
+                square = DynamicsTerms(*((a + b) / 2 for a, b in zip(up, down, strict=True)))
                 effects.append(NumberEffect(number, linear, square))
         return self._numbers_by_level[level]
 
@@ -152,15 +154,17 @@ class ChangeTable:
             mistakes.append(MistakeEffect(f"every link: {words}", True, change))
         return mistakes
 
-    def _base(self, level: Level) -> Terms:
+    def _base(self, level: Level) -> DynamicsTerms:
         if level not in self._bases:
-            self._bases[level] = Terms(*AnalyticRobot(self.robot, level).terms(*self.states[:2]))
+            self._bases[level] = DynamicsTerms(
+                *AnalyticRobot(self.robot, level).terms(*self.states[:2])
+            )
         return self._bases[level]
 
 
-def add_terms(several: Iterator[Terms]) -> Terms:
+def add_terms(several: Iterator[DynamicsTerms]) -> DynamicsTerms:
     """The sum of several terms."""
-    return Terms(*(np.sum(each, axis=0) for each in zip(*several, strict=True)))
+    return DynamicsTerms(*(np.sum(each, axis=0) for each in zip(*several, strict=True)))
 
 
 class CauseSearch:
@@ -176,7 +180,7 @@ class CauseSearch:
         self.difference = self._compute_difference()
         self.allowed = self._compute_allowances()
 
-    def row(self, change: Terms) -> np.ndarray:
+    def row(self, change: DynamicsTerms) -> np.ndarray:
         """What a change of the terms makes of all parts, in one row."""
         mass, bias, gravity = change
         values, held = self.problem.answers.values, change.bias + change.gravity
@@ -313,15 +317,15 @@ class CauseSearch:
     def find_acceleration_causes(self, row: int) -> Iterator[Cause]:
         """Numbers with other values of which one row of the accelerations alone is right."""
         states, values = self.problem.states, self.problem.answers.values["acceleration"][:, row]
-        base = Terms(*AnalyticRobot(self.problem.robot, self.level).terms(*states[:2]))
+        base = DynamicsTerms(*AnalyticRobot(self.problem.robot, self.level).terms(*states[:2]))
         size = self.problem.sizes[self.level].acceleration[:, row]
         for effect, *_ in self._effects:
             number = effect.number
 
             def left(by: float, effect: NumberEffect = effect) -> np.ndarray:
                 mass, bias, gravity = (
-                    own + by * first + by**2 * second
-                    for own, first, second in zip(base, effect.linear, effect.square, strict=True)
+                    term + by * first + by**2 * second
+                    for term, first, second in zip(base, effect.linear, effect.square, strict=True)
                 )
                 pushed = states.torques - self.problem.spring_torques - bias - gravity
                 try:
@@ -349,8 +353,10 @@ class CauseSearch:
             fit, _, rank, _ = np.linalg.lstsq(columns, self.difference[places], rcond=1e-10)
             if not self.can_explain(np.stack(changes, axis=1) @ fit, places):
                 continue
-            found = body.inertia + np.tensordot(fit, units, axes=1)
-            yield Cause(_describe_inertia(self._link(number), body, found, rank == 6), usual=False)
+            inertia = body.inertia + np.tensordot(fit, units, axes=1)
+            yield Cause(
+                _describe_inertia(self._link(number), body, inertia, rank == 6), usual=False
+            )
 
     def _link(self, number: int) -> str:
         return get_link_name(self.problem.robot, number)
