@@ -18,19 +18,27 @@ from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.meshes import change_meshes
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.arm.stiffness import StiffnessLaw
-from crosscheck.models.experiment.scenario import ConstantDrive, switches
+from crosscheck.models.arm.stiffness import SineStiffness, StiffnessLaw
+from crosscheck.models.experiment.scenario import ConstantDrive, expand_to_joints, switches
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm, load_scenario
-from crosscheck.planning import state_suite
+from crosscheck.planning import plan, run_suite, state_suite
 from crosscheck.planning.comparison import Comparison, ModelTask, Results, collect_tasks
-from crosscheck.registry import MODELS, build, reference_model
+from crosscheck.registry import (
+    MODELS,
+    RIGID_LEVELS,
+    build,
+    find_covering_models,
+    find_level_models,
+    find_same_integrator_models,
+    reference_model,
+)
 
 STATES, SEED, SPOT = 9, 1, 4  # the one state whose answer is wrong
 ABOVE, BELOW = 1.02, 0.98  # of a tolerance
 EPS = 2.0**-52
 LOOSEST, SHARPEST = 1e-10, 1000 * EPS  # of the tolerances of states
-GEARED, RIGID = ("geared", "wide"), ("like", "unlike")
+GEARED, RIGID = ("geared", "wide", "apart"), ("like", "unlike")
 LEFT = dict.fromkeys(GEARED, "analytic:physical") | dict.fromkeys(RIGID, "analytic:coupled")
 RIGHT = dict.fromkeys(GEARED, "pinocchio:gears") | dict.fromkeys(RIGID, "pinocchio:coupled")
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "1", "largest")
@@ -58,6 +66,7 @@ ARMS: dict[str, Callable[[], Arm]] = {
     "geared": lambda: load_arm("probe"),
     # Teeth so far apart that the arcs of gears no longer decide how closely a force is known.
     "wide": lambda: change_meshes(load_arm("probe"), lambda mesh: mesh.model_copy(update=WIDE)),
+    "apart": lambda: load_arm("planets-apart"),
     "like": lambda: direct_arm(0.5),
     "unlike": lambda: direct_arm(12.0),
 }
@@ -552,6 +561,93 @@ def _is_refused(asked: Callable[[], None]) -> bool:
     return False
 
 
+def wrong_plan() -> Iterator[str]:
+    """Of what is compared with what: no pair of models, no joint and no quantity is left out."""
+    arm = load_arm("paper-labelled")
+    laws = usual_switches(arm)
+    case = Case(arm, load_scenario("pd"), laws)
+    planned = [
+        *state_suite.plan_state_comparisons(arm, True, SEED),
+        *run_suite.plan_experiment_comparisons(plan.Experiment("pd", case)),
+    ]
+    keys = [each.about.key for each in planned]
+    told = {(k.family, k.case, k.quantity, frozenset((k.left, k.right)), k.joint) for k in keys}
+    where = {f"{arm.name}/geared": find_covering_models("geared", arm, laws)}
+    where |= {f"{arm.name}/{level}": find_level_models(level) for level in RIGID_LEVELS}
+    right: set[tuple[str, str, str, frozenset[str], int | None]] = set()
+    for name, models in where.items():
+        pairs = [frozenset((one, other)) for one in models for other in models if one < other]
+        right |= {("states", name, q, pair, None) for q in STATE_ABILITIES for pair in pairs}
+    first = reference_model()
+    for other in find_same_integrator_models():
+        pair = frozenset((first, other))
+        for quantity in trajectories.SAME_STEP if other != first else ():
+            right |= {(each, "pd", quantity, pair, None) for each in ("same-step", "at-2-s")}
+    for level in RIGID_LEVELS:
+        one, *others = run_suite.sort_engines(level)
+        right |= {("refined", "pd", "theta", frozenset((one, each)), None) for each in others}
+        pair = frozenset((one, first))
+        right |= {("deviation", "pd", q, pair, j) for q in ("theta", "theta_dot") for j in (1, 2)}
+        right.add(("deviation", "pd", "tip", pair, None))
+    yield from (f"not planned: {each}" for each in sorted(right - told, key=str))
+
+
+def wrong_experiments() -> Iterator[str]:
+    """Of steps that are stable, and of starts one rounding away."""
+    arm = load_arm("probe")
+    scenario = load_scenario("pd").model_copy(update={"record_every": 5})
+    case = Case(arm, scenario, usual_switches(arm))
+    for limit in (8.01 * scenario.step_s, 7.99 * scenario.step_s, 1.3 * scenario.step_s):
+        found = plan.set_stable_step(plan.Experiment("pd", case), limit).case.scenario
+        # Halved as often as an eighth of the limit asks for, and as twice the step meets records.
+        times = max(0, math.ceil(math.log2(8 * scenario.step_s / limit)))
+        while (scenario.stride << times) % 2:
+            times += 1
+        if found.step_s != scenario.step_s / 2**times:
+            yield f"step {found.step_s} where {limit} is stable"
+        if found.stride * found.step_s != scenario.stride * scenario.step_s:
+            yield "records at other times"
+    arcs = max(joint.module_m * joint.ring_teeth / 2 for joint in arm.joints)
+    moved = plan.perturb_start_by_one_ulp(case).scenario.start
+    for name, by in (
+        ("theta_rad", EPS),
+        ("sun_planet_offset_m", EPS * arcs),
+        ("planet_ring_offset_m", EPS * arcs),
+    ):
+        said = np.subtract(getattr(moved, name), expand_to_joints(getattr(scenario.start, name), 2))
+        if not np.allclose(said, by, rtol=1e-12, atol=0):
+            yield f"{name} starts {said} away"
+
+
+def wrong_stage_modes() -> Iterator[str]:
+    """Of first principles' own modes, a carrier locked: energies of unlike planets, assembled."""
+    joint = load_arm("planets-apart").joints[0]
+    count, means = joint.planet_count, {}
+    for side, more in (("sun", 0.1), ("ring", -0.07)):
+        means[side] = [8e7 * (1 + more * n) for n in range(count)]
+        law = SineStiffness(law="sine", mean_N_per_m=8e7, amplitude_N_per_m=1e6)
+        laws = tuple(law.model_copy(update={"mean_N_per_m": mean}) for mean in means[side])
+        mesh = getattr(joint, f"{side}_mesh").model_copy(update={"stiffness": laws})
+        joint = joint.model_copy(update={f"{side}_mesh": mesh})
+    pitch = joint.module_m / 2 * math.cos(math.radians(joint.pressure_angle_deg))
+
+    def mass(name: str) -> float:
+        given = getattr(joint, f"{name}_equivalent_mass_kg")
+        radius = pitch * getattr(joint, f"{name}_teeth")
+        return float(given or getattr(joint, f"{name}_inertia_kg_m2") / radius**2)
+
+    stiff = np.zeros((count + 1, count + 1))
+    for n in range(count):
+        for side, row in (("sun", [1.0, -1.0]), ("ring", [0.0, 1.0])):
+            across = np.zeros(count + 1)
+            across[[0, n + 1]] = row
+            stiff += means[side][n] * np.outer(across, across)
+    masses = np.array([mass("sun"), *[mass("planet")] * count])
+    right = np.sqrt(np.sort(np.linalg.eigvals(stiff / masses[:, None]).real)) / (2 * np.pi)
+    if not np.allclose(modes.free_modes(joint), right, rtol=1e-9):
+        yield f"modes {modes.free_modes(joint)}, must be {right}"
+
+
 # What a cross-check judges, by the arm where there are several.
 GUARDS: dict[str, Callable[[], Iterable[str]]] = {
     **{
@@ -568,4 +664,7 @@ GUARDS: dict[str, Callable[[], Iterable[str]]] = {
     "runs": wrong_runs,
     "acceptance": wrong_acceptance,
     "records": wrong_records,
+    "plan": wrong_plan,
+    "experiments": wrong_experiments,
+    "stage modes": wrong_stage_modes,
 }
