@@ -27,6 +27,7 @@ from tests.faults.robots import robots_agree, traced_is_kanes
 from tests.faults.views import VIEW_CHECKS
 from tests.judged import compare_states, energy_over_run, invariants, refined, same_step
 from tests.mixed_arms import MIXED, random_states, scenario
+from tests.studies.plot_numbers import wrong_drawings
 from tests.trial import trial_views
 
 STATES, SEED = 5, 0
@@ -279,10 +280,12 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "measured": numbers_agree,
     "judge": _judge,
     "trial": _trial,
+    "study drawings": lambda seen: "differ" if any(wrong_drawings()) else "agree",
     **VIEW_CHECKS,
 }
 # These need compiled functions, or have none.
 COMPILED = (
     *("refined", "bits", "fused", "robots", "traced", "cost", "measured", "judge", "trial"),
+    "study drawings",
     *VIEW_CHECKS,
 )
