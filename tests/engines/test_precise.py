@@ -6,6 +6,7 @@ import pytest
 from crosscheck.analytic.kernel.event_kernel import integrate_with_events
 from crosscheck.analytic.model import PhysicalModel, RigidLinks
 from crosscheck.models.loading import load_case
+from tests.engines.smooth_steps import wrong_steps
 from tests.loops import require_items
 
 SIGNALS = ("theta", "theta_dot", "x_sp", "x_pr", "F_sp")
@@ -33,6 +34,11 @@ def test_agrees_with_scipy_as_well_as_scipy_with_itself(arm, switches):
         apart = np.nanmax(np.abs(precise[name].values - fine[name].values))
         # SciPy steps over contact changes: it is off by what a hundredfold tolerance moves it.
         assert apart <= max(doubt, 1e-9 * size), name
+
+
+def test_smooth_motion_takes_as_many_steps_as_scipys_and_comes_to_the_same_end():
+    """With one record in a second, too: the first step that is tried leads far too far."""
+    assert list(wrong_steps()) == []
 
 
 def test_errors_fall_with_the_tolerance_through_contact_changes():

@@ -1,0 +1,61 @@
+"""Steps of a precise run where no contact changes, beside those of SciPy by the same method."""
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from crosscheck.analytic.kernel.event_kernel import integrate_with_events
+from crosscheck.analytic.model import RigidLinks
+from crosscheck.models.experiment.scenario import TableDrive
+from crosscheck.models.loading import load_case
+
+SMOOTH_RTOL = (1e-10, 1e-12)
+# SciPy chooses its first step, and may lengthen one more; both are a few steps of a hundred.
+FEWER, MORE = 0.9, 1.15
+
+
+# How far from the right end a run may be under torques whose slopes jump, in tolerances: some 200.
+KINKED_RTOL, OFF = 1e-9, 1000.0
+
+
+def moving_arm(kinked: bool = False) -> RigidLinks:
+    """A rigid arm for a second, of which the end alone is recorded: controlled, or by a table."""
+    settings = ["scenario.duration_s=1.0", "scenario.step_s=1e-4", "scenario.record_every=10000"]
+    arm, scenario, chosen = load_case("paper-labelled", "pd", {}, settings)
+    if kinked:
+        times = tuple(np.linspace(0.0, 1.0, 8))
+        torques = np.random.default_rng(0).normal(scale=200.0, size=(2, 8))
+        drive = TableDrive(kind="table", time_s=times, torque_N_m=tuple(map(tuple, torques)))
+        scenario = scenario.model_copy(update={"drive": drive})
+    return RigidLinks(arm, scenario, chosen)
+
+
+@lru_cache
+def scipys(rtol: float, kinked: bool = False) -> tuple[int, np.ndarray]:
+    """Evaluations of SciPy's run at a tolerance, and the angles at its end."""
+    model = moving_arm(kinked)
+    n = len(model.layout)
+
+    def rates(t: float, state: np.ndarray) -> np.ndarray:
+        return np.concatenate([state[n:], model.acceleration(t, state[:n], state[n:])])
+
+    start = np.concatenate(model.start())
+    run = solve_ivp(rates, (0.0, 1.0), start, method="DOP853", rtol=rtol, atol=rtol)
+    return int(run.nfev), run.y[:n, -1]
+
+
+def wrong_steps() -> Iterator[str]:
+    """A line for an end that is elsewhere, and for too many steps or too few."""
+    for rtol in SMOOTH_RTOL:
+        expected, end = scipys(rtol)
+        found = integrate_with_events(moving_arm(), rtol)
+        if not np.allclose(found.records.q[-1], end, rtol=0, atol=10 * rtol):
+            yield f"ends at {found.records.q[-1]}, must be {end}"
+        if not FEWER * expected < found.evaluations < MORE * expected:
+            yield f"{found.evaluations} evaluations where SciPy takes {expected}"
+    found = integrate_with_events(moving_arm(kinked=True), KINKED_RTOL)
+    off = np.abs(found.records.q[-1] - scipys(1e-12, kinked=True)[1]).max() / KINKED_RTOL
+    if not off < OFF:
+        yield f"ends {off} tolerances off"
