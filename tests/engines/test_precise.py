@@ -6,7 +6,7 @@ import pytest
 from crosscheck.analytic.kernel.event_kernel import integrate_with_events
 from crosscheck.analytic.model import PhysicalModel, RigidLinks
 from crosscheck.models.loading import load_case
-from tests.engines.smooth_steps import wrong_steps
+from tests.engines.precise_steps import wrong_impacts, wrong_steps
 from tests.loops import require_items
 
 SIGNALS = ("theta", "theta_dot", "x_sp", "x_pr", "F_sp")
@@ -39,6 +39,10 @@ def test_agrees_with_scipy_as_well_as_scipy_with_itself(arm, switches):
 def test_smooth_motion_takes_as_many_steps_as_scipys_and_comes_to_the_same_end():
     """With one record in a second, too: the first step that is tried leads far too far."""
     assert list(wrong_steps()) == []
+
+
+def test_changes_of_contact_cost_no_more_than_the_tolerance_is_for():
+    assert list(wrong_impacts()) == []
 
 
 def test_errors_fall_with_the_tolerance_through_contact_changes():

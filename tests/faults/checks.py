@@ -17,7 +17,7 @@ from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.planning.plan import perturb_start_by_one_ulp
 from crosscheck.registry import MODELS, build
 from tests import planet_laws
-from tests.engines import judge_limits, smooth_steps
+from tests.engines import judge_limits, precise_steps
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.bits import fused_as_written, same_bits
 from tests.faults.costs import cost_is_right
@@ -246,9 +246,10 @@ def _judge(seen: Seen) -> str:
     return "differ" if any(judge_limits.GUARDS[seen.quantity]()) else "agree"
 
 
-def _smooth_steps(seen: Seen) -> str:
-    """Steps of a precise run without contacts."""
-    return "differ" if any(smooth_steps.wrong_steps()) else "agree"
+def _precise_steps(seen: Seen) -> str:
+    """Steps of precise runs, without contacts and through their changes."""
+    wrong = precise_steps.wrong_impacts if seen.quantity else precise_steps.wrong_steps
+    return "differ" if any(wrong()) else "agree"
 
 
 def _trial(seen: Seen) -> str:
@@ -283,7 +284,7 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "traced": traced_is_kanes,
     "cost": cost_is_right,
     "measured": numbers_agree,
-    "smooth steps": _smooth_steps,
+    "precise steps": _precise_steps,
     "judge": _judge,
     "trial": _trial,
     "study drawings": lambda seen: "differ" if any(wrong_drawings()) else "agree",

@@ -1,4 +1,4 @@
-"""Steps of a precise run where no contact changes, beside those of SciPy by the same method."""
+"""Steps of precise runs: beside SciPy's where no contact changes, and at its changes."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -6,8 +6,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from crosscheck.analytic.kernel.event_kernel import integrate_with_events
-from crosscheck.analytic.model import RigidLinks
+from crosscheck.analytic.kernel import event_kernel
+from crosscheck.analytic.model import PhysicalModel, RigidLinks
 from crosscheck.models.experiment.scenario import TableDrive
 from crosscheck.models.loading import load_case
 
@@ -18,6 +18,7 @@ FEWER, MORE = 0.9, 1.15
 
 # How far from the right end a run may be under torques whose slopes jump, in tolerances: some 200.
 KINKED_RTOL, OFF = 1e-9, 1000.0
+IMPACTS_OFF = 100.0
 
 
 def moving_arm(kinked: bool = False) -> RigidLinks:
@@ -50,12 +51,26 @@ def wrong_steps() -> Iterator[str]:
     """A line for an end that is elsewhere, and for too many steps or too few."""
     for rtol in SMOOTH_RTOL:
         expected, end = scipys(rtol)
-        found = integrate_with_events(moving_arm(), rtol)
+        found = event_kernel.integrate_with_events(moving_arm(), rtol)
         if not np.allclose(found.records.q[-1], end, rtol=0, atol=10 * rtol):
             yield f"ends at {found.records.q[-1]}, must be {end}"
         if not FEWER * expected < found.evaluations < MORE * expected:
             yield f"{found.evaluations} evaluations where SciPy takes {expected}"
-    found = integrate_with_events(moving_arm(kinked=True), KINKED_RTOL)
+    found = event_kernel.integrate_with_events(moving_arm(kinked=True), KINKED_RTOL)
     off = np.abs(found.records.q[-1] - scipys(1e-12, kinked=True)[1]).max() / KINKED_RTOL
     if not off < OFF:
         yield f"ends {off} tolerances off"
+
+
+def wrong_impacts() -> Iterator[str]:
+    """A line for a run through changes of contact that is off by more than its tolerance is for.
+
+    A change found 1e-6 s too late puts displacements off by thousands of tolerances.
+    """
+    chosen = {"planets": "free", "mesh_work": "conservative"}
+    settings = ["scenario.duration_s=0.02", "scenario.start.planet_ring_offset_m=-2e-5"]
+    model = PhysicalModel(*load_case("planets-apart", "constant-torque", chosen, settings))
+    found, best = (event_kernel.integrate_with_events(model, rtol) for rtol in (1e-11, 1e-13))
+    off = np.abs(found.records.q - best.records.q).max() / 50e-6 / 1e-11
+    if best.changes < 5 or not off < IMPACTS_OFF:
+        yield f"{best.changes} changes; {off} tolerances off"
