@@ -29,6 +29,7 @@ from tests.judged import compare_states, energy_over_run, invariants, refined, s
 from tests.mixed_arms import MIXED, random_states, scenario
 from tests.studies.plot_numbers import wrong_drawings
 from tests.trial import trial_views
+from tests.trial.unit_ratios import wrong_unit_ratios
 
 STATES, SEED = 5, 0
 DRIVES = {
@@ -253,8 +254,9 @@ def _precise_steps(seen: Seen) -> str:
 
 
 def _trial(seen: Seen) -> str:
-    """Numbers in the views of a trial."""
-    return "differ" if any(trial_views.GUARDS[seen.quantity]()) else "agree"
+    """Numbers in the views of a trial, and the unit that a part seems to have."""
+    guards = {**trial_views.GUARDS, "units": wrong_unit_ratios}
+    return "differ" if any(guards[seen.quantity]()) else "agree"
 
 
 UNLIKE = "unlike planets"
