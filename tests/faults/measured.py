@@ -230,5 +230,6 @@ STAGES = {
     "possible frictions": lambda kind: guards.wrong_possible_frictions(),
     "order": lambda kind: guards.wrong_order(),
     "drive": lambda kind: guards.wrong_drive_torques(),
+    "choice": lambda kind: guards.wrong_choice(),
     "witness": lambda kind: guards.wrong_witness(),
 }

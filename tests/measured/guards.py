@@ -19,7 +19,7 @@ from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_scenario, validate_record
 from crosscheck.provenance import ROOT
 from crosscheck.recordings import compare as comparison
-from crosscheck.recordings import engines, friction, output
+from crosscheck.recordings import engines, friction, output, smoothing
 from crosscheck.recordings.compare import EngineDisagreement, RecordComparison, Repair, compare
 from crosscheck.recordings.forward import Window
 from crosscheck.recordings.friction import FrictionFit
@@ -446,6 +446,16 @@ def wrong_order() -> Iterator[str]:
     said = [each.left if isinstance(each, FrictionFit) else each.estimate.left for each in found]
     if said != [5.5, 6.0, 7.0, 1.5, 2.0, 3.0]:
         yield f"explanations that leave {said}"
+
+
+def wrong_choice() -> Iterator[str]:
+    """Of which blocks are looked at where there are many: as far apart as may be, ends included."""
+    for count, most in ((3, 10), (10, 10), (101, 11), (23, 4)):
+        shown = min(count, most)
+        right = [round(n * (count - 1) / (shown - 1)) for n in range(shown)]
+        places = smoothing.select_evenly(range(count), most)  # whatever they are
+        if places != right:
+            yield f"blocks {places} of {count}, must be {right}"
 
 
 def wrong_witness() -> Iterator[str]:

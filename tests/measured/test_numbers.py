@@ -50,10 +50,10 @@ def test_every_view_says_the_same_numbers(kind):
 
 WRONG = (
     *(guards.wrong_possible_frictions, guards.wrong_order),
-    *(guards.wrong_drive_torques, guards.wrong_witness),
+    *(guards.wrong_drive_torques, guards.wrong_witness, guards.wrong_choice),
 )
 
 
 @pytest.mark.parametrize("wrong", WRONG)
-def test_what_may_be_its_order_torques_of_a_drive_and_the_witness_are_right(wrong):
+def test_choices_order_torques_of_a_drive_and_the_witness_are_right(wrong):
     assert list(wrong()) == []
