@@ -1,6 +1,10 @@
 """The page's beginning: its answers follow its numbers."""
 
+import re
+from html import unescape
 from itertools import product
+from types import SimpleNamespace as Of
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +21,8 @@ from crosscheck.audit.findings.chapter import (
 )
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.page.labels import LAW_MEANINGS, LAW_NAMES
+from crosscheck.audit.page.text import render_template
 from crosscheck.models.loading import load_case
 
 
@@ -84,3 +90,66 @@ def test_the_printed_equations_are_off_by_what_the_derivation_says():
     assert found.acceleration is not None
     assert found.acceleration > found.mass_matrix
     assert all(run.duration_s == 0.002 and run.F_sp_N > 0 for run in found.runs.values())
+
+
+GIVEN: dict[str, Any] = {
+    "printed": Of(
+        agrees=False,
+        states=200,
+        mass_matrix=0.013,
+        acceleration=0.67,
+        runs=dict.fromkeys(
+            ("constant-torque", "pd"), Of(theta_rad=1e-3, F_sp_N=0.4, duration_s=0.5)
+        ),
+    ),
+    "spin_rad": 1e-3,
+    "clocks": Of(supports=True, laws=[]),
+    "force_change_N": 1000.0,
+    "linearised": Of(supports=True),
+    "third": Of(
+        needs_clock=True, zeta=0.005, as_modelled="32 of 32", as_gears="0 of 32",
+        share=lambda law, planets: None,
+    ),
+    "presence": {"visible": "only with omega_t", "severe": "only with omega_t"},
+    "engine": None,
+    "baselines": Of(nearest=None, gives_all=False),
+    "own": {"sqrt_time": "yes", "time": "no"},
+    "largest_rad": {"sqrt_time": 0.15, "time": 2e-5},
+    "growth_per_s": 8.0,
+    "unstable_below": (0.0017, 0.0059),
+    "cured": True,
+    "damping": Of(settings=3, most=6.0, zetas=(0.003, 0.005)),
+    "verdicts": {},
+    "names": LAW_NAMES,
+    "meanings": LAW_MEANINGS,
+    "laws": paper_conditions.LAWS,
+    "models": MODELS,
+    **dict.fromkeys(("clock_svg", "third_svg", "baselines_svg", "level"), ""),
+    "window_s": (0.45, 0.79),
+    "run_zeta": 0.02,
+}  # fmt: skip
+TURNED = [
+    ({"printed": Of(**vars(GIVEN["printed"]) | {"agrees": True})}, 0, "No", "Yes"),
+    ({"printed": Of(**vars(GIVEN["printed"]) | {"agrees": None})}, 0, "No", "Undefined"),
+    ({"clocks": Of(supports=False, laws=[])}, 1, "Yes", "Undecided"),
+    ({"third": Of(**vars(GIVEN["third"]) | {"needs_clock": False})}, 2, "No", "Undecided"),
+    (
+        {"baselines": Of(nearest=None, gives_all=True)},
+        *(3, "No baseline gives the paper's numbers", "One gives all three numbers"),
+    ),
+    ({"own": {"sqrt_time": "no", "time": "no"}}, 4, "With the printed drive alone", "Undecided"),
+    ({"own": {"sqrt_time": "yes", "time": "yes"}}, 4, "With the printed drive alone", "Undecided"),
+]
+
+
+@pytest.mark.parametrize(("turned", "place", "before", "after"), TURNED)
+def test_an_answer_turns_with_its_record_and_no_other_does(turned, place, before, after):
+    first, second = (
+        re.findall(r'<p class="answer"><b>(.*?)\.?</b>', unescape(page))
+        for page in (render_template("findings/chapter", **x) for x in (GIVEN, GIVEN | turned))
+    )
+    assert len(first) == len(second) == 6
+    assert (first[place], second[place]) == (before, after)
+    assert [x for at, x in enumerate(first) if at != place] == [
+        x for at, x in enumerate(second) if at != place
+    ]
