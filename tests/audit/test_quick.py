@@ -128,7 +128,7 @@ def test_claims(material, chapters):
     verdicts = {record["id"]: record["verdict"] for record in made.records}
     assert verdicts["2.2-10"] == "does not hold"  # Eq. 13, from the teeth alone
     assert verdicts["3.1-09"] == "holds"  # x_sp converges to 52 um
-    assert 'href="#figure-14"' in made.html
+    assert 'id="claim-3.1-09"' in made.html
     again = run_experiments(material.study, QUICK, PLAN.claim_conditions(), "claims")
     assert again[0][0] == material.settings[0][0]
 
