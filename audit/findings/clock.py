@@ -21,7 +21,7 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.measures.undefined import JsonObject, float_or_none
+from crosscheck.audit.measures.undefined import JsonObject, float_or_none, to_json
 from crosscheck.models.loading import load_arm
 from crosscheck.signals import envelope
 
@@ -108,8 +108,9 @@ class LawClockTest:
 
     def to_dict(self) -> JsonObject:
         """The results as a JSON object."""
-        largest = {f"{x.clock_s:g}": list(x.vibration_rad_per_s2) for x in self.delays}
-        return {"id": f"finding/clock/{self.law.id}", "blind": self.blind, "vibration": largest}
+        largest = {f"{x.clock_s:g}": x.vibration_rad_per_s2 for x in self.delays}
+        where = f"finding/clock/{self.law.id}"
+        return to_json({"id": where, "blind": self.blind, "vibration_rad_per_s2": largest})
 
 
 @dataclass(frozen=True)

@@ -111,7 +111,10 @@ def find_presence_by_level(settings: ResultsByCondition) -> dict[str, Presence]:
     for name, level in LEVELS.items():
         states: dict[str, list[State]] = {phase: [] for phase in PHASES}
         for condition, results in settings:
-            thirds = (ThirdFluctuation.from_samples(results[each]) for each in (PD, NO_ERROR))
-            states[condition.law.phase].append(compute_error_effect(*thirds, level).state)
+            third, without = (
+                ThirdFluctuation.from_samples(results[each]) for each in (PD, NO_ERROR)
+            )
+            effect = compute_error_effect(third, without, level)
+            states[condition.law.phase].append(effect.state)
         presence_by_level[name] = find_presence(states)
     return presence_by_level
