@@ -24,8 +24,8 @@ HEAD = """\
 {citation} {read}
 
 Made by `python -m tools.case_study` from `crosscheck paper` of {date}, revision {revision},
-{machine}. Its page has every number behind a verdict, with figures; `claims.json` has them for
-programs.
+{machine}. Its page has the figures, its `claims.json` every number behind a verdict; the longer
+argument is [beside this](argument.md).
 
 *As modelled in the paper* runs Eqs. 21 and 22 entry for entry, with lumped planets and the paper's
 law of the mesh phase, beside the rigid arm to which these equations tend; *as the gears are* has

@@ -28,7 +28,7 @@ from crosscheck.report import rendering
 from crosscheck.report.fragments import render_paragraph
 from crosscheck.report.plots.figures import fix_links
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
 FILES = {PAGE: file_types.PAPER_PAGE, CLAIMS: file_types.CLAIMS, ERRATA: file_types.SHEET}
 # Lengths in a drawing, in points: two decimals are a thousandth of what a reader sees.
