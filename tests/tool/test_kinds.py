@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from crosscheck import file_types
-from crosscheck.audit.page import command as paper
+from crosscheck.audit.errata import command as errata_command
 from crosscheck.audit.page.report import FILES
 from crosscheck.cli import commands, simulation, trial
 from crosscheck.file_types import FILE_TYPES, identify_file_type, is_file_of_type
@@ -59,7 +59,7 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for module, work in (
         (simulation, "perform_all"),
         (commands, "run_cross_check"),
-        (paper, "simulate_errata"),
+        (errata_command, "simulate_errata"),
         (trial, "run_trial"),
     ):
         monkeypatch.setattr(module, work, None)
@@ -114,7 +114,7 @@ def test_a_record_is_no_place_for_another_file_and_no_letter_is_a_record(crossch
 
 
 def test_a_result_of_the_same_kind_is_replaced(short, crosscheck, tmp_path, monkeypatch):
-    monkeypatch.setattr(paper, "simulate_errata", lambda *_: [])
+    monkeypatch.setattr(errata_command, "simulate_errata", lambda *_: [])
     run, errata = tmp_path / "run.nc", tmp_path / "errata.json"
     for _ in range(2):
         assert short().code == crosscheck("errata", "--json", errata).code == 0

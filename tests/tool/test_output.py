@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.audit.errata import command as errata
 from crosscheck.audit.page import command as paper
 from crosscheck.cli import commands, simulation
 from crosscheck.models.errors import InputError
@@ -122,7 +123,7 @@ def test_it_is_refused_before_the_work(crosscheck, tmp_path, monkeypatch, comman
     for module, work in (
         (simulation, "perform_all"),
         (commands, "run_cross_check"),
-        (paper, "simulate_errata"),
+        (errata, "simulate_errata"),
     ):
         monkeypatch.setattr(module, work, None)
     arguments = [argument.format(tmp_path / name) for argument in command]
