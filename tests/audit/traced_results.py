@@ -27,7 +27,6 @@ PAPER = "crosscheck.audit"
 # What cuts a measure or a question to milliseconds: constants of modules, (module, name) -> value.
 CUTS: dict[tuple[str, str], Any] = {
     (f"{PAPER}.measures.events", "THIRD_S"): (0.0, 2e-3),
-    (f"{PAPER}.findings.linear", "BASE_STEP_S"): 0.01,
     (f"{PAPER}.findings.stability", "SAMPLES"): 2,
     (f"{PAPER}.statics.teeth", "HARMONICS"): 2,
 }
