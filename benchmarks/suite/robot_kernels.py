@@ -32,13 +32,13 @@ from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.robot.runs import RobotMember
 from crosscheck.analytic.robot.states import RobotStates
-from crosscheck.cost.engines import build_model
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import MESH_LAWS, Level, Robot, RotorMesh
 from crosscheck.provenance import ROOT
+from crosscheck.registry import build_robot_model
 
 TABLE = "robots' kernel"
 NAME, LEVELS = "puma560", ("links", "coupled")
@@ -183,7 +183,7 @@ def _run_rows(repeats: int) -> list[Row]:
     rows = []
     for robot, rate, least in ((paper, 76_868, 5), (sprung, 100_000, 10)):
         model, scenario = (
-            build_model("analytic", robot, "geared"),
+            build_robot_model("analytic", robot, "geared"),
             _scenario(len(robot.coordinates), 1 / rate),
         )
         model.integrate(scenario)
@@ -204,7 +204,7 @@ def _planar_rows(repeats: int) -> list[Row]:
     scenario = _scenario(2, 1 / 76_868)
     robot = load_robot(str(ROOT / "examples" / "robots" / "planetary-arm.toml"))
     members = {
-        "traced": RobotMember(build_model("analytic", robot, "geared"), scenario),
+        "traced": RobotMember(build_robot_model("analytic", robot, "geared"), scenario),
         "by hand": PhysicalModel(load_arm("paper-labelled"), scenario, MESH_LAWS),
     }
     rows = []

@@ -6,9 +6,9 @@ from zipfile import ZipFile
 import numpy as np
 import pytest
 
-from crosscheck.cost.engines import build_model
 from crosscheck.models.robot.file import load_robot
 from crosscheck.provenance import ROOT
+from crosscheck.registry import build_robot_model
 from tests.robots.traced import random_state
 from tests.tool.test_export import close, compiled
 
@@ -27,7 +27,7 @@ def test_compiled_it_says_what_kanes_method_says(crosscheck, tmp_path, name, lev
     answer = crosscheck("export", name, "--model", f"analytic:{level}", "--out", out)
     assert (answer.code, answer.err) == (0, "")
     robot = load_robot(name)
-    kane, call = build_model("analytic", robot, level), compiled(out, prefix)
+    kane, call = build_robot_model("analytic", robot, level), compiled(out, prefix)
     q, v, torques = random_state(robot, level, 6, states=5)
     expected, mass = kane.forward_dynamics(q, v, torques), kane.mass_matrix(q)
     for k in range(5):

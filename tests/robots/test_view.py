@@ -10,10 +10,10 @@ import pytest
 
 from crosscheck.api import simulate_robot
 from crosscheck.cli.view import view_page
-from crosscheck.cost.engines import build_model
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.case import load_robot_case
 from crosscheck.models.trajectory import encode_netcdf
+from crosscheck.registry import build_robot_model
 from crosscheck.view.robot_scene import build_robot_scene
 from crosscheck.view.trajectory_file import RobotRun, TrajectoryFile
 
@@ -63,7 +63,7 @@ def test_nested_frames_lead_to_the_tip(written):
     rotation, at = poses[-1]
     ends = scene["joints"][-1]["ends"] or [[0.0, 0.0, 0.0]]
     tip = at + rotation @ ends[-1]
-    model = build_model("analytic", case.robot, "links")
+    model = build_robot_model("analytic", case.robot, "links")
     free = list(case.robot.coordinates)
     expected = model.tip(run.theta[-1:, free])[0]
     assert tip == pytest.approx(expected, abs=1e-6)  # of float32 numbers
