@@ -23,7 +23,7 @@ from crosscheck.provenance import (
     is_versioned,
     list_changed_files,
     mechanism_digest,
-    read_robot_file,
+    parse_robot_file,
 )
 from crosscheck.report.formatting import format_count
 
@@ -192,7 +192,7 @@ def _require_same_plan(provenance: Provenance, request: CrossCheckRequest | Robo
         if requested_value != recorded_value:
             raise InvalidRecord(f"provenance.{field}", None, f"made with other {field} than these")
     is_of_robot = isinstance(mechanism, Robot)
-    now = read_robot_file(mechanism) if isinstance(mechanism, Robot) else mechanism
+    now = parse_robot_file(mechanism) if isinstance(mechanism, Robot) else mechanism
     then = provenance.robot if is_of_robot else provenance.arm
     digest = mechanism_digest(mechanism)
     if then == now and not (is_of_robot and provenance.arm_sha256 != digest):

@@ -29,7 +29,8 @@ from crosscheck.planning.comparison import (
 from crosscheck.planning.preparation import prepare_experiments
 from crosscheck.registry import MODELS, load_model_class
 from crosscheck.run import plan_comparisons
-from crosscheck.runner.tasks import Outcome, Simulation
+from crosscheck.runner.outcomes import Outcome
+from crosscheck.runner.tasks import Simulation
 from crosscheck.runner.workers import Workers
 
 BRIEF_S = 0.02
