@@ -191,13 +191,12 @@ def require_fit(scenario: Scenario, arm: Arm, where: str = "") -> None:
         raise InputError(where or scenario.name, field, value, needed)
 
 
-def apply_setting(data: dict[str, Any], setting: str) -> None:
-    """Change raw content by ``path=value``. Raises InputError."""
+def apply_setting(data: dict[str, Any], setting: str, sections: Sequence[str] = SECTIONS) -> None:
+    """Change raw content by ``path=value``, below one of the sections. Raises InputError."""
     path, equals, text = setting.partition("=")
-    if not equals or not is_path(path):
-        raise InputError(
-            "--set", setting, None, f"must be path=value, path beginning with {', '.join(SECTIONS)}"
-        )
+    if not equals or not is_path(path, sections):
+        allowed = f"must be path=value, path beginning with {', '.join(sections)}"
+        raise InputError("--set", setting, None, allowed)
     for place in find_paths(data, path, "--set"):
         assign(data, place, _value(text.strip()))
 

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from copy import deepcopy
 from fnmatch import fnmatchcase
 from typing import Any
 
 from crosscheck.models.errors import InputError
 
-SECTIONS = ("arm", "robot", "scenario", "switches")
+SECTIONS = ("arm", "scenario", "switches")
 FieldPath = tuple[str | int, ...]  # of one entry: keys of tables, indices in lists
 
 
-def is_path(path: str) -> bool:
+def is_path(path: str, sections: Sequence[str] = SECTIONS) -> bool:
     """Whether a text is a path to something below one of the sections."""
     keys = path.strip().split(".")
-    return len(keys) > 1 and keys[0] in SECTIONS and all(keys)
+    return len(keys) > 1 and keys[0] in sections and all(keys)
 
 
 def find_paths(data: dict[str, Any], path: str, option: str) -> list[FieldPath]:

@@ -12,6 +12,8 @@ from crosscheck.models.loading import apply_setting, validate_record
 from crosscheck.models.robot.file import RobotSource, read_robot_file, read_source
 from crosscheck.models.robot.robot import Robot
 
+SECTIONS = ("robot", "scenario")
+
 
 class RobotCase(NamedTuple):
     """A robot, what its files say, and the experiment."""
@@ -25,11 +27,7 @@ def load_robot_case(name: str, scenario: str, settings: Sequence[str] = ()) -> R
     """Robot and scenario by name or file, settings applied before validation. Raises InputError."""
     data = {"robot": read_robot_file(name), "scenario": read_raw_scenario(scenario)}
     for setting in settings:
-        section = setting.partition(".")[0].strip()
-        if section in ("arm", "switches"):
-            allowed = "a robot has robot.* and scenario.* alone"
-            raise InputError("--set", setting, None, allowed)
-        apply_setting(data, setting)
+        apply_setting(data, setting, SECTIONS)
     source, robot = read_source(name, data["robot"])
     chosen = validate_record(Scenario, data["scenario"], scenario)
     require_robot_fit(chosen, robot, scenario)
@@ -40,9 +38,7 @@ def load_changed_robot(name: str, settings: Sequence[str]) -> Robot:
     """A robot by name or file, settings of ``robot`` applied. Raises InputError."""
     data = {"robot": read_robot_file(name)}
     for setting in settings:
-        if setting.partition(".")[0].strip() != "robot":
-            raise InputError("--set", setting, None, "a robot's path begins with robot")
-        apply_setting(data, setting)
+        apply_setting(data, setting, SECTIONS[:1])
     return read_source(name, data["robot"])[1]
 
 

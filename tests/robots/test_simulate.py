@@ -144,7 +144,7 @@ def test_a_file_says_what_was_run(crosscheck, tmp_path):
         (["--model", "analytic:geared"], "puma560 has the levels links, armature, coupled"),
         (["--model", "newton:links"], "ENGINE one of analytic, pinocchio, exudyn"),
         (["--phase", "angle"], "is for planar arms"),
-        (["--set", "arm.payload_mass_kg=1"], "a robot has robot.* and scenario.* alone"),
+        (["--set", "arm.payload_mass_kg=1"], "path beginning with robot, scenario"),
         (["--set", "robot.joints.nose.ratio=1"], "robot.joints.nose"),
         (["--set", "scenario.start.theta_rad=[1,2]"], "has 2; puma560 has 6 free joints"),
         (["--set", "scenario.step_s=0.1", "--t-end", "1"], "largest stable step"),
