@@ -12,6 +12,7 @@ from crosscheck.identification.recording import Recording
 
 # Of the Butterworth filter that runs forth and back: its square in size, and no phase.
 ORDER = 4
+MOST_ROWS = 20_000  # of a long record they stand further apart: estimates need no more
 PADDED = 5.0  # shortest periods that a recording is continued by, turned about its ends
 ROWS = 4.0  # in the shortest period of the band
 EDGE = 1.0  # shortest periods that each end loses, where the filter has data of one side alone
@@ -58,9 +59,11 @@ def sample(
         bandwidth: Where the filter, forth and back, lets half of an amplitude pass [Hz].
     """
     fastest = np.max([_fastest_rates(each, shared, bandwidth) for each in recordings], axis=0)
+    seconds = sum(float(each.time[-1] - each.time[0]) for each in recordings)
+    spacing = max(1 / (ROWS * bandwidth), seconds / MOST_ROWS)
     parts, starts = [], [0]
     for recording, torque in zip(recordings, torques, strict=True):
-        parts.append(_sample_recording(recording, torque, shared, bandwidth, fastest))
+        parts.append(_sample_recording(recording, torque, shared, bandwidth, fastest, spacing))
         starts.append(starts[-1] + len(parts[-1][0]))
     q, v, a, direction, shared_direction, torque, slope = (
         np.concatenate(each) for each in zip(*parts, strict=True)
@@ -77,7 +80,7 @@ def sample(
         torque=torque,
         torque_rate=slope,
         starts=tuple(starts),
-        step=1 / (ROWS * bandwidth),
+        step=spacing,
     )
 
 
@@ -104,6 +107,7 @@ def _sample_recording(
     shared: np.ndarray,
     bandwidth: float,
     fastest: np.ndarray,
+    spacing: float,
 ) -> tuple[np.ndarray, ...]:
     step, (position, torque) = _space_evenly(recording.time, recording.position, torque)
     q, v, a = _filter(position, step, bandwidth, (0, 1, 2))
@@ -113,7 +117,7 @@ def _sample_recording(
     torque, slope = _filter(torque, step, bandwidth, (0, 1))
     count = v.shape[1]
     edge = int(EDGE / (bandwidth * step))
-    rows = np.arange(edge, len(q) - edge, 1 / (ROWS * bandwidth * step)).astype(int)
+    rows = np.arange(edge, len(q) - edge, spacing / step).astype(int)
     kept = (q, v, a, direction[:, :count], direction[:, count:], torque, slope)
     return tuple(each[rows] for each in kept)
 
