@@ -27,6 +27,7 @@ from tests.faults.robots import robots_agree, traced_is_kanes
 from tests.faults.views import VIEW_CHECKS
 from tests.judged import compare_states, energy_over_run, invariants, refined, same_step
 from tests.mixed_arms import MIXED, random_states, scenario
+from tests.studies.observed import wrong_signals
 from tests.studies.plot_numbers import wrong_drawings
 from tests.trial import trial_views
 from tests.trial.unit_ratios import wrong_unit_ratios
@@ -289,6 +290,7 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "precise steps": _precise_steps,
     "judge": _judge,
     "trial": _trial,
+    "study signals": lambda seen: "differ" if any(wrong_signals()) else "agree",
     "study drawings": lambda seen: "differ" if any(wrong_drawings()) else "agree",
     **VIEW_CHECKS,
 }
@@ -296,5 +298,6 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
 COMPILED = (
     *("refined", "bits", "fused", "robots", "traced", "cost", "measured", "judge", "trial"),
     "study drawings",
+    *("study drawings", "study signals"),
     *VIEW_CHECKS,
 )

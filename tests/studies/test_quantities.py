@@ -16,6 +16,7 @@ from crosscheck.studies.definition.files import build_study
 from crosscheck.studies.measures import folds
 from crosscheck.studies.members.members import PreparedStudy
 from tests.loops import require_items
+from tests.studies.observed import wrong_signals
 from tests.studies.studies import study
 
 STEP = 1e-3
@@ -154,6 +155,10 @@ def _rigid(case) -> np.ndarray:
     """The rigid arm at the geared arm's own step."""
     arm, scenario, _ = case
     return build("analytic:coupled", arm, scenario).simulate()["theta"].values
+
+
+def test_a_signal_is_of_the_planet_that_is_named():
+    assert list(wrong_signals()) == []
 
 
 def test_a_second_engine_has_every_quantity_too():
