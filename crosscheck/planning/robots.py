@@ -14,7 +14,7 @@ import numpy as np
 
 from crosscheck.checks import robots
 from crosscheck.checks.robots import engines
-from crosscheck.checks.robots.case import RobotCase, SampledRobot
+from crosscheck.checks.robots.case import RobotLevel, SampledRobot
 from crosscheck.checks.robots.sizes import compute_sizes
 from crosscheck.checks.robots.states import RandomStates, sample_states
 from crosscheck.cost.runs import mesh_rates
@@ -106,7 +106,7 @@ def compare_engines(robot: Robot, states: RandomStates) -> list[Finding]:
     return list(judge_comparisons(comparisons, Results(outcomes)))
 
 
-def sample_models(cases: list[RobotCase]) -> list[SampledRobot]:
+def sample_models(cases: list[RobotLevel]) -> list[SampledRobot]:
     """The model of each engine that has a case's level."""
     return [
         SampledRobot(name, case, partial(RobotEvaluation, name, case))
@@ -115,12 +115,12 @@ def sample_models(cases: list[RobotCase]) -> list[SampledRobot]:
     ]
 
 
-def make_cases(robot: Robot, states: RandomStates, most_steps: int) -> list[RobotCase]:
+def make_cases(robot: Robot, states: RandomStates, most_steps: int) -> list[RobotLevel]:
     """The case of each level. Raises InputError for a robot whose M cannot be inverted."""
     return list(_make_cases(robot, states, most_steps))
 
 
-def _make_cases(robot: Robot, states: RandomStates, most_steps: int) -> Iterator[RobotCase]:
+def _make_cases(robot: Robot, states: RandomStates, most_steps: int) -> Iterator[RobotLevel]:
     fastest = 0.0
     if "geared" in robot.levels:
         geared = build_robot_model(reference_engine(), robot, "geared")
@@ -141,7 +141,7 @@ def _make_cases(robot: Robot, states: RandomStates, most_steps: int) -> Iterator
             pushes=_push_bounds(robot, level_states) if is_geared else None,
             spinning=inertia,
         )
-        yield RobotCase(
+        yield RobotLevel(
             robot,
             level,
             level_states,

@@ -14,7 +14,7 @@ import numpy as np
 
 from crosscheck.checks.answers import evaluate_at_states
 from crosscheck.checks.records import require_complete, require_consistent
-from crosscheck.checks.robots.case import RobotCase, RobotQuestion
+from crosscheck.checks.robots.case import RobotLevel, RobotQuestion
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.registry import MODELS, Entry, build, build_robot_model, engine_of
@@ -118,7 +118,7 @@ class RobotEvaluation:
     """A task: one question to a model of a robot, at the states of its case."""
 
     model: str
-    case: RobotCase
+    case: RobotLevel
     question: RobotQuestion
 
     @property

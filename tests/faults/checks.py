@@ -297,7 +297,6 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
 # These need compiled functions, or have none.
 COMPILED = (
     *("refined", "bits", "fused", "robots", "traced", "cost", "measured", "judge", "trial"),
-    "study drawings",
     *("study drawings", "study signals"),
     *VIEW_CHECKS,
 )

@@ -27,7 +27,7 @@ SLOPE_STATES = 4  # of all states, the first
 
 
 @dataclass(frozen=True)
-class RobotCase:
+class RobotLevel:
     """A robot at a level, the states at which its models answer, and what these states are worth.
 
     drive (free, n): generalized forces of each motor's torque; runs take run_s [s], so short that
@@ -79,14 +79,14 @@ class RobotCase:
         return np.where(self.turns > 0, TURN_RAD / np.maximum(self.turns, 1e-300), SLIDE_M)
 
 
-RobotQuestion = Callable[[RobotModel, RobotCase], np.ndarray]
+RobotQuestion = Callable[[RobotModel, RobotLevel], np.ndarray]
 
 
 class SampledRobot(NamedTuple):
     """A model of a robot, ``engine:level``, and the task that each question to it is."""
 
     model: str
-    case: RobotCase
+    case: RobotLevel
     ask: Callable[[RobotQuestion], ModelTask]
 
     def over(self, size: str) -> str:

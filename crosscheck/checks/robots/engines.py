@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from crosscheck.checks.robots.case import (
-    RobotCase,
+    RobotLevel,
     RobotQuestion,
     SampledRobot,
     ask,
@@ -24,55 +24,55 @@ from crosscheck.planning.comparison import Comparison, make_comparison
 RUNS, STEPS = 3, 5  # of the states the first, and a run's steps
 
 
-def mass_matrix(model: RobotModel, case: RobotCase) -> np.ndarray:
+def mass_matrix(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """M (states, n, n)."""
     q = case.states.q
     return ask(model, "mass_matrix", (*q.shape, q.shape[1]), q)
 
 
-def bias(model: RobotModel, case: RobotCase) -> np.ndarray:
+def bias(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Coriolis and centrifugal torques (states, n)."""
     q, v, *_ = case.states
     return ask(model, "bias", q.shape, q, v)
 
 
-def gravity(model: RobotModel, case: RobotCase) -> np.ndarray:
+def gravity(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Torques that hold the weights (states, n)."""
     q = case.states.q
     return ask(model, "gravity", q.shape, q)
 
 
-def inverse_dynamics(model: RobotModel, case: RobotCase) -> np.ndarray:
+def inverse_dynamics(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Generalized forces that the states' accelerations need (states, n)."""
     q, v, a, _ = case.states
     return ask(model, "inverse_dynamics", q.shape, q, v, a)
 
 
-def forward_dynamics(model: RobotModel, case: RobotCase) -> np.ndarray:
+def forward_dynamics(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Accelerations under the states' torques (states, n)."""
     q, v, _, torques = case.states
     return ask(model, "forward_dynamics", q.shape, q, v, torques)
 
 
-def energy(model: RobotModel, case: RobotCase) -> np.ndarray:
+def energy(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Kinetic energy and that of the weights (states,)."""
     q, v, *_ = case.states
     return ask(model, "energy", (len(q),), q, v)
 
 
-def momentum(model: RobotModel, case: RobotCase) -> np.ndarray:
+def momentum(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Linear and angular momentum (states, 6)."""
     q, v, *_ = case.states
     return ask(model, "momentum", (len(q), 6), q, v)
 
 
-def tip(model: RobotModel, case: RobotCase) -> np.ndarray:
+def tip(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Places of the tip (states, 3)."""
     q = case.states.q
     return ask(model, "tip", (len(q), 3), q)
 
 
-def run(model: RobotModel, case: RobotCase) -> np.ndarray:
+def run(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Coordinates (runs, n) after a short free motion in equal steps."""
     q, v, _, torques = case.states.first(RUNS)
     ends, _ = integrate(model, q, v, lambda time: 0 * torques, case.run_s, STEPS)
@@ -114,7 +114,7 @@ def _plan_pair(left: SampledRobot, right: SampledRobot, question: RobotQuestion)
     return make_comparison(Subject(key, "1", metric), tasks, judge)
 
 
-def _run_sizes(case: RobotCase, ends: np.ndarray) -> np.ndarray:
+def _run_sizes(case: RobotLevel, ends: np.ndarray) -> np.ndarray:
     """How far any joint, and any mesh, goes in each run (runs, n)."""
     moved = np.abs(ends - case.states.q[:RUNS])
     size = np.empty_like(moved)

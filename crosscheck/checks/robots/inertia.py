@@ -8,7 +8,7 @@ import numpy as np
 
 from crosscheck.checks.invariants import check_inertia
 from crosscheck.checks.robots.case import (
-    RobotCase,
+    RobotLevel,
     SampledRobot,
     ask,
     check_share,
@@ -23,7 +23,7 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning.comparison import Comparison
 
 
-def christoffel_torques(model: RobotModel, case: RobotCase) -> np.ndarray:
+def christoffel_torques(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """The bias (first states, n) that follows from M's slopes, with no formula of a model."""
 
     def matrices(q: np.ndarray) -> np.ndarray:
@@ -44,12 +44,12 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison]:
         yield plan_law(sampled, "bias-from-inertia", questions, _check_bias, against)
 
 
-def _check_inertia(about: Subject, mass: np.ndarray, case: RobotCase) -> Finding:
+def _check_inertia(about: Subject, mass: np.ndarray, case: RobotLevel) -> Finding:
     return check_inertia(about, mass)
 
 
 def _check_bias(
-    about: Subject, given: np.ndarray, expected: np.ndarray, case: RobotCase
+    about: Subject, given: np.ndarray, expected: np.ndarray, case: RobotLevel
 ) -> Finding:
     count, v = len(expected), np.abs(case.first.v)
     # What is summed: every term of Christoffel's, whose M are not larger than their roots.

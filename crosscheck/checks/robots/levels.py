@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from crosscheck.checks.robots.case import RobotCase, SampledRobot, ask, group_by_level
+from crosscheck.checks.robots.case import RobotLevel, SampledRobot, ask, group_by_level
 from crosscheck.checks.robots.engines import RUNS, inverse_dynamics
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_measurement
 from crosscheck.models.robot.integration import integrate
@@ -16,7 +16,7 @@ from crosscheck.planning.comparison import Comparison, make_comparison
 RIGID_GEARS = "coupled"
 
 
-def free_tips(model: RobotModel, case: RobotCase) -> np.ndarray:
+def free_tips(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Places of the tip (runs, 3) [m] after a free motion of the first states, teeth centred."""
     q, v, _, torques = case.states.first(RUNS)
     q, v = (np.where(np.arange(q.shape[1]) < case.free, each, 0.0) for each in (q, v))

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from crosscheck.checks.robots.case import (
-    RobotCase,
+    RobotLevel,
     SampledRobot,
     ask,
     check_share,
@@ -21,7 +21,7 @@ from crosscheck.models.robot.robot import BASE, Robot
 from crosscheck.planning.comparison import Comparison
 
 
-def base_momenta(model: RobotModel, case: RobotCase) -> np.ndarray:
+def base_momenta(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Momentum conjugate to each joint on the base (2, joints, states), nothing else moving.
 
     First by M, then by the whole robot's linear and angular momentum.
@@ -78,7 +78,7 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
         yield "momentum is not compared with M: a joint on the base leads or follows another"
 
 
-def _check_momenta(about: Subject, momenta: np.ndarray, case: RobotCase) -> Finding:
+def _check_momenta(about: Subject, momenta: np.ndarray, case: RobotLevel) -> Finding:
     robot, worst = case.robot, 0.0
     v = np.abs(case.states.v)
     for number, (conjugate, whole) in zip(

@@ -9,7 +9,7 @@ import numpy as np
 from crosscheck.checks.robots.case import (
     TURN_RAD,
     WEIGHTS,
-    RobotCase,
+    RobotLevel,
     SampledRobot,
     ask,
     check_share,
@@ -32,13 +32,13 @@ from crosscheck.planning.comparison import Comparison
 LONGEST_S = 0.01  # of half a step along a motion
 
 
-def rest_energy(model: RobotModel, case: RobotCase) -> np.ndarray:
+def rest_energy(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Energy of the weights alone (states,)."""
     q = case.states.q
     return ask(model, "energy", (len(q),), q, 0 * q)
 
 
-def energy_rate(model: RobotModel, case: RobotCase) -> np.ndarray:
+def energy_rate(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """How fast the energy grows (states,) [W] as the states move on with their accelerations."""
     q, v, a, _ = case.states
     step, rate = _time_steps(case)[:, None], np.zeros(len(q))
@@ -50,7 +50,7 @@ def energy_rate(model: RobotModel, case: RobotCase) -> np.ndarray:
     return rate / step[:, 0]
 
 
-def driven_forces(model: RobotModel, case: RobotCase) -> np.ndarray:
+def driven_forces(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """What inverse dynamics says of the accelerations that forward dynamics gives (states, n)."""
     q, v, _, torques = case.states
     a = ask(model, "forward_dynamics", q.shape, q, v, torques)
@@ -74,14 +74,14 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
         )
 
 
-def _time_steps(case: RobotCase) -> np.ndarray:
+def _time_steps(case: RobotLevel) -> np.ndarray:
     """Steps (states,) [s] in which all joints together turn by no more than TURN_RAD."""
     turning = np.abs(case.states.v) @ case.turns
     return np.minimum(TURN_RAD / np.maximum(turning, 1e-300), LONGEST_S)
 
 
 def _check_kinetic_energy(
-    about: Subject, mass: np.ndarray, total: np.ndarray, rest: np.ndarray, case: RobotCase
+    about: Subject, mass: np.ndarray, total: np.ndarray, rest: np.ndarray, case: RobotLevel
 ) -> Finding:
     v = case.states.v
     kinetic = np.einsum("si,sij,sj->s", v, mass, v) / 2
@@ -95,7 +95,7 @@ def _check_energy_rate(
     mass: np.ndarray,
     bias_torques: np.ndarray,
     weights: np.ndarray,
-    case: RobotCase,
+    case: RobotLevel,
 ) -> Finding:
     """The energy grows by the power of all generalized forces, v . (M a + bias + gravity)."""
     _, v, a, _ = case.states
@@ -116,7 +116,7 @@ def _check_inverse(
     mass: np.ndarray,
     bias_torques: np.ndarray,
     weights: np.ndarray,
-    case: RobotCase,
+    case: RobotLevel,
 ) -> Finding:
     """Inverse dynamics is M a + bias + gravity, and what holds the springs of rotors' meshes."""
     q, v, a, _ = case.states
@@ -135,7 +135,7 @@ def _check_inverse(
     return check_share(about, share_of(rest[:, rows], size), TOLERANCE, basis)
 
 
-def _check_forward(about: Subject, forces: np.ndarray, case: RobotCase) -> Finding:
+def _check_forward(about: Subject, forces: np.ndarray, case: RobotLevel) -> Finding:
     """Accelerations under the motors' torques need these torques, at their joints and meshes."""
     residual = forces - case.states.torques @ case.drive
     quantity = "forward_dynamics"

@@ -9,7 +9,7 @@ import numpy as np
 
 from crosscheck.checks.robots.case import (
     FIRST_PRINCIPLES,
-    RobotCase,
+    RobotLevel,
     SampledRobot,
     ask,
     check_share,
@@ -26,7 +26,7 @@ FORMAL, HALVINGS = 4, 3
 ROUNDED = 1e-11  # of how far a run moves: differences below it are rounding that M's inverse grows
 
 
-def refined_ends(model: RobotModel, case: RobotCase) -> np.ndarray:
+def refined_ends(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Coordinates, then the energy, of the first state (row 0) and of its run at each step."""
     q, v, _, torques = case.states.first(1)
     rows = [np.append(q, ask(model, "energy", (1,), q, v))]
@@ -60,7 +60,7 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
         )
 
 
-def _check_order(about: Subject, rows: np.ndarray, case: RobotCase) -> Finding:
+def _check_order(about: Subject, rows: np.ndarray, case: RobotLevel) -> Finding:
     """The order of the finest steps whose differences are no rounding, once orders settle."""
     ends = rows[1:, :-1]
     moved = float(np.abs(ends - rows[0, :-1]).max())
@@ -81,7 +81,7 @@ def _check_order(about: Subject, rows: np.ndarray, case: RobotCase) -> Finding:
     )
 
 
-def _check_energy(about: Subject, rows: np.ndarray, case: RobotCase) -> Finding:
+def _check_energy(about: Subject, rows: np.ndarray, case: RobotLevel) -> Finding:
     """The energy at the finest steps is that of the start, but for what their halving changes."""
     energies, size = rows[:, -1], float(case.sizes.energy[0])
     gained = abs(energies[-1] - energies[0]) / size

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from crosscheck.checks.robots.case import (
-    RobotCase,
+    RobotLevel,
     SampledRobot,
     ask,
     check_share,
@@ -25,7 +25,7 @@ from crosscheck.planning.comparison import Comparison
 ROUNDED = 100 * EPS  # of an energy, which sums masses at their heights
 
 
-def energy_slopes(model: RobotModel, case: RobotCase) -> np.ndarray:
+def energy_slopes(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Slopes of the energy at rest (first states, n)."""
 
     def energies(q: np.ndarray) -> np.ndarray:
@@ -48,7 +48,7 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
 
 
 def _check_slopes(
-    about: Subject, given: np.ndarray, slopes: np.ndarray, case: RobotCase
+    about: Subject, given: np.ndarray, slopes: np.ndarray, case: RobotLevel
 ) -> Finding:
     sizes, count = case.sizes, len(slopes)
     height = (sizes.energy - sizes.motion**2 / 2)[:count, None]
@@ -59,7 +59,7 @@ def _check_slopes(
 
 
 def _check_momentum(
-    about: Subject, given: np.ndarray, moving: np.ndarray, case: RobotCase
+    about: Subject, given: np.ndarray, moving: np.ndarray, case: RobotLevel
 ) -> Finding:
     """Weights take the power -g . P from the motion, P the linear momentum."""
     pull, sizes = case.robot.gravity, case.sizes
