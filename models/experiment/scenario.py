@@ -100,7 +100,7 @@ class Start(Data):
     theta_dot_rad_per_s: PerJoint[quantities.AngularRate] = 0.0
     """Joint rates."""
     sun_planet_offset_m: PerJoint[quantities.Offset] = 0.0
-    """Added to x_sp."""
+    """Added to x_sp, or to x of a rotor's mesh."""
     planet_ring_offset_m: PerJoint[quantities.Offset] = 0.0
     """Added to x_pr."""
     planet_offset_m: Annotated[

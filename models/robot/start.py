@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 def start_state(model: RobotModel, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates and rates (n,) at the start of a scenario, in the order of RobotModel.
 
-    Displacements are at first contact, x = b and the static error, or 0; the scenario's offsets
-    are those of planetary stages. A stage of a joint that follows another has that one's.
+    Displacements are at first contact, x = b and the static error, or 0, with the scenario's
+    offsets: that of the sun's mesh is a rotor's too. Gears of a joint that follows another have
+    that one's.
     """
     robot, start = model.robot, scenario.start
     free, joints = robot.coordinates, len(robot.coordinates)
@@ -24,11 +25,16 @@ def start_state(model: RobotModel, scenario: Scenario) -> tuple[np.ndarray, np.n
     touches = float(start.mesh == "contact")
     offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
     sun, ring = (expand_to_joints(each, joints) for each in offsets)
+
+    def place_of(joint: int) -> int:
+        mimic = robot.joints[joint].mimic
+        return free.index(joint if mimic is None else mimic.joint)
+
     if model.level == "geared":
-        q += [touches * mesh.backlash_m for _, mesh in robot.meshes]
+        for rotor, mesh in robot.meshes:
+            q.append(touches * mesh.backlash_m + sun[place_of(rotor.joint)])
         for stage in robot.stages:
-            mimic = robot.joints[stage.joint].mimic
-            place = free.index(stage.joint if mimic is None else mimic.joint)
+            place = place_of(stage.joint)
             for mesh, offset in ((stage.gears.sun_mesh, sun), (stage.gears.ring_mesh, ring)):
                 teeth = mesh.planet_mesh(0)
                 q.append(touches * (teeth.static_error_m + teeth.backlash_m) + offset[place])

@@ -6,9 +6,11 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from crosscheck.analytic.kernel import program
+from crosscheck.analytic.robot import states, structure
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.analytic.robot.structure import trace_forward_dynamics
 from crosscheck.checks.robots import engines
+from crosscheck.checks.robots.case import SampledRobot
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.findings import Finding
 from crosscheck.models.robot.interface import RobotModel
@@ -144,17 +146,31 @@ def engines_agree(name: str, harmed: str, given: Callable[[Robot], Robot] = lamb
 
 
 def named_verdict(name: str, harmed: str, quantity: str) -> str:
-    """The worst verdict of the harmed engine's checks of a quantity by itself."""
+    """The worst verdict of the checks of a quantity by the harmed engine itself, or with others."""
     own = ROBOTS[name]()
     models = sample_models(make_cases(own, sample_states(own, 3, 0), 10))
     own_models = [each for each in models if engine_of(each.model) == harmed]
-    planned = [each for plan in find_plans() for each in plan(own_models)]
-    asked = [
-        each
-        for each in planned
-        if not isinstance(each, str) and each.about.key.quantity == quantity
-    ]
-    return _worst(judge(name, asked, harmed))
+
+    def select(among: Sequence[SampledRobot]) -> list[Comparison]:
+        planned = (each for plan in find_plans() for each in plan(list(among)))
+        return [
+            each
+            for each in planned
+            if not isinstance(each, str) and each.about.key.quantity == quantity
+        ]
+
+    forget_texts()
+    verdict = _worst(judge(name, select(own_models) or select(models), harmed))
+    forget_texts()
+    return verdict
+
+
+def forget_texts() -> None:
+    """Kernels are traced and translated anew, since another fault is another text."""
+    for module in (program, states, structure):
+        for function in vars(module).values():
+            if hasattr(function, "cache_clear"):
+                function.cache_clear()
 
 
 def judge(
@@ -195,10 +211,10 @@ def traced_is_kanes(seen: Seen) -> str:
     own = ROBOTS[seen.arm]()
     verdicts = []
     for level in own.levels:
-        trace_forward_dynamics.cache_clear()
+        forget_texts()
         q, v, torques = random_state(own, level, 4)
         found = interpreted_accelerations(equations(own, level), q[0], v[0], torques[0])
-        trace_forward_dynamics.cache_clear()
+        forget_texts()
         kane = AnalyticRobot(own, level)
         expected, mass = kane.forward_dynamics(q, v, torques)[0], kane.mass_matrix(q)[0]
         size = (np.abs(mass) @ np.abs(expected)).max()

@@ -1,0 +1,93 @@
+"""Every two engines' simulations: the runs that ``simulate`` makes, by each engine's own way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from crosscheck.checks.answers import require_numbers
+from crosscheck.checks.robots.case import (
+    RobotLevel,
+    SampledRobot,
+    check_share,
+    pair_models,
+    share_of,
+)
+from crosscheck.checks.robots.engines import STEPS
+from crosscheck.findings import ComparisonKey, Finding, Subject
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Start
+from crosscheck.models.robot.interface import RobotModel
+from crosscheck.planning.comparison import Comparison, make_comparison
+
+# Of teeth in each other at the start [m]: on the edge of contact rounding decides who is.
+DEPTH = 1e-6
+LISTED = 7  # joints at most that a scenario lists one by one
+
+
+def simulation(model: RobotModel, case: RobotLevel) -> np.ndarray:
+    """Coordinates (records, n) of a brief simulation, teeth in contact; infinite if it diverged."""
+    shape = STEPS + 1, case.states.q.shape[1]
+    try:
+        q, _ = model.integrate(make_scenario(case))
+    except Diverged:
+        return np.full(shape, np.inf)
+    return require_numbers(q, "integrate", shape)
+
+
+def make_scenario(case: RobotLevel) -> Scenario:
+    """A run of so many steps from the first state's joints, all recorded.
+
+    Torques are so large that joints would have about the state's accelerations alone. Of a robot
+    with more joints than a scenario lists, all have the values of the first.
+    """
+    q, v, a, _ = (each[0, : case.free] for each in case.states)
+    torques = np.diagonal(case.sizes.mass_matrix[0])[: case.free] * a
+
+    def spread(values: np.ndarray) -> float | tuple[float, ...]:
+        return tuple(values.tolist()) if case.free <= LISTED else float(values[0])
+
+    return Scenario(
+        schema_version=1,
+        name="brief",
+        duration_s=case.run_s,
+        step_s=case.run_s / STEPS,
+        record_every=1,
+        start=Start(
+            theta_rad=spread(q),
+            theta_dot_rad_per_s=spread(v),
+            sun_planet_offset_m=DEPTH,
+            planet_ring_offset_m=DEPTH,
+        ),
+        drive=ConstantDrive(kind="constant", torque_N_m=spread(torques)),
+    )
+
+
+def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison]:
+    """Comparisons of two models' simulations in equal steps."""
+    for left, right in pair_models(models):
+        case = left.case
+        key = ComparisonKey("same-step", case.name, "simulation", left.model, right.model)
+        metric = f"largest difference, over the motion, of a simulation of {case.run_s:.3g} s"
+
+        def judge(
+            about: Subject, left_q: np.ndarray, right_q: np.ndarray, case: RobotLevel = case
+        ) -> Finding:
+            tolerance = case.sizes.tolerance("run")
+            basis = f"{case.sizes.basis('run')}; size: how far any joint, or any mesh, has moved"
+            parts = slice(case.free), slice(case.free, None)
+            measured = max(_share_of_motion(left_q[:, at], right_q[:, at]) for at in parts)
+            return check_share(about, measured, tolerance, basis)
+
+        yield make_comparison(
+            Subject(key, "1", metric), (left.ask(simulation), right.ask(simulation)), judge
+        )
+
+
+def _share_of_motion(left: np.ndarray, right: np.ndarray) -> float:
+    """Difference of coordinates (records, n) over how far any of them moves."""
+    if not left.size:
+        return 0.0
+    moved = np.abs(left - left[0]).max()
+    return share_of(left - right, np.full(left.shape, moved))
