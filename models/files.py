@@ -131,7 +131,7 @@ def _remedy(kind: XmlKind, folder: str) -> str:
         return f"must be a URDF, or a robot's TOML file{expand}"
     if folder == "arms":
         its = "it" if kind is XmlKind.URDF else "a URDF"
-        return f"an arm's TOML file is expected; validate, cost and trial take {its}{expand}"
+        return f"an arm's TOML file is expected; other commands take {its}{expand}"
     return "a TOML file is expected"
 
 

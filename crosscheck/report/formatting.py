@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from crosscheck.findings import Agreement, Finding
+if TYPE_CHECKING:  # words for `init` need no results
+    from crosscheck.findings import Agreement, Finding
 
 
 def format_count(number: int, noun: str) -> str:

@@ -55,17 +55,7 @@ def _undefined(record: dict[str, Any]) -> bool:
     return "starts" in record and record["starts"] == record.get("undefined")
 
 
-CHAPTERS = (
-    *(
-        "front.chapter",
-        "claims.chapter",
-        "phase.chapter",
-        "planets.chapter",
-        "hypotheses.h2_ablation",
-    ),
-    *("figures.chapter", "hypotheses.accumulation", "hypotheses.controller"),
-    "hypotheses.damping_fit",
-)
+CHAPTERS = ("findings.chapter", "figures.chapter", "claims.chapter")
 
 
 @pytest.mark.parametrize("name", CHAPTERS)

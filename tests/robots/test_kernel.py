@@ -21,6 +21,7 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build_robot_model
 from tests.faults.robots import ROBOTS
+from tests.loops import require_items
 from tests.robots import chains
 from tests.robots.traced import CIRCLE, equations, moving_tree, random_state, run_text
 
@@ -44,14 +45,14 @@ def off(robot: Robot, level: str, engine: str, lanes: int) -> float:
 @pytest.mark.parametrize("name", ["puma560", "six-joint", "sliding", PLANETARY])
 def test_every_engine_agrees(name, engine):
     robot = load_robot(name)
-    for level in robot.levels[1:]:  # links alone are part of the armature
+    for level in require_items(robot.levels[1:]):  # links alone are part of the armature
         assert off(robot, level, engine, lanes=1) < TOLERANCE
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_every_engine_agrees_on_random_robots(seed):
     robot = chains.random_chain(seed, most_joints=4)
-    for engine in chains.ENGINES:
+    for engine in require_items(chains.ENGINES):
         assert off(robot, robot.levels[-1], engine, lanes=8) < 100 * TOLERANCE  # M ill-conditioned
 
 
@@ -60,7 +61,7 @@ def test_mass_matrix_is_that_of_every_engine(level):
     for robot in (load_robot("puma560"), ROBOTS["unlike"]()):
         q, _, _ = random_state(robot, level, 1, states=9)
         found = RobotStates(robot, level).mass_matrix(q)
-        for engine in chains.ENGINES:
+        for engine in require_items(chains.ENGINES):
             expected = build_robot_model(engine, robot, level).mass_matrix(q)
             assert found == pytest.approx(expected, abs=1e-14 * np.abs(expected).max())
 
@@ -139,7 +140,7 @@ def test_lagranges_equation_holds_in_110_digits():
                 sides.append(lagrangian(*moved))
             return (sides[0] - sides[1]) / (2 * step)
 
-        for k in range(free):
+        for k in require_items(range(free)):
             rate = (slope(k, True, step) - slope(k, True, -step)) / (2 * step)
             # Rotations of floats are orthogonal to 16 digits; differences err by 1e-30.
             assert abs(rate - slope(k, False, mpmath.mpf(0)) - torques[k]) < 1e-14

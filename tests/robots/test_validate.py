@@ -20,6 +20,7 @@ from crosscheck.planning.robots import find_plans, make_cases, sample_models
 from crosscheck.provenance import ROOT
 from crosscheck.runner import tasks
 from tests.draws import DRAWS, SAMPLE, fresh_seed
+from tests.loops import require_items
 from tests.robots.chains import BOB, random_chain
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
@@ -175,7 +176,7 @@ def test_python_checks_a_robot(bob):
 @pytest.mark.campaign
 def test_random_mechanisms_raise_no_false_alarm():
     first = fresh_seed()
-    for seed in range(first, first + CHAINS):
+    for seed in require_items(range(first, first + CHAINS)):
         robot = random_chain(seed, MOST_JOINTS)
         models = sample_models(make_cases(robot, sample_states(robot, 4, 0), 10))
         planned = [each for plan in find_plans() for each in plan(models)]

@@ -40,13 +40,14 @@ def run_text(
     """Every name that lines set, from values by name; number: of a literal."""
     tree = _Literals().visit(ast.parse("\n".join(lines)))
     names = {"rint": lambda x: float(round(x)), "number_of": number, **values}
-    exec(compile(ast.fix_missing_locations(tree), "<kernel>", "exec"), names)
+    exec(compile(tree, "<kernel>", "exec"), names)
     return names
 
 
 class _Literals(ast.NodeTransformer):
     def visit_Constant(self, node: ast.Constant) -> ast.Call:
-        return ast.Call(ast.Name("number_of", ast.Load()), [node], [])
+        name = ast.copy_location(ast.Name("number_of", ast.Load()), node)
+        return ast.copy_location(ast.Call(name, [node], []), node)
 
 
 def interpreted_accelerations(
