@@ -69,7 +69,7 @@ def is_robot(name: str) -> bool:
         return name in builtin_robots()
     if Path(name).suffix == URDF:
         return True
-    text = _text(name, "arms")
+    text = _text(name, "arms", "robots")
     return describe_xml_kind(text) is not None or "urdf" in _parse(text, name, "arms")
 
 
@@ -91,18 +91,20 @@ def _stems(folder: str) -> tuple[str, ...]:
 
 def _read(name: str, folder: str) -> dict[str, Any]:
     """The raw TOML of a built-in name, else of a file."""
-    return _parse(_text(name, folder), name, folder)
+    return _parse(_text(name, *filter(None, [folder])), name, folder)
 
 
-def _text(name: str, folder: str) -> str:
-    """The text of the TOML file of a built-in name, else of a file. Raises InputError."""
-    if folder and name in _stems(folder):
-        return (HERE / folder / f"{name}.toml").read_text("utf-8")
+def _text(name: str, *folders: str) -> str:
+    """The text of a built-in name in these folders, else of a file. Raises InputError."""
+    for folder in folders:
+        if name in _stems(folder):
+            return (HERE / folder / f"{name}.toml").read_text("utf-8")
     try:
         return read_content(Path(name), LARGEST_FILE).decode("utf-8")
     except (FileNotFoundError, NotADirectoryError):
-        nor = f", nor built-in name ({', '.join(_stems(folder))})" if folder else ""
-        other = [kind for kind in BUILTIN_FOLDERS if folder and name in _stems(kind)]
+        names = [stem for folder in folders for stem in _stems(folder)]
+        nor = f", nor built-in name ({', '.join(names)})" if folders else ""
+        other = [kind for kind in BUILTIN_FOLDERS if folders and name in _stems(kind)]
         nor += f"; it is one of {other[0]}" if other else ""
         raise InputError(name, "", None, f"no such file{nor}") from None
     except UnicodeDecodeError:
