@@ -80,8 +80,8 @@ def reading(request: pytest.FixtureRequest) -> Arm:
     return load_arm(request.param)
 
 
-# Programs that a machine need not have, by the reason that their tests give when they are skipped.
-OPTIONAL_PROGRAMS = ("no octave-cli here",)
+# Programs and recordings that a machine need not have, by the reason that skipped tests give.
+OPTIONAL = ("no octave-cli here", "CROSSCHECK_RECORDINGS names no folder of recordings")
 
 
 class SkipGuard:
@@ -101,7 +101,7 @@ class SkipGuard:
     def _note(self, report: pytest.TestReport | pytest.CollectReport) -> None:
         if report.skipped and not hasattr(report, "wasxfail"):
             reason = str(report.longrepr[-1] if report.longrepr else "")
-            if not any(allowed in reason for allowed in OPTIONAL_PROGRAMS):
+            if not any(allowed in reason for allowed in OPTIONAL):
                 self.unexpected.append(f"{report.nodeid}: {reason}")
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
