@@ -13,6 +13,7 @@ from crosscheck.report.matrix import WORST_FIRST
 
 VERDICTS: tuple[Verdict, ...] = (*WORST_FIRST, "measured")
 MOST_TIGHTEST = 10
+MOST_PERCENT = 10.0  # parts of a tolerance; beyond it a multiple is read more easily
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,13 @@ def tolerance_share(finding: Finding) -> float:
     return finding.measured / finding.tolerance
 
 
+def format_share(share: float) -> str:
+    """A part of a tolerance for reading: in per cent, or how many times it far beyond it."""
+    if share <= MOST_PERCENT:
+        return format_percent(share)
+    return f"{share:.2g} times" if math.isfinite(share) else "no number"
+
+
 def sort_findings(findings: Iterable[Finding]) -> list[Finding]:
     """What does not agree first, then the tightest; measurements last."""
     return sorted(findings, key=lambda each: (VERDICTS.index(each.verdict), -tolerance_share(each)))
@@ -104,7 +112,7 @@ def make_row(finding: Finding) -> FindingRow:
         finding=finding,
         measured=f"{format_number(finding.measured)} {unit}".strip(),
         tolerance=format_number(finding.tolerance),
-        share=format_percent(share) if 0 <= share < math.inf else "",
+        share=format_share(share) if 0 <= share < math.inf else "",
         reason=" ".join(filter(None, (finding.basis, finding.note))),
     )
 
@@ -112,7 +120,7 @@ def make_row(finding: Finding) -> FindingRow:
 def _make_group(title: str, findings: Sequence[Finding]) -> FindingGroup:
     counts = ", ".join(f"{count} {verdict}" for verdict, count in count_verdicts(findings).items())
     shares = [tolerance_share(f) for f in findings if f.tolerance is not None]
-    tightest = f"; at most {format_percent(max(shares))} of a tolerance" if shares else ""
+    tightest = f"; at most {format_share(max(shares))} of a tolerance" if shares else ""
     return FindingGroup(
         title=title,
         summary=f"{counts}{tightest}",

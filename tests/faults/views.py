@@ -268,9 +268,10 @@ def finding_problems(views: Views) -> Iterator[str]:
         if " ".join(row[0].split()[1:]) != " ".join(f"{f.basis} {f.note}".split()):
             yield f"{f.id}: reason {row[0]}"
         if f.measured is not None and f.tolerance:
-            share = 100 * f.measured / f.tolerance
-            if not is_rounded(row[3].removesuffix(" %"), share, 2):
-                yield f"{f.id}: share {row[3]}, is {share} %"
+            share = f.measured / f.tolerance
+            number, unit = row[3].split()
+            if not is_rounded(number, share * {"%": 100, "times": 1}[unit], 2):
+                yield f"{f.id}: share {row[3]}, is {share}"
     red = [f for f in views.agreement.findings if f.verdict in WORST[:4]]
     if Counter(views.terminal.count(f" {f.id}: ") for f in red) != {1: len(red)}:
         yield "the terminal's list of disagreements"
