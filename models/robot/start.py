@@ -31,8 +31,8 @@ def start_state(model: RobotModel, scenario: Scenario) -> tuple[np.ndarray, np.n
         return free.index(joint if mimic is None else mimic.joint)
 
     if model.level == "geared":
-        for rotor, mesh in robot.meshes:
-            q.append(touches * mesh.backlash_m + sun[place_of(rotor.joint)])
+        for rotor, rotor_mesh in robot.meshes:
+            q.append(touches * rotor_mesh.backlash_m + sun[place_of(rotor.joint)])
         for stage in robot.stages:
             place = place_of(stage.joint)
             for mesh, offset in ((stage.gears.sun_mesh, sun), (stage.gears.ring_mesh, ring)):
