@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.cost.motion import RobotMotion, State
-from crosscheck.cost.runs import mesh_rates, tip_distances
-from crosscheck.cost.springs import tooth_springs
+from crosscheck.cost.runs import tip_distances
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
+from crosscheck.planning.springs import mesh_rates, tooth_springs
 
 RESOLVED = 0.4  # [rad] of the fastest swing in a step of a run
 

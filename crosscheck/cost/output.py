@@ -11,9 +11,9 @@ from crosscheck import __version__
 from crosscheck.checks.robots.sizes import SIZE_WORDS
 from crosscheck.cost.meshes import RESOLVED, GearedCost
 from crosscheck.cost.shortcuts import NEGLIGIBLE, ShortcutCosts
-from crosscheck.cost.springs import replace_stages_by_rotors
 from crosscheck.findings import Finding
 from crosscheck.models.robot.robot import LEVELS, Level
+from crosscheck.planning.springs import replace_stages_by_rotors
 from crosscheck.registry import engine_of
 from crosscheck.report.records import format_json, to_json_value
 

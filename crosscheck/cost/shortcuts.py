@@ -12,12 +12,12 @@ from crosscheck.checks.robots.states import sample_states
 from crosscheck.cost.meshes import GearedCost, compute_geared_cost
 from crosscheck.cost.motion import RobotMotion, State, find_exceeded_limits, make_excitation
 from crosscheck.cost.runs import tip_distances
-from crosscheck.cost.springs import stage_rotors
 from crosscheck.findings import Finding
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot, Rotor
 from crosscheck.planning.robots import compare_engines
+from crosscheck.planning.springs import stage_rotors
 from crosscheck.registry import build_robot_model, reference_engine
 
 SHORTCUTS: tuple[Level, ...] = ("links", "armature")

@@ -17,8 +17,6 @@ from crosscheck.checks.robots import engines
 from crosscheck.checks.robots.case import RobotLevel, SampledRobot
 from crosscheck.checks.robots.sizes import compute_sizes
 from crosscheck.checks.robots.states import RandomStates, sample_states
-from crosscheck.cost.runs import mesh_rates
-from crosscheck.cost.springs import replace_stages_by_rotors, tooth_springs
 from crosscheck.findings import EntryDifferences, Finding
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot
@@ -28,6 +26,7 @@ from crosscheck.planning.comparison import (
     collect_tasks,
     judge_comparisons,
 )
+from crosscheck.planning.springs import mesh_rates, replace_stages_by_rotors, tooth_springs
 from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
 from crosscheck.runner.tasks import RobotEvaluation
 from crosscheck.runner.workers import perform_all

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.robots import states
-from crosscheck.cost import motion, runs, shortcuts
+from crosscheck.cost import motion, shortcuts
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts
 from crosscheck.models.robot.robot import Robot
+from crosscheck.planning import springs
 from crosscheck.recordings.record import Record
 from tests.robots import chains
 from tests.robots.chains import Solid, geared, joint, link, planetary, teeth, urdf
@@ -328,7 +329,9 @@ def wrong_steps() -> Iterator[str]:
     masses = model.mass_matrix(np.full((1, len(own.coordinates) + 2), 0.2))
     inverse = np.linalg.inv(masses[0])[-2:, -2:]
     right = np.linalg.eigvals(inverse * damping).real.max()
-    yield from _off("fastest of swings and dampers", runs.mesh_rates(model, masses).fastest, right)
+    yield from _off(
+        "fastest of swings and dampers", springs.mesh_rates(model, masses).fastest, right
+    )
 
 
 def wrong_motion(own: Robot, seed: int) -> Iterator[str]:

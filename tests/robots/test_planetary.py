@@ -10,7 +10,6 @@ import pytest
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.cost.meshes import RESOLVED
 from crosscheck.cost.shortcuts import QUICK, compute_costs
-from crosscheck.cost.springs import replace_stages_by_rotors
 from crosscheck.models.experiment.scenario import ConstantDrive, switches
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
@@ -18,6 +17,7 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.planning.robots import compare_engines
 from crosscheck.planning.sizing import make_rest_scenario
+from crosscheck.planning.springs import replace_stages_by_rotors
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build, build_robot_model
 from tests.robots import chains

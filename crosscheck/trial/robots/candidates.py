@@ -10,7 +10,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from crosscheck.cost.springs import stage_rotors
 from crosscheck.models.robot.robot import (
     BASE,
     Joint,
@@ -20,6 +19,7 @@ from crosscheck.models.robot.robot import (
     RobotBody,
     Rotor,
 )
+from crosscheck.planning.springs import stage_rotors
 
 AXES = "xyz"
 MOMENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2)}

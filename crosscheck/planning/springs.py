@@ -1,8 +1,9 @@
-"""Gears of a robot as cost sees them: sizes of what gives way, and rotors that stand for stages."""
+"""Gears of a robot: sizes and swings of what gives way, and rotors that stand for stages."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from crosscheck.analytic.derivation.gears import damping
 from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
+from crosscheck.models.robot.integration import conditioning_error
+from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import JointStage, Robot, Rotor
 
 
@@ -65,6 +68,51 @@ def tooth_springs(robot: Robot) -> tuple[ToothSpring, ...]:
             lever = geometry.n * geometry.r_s
             springs.append(ToothSpring(name, stage.joint, lever, *constants, *swinging))
     return tuple(springs)
+
+
+class MeshRates(NamedTuple):
+    """Rates of swings on meshes [rad/s] (states, meshes), as if other joints' meshes were apart.
+
+    A stage has two, of which the faster one stands at its sun mesh. fastest: of all swings and
+    of their dying out [1/s] while all are in contact.
+    """
+
+    swings: np.ndarray
+    fastest: float
+
+
+def mesh_rates(model: RobotModel, mass_matrices: np.ndarray) -> MeshRates:
+    """Rates of the swings on a robot's meshes; mass_matrices: M at each state, (states, n, n).
+
+    Raises InputError for a robot whose mass matrix cannot be inverted.
+    """
+    try:
+        inverse = np.linalg.inv(mass_matrices)
+    except np.linalg.LinAlgError:
+        raise conditioning_error(model.robot) from None
+    free = len(model.robot.coordinates)
+    inverse = inverse[:, free:, free:]
+    if not (inverse.diagonal(axis1=1, axis2=2) > 0).all():
+        raise conditioning_error(model.robot)
+    joints, stiffness, stiffest, damping = np.transpose(
+        [
+            (mesh.joint, mesh.stiffness, mesh.stiffest, mesh.damping)
+            for mesh in tooth_springs(model.robot)
+        ]
+    )
+
+    def modes(indices: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+        """Eigenvalues (states, own), the smallest first, of springs, or dampers, at places."""
+        root = np.sqrt(sizes[indices])
+        block = inverse[:, indices[:, None], indices] * np.outer(root, root)
+        return np.maximum(np.linalg.eigvalsh(block), 0.0)
+
+    swings, every = np.zeros((len(inverse), joints.size)), np.arange(joints.size)
+    for joint in joints:
+        mesh = np.flatnonzero(joints == joint)
+        swings[:, mesh] = np.sqrt(modes(mesh, stiffness))[:, ::-1]
+    fastest = max(np.sqrt(modes(every, stiffest).max()), modes(every, damping).max())
+    return MeshRates(swings, float(fastest))
 
 
 def replace_stages_by_rotors(robot: Robot) -> Robot:
