@@ -24,6 +24,7 @@ from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.provenance import find_version
 from crosscheck.registry import MODELS, get_entry
 from crosscheck.runner.outcomes import Failure, failure_from_error
+from crosscheck.runner.progress_update import CountCallback
 from crosscheck.runner.sources import compute_code_hash
 from crosscheck.runner.store import Store
 from crosscheck.runner.workers import perform_all
@@ -45,7 +46,7 @@ class Study:
 
     folder: Path
     jobs: int = 1
-    progress: Callable[[str, int, int], None] = lambda what, done, total: None
+    progress: CountCallback = lambda what, done, total: None
     computed_count: int = field(default=0, init=False)
     cached_count: int = field(default=0, init=False)
 

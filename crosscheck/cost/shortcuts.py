@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,10 +18,10 @@ from crosscheck.models.robot.robot import Level, Robot, Rotor
 from crosscheck.planning.robots import compare_engines
 from crosscheck.planning.springs import stage_rotors
 from crosscheck.registry import build_robot_model, reference_engine
+from crosscheck.runner.progress_update import CountCallback
 
 SHORTCUTS: tuple[Level, ...] = ("links", "armature")
 NEGLIGIBLE = 0.01  # of a joint's largest torque
-ProgressCallback = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -146,7 +145,7 @@ def compute_costs(
     robot: Robot,
     seed: int,
     extent: SamplingPlan,
-    progress: ProgressCallback,
+    progress: CountCallback,
     given: RobotMotion | None = None,
 ) -> ShortcutCosts:
     """What a robot's shortcuts cost, by the project's own derivation; engines are compared first.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -35,10 +35,10 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import RIGID, Level, Robot
 from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
+from crosscheck.runner.progress_update import CountCallback
 
 Side = Literal["motor", "joint", "between"]
 LinkTreatment = Literal["identified", "scaled", "none"]
-ProgressCallback = Callable[[str, int, int], None]
 LINK_KINDS: dict[LinkTreatment, tuple[TermKind, ...]] = {
     "identified": ("links",),
     "scaled": ("scale",),
@@ -238,9 +238,9 @@ def compare_robot(
     robot: Robot,
     recordings: Sequence[Recording],
     transmission: np.ndarray,
-    progress: ProgressCallback,
+    progress: CountCallback,
 ) -> RobotComparison:
-    """TermEstimate links, friction and rotors from recordings, and say what they distinguish.
+    """Estimate links, friction and rotors from recordings, and say what they distinguish.
 
     Args:
         transmission: Rates of motors for rates of joints (n, n).
@@ -249,22 +249,23 @@ def compare_robot(
         InputError: Recordings are too short for what is asked.
     """
     shared = shared_motors(transmission)
-    progress("asking what can be distinguished", 0, 4)
+    asked = _select_torques(recordings)
+    progress("asking what can be distinguished", 0, len(asked) + 1)
     ranks = compare_levels(robot, shared)
-    progress("comparing the engines", 1, 4)
     sides: list[SideResult] = []
     engines: list[EngineCheck] = []
-    for number, (side, treatment, torques) in enumerate(_select_torques(recordings)):
-        progress(f"estimating by torques of side {side}", 2 + number, 8)
-        problem = _Problem(robot, recordings, torques, shared, LINK_KINDS[treatment])
+    for number, (side, treatment, torques) in enumerate(asked, 1):
+        progress(f"estimating by torques of side {side}", number, len(asked) + 1)
+        samples = _BandSamples(recordings, torques, shared)
+        problem = _Problem(robot, samples, LINK_KINDS[treatment])
         bandwidth = problem.choose_bandwidth()
         if not engines:
-            engines = compare_engines(robot, problem.sample(bandwidth))
+            engines = compare_engines(robot, samples.at(bandwidth))
             if not all(engine.agrees for engine in engines):
                 break
         sides.append(_judge_side(problem, side, treatment, bandwidth))
         if treatment == "identified":
-            scaled = _Problem(robot, recordings, torques, shared, LINK_KINDS["scaled"])
+            scaled = _Problem(robot, samples, LINK_KINDS["scaled"])
             sides.append(_judge_side(scaled, side, "scaled", bandwidth))
     return RobotComparison(robot, tuple(recordings), tuple(engines), ranks, tuple(sides))
 
@@ -286,27 +287,39 @@ def _select_torques(
     return chosen
 
 
-class _Problem:
-    """Torques of recordings, and the terms that may explain them.
+class _BandSamples:
+    """Recordings and their torques on one side of the gears, sampled once for each bandwidth.
 
     Args:
         torques: Of each recording (rows, n); of no number where a joint's is not measured.
-        kinds: How links enter.
+        shared: Rates of motors that several joints turn, for rates of joints (shared, n).
     """
 
     def __init__(
-        self,
-        robot: Robot,
-        recordings: Sequence[Recording],
-        torques: Sequence[np.ndarray],
-        shared: np.ndarray,
-        kinds: tuple[TermKind, ...],
+        self, recordings: Sequence[Recording], torques: Sequence[np.ndarray], shared: np.ndarray
     ) -> None:
-        self.robot, self.recordings, self.shared = robot, recordings, shared
+        self.recordings, self.shared = recordings, shared
         self.measured = np.isfinite(torques[0]).all(axis=0)
-        self.torques = [np.where(self.measured, each, 0.0) for each in torques]
+        self._torques = [np.where(self.measured, each, 0.0) for each in torques]
+        self._samples: dict[float, BandSample] = {}
+
+    def at(self, bandwidth: float) -> BandSample:
+        """Rows of the recordings in a band [Hz], all joints."""
+        if bandwidth not in self._samples:
+            made = sample(self.recordings, self._torques, self.shared, bandwidth)
+            self._samples[bandwidth] = made
+        return self._samples[bandwidth]
+
+
+class _Problem:
+    """Torques of recordings, and the terms that may explain them; kinds: how links enter."""
+
+    def __init__(self, robot: Robot, samples: _BandSamples, kinds: tuple[TermKind, ...]) -> None:
+        self.robot, self.samples = robot, samples
+        self.recordings, self.shared = samples.recordings, samples.shared
+        self.measured = samples.measured
         self.kinds = (*kinds, *(kind for _, added in STEPS for kind in added))
-        anything = self._cut(build_columns(robot, shared, draw_samples(robot, shared)))
+        anything = self._cut(build_columns(robot, self.shared, draw_samples(robot, self.shared)))
         self.basis: TermBasis = find_basis(anything, self.kinds)
         self.terms = anything.select(self.basis.chosen).terms
 
@@ -315,13 +328,9 @@ class _Problem:
         """Names of the joints whose torques are measured."""
         return tuple(np.array(self.robot.coordinate_names)[self.measured].tolist())
 
-    def sample(self, bandwidth: float) -> BandSample:
-        """Rows of the recordings in a band, all joints."""
-        return sample(self.recordings, self.torques, self.shared, bandwidth)
-
     def fit(self, bandwidth: float) -> tuple[BandSample, Regressor, LinearFit]:
         """Sampled motion, columns, and the fit of all terms."""
-        samples = self.sample(bandwidth)
+        samples = self.samples.at(bandwidth)
         columns = self._cut(build_columns(self.robot, self.shared, samples))
         columns = columns.select(self.basis.chosen)
         shown = samples.moving[:, self.measured]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import irfft, rfft, rfftfreq
@@ -58,13 +59,19 @@ def sample(
         shared: Rates of motors that several joints turn, for rates of joints (shared, n).
         bandwidth: Where the filter, forth and back, lets half of an amplitude pass [Hz].
     """
-    fastest = np.max([_fastest_rates(each, shared, bandwidth) for each in recordings], axis=0)
     seconds = sum(float(each.time[-1] - each.time[0]) for each in recordings)
     spacing = max(1 / (ROWS * bandwidth), seconds / MOST_ROWS)
+    pairs = zip(recordings, torques, strict=True)
+    filtered = [_filter_recording(*pair, shared, bandwidth, spacing) for pair in pairs]
+    fastest = np.max([np.abs(each.rates).max(axis=0) for each in filtered], axis=0)
     parts, starts = [], [0]
-    for recording, torque in zip(recordings, torques, strict=True):
-        parts.append(_sample_recording(recording, torque, shared, bandwidth, fastest, spacing))
-        starts.append(starts[-1] + len(parts[-1][0]))
+    for each in filtered:
+        direction = _filter_direction(each, fastest, bandwidth)
+        count = each.q.shape[1]
+        v = each.rates[each.rows, :count]
+        sides = direction[:, :count], direction[:, count:]
+        parts.append((each.q, v, each.a, *sides, each.torque, each.torque_rate))
+        starts.append(starts[-1] + len(each.rows))
     q, v, a, direction, shared_direction, torque, slope = (
         np.concatenate(each) for each in zip(*parts, strict=True)
     )
@@ -94,32 +101,42 @@ def highest_bandwidth(recordings: Sequence[Recording]) -> float:
     return min(1 / (2 * ROWS * each.step) for each in recordings)
 
 
-def _fastest_rates(recording: Recording, shared: np.ndarray, bandwidth: float) -> np.ndarray:
-    """Largest rates of joints and shared motors, (n + shared,)."""
-    even, (position,) = _space_evenly(recording.time, recording.position)
-    (v,) = _filter(position, even, bandwidth, (1,))
-    return np.abs(np.hstack([v, v @ shared.T])).max(axis=0)
+class _FilteredRecording(NamedTuple):
+    """A recording in a band: its step [s], which rows are kept, and signals.
+
+    q, a, torque, torque_rate (rows kept, n); rates of joints, then of motors that several joints
+    turn, of all rows.
+    """
+
+    step: float
+    rows: np.ndarray
+    q: np.ndarray
+    rates: np.ndarray
+    a: np.ndarray
+    torque: np.ndarray
+    torque_rate: np.ndarray
 
 
-def _sample_recording(
-    recording: Recording,
-    torque: np.ndarray,
-    shared: np.ndarray,
-    bandwidth: float,
-    fastest: np.ndarray,
-    spacing: float,
-) -> tuple[np.ndarray, ...]:
+def _filter_recording(
+    recording: Recording, torque: np.ndarray, shared: np.ndarray, bandwidth: float, spacing: float
+) -> _FilteredRecording:
     step, (position, torque) = _space_evenly(recording.time, recording.position, torque)
-    q, v, a = _filter(position, step, bandwidth, (0, 1, 2))
-    rates = np.hstack([v, v @ shared.T])
-    slow = SLOW * np.where(fastest > 0, fastest, 1.0)
-    (direction,) = _filter(np.clip(rates / slow, -1.0, 1.0), step, bandwidth, (0,))
-    torque, slope = _filter(torque, step, bandwidth, (0, 1))
-    count = v.shape[1]
     edge = int(EDGE / (bandwidth * step))
-    rows = np.arange(edge, len(q) - edge, spacing / step).astype(int)
-    kept = (q, v, a, direction[:, :count], direction[:, count:], torque, slope)
-    return tuple(each[rows] for each in kept)
+    rows = np.arange(edge, len(position) - edge, spacing / step).astype(int)
+    q, v, a = _filter(position, step, bandwidth, (0, 1, 2))
+    torque, slope = _filter(torque, step, bandwidth, (0, 1))
+    rates = np.hstack([v, v @ shared.T])
+    return _FilteredRecording(step, rows, q[rows], rates, a[rows], torque[rows], slope[rows])
+
+
+def _filter_direction(
+    recording: _FilteredRecording, fastest: np.ndarray, bandwidth: float
+) -> np.ndarray:
+    """Signs of the rates at the rows kept, between -1 and 1 where they are slow."""
+    slow = SLOW * np.where(fastest > 0, fastest, 1.0)
+    signs = np.clip(recording.rates / slow, -1.0, 1.0)
+    (direction,) = _filter(signs, recording.step, bandwidth, (0,))
+    return direction[recording.rows]
 
 
 def _space_evenly(time: np.ndarray, *signals: np.ndarray) -> tuple[float, list[np.ndarray]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import exp
 
@@ -34,6 +34,7 @@ from crosscheck.recordings.residual import (
 )
 from crosscheck.recordings.smoothing import Block, select_evenly, select_spacing, smooth_record
 from crosscheck.registry import RIGID_LEVELS
+from crosscheck.runner.progress_update import CountCallback
 
 # A level is named if every other one is less likely by such a factor.
 LIKELIHOOD_RATIO = 100.0
@@ -41,7 +42,6 @@ MOST_BLOCKS = 50  # by which parameters are estimated
 # Of chi squared over its degrees of freedom: more than noise, in standard deviations of it.
 BEYOND_NOISE = 4.0
 SAMPLES = 400  # of the residual that a picture shows, a block
-ProgressCallback = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ def compare(
     arm: Arm,
     scenario: Scenario | None,
     tolerances: Mapping[str, float],
-    progress: ProgressCallback,
+    progress: CountCallback,
 ) -> RecordComparison | EngineDisagreement:
     """Compare a record with the rigid levels of its arm, if the engines agree on these.
 
@@ -184,7 +184,7 @@ def _compare_levels(
     arm: Arm,
     scenario: Scenario | None,
     tolerances: Mapping[str, float],
-    progress: ProgressCallback,
+    progress: CountCallback,
 ) -> RecordComparison | EngineDisagreement:
     """The comparison of a record that can be smoothed."""
     spacing = select_spacing(record)
@@ -212,7 +212,7 @@ def _judge_levels(
     basis: ComparisonBasis,
     every: Sequence[Block],
     tolerances: Mapping[str, float],
-    progress: ProgressCallback,
+    progress: CountCallback,
 ) -> RecordComparison:
     """The comparison of the levels, and what the record asks of the arm's numbers."""
     arm, rows = basis.arm, basis.record.time.size
@@ -268,7 +268,7 @@ def _build_equations(
     arm: Arm,
     level: str,
     among: Sequence[Parameter],
-    progress: ProgressCallback,
+    progress: CountCallback,
 ) -> NormalEquations:
     """Normal equations of a level for the parameters, then for the Coulomb friction of joints."""
     more = [increase_parameter(arm, parameter) for parameter in among]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +13,7 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.interface import Model
 from crosscheck.planning.sizing import make_rest_scenario
 from crosscheck.registry import RIGID_LEVELS, build, find_covering_models, find_level_models
+from crosscheck.runner.progress_update import CountCallback
 
 # Of the sum of the sizes of a torque's terms, times the arm's reach over its shortest link: engines
 # sum the same terms in another order, and a short link's are small beside those that pass it. 300
@@ -53,9 +53,7 @@ def build_rigid_model(level: str, arm: Arm, engine: str = REFERENCE) -> Model:
     return build(f"{engine}:{level}", arm, make_rest_scenario())
 
 
-def compare_engines(
-    motion: Motion, arm: Arm, progress: Callable[[str, int, int], None]
-) -> list[EngineDeviation]:
+def compare_engines(motion: Motion, arm: Arm, progress: CountCallback) -> list[EngineDeviation]:
     """The difference of every engine from the analytic model, level by level, at every row."""
     differences, rows = [], len(motion[0])
     lengths = [link.length_m for link in arm.links]

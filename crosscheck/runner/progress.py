@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING
 
@@ -23,16 +23,15 @@ from rich.status import Status
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from crosscheck.runner.progress_update import ProgressCallback, ProgressUpdate
+    from crosscheck.runner.progress_update import CountCallback, ProgressCallback, ProgressUpdate
 
 # Where there is no terminal: the first line, unless work asks for an earlier one; how often others
 # follow at most [s].
 QUIET_S, EVERY_S = 20.0, 20.0
 IN_MINUTES_S = 100.0  # longer times are told in minutes
-Bar = Callable[[str, int, int], None]  # (what is being done, how much is done, of how much)
 
 
-def progress_bar() -> AbstractContextManager[Bar]:
+def progress_bar() -> AbstractContextManager[CountCallback]:
     """A bar as a context, which gives the function to tell what is done, how much, of how much.
 
     The bar disappears at the end, and is not drawn where nobody would see it move.
@@ -40,13 +39,13 @@ def progress_bar() -> AbstractContextManager[Bar]:
     return _bar(TimeElapsedColumn())
 
 
-def members_bar() -> AbstractContextManager[Bar]:
+def members_bar() -> AbstractContextManager[CountCallback]:
     """A progress bar that also shows how many are done in a second and the time that is left."""
     return _bar(_Rate(), TimeRemainingColumn(elapsed_when_finished=True))
 
 
 @contextmanager
-def _bar(*more: ProgressColumn) -> Iterator[Bar]:
+def _bar(*more: ProgressColumn) -> Iterator[CountCallback]:
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn())
     console = Console(stderr=True)
     hidden = not console.is_interactive

@@ -25,6 +25,7 @@ class ProgressUpdate:
 
 
 ProgressCallback = Callable[[ProgressUpdate], None]
+CountCallback = Callable[[str, int, int], None]  # what is being done, how much is done, of how much
 
 
 def ignore_progress(now: ProgressUpdate) -> None:

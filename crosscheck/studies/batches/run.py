@@ -13,6 +13,7 @@ import numpy as np
 from crosscheck.output import convert_os_errors, draft, remove_abandoned, require_file
 from crosscheck.registry import second_engine
 from crosscheck.runner.interruption import advice, finish_before_interrupt
+from crosscheck.runner.progress_update import CountCallback
 from crosscheck.studies.batches.batch import Numbers
 from crosscheck.studies.batches.batch_store import (
     BatchStore,
@@ -38,7 +39,6 @@ from crosscheck.studies.batches.schedule import (
 from crosscheck.studies.measures.columns import DIVERGED, Column, list_columns
 from crosscheck.studies.members.members import PreparedStudy, require_members
 
-BatchProgressCallback = Callable[[str, int, int], None]
 RESUME = "the same with --resume goes on where it stopped"
 
 
@@ -49,7 +49,7 @@ class ExecutionSettings:
     jobs: int = 1
     scheduler: str | None = None
     resume: bool = False
-    progress: BatchProgressCallback = lambda what, done, total: None
+    progress: CountCallback = lambda what, done, total: None
 
     def open_executor(self) -> AbstractContextManager[BatchExecutor]:
         """The place where the study's batches are run."""
@@ -111,7 +111,7 @@ class _StudyRun:
     study: PreparedStudy
     result: ResultFile
     store: BatchStore
-    progress: BatchProgressCallback
+    progress: CountCallback
     executor: BatchExecutor
 
     def run(self, all_batches: Sequence[MemberBatch]) -> int:
