@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import re
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +11,7 @@ import numpy as np
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import read_input
+from crosscheck.recordings.csv_table import decode_csv, parse_rows
 from crosscheck.recordings.record import LARGEST_FILE, Record
 
 LEAST_ROWS = 64
@@ -103,42 +102,12 @@ def read_table(path: Path) -> CsvTable:
     Where semicolons separate, a comma may stand before decimals. Raises InputError.
     """
     where = str(path)
-    try:
-        text = read_input(path, LARGEST_FILE).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(where, "", None, "is not UTF-8 text; a CSV file is expected") from None
-    head, _, rest = text.partition("\n")
+    head, rest = decode_csv(where, read_input(path, LARGEST_FILE))
     separator = next((each for each in (";", "\t", ",") if each in head), ",")
     names = tuple(name.strip().strip('"') for name in head.split(separator))
     if all(re.fullmatch(r"[-+.,\deE]+", name) for name in names):
         raise InputError(where, "line 1", None, "holds numbers; must hold the columns' names")
     if separator != ",":
         rest = rest.replace(",", ".")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a table without rows
-            values = np.loadtxt(io.StringIO(rest), delimiter=separator, ndmin=2, comments=None)
-    except ValueError:
-        raise _find_bad_line(where, names, rest, separator) from None
-    if values.size and values.shape[1] != len(names):
-        reason = f"names {len(names)} columns, the rows have {values.shape[1]}"
-        raise InputError(where, "line 1", None, reason)
+    values = parse_rows(where, names, rest, separator)
     return CsvTable(where, names, values.reshape(-1, len(names)))
-
-
-def _find_bad_line(where: str, names: Sequence[str], rest: str, separator: str) -> InputError:
-    """The error of the first line that is no row of numbers."""
-    for number, line in enumerate(rest.splitlines(), 2):
-        cells = line.strip().split(separator)
-        if cells != [""] and len(cells) != len(names):
-            reason = f"has {len(cells)} columns, must have {len(names)}, as line 1"
-            return InputError(where, f"line {number}", None, reason)
-        for name, cell in zip(names, cells, strict=False):
-            try:
-                float(cell)
-            except ValueError:
-                if cells != [""]:
-                    return InputError(
-                        where, f"line {number}, {name}", cell[:40], "must be a number"
-                    )
-    return InputError(where, "", None, "is no table of numbers")

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import io
 import re
-import warnings
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
@@ -16,6 +14,7 @@ import numpy as np
 
 from crosscheck.models.errors import InputError, format_install_command, format_line
 from crosscheck.models.inputs import input_size, read_input
+from crosscheck.recordings.csv_table import decode_csv, parse_rows
 from crosscheck.runner.isolated_reading import read_arrays, read_in_subprocess
 
 LARGEST_FILE = 2_000_000_000  # bytes
@@ -123,49 +122,18 @@ def _is_stated(kind: str, table: np.ndarray) -> bool:
 
 
 def _read_csv(where: str, content: bytes) -> dict[str, np.ndarray]:
-    try:
-        lines = io.StringIO(content.decode("utf-8-sig"))
-    except UnicodeDecodeError:
-        raise InputError(where, "", None, "is not UTF-8 text; a CSV file is expected") from None
-    names = [name.strip() for name in lines.readline().split(",")]
+    head, text = decode_csv(where, content)
+    names = [name.strip() for name in head.split(",")]
     if len(names) == 1 and (other := re.search(r"[;\t]", names[0])):
         allowed = "separates the columns; must be a comma, and a dot before decimals"
         raise InputError(where, "line 1", other[0], allowed)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a table without rows
-            table = np.loadtxt(lines, delimiter=",", ndmin=2, comments=None)
-    except ValueError as error:
-        lines.seek(0)
-        raise _find_bad_line(where, names, lines) or InputError(
-            where, "", None, str(error)
-        ) from None
+    table = parse_rows(where, names, text, ",")
     if not table.size:
         raise InputError(where, "", None, "has no rows below the names of its columns")
-    if len(names) != table.shape[1]:
-        reason = f"names {len(names)} columns, the rows have {table.shape[1]}"
-        raise InputError(where, "line 1", None, reason)
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise InputError(where, "line 1", twice[0], "is there twice")
     return dict(zip(names, table.T, strict=True))
-
-
-def _find_bad_line(where: str, names: Sequence[str], lines: Iterable[str]) -> InputError | None:
-    """The error of the first line below the names that is no row of numbers; None without."""
-    for number, line in enumerate(lines, 1):
-        cells = line.strip().split(",")
-        if number == 1 or cells == [""]:
-            continue
-        if len(cells) != len(names):
-            reason = f"has {len(cells)} columns, must have {len(names)}, as line 1"
-            return InputError(where, f"line {number}", None, reason)
-        for name, cell in zip(names, cells, strict=True):
-            try:
-                float(cell)
-            except ValueError:
-                return InputError(where, f"line {number}, {name}", cell[:40], "must be a number")
-    return None
 
 
 BagContent = tuple[dict[str, np.ndarray], int]  # columns by name; how many messages were skipped
