@@ -11,7 +11,7 @@ import numpy as np
 from crosscheck.analytic.derivation.gears import Gears
 from crosscheck.analytic.derivation.terms import Terms, mass_matrices
 from crosscheck.analytic.kernel.links import Links
-from crosscheck.analytic.kernel.numbers import TURN, Numbers, link_numbers, term_numbers
+from crosscheck.analytic.kernel.numbers import Numbers, link_numbers, term_numbers
 from crosscheck.analytic.kernel.program import RecordMap
 from crosscheck.analytic.kernel.text.links import LinkStructure, build_link_structure
 from crosscheck.analytic.kernel.text.terms import TermStructure, build_term_structure
@@ -24,9 +24,8 @@ from crosscheck.models.experiment.drive import DriveData
 class TermEquations:
     """Equations of a model in the layout's own coordinates, from terms.
 
-    phase_weights (meshes, n) [rad per m or rad]: what the meshes' phases depend on besides their
-    joints' angles, by Eq. 11 in full for example; planets lumped. sensor (n, joints): controllers
-    are told sensor^T q and sensor^T q' instead of their joints' angles and rates.
+    sensor (n, joints): controllers are told sensor^T q and sensor^T q' instead of their joints'
+    angles and rates.
     """
 
     arm: Arm
@@ -34,21 +33,18 @@ class TermEquations:
     gears: Gears
     drive: DriveData
     terms: Terms
-    phase_weights: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     sensor: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @cached_property
     def structure(self) -> TermStructure:
         """Structure of the terms, which the kernel's text depends on."""
         parts = self.arm, self.layout, self.gears, self.drive, self.terms
-        return build_term_structure(*parts, self.phase_weights, self.sensor)
+        return build_term_structure(*parts, self.sensor)
 
     @cached_property
     def numbers(self) -> Numbers:
-        """Numbers of the terms, the meshes, and what phase weights and sensor add, by name."""
+        """Numbers of the terms, the meshes, and the sensor, by name."""
         numbers = term_numbers(self.arm, self.structure, self.terms, self.gears, self.drive)
-        for mesh, place in self.structure.phase_entries:
-            numbers[f"phase{mesh}_{place}"] = self.phase_weights[mesh, place] / TURN
         for place, joint in self.structure.feedback:
             numbers[f"told{place}_{joint}"] = self.sensor[place, joint]
         return numbers

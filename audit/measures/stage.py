@@ -83,16 +83,3 @@ def _strip_phase_and_damping(mesh: Mesh) -> Mesh:
 def remove_backlash(arm: Arm) -> Arm:
     """The arm whose teeth leave no clearance in any mesh."""
     return change_meshes(arm, lambda mesh: mesh.model_copy(update={"backlash_m": 0.0}))
-
-
-def set_constant_stiffness(arm: Arm) -> Arm:
-    """The arm with k_a = 0 in every mesh. Raises InputError for another law than Eq. 8."""
-
-    def replace_stiffness(mesh: Mesh) -> Mesh:
-        law = mesh.planet_mesh(0).stiffness
-        if not isinstance(law, SineStiffness):
-            raise InputError(arm.name, "stiffness", law.law, "must be sine, the paper's Eq. 8")
-        constant_law = law.model_copy(update={"amplitude_N_per_m": 0.0})
-        return mesh.model_copy(update={"stiffness": constant_law})
-
-    return change_meshes(arm, replace_stiffness)

@@ -37,9 +37,8 @@ class TermStructure(Structure):
     angles: places of the joint angles; angle_sums: angle sums w . q; mass, bias, weight: indices of
     each term; drives (row, joint) and pushes (row, mesh): entries that are not 0 of what torques
     and mesh forces do; differences (place, place taken away or -1): every mesh's displacement;
-    friction_joints: joints with friction; phased (mesh, place): coordinates that a mesh's phase
-    depends on besides its joint's angle, of stages with one planet coordinate; feedback (place,
-    joint): what each controller is told a sum of, if not its joint's own angle.
+    friction_joints: joints with friction; feedback (place, joint): what each controller is told a
+    sum of, if not its joint's own angle.
     """
 
     size: int
@@ -52,7 +51,6 @@ class TermStructure(Structure):
     pushes: tuple[Entry, ...]
     differences: tuple[Entry, ...]
     friction_joints: tuple[int, ...]
-    phase_entries: tuple[Entry, ...]
     feedback: tuple[Entry, ...]
 
     @cached_property
@@ -62,15 +60,6 @@ class TermStructure(Structure):
         for joint, place in enumerate(self.angles, 1):
             names[place] = f"theta{joint}"
         return tuple(names)
-
-    def turns(self, joint: int, side: str) -> str:
-        """Phase [turns] as text, as in Structure but with the part of its other coordinates."""
-        mesh = self.meshes.index(f"{side}{joint}_1") if self.phase_entries else -1
-        turns = super().turns(joint, side)
-        for place in (place for of, place in self.phase_entries if of == mesh):
-            x = self.coordinates[place]
-            turns += f" + phase{mesh}_{place} * " + (f"(v_{x} * t)" if self.omega_t else f"q_{x}")
-        return turns
 
     def sensor_signals(self, joint: int) -> tuple[str, str]:
         """Angle and rate that a controller is told, as text: sums if not its joint's own."""
@@ -97,14 +86,10 @@ def build_term_structure(
     gears: Gears,
     drive: DriveData,
     terms: Terms,
-    phase_weights: np.ndarray,
     feedback: np.ndarray,
 ) -> TermStructure:
     """The structure of a model from its terms; see TermEquations."""
     common = common_structure(layout.theta.tolist(), gears, drive)
-    if phase_weights.any():  # sun and ring mesh each by its own
-        stages = (stage and stage._replace(shared_rate=False) for stage in common.stages)
-        common = common._replace(stages=tuple(stages))
     return TermStructure(
         *common,
         size=len(layout),
@@ -117,7 +102,6 @@ def build_term_structure(
         pushes=_entries(np.argwhere(terms.mesh_map)),
         differences=tuple(zip(gears.x_index.tolist(), gears.subtract_index.tolist(), strict=True)),
         friction_joints=tuple(np.flatnonzero(terms.friction).tolist()),
-        phase_entries=_entries(np.argwhere(phase_weights)),
         feedback=_entries(np.argwhere(feedback)),
     )
 

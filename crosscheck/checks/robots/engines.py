@@ -104,7 +104,7 @@ def _plan_pair(left: SampledRobot, right: SampledRobot, question: RobotQuestion)
         size = getattr(case.sizes, quantity, None)
         if size is None:  # of runs: of the one that has not diverged
             ends = np.where(np.isfinite(left_values), left_values, right_values)
-            size = _run_sizes(case, ends)
+            size = motion_sizes(case, np.abs(ends - case.states.q[:RUNS]))
         size = size if left_values.ndim == size.ndim else size[:, None]
         measured = share_of(left_values - right_values, size)
         basis = f"{case.sizes.basis(quantity)}; size: {SIZE_WORDS[quantity]}"
@@ -114,9 +114,8 @@ def _plan_pair(left: SampledRobot, right: SampledRobot, question: RobotQuestion)
     return make_comparison(Subject(key, "1", metric), tasks, judge)
 
 
-def _run_sizes(case: RobotLevel, ends: np.ndarray) -> np.ndarray:
-    """How far any joint, and any mesh, goes in each run (runs, n)."""
-    moved = np.abs(ends - case.states.q[:RUNS])
+def motion_sizes(case: RobotLevel, moved: np.ndarray) -> np.ndarray:
+    """How far any joint, and any mesh, goes (runs, n), by how far each coordinate moved."""
     size = np.empty_like(moved)
     for part in (slice(case.free), slice(case.free, None)):
         size[:, part] = moved[:, part].max(axis=1, keepdims=True, initial=0.0)

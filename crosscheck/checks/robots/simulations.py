@@ -14,7 +14,7 @@ from crosscheck.checks.robots.case import (
     pair_models,
     share_of,
 )
-from crosscheck.checks.robots.engines import STEPS
+from crosscheck.checks.robots.engines import STEPS, motion_sizes
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Start
@@ -74,20 +74,11 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison]:
         def judge(
             about: Subject, left_q: np.ndarray, right_q: np.ndarray, case: RobotLevel = case
         ) -> Finding:
-            tolerance = case.sizes.tolerance("run")
             basis = f"{case.sizes.basis('run')}; size: how far any joint, or any mesh, has moved"
-            parts = slice(case.free), slice(case.free, None)
-            measured = max(_share_of_motion(left_q[:, at], right_q[:, at]) for at in parts)
-            return check_share(about, measured, tolerance, basis)
+            moved = np.abs(left_q - left_q[0]).max(axis=0, keepdims=True)
+            measured = share_of(left_q - right_q, motion_sizes(case, moved))
+            return check_share(about, measured, case.sizes.tolerance("run"), basis)
 
         yield make_comparison(
             Subject(key, "1", metric), (left.ask(simulation), right.ask(simulation)), judge
         )
-
-
-def _share_of_motion(left: np.ndarray, right: np.ndarray) -> float:
-    """Difference of coordinates (records, n) over how far any of them moves."""
-    if not left.size:
-        return 0.0
-    moved = np.abs(left - left[0]).max()
-    return share_of(left - right, np.full(left.shape, moved))
