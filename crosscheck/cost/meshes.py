@@ -59,7 +59,7 @@ def compute_geared_cost(
     state = motion.at(motion.instants(instants))
     force = _forces(coupled, geared, state)
     masses = geared.mass_matrix(np.hstack([state[0], 0 * force]))
-    rates, costs = mesh_rates(geared, masses), []
+    rates, costs = mesh_rates(geared.robot, masses), []
     for mesh_force, swings, spring in zip(
         force.T, rates.swings.T, tooth_springs(geared.robot), strict=True
     ):

@@ -116,40 +116,29 @@ def sample_models(cases: list[RobotLevel]) -> list[SampledRobot]:
 
 def make_cases(robot: Robot, states: RandomStates, most_steps: int) -> list[RobotLevel]:
     """The case of each level. Raises InputError for a robot whose M cannot be inverted."""
-    return list(_make_cases(robot, states, most_steps))
-
-
-def _make_cases(robot: Robot, states: RandomStates, most_steps: int) -> Iterator[RobotLevel]:
-    fastest = 0.0
-    if "geared" in robot.levels:
-        geared = build_robot_model(reference_engine(), robot, "geared")
-        at = add_mesh_states(robot, states).q
-        fastest = mesh_rates(geared, geared.mass_matrix(at)).fastest
+    states_by_level = {
+        level: add_mesh_states(robot, states) if level == "geared" else states
+        for level in robot.levels
+    }
+    masses = {
+        level: build_robot_model(reference_engine(), robot, level).mass_matrix(at.q)
+        for level, at in states_by_level.items()
+    }
+    fastest = mesh_rates(robot, masses["geared"]).fastest if "geared" in masses else 0.0
     run_s = min(RUN_S, engines.STEPS / 2 / fastest) if fastest else RUN_S
     motion_s = min(RUN_S, most_steps * RESOLVED / fastest) if fastest else RUN_S
     steps = max(LEAST_STEPS, int(np.ceil(motion_s * fastest / RESOLVED)))
     inertia = sum(rotor.inertia for rotor in replace_stages_by_rotors(robot).rotors)
-    for level in robot.levels:
-        is_geared = level == "geared"
-        level_states = add_mesh_states(robot, states) if is_geared else states
-        mass = build_robot_model(reference_engine(), robot, level).mass_matrix(level_states.q)
-        sizes = compute_sizes(
-            robot,
-            mass,
-            level_states,
-            pushes=_push_bounds(robot, level_states) if is_geared else None,
-            spinning=inertia,
-        )
-        yield RobotLevel(
-            robot,
-            level,
-            level_states,
-            sizes,
-            _drive_matrix(robot, level),
-            run_s if is_geared else RUN_S,
-            motion_s,
-            steps,
-        )
+
+    def make_case(level: Level) -> RobotLevel:
+        at, is_geared = states_by_level[level], level == "geared"
+        pushes = _push_bounds(robot, at) if is_geared else None
+        sizes = compute_sizes(robot, masses[level], at, pushes=pushes, spinning=inertia)
+        drive = _drive_matrix(robot, level)
+        level_run_s = run_s if is_geared else RUN_S
+        return RobotLevel(robot, level, at, sizes, drive, level_run_s, motion_s, steps)
+
+    return [make_case(level) for level in robot.levels]
 
 
 def _drive_matrix(robot: Robot, level: Level) -> np.ndarray:

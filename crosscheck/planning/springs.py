@@ -12,7 +12,6 @@ from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
 from crosscheck.models.robot.integration import conditioning_error
-from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import JointStage, Robot, Rotor
 
 
@@ -81,7 +80,7 @@ class MeshRates(NamedTuple):
     fastest: float
 
 
-def mesh_rates(model: RobotModel, mass_matrices: np.ndarray) -> MeshRates:
+def mesh_rates(robot: Robot, mass_matrices: np.ndarray) -> MeshRates:
     """Rates of the swings on a robot's meshes; mass_matrices: M at each state, (states, n, n).
 
     Raises InputError for a robot whose mass matrix cannot be inverted.
@@ -89,16 +88,13 @@ def mesh_rates(model: RobotModel, mass_matrices: np.ndarray) -> MeshRates:
     try:
         inverse = np.linalg.inv(mass_matrices)
     except np.linalg.LinAlgError:
-        raise conditioning_error(model.robot) from None
-    free = len(model.robot.coordinates)
+        raise conditioning_error(robot) from None
+    free = len(robot.coordinates)
     inverse = inverse[:, free:, free:]
     if not (inverse.diagonal(axis1=1, axis2=2) > 0).all():
-        raise conditioning_error(model.robot)
+        raise conditioning_error(robot)
     joints, stiffness, stiffest, damping = np.transpose(
-        [
-            (mesh.joint, mesh.stiffness, mesh.stiffest, mesh.damping)
-            for mesh in tooth_springs(model.robot)
-        ]
+        [(mesh.joint, mesh.stiffness, mesh.stiffest, mesh.damping) for mesh in tooth_springs(robot)]
     )
 
     def modes(indices: np.ndarray, sizes: np.ndarray) -> np.ndarray:

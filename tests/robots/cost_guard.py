@@ -329,9 +329,7 @@ def wrong_steps() -> Iterator[str]:
     masses = model.mass_matrix(np.full((1, len(own.coordinates) + 2), 0.2))
     inverse = np.linalg.inv(masses[0])[-2:, -2:]
     right = np.linalg.eigvals(inverse * damping).real.max()
-    yield from _off(
-        "fastest of swings and dampers", springs.mesh_rates(model, masses).fastest, right
-    )
+    yield from _off("fastest of swings and dampers", springs.mesh_rates(own, masses).fastest, right)
 
 
 def wrong_motion(own: Robot, seed: int) -> Iterator[str]:
