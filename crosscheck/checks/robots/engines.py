@@ -114,9 +114,9 @@ def _plan_pair(left: SampledRobot, right: SampledRobot, question: RobotQuestion)
     return make_comparison(Subject(key, "1", metric), tasks, judge)
 
 
-def motion_sizes(case: RobotLevel, moved: np.ndarray) -> np.ndarray:
-    """How far any joint, and any mesh, goes (runs, n), by how far each coordinate moved."""
-    size = np.empty_like(moved)
+def motion_sizes(case: RobotLevel, distances: np.ndarray) -> np.ndarray:
+    """How far any joint, and any mesh, goes (runs, n), by the distance of each coordinate."""
+    size = np.empty_like(distances)
     for part in (slice(case.free), slice(case.free, None)):
-        size[:, part] = moved[:, part].max(axis=1, keepdims=True, initial=0.0)
+        size[:, part] = distances[:, part].max(axis=1, keepdims=True, initial=0.0)
     return size
