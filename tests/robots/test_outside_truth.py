@@ -5,6 +5,7 @@ from math import cos, pi, sin
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from crosscheck.checks.robots.states import sample_states
@@ -72,6 +73,27 @@ def test_what_a_urdf_leaves_out(engine):
     assert model.mass_matrix(q)[0, 0, 0] == pytest.approx(inertia, rel=1e-13)
     weight = MASS * 9.81 * LENGTH * (sin(0.9) + 2 * sin(1.8))
     assert model.gravity(q)[0, 0] == pytest.approx(weight, rel=1e-13)
+
+
+def test_links_fixed_to_fixed_links_stand_where_another_reader_has_them():
+    """Pinocchio's own reader merges them too; turns about three axes do not commute."""
+    solid = Solid(1.3, (0.1, -0.2, 0.05), (0.03, 0.002, -0.001, 0.04, 0.003, 0.05))
+    text = urdf(
+        link("ground"),
+        *(link(name, solid) for name in ("arm", "flange", "tool", "hand")),
+        joint("turn", "ground", "arm", axis=(0, 1, 0), at=(0.1, 0.2, 0.3), rpy=(0.4, 0.5, 0.6)),
+        joint("first", "arm", "flange", "fixed", at=(0.3, -0.1, 0.2), rpy=(0.7, -0.4, 0.3)),
+        joint("second", "flange", "tool", "fixed", at=(-0.2, 0.5, 0.1), rpy=(-0.9, 0.8, 0.2)),
+        joint("bend", "tool", "hand", axis=(1, 0, 0), at=(0.2, 0.1, -0.3), rpy=(0.1, 1.1, -0.5)),
+    )
+    model = pin.buildModelFromXML(text)
+    q = STATE[0]
+    expected = pin.crba(model, model.createData(), q[0])
+    torques = pin.computeGeneralizedGravity(model, model.createData(), q[0])
+    for engine in ENGINES:
+        own = build_robot_model(engine, robot(text), "links")
+        assert own.mass_matrix(q)[0] == pytest.approx(expected, rel=1e-12, abs=1e-13)
+        assert own.gravity(q)[0] == pytest.approx(torques, rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -10,7 +10,8 @@ SLIPS = {
     "order": (1.0, (0.01, 0.02, 0.015, 0.001, 0.0, 0.002), "ixx, iyy, izz, ixy, ixz, iyz"),
     "decade": (1.0, (0.01, 0.0, 0.0, 0.2, 0.0, 0.015), "a body has them if iyy is 0.02"),
     "sign": (1.0, (0.01, 0.0, 0.0, -0.02, 0.0, 0.015), "without the signs of ixx, iyy and izz"),
-    "coarse": (1.0, (0.01, 0.0, 0.0, 0.01, 0.0, 0.021), "5 % too large"),
+    "coarse": (1.0, (0.01, 0.0, 0.0, 0.01, 0.0, 0.0249), "24 % too large"),
+    "beyond a quarter": (1.0, (0.01, 0.0, 0.0, 0.01, 0.0, 0.0252), "a body has them if"),
     "unit": (0.00186, (2.32e-3, 0, 0, 7.83e-3, 0, 8.06e-3), "in kg mm^2: times 1e-06"),
 }
 

@@ -1,0 +1,50 @@
+"""Sizes that tolerances and plans are taken of, and places of tips: closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from crosscheck.checks.scales import largest_torques, largest_weights
+from crosscheck.checks.trajectories import tip_position
+from crosscheck.models.experiment.scenario import PdDrive, Start
+from crosscheck.models.loading import load_arm, load_scenario
+from tests.arms import arm_of
+
+
+def test_a_pd_drive_asks_the_most_where_it_starts():
+    drive = PdDrive(
+        kind="pd",
+        target_rad=(1.0, -0.5),
+        proportional_N_m_per_rad=(10.0, 20.0),
+        derivative_N_m_s_per_rad=0.0,
+    )
+    start = Start(theta_rad=(0.2, 0.3))
+    scenario = load_scenario("pd").model_copy(update={"drive": drive, "start": start})
+    arm = load_arm("paper-labelled").model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
+    assert largest_torques(arm, scenario) == pytest.approx([8.0, 16.0], rel=1e-14)
+
+
+def test_weights_are_largest_whichever_way_gravity_points():
+    arm, pull = arm_of(3), 9.81
+    bounds = [
+        largest_weights(
+            arm.model_copy(update={"gravity_m_per_s2": (pull * math.cos(a), pull * math.sin(a))})
+        )
+        for a in (-math.pi / 2, 0.0, 0.7)
+    ]
+    assert bounds[0] == pytest.approx(bounds[1], rel=1e-13)
+    assert bounds[0] == pytest.approx(bounds[2], rel=1e-13)
+    assert (bounds[0] > 0).all()
+
+
+def test_the_tip_is_where_the_links_lead():
+    """Each link lies at the sum of the angles up to it."""
+    arm, theta = arm_of(2), np.array([[0.3, 0.9], [-1.2, 0.4]])
+    run = xr.Dataset({"theta": (("time", "joint"), theta)})
+    first, second = (link.length_m for link in arm.links)
+    for place, (one, two) in zip(tip_position(run, arm).values, theta, strict=True):
+        x = first * math.cos(one) + second * math.cos(one + two)
+        y = first * math.sin(one) + second * math.sin(one + two)
+        assert place == pytest.approx([x, y], rel=1e-14)
