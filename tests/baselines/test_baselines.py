@@ -64,6 +64,17 @@ def test_a_record_read_back_is_the_record(result, recorded):
     assert recorded.read_bytes() == before
 
 
+def test_extremes_on_record_are_where_the_run_has_them(result):
+    """Each row's values stand in the run of planet 1 at each row's times, and none is beyond."""
+    for name, table in make_baseline(result).runs[str(ANALYTIC)].extremes.items():
+        run = result.runs[ANALYTIC][name]
+        run = run.isel(planet=0) if "planet" in run.dims else run
+        for joint, low, low_s, high, high_s in table.rows:
+            values = run.sel(joint=int(joint))
+            assert float(values.sel(time=low_s, method="nearest")) == low == values.min()
+            assert float(values.sel(time=high_s, method="nearest")) == high == values.max()
+
+
 def test_a_repetition_does_not_move(result, recorded):
     agreement = held_against(recorded, short_check(result.mechanism))
     assert agreement.exit_code == 0
