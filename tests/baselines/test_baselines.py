@@ -75,6 +75,17 @@ def test_extremes_on_record_are_where_the_run_has_them(result):
             assert float(values.sel(time=high_s, method="nearest")) == high == values.max()
 
 
+def test_planet_1_is_on_record(result):
+    """What another planet does moves no row."""
+    run = result.runs[ANALYTIC].copy(deep=True)
+    assert run.sizes["planet"] > 1
+    for name in ("x_sp", "x_pr", "F_sp", "F_pr"):
+        run[name].loc[{"planet": run["planet"][-1]}] *= 1.5
+    now, then = (make_baseline(each) for each in (with_run(result, ANALYTIC, run), result))
+    for name, table in now.runs[str(ANALYTIC)].tables.items():
+        assert table.rows == then.runs[str(ANALYTIC)].tables[name].rows
+
+
 def test_a_repetition_does_not_move(result, recorded):
     agreement = held_against(recorded, short_check(result.mechanism))
     assert agreement.exit_code == 0
