@@ -47,7 +47,7 @@ def is_usable(folder: Path) -> bool:
 def make_private(folder: Path) -> bool:
     """Make the folder if need be, and keep others out; returns whether others could write in it.
 
-    Raises OSError unless it can be written, and NotPrivate for a link or another user's folder.
+    Raises OSError unless it can be written, and PrivacyError for a link or another user's folder.
     """
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     with _open_private(folder, os.O_DIRECTORY) as handle:
@@ -102,7 +102,7 @@ def _is_private(folder: Path, clear: bool = False) -> bool:
 def read_private(path: Path, largest: int) -> bytes:
     """Content of a file that is going to be executed, of at most so many bytes.
 
-    Raises OSError, ValueError for a larger one, and NotPrivate unless it is a regular file, no
+    Raises OSError, ValueError for a larger one, and PrivacyError unless it is a regular file, no
     link, and file and folder are the user's own, which nobody else may write.
     """
     with require_private(path) as handle, open(handle, "rb", closefd=False) as file:
@@ -129,7 +129,10 @@ def require_private(path: Path) -> Iterator[int]:
 
 @contextmanager
 def _open_private(path: Path, flags: int, folder: int | None = None) -> Iterator[int]:
-    """A descriptor of what is at a path. Raises NotPrivate for a link or what is another user's."""
+    """A descriptor of what is at a path.
+
+    Raises PrivacyError for a link or what is another user's.
+    """
     flags |= os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC
     try:
         handle = os.open(path if folder is None else path.name, flags, dir_fd=folder)

@@ -130,7 +130,7 @@ def _read_bytes(path: Path, remembered: bool = True) -> bytes:
 
 
 def _parse_json(content: bytes) -> dict[str, Any]:
-    """The JSON object that a record's content is. Raises Misfit."""
+    """The JSON object that a record's content is. Raises InvalidRecord."""
     try:
         data = json.loads(content.decode("utf-8"), object_pairs_hook=_reject_duplicates)
     except InvalidRecord:

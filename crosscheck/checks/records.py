@@ -46,7 +46,7 @@ class IncompleteRun(ValueError):
 
 
 def require_complete(run: object, model: str, case: Case, *, meshing: bool) -> None:
-    """Raise Incomplete unless a run covers its scenario's grid, joints, planets and variables.
+    """Raise IncompleteRun unless a run covers its scenario's grid, joints, planets and variables.
 
     meshing: whether the model has mesh displacements. Every value must be a finite float64; mesh
     variables are NaN beyond a joint's own planets.
@@ -112,7 +112,7 @@ class InconsistentRun(ValueError):
 
 
 def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> None:
-    """Raise Inconsistent unless the model's own functions give what its run recorded.
+    """Raise InconsistentRun unless the model's own functions give what its run recorded.
 
     Compared at some twenty of its times, the first among them, are theta_ddot, torque,
     kinetic_energy, F_sp and F_pr, from theta, theta_dot and the mesh displacements and their rates.

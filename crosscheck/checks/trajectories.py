@@ -40,7 +40,7 @@ class RunMismatch(ValueError):
 def largest_difference(run: xr.Dataset, other_run: xr.Dataset, quantity: str) -> float:
     """max over time, joints and planets of |one - other|, in the quantity's unit.
 
-    Raises Incomparable unless both runs have the quantity at the very same times, joints and
+    Raises RunMismatch unless both runs have the quantity at the very same times, joints and
     planets.
     """
     for side in (run, other_run):

@@ -35,7 +35,7 @@ class Results:
         self.outcomes = outcomes
 
     def need(self, task: ModelTask) -> Any:
-        """A task's array or trajectory. Raises Unavailable."""
+        """A task's array or trajectory. Raises MissingResult."""
         outcome = self.outcomes.get(task.key, Failure("Lost", "no result came back"))
         if isinstance(outcome, Failure):
             raise MissingResult(f"{task.model}: {outcome}", outcome.unfinished)
@@ -44,8 +44,8 @@ class Results:
     def get_if_finished(self, task: ModelTask) -> Any | None:
         """A task's array or trajectory, or None where it failed.
 
-        Raises Unavailable where it is unfinished: what is done without it would depend on how long
-        a model was waited for.
+        Raises MissingResult where it is unfinished: what is done without it would depend on how
+        long a model was waited for.
         """
         try:
             return self.need(task)

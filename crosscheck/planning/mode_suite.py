@@ -92,7 +92,7 @@ def _compare_modes(
 ) -> Finding:
     """The check of two models' modes, or of one's and those of first principles.
 
-    Raises Unavailable if a model has lost some.
+    Raises MissingResult if a model has lost some.
     """
     for task, frequencies in zip(tasks, model_modes, strict=True):
         single = MODELS[task.model].free_planets or task.case.switches.planets == "free"

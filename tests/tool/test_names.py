@@ -1,6 +1,7 @@
 """Names and docstrings of the product's code follow the rule of CONTRIBUTING.md."""
 
 import ast
+import builtins
 import re
 import tomllib
 from collections import Counter
@@ -121,3 +122,21 @@ def test_docstrings_have_no_private_words(folder):
         if (words := unclear(re.sub(r"``.*?``", "", ast.get_docstring(node) or "", flags=re.S)))
     }
     assert private == {}
+
+
+def test_docstrings_name_exceptions_that_exist():
+    known = {node.name for _, node in classes()} | set(vars(builtins))
+    for file in FILES:
+        known |= {
+            alias.asname or alias.name
+            for node in ast.walk(parse_file(file))
+            if isinstance(node, ast.ImportFrom)
+            for alias in node.names
+        }
+    raised = {
+        name
+        for file in FILES
+        for name in re.findall(r"Raises? ([A-Z]\w+)", file.read_text(encoding="utf-8"))
+    }
+    assert len(raised) > 10
+    assert raised - known == set()

@@ -233,7 +233,7 @@ def list_entry_quantities(problem: VerificationProblem) -> list[str]:
 def compare_entries(
     problem: VerificationProblem, level: str, quantities: Sequence[str], results: Results
 ) -> EntryComparison:
-    """Both answers to every part that both answer. Raises Unavailable without a reference's M."""
+    """Both answers to every part that both answer. Raises MissingResult without a reference's M."""
     reference = problem.reference(level)
     user_values: dict[str, np.ndarray] = {}
     reference_values: dict[str, np.ndarray] = {}

@@ -53,7 +53,7 @@ def make_size_questions(
 def get_trusted_answers(
     problem: VerificationProblem, results: Results, level: str
 ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None]:
-    """The reference's M, force and acceleration, state by state. Raises Unavailable without M."""
+    """The reference's M, force and acceleration, state by state. Raises MissingResult without M."""
     mass, force, acceleration = make_size_questions(problem, level)
     return results.need(mass), results.get_if_finished(force), results.get_if_finished(acceleration)
 
@@ -61,7 +61,7 @@ def get_trusted_answers(
 def compute_natural_sizes(
     problem: VerificationProblem, results: Results, level: str
 ) -> NaturalSizes:
-    """Natural sizes by the reference's answers. Raises Unavailable."""
+    """Natural sizes by the reference's answers. Raises MissingResult."""
     precision = problem.equations.table.precision if problem.equations.table else 0.0
     answers = get_trusted_answers(problem, results, level)
     return entries.compute_sizes(problem.frame, problem.states, *answers, precision)
@@ -140,7 +140,7 @@ def _sizes_in_user_unit(
     """Natural sizes by the level that is nearest, in the unit of the equations' own numbers.
 
     What equations owe to themselves they owe in any unit; no number of theirs but that power of ten
-    is in a size. Raises Unavailable.
+    is in a size. Raises MissingResult.
     """
     user_values, ratios = results.need(problem.ask_equations(unit_part)), dict[str, float]()
     for level in problem.levels:
