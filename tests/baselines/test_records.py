@@ -3,6 +3,7 @@
 import json
 import re
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from crosscheck.baseline.file import (
 from crosscheck.baseline.reduction import make_baseline
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.planning.plan import CrossCheckRequest
 from tests.baselines.short import ANALYTIC, RENEW, Change, edited, quick
 from tests.obstacles import OBSTACLES
@@ -185,6 +187,12 @@ def test_a_copy_under_the_other_plans_name_is_refused(result, tmp_path, old):
     read_baseline(tmp_path / "x.json", CrossCheckRequest(result.mechanism, is_quick), RENEW)
     with pytest.raises(InputError, match=f"{'full' if is_quick else '--quick'} record is needed"):
         read_baseline(tmp_path / "x.json", CrossCheckRequest(result.mechanism, not is_quick), RENEW)
+
+
+def test_a_record_of_other_laws_is_refused(result, recorded):
+    other = replace(result.request, chosen=Switches(damping="contact"))
+    with pytest.raises(InputError, match="made with other switches than these"):
+        read_baseline(recorded, other, RENEW)
 
 
 GARBLED = (
