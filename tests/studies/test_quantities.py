@@ -171,6 +171,14 @@ def test_a_second_engine_has_every_quantity_too():
         assert theirs[name] == pytest.approx(value, rel=1e-8, abs=1e-8 * scale, nan_ok=True), name
 
 
+def test_a_force_that_is_lost_to_divergence_has_no_share_without_contact():
+    fold = folds.NoContactShareFold((2,))
+    values = np.array([[1.0, 0.0], [0.0, 2.0], [np.nan, 3.0], [np.nan, 0.0]])
+    (share,) = _fed(fold, np.arange(4.0), values, [1])
+    assert np.isnan(share[0])
+    assert share[1] == 0.5
+
+
 def test_a_diverged_member_has_no_numbers_but_when():
     axes = [{"path": "scenario.drive.derivative_N_m_s_per_rad", "kind": "list"}]
     axes[0]["values"] = [400.0, -1e12, 300.0]
