@@ -9,11 +9,13 @@ from xml.etree import ElementTree
 import jsonschema
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import crosscheck as package
 from crosscheck.checks.robots import engines
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning import robots
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
 from crosscheck.planning.robots import find_plans, make_cases, sample_models
@@ -21,7 +23,7 @@ from crosscheck.provenance import ROOT
 from crosscheck.runner import tasks
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.loops import require_items
-from tests.robots.chains import BOB, random_chain
+from tests.robots.chains import BOB, LIMIT, Solid, joint, link, random_chain, robot, urdf
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
 CHAINS, MOST_JOINTS = (3, 5) if DRAWS == SAMPLE else (DRAWS, 12)
@@ -115,19 +117,56 @@ def test_the_page_has_the_numbers_of_the_findings(crosscheck, tmp_path):
     assert {"geared", "coupled", "armature", "links"} <= set(re.findall(r"<em>(\w+)</em>", page))
 
 
-def test_a_level_is_as_far_from_the_finest_as_its_torques_are():
-    robot = load_robot("six-joint")
-    planned = robots.plan_robot(robots.RobotRequest(robot, quick=True))
-    asked = [each for each in planned.comparisons if each.about.key.quantity == "torque"]
+def free_tip(model: RobotModel, q: np.ndarray, v: np.ndarray, seconds: float) -> np.ndarray:
+    """Place of the tip after a free motion, by another integrator."""
+
+    def slope(time: float, state: np.ndarray) -> np.ndarray:
+        q, v = state.reshape(2, 1, -1)
+        return np.concatenate([v[0], model.forward_dynamics(q, v, 0 * q)[0]])
+
+    run = solve_ivp(slope, (0, seconds), np.concatenate([q, v]), "DOP853", rtol=1e-10, atol=1e-12)
+    return model.tip(run.y[None, : len(q), -1])[0]
+
+
+def test_a_level_is_as_far_from_the_finest_as_its_torques_and_tips_are():
+    """Torques and motions of another engine, and another integrator's steps."""
+    own = load_robot("six-joint")
+    planned = robots.plan_robot(robots.RobotRequest(own, quick=True))
+    asked = [each for each in planned.comparisons if each.about.key.family == "deviation"]
     outcomes = {task.key: task.perform() for task in collect_tasks(asked)}
     findings = list(judge_comparisons(asked, Results(outcomes)))
-    q, v, a, _ = sample_states(robot, robots.QUICK_COUNT, 0)
-    exact = tasks.build_robot_model("pinocchio", robot, "coupled").inverse_dynamics(q, v, a)
+    q, v, a, _ = sample_states(own, robots.QUICK_COUNT, 0)
+    models = {
+        level: tasks.build_robot_model("pinocchio", own, level)
+        for level in ("links", "armature", "coupled")
+    }
+    exact = models["coupled"].inverse_dynamics(q, v, a)
+    seconds = planned.models[0].case.motion_s
+    tips = {
+        level: np.array(
+            [free_tip(model, *start, seconds) for start in zip(q[:3], v[:3], strict=True)]
+        )
+        for level, model in models.items()
+    }
     for level in ("links", "armature"):
-        other = tasks.build_robot_model("pinocchio", robot, level).inverse_dynamics(q, v, a)
-        right = np.abs(other - exact).max(axis=0)
-        found = [each.measured for each in findings if each.left == f"analytic:{level}"]
-        assert found == pytest.approx(right, rel=1e-9)
+        right = np.abs(models[level].inverse_dynamics(q, v, a) - exact).max(axis=0)
+        of_level = [each for each in findings if each.left == f"analytic:{level}"]
+        torques = [each for each in of_level if each.quantity == "torque"]
+        assert [each.measured for each in torques] == pytest.approx(right, rel=1e-9)
+        shares = right / np.abs(exact).max(axis=0)
+        assert [each.relative for each in torques] == pytest.approx(shares, rel=1e-9)
+        (tip,) = [each for each in of_level if each.quantity == "tip"]
+        distance = np.linalg.norm(tips[level] - tips["coupled"], axis=1).max()
+        assert tip.measured == pytest.approx(distance, rel=1e-3)
+
+
+def test_a_joint_turns_by_all_that_follow_it():
+    """The fingers of a gripper that mimic one joint turn with it."""
+    fingers = [link(name, Solid()) + joint(name, "ground", name) for name in ("one", "slow")]
+    follower = joint("two", "ground", "two", more=f'{LIMIT}<mimic joint="one" multiplier="-3"/>')
+    own = robot(urdf(link("ground"), *fingers, link("two", Solid()), follower))
+    cases = make_cases(own, sample_states(own, 2, 0), 20)
+    assert [each.turns.tolist() for each in cases] == [[4.0, 1.0]] * len(cases)
 
 
 def test_a_record_is_accepted_and_kept_until_the_robot_changes(crosscheck, tmp_path, bob):
