@@ -19,7 +19,10 @@ from crosscheck.report.formatting import make_printable
 from crosscheck.schema import describe_fields
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
     from crosscheck.models.robot.robot import Robot
+    from crosscheck.models.robot.urdf_gears import StatedGear
 
 COLUMN = 44  # where explanations begin
 PLACES = ("shoulder", "elbow", "wrist")
@@ -288,7 +291,10 @@ def _place(number: int, joints: int) -> str:
 
 def init_robot_command(path: Path, urdf: Path) -> None:
     """Write a file for the robot of a URDF. Raises InputError, also if the file exists."""
+    from crosscheck.models.files import parse_toml
+    from crosscheck.models.loading import validate_record
     from crosscheck.models.robot.file import RobotFile, build_robot, read_text  # NumPy
+    from crosscheck.models.robot.urdf_gears import read_gears
 
     require_new(path)
     relative_path = os.path.relpath(urdf, path.parent)
@@ -297,23 +303,43 @@ def init_robot_command(path: Path, urdf: Path) -> None:
         raise InputError("--urdf", "", relative_path, allowed)
     name = path.stem if PrintableText(80).allows(path.stem) else "my-robot"
     file = RobotFile(schema_version=1, name=name, urdf=relative_path)
-    robot = build_robot(file, read_text(urdf), str(path), str(urdf))
-    write_text(path, robot_template(robot, relative_path))
-    count = len(robot.coordinates)
-    print(
-        f"wrote {make_printable(str(path))}: {count} joints, all direct; state their rotors, then"
-    )
+    urdf_text = read_text(urdf)
+    robot = build_robot(file, urdf_text, str(path), str(urdf))
+    moving = {joint.name for joint in robot.joints}
+    stated = read_gears(urdf_text, str(urdf))
+    gears = {joint: gear for joint, gear in stated.items() if joint in moving}
+    lines = list(robot_joint_lines(robot, gears))
+    text = robot_template(robot, relative_path, lines)
+    validate_record(RobotFile, parse_toml(text), str(path))  # as it will be read
+    write_text(path, text)
+    geared = sum('"geared"' in line.partition("#")[0] for line in lines)
+    kinds = f"{geared} geared as the URDF states" if geared else "all direct"
+    print(f"wrote {make_printable(str(path))}: {len(lines)} joints, {kinds}")
+    for joint, gear in gears.items():
+        lack = "" if gear.is_complete else "; not enough for a rotor, left direct"
+        print(f"  {make_printable(joint)}: {make_printable(gear.elements)}{lack}")
+    print("state the rotors that are missing, then" if geared < len(lines) else "edit it, then")
     print(f"  crosscheck cost {make_printable(shlex.quote(str(path)))}")
 
 
-def robot_template(robot: Robot, urdf: str) -> str:
-    """The text of a robot's file: TOML with every joint that mimics none."""
+def robot_joint_lines(robot: Robot, gears: Mapping[str, StatedGear]) -> Iterator[str]:
+    """Lines of the joints that mimic none, or that the URDF states a gear of."""
+    for number, joint in enumerate(robot.joints):
+        gear = gears.get(joint.name)
+        if number not in robot.coordinates and gear is None:
+            continue
+        key = joint.name if re.fullmatch(r"[A-Za-z0-9_-]+", joint.name) else _toml(joint.name)
+        line = f'{key} = {{ kind = "direct" }}'
+        if gear is not None and gear.ratio is not None and gear.rotor_inertia is not None:
+            numbers = f"ratio = {gear.ratio.value}, rotor_inertia_kg_m2 = {gear.rotor_inertia}"
+            line = f'{key} = {{ kind = "geared", {numbers} }}'
+        yield line if gear is None else f"{line} # {make_printable(gear.elements)}"
+
+
+def robot_template(robot: Robot, urdf: str, joint_lines: Iterable[str]) -> str:
+    """The text of a robot's file, TOML."""
     lines = [ROBOT_HEAD.format(urdf=urdf), "schema_version = 1", f"name = {_toml(robot.name)}"]
     gravity = ", ".join(map(repr, robot.gravity.tolist()))
     lines += [f"urdf = {_toml(urdf)}", f"gravity_m_per_s2 = [{gravity}]"]
-    lines += [f"tip = {_toml(robot.tip)}", "", "[joints]"]
-    for number in robot.coordinates:
-        name = robot.joints[number].name
-        key = name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _toml(name)
-        lines.append(f'{key} = {{ kind = "direct" }}')
+    lines += [f"tip = {_toml(robot.tip)}", "", "[joints]", *joint_lines]
     return "\n".join(lines) + "\n"

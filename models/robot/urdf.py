@@ -70,10 +70,7 @@ class Urdf:
 
 def read_urdf(text: str, where: str) -> Urdf:
     """The links and joints of a URDF. Raises InputError."""
-    root = _Parser(where).root(text)
-    if root.tag != "robot":
-        allowed = f"is {describe_xml_kind(text)}; must be a URDF, whose outermost element is robot"
-        raise InputError(where, root.tag, None, allowed)
+    root = read_root(text, where)
     for tag in ("link", "joint"):
         names = Counter(each.get("name", "") for each in root.findall(tag))
         for name, count in names.items():
@@ -83,6 +80,15 @@ def read_urdf(text: str, where: str) -> Urdf:
     links = tuple(_Reader(where, each).link() for each in root.findall("link"))
     joints = tuple(_Reader(where, each).joint() for each in root.findall("joint"))
     return Urdf(links, joints, _mechanism(root), tuple(_find_unused(root)))
+
+
+def read_root(text: str, where: str) -> Element:
+    """The outermost element of a URDF, robot. Raises InputError."""
+    root = _Parser(where).root(text)
+    if root.tag != "robot":
+        allowed = f"is {describe_xml_kind(text)}; must be a URDF, whose outermost element is robot"
+        raise InputError(where, root.tag, None, allowed)
+    return root
 
 
 class _Parser:
@@ -111,10 +117,14 @@ class _Parser:
             raise InputError(self.where, line, None, allowed)
         if tag.startswith("xacro:"):
             raise InputError(self.where, f"{line}, {tag}", None, XACRO)
+        if tag == "transmission":  # the only elements whose text is read
+            self.parser.CharacterDataHandler = self.builder.data
         self.builder.start(tag, attributes)
 
     def _end(self, tag: str) -> None:
         self.depth -= 1
+        if tag == "transmission":
+            self.parser.CharacterDataHandler = None
         self.builder.end(tag)
 
     def _doctype(self, name: str, *identifiers: object) -> None:

@@ -1,6 +1,7 @@
 """`crosscheck init --urdf`: a file that loads, names every joint and replaces nothing."""
 
 import numpy as np
+import pytest
 
 from crosscheck.models.robot.file import load_robot
 from tests.robots.chains import LIMIT, Solid, joint, link, random_chain, urdf
@@ -55,3 +56,58 @@ def test_init_of_a_robot_refuses_what_it_cannot_do(crosscheck, tmp_path):
     (tmp_path / "mine.toml").write_text("mine")
     assert_one_line(crosscheck(*given, tmp_path / "mine.urdf"), "mine.toml: exists already")
     assert (tmp_path / "mine.toml").read_text() == "mine"
+
+
+GEARS = """
+<transmission name="turn"><joint name="a"/><actuator name="m">
+<mechanicalReduction>-100</mechanicalReduction><motorInertia>1.1e-4</motorInertia></actuator></transmission>
+<transmission name="drakes"><joint name="b"/><actuator name="n">
+<drake:gear_ratio value="50"/><drake:rotor_inertia value="2e-5"/></actuator></transmission>
+<transmission name="half"><joint name="c"/><mechanicalReduction>20</mechanicalReduction>
+</transmission>
+<transmission name="alone"><joint name="d"/><mechanicalReduction>7</mechanicalReduction>
+</transmission>
+<transmission name="both"><joint name="a"/><joint name="b"/></transmission>
+"""
+
+
+def geared_text(gears: str = GEARS, armature: str = "0.08") -> str:
+    chain = [link("ground"), *(link(f"link {name}", Solid()) for name in "abcde")]
+    parents = ("ground", "link a", "link b", "link c", "link d")
+    for name, parent in zip("abcde", parents, strict=True):
+        more = LIMIT + (f'<dynamics armature="{armature}"/>' if name in "ce" else "")
+        chain.append(joint(name, parent, f"link {name}", more=more))
+    return urdf(*chain, gears)
+
+
+def test_init_takes_gears_where_a_urdf_states_them(crosscheck, tmp_path):
+    (tmp_path / "r.urdf").write_text(geared_text())
+    answer = crosscheck("init", tmp_path / "r.toml", "--urdf", tmp_path / "r.urdf")
+    assert (answer.code, answer.err) == (0, "")
+    assert "5 joints, 3 geared" in answer.out
+    assert "e: armature 0.08 kg m^2 of joint e: dynamics.armature; not enough" in answer.out
+    text = (tmp_path / "r.toml").read_text()
+    assert "# ratio -100 of transmission turn: mechanicalReduction; rotor 0.00011 kg m^2 of" in text
+    assert 'd = { kind = "direct" } # ratio 7 of transmission alone: mechanicalReduction' in text
+    robot = load_robot(str(tmp_path / "r.toml"))
+    rotors = {robot.joints[each.joint].name: (each.ratio, each.inertia) for each in robot.rotors}
+    # 0.08 = 20^2 J of the joint with an armature and a ratio
+    assert rotors == {"a": (-100.0, 1.1e-4), "b": (50.0, 2e-5), "c": (20.0, 0.08 / 400)}
+
+
+@pytest.mark.parametrize(
+    ("text", "fragments"),
+    [
+        (geared_text(GEARS.replace(">-100<", ">a hundred<")), ("turn: mechanicalReduction", "a h")),
+        (geared_text(GEARS.replace('"50"', '"1e9"')), ("drakes: drake:gear_ratio", "1e+06")),
+        (geared_text(GEARS.replace('"2e-5"', '"-1"')), ("drakes: drake:rotor_inertia", "-1")),
+        (geared_text(armature="much"), ("joint c: dynamics.armature", "much")),
+        (geared_text(GEARS.replace('name="d"', 'name="x"')), ("alone: joint", "'x'")),
+        (geared_text(GEARS + GEARS.replace(">7<", ">8<")), ("alone: mech", "8", "must be the 7")),
+    ],
+)
+def test_init_names_a_bad_number_of_a_gear(crosscheck, tmp_path, text, fragments):
+    (tmp_path / "r.urdf").write_text(text)
+    answer = crosscheck("init", tmp_path / "r.toml", "--urdf", tmp_path / "r.urdf")
+    assert_one_line(answer, "r.urdf", *fragments)
+    assert not (tmp_path / "r.toml").exists()
