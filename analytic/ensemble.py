@@ -6,15 +6,16 @@ one group; what one does is bit for bit the same whichever others stand beside i
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
-from crosscheck.analytic.kernel.batch import BLOCK_LANES, Batch, Records
+from crosscheck.analytic.kernel.batch import BLOCK_LANES, Batch, Records, SteppedModel
 from crosscheck.models.arm.layout import Meaning
 from crosscheck.models.errors import Diverged
 from crosscheck.models.trajectory import recorded_times
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 GROUP_SIZE = 4 * BLOCK_LANES  # members of a group: a processor works on several blocks at a time
 CHUNK = 2**18  # numbers of a chunk: what a processor's second cache holds
+ModelT = TypeVar("ModelT", bound=SteppedModel)
+ChunkT = TypeVar("ChunkT")
 
 
 @dataclass(frozen=True)
@@ -132,34 +135,39 @@ class Chunk:
 
 
 @dataclass
-class Group:
-    """Members that run side by side.
+class ModelGroup(Generic[ModelT, ChunkT]):
+    """Members of any kind that run side by side.
 
     members: their places in what was asked; diverged_s (members,): after the last chunk, the time
     [s] of the first record that is not finite, NaN if there is none.
     """
 
     members: tuple[int, ...]
-    models: Sequence[AnalyticModel]
+    models: Sequence[ModelT]
     lanes: int = BLOCK_LANES
     diverged_s: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         self.diverged_s = np.full(len(self.members), np.nan)
 
-    def chunks(self) -> Iterator[Chunk]:
+    @abstractmethod
+    def make_chunk(self, time: np.ndarray, records: Records) -> ChunkT:
+        """The chunk of consecutive records at these times [s]."""
+
+    def chunks(self) -> Iterator[ChunkT]:
         """Run the members: their chunks in the order of time, every record in one of them."""
         time = recorded_times(self.models[0].scenario)
         first = 0
         for records in self._records():
-            chunk = Chunk(time[first : first + len(records.q)], self.models, records)
+            part = time[first : first + len(records.q)]
             first += len(records.q)
-            self._mark(chunk)
-            yield chunk
+            self._mark(part, records)
+            yield self.make_chunk(part, records)
 
     def _records(self) -> Iterator[Records]:
         scenario, batch = self.models[0].scenario, Batch(self.models, self.lanes)
-        most = max(1, CHUNK // (4 * len(self.models[0].layout) * len(self.models)))
+        n = len(batch.structure.coordinates)
+        most = max(1, CHUNK // (4 * n * len(self.models)))
         left = scenario.steps // scenario.stride + 1
         for records in batch.run(left - 1, scenario.stride, most):
             yield records
@@ -170,13 +178,14 @@ class Group:
 
     def _nan_records(self, records: int) -> Records:
         """Records, all NaN, of members that have all diverged."""
-        n, meshes = len(self.models[0].layout), self.models[0].gears.x_index.size
+        structure = self.models[0].equations.structure
+        n, meshes = len(structure.coordinates), len(structure.meshes)
         shapes = [(records, rows, len(self.models)) for rows in (n, n, n, meshes)]
         return Records(*(np.full(shape, np.nan) for shape in shapes))
 
-    def _mark(self, chunk: Chunk) -> None:
+    def _mark(self, time: np.ndarray, records: Records) -> None:
         """Note which members have diverged, and make their records NaN from there on."""
-        q, v, a, forces = chunk.records
+        q, v, a, forces = records
         # What is added to a coordinate that is not finite leaves it so: the last record tells.
         if np.isfinite(q[-1]).all() and np.isfinite(v[-1]).all():
             return
@@ -187,30 +196,39 @@ class Group:
         for member in np.flatnonzero(~finite.all(axis=0)):
             first = int(np.argmin(finite[:, member]))
             if np.isnan(self.diverged_s[member]):
-                self.diverged_s[member] = chunk.time[first]
+                self.diverged_s[member] = time[first]
             for values in (q, v, a, forces):
                 values[first:, :, member] = np.nan
 
 
+class Group(ModelGroup["AnalyticModel", Chunk]):
+    """Arms that run side by side."""
+
+    def make_chunk(self, time: np.ndarray, records: Records) -> Chunk:
+        """The chunk of consecutive records at these times [s]."""
+        return Chunk(time, self.models, records)
+
+
 def group_models(models: Sequence[AnalyticModel]) -> list[Group]:
-    """Groups of any models, as few as the models fit in."""
+    """Groups of any models of arms, as few as the models fit in."""
+    parts = partition_models(models, lambda model: model.layout)
+    return [Group(members, [models[place] for place in members]) for members in parts]
+
+
+def partition_models(
+    models: Sequence[ModelT], layout: Callable[[ModelT], object]
+) -> Iterator[tuple[int, ...]]:
+    """Places of models that can run side by side; layout: what else must be equal."""
     places_by_key: dict[object, list[int]] = {}
     for place, model in enumerate(models):
-        places_by_key.setdefault(_group_key(model), []).append(place)
-    groups = []
+        scenario, drive = model.scenario, model.drive
+        grid = scenario.step_s, scenario.steps, scenario.stride
+        table = drive.table_time.tobytes(), drive.table_torque.tobytes()
+        key = layout(model), model.equations.structure, grid, table
+        places_by_key.setdefault(key, []).append(place)
     for places in places_by_key.values():
         for first in range(0, len(places), GROUP_SIZE):
-            members = tuple(places[first : first + GROUP_SIZE])
-            groups.append(Group(members, [models[place] for place in members]))
-    return groups
-
-
-def _group_key(model: AnalyticModel) -> object:
-    """A key that is equal for models that can run side by side."""
-    scenario = model.scenario
-    grid = scenario.step_s, scenario.steps, scenario.stride
-    table = model.drive.table_time.tobytes(), model.drive.table_torque.tobytes()
-    return model.layout, model.equations.structure, grid, table
+            yield tuple(places[first : first + GROUP_SIZE])
 
 
 def run_model(model: AnalyticModel) -> xr.Dataset:

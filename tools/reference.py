@@ -25,7 +25,7 @@ from crosscheck.models.experiment.scenario import (
     TableDrive,
 )
 from crosscheck.models.robot.file import DirectDrive as DirectTransmission
-from crosscheck.models.robot.file import Geared, RobotFile
+from crosscheck.models.robot.file import Geared, LinkChange, RobotFile
 from crosscheck.models.robot.robot import RotorMesh
 from crosscheck.output import write_files
 from crosscheck.schema import FieldDescription, describe_fields, list_records_below
@@ -99,6 +99,7 @@ HEADINGS: dict[type[Data], str] = {
     RobotFile: "The robot",
     DirectTransmission: "Transmission: direct",
     Geared: "Transmission: geared",
+    LinkChange: "Change of a link",
     PlanetaryStage: "Transmission: planetary",
     RotorMesh: "Mesh of a transmission",
 }

@@ -15,6 +15,7 @@ from crosscheck.analytic.stability import runge_kutta_limit
 from crosscheck.models.experiment.drive import PD, drive_data
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.interface import require_finite
+from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.models.robot.start import start_state
 from crosscheck.models.trajectory import recorded_times
 
@@ -27,26 +28,26 @@ QUARTER = np.pi / 2
 class RobotMember:
     """A robot at a level in an experiment, as a batch takes it."""
 
-    def __init__(self, model: RobotModel, scenario: Scenario) -> None:
-        self.model, self.scenario = model, scenario
-        self.drive = drive_data(scenario, len(model.robot.coordinates))
-        self.equations = RobotEquations(model.robot, model.level, self.drive)
+    def __init__(self, robot: Robot, level: Level, scenario: Scenario) -> None:
+        self.robot, self.level, self.scenario = robot, level, scenario
+        self.drive = drive_data(scenario, len(robot.coordinates))
+        self.equations = RobotEquations(robot, level, self.drive)
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates and rates at the start."""
-        return start_state(self.model, self.scenario)
+        return start_state(self.robot, self.level, self.scenario)
 
     @cached_property
     def edges(self) -> np.ndarray:
         """Half clearances (meshes,) [m], in the order of the kernel's meshes."""
-        rotors = [mesh.backlash_m for _, mesh in self.model.robot.meshes]
+        rotors = [mesh.backlash_m for _, mesh in self.robot.meshes]
         count = self.equations.structure.rotor_meshes
         return np.concatenate([rotors[:count], self.equations.gears.b])
 
 
 def run_robot(model: RobotModel, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates and rates (records, n) by fixed steps. Raises Diverged."""
-    batch = Batch([RobotMember(model, scenario)], lanes=1)
+    batch = Batch([RobotMember(model.robot, model.level, scenario)], lanes=1)
     parts = list(batch.run(scenario.steps // scenario.stride, scenario.stride, 2**14))
     return _finite(model, scenario, Records(*map(np.concatenate, zip(*parts, strict=True))))
 
@@ -55,7 +56,7 @@ def run_precisely(
     model: RobotModel, scenario: Scenario, rtol: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """The same by adaptive steps that end where contacts change. Raises Diverged."""
-    member = RobotMember(model, scenario)
+    member = RobotMember(model.robot, model.level, scenario)
     records = integrate_with_events(member, rtol).records
     return _finite(model, scenario, records)
 
@@ -75,7 +76,7 @@ def largest_stable_step(model: RobotModel, scenario: Scenario) -> float:
     By the motion linearised at rest, all teeth in contact at peak stiffness, at the start and in
     four poses.
     """
-    member, free = RobotMember(model, scenario), len(model.robot.coordinates)
+    member, free = RobotMember(model.robot, model.level, scenario), len(model.robot.coordinates)
     start, _ = member.start()
     poses = np.tile(start, (5, 1))
     poses[1:, :free] = QUARTER * np.arange(4)[:, None]
@@ -99,7 +100,7 @@ def largest_stable_step(model: RobotModel, scenario: Scenario) -> float:
 
 def _peaks(member: RobotMember) -> tuple[np.ndarray, np.ndarray]:
     """Peak stiffness and damping (n,) of the meshes on their displacements; 0 of joints."""
-    robot, gears = member.model.robot, member.equations.gears
+    robot, gears = member.robot, member.equations.gears
     free, count = len(robot.coordinates), member.equations.structure.rotor_meshes
     stiffness, damping = np.zeros((2, len(member.equations.structure.coordinates)))
     for place, (_, mesh) in enumerate(robot.meshes[:count], free):

@@ -204,7 +204,7 @@ def _planar_rows(repeats: int) -> list[Row]:
     scenario = _scenario(2, 1 / 76_868)
     robot = load_robot(str(ROOT / "examples" / "robots" / "planetary-arm.toml"))
     members = {
-        "traced": RobotMember(build_robot_model("analytic", robot, "geared"), scenario),
+        "traced": RobotMember(robot, "geared", scenario),
         "by hand": PhysicalModel(load_arm("paper-labelled"), scenario, MESH_LAWS),
     }
     rows = []

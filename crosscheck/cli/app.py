@@ -402,7 +402,7 @@ def sweep(
         bool, typer.Option("--run-code", help="Let the study run the functions that it names.")
     ] = False,
 ) -> None:
-    """Run a study, many members of one arm and experiment; write a NetCDF file."""
+    """Run a study, many members of one arm or robot and experiment, into a NetCDF file."""
     with require_memory():
         from crosscheck.cli.studies import sweep_command
 

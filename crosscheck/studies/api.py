@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,8 +13,10 @@ import xarray as xr
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.files import read_raw_arm, read_raw_scenario
+from crosscheck.models.files import is_robot, read_raw_arm, read_raw_scenario
 from crosscheck.models.loading import validate_record
+from crosscheck.models.robot.case import gather_robot_data, read_robot_data
+from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.studies.batches.run import ExecutionSettings, run_study
 from crosscheck.studies.definition.definition import AxisBase, Definition
 from crosscheck.studies.definition.files import build_study
@@ -23,7 +26,7 @@ SCHEMA_VERSION = 1
 
 
 def sweep(
-    arm: Arm | str,
+    arm: Arm | Robot | str,
     axes: Mapping[str, Sequence[Any]] | Sequence[AxisBase | Mapping[str, Any]],
     *,
     scenario: Scenario | str,
@@ -37,11 +40,12 @@ def sweep(
     scheduler: str | None = None,
     out: Path | str | None = None,
     resume: bool = False,
+    level: Level | None = None,
 ) -> xr.Dataset:
     """Run every member of a study, and measure each; functions named in measures are run.
 
     Args:
-        arm: The arm that is varied, or the built-in name or TOML file of one.
+        arm: The arm or robot that is varied, or the built-in name or file of one.
         axes: Lists of values by path, such as ``arm.payload_mass_kg``; or axes as a study's file
             has them, as records or mappings.
         scenario: The experiment of every member, or the built-in name or TOML file of one.
@@ -55,6 +59,7 @@ def sweep(
         scheduler: Address of a Dask scheduler that runs them in place of these.
         out: NetCDF file of the result, which is kept; without it, nothing is.
         resume: Whether to go on where the study of the file ``out`` was stopped.
+        level: What of a robot's gears is modelled; its most detailed level if left out.
 
     Returns:
         A variable for each measure over the axes, in SI units.
@@ -65,10 +70,12 @@ def sweep(
     """
     if isinstance(axes, Mapping):
         axes = [{"kind": "list", "path": p, "values": list(each)} for p, each in axes.items()]
+    is_robots = is_robot(arm) if isinstance(arm, str) else isinstance(arm, Robot)
     given = {
         "schema_version": SCHEMA_VERSION,
         "name": "study",
-        "arm": arm if isinstance(arm, str) else arm.name,
+        "robot" if is_robots else "arm": arm if isinstance(arm, str) else arm.name,
+        "level": level,
         "scenario": scenario if isinstance(scenario, str) else scenario.name,
         "switches": dict(switches or {}),
         "settings": dict(settings or {}),
@@ -79,13 +86,19 @@ def sweep(
         "spot_checks": spot_checks,
     }
     definition = validate_record(Definition, given, "sweep")
-    data = {
-        "arm": read_raw_arm(arm) if isinstance(arm, str) else _content(arm),
+    data: dict[str, Any] = {
         "scenario": read_raw_scenario(scenario)
         if isinstance(scenario, str)
         else _content(scenario),
-        "switches": dict(switches or {}),
     }
+    if isinstance(arm, Arm):
+        data |= {"arm": _content(arm), "switches": dict(switches or {})}
+    elif isinstance(arm, Robot):
+        data |= gather_robot_data(json.loads(arm.file_json), arm.urdf, arm.name)
+    elif is_robots:
+        data |= read_robot_data(arm)
+    else:
+        data |= {"arm": read_raw_arm(arm), "switches": dict(switches or {})}
     study = build_study(definition, data, Path(), "sweep")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "study.nc") if out is None else Path(out)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, find_misfit
 from crosscheck.models.files import read_raw_scenario
 from crosscheck.models.loading import apply_setting, validate_record
-from crosscheck.models.robot.file import RobotSource, read_robot_file, read_source
+from crosscheck.models.robot.file import RobotSource, fill_masses, read_robot_file, read_source
 from crosscheck.models.robot.robot import Robot
 
 SECTIONS = ("robot", "scenario")
@@ -23,12 +23,26 @@ class RobotCase(NamedTuple):
     scenario: Scenario
 
 
+def read_robot_data(name: str) -> dict[str, Any]:
+    """What ``gather_robot_data`` gives of a robot by name or file. Raises InputError."""
+    content = read_robot_file(name)
+    source, _ = read_source(name, content)
+    return gather_robot_data(content, source.urdf_text, source.file.urdf)
+
+
+def gather_robot_data(content: dict[str, Any], urdf_text: str, where: str) -> dict[str, Any]:
+    """A robot's file as data with paths to every link's mass, and the URDF's text.
+
+    content: of the robot's file, which is changed; where: the URDF. Raises InputError.
+    """
+    fill_masses(content, urdf_text, where)
+    return {"robot": content, "urdf": urdf_text}
+
+
 def load_robot_case(name: str, scenario: str, settings: Sequence[str] = ()) -> RobotCase:
     """Robot and scenario by name or file, settings applied before validation. Raises InputError."""
     data = {"robot": read_robot_file(name), "scenario": read_raw_scenario(scenario)}
-    for setting in settings:
-        apply_setting(data, setting, SECTIONS)
-    source, robot = read_source(name, data["robot"])
+    source, robot = _apply_settings(name, data, settings, SECTIONS)
     chosen = validate_record(Scenario, data["scenario"], scenario)
     require_robot_fit(chosen, robot, scenario)
     return RobotCase(robot, source, chosen)
@@ -36,10 +50,19 @@ def load_robot_case(name: str, scenario: str, settings: Sequence[str] = ()) -> R
 
 def load_changed_robot(name: str, settings: Sequence[str]) -> Robot:
     """A robot by name or file, settings of ``robot`` applied. Raises InputError."""
-    data = {"robot": read_robot_file(name)}
+    return _apply_settings(name, {"robot": read_robot_file(name)}, settings, SECTIONS[:1])[1]
+
+
+def _apply_settings(
+    name: str, data: dict[str, Any], settings: Sequence[str], sections: Sequence[str]
+) -> tuple[RobotSource, Robot]:
+    """The robot of changed data. Raises InputError."""
+    if any(setting.strip().startswith("robot.links.") for setting in settings):
+        source, _ = read_source(name, data["robot"])
+        fill_masses(data["robot"], source.urdf_text, source.file.urdf)
     for setting in settings:
-        apply_setting(data, setting, SECTIONS[:1])
-    return read_source(name, data["robot"])[1]
+        apply_setting(data, setting, sections)
+    return read_source(name, data["robot"])
 
 
 def require_robot_fit(scenario: Scenario, robot: Robot, where: str = "") -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -19,7 +20,7 @@ from crosscheck.models.inputs import read_input
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot import robot
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot
-from crosscheck.models.robot.tree import build_tree
+from crosscheck.models.robot.tree import Tree, build_tree
 from crosscheck.models.robot.urdf import Urdf, read_urdf
 
 Ratio = Annotated[float, quantities.NumberRange(-1e6, 1e6)]
@@ -55,6 +56,13 @@ class Geared(Data):
 Transmission = Annotated[DirectDrive | Geared | PlanetaryStage, Field(discriminator="kind")]
 
 
+class LinkChange(Data):
+    """What of a link is not as the URDF has it."""
+
+    mass_kg: quantities.GearMass
+    """In place of the URDF's; centre of mass and inertia stay."""
+
+
 class RobotFile(Data):
     """A robot: a URDF on a fixed base, with the rotors that it does not tell of."""
 
@@ -77,6 +85,8 @@ class RobotFile(Data):
     """Link whose origin is the end effector; a last one with most joints before it if left out."""
     joints: dict[str, Transmission] = Field(default_factory=dict)
     """By the URDF's names of joints; those left out are direct."""
+    links: dict[str, LinkChange] = Field(default_factory=dict)
+    """By the URDF's names of links that have a mass; those left out are as there."""
 
 
 class RobotSource(Data):
@@ -127,6 +137,18 @@ def read_robot_file(name: str) -> dict[str, Any]:
     return alone if is_urdf(name) else read_raw_robot(name)
 
 
+def fill_masses(content: dict[str, Any], text: str, where: str) -> None:
+    """Add the URDF's masses to what a robot's file holds, so that paths lead to them.
+
+    text: the URDF's; where: its file. Raises InputError.
+    """
+    links = content.setdefault("links", {})
+    urdf, _ = _read_mechanism(text, where, ())
+    for link in urdf.links if isinstance(links, dict) else ():
+        if link.body is not None and link.body.mass:
+            links.setdefault(link.name, {"mass_kg": link.body.mass})
+
+
 def read_source(name: str, content: dict[str, Any]) -> tuple[RobotSource, Robot]:
     """A robot by the content of its file and the URDF beside it. Raises InputError."""
     file = validate_record(RobotFile, content, name)
@@ -143,8 +165,16 @@ def _urdf_path(name: str, file: RobotFile) -> Path:
 
 def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
     """The robot of its file and its URDF's text; the names are for messages. Raises InputError."""
-    urdf = read_urdf(text, urdf_where)
-    joints, bodies, frames, doubts = build_tree(urdf, urdf_where)
+    masses = {name: link.mass_kg for name, link in file.links.items()}
+    urdf, (joints, bodies, frames, doubts) = _read_mechanism(text, urdf_where, ())
+    if masses:
+        heavy = [link.name for link in urdf.links if link.body is not None]
+        for name in masses:
+            if name not in heavy:
+                allowed = f"must be a link that has a mass: {', '.join(heavy)}"
+                raise InputError(where, "links", name, allowed)
+        changed = _read_mechanism(text, urdf_where, tuple(masses.items()))
+        urdf, (joints, bodies, frames, doubts) = changed
     if file.tip is not None and file.tip not in frames:
         raise InputError(where, "tip", file.tip, f"must be a link of {urdf_where}")
     moving = {joint.name: number for number, joint in enumerate(joints)}
@@ -178,6 +208,15 @@ def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robo
         notes=doubts + urdf.notes,
         file_json=file.model_dump_json(exclude_defaults=True),
     )
+
+
+@lru_cache(maxsize=64)
+def _read_mechanism(
+    text: str, where: str, masses: tuple[tuple[str, float], ...]
+) -> tuple[Urdf, Tree]:
+    """A URDF and its tree; kept, for robots of a study mostly share theirs. Raises InputError."""
+    urdf = read_urdf(text, where, dict(masses))
+    return urdf, build_tree(urdf, where)
 
 
 def _rotor(

@@ -67,7 +67,7 @@ class RobotModel(ABC):
         """
         drive, (q, v) = (
             drive_data(scenario, len(self.robot.coordinates)),
-            start_state(self, scenario),
+            start_state(self.robot, self.level, scenario),
         )
         h, free = scenario.step_s, len(self.robot.coordinates)
         records = [(q, v)]

@@ -195,6 +195,19 @@ class Robot:
         return [self.joints[number].name for number in self.coordinates]
 
     @property
+    def joint_map(self) -> tuple[np.ndarray, np.ndarray]:
+        """Factors (joints, free) and offsets (joints,) of all joints by the free coordinates."""
+        free, count = self.coordinates, len(self.joints)
+        factors, offsets = np.zeros((count, len(free))), np.zeros(count)
+        for number, joint in enumerate(self.joints):
+            if joint.mimic is None:
+                factors[number, free.index(number)] = 1.0
+            else:
+                factors[number, free.index(joint.mimic.joint)] = joint.mimic.multiplier
+                offsets[number] = joint.mimic.offset
+        return factors, offsets
+
+    @property
     def meshes(self) -> tuple[tuple[Rotor, RotorMesh], ...]:
         """Rotors that have a mesh; each adds its x [m] to the coordinates of the level geared.
 

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from crosscheck.models.experiment.scenario import Scenario, expand_to_joints
-
-if TYPE_CHECKING:
-    from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import Level, Robot
 
 
-def start_state(model: RobotModel, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+def start_state(robot: Robot, level: Level, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates and rates (n,) at the start of a scenario, in the order of RobotModel.
 
     Displacements are at first contact, x = b and the static error, or 0, with the scenario's
     offsets: that of the sun's mesh is a rotor's too. Gears of a joint that follows another have
     that one's.
     """
-    robot, start = model.robot, scenario.start
+    start = scenario.start
     free, joints = robot.coordinates, len(robot.coordinates)
     q = list(expand_to_joints(start.theta_rad, joints))
     touches = float(start.mesh == "contact")
@@ -30,7 +26,7 @@ def start_state(model: RobotModel, scenario: Scenario) -> tuple[np.ndarray, np.n
         mimic = robot.joints[joint].mimic
         return free.index(joint if mimic is None else mimic.joint)
 
-    if model.level == "geared":
+    if level == "geared":
         for rotor, rotor_mesh in robot.meshes:
             q.append(touches * rotor_mesh.backlash_m + sun[place_of(rotor.joint)])
         for stage in robot.stages:

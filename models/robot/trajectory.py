@@ -11,7 +11,7 @@ from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.file import RobotSource
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import MESH_LAWS
+from crosscheck.models.robot.robot import MESH_LAWS, Robot
 from crosscheck.models.trajectory import SCHEMA_VERSION, dataset_of, recorded_times
 
 if TYPE_CHECKING:
@@ -33,13 +33,7 @@ def build_robot_trajectory(
     torques = torques_along(given, time, q[:, : len(free)], v[:, : len(free)])
     a = model.forward_dynamics(q, v, torques)
     still = np.zeros_like(q)
-    follows, offsets = np.zeros((count, len(free))), np.zeros(count)
-    for number, joint in enumerate(robot.joints):
-        if joint.mimic is None:
-            follows[number, free.index(number)] = 1.0
-        else:
-            follows[number, free.index(joint.mimic.joint)] = joint.mimic.multiplier
-            offsets[number] = joint.mimic.offset
+    follows, offsets = robot.joint_map
     whole = np.zeros((len(time), count))
     whole[:, free] = torques
     angles, rates, growth = (x[:, : len(free)] @ follows.T for x in (q, v, a))
@@ -53,21 +47,30 @@ def build_robot_trajectory(
     if model.level == "geared":
         force = model.inverse_dynamics(q, still, still) - model.gravity(q)
         variables |= _mesh_variables(model, q, v, force)
-    return dataset_of(
-        variables,
-        time,
-        {
-            "model": f"{model.name}:{model.level}",
-            "schema_version": SCHEMA_VERSION,
-            "step_s": scenario.step_s,
-            "robot": source.model_dump_json(),
-            "scenario": json.dumps(scenario.model_dump()),
-            "switches": MESH_LAWS.model_dump_json(),
-            "joints": json.dumps([joint.name for joint in robot.joints]),
-            "kinds": json.dumps([joint.kind for joint in robot.joints]),
-        },
-        count,
-    )
+    name = f"{model.name}:{model.level}"
+    return make_robot_dataset(name, robot, source, scenario, time, variables)
+
+
+def make_robot_dataset(
+    name: str,
+    robot: Robot,
+    source: RobotSource,
+    scenario: Scenario,
+    time: np.ndarray,
+    variables: dict[str, np.ndarray],
+) -> xr.Dataset:
+    """The Dataset of a run, by a model of this name, of a robot in an experiment."""
+    provenance = {
+        "model": name,
+        "schema_version": SCHEMA_VERSION,
+        "step_s": scenario.step_s,
+        "robot": source.model_dump_json(),
+        "scenario": json.dumps(scenario.model_dump()),
+        "switches": MESH_LAWS.model_dump_json(),
+        "joints": json.dumps([joint.name for joint in robot.joints]),
+        "kinds": json.dumps([joint.kind for joint in robot.joints]),
+    }
+    return dataset_of(variables, time, provenance, len(robot.joints))
 
 
 def _mesh_variables(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, TreeBuilder, tostring
 from xml.parsers import expat
@@ -68,8 +68,11 @@ class Urdf:
     notes: tuple[str, ...]
 
 
-def read_urdf(text: str, where: str) -> Urdf:
-    """The links and joints of a URDF. Raises InputError."""
+def read_urdf(text: str, where: str, masses: Mapping[str, float] | None = None) -> Urdf:
+    """The links and joints of a URDF; masses [kg]: in place of its own, by links' names.
+
+    Raises InputError.
+    """
     root = read_root(text, where)
     for tag in ("link", "joint"):
         names = Counter(each.get("name", "") for each in root.findall(tag))
@@ -77,6 +80,10 @@ def read_urdf(text: str, where: str) -> Urdf:
             if not name.strip() or not name.isprintable() or count > 1:
                 allowed = f"must have a printable name of its own; {count} have this one"
                 raise InputError(where, tag, name, allowed)
+    for link in root.findall("link"):
+        mass = (masses or {}).get(link.get("name", ""))
+        for element in link.findall("inertial/mass") if mass is not None else ():
+            element.set("value", repr(mass))
     links = tuple(_Reader(where, each).link() for each in root.findall("link"))
     joints = tuple(_Reader(where, each).joint() for each in root.findall("joint"))
     return Urdf(links, joints, _mechanism(root), tuple(_find_unused(root)))

@@ -12,15 +12,19 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.models.errors import Diverged
-from crosscheck.models.loading import Case
-from crosscheck.registry import build, reference_model, second_engine
-from crosscheck.studies.definition.quantities import SIGNALS
+from crosscheck.registry import build, reference_model
+from crosscheck.studies.definition.quantities import MESH_SIGNALS, SIGNALS
 from crosscheck.studies.measures.columns import DIVERGED, list_columns
 from crosscheck.studies.measures.observers import ChunkRecords, MemberGroup, make_observer
+from crosscheck.studies.members.cases import ArmCase, MemberCase, RobotMemberCase
 from crosscheck.studies.members.members import PreparedStudy, load_study
 
 if TYPE_CHECKING:
+    from crosscheck.analytic.ensemble import Group
     from crosscheck.analytic.model import AnalyticModel
+    from crosscheck.analytic.robot.ensemble import RobotGroup
+
+    AnyGroup = Group | RobotGroup
 
 Numbers = dict[str, np.ndarray]  # by column, (members, *the column's shape)
 
@@ -31,12 +35,10 @@ def run_batch(text: str, begin: int, end: int) -> Numbers:
     text: ``PreparedStudy.text``. All numbers of a member that diverged are nan, but the time at
     which it did. Raises InputError.
     """
-    from crosscheck.analytic.ensemble import group_models
-
     study = load_study(text)
     cases = list(study.cases(begin, end))
     numbers = _make_empty_numbers(study, len(cases))
-    for group in group_models(build_models(cases)):
+    for group in group_cases(cases):
         members = list(group.members)
         with np.errstate(invalid="ignore", over="ignore"):  # of members that diverge
             values_by_column = _observe_members(
@@ -60,15 +62,27 @@ def run_check(text: str, place: int) -> Numbers:
     (case,) = study.cases(place, place + 1)
     numbers = _make_empty_numbers(study, 1)
     try:
-        run = build(second_engine(), *case).simulate()
+        run = case.simulate_second()
     except Diverged as error:
         numbers[DIVERGED][0] = error.time_s
         return numbers
     return numbers | _observe_members(study, [case], [_RunChunk(run)])
 
 
-def build_models(cases: Sequence[Case]) -> list[AnalyticModel]:
-    """The reference model of each case; their kernels run side by side. Raises InputError."""
+def group_cases(cases: Sequence[MemberCase]) -> Sequence[AnyGroup]:
+    """Groups of the cases' reference models that run side by side. Raises InputError."""
+    from crosscheck.analytic.ensemble import group_models
+    from crosscheck.analytic.robot.ensemble import group_robots
+    from crosscheck.analytic.robot.runs import RobotMember
+
+    robots = [case for case in cases if isinstance(case, RobotMemberCase)]
+    if robots:  # all, as of every study
+        return group_robots([RobotMember(c.robot, c.level, c.scenario) for c in robots])
+    return group_models(build_models([case for case in cases if isinstance(case, ArmCase)]))
+
+
+def build_models(cases: Sequence[ArmCase]) -> list[AnalyticModel]:
+    """The reference model of each case of an arm. Raises InputError."""
     return [cast("AnalyticModel", build(reference_model(), *case)) for case in cases]
 
 
@@ -79,7 +93,7 @@ def prepare_worker() -> None:
     The collector would go through a million objects of the libraries again and again (measured:
     5 %).
     """
-    import_module("crosscheck.analytic.ensemble")
+    import_module("crosscheck.analytic.robot.ensemble")
     gc.freeze()
 
 
@@ -92,8 +106,9 @@ class _RunChunk:
     def __getattr__(self, name: str) -> np.ndarray:
         if name not in SIGNALS:
             raise AttributeError(name)
-        if name not in self.run:  # an arm without meshes
-            return np.full((self.time.size, self.run.sizes["joint"], 1, 1), np.nan)
+        if name not in self.run:  # without such meshes
+            planet = (1,) if name in MESH_SIGNALS else ()
+            return np.full((self.time.size, self.run.sizes["joint"], *planet, 1), np.nan)
         return self.run[name].values[..., np.newaxis]
 
 
@@ -102,7 +117,7 @@ def _make_empty_numbers(study: PreparedStudy, members: int) -> Numbers:
 
 
 def _observe_members(
-    study: PreparedStudy, cases: list[Case], chunks: Iterable[ChunkRecords]
+    study: PreparedStudy, cases: list[MemberCase], chunks: Iterable[ChunkRecords]
 ) -> Numbers:
     member_group = MemberGroup(cases, study.sources, study.file)
     observers = [make_observer(quantity, member_group) for quantity in study.definition.quantities]

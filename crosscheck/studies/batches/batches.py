@@ -55,9 +55,7 @@ def make_check_tasks(study: PreparedStudy, version: str) -> list[FunctionTask]:
 def batch_size(study: PreparedStudy) -> int:
     """Number of members in a batch: some seconds of work, full lanes, bounded memory."""
     case = study.base
-    free = case.switches.planets == "free"
-    planets = [joint.planet_count for joint in case.arm.joints if joint.planet_count]
-    meshes = 2 * (sum(planets) if free else len(planets)) or 1  # that are worked out in a step
+    meshes = case.mesh_count or 1
     for_time = min(BATCH_S / (case.scenario.steps * meshes * STEP_S), study.count / FEWEST)
     by_memory = MOST_BYTES / max(1.0, _kept_bytes(study))
     size = max(LANES * math.ceil(for_time / LANES), LANES)
@@ -66,9 +64,9 @@ def batch_size(study: PreparedStudy) -> int:
 
 def _kept_bytes(study: PreparedStudy) -> float:
     """Bytes of the signals that one member keeps while its batch runs."""
-    scenario, joints = study.base.scenario, len(study.base.arm.joints)
+    scenario, joints = study.base.scenario, len(study.base.planet_counts)
     record = 8.0 * (scenario.steps // scenario.stride + 1) * joints
-    planets = max(1, *(joint.planet_count for joint in study.base.arm.joints))
+    planets = max(1, *study.base.planet_counts)
     whole = quantities.SpectralPeak | quantities.BandRms | quantities.RigidDeviation
     total = 0.0
     for quantity in study.definition.quantities:

@@ -20,7 +20,6 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.output import Draft
 from crosscheck.provenance import record_provenance
-from crosscheck.registry import second_engine
 from crosscheck.studies.batches.batch import Numbers
 from crosscheck.studies.definition.axes import RESERVED_NAMES, SAMPLE, START, VariedAxis
 from crosscheck.studies.measures.columns import DIVERGED, Column
@@ -64,7 +63,7 @@ def spot_check_columns(columns: Sequence[Column], engine: str) -> list[Column]:
 
 def require_unique_names(study: PreparedStudy, columns: Sequence[Column]) -> None:
     """Raise InputError unless every variable and dimension has a name of its own."""
-    all_columns = [*columns, *spot_check_columns(columns, second_engine())]
+    all_columns = [*columns, *spot_check_columns(columns, study.base.second_engine)]
     axis_names = {name for axis in study.axes for name in (axis.name, f"{axis.name}_entry")}
     names = [
         *RESERVED_NAMES,
@@ -90,7 +89,7 @@ class ResultFile:
     ) -> None:  # fmt: skip
         self.new, self.study, self.checks = new, study, checks
         self.columns = {column.name: column for column in columns}
-        self.engine = second_engine()
+        self.engine = study.base.second_engine
         extra = spot_check_columns(columns, self.engine) if checks else []
         self.over_checks = {column.name: column for column in extra}
         memory = _Sparse()
@@ -141,7 +140,7 @@ class ResultFile:
         """Lay out the file: everything but the numbers of its columns."""
         self.file = file
         base, definition = self.study.base, self.study.definition
-        record = record_provenance(base.arm, 0, False, [base.scenario], base.switches)
+        record = record_provenance(base.mechanism, 0, False, [base.scenario], base.switches)
         file.attrs.update(
             {
                 "Conventions": "CF-1.11",

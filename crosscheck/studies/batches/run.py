@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from crosscheck.output import convert_os_errors, draft, remove_abandoned, require_file
-from crosscheck.registry import second_engine
 from crosscheck.runner.interruption import advice, finish_before_interrupt
 from crosscheck.runner.progress_update import CountCallback
 from crosscheck.studies.batches.batch import Numbers
@@ -128,7 +127,9 @@ class _StudyRun:
             return
         numbers_by_key: dict[str, Numbers] = {}
         self._gather(
-            f"spot checks by {second_engine()}", dict.fromkeys(tasks, 1), numbers_by_key.__setitem__
+            f"spot checks by {self.study.base.second_engine}",
+            dict.fromkeys(tasks, 1),
+            numbers_by_key.__setitem__,
         )
         for column in checked_columns:
             self._compare(column, [numbers_by_key[task.key] for task in tasks])

@@ -23,7 +23,7 @@ from typing import Any, Protocol
 from crosscheck import __version__
 from crosscheck.models.errors import InputError, Unfinished, format_install_command
 from crosscheck.provenance import find_version
-from crosscheck.registry import MODELS, reference_model, second_engine
+from crosscheck.registry import MODELS, model_names, reference_model, second_engine
 from crosscheck.runner.outcomes import DIED, Failure
 from crosscheck.runner.sources import compute_code_hash
 from crosscheck.runner.workers import Workers
@@ -224,7 +224,8 @@ def _prepare_workers(client: Any, address: str, local_fingerprint: str) -> int:
 @cache
 def compute_fingerprint() -> str:
     """Versions that this process runs, as text: equal where a study gives the same numbers."""
-    run_by = [MODELS[name] for name in (reference_model(), second_engine())]
+    names = reference_model(), second_engine(), *model_names("robot")[:2]
+    run_by = [MODELS[name] for name in names]
     packages = sorted({name for entry in run_by for name in entry.versioned_packages})
     models = [entry.module for entry in run_by]
     parts = [

@@ -14,10 +14,16 @@ from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.paths import FieldPath, find_paths, format_path, is_path, value_at
+from crosscheck.models.robot.file import RobotFile
 from crosscheck.schema import FieldDescription, describe_fields
 from crosscheck.studies.definition import definition
 
-RECORDS: dict[str | int, type[Data]] = {"arm": Arm, "scenario": Scenario, "switches": Switches}
+RECORDS: dict[str | int, type[Data]] = {
+    "arm": Arm,
+    "robot": RobotFile,
+    "scenario": Scenario,
+    "switches": Switches,
+}
 SAMPLE, START = "sample", "start"
 RESERVED_NAMES = {SAMPLE, START, "joint", "planet", "time", "checked"}  # dimensions of every result
 
@@ -53,21 +59,27 @@ def build_axes(
     data: dict[str, Any],
     file: str,
 ) -> list[VariedAxis]:
-    """All axes of a study; data: what ``read_raw_case`` gave; file: the study's.
+    """All axes of a study; data: of PreparedStudy; file: the study's.
 
     Raises InputError.
     """
     varied_axes: list[VariedAxis] = []
+    sections = varied_sections(data)
     for number, axis in enumerate(axes):
         where, entries = f"{file}: axes[{number}]", list[FieldPath]()
         for path in axis.paths:
-            if not is_path(path):
-                allowed = "must be the path of an entry, beginning with arm, scenario, switches"
+            if not is_path(path, sections):
+                allowed = f"must be the path of an entry, beginning with {', '.join(sections)}"
                 raise InputError(where, "path", path, allowed)
             entries += find_paths(data, path, f"{where}: path")
         varied_axes.append(_build_axis(axis, tuple(entries), samples, data, where))
     _require_distinct(varied_axes, file)
     return varied_axes
+
+
+def varied_sections(data: dict[str, Any]) -> tuple[str, ...]:
+    """Names of the sections of a study's data whose entries can be varied."""
+    return tuple(section for section in RECORDS if section in data)
 
 
 def _build_axis(
@@ -97,8 +109,9 @@ def _unit(place: FieldPath) -> str:
     records: list[type[Data]] = [RECORDS[section]]
     fields: list[FieldDescription] = []
     for name in (key for key in keys if isinstance(key, str)):
-        fields = [f for record in records for f in describe_fields(record) if f.name == name]
-        records = [record for field in fields for record in field.records]
+        below = [f for record in records for f in describe_fields(record) if f.name == name]
+        if below:  # else a name of the user's own, of a robot's joint or link
+            fields, records = below, [record for field in below for record in field.records]
     return next((field.unit for field in fields if field.unit), "")
 
 

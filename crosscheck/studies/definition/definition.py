@@ -8,6 +8,7 @@ from pydantic import Discriminator, Field, JsonValue, Tag, model_validator
 
 from crosscheck import LARGEST_SEED
 from crosscheck.models.arm.quantities import Data, Name, NumberRange, PrintableText, Title
+from crosscheck.models.robot.robot import Level
 from crosscheck.studies.definition.quantities import QUANTITY_KINDS, PlainName, Quantity, Rule
 from crosscheck.studies.members.starts import PERTURBATION_M
 
@@ -181,8 +182,12 @@ class Definition(Data):
     """What progress, results and drawings call the study."""
     title: Title = ""
     """One line about it."""
-    arm: Path
-    """Built-in name, or TOML file beside this one."""
+    arm: Path | None = None
+    """Built-in name, or TOML file beside this one; this or robot."""
+    robot: Path | None = None
+    """Built-in name, or TOML or URDF file beside this one; this or arm."""
+    level: Level | None = None
+    """What of a robot's gears is modelled; its most detailed level if left out."""
     scenario: Path
     """Built-in name, or TOML file beside this one."""
     switches: Annotated[
@@ -201,6 +206,19 @@ class Definition(Data):
     """What is measured of every member."""
     spot_checks: Annotated[int, NumberRange(0, 1000)] = 0
     """Members that a second engine runs again, evenly chosen."""
+
+    @property
+    def mechanism(self) -> str:
+        """Name of the arm or the robot."""
+        return self.arm or self.robot or ""
+
+    @model_validator(mode="after")
+    def _requires_mechanism(self) -> Self:
+        if (self.arm is None) == (self.robot is None):
+            raise ValueError("arm|give either this or robot")
+        if self.level is not None and self.robot is None:
+            raise ValueError("level|is of robots; an arm's model has its gears")
+        return self
 
     @model_validator(mode="after")
     def _samples_serve_axes(self) -> Self:

@@ -7,9 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from crosscheck.models.errors import InputError
-from crosscheck.models.files import builtin_arms, builtin_scenarios, read_toml
+from crosscheck.models.files import (
+    builtin_arms,
+    builtin_robots,
+    builtin_scenarios,
+    read_raw_scenario,
+    read_toml,
+)
 from crosscheck.models.loading import read_raw_case, validate_record
 from crosscheck.models.paths import assign, find_paths, is_path
+from crosscheck.models.robot.case import read_robot_data
+from crosscheck.studies.definition.axes import varied_sections
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.definition.functions import read_source
 from crosscheck.studies.definition.quantities import Function
@@ -26,23 +34,31 @@ def read_study(file: Path, run_code: bool = False) -> PreparedStudy:
     if named and not run_code:
         allowed = "its code would be run; allow that with --run-code"
         raise InputError(str(file), "function", named[0], allowed)
-    here, arm, scenario = file.parent, definition.arm, definition.scenario
-    arm = arm if arm in builtin_arms() else str(here / arm)
+    here, name, scenario = file.parent, definition.mechanism, definition.scenario
     scenario = scenario if scenario in builtin_scenarios() else str(here / scenario)
-    data = read_raw_case(arm, scenario, dict(definition.switches))
+    if definition.arm is not None:
+        arm = name if name in builtin_arms() else str(here / name)
+        data = read_raw_case(arm, scenario, dict(definition.switches))
+    else:
+        robot = name if name in builtin_robots() else str(here / name)
+        data = {**read_robot_data(robot), "scenario": read_raw_scenario(scenario)}
     return build_study(definition, data, here, str(file))
 
 
 def build_study(
     definition: Definition, data: dict[str, Any], folder: Path, file: str
 ) -> PreparedStudy:
-    """The study of a definition; data: of ``read_raw_case``; folder: of functions.
+    """The study of a definition; data: what the files of arm or robot hold; folder: of functions.
 
     Raises InputError.
     """
+    sections = varied_sections(data)
+    if definition.switches and "switches" not in sections:
+        allowed = "is for arms: the teeth of robots follow their joints' angles"
+        raise InputError(file, "switches", next(iter(definition.switches)), allowed)
     for path, value in definition.settings.items():
-        if not is_path(path):
-            allowed = "must be a path in quotes, beginning with arm, scenario or switches"
+        if not is_path(path, sections):
+            allowed = f"must be a path in quotes, beginning with {', '.join(sections)}"
             raise InputError(file, "settings", path, allowed)
         for place in find_paths(data, path, f"{file}: settings"):
             assign(data, place, value)

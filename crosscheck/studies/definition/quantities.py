@@ -12,10 +12,14 @@ from crosscheck.models.arm.quantities import Data, Limit, NumberRange, Printable
 
 JointSignal = Literal["theta", "theta_dot", "theta_ddot", "torque"]
 MeshSignal = Literal["x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr"]
-MeshForce = Literal["F_sp", "F_pr"]
-Signal = Literal[JointSignal, MeshSignal]
+RotorSignal = Literal["x_mesh", "x_mesh_dot", "F_mesh"]  # of robots, whose rotors may have teeth
+MeshForce = Literal["F_sp", "F_pr", "F_mesh"]
+Signal = Literal[JointSignal, MeshSignal, RotorSignal]
 JOINT_SIGNALS: tuple[str, ...] = get_args(JointSignal)
+MESH_SIGNALS: tuple[str, ...] = get_args(MeshSignal)
+ARM_SIGNALS: tuple[str, ...] = (*JOINT_SIGNALS, *MESH_SIGNALS)
 SIGNALS: tuple[str, ...] = get_args(Signal)
+JointNumber = Annotated[int, NumberRange(1, 100)]
 Second = Annotated[float, NumberRange(0, 1e6, "s")]
 Hertz = Annotated[float, NumberRange(0, 1e9, "Hz")]
 Level = Annotated[float, NumberRange(-1e15, 1e15)]
@@ -75,7 +79,7 @@ class MeasuredQuantity(Data):
 class WindowedQuantity(MeasuredQuantity):
     """A quantity of a joint, in a part of the run."""
 
-    joint: Annotated[int, NumberRange(1, 7)] | None = None
+    joint: JointNumber | None = None
     """Number of the joint; without it, of every joint."""
     window_s: Annotated[tuple[Second, Second], Pair] | None = None
     """From the first time on, until before the second; the whole run."""
@@ -85,7 +89,7 @@ class SignalQuantity(WindowedQuantity):
     """A quantity of one of a run's signals."""
 
     signal: Signal
-    """Which: angles and torques are the joint's, displacements and forces of its meshes."""
+    """Angles and torques are the joint's, the others of its meshes; x_mesh, F_mesh: a rotor's."""
     planet: Annotated[int, NumberRange(1, 8)] = 1
     """Number of the planet, of signals of meshes; lumped, all are the same."""
 
@@ -120,7 +124,7 @@ class FinalError(MeasuredQuantity):
 
     kind: Literal["final_error"]
     """Which quantity this is."""
-    joint: Annotated[int, NumberRange(1, 7)] | None = None
+    joint: JointNumber | None = None
     """Number of the joint; without it, of every joint."""
 
 
@@ -156,7 +160,7 @@ class ContactLoss(WindowedQuantity):
     kind: Literal["contact_loss"]
     """Which quantity this is."""
     signal: MeshForce
-    """Of which mesh: F_sp the sun's, F_pr the ring's."""
+    """Of which mesh: F_sp the sun's, F_pr the ring's, F_mesh a robot's rotor's."""
     planet: Annotated[int, NumberRange(1, 8)] = 1
     """Number of the planet; lumped, all are the same."""
 
@@ -167,7 +171,7 @@ class NoContactShare(WindowedQuantity):
     kind: Literal["apart_share"]
     """Which quantity this is."""
     signal: MeshForce
-    """Of which mesh: F_sp the sun's, F_pr the ring's."""
+    """Of which mesh: F_sp the sun's, F_pr the ring's, F_mesh a robot's rotor's."""
     planet: Annotated[int, NumberRange(1, 8)] = 1
     """Number of the planet; lumped, all are the same."""
 
@@ -178,7 +182,7 @@ class RigidDeviation(WindowedQuantity):
     kind: Literal["rigid_deviation"]
     """Which quantity this is."""
     level: Annotated[str, PrintableText(40)] = "coupled"
-    """What of the gears' inertia the rigid arm has: links, carriers, armature or coupled."""
+    """What of the gears' inertia the rigid model has: links, carriers, armature or coupled."""
 
     @property
     def words(self) -> tuple[str, ...]:

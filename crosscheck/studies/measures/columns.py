@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import PdDrive
-from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import meaning_of, unit_of
-from crosscheck.registry import RIGID_LEVELS
 from crosscheck.studies.definition import quantities
+from crosscheck.studies.members.cases import ArmCase, MemberCase
 from crosscheck.studies.members.members import PreparedStudy
 
 DIVERGED = "diverged_s"
@@ -37,19 +36,23 @@ def list_columns(study: PreparedStudy) -> list[Column]:
     return result_columns
 
 
-def require_measurable(quantity: quantities.Quantity, case: Case, file: str) -> None:
-    """Raise InputError unless a quantity is defined for an arm in an experiment."""
+def require_measurable(quantity: quantities.Quantity, case: MemberCase, file: str) -> None:
+    """Raise InputError unless a quantity is defined for a member."""
     where = f"{file}: {quantity.result_name}"
-    joints = len(case.arm.joints)
+    joints = len(case.planet_counts)
     joint = getattr(quantity, "joint", None)
     if joint is not None and joint > joints:
-        raise InputError(where, "joint", joint, f"the arm has {joints}")
-    planets = max(arm_joint.planet_count for arm_joint in case.arm.joints)
+        raise InputError(where, "joint", joint, f"the {_kind_name(case)} has {joints}")
+    for signal in (getattr(quantity, "signal", "theta"), *getattr(quantity, "signals", ())):
+        if signal not in case.signals:
+            raise InputError(where, "signal", signal, f"must be one of {', '.join(case.signals)}")
+    planets = max(case.planet_counts)
     planet = getattr(quantity, "planet", None)
     if planet is not None and planet > max(planets, 1):
-        raise InputError(where, "planet", planet, f"the arm's joints have up to {planets}")
+        allowed = f"the {_kind_name(case)}'s joints have up to {planets}"
+        raise InputError(where, "planet", planet, allowed)
     of_contact = isinstance(quantity, quantities.ContactLoss | quantities.NoContactShare)
-    if of_contact and case.switches.dead_zone != "exact":
+    if of_contact and case.switches is not None and case.switches.dead_zone != "exact":
         allowed = "needs dead_zone = exact: by Eq. 6 no force is ever 0"
         raise InputError(where, "kind", quantity.kind, allowed)
     aims = isinstance(quantity, quantities.FinalError) or (
@@ -57,16 +60,21 @@ def require_measurable(quantity: quantities.Quantity, case: Case, file: str) -> 
     )
     if aims and not isinstance(case.scenario.drive, PdDrive):
         raise InputError(where, "kind", quantity.kind, "needs a PD drive, which has a target")
-    if isinstance(quantity, quantities.RigidDeviation) and quantity.level not in RIGID_LEVELS:
-        raise InputError(where, "level", quantity.level, f"allowed: {', '.join(RIGID_LEVELS)}")
+    if isinstance(quantity, quantities.RigidDeviation) and quantity.level not in case.rigid_levels:
+        allowed = f"allowed: {', '.join(case.rigid_levels)}"
+        raise InputError(where, "level", quantity.level, allowed)
     window = quantity.window_s if isinstance(quantity, quantities.WindowedQuantity) else None
     if window is not None and window[0] >= case.scenario.duration_s:
         allowed = f"must begin before the run's end, {case.scenario.duration_s:g} s"
         raise InputError(where, "window_s", list(window), allowed)
 
 
-def _columns(quantity: quantities.Quantity, case: Case) -> Iterator[Column]:
-    joints = len(case.arm.joints)
+def _kind_name(case: MemberCase) -> str:
+    return "arm" if isinstance(case, ArmCase) else "robot"
+
+
+def _columns(quantity: quantities.Quantity, case: MemberCase) -> Iterator[Column]:
+    joints = len(case.planet_counts)
     dims: tuple[str, ...]
     shape: tuple[int, ...]
     if isinstance(quantity, quantities.Function):
@@ -74,11 +82,11 @@ def _columns(quantity: quantities.Quantity, case: Case) -> Iterator[Column]:
             yield Column(name, unit, f"{name} by {quantity.function}")
     elif isinstance(quantity, quantities.Trajectories):
         records = case.scenario.steps // case.scenario.stride + 1
-        planets = max(1, *(joint.planet_count for joint in case.arm.joints))
+        planets = max(1, *case.planet_counts)
         for signal in quantity.signals:
             name = signal if quantity.name is None else f"{quantity.name}_{signal}"
             dims, shape = ("time", "joint"), (records, joints)
-            if signal not in quantities.JOINT_SIGNALS:
+            if signal in quantities.MESH_SIGNALS:
                 dims, shape = (*dims, "planet"), (*shape, planets)
             yield Column(name, unit_of(signal), meaning_of(signal), dims, shape)
     else:

@@ -10,13 +10,11 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from crosscheck import signals
-from crosscheck.models.experiment.scenario import PdDrive, expand_to_joints
-from crosscheck.models.loading import Case
-from crosscheck.models.trajectory import build_trajectory
 from crosscheck.studies.definition import quantities
 from crosscheck.studies.definition.functions import call_function
 from crosscheck.studies.measures import folds
 from crosscheck.studies.measures.columns import require_measurable
+from crosscheck.studies.members.cases import MemberCase
 from crosscheck.studies.members.rigid import simulate_rigid_angles
 
 
@@ -40,7 +38,7 @@ class Observer(Protocol):
 class MemberGroup(NamedTuple):
     """Members that run side by side; sources: text of the user's functions; file: the study's."""
 
-    cases: Sequence[Case]
+    cases: Sequence[MemberCase]
     sources: Mapping[str, str]
     file: str
 
@@ -61,7 +59,7 @@ def make_observer(quantity: quantities.Quantity, group: MemberGroup) -> Observer
 class _FoldObserver:
     """Observer of a signal of one joint, or of all, folded over a window."""
 
-    def __init__(self, quantity: quantities.Quantity, cases: Sequence[Case]) -> None:
+    def __init__(self, quantity: quantities.Quantity, cases: Sequence[MemberCase]) -> None:
         self.name, self.window = quantity.result_name, getattr(quantity, "window_s", None)
         self.signal = getattr(quantity, "signal", "theta")
         self.planet = getattr(quantity, "planet", 1)
@@ -92,7 +90,7 @@ class _FoldObserver:
 class _DeviationObserver(_FoldObserver):
     """Observer of how far an angle gets from the rigid arm's."""
 
-    def __init__(self, quantity: quantities.RigidDeviation, cases: Sequence[Case]) -> None:
+    def __init__(self, quantity: quantities.RigidDeviation, cases: Sequence[MemberCase]) -> None:
         super().__init__(quantity, cases)
         self.angles, self.whose = simulate_rigid_angles(quantity.level, cases)
 
@@ -133,10 +131,10 @@ class _SignalRecorder:
 class _TrajectoryObserver(_SignalRecorder):
     """Observer that keeps trajectories for the result."""
 
-    def __init__(self, quantity: quantities.Trajectories, cases: Sequence[Case]) -> None:
+    def __init__(self, quantity: quantities.Trajectories, cases: Sequence[MemberCase]) -> None:
         super().__init__(quantity.signals)
         self.prefix = f"{quantity.name}_" if quantity.name else ""
-        self.planets = _planets(cases[0])
+        self.planets = cases[0].planet_counts
 
     def results(self) -> Mapping[str, np.ndarray]:
         if not self.time:
@@ -151,7 +149,7 @@ class _FunctionObserver(_SignalRecorder):
     """Observer that keeps runs for a function of the user's."""
 
     def __init__(self, quantity: quantities.Function, group: MemberGroup) -> None:
-        super().__init__(quantities.SIGNALS)
+        super().__init__(group.cases[0].signals)
         self.quantity, self.group = quantity, group
 
     def results(self) -> Mapping[str, np.ndarray]:
@@ -159,12 +157,11 @@ class _FunctionObserver(_SignalRecorder):
             return {}
         time, source = np.concatenate(self.time), self.group.sources[self.quantity.function]
         answers: dict[str, list[float]] = {name: [] for name in self.quantity.returns}
-        planets = _planets(self.group.cases[0])  # of all alike, as they stand side by side
-        names = quantities.SIGNALS if any(planets) else quantities.JOINT_SIGNALS
-        whole = {name: self.join_signal(name, planets) for name in names}
-        for place, (arm, scenario, chosen) in enumerate(self.group.cases):
-            member_signals = {name: values[..., place] for name, values in whole.items()}
-            run = build_trajectory("ensemble", arm, scenario, chosen, time, **member_signals)
+        planets = self.group.cases[0].planet_counts  # of all alike, as they stand side by side
+        whole = {name: self.join_signal(name, planets) for name in self.values}
+        whole = {name: values for name, values in whole.items() if _is_present(name, values)}
+        for place, case in enumerate(self.group.cases):
+            run = case.make_run(time, {name: values[..., place] for name, values in whole.items()})
             is_finite = np.isfinite(run["theta"].values).all()
             function_numbers = call_function(self.quantity, source, run) if is_finite else {}
             for name, numbers in answers.items():
@@ -173,7 +170,7 @@ class _FunctionObserver(_SignalRecorder):
 
 
 def _make_fold(
-    quantity: quantities.Quantity, cases: Sequence[Case], joints: slice | int
+    quantity: quantities.Quantity, cases: Sequence[MemberCase], joints: slice | int
 ) -> tuple[folds.Fold, np.ndarray | float]:
     """The fold of a quantity, and what is taken off its number."""
     columns = _columns(joints, cases)
@@ -210,30 +207,26 @@ def _make_fold(
     return fold, 0.0
 
 
-def _joints(quantity: quantities.Quantity, cases: Sequence[Case]) -> slice | int:
+def _joints(quantity: quantities.Quantity, cases: Sequence[MemberCase]) -> slice | int:
     """Index of the joints that a quantity is of: all, or one."""
     joint = getattr(quantity, "joint", None)
     return slice(None) if joint is None else int(joint) - 1
 
 
-def _columns(joints: slice | int, cases: Sequence[Case]) -> tuple[int, ...]:
+def _columns(joints: slice | int, cases: Sequence[MemberCase]) -> tuple[int, ...]:
     if isinstance(joints, int):
         return (len(cases),)
-    return len(cases[0].arm.joints), len(cases)
+    return len(cases[0].planet_counts), len(cases)
 
 
-def _planets(case: Case) -> list[int]:
-    """Number of planets of each joint."""
-    return [joint.planet_count for joint in case.arm.joints]
+def _is_present(name: str, values: np.ndarray) -> bool:
+    """Whether the members have a signal: it is NaN throughout where there are no such meshes."""
+    return name in quantities.JOINT_SIGNALS or not np.isnan(values[0]).all()
 
 
-def _targets(cases: Sequence[Case]) -> np.ndarray:
+def _targets(cases: Sequence[MemberCase]) -> np.ndarray:
     """Targets of the PD drives [rad], (joints, members)."""
-    targets = []
-    for case in cases:
-        assert isinstance(case.scenario.drive, PdDrive)  # as was required
-        targets.append(expand_to_joints(case.scenario.drive.target_rad, len(case.arm.joints)))
-    return np.array(targets).T
+    return np.array([case.targets() for case in cases]).T
 
 
 def _window_slice(time: np.ndarray, window: tuple[float, float] | None) -> slice:
@@ -243,7 +236,7 @@ def _window_slice(time: np.ndarray, window: tuple[float, float] | None) -> slice
 def _signal(chunk: ChunkRecords, name: str, planet: int) -> np.ndarray:
     """A signal of a chunk, of one planet where it is a mesh's, (records, joints, members)."""
     values: np.ndarray = getattr(chunk, name)
-    if name in quantities.JOINT_SIGNALS:
+    if name not in quantities.MESH_SIGNALS:
         return values
     if values.shape[2] == 1:
         return values[:, :, 0]

@@ -9,34 +9,30 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
 
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.loading import (
-    Case,
-    require_fitting,
-    validate_case,
-    validate_record,
-    validate_switches,
-)
 from crosscheck.models.paths import assign
-from crosscheck.studies.definition.axes import SAMPLE, START, VariedAxis, build_axes
+from crosscheck.studies.definition.axes import (
+    SAMPLE,
+    START,
+    VariedAxis,
+    build_axes,
+    varied_sections,
+)
 from crosscheck.studies.definition.definition import Definition
-from crosscheck.studies.members.starts import perturb_start
+from crosscheck.studies.members.cases import MemberCase, Raw, build_case
 
 CHECK_LIMIT = 500  # members that are checked before any of them is run
-Raw = dict[str, Any]  # by section, what an arm's and a scenario's files hold
 
 
 @dataclass(frozen=True)
 class PreparedStudy:
     """A definition with all that it names: everything that its result depends on besides code.
 
-    data: content of arm and scenario, and switches, settings applied; sources: text of the user's
+    data: content of arm and scenario, and switches, settings applied; or of robot and scenario, and
+    the text of its URDF. sources: text of the user's
     files of functions, by the names that the definition has for them. file: the study's, for
     messages.
     """
@@ -55,15 +51,15 @@ class PreparedStudy:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of what decides the study's numbers: not of the names of files."""
-        excluded_fields = {"arm", "scenario", "name", "title"}
+        excluded_fields = {"arm", "robot", "scenario", "name", "title"}
         defined = self.definition.model_dump(mode="json", exclude=excluded_fields)
         text = json.dumps([defined, self.data, self.sources], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
     @cached_property
-    def base(self) -> Case:
+    def base(self) -> MemberCase:
         """The case that the axes start from. Raises InputError."""
-        return validate_case(self.data, self.definition.arm, self.definition.scenario)
+        return build_case(self.data, self.definition)
 
     @cached_property
     def axes(self) -> list[VariedAxis]:
@@ -89,7 +85,7 @@ class PreparedStudy:
         """Number of members."""
         return math.prod(self.shape)
 
-    def cases(self, begin: int, end: int, step: int = 1) -> Iterator[Case]:
+    def cases(self, begin: int, end: int, step: int = 1) -> Iterator[MemberCase]:
         """The members' cases from one place to before another, in C order. Raises InputError."""
         maker = _CaseBuilder(self)
         for place in range(begin, end, step):
@@ -116,12 +112,12 @@ class _CaseBuilder:
         self.study, self.data = study, copy.deepcopy(study.data)
         self.of_section = {
             section: [axis for axis in study.axes if any(e[0] == section for e in axis.entries)]
-            for section in ("arm", "scenario", "switches")
+            for section in varied_sections(study.data)
         }
         self.points: dict[str, tuple[int, ...]] = {}
-        self.made: Case | None = None
+        self.made: MemberCase | None = None
 
-    def case(self, place: int) -> Case:
+    def case(self, place: int) -> MemberCase:
         """The case of the member at a place. Raises InputError."""
         points = self.study.points(place)
         try:
@@ -131,25 +127,15 @@ class _CaseBuilder:
         starts = self.study.definition.starts
         if starts is None:
             return case
-        return perturb_start(case, starts.seed + points[START], starts.size_m)
+        return case.perturb(starts.seed + points[START], starts.size_m)
 
-    def _case(self, points: dict[str, int]) -> Case:
-        changed = {section: self._put(section, points) for section in self.of_section}
-        if self.made is not None and not any(changed.values()):
+    def _case(self, points: dict[str, int]) -> MemberCase:
+        changed = [section for section in self.of_section if self._put(section, points)]
+        if self.made is not None and not changed:
             return self.made
-        names = self.study.definition
-        arm, scenario, chosen = self.made or (None, None, None)
-        self.made = None
-        if arm is None or changed["arm"]:
-            arm = validate_record(Arm, self.data["arm"], names.arm)
-        if scenario is None or changed["scenario"]:
-            scenario = validate_record(Scenario, self.data["scenario"], names.scenario)
-        if chosen is None or changed["switches"] or changed["arm"]:
-            chosen = validate_switches(self.data["switches"], arm)
-        case = Case(arm, scenario, chosen)
-        require_fitting(case, names.arm, names.scenario)
-        self.made = case
-        return case
+        previous, self.made = self.made, None
+        self.made = build_case(self.data, self.study.definition, previous, changed)
+        return self.made
 
     def _put(self, section: str, points: dict[str, int]) -> bool:
         """Put a section's values at these points into the data; returns whether they changed."""
@@ -195,7 +181,7 @@ def explain_refusal(study: PreparedStudy, place: int, error: InputError) -> Inpu
         for entry, value in zip(axis.entries, given, strict=True):
             assign(data, entry, value)
         try:
-            validate_case(data, study.definition.arm, study.definition.scenario)
+            build_case(data, study.definition)
         except InputError as alone:
             where, allowed = f"{study.file}: axis {axis.path}", f"{alone.field}: {alone.allowed}"
             return InputError(where, "", alone.value, allowed)

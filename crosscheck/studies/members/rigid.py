@@ -13,7 +13,9 @@ from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import Scenario, Start
 from crosscheck.models.loading import Case
+from crosscheck.models.robot.robot import RIGID
 from crosscheck.registry import MODELS, build, find_level_models
+from crosscheck.studies.members.cases import ArmCase, MemberCase, RobotMemberCase
 
 STEP_RATIO = 10  # steps of the geared arm in one of the rigid arm, which is smooth
 
@@ -26,12 +28,47 @@ ANY_MESH = Mesh(
 )
 
 
-def simulate_rigid_angles(level: str, cases: Sequence[Case]) -> tuple[np.ndarray, np.ndarray]:
-    """Angles [rad] of unlike rigid arms, (arms, records, joints), and each case's arm, (cases,).
+def simulate_rigid_angles(level: str, cases: Sequence[MemberCase]) -> tuple[np.ndarray, np.ndarray]:
+    """Angles [rad] of unlike rigid models, (models, records, joints), and each case's, (cases,).
 
     They are on the geared runs' own recording grid; nan where a run diverged. Members that differ
-    in their meshes alone share an arm.
+    in their meshes alone share a model.
     """
+    robots = [case for case in cases if isinstance(case, RobotMemberCase)]
+    if robots:  # all, as of every study
+        return _simulate_rigid_robots(level, robots)
+    return _simulate_rigid_arms(level, [case for case in cases if isinstance(case, ArmCase)])
+
+
+def _simulate_rigid_robots(
+    level: str, cases: Sequence[RobotMemberCase]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same of robots: they are alike where no number of their equations differs."""
+    from crosscheck.analytic.robot.ensemble import group_robots
+    from crosscheck.analytic.robot.runs import RobotMember
+
+    (chosen,) = (each for each in RIGID if each == level)
+    places: dict[object, int] = {}
+    models, whose = list[RobotMember](), list[int]()
+    for case in cases:
+        model = RobotMember(case.robot, chosen, _smooth_scenario(case.scenario))
+        numbers = frozenset(model.equations.numbers.items())
+        key = numbers, model.equations.structure, model.scenario
+        if key not in places:
+            places[key] = len(models)
+            models.append(model)
+        whose.append(places[key])
+    scenario, joints = models[0].scenario, len(cases[0].robot.joints)
+    angles = np.full((len(models), scenario.steps // scenario.stride + 1, joints), np.nan)
+    for group in group_robots(models):
+        theta = np.concatenate([chunk.theta for chunk in group.chunks()])
+        alive = np.isnan(group.diverged_s)
+        angles[np.array(group.members)[alive]] = np.moveaxis(theta, -1, 0)[alive]
+    return angles, np.array(whose)
+
+
+def _simulate_rigid_arms(level: str, cases: Sequence[ArmCase]) -> tuple[np.ndarray, np.ndarray]:
+    """The same of arms."""
     model = next(name for name in find_level_models(level) if MODELS[name].order is not None)
     places: dict[tuple[Arm, Scenario], int] = {}
     whose = [places.setdefault(remove_meshes(case), len(places)) for case in cases]
@@ -47,7 +84,11 @@ def simulate_rigid_angles(level: str, cases: Sequence[Case]) -> tuple[np.ndarray
 
 def remove_meshes(case: Case) -> tuple[Arm, Scenario]:
     """Arm and experiment with nothing left that is a mesh's own, in steps for a smooth motion."""
-    scenario = case.scenario
+    return change_meshes(case.arm, lambda mesh: ANY_MESH), _smooth_scenario(case.scenario)
+
+
+def _smooth_scenario(scenario: Scenario) -> Scenario:
+    """The experiment with nothing of meshes, in steps for a smooth motion."""
     longer = next(n for n in range(STEP_RATIO, 0, -1) if scenario.stride % n == 0)
     given = {name: getattr(scenario.start, name) for name in ("theta_rad", "theta_dot_rad_per_s")}
     changed = {
@@ -55,4 +96,4 @@ def remove_meshes(case: Case) -> tuple[Arm, Scenario]:
         "record_every": scenario.stride // longer,
         "start": Start(**given),
     }
-    return change_meshes(case.arm, lambda mesh: ANY_MESH), scenario.model_copy(update=changed)
+    return scenario.model_copy(update=changed)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from crosscheck.models.experiment.scenario import expand_to_joints, planet_offsets
+from crosscheck.models.experiment.scenario import Start, expand_to_joints, planet_offsets
 from crosscheck.models.loading import Case
 
 PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
@@ -20,11 +20,7 @@ def perturb_start(case: Case, seed: int, size_m: float = PERTURBATION_M) -> Case
     """
     generator = np.random.default_rng(seed)
     start, joints = case.scenario.start, len(case.arm.joints)
-    sun, ring = size_m * generator.uniform(-1, 1, (2, joints))
-    update: dict[str, object] = {
-        "sun_planet_offset_m": _sum(expand_to_joints(start.sun_planet_offset_m, joints), sun),
-        "planet_ring_offset_m": _sum(expand_to_joints(start.planet_ring_offset_m, joints), ring),
-    }
+    update = perturb_offsets(start, joints, generator, size_m)
     if case.switches.planets == "free":
         counts = [joint.planet_count for joint in case.arm.joints]
         displacements = [size_m * generator.uniform(-1, 1, count) for count in counts]
@@ -34,6 +30,17 @@ def perturb_start(case: Case, seed: int, size_m: float = PERTURBATION_M) -> Case
         )
     moved = start.model_copy(update=update)
     return case._replace(scenario=case.scenario.model_copy(update={"start": moved}))
+
+
+def perturb_offsets(
+    start: Start, joints: int, generator: np.random.Generator, size_m: float
+) -> dict[str, object]:
+    """Fields of a start whose offsets of both meshes differ by up to ``size_m``."""
+    sun, ring = size_m * generator.uniform(-1, 1, (2, joints))
+    return {
+        "sun_planet_offset_m": _sum(expand_to_joints(start.sun_planet_offset_m, joints), sun),
+        "planet_ring_offset_m": _sum(expand_to_joints(start.planet_ring_offset_m, joints), ring),
+    }
 
 
 def _sum(given: Sequence[float], more: np.ndarray) -> tuple[float, ...]:

@@ -1,0 +1,165 @@
+"""What robots that ran side by side did, by the names of a run's signals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from crosscheck.analytic.ensemble import ModelGroup, partition_models
+from crosscheck.analytic.kernel.batch import Records
+from crosscheck.analytic.robot.runs import RobotMember
+from crosscheck.models.experiment.drive import torques_along
+
+
+@dataclass(frozen=True)
+class RobotChunk:
+    """Consecutive records of robots that ran side by side; see analytic.ensemble.Chunk.
+
+    Joints are all that move, in the robot's order; what its own gears have is NaN where a joint
+    has none.
+    """
+
+    time: np.ndarray
+    models: Sequence[RobotMember]
+    records: Records
+
+    @property
+    def theta(self) -> np.ndarray:
+        """Coordinates (records, joints, members) [rad], [m]."""
+        _, offsets = self._joint_map
+        return self._map_joints(self.records.q) + offsets[:, np.newaxis]
+
+    @property
+    def theta_dot(self) -> np.ndarray:
+        """Rates (records, joints, members) [rad/s], [m/s]."""
+        return self._map_joints(self.records.v)
+
+    @property
+    def theta_ddot(self) -> np.ndarray:
+        """Accelerations (records, joints, members) [rad/s^2], [m/s^2]."""
+        return self._map_joints(self.records.a)
+
+    @cached_property
+    def torque(self) -> np.ndarray:
+        """Driving torques (records, joints, members) [N m], [N]; 0 of followers of others."""
+        free = list(self.models[0].robot.coordinates)
+        q, v = (x[:, : len(free)] for x in self.records[:2])
+        torques = np.zeros((len(self.time), len(self.models[0].robot.joints), len(self.models)))
+        for place, model in enumerate(self.models):
+            along = torques_along(model.drive, self.time, q[:, :, place], v[:, :, place])
+            torques[:, free, place] = along
+        return torques
+
+    @property
+    def x_mesh(self) -> np.ndarray:
+        """Displacements of rotors' meshes (records, joints, members) [m]."""
+        return self._rotor_values(self.records.q, self._free)
+
+    @property
+    def x_mesh_dot(self) -> np.ndarray:
+        """Rates of x_mesh [m/s], shaped as it."""
+        return self._rotor_values(self.records.v, self._free)
+
+    @property
+    def F_mesh(self) -> np.ndarray:
+        """Elastic forces of rotors' meshes [N], shaped as x_mesh."""
+        return self._rotor_values(self.records.forces, 0)
+
+    @property
+    def x_sp(self) -> np.ndarray:
+        """Displacements of sun meshes (records, joints, 1, members) [m]: planets move alike."""
+        return self._stage_displacements(self.records.q, 0)
+
+    @property
+    def x_pr(self) -> np.ndarray:
+        """Displacements of ring meshes [m], shaped as x_sp."""
+        return self._stage_displacements(self.records.q, 1)
+
+    @property
+    def x_sp_dot(self) -> np.ndarray:
+        """Rates of x_sp [m/s], shaped as it."""
+        return self._stage_displacements(self.records.v, 0)
+
+    @property
+    def x_pr_dot(self) -> np.ndarray:
+        """Rates of x_pr [m/s], shaped as it."""
+        return self._stage_displacements(self.records.v, 1)
+
+    @property
+    def F_sp(self) -> np.ndarray:
+        """Elastic force of sun meshes per planet [N], shaped as x_sp."""
+        return self._stage_forces(0)
+
+    @property
+    def F_pr(self) -> np.ndarray:
+        """Elastic force of ring meshes per planet [N], shaped as x_sp."""
+        return self._stage_forces(1)
+
+    @cached_property
+    def _joint_map(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.models[0].robot.joint_map
+
+    @property
+    def _free(self) -> int:
+        return len(self.models[0].robot.coordinates)
+
+    @property
+    def _stages(self) -> tuple[int, ...]:
+        """Joints whose stages have meshes here, in the order of their coordinates."""
+        model = self.models[0]
+        return tuple(s.joint for s in model.robot.stages if model.level == "geared")
+
+    def _map_joints(self, x: np.ndarray) -> np.ndarray:
+        factors, _ = self._joint_map
+        return np.einsum("jf,rfm->rjm", factors, x[:, : self._free])
+
+    def _rotor_values(self, values: np.ndarray, first: int) -> np.ndarray:
+        """Rows from ``first`` on, one of each rotor's mesh, by the joints of these rotors."""
+        model = self.models[0]
+        by_joint = np.full((len(values), len(model.robot.joints), len(self.models)), np.nan)
+        meshes = model.robot.meshes[: model.equations.structure.rotor_meshes]
+        for place, (rotor, _) in enumerate(meshes, first):
+            by_joint[:, rotor.joint] = values[:, place]
+        return by_joint
+
+    def _stage_displacements(self, x: np.ndarray, side: int) -> np.ndarray:
+        first = self._free + self.models[0].equations.structure.rotor_meshes + side
+        return self._stage_values(x, {joint: first + 2 * n for n, joint in enumerate(self._stages)})
+
+    def _stage_forces(self, side: int) -> np.ndarray:
+        equations = self.models[0].equations
+        first = equations.structure.rotor_meshes + side
+        in_order = sorted(self._stages, key=lambda joint: equations.labels[joint])
+        places = {joint: first + 2 * n for n, joint in enumerate(in_order)}
+        return self._stage_values(self.records.forces, places)
+
+    def _stage_values(self, values: np.ndarray, places: dict[int, int]) -> np.ndarray:
+        """Rows by the joints that they are of, (records, joints, 1, members)."""
+        joints = len(self.models[0].robot.joints)
+        by_joint = np.full((len(values), joints, 1, len(self.models)), np.nan)
+        for joint, place in places.items():
+            by_joint[:, joint, 0] = values[:, place]
+        return by_joint
+
+
+class RobotGroup(ModelGroup[RobotMember, RobotChunk]):
+    """Robots that run side by side."""
+
+    def make_chunk(self, time: np.ndarray, records: Records) -> RobotChunk:
+        """The chunk of consecutive records at these times [s]."""
+        return RobotChunk(time, self.models, records)
+
+
+def group_robots(models: Sequence[RobotMember]) -> list[RobotGroup]:
+    """Groups of any robots, as few as they fit in."""
+    parts = partition_models(models, _layout)
+    return [RobotGroup(members, [models[place] for place in members]) for members in parts]
+
+
+def _layout(model: RobotMember) -> object:
+    """By which joints records are those of signals."""
+    rotors = tuple(rotor.joint for rotor, _ in model.robot.meshes)
+    return model.level, rotors, tuple(joint.mimic for joint in model.robot.joints)

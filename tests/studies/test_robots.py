@@ -1,0 +1,142 @@
+"""Studies of robots: members are the runs of `simulate`, and what does not fit is one line."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import crosscheck
+from crosscheck.api import simulate_robot
+from crosscheck.models.robot.case import load_robot_case
+from crosscheck.models.robot.file import load_robot
+from crosscheck.studies.batches.batch import run_batch, run_check
+from crosscheck.studies.definition.files import read_study
+from tests.tool.test_bad_input import assert_one_line
+
+ROOT = Path(__file__).parents[2]
+ARM = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
+STUDY = f"""
+schema_version = 1
+name = "robots"
+robot = "{ARM}"
+scenario = "pd"
+
+[settings]
+"scenario.duration_s" = 0.002
+"scenario.start.mesh" = "centre"
+
+[[axes]]
+path = "robot.joints.elbow.*_mesh.backlash_m"
+kind = "list"
+values = [2e-5, 6e-5]
+
+[[axes]]
+path = "robot.links.fore.mass_kg"
+kind = "list"
+values = [18.9, 25.0]
+
+[[quantities]]
+kind = "final"
+signal = "theta_dot"
+
+[[quantities]]
+kind = "peak"
+signal = "F_sp"
+joint = 2
+"""
+MESH = {"pinion_base_radius_m": 0.01, "stiffness_N_per_m": 1e7, "backlash_m": 1e-5}
+
+
+def write_study(folder: Path, text: str = STUDY) -> Path:
+    file = folder / "study.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_members_are_the_runs_of_simulate(tmp_path):
+    study = read_study(write_study(tmp_path))
+    numbers = run_batch(study.text, 0, study.count)
+    settings = ["scenario.duration_s=0.002", "scenario.start.mesh=centre"]
+    member = 0
+    for backlash in (2e-5, 6e-5):
+        for mass in (18.9, 25.0):
+            varied = [f"robot.joints.elbow.{s}_mesh.backlash_m={backlash}" for s in ("sun", "ring")]
+            varied.append(f"robot.links.fore.mass_kg={mass}")
+            case = load_robot_case(ARM, "pd", settings + varied)
+            run = simulate_robot("analytic", "geared", case)
+            # Bit for bit the same kernel; F_sp of a run is evaluated by other formulas.
+            assert np.array_equal(numbers["theta_dot_final"][member], run["theta_dot"].values[-1])
+            peak = np.abs(run["F_sp"].values[:, 1, 0]).max()
+            assert numbers["F_sp_peak_joint2"][member] == pytest.approx(peak, rel=1e-10)
+            member += 1
+    assert len(set(numbers["theta_dot_final"][:, 1])) == 4  # every value counts
+
+
+def test_the_mass_of_a_link_is_the_one_that_the_engines_have():
+    heavier = load_robot_case(ARM, "pd", ["robot.links.fore.mass_kg=28.9"])
+    (plain, changed) = (sum(b.mass for b in r.bodies) for r in (load_robot(ARM), heavier.robot))
+    assert changed - plain == pytest.approx(10, rel=1e-12)
+    pin = pytest.importorskip("pinocchio")
+    model = pin.buildModelFromXML(heavier.robot.urdf)  # its own reader
+    assert sum(body.mass for body in model.inertias) == pytest.approx(changed, rel=1e-12)
+
+
+def test_a_second_engine_and_the_rigid_model_are_where_they_must_be(tmp_path):
+    text = STUDY.replace('scenario = "pd"', 'scenario = "pd"\nlevel = "coupled"')
+    text = text.replace('_s" = 0.002', '_s" = 0.001').replace('"F_sp"', '"theta_ddot"')
+    study = read_study(write_study(tmp_path, text + '[[quantities]]\nkind = "rigid_deviation"\n'))
+    ours, theirs = run_batch(study.text, 0, 1), run_check(study.text, 0)
+    for name in ("theta_dot_final", "theta_ddot_peak_joint2"):
+        # Two engines by equal steps; velocities of 0.1 rad/s, accelerations of 60 rad/s^2.
+        assert np.abs(ours[name] - theirs[name]).max() < 1e-10
+    # The run is itself of the rigid level, which is integrated again by steps 10 times as long.
+    assert ours["theta_rigid_deviation_coupled"].max() < 1e-9
+
+
+def test_rotors_meshes_and_python(tmp_path):
+    result = crosscheck.sweep(
+        "six-joint",
+        {"robot.joints.*.rotor_inertia_kg_m2": [1e-4, 2e-4]},
+        scenario="constant-torque",
+        settings={
+            "scenario.duration_s": 1e-3,
+            "scenario.step_s": 1e-6,
+            "scenario.record_every": 100,
+            **{f"robot.joints.{name}.mesh": MESH for name in ("turn", "wrist_bend")},
+        },
+        measures=[
+            {"kind": "peak", "signal": "F_mesh"},
+            {"kind": "trajectories", "signals": ["x_mesh", "theta"]},
+        ],
+    )
+    assert result["F_mesh_peak"].dims == ("rotor_inertia_kg_m2", "joint")
+    names = load_robot("six-joint").coordinate_names
+    without = [name not in ("turn", "wrist_bend") for name in names]
+    assert np.isnan(result["F_mesh_peak"].values).tolist() == 2 * [without]
+    force = np.abs(result["x_mesh"].values[0, -1, 0]) - MESH["backlash_m"]
+    assert result["F_mesh_peak"].values[0, 0] >= MESH["stiffness_N_per_m"] * force > 0
+    assert result.rotor_inertia_kg_m2.attrs["units"] == "kg m^2"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fragments"),
+    [
+        ("robot.joints.elbow.*", "robot.joints.wrist.*", ("robot.joints.wrist", "no such entry")),
+        ("robot.links.fore.", "robot.links.hand.", ("robot.links.hand", "no such entry")),
+        ("fore.mass_kg", "fore.mass", ("mass", "did you mean mass_kg?")),
+        ("fore.mass_kg", "base.mass_kg", ("robot.links.base", "no such entry")),
+        ("robot.links.fore", "arm.links.fore", ("beginning with robot, scenario",)),
+        ("25.0]", "-1.0]", ("robot.links.fore.mass_kg", "-1.0", "must be 1e-12 to 1e9 kg")),
+        ('"pd"', '"pd"\nlevel = "carriers"', ("level", "'carriers'")),
+        ('"pd"', '"pd"\narm = "probe"', ("arm", "either this or robot")),
+        ('"pd"', '"pd"\n[switches]\nphase = "omega_t"', ("switches", "is for arms")),
+        ("joint = 2", "joint = 3", ("joint = 3", "the robot has 2")),
+        (ARM, "nowhere.toml", ("nowhere.toml", "no such file")),
+    ],
+)
+def test_what_does_not_fit_is_one_line(crosscheck, tmp_path, old, new, fragments):
+    assert old in STUDY
+    file = write_study(tmp_path, STUDY.replace(old, new, 1))
+    answer = crosscheck("sweep", file, "--out", tmp_path / "o.nc", "--jobs", 1)
+    assert_one_line(answer, *fragments)
+    assert not (tmp_path / "o.nc").exists()
