@@ -48,6 +48,8 @@ VIEW = FileType("a run's page", HTML, (b"<title>Run of ", b'id="scene-data"'))
 SHEET = FileType("an errata sheet", b"# Errata sheet\n", ())
 TRAJECTORY = FileType("a trajectory", HDF5, (b"theta_dot", b"switches", b"step_s", b"joint number"))
 C_FILE = FileType("an exported C file", b"/* Equations of motion of ", (b" */\n#include <math.h>",))
+URDF_FILE = FileType("an exported URDF", b'<?xml version="1.0"?>\n<!-- Written by crosscheck', ())
+ROBOT_FILE = FileType("an exported robot's file", b"# Written by crosscheck export. ", ())
 FMU_FILE = FileType("an exported FMU", b"PK\x03\x04", (b'generationTool="crosscheck export"',))
 MEASURED = FileType(
     "a comparison with a record", JSON, (b'\n "knot_spacing_s": ', b'\n "engines": [')

@@ -373,11 +373,16 @@ def cost(
 @app.command()
 def export(
     arm: ArmName,
-    model: Annotated[str, typer.Option(help="An analytic one, see `crosscheck list`.")],
-    out: Annotated[Path, typer.Option(help="C file, or FMU (.fmu), to write.")],
+    out: Annotated[
+        Path, typer.Option(help="C file, FMU (.fmu), or URDF (.urdf) of an arm, to write.")
+    ],
+    model: Annotated[
+        str | None,
+        typer.Option(help="An analytic one, see `crosscheck list`; of C files and FMUs."),
+    ] = None,
     settings: Settings = None,
 ) -> None:
-    """Write a model's equations as one file of C, or as an FMU."""
+    """Write a model's equations as C or FMU, or an arm itself as URDF and a robot's TOML file."""
     from crosscheck.cli.export import export_command
 
     export_command(arm, model, settings or [], out)

@@ -18,10 +18,11 @@ from crosscheck.analytic.kernel.fmu import generate_fmu_sources, generate_unit
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.analytic.robot.equations import build_equations
 from crosscheck.analytic.robot.export import generate_robot_c_source
+from crosscheck.cli.robot_files import export_arm_as_robot
 from crosscheck.file_types import C_FILE, FMU_FILE
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError, format_line
-from crosscheck.models.files import is_robot
+from crosscheck.models.files import URDF, is_robot
 from crosscheck.models.loading import load_selection
 from crosscheck.models.robot.case import load_changed_robot
 from crosscheck.models.robot.robot import Level, Robot
@@ -38,9 +39,18 @@ COMPILER_S, COMPILER_BYTES = 120, 4_000_000_000  # a unit of seven joints takes 
 FIRST_DAY = (1980, 1, 1, 0, 0, 0)  # of all files in a unit, so that it is the same every time
 
 
-def export_command(arm: str, model: str, settings: list[str], out: Path) -> None:
-    """Write a model of an arm or a robot as a file of C, or as an FMU. Raises InputError."""
+def export_command(arm: str, model: str | None, settings: list[str], out: Path) -> None:
+    """Write a model as C or FMU, or an arm as a URDF and a robot's file. Raises InputError."""
     unit = out.suffix == ".fmu"
+    if out.suffix == URDF:
+        if model is not None:
+            raise InputError("--model", "", model, "must be left out: a URDF is of no model")
+        if is_robot(arm):
+            raise InputError("--out", "", str(out), "is for arms; a robot has its URDF already")
+        export_arm_as_robot(arm, settings, out)
+        return
+    if model is None:
+        raise InputError("--model", "", None, "is missing; C files and FMUs are of a model")
     if is_robot(arm):
         _export_robot(arm, model, settings, out)
         return

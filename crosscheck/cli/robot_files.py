@@ -1,0 +1,194 @@
+"""A planar arm written as a robot: its URDF, and the robot's file with its planetary stages."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+from xml.sax.saxutils import quoteattr
+
+from crosscheck.file_types import ROBOT_FILE, URDF_FILE
+from crosscheck.models.arm.arm import Arm, Direct, Planetary
+from crosscheck.models.arm.gears import PlanetaryStage
+from crosscheck.models.arm.planets import find_unlike_planets
+from crosscheck.models.arm.quantities import Data
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_selection
+from crosscheck.output import require_file, write_files
+from crosscheck.report.formatting import make_printable
+
+URDF_HEAD = """\
+<?xml version="1.0"?>
+<!-- Written by crosscheck export. The planar arm turns about z. Inertias about x and y, which no
+     motion in the plane asks for, are those of thin rods and discs. -->
+<robot name={name}>
+"""
+FILE_HEAD = """\
+# Written by crosscheck export. Sun and planets turn by these stages; their masses, the carriers and
+# the rings are bodies of {urdf}. The level links has them as dead weight: an arm's level carriers.
+"""
+
+
+class RobotText(NamedTuple):
+    """The texts of a robot's URDF and of its own file."""
+
+    urdf: str
+    file: str
+
+
+class UrdfPart(NamedTuple):
+    """A body of the arm as a link of a URDF: inertia [kg m^2] about z, com [m] along x."""
+
+    name: str
+    mass: float
+    inertia: float
+    com: float = 0.0
+    is_rod: bool = False
+
+
+def export_arm_as_robot(name: str, settings: list[str], out: Path) -> None:
+    """Write an arm as a URDF, and as the robot's file beside it. Raises InputError."""
+    selection = load_selection(name, [], settings)
+    file = out.with_suffix(".toml")
+    require_file(out, URDF_FILE, "--out")
+    require_file(file, ROBOT_FILE, "--out")
+    text = write_as_robot(selection.arm, name, out.name)
+    write_files({out: text.urdf, file: text.file})
+    print(make_printable(f"wrote {out} and {file}: {len(selection.arm.joints)} joints"))
+
+
+def write_as_robot(arm: Arm, where: str, urdf: str) -> RobotText:
+    """The texts of an arm as a robot; where: the arm's file; urdf: name of the URDF.
+
+    Raises InputError for what a robot's file cannot say.
+    """
+    for field, value in find_unlike_planets(arm):
+        raise InputError(where, field, value, "a robot's planets are alike and mesh in phase")
+    for number, joint in enumerate(arm.joints):
+        if joint.friction_N_m_s_per_rad:
+            path = "arm.joints.*.friction_N_m_s_per_rad=0"
+            allowed = f"a robot's joints have no friction; --set {path} leaves it out"
+            field = f"joints[{number}].friction_N_m_s_per_rad"
+            raise InputError(where, field, joint.friction_N_m_s_per_rad, allowed)
+    head = FILE_HEAD.format(urdf=urdf)
+    return RobotText(
+        "\n".join([URDF_HEAD.format(name=quoteattr(arm.name)) + "\n".join(_urdf_lines(arm)), ""]),
+        "\n".join([head + "\n".join(_file_lines(arm, urdf)), ""]),
+    )
+
+
+def _urdf_lines(arm: Arm) -> Iterator[str]:
+    """Lines of a URDF's links and joints, and its end."""
+    yield '  <link name="base"/>'
+    before, reach = "base", 0.0
+    for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), 1):
+        rotor = joint.rotor_inertia_kg_m2 if isinstance(joint, Direct) else 0.0
+        yield from _link_lines(
+            UrdfPart(f"link_{number}", link.mass, link.inertia + rotor, link.com_m, True)
+        )
+        yield from _joint_lines(f"joint_{number}", "continuous", before, f"link_{number}", reach)
+        for part, bearer, place in (
+            (_find_standing_part(joint, number), before, reach),
+            (_find_turning_part(joint, number), f"link_{number}", 0.0),
+        ):
+            if part is not None and (part.mass or part.inertia):
+                yield from _link_lines(part)
+                yield from _joint_lines(f"to_{part.name}", "fixed", bearer, part.name, place)
+        before, reach = f"link_{number}", link.length_m
+    yield from _link_lines(UrdfPart("payload", arm.payload_mass_kg, 0.0))
+    yield from _joint_lines("to_payload", "fixed", before, "payload", reach)
+    yield "</robot>"
+
+
+def _find_standing_part(joint: Planetary | Direct, number: int) -> UrdfPart:
+    """What stands on the body before a joint: ring and the sun's mass, or the motor's mass."""
+    if isinstance(joint, Direct):
+        return UrdfPart(f"motor_{number}", joint.motor_mass_kg, 0.0)
+    mass = joint.ring_mass_kg + joint.sun_mass_kg
+    return UrdfPart(f"ring_{number}", mass, joint.ring_inertia_kg_m2)
+
+
+def _find_turning_part(joint: Planetary | Direct, number: int) -> UrdfPart | None:
+    """What turns with the link after a joint: the carrier and the planets' masses at their places.
+
+    A stage's equivalent mass M is J / (r cos(pressure angle))^2, r the carrier's radius.
+    """
+    if isinstance(joint, Direct):
+        return None
+    radius = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
+    planets = joint.planet_count * joint.planet_mass_kg
+    inertia = joint.carrier_inertia_kg_m2
+    if inertia is None:
+        assert joint.carrier_equivalent_mass_kg is not None  # the arm's own validation
+        base_radius = radius * math.cos(math.radians(joint.pressure_angle_deg))
+        inertia = joint.carrier_equivalent_mass_kg * base_radius**2
+    whole = inertia + planets * radius**2
+    return UrdfPart(f"carrier_{number}", joint.carrier_mass_kg + planets, whole)
+
+
+def _link_lines(part: UrdfPart) -> Iterator[str]:
+    """Lines of a link; a thin rod along x, else a disc about z; without mass it is a frame."""
+    if not part.mass and not part.inertia:
+        yield f'  <link name="{part.name}"/>'
+        return
+    xx, yy = (0.0, part.inertia) if part.is_rod else (part.inertia / 2, part.inertia / 2)
+    yield f'  <link name="{part.name}">'
+    yield "    <inertial>"
+    yield f'      <origin xyz="{part.com!r} 0 0"/>'
+    yield f'      <mass value="{part.mass!r}"/>'
+    moments = f'ixx="{xx!r}" ixy="0" ixz="0" iyy="{yy!r}" iyz="0" izz="{part.inertia!r}"'
+    yield f"      <inertia {moments}/>"
+    yield "    </inertial>"
+    yield "  </link>"
+
+
+def _joint_lines(name: str, kind: str, parent: str, child: str, place: float) -> Iterator[str]:
+    """Lines of a joint at a place [m] along x of its parent, about z."""
+    yield f'  <joint name="{name}" type="{kind}">'
+    yield f'    <parent link="{parent}"/>'
+    yield f'    <child link="{child}"/>'
+    yield f'    <origin xyz="{place!r} 0 0"/>'
+    if kind != "fixed":
+        yield '    <axis xyz="0 0 1"/>'
+    yield "  </joint>"
+
+
+def _file_lines(arm: Arm, urdf: str) -> Iterator[str]:
+    """Lines of the robot's file."""
+    yield "schema_version = 1"
+    yield f"name = {_toml(arm.name)}"
+    yield f"title = {_toml(arm.title)}"
+    yield f"urdf = {_toml(urdf)}"
+    yield 'tip = "payload"'
+    yield f"gravity_m_per_s2 = {_toml([*arm.gravity_m_per_s2, 0.0])}"
+    for number, joint in enumerate(arm.joints, 1):
+        if isinstance(joint, Planetary):
+            meshes = ("sun_mesh", "ring_mesh")
+            yield f"\n[joints.joint_{number}]"
+            yield from _field_lines(joint, [*PlanetaryStage.model_fields], meshes)
+            for mesh in meshes:
+                record = getattr(joint, mesh)
+                yield f"\n[joints.joint_{number}.{mesh}]"
+                yield from _field_lines(record, [*type(record).model_fields])
+
+
+def _field_lines(record: Data, names: list[str], without: tuple[str, ...] = ()) -> Iterator[str]:
+    """Lines of the fields of a record that are stated."""
+    for name in names:
+        value = getattr(record, name)
+        if name not in without and value is not None:
+            yield f"{name} = {_toml(value)}"
+
+
+def _toml(value: object) -> str:
+    """A value as TOML, every digit of a number."""
+    if isinstance(value, Data):
+        fields = ((name, each) for name, each in value if each is not None)
+        return f"{{ {', '.join(f'{name} = {_toml(each)}' for name, each in fields)} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    return repr(value)

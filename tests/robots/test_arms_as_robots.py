@@ -1,0 +1,102 @@
+"""Every built-in arm written as a robot and read again: the same dynamics, or one line why not."""
+
+import numpy as np
+import pytest
+
+from crosscheck.cli.robot_files import export_arm_as_robot
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import switches
+from crosscheck.models.files import builtin_arms
+from crosscheck.models.loading import load_selection
+from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import RIGID, Robot
+from crosscheck.planning.sizing import make_rest_scenario
+from crosscheck.registry import build, build_robot_model
+from tests.robots.chains import ENGINES
+from tests.tool.test_bad_input import assert_one_line
+
+FREE = "planets-apart"  # its planets differ
+ARMS = [name for name in builtin_arms() if name != FREE]
+NO_FRICTION = ["arm.joints.*.friction_N_m_s_per_rad=0"]
+LEVELS = dict(zip(RIGID, ("carriers", "armature", "coupled"), strict=True))  # the arm's names
+LAWS = switches(damping="contact", mesh_work="conservative")  # those of robots
+
+
+@pytest.fixture(scope="module", params=ARMS)
+def written(request, tmp_path_factory):
+    """An arm without friction, and the robot that was read from what was written of it."""
+    out = tmp_path_factory.mktemp("arms") / "arm.urdf"
+    export_arm_as_robot(request.param, NO_FRICTION, out)
+    return load_selection(request.param, [], NO_FRICTION).arm, load_robot(
+        str(out.with_suffix(".toml"))
+    )
+
+
+def make_states(arm, geared):
+    """Coordinates and rates, and where each of a robot's coordinates is in an arm's."""
+    joints = len(arm.joints)
+    model = build("analytic:physical", arm, make_rest_scenario(), LAWS)
+    stages = [number for number, joint in enumerate(arm.joints) if joint.planet_count]
+    order = [model.layout.at("theta", joint) for joint in range(joints)]
+    for joint in stages if geared else ():
+        order += [model.layout.at("x_sp", joint), model.layout.at("x_pr", joint)]
+    random = np.random.default_rng(joints)
+    q, v = random.uniform(-1, 1, (2, 4, len(order)))
+    q[:, joints:] *= 1.5e-4  # in contact and in between
+    return q, v, order
+
+
+def assert_same(arm: Arm, robot: Robot, engine: str, level: str, reference: str) -> None:
+    """M, bias and the forces of weight and teeth, each to 1e-12 of its size."""
+    q, v, order = make_states(arm, level == "geared")
+    model = build_robot_model(engine, robot, level)
+    rigid = reference if level == "geared" else reference.partition(":")[0] + f":{LEVELS[level]}"
+    place = order if level == "geared" else list(range(len(arm.joints)))
+    matrix, bias = model.mass_matrix(q), model.bias(q, v)
+    held = model.inverse_dynamics(q, v, 0 * v) - bias
+    planar = build(rigid, arm, make_rest_scenario(), LAWS)
+    for state in range(len(q)):
+        at, rate = np.zeros((2, len(order)))
+        at[place], rate[place] = q[state], v[state]
+        expected = planar.mass_matrix(at)[np.ix_(place, place)]
+        assert np.abs(matrix[state] - expected).max() <= 1e-12 * np.abs(expected).max()
+        wanted = planar.bias(at, rate)[place]
+        assert np.abs(bias[state] - wanted).max() <= 1e-12 * np.abs(wanted).max()
+        force = -planar.generalized_force(0.0, at, rate)[place]
+        # An arm without gravity has none on rigid gears; springs' are differences of angles.
+        assert np.abs(held[state] - force).max() <= 1e-12 * max(np.abs(force).max(), 1.0)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("level", RIGID)
+def test_rigid_levels_are_those_of_the_arm(written, engine, level):
+    for reference in ("analytic", "pinocchio"):
+        assert_same(*written, engine, level, f"{reference}:")
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("reference", ["analytic:physical", "pinocchio:gears"])
+def test_geared_levels_are_those_of_the_arm(written, engine, reference):
+    assert_same(*written, engine, "geared", reference)
+
+
+def test_what_a_robot_cannot_say_is_one_line(crosscheck, tmp_path):
+    out = tmp_path / "a.urdf"
+    for arm, more, fragments in (
+        (FREE, (), ("sun_mesh.tooth_error_m", "planets are alike")),
+        ("three-unlike", (), ("joints[0].friction_N_m_s_per_rad = 6.5", "--set arm.joints.*.")),
+        ("probe", ("--model", "analytic:physical"), ("--model", "must be left out")),
+        ("puma560", (), ("a.urdf", "has its URDF already")),
+    ):
+        assert_one_line(crosscheck("export", arm, "--out", out, *more), *fragments)
+    assert_one_line(crosscheck("export", "probe", "--out", tmp_path / "a.c"), "--model")
+    (tmp_path / "a.toml").write_text("mine = 1")
+    assert_one_line(crosscheck("export", "probe", "--out", out), "a.toml", "robot's file")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
+
+
+def test_command_writes_both_files(crosscheck, tmp_path):
+    answer = crosscheck("export", "probe", "--out", tmp_path / "a.urdf")
+    assert (answer.code, answer.err) == (0, "")
+    robot = load_robot(str(tmp_path / "a.toml"))
+    assert (robot.name, robot.notes, robot.tip) == ("probe", (), "payload")
