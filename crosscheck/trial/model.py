@@ -13,7 +13,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.drive import drive_data
-from crosscheck.models.experiment.integration import classical_step
+from crosscheck.models.experiment.integration import integrate_scenario
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
@@ -92,19 +92,8 @@ class SuppliedModel(Model):
 
     def simulate(self) -> xr.Dataset:
         """Trajectory by fixed-step RK4, from the start of the model that it is compared with."""
-        scenario, reference = self.scenario, _build_reference(self)
-        q, v = reference.start()
-        time = recorded_times(scenario)
-        qs, vs = np.full((2, len(time), q.size), np.nan)
-        qs[0], vs[0] = q, v
-        h = scenario.step_s
-        for k in range(scenario.steps):
-            t = k * h
-            q, v = classical_step(self.acceleration, (t, t + h / 2, t + h), q, v, h)
-            if (k + 1) % scenario.stride == 0:
-                if not (np.isfinite(q).all() and np.isfinite(v).all()):
-                    break
-                qs[(k + 1) // scenario.stride], vs[(k + 1) // scenario.stride] = q, v
+        time, start = recorded_times(self.scenario), _build_reference(self).start()
+        qs, vs = integrate_scenario(self.acceleration, start, self.scenario)
         require_finite(self.name, time, qs, vs)
         return self._make_trajectory(time, qs, vs)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.integration import classical_step
+from crosscheck.models.experiment.integration import integrate_steps
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Robot
 
@@ -32,13 +32,16 @@ def integrate(
             raise conditioning_error(model.robot) from None
         return accelerations
 
-    first = torques(0.0)
-    for number in range(steps):
-        half, last = torques((number + 0.5) * step), torques((number + 1) * step)
-        q, v = classical_step(slope, (first, half, last), q, v, step)
+    last = torques(0.0)
+
+    def given(number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        nonlocal last
+        first, half, last = last, torques((number + 0.5) * step), torques((number + 1) * step)
+        return first, half, last
+
+    for _, after in zip(range(steps), integrate_steps(slope, given, q, v, step), strict=False):
+        q, v = after
         alive &= (np.abs(v) < FASTEST).all(axis=1)
-        q, v = np.where(alive[:, None], q, 0.0), np.where(alive[:, None], v, 0.0)
-        first = last
         if not alive.any():
             break
     return np.where(alive[:, None], q, np.inf), np.where(alive[:, None], v, np.inf)

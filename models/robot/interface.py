@@ -8,10 +8,12 @@ import numpy as np
 
 from crosscheck.models.errors import CannotDo, Diverged
 from crosscheck.models.experiment.drive import drive_data, torques_along
-from crosscheck.models.experiment.integration import classical_step
+from crosscheck.models.experiment.integration import integrate_scenario
 from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.interface import require_finite
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.models.robot.start import start_state
+from crosscheck.models.trajectory import recorded_times
 
 
 class RobotModel(ABC):
@@ -65,29 +67,19 @@ class RobotModel(ABC):
         An engine whose accelerations are those of its own integrator may override it. Raises
         Diverged.
         """
-        drive, (q, v) = (
-            drive_data(scenario, len(self.robot.coordinates)),
-            start_state(self.robot, self.level, scenario),
-        )
-        h, free = scenario.step_s, len(self.robot.coordinates)
-        records = [(q, v)]
+        free, name = len(self.robot.coordinates), f"{self.name}:{self.level}"
+        drive, start = drive_data(scenario, free), start_state(self.robot, self.level, scenario)
 
         def acceleration(t: float, at: np.ndarray, rate: np.ndarray) -> np.ndarray:
             torques = torques_along(drive, np.array([t]), at[None, :free], rate[None, :free])
-            return self.forward_dynamics(at[None], rate[None], torques)[0]
-
-        for step in range(scenario.steps):
-            t = step * h
             try:
-                q, v = classical_step(acceleration, (t, t + h / 2, t + h), q, v, h)
+                return self.forward_dynamics(at[None], rate[None], torques)[0]
             except np.linalg.LinAlgError:
-                raise Diverged(f"{self.name}:{self.level}", t) from None
-            if not (np.isfinite(q).all() and np.isfinite(v).all()):
-                raise Diverged(f"{self.name}:{self.level}", t + h)
-            if (step + 1) % scenario.stride == 0:
-                records.append((q, v))
-        at, rate = (np.array(each) for each in zip(*records, strict=True))
-        return at, rate
+                raise Diverged(name, t) from None
+
+        q, v = integrate_scenario(acceleration, start, scenario)
+        require_finite(name, recorded_times(scenario), q, v)
+        return q, v
 
     def precise(self, scenario: Scenario, rtol: float) -> tuple[np.ndarray, np.ndarray]:
         """The same by adaptive steps that end where contacts change. Raises CannotDo, Diverged."""
