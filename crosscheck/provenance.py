@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Annotated, Any
@@ -119,6 +120,7 @@ def mechanism_digest(mechanism: Arm | Robot) -> str:
     return hashlib.sha256(mechanism.model_dump_json(exclude_defaults=True).encode()).hexdigest()
 
 
+@cache
 def find_version(package: str) -> str | None:
     """Version of an installed package; None if it is not installed."""
     try:
@@ -127,8 +129,12 @@ def find_version(package: str) -> str | None:
         return None
 
 
+@cache
 def _revision() -> str | None:
-    """The git revision of this checkout, marked if the work tree differs; None outside one."""
+    """The git revision of this checkout, marked if the work tree differs; None outside one.
+
+    As it stood when a process asked first: that is the code which it runs.
+    """
     revision = _git("describe", "--always", "--abbrev=12")
     return f"{revision}-dirty" if revision and list_changed_files() else revision
 

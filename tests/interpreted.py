@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -78,6 +79,7 @@ class _Divisions(ast.NodeTransformer):
         return node
 
 
+@lru_cache(maxsize=4)  # states of one structure follow each other
 def interpreted(program: Program) -> dict[str, Callable[..., Any]]:
     """The functions of a program by name; arrays are given as arrays of numbers."""
     tree = ast.parse(program.text)

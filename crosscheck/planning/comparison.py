@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from crosscheck.findings import Finding, Subject, make_failed_check, make_unfinished_check
 from crosscheck.runner.outcomes import Failure, Outcome, Task, failure_from_error
+
+Made = TypeVar("Made")
 
 
 class ModelTask(Task, Protocol):
@@ -33,6 +35,15 @@ class Results:
 
     def __init__(self, outcomes: Mapping[Any, Outcome]) -> None:
         self.outcomes = outcomes
+        self._derived = dict[Any, tuple[object, Any]]()
+
+    def derive(self, owner: object, what: Hashable, make: Callable[[], Made]) -> Made:
+        """What an owner makes of the outcomes, which do not change: made once."""
+        key = id(owner), what
+        if key not in self._derived:
+            self._derived[key] = owner, make()  # the owner is kept, so that no other has its id
+        made: Made = self._derived[key][1]
+        return made
 
     def need(self, task: ModelTask) -> Any:
         """A task's array or trajectory. Raises MissingResult."""

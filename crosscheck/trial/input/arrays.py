@@ -16,13 +16,11 @@ def convert_to_numbers(answer: Any, shape: tuple[int, ...]) -> np.ndarray:
 
     Raises NotNumbers.
     """
-    array = _array(answer)
-    if array.dtype.kind not in "biufc":
-        raise NotNumbers(f"is of type {array.dtype}, must be numbers")
-    if array.dtype.kind == "c" and np.any(array.imag != 0):
-        raise NotNumbers("is complex, must be real")
-    array = array.real.astype(np.float64)
-    if [n for n in array.shape if n != 1] == [n for n in shape if n != 1]:
+    if type(answer) is np.ndarray and answer.dtype == np.float64:  # as nearly always
+        array = answer.copy()
+    else:
+        array = _real(_array(answer))
+    if array.shape != shape and [n for n in array.shape if n != 1] == [n for n in shape if n != 1]:
         array = array.reshape(shape)
     if array.shape != shape:
         raise NotNumbers(f"has shape {array.shape}, must be {shape}")
@@ -31,6 +29,15 @@ def convert_to_numbers(answer: Any, shape: tuple[int, ...]) -> np.ndarray:
         place = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
         raise NotNumbers(f"has {what} at {list(place)}, must be finite")
     return array
+
+
+def _real(array: np.ndarray) -> np.ndarray:
+    """An array as float64. Raises NotNumbers."""
+    if array.dtype.kind not in "biufc":
+        raise NotNumbers(f"is of type {array.dtype}, must be numbers")
+    if array.dtype.kind == "c" and np.any(array.imag != 0):
+        raise NotNumbers("is complex, must be real")
+    return array.real.astype(np.float64)
 
 
 def _array(answer: Any) -> np.ndarray:

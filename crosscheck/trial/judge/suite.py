@@ -62,6 +62,10 @@ def compute_natural_sizes(
     problem: VerificationProblem, results: Results, level: str
 ) -> NaturalSizes:
     """Natural sizes by the reference's answers. Raises MissingResult."""
+    return results.derive(problem, level, partial(_compute_sizes, problem, results, level))
+
+
+def _compute_sizes(problem: VerificationProblem, results: Results, level: str) -> NaturalSizes:
     precision = problem.equations.table.precision if problem.equations.table else 0.0
     answers = get_trusted_answers(problem, results, level)
     return entries.compute_sizes(problem.frame, problem.states, *answers, precision)
