@@ -264,7 +264,7 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
     short = {
         group: _explanation_length(_select_group(wrong_entries, *group), rank) for group in groups
     }
-    spread = rank or any(length[:2] > (0, 1) for length in short.values())
+    spread = any(rank or length[:2] > (0, 1) for length in short.values())
     gearing = arm.problem.gearing
     built_in = [Coordinates(gearing), Coordinates(gearing, "absolute")]
     if gearing != "rigid":
