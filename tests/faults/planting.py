@@ -14,6 +14,7 @@ import textwrap
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -153,13 +154,17 @@ def _rebind(
 ) -> None:
     """Put what is changed wherever these packages have imported the original."""
     changed = {id(original): new for original, new in changes}
-    for module in _modules(packages):
+    for module in _modules(packages, len(sys.modules)):
+        if changed.keys().isdisjoint(map(id, vars(module).values())):
+            continue
         for name, value in list(vars(module).items()):
             if id(value) in changed:
                 patch.setattr(module, name, changed[id(value)])
 
 
-def _modules(packages: tuple[str, ...]) -> list[ModuleType]:
+@lru_cache(maxsize=32)
+def _modules(packages: tuple[str, ...], imported: int) -> list[ModuleType]:
+    """The modules of packages among so many that are imported, which no other number has."""
     inside = tuple(f"{package}." for package in packages)
     return [
         module
@@ -173,7 +178,9 @@ def interpret(patch: pytest.MonkeyPatch, model: str, kernel: Kernel = "alone") -
     load_model_class(model)  # a module first imported later would keep what is put in now
     engine = model.split(":")[0]
     packages = INTERPRETED.get(model) or INTERPRETED.get(engine, ())
-    values = [value for module in _modules(packages) for value in vars(module).values()]
+    values = [
+        value for module in _modules(packages, len(sys.modules)) for value in vars(module).values()
+    ]
     wrapped = [
         value
         for value in values

@@ -180,14 +180,19 @@ def judge(
     harmed: str,
     given: Callable[[Robot], Robot] = lambda own: own,
 ) -> list[Finding]:
-    """The findings; engines that are not harmed answer once.
+    """The findings; engines that are not harmed answer once, a harmed one is built once.
 
     A run is one step between engines: all that it takes is compared too.
     """
     outcomes, right = {}, tasks.build_robot_model
 
+    built: dict[tuple[str, int, Level], RobotModel] = {}
+
     def build(engine: str, at: Robot, level: Level) -> RobotModel:
-        return right(engine, given(at) if engine == harmed else at, level)
+        key = engine, id(at), level  # of a robot that the comparisons keep
+        if key not in built:
+            built[key] = right(engine, given(at) if engine == harmed else at, level)
+        return built[key]
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(engines, "STEPS", 1)
