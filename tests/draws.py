@@ -23,7 +23,7 @@ from crosscheck.models.arm.stiffness import (
     TableStiffness,
 )
 
-SAMPLE = 30
+SAMPLE = 20
 DRAWS = int(os.environ.get("CROSSCHECK_DRAWS", SAMPLE))
 TEETH = ("sun_teeth", "planet_teeth", "ring_teeth", "planet_count")
 GEARS = ("sun", "planet", "carrier")
@@ -31,6 +31,11 @@ PER_PLANET = ("backlash_m", "tooth_error_m", "tooth_error_phase_rad", "static_er
 MOST_REFUSALS = 2000
 Drawn = TypeVar("Drawn", bound=BaseModel)
 Make = Callable[[random.Random], dict[str, Any]]
+
+
+def examples(few: int, many: int) -> int:
+    """How many examples of a property are looked at: few in the suite, many in a campaign."""
+    return many if "CROSSCHECK_DRAWS" in os.environ else few
 
 
 def fresh_seed() -> int:

@@ -41,6 +41,7 @@ from crosscheck.models.loading import Case, load_arm
 from crosscheck.registry import build
 from tests.any_arms import any_arms
 from tests.arms import random_arm
+from tests.draws import examples
 from tests.equations import Quantities, quantities
 from tests.faults.kernels import keep_nothing
 from tests.interpreted import addresses, exact_fma, fma, interpreted
@@ -264,7 +265,7 @@ def test_every_switch_on_arms_of_every_size(place):
 
 
 @pytest.mark.slow
-@settings(max_examples=6, database=None)
+@settings(max_examples=examples(3, 30), database=None)
 @given(data=st.data())
 def test_arms_that_nobody_chose(data):
     arm = data.draw(any_arms(data.draw(st.integers(1, 7)), unlike=True))

@@ -13,7 +13,7 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.interface import STATE_ABILITIES, Model
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import MODELS, build, model_names, select_covering
-from tests.draws import any_arm, fresh_seed
+from tests.draws import any_arm, examples, fresh_seed
 from tests.loops import require_items
 
 WITHOUT = ("sun_mass_kg", "planet_mass_kg", "carrier_mass_kg", "ring_mass_kg")
@@ -63,6 +63,7 @@ def all_finite(arm: Arm, generator: random.Random) -> bool:
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 @pytest.mark.parametrize("joints", [1, 2])
 def test_any_arm_in_range_has_finite_numbers_in_every_model(joints, capfd):
     """And no engine says a word about it."""
@@ -71,7 +72,7 @@ def test_any_arm_in_range_has_finite_numbers_in_every_model(joints, capfd):
     capfd.readouterr()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for _ in range(6 // joints):
+        for _ in range(examples(4, 60) // joints):
             arm = any_arm(generator, joints)
             assert all_finite(arm, generator), (seed, arm)
     assert capfd.readouterr() == ("", ""), seed

@@ -12,7 +12,7 @@ from crosscheck.registry import build_robot_model
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.robots.chains import random_chain
 
-CHAINS, MOST_JOINTS = (15, 7) if DRAWS == SAMPLE else (DRAWS, 12)
+CHAINS, MOST_JOINTS = (8, 7) if DRAWS == SAMPLE else (DRAWS, 12)
 
 
 def differing(robot: Robot, states: int = 4) -> list[Finding]:

@@ -16,6 +16,7 @@ from crosscheck.trial.diagnose.reference_terms import build_reference_terms
 from crosscheck.trial.diagnose.values import collect_arm_values
 from crosscheck.trial.judge.entries import EntryPlace
 from tests.any_arms import any_arms
+from tests.draws import examples
 from tests.loops import require_items
 from tests.trial.states import Sample, drawn_coordinates, sample
 
@@ -49,7 +50,7 @@ def trials(draw):
     return arm, coordinates, switches, level, chooser.randrange(2**32)
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(10, 100))
 @given(trials())
 def test_dictionary_is_the_model(trial):
     arm, coordinates, switches, level, seed = trial
