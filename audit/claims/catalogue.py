@@ -9,9 +9,13 @@ from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
-from crosscheck.audit.claims.rule import Claim, ClaimCriteria
 from crosscheck.audit.claims.statements import section2, section3, section4
+from crosscheck.audit.judging.rule import Claim, ClaimCriteria
 
+SENTENCES = tuple(
+    Path(__file__).with_name("sentences") / f"{name}.toml"
+    for name in ("front", "section2", "section3", "control", "section4", "section5")
+)
 STATEMENTS = Path(__file__).with_name("statements") / "statements.toml"
 
 

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
-from crosscheck.audit.claims import rule
-from crosscheck.audit.claims.judgement import CLOSE, ClaimJudgement, VariantVerdict
-from crosscheck.audit.claims.rule import Answer, Verdict, VerdictKind
+from crosscheck.audit.claims.model_judgement import ModelJudgement, VariantVerdict, model_of
 from crosscheck.audit.claims.study_plan import StudyPlan, plan_of
 from crosscheck.audit.experiments.ensembles import ALIKE, FIRST
 from crosscheck.audit.experiments.paper_conditions import (
     AS_GEARS,
     AS_MODELLED,
+    DAMPING,
     INTERMEDIATE_MODELS,
+    READING,
     VARIANTS,
     GearModel,
 )
 from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.judging import rule
+from crosscheck.audit.judging.judgement import CLOSE
+from crosscheck.audit.judging.rule import Answer, Verdict, VerdictKind
 from crosscheck.audit.measures.undefined import JsonObject, float_or_none
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
@@ -57,7 +61,7 @@ MODELS_BY_KEY = {
 class ClaimRow:
     """A claim and what the model's variants say of it."""
 
-    judged: ClaimJudgement
+    judged: ModelJudgement
     variants: tuple[VariantVerdict, ...]
 
 
@@ -81,7 +85,7 @@ def build_claim_rows(context: AuditContext) -> list[ClaimRow]:
     for judgement in context.judged_claims.values():
         variants = []
         for model, settings in context.variations.items():
-            variant_judgement = ClaimJudgement(
+            variant_judgement = ModelJudgement(
                 judgement.claim, tuple(rule.evaluate_claim(judgement.claim, settings))
             )
             if variant_judgement.answers and not judgement.claim.static:
@@ -151,20 +155,34 @@ def describe_model(model: GearModel) -> str:
 
 
 def _answer_id(answer: Answer) -> str:
-    place = answer.place
-    zeta = "" if place.zeta is None else f"{place.zeta:g}"
-    parts = (place.model.id if place.model else "", place.arm, zeta, place.choice)
+    model, zeta = model_of(answer.place), answer.place.value_of(DAMPING)
+    parts = (
+        model.id if model else "",
+        str(answer.place.value_of(READING)),
+        "" if zeta is None else f"{zeta:g}",
+        answer.place.choice,
+    )
     return "/".join(part for part in parts if part)
+
+
+def _model_field(field: str) -> Callable[[Answer], str | None]:
+    """A field of the model of the gears that an answer was found with, as a column."""
+
+    def find(answer: Answer) -> str | None:
+        model = model_of(answer.place)
+        return None if model is None else attrgetter(field)(model)
+
+    return find
 
 
 ANSWERS = Columns[Answer](
     _answer_id,
     (
-        TableColumn("law", "law", lambda a: a.place.law.id if a.place.law else None),
-        TableColumn("planets", "planets", lambda a: a.place.planets if a.place.law else None),
-        TableColumn("equations", "equations", lambda a: a.place.equations if a.place.law else None),
-        TableColumn("arm", "arm", lambda a: a.place.arm),
-        TableColumn("zeta", "zeta", lambda a: a.place.zeta, "g"),
+        TableColumn("law", "law", _model_field("law.id")),
+        TableColumn("planets", "planets", _model_field("planets")),
+        TableColumn("equations", "equations", _model_field("equations")),
+        TableColumn("arm", "arm", lambda a: str(a.place.value_of(READING))),
+        TableColumn("zeta", "zeta", lambda a: a.place.value_of(DAMPING), "g"),
         TableColumn("choice", "choice", lambda a: a.place.choice or None),
         TableColumn("state", "state", lambda a: a.state.value),
         TableColumn("yes", "yes", lambda a: a.share.yes if a.share else None),
@@ -172,7 +190,7 @@ ANSWERS = Columns[Answer](
         TableColumn(
             "share_95",
             "95 % interval",
-            lambda a: a.share.interval if a.share and a.place.law else None,
+            lambda a: a.share.interval if a.share and model_of(a.place) else None,
         ),
         TableColumn("quantiles", "quantiles"),
         TableColumn("starts", "starts"),
@@ -182,7 +200,7 @@ ANSWERS = Columns[Answer](
 
 
 def build_claim_record(
-    judgement: ClaimJudgement, variants: Sequence[VariantVerdict]
+    judgement: ModelJudgement, variants: Sequence[VariantVerdict]
 ) -> dict[str, object]:
     """A claim with its verdicts and its answers in all settings, as JSON."""
     claim = judgement.claim

@@ -10,26 +10,19 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
+from crosscheck.audit.experiments.experiments import CONSTANT, PD, STATIC
 from crosscheck.audit.experiments.torque import ERROR_WINDOWS_S
+from crosscheck.audit.judging.quantities import Measures, Number
 from crosscheck.audit.measures.events import AT_ONCE_S
 from crosscheck.audit.statics.base_and_gravity import BASE_MASSES
 from crosscheck.audit.statics.statics import BENDS
 from crosscheck.audit.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.registry import RIGID_LEVELS
-
-
-class Number(NamedTuple):
-    """A number that experiments measure. words: a noun phrase; window: the part of the run."""
-
-    words: str
-    unit: str
-    window: str = ""
-
 
 # Parts of a run that several numbers look at.
 WINDOWS = {
@@ -69,3 +62,6 @@ MEASURED: dict[str, Number] = {
     for case in cases
     for name, number in _TABLES[table].items()
 }
+MEASURES = Measures(MEASURED)
+# Of the experiments that most statements are about, a number by its name.
+pd, torque, static = (partial(MEASURES.quantity_of, source) for source in (PD, CONSTANT, STATIC))

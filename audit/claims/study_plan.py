@@ -8,15 +8,16 @@ from itertools import product
 
 import numpy as np
 
-from crosscheck.audit.claims.quantities import ConditionResults
 from crosscheck.audit.errata.planted_faults import PlantedFaultQuestion, detectable_share
 from crosscheck.audit.experiments import experiments as run
 from crosscheck.audit.experiments import paper_conditions
 from crosscheck.audit.experiments.paper_conditions import Condition, GearModel
-from crosscheck.audit.experiments.samples import Sample, collect_samples
+from crosscheck.audit.experiments.samples import collect_samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers
+from crosscheck.audit.judging.quantities import ConditionResults
+from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.statics.statics import Statics
 
 VARIED = (run.PD, run.NO_ERROR)  # the experiments that are made of VARIANTS

@@ -53,6 +53,16 @@ class PaperExperiment:
     harmonics: int = 0
     preloaded: bool = False
 
+    @property
+    def size(self) -> float | None:
+        """What makes this member of its family [um]."""
+        return self.size_um
+
+    @property
+    def static(self) -> bool:
+        """Whether the arm's data alone decide it: no run is made."""
+        return self.question_class is None
+
     def __str__(self) -> str:
         return self.kind if self.size_um is None else f"{self.kind} {self.size_um:g} um"
 

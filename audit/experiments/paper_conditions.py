@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from crosscheck.audit.experiments.variant import GEARED_MODELS, Equations, Planets, Variant
 
 LABELLED, SWAPPED = "paper-labelled", "paper-swapped"
+# What the paper leaves open, as verdicts name it; printed equations have lumped planets.
+LAW, PLANETS = "phase law", "planets and equations"
+READING, DAMPING = "reading of Table I", "damping"
 READINGS = {LABELLED: "labelled", SWAPPED: "swapped"}
 
 
@@ -81,6 +85,21 @@ class Condition:
     def model(self) -> GearModel:
         """The setting's model of the gears."""
         return GearModel(self.law, self.planets, self.equations)
+
+    @property
+    def conditions(self) -> Mapping[str, Hashable]:
+        """The conditions that answers depend on, by their names."""
+        return {
+            LAW: self.law,
+            PLANETS: (self.planets, self.equations),
+            READING: self.arm,
+            DAMPING: self.zeta,
+        }
+
+    @property
+    def static_conditions(self) -> Mapping[str, Hashable]:
+        """The conditions that the arm's data depend on."""
+        return {READING: self.arm}
 
     @property
     def reading(self) -> str:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,43 +12,16 @@ from crosscheck.audit.experiments.experiments import PaperExperiment, build_ques
 from crosscheck.audit.experiments.paper_conditions import Condition
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-
-
-@dataclass(frozen=True)
-class Sample:
-    """What the starts of an experiment measured.
-
-    numbers: name -> (starts,), nan where undefined; diverged (starts,): whether the run did;
-    not_run: of the last starts, those that others stand for, so that start i of one experiment has
-    a start i of another beside it; they are no evidence, and never counted.
-    """
-
-    numbers: Mapping[str, np.ndarray]
-    diverged: np.ndarray
-    not_run: int = 0
-
-    @property
-    def run(self) -> int:
-        """How many starts were run."""
-        return self.diverged.size - self.not_run
-
-    @classmethod
-    def from_numbers(cls, ensemble_numbers: EnsembleNumbers) -> Sample:
-        """The sample of what was measured, with undefined numbers as nan."""
-        numbers = {
-            name: np.array(values, float) for name, values in ensemble_numbers.numbers.items()
-        }
-        diverged = np.isfinite(np.array(ensemble_numbers.diverged_s, float))
-        return cls(numbers, diverged, diverged.size - ensemble_numbers.ran)
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        """A number of every start, (starts,). Raises KeyError for one that is not measured."""
-        if self.diverged.all():
-            return np.full(self.diverged.shape, math.nan)
-        return self.numbers[name]
-
+from crosscheck.audit.judging.sample import Sample
 
 SampleRequest = tuple[Condition, PaperExperiment]
+
+
+def build_sample(ensemble_numbers: EnsembleNumbers) -> Sample:
+    """The sample of what was measured, with undefined numbers as nan."""
+    numbers = {name: np.array(values, float) for name, values in ensemble_numbers.numbers.items()}
+    diverged = np.isfinite(np.array(ensemble_numbers.diverged_s, float))
+    return Sample(numbers, diverged, diverged.size - ensemble_numbers.ran)
 
 
 def collect_samples(
@@ -63,4 +35,4 @@ def collect_samples(
     ]
     cut = [replace(entry, variant=scale.cut(entry.variant)) for entry in questions]
     answers = study.answer_questions(cut, label)
-    return {pair: Sample.from_numbers(entry) for pair, entry in zip(unlike, answers, strict=True)}
+    return {pair: build_sample(entry) for pair, entry in zip(unlike, answers, strict=True)}

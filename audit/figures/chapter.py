@@ -11,7 +11,7 @@ from crosscheck.audit.figures import angles, law_figures, laws, sweeps
 from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA, FigureData, make_condition
 from crosscheck.audit.figures.paper_figure import PaperFigure
 from crosscheck.audit.figures.plotting import draw_severe_shares
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.judging.shares import Share
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.page.chapter import AuditChapter

@@ -27,8 +27,8 @@ from crosscheck.audit.experiments.paper_conditions import (
     Condition,
     Law,
 )
-from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.experiments.variant import Variant
+from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.measures.reading import select_first_planets
 from crosscheck.audit.measures.rigid import rigid_model
 from crosscheck.audit.measures.run_signals import RunSignals, extract_signals

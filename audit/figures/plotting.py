@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from crosscheck.audit.experiments.paper_conditions import LAWS, Law
+from crosscheck.audit.judging.shares import Share
 from crosscheck.audit.measures.run_signals import RunSignals
-from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.page.labels import DRAWN_NAMES
 from crosscheck.report.fragments import COLOURS

@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from crosscheck.audit.claims.catalogue import BY_ID
-from crosscheck.audit.claims.rule import Claim
 from crosscheck.audit.experiments.paper_conditions import LABELLED, READINGS
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
+from crosscheck.audit.judging.rule import Claim
 from crosscheck.audit.measures.reading import select_angles
 from crosscheck.audit.measures.rigid import rigid_model
 from crosscheck.audit.measures.undefined import (

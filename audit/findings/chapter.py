@@ -9,7 +9,6 @@ from itertools import product
 import numpy as np
 
 from crosscheck.audit.claims.chapter import COLUMNS
-from crosscheck.audit.claims.rule import State
 from crosscheck.audit.errata.engine_comparison import PrintedEquationsQuestion
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import (
@@ -29,7 +28,8 @@ from crosscheck.audit.findings.damping_fit import summarize_best_fits
 from crosscheck.audit.findings.engines import compare_engines
 from crosscheck.audit.findings.presence import find_presence_by_level
 from crosscheck.audit.findings.stability import run_stability_test
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.judging.rule import State
+from crosscheck.audit.judging.shares import Share
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.undefined import JsonObject, float_or_none, format_answer

@@ -13,9 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
-from crosscheck.audit.claims import catalogue, quantities, rule
+from crosscheck.audit.claims import catalogue
 from crosscheck.audit.claims.study_plan import ResultsByCondition
 from crosscheck.audit.experiments.paper_conditions import Condition
+from crosscheck.audit.judging import quantities, rule
 from crosscheck.audit.measures.undefined import JsonObject
 
 # The numbers that Section 3 prints of meshes and fluctuations, and Section 4.1's frequency.

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from crosscheck.audit.claims.rule import State
 from crosscheck.audit.experiments.ensembles import TransientPdQuestion
 from crosscheck.audit.experiments.experiments import PD, SHORT_S, build_question
 from crosscheck.audit.experiments.motion import DECISIVE, use_integral_phase
 from crosscheck.audit.experiments.paper_conditions import Condition
-from crosscheck.audit.experiments.samples import Sample
+from crosscheck.audit.experiments.samples import build_sample
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.judging.rule import State
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.undefined import JsonObject, combine_answers
@@ -114,7 +114,7 @@ def compare_engines(study: Study, scale: Scale) -> EngineEvidence:
         samples = [numbers for (engine_condition, _), numbers in engine.items()
                    if engine_condition == cell]  # fmt: skip
         thirds = (
-            ThirdFluctuation.from_samples(*map(Sample.from_numbers, each))
+            ThirdFluctuation.from_samples(*map(build_sample, each))
             for each in ([analytic[cell]], samples)
         )
         both[cell] = ModelComparison(cell, *thirds)

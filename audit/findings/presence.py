@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import fisher_exact
 
-from crosscheck.audit.claims.rule import FEW, Limits, State, state
 from crosscheck.audit.claims.study_plan import ResultsByCondition
 from crosscheck.audit.experiments.experiments import NO_ERROR, PD
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.judging.rule import FEW, Limits, State, state
+from crosscheck.audit.judging.shares import Share
 from crosscheck.audit.measures.third_fluctuation import LARGE, VISIBLE, ThirdFluctuation
 
 SIGNIFICANT = 0.05

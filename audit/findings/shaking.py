@@ -15,15 +15,15 @@ import numpy as np
 
 from crosscheck import signals
 from crosscheck.analytic.model import PhysicalModel, RigidCoupled
-from crosscheck.audit.claims.rule import State, state
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
 from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
+from crosscheck.audit.judging.rule import State, state
+from crosscheck.audit.judging.shares import Share, share_of
 from crosscheck.audit.measures.rigid import COUPLED, remove_gears
 from crosscheck.audit.measures.run_signals import RunSignals, simulate_signals
-from crosscheck.audit.measures.shares import Share, share_of
 from crosscheck.audit.measures.undefined import (
     JsonObject,
     combine_answers,

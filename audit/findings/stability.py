@@ -20,8 +20,8 @@ from crosscheck.audit.experiments.paper_conditions import Condition
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.findings import linear
+from crosscheck.audit.judging.shares import Share, share_of
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.shares import Share, share_of
 from crosscheck.audit.measures.undefined import JsonObject, quotient
 
 CELLS = tuple(cell for item in motion.DECISIVE for cell in (item, motion.use_integral_phase(item)))

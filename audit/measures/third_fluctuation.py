@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from crosscheck.audit.claims.rule import (
+from crosscheck.audit.judging.rule import (
     PARTS,
     Answer,
     Place,
@@ -20,8 +20,8 @@ from crosscheck.audit.claims.rule import (
     quantiles_of,
     state,
 )
-from crosscheck.audit.experiments.samples import Sample
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.judging.sample import Sample
+from crosscheck.audit.judging.shares import Share
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 
 LARGE = limits_above(
@@ -56,7 +56,7 @@ class ThirdFluctuation:
     @cached_property
     def share(self) -> Share | None:
         """The share of the defined starts above SEVERE; None if too few are defined."""
-        return self.answer(Place(None, "", None, "")).share
+        return self.answer(Place()).share
 
     def answer(self, place: Place) -> Answer:
         """The answer at a place to the claim that the fluctuation is severe."""

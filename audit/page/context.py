@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.judgement import ClaimJudgement
-from crosscheck.audit.claims.rule import Claim, evaluate_claim
+from crosscheck.audit.claims.model_judgement import ModelJudgement
 from crosscheck.audit.claims.study_plan import (
     ResultsByCondition,
     plan_of,
@@ -24,9 +23,11 @@ from crosscheck.audit.experiments.paper_conditions import (
     READINGS,
     GearModel,
 )
-from crosscheck.audit.experiments.samples import Sample, SampleRequest, collect_samples
+from crosscheck.audit.experiments.samples import SampleRequest, collect_samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.judging.rule import Claim, evaluate_claim
+from crosscheck.audit.judging.sample import Sample
 
 QUICK_S = 0.05
 
@@ -69,13 +70,13 @@ class AuditContext:
         return {arm: add_errata_texts(errata) for arm, errata in zip(arms, answers, strict=True)}
 
     @cached_property
-    def judged_claims(self) -> Mapping[str, ClaimJudgement]:
+    def judged_claims(self) -> Mapping[str, ModelJudgement]:
         """The claims with their answers in all settings, by id."""
         return {claim.id: self.judge_claim(claim) for claim in CLAIMS}
 
-    def judge_claim(self, claim: Claim) -> ClaimJudgement:
+    def judge_claim(self, claim: Claim) -> ModelJudgement:
         """A claim with its answers in every setting of every model of the gears."""
-        return ClaimJudgement(
+        return ModelJudgement(
             claim, tuple(evaluate_claim(claim, [*self.as_modelled, *self.settings]))
         )
 

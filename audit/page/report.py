@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from crosscheck import file_types
-from crosscheck.audit.claims.sentences.table import load_sentences
+from crosscheck.audit.claims.catalogue import SENTENCES
 from crosscheck.audit.errata.sheet import ErrataSheet, format_markdown
 from crosscheck.audit.experiments.scale import FULL, Scale
 from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.judging.sentences import load_sentences
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.context import AuditContext
@@ -102,7 +103,7 @@ def format_records(made: Sequence[AuditChapter], study: Study) -> str:
         "schema_version": SCHEMA_VERSION,
         "paper": asdict(PAPER) | {"citation": PAPER.format_citation(), "read": EXTENT_READ},
         "chapters": {chapter.id: chapter.records for chapter in made},
-        "sentences": [asdict(sentence) for sentence in load_sentences()],
+        "sentences": [asdict(sentence) for sentence in load_sentences(SENTENCES)],
         "provenance": _provenance(study),
     }
     return json.dumps(document, indent=1, allow_nan=False, default=_to_plain) + "\n"

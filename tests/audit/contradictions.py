@@ -5,8 +5,8 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import combinations, permutations
 
-from crosscheck.audit.claims.rule import Limits, State, VerdictKind
 from crosscheck.audit.errata.erratum import Erratum
+from crosscheck.audit.judging.rule import Limits, State, VerdictKind
 from tests.audit.stated import Said, StatedNumber, Taught
 
 HOLDING = (VerdictKind.HOLDS, VerdictKind.WHERE_DEFINED)

@@ -10,12 +10,12 @@ from functools import cache
 import numpy as np
 
 from crosscheck.audit.experiments.pd import measure_whole_pd
-from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.experiments.torque import (
     measure_back_and_forth,
     measure_constant_torque,
     mesh_phase,
 )
+from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.models.loading import load_case

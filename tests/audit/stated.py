@@ -3,14 +3,13 @@
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from crosscheck.audit.claims.judgement import ClaimJudgement
-from crosscheck.audit.claims.quantities import quantity_of
-from crosscheck.audit.claims.rule import Claim, Limits, Place, State
+from crosscheck.audit.claims.measured import pd
 from crosscheck.audit.errata.engine_comparison import EngineComparison
 from crosscheck.audit.errata.sheet import ArmErratum
-from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import MODELS, PRINTED, Condition
 from crosscheck.audit.findings.baselines import ZETA, RigidResidual
+from crosscheck.audit.judging.judgement import ClaimJudgement
+from crosscheck.audit.judging.rule import Claim, Limits, Place, State
 from crosscheck.audit.measures.third_fluctuation import LARGE, ThirdFluctuation
 
 
@@ -59,13 +58,11 @@ def of_findings(printed: EngineComparison, drives: Mapping[str, State | None]) -
 def of_third(where: str, found: Iterable[tuple[Condition, ThirdFluctuation]]) -> list[Said]:
     """What a chapter states of the third fluctuation, where the claims ask the same."""
     answers = [
-        third.answer(Place(cell.law, cell.arm, cell.zeta, "", cell.planets, cell.equations))
+        third.answer(Place(tuple(cell.conditions.items())))
         for cell, third in found
         if cell.model in MODELS
     ]
-    return [
-        Said(where, quantity_of(PD, "third").id, LARGE, one.place, one.state) for one in answers
-    ]
+    return [Said(where, pd("third").id, LARGE, one.place, one.state) for one in answers]
 
 
 def of_claims(every: Iterable[ClaimJudgement]) -> list[Said]:
@@ -85,7 +82,7 @@ def of_ladder(found: Iterable[RigidResidual], claims: Mapping[str, Claim]) -> li
             f"finding 4, baseline {one.level}",
             claims[name].choices[one.level].id,
             claims[name].limits,
-            Place(PRINTED, one.arm, ZETA, one.level),
+            Place(tuple(Condition(PRINTED, ZETA, one.arm).conditions.items()), one.level),
             State.YES if fits else State.NO,
         )
         for one in found

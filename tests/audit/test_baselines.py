@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from crosscheck.audit.claims.rule import State
 from crosscheck.audit.experiments.variant import simulate
 from crosscheck.audit.findings.baselines import (
     GROUPS,
@@ -20,6 +19,7 @@ from crosscheck.audit.findings.baselines import (
     judge_ablation,
     measure_residual,
 )
+from crosscheck.audit.judging.rule import State
 from crosscheck.registry import RIGID_LEVELS
 from tests.audit.stated import of_ladder
 

@@ -10,8 +10,6 @@ import pytest
 
 from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED, SECTIONS
 from crosscheck.audit.claims.measured import MEASURED
-from crosscheck.audit.claims.quantities import ConditionResults, NotSimulatedError
-from crosscheck.audit.claims.rule import Claim, State, evaluate_claim
 from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
@@ -24,9 +22,12 @@ from crosscheck.audit.experiments.experiments import (
     PaperExperiment,
 )
 from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
-from crosscheck.audit.experiments.samples import Sample, collect_samples
+from crosscheck.audit.experiments.samples import collect_samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.judging.quantities import ConditionResults, NotSimulatedError
+from crosscheck.audit.judging.rule import Claim, State, evaluate_claim
+from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.statics.statics import Statics
 from tests.loops import require_items
 

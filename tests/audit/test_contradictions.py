@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from crosscheck.audit.claims.rule import Limits, Place, State, VerdictKind
 from crosscheck.audit.errata.erratum import Erratum
-from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS
+from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS, Condition
+from crosscheck.audit.judging.rule import Limits, Place, State, VerdictKind
 from tests.audit.contradictions import (
     contradictions,
     held_and_denied,
@@ -15,7 +15,13 @@ from tests.audit.contradictions import (
 )
 from tests.audit.stated import Said, StatedNumber, Taught
 
-ONE = Said("here", "pd: third", Limits(low=10.0), Place(LAWS[0], LABELLED, 0.005, ""), State.YES)
+ONE = Said(
+    "here",
+    "pd: third",
+    Limits(low=10.0),
+    Place(tuple(Condition(LAWS[0], 0.005).conditions.items())),
+    State.YES,
+)
 
 
 @pytest.mark.parametrize(
@@ -24,7 +30,14 @@ ONE = Said("here", "pd: third", Limits(low=10.0), Place(LAWS[0], LABELLED, 0.005
         (ONE, 0),
         (replace(ONE, where="there", state=State.NO), 1),
         (replace(ONE, where="there", state=State.UNDEFINED), 1),
-        (replace(ONE, state=State.NO, place=Place(LAWS[1], LABELLED, 0.005, "")), 0),
+        (
+            replace(
+                ONE,
+                state=State.NO,
+                place=Place(tuple(Condition(LAWS[1], 0.005).conditions.items())),
+            ),
+            0,
+        ),
         (replace(ONE, state=State.NO, quantity="pd: first"), 0),
         (replace(ONE, limits=Limits(low=5.0), state=State.NO), 1),
         (replace(ONE, limits=Limits(low=5.0), state=State.BISTABLE), 1),

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.claims.catalogue import BY_ID
-from crosscheck.audit.claims.quantities import ConditionResults
 from crosscheck.audit.experiments.experiments import CONSTANT, PD
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, PRINTED, Condition
-from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.findings import damping_fit
+from crosscheck.audit.judging.quantities import ConditionResults
+from crosscheck.audit.judging.sample import Sample
 
 
 def test_chance_by_counting_every_way():

@@ -7,7 +7,7 @@ import pytest
 
 from crosscheck.analytic.derivation.stage import equivalent_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
-from crosscheck.audit.claims.quantities import ConditionResults, rank_among
+from crosscheck.audit.claims.measured import MEASURES
 from crosscheck.audit.experiments import experiments
 from crosscheck.audit.experiments.ensembles import (
     ALIKE,
@@ -22,8 +22,9 @@ from crosscheck.audit.experiments.pd import (
     measure_transient_pd,
     measure_whole_pd,
 )
-from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.experiments.variant import Variant, simulate
+from crosscheck.audit.judging.quantities import ConditionResults
+from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import geared_joint
@@ -289,7 +290,9 @@ def test_a_rank_is_taken_among_members_that_have_the_event():
             for b in third
         }
     )
-    assert rank_among(experiments.BACKLASH, "frequency_Hz", "third", 10.0)(known) == pytest.approx(
-        [-1]
-    )
-    assert np.isnan(rank_among(experiments.BACKLASH, "frequency_Hz", "third", 150.0)(known)).all()
+    assert MEASURES.rank_among(experiments.BACKLASH, "frequency_Hz", "third", 10.0)(
+        known
+    ) == pytest.approx([-1])
+    assert np.isnan(
+        MEASURES.rank_among(experiments.BACKLASH, "frequency_Hz", "third", 150.0)(known)
+    ).all()

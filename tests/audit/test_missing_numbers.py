@@ -11,17 +11,8 @@ from hypothesis import strategies as st
 
 from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.chapter import ClaimRow, build_claim_record, render_claims
-from crosscheck.audit.claims.judgement import ClaimJudgement
-from crosscheck.audit.claims.measured import MEASURED
-from crosscheck.audit.claims.quantities import (
-    ConditionResults,
-    difference,
-    quantity_of,
-    rank,
-    ratio,
-    spread,
-)
-from crosscheck.audit.claims.rule import State, VerdictKind, evaluate_claim, verdict
+from crosscheck.audit.claims.measured import MEASURED, MEASURES
+from crosscheck.audit.claims.model_judgement import ModelJudgement
 from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
@@ -31,8 +22,10 @@ from crosscheck.audit.experiments.experiments import (
     PaperExperiment,
 )
 from crosscheck.audit.experiments.paper_conditions import LAWS, Condition
-from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.judging.quantities import ConditionResults, difference, ratio
+from crosscheck.audit.judging.rule import State, VerdictKind, evaluate_claim, verdict
+from crosscheck.audit.judging.sample import Sample
 from tests.loops import require_items
 
 pytestmark = pytest.mark.slow
@@ -72,7 +65,7 @@ def test_every_claim_gets_a_verdict_whatever_is_missing(seed):
     generator = np.random.default_rng(seed)
     cells = [Condition(law, zeta) for law in LAWS for zeta in (0.006, 0.05)]
     asked = [(cell, _known(generator)) for cell in cells]
-    found = [ClaimJudgement(claim, tuple(evaluate_claim(claim, asked))) for claim in CLAIMS]
+    found = [ModelJudgement(claim, tuple(evaluate_claim(claim, asked))) for claim in CLAIMS]
     for judged in found:
         for answer in judged.answers:
             assert all(map(math.isfinite, answer.values))
@@ -108,7 +101,9 @@ def _sweep(diverged: PaperExperiment) -> ConditionResults:
     return known
 
 
-@pytest.mark.parametrize("quantity", [rank(BACKLASH, "third"), spread(BACKLASH, "third")])
+@pytest.mark.parametrize(
+    "quantity", [fold(BACKLASH, "third") for fold in (MEASURES.rank, MEASURES.spread)]
+)
 def test_a_diverged_member_leaves_that_starts_sweep_undefined(quantity):
     whole, broken = quantity(_sweep(BACKLASH(3000)))
     assert math.isfinite(whole)
@@ -123,7 +118,8 @@ def test_ratios_and_differences_with_nothing_are_undefined():
             b: Sample({}, np.ones(1, bool)),
         }
     )
+    first, lost = (MEASURES.quantity_of(each, "first") for each in (a, b))
     for made in (ratio, difference):
-        assert np.isfinite(made(quantity_of(a, "first"), quantity_of(a, "first"))(known)).all()
-        assert np.isnan(made(quantity_of(a, "first"), quantity_of(b, "first"))(known)).all()
-    assert not np.isfinite(ratio(quantity_of(a, "first"), quantity_of(a, "second"))(known)).any()
+        assert np.isfinite(made(first, first)(known)).all()
+        assert np.isnan(made(first, lost)(known)).all()
+    assert not np.isfinite(ratio(first, MEASURES.quantity_of(a, "second"))(known)).any()

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.audit.claims.rule import State
 from crosscheck.audit.experiments.motion import (
     ContinuedModel,
     build_models,
@@ -30,6 +29,7 @@ from crosscheck.audit.findings.engines import (
     PartedStartsQuestion,
 )
 from crosscheck.audit.findings.stability import ONSET_WITHIN, Onset
+from crosscheck.audit.judging.rule import State
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
 from tests.audit.planted_runs import third

@@ -9,10 +9,9 @@ from pathlib import Path
 import pytest
 
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.quantities import quantity_of
+from crosscheck.audit.claims.measured import pd
 from crosscheck.audit.errata.errata_texts import load_notes
 from crosscheck.audit.errata.sheet import ErrataSheet, format_markdown
-from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import READINGS
 from crosscheck.audit.figures.chapter import NUMBERS
 from crosscheck.audit.measures.undefined import UNDEFINED
@@ -131,7 +130,7 @@ def test_what_needs_a_longer_run_is_undefined(published, name):
 
 def test_claims_about_later_events_are_undefined_and_say_so(published):
     records = {record["id"]: record for record in published.chapters["claims"].records}
-    later = quantity_of(PD, "third").id
+    later = pd("third").id
     asked = [c.id for c in CLAIMS if {q.id for q in c.choices.values()} == {later}]
     assert asked
     for record in (records[name] for name in asked):

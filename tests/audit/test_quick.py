@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.rule import State
 from crosscheck.audit.claims.study_plan import QUICK as PLAN
 from crosscheck.audit.claims.study_plan import run_experiments
 from crosscheck.audit.errata.engine_comparison import PrintedEquationsQuestion
@@ -28,6 +27,7 @@ from crosscheck.audit.findings.baselines import BaselineFinding, compare_baselin
 from crosscheck.audit.findings.chapter import evaluate_third_fluctuation
 from crosscheck.audit.findings.shaking import judge_drive, run_shaking
 from crosscheck.audit.findings.stability import CELLS
+from crosscheck.audit.judging.rule import State
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.page import report
 from crosscheck.audit.page.chapter import AuditChapter

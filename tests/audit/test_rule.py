@@ -9,23 +9,33 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crosscheck.audit.claims import rule
 from crosscheck.audit.claims.chapter import ANSWERS, describe_verdict
-from crosscheck.audit.claims.judgement import ClaimJudgement
-from crosscheck.audit.claims.quantities import ConditionResults, Quantity, ratio
+from crosscheck.audit.claims.model_judgement import ModelJudgement, model_of
 from crosscheck.audit.experiments import paper_conditions
 from crosscheck.audit.experiments.experiments import NO_ERROR, PD
-from crosscheck.audit.experiments.samples import Sample
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.experiments.paper_conditions import (
+    DAMPING,
+    LAW,
+    PLANETS,
+    READING,
+)
+from crosscheck.audit.judging import rule
+from crosscheck.audit.judging.quantities import ConditionResults, Quantity, ratio
+from crosscheck.audit.judging.sample import Sample
+from crosscheck.audit.judging.shares import Share
 
 ZETAS = (0.003, 0.005, 0.01, 0.05)
 YES, NO, EITHER, NONE = rule.State.YES, rule.State.NO, rule.State.BISTABLE, rule.State.UNDEFINED
 Said = dict[paper_conditions.Law, rule.State]
 
 
+def _place(*fields) -> rule.Place:
+    return rule.Place(tuple(paper_conditions.Condition(*fields).conditions.items()))
+
+
 def _stated(by_law: Said, zetas=ZETAS, arms=(paper_conditions.LABELLED, paper_conditions.SWAPPED)):
     return [
-        (rule.Place(law, arm, zeta, ""), said)
+        (_place(law, zeta, arm), said)
         for (law, said), arm, zeta in product(by_law.items(), arms, zetas)
     ]
 
@@ -69,15 +79,17 @@ def _flipped(given, flips):
 @pytest.mark.parametrize(
     ("flips", "expected"),
     [
-        (lambda p: p.zeta == 0.003, (rule.DAMPING,)),
-        (lambda p: p.arm == paper_conditions.SWAPPED, (rule.READING,)),
+        (lambda p: p.value_of(DAMPING) == 0.003, (DAMPING,)),
+        (lambda p: p.value_of(READING) == paper_conditions.SWAPPED, (READING,)),
         (
-            lambda p: p.law == paper_conditions.INTEGRAL and p.zeta == 0.003,
-            (rule.LAW, rule.DAMPING),
+            lambda p: p.value_of(LAW) == paper_conditions.INTEGRAL and p.value_of(DAMPING) == 0.003,
+            (LAW, DAMPING),
         ),
         (
-            lambda p: p.zeta == 0.003 and p.arm == paper_conditions.SWAPPED,
-            (rule.READING, rule.DAMPING),
+            lambda p: (
+                p.value_of(DAMPING) == 0.003 and p.value_of(READING) == paper_conditions.SWAPPED
+            ),
+            (READING, DAMPING),
         ),
     ],
 )
@@ -99,25 +111,30 @@ def test_the_law_is_named_alone_where_the_counts_split_by_it():
         }
     )
     odd = {
-        p: (NO if p.law == paper_conditions.INTEGRAL else YES) for p, _ in every if p.zeta == 0.003
+        p: (NO if p.value_of(LAW) == paper_conditions.INTEGRAL else YES)
+        for p, _ in every
+        if p.value_of(DAMPING) == 0.003
     }
     found = rule.verdict_of(
-        _flipped(every, {p: s for p, s in odd.items() if p.arm == paper_conditions.LABELLED})
+        _flipped(
+            every,
+            {p: s for p, s in odd.items() if p.value_of(READING) == paper_conditions.LABELLED},
+        )
     )
-    assert (found.kind, found.depends_on) == (rule.VerdictKind.DEPENDS, (rule.LAW,))
+    assert (found.kind, found.depends_on) == (rule.VerdictKind.DEPENDS, (LAW,))
 
 
 def test_lumped_planets_are_a_parameter():
     given = [
         (
-            rule.Place(paper_conditions.PRINTED, arm, zeta, "", planets),
+            _place(paper_conditions.PRINTED, zeta, arm, planets),
             YES if planets == "lumped" else NO,
         )
         for arm, zeta, planets in product(
             (paper_conditions.LABELLED, paper_conditions.SWAPPED), ZETAS, ("lumped", "free")
         )
     ]
-    assert rule.verdict_of(given).depends_on == (rule.PLANETS,)
+    assert rule.verdict_of(given).depends_on == (PLANETS,)
 
 
 states = st.lists(st.sampled_from(list(rule.State)), min_size=6, max_size=6)
@@ -161,7 +178,7 @@ def test_the_interval_of_a_share_is_clopper_and_pearsons():
 def _answer(values, low=10.0, law=paper_conditions.PRINTED, zeta=0.005):
     defined = tuple(sorted(v for v in values if math.isfinite(v)))
     return rule.Answer(
-        rule.Place(law, paper_conditions.LABELLED, zeta, ""),
+        _place(law, zeta),
         defined,
         len(values),
         rule.Limits(low=low),
@@ -192,7 +209,7 @@ def _judged(values_by_zeta, low=10.0):
         for law in paper_conditions.LAWS
         for zeta, values in values_by_zeta.items()
     ]
-    return ClaimJudgement(_claim(low), tuple(found))
+    return ModelJudgement(_claim(low), tuple(found))
 
 
 SPREAD = [float(value) for value in range(11, 31)]  # twenty starts, all above 10
@@ -207,7 +224,7 @@ def test_a_verdict_turns_where_too_few_starts_are_left():
     assert up == SPREAD[20 - least_yes]  # above it are too few
     moved = rule.Limits(low=np.nextafter(up, math.inf))
     others = tuple(replace(answer, limits=moved) for answer in judged.answers)
-    assert ClaimJudgement(_claim(moved.low), others).verdict.kind != rule.VerdictKind.HOLDS
+    assert ModelJudgement(_claim(moved.low), others).verdict.kind != rule.VerdictKind.HOLDS
     assert judged.turning.high == (None, None)
 
 
@@ -250,15 +267,15 @@ def test_the_bounds_of_a_share_are_the_rules_own():
 def test_both_models_have_a_verdict_of_their_own():
     """Of equal rank: what one says does not enter the other."""
     places = [
-        rule.Place(m.law, paper_conditions.LABELLED, 0.005, "", m.planets, m.equations)
+        _place(m.law, 0.005, paper_conditions.LABELLED, m.planets, m.equations)
         for m in paper_conditions.MODELS
     ]
     values = {paper_conditions.AS_MODELLED: 20.0, paper_conditions.AS_GEARS: 1.0}
     found = [
-        rule.Answer(place, (values.get(place.model, 1.0),) * 8, 8, rule.Limits(low=10.0))
+        rule.Answer(place, (values.get(model_of(place), 1.0),) * 8, 8, rule.Limits(low=10.0))
         for place in places
     ]
-    judged = ClaimJudgement(_claim(10.0), tuple(found))
+    judged = ModelJudgement(_claim(10.0), tuple(found))
     kinds = [
         judged.by_model[model].kind
         for model in (paper_conditions.AS_MODELLED, paper_conditions.AS_GEARS)

@@ -5,11 +5,11 @@ from itertools import groupby
 
 import pytest
 
-from crosscheck.audit.claims.catalogue import BY_ID
-from crosscheck.audit.claims.sentences.table import Sentence, load_sentences
+from crosscheck.audit.claims.catalogue import BY_ID, SENTENCES
 from crosscheck.audit.errata.errata_texts import add_errata_texts, load_notes
 from crosscheck.audit.errata.erratum import attach_effects
 from crosscheck.audit.errata.finder import find_errata
+from crosscheck.audit.judging.sentences import Sentence, load_sentences
 from crosscheck.models.loading import load_arm
 from tests.loops import require_items
 
@@ -34,7 +34,7 @@ OF_THE_PAPER = {
 
 @pytest.fixture(scope="module")
 def table() -> list[Sentence]:
-    return load_sentences()
+    return load_sentences(SENTENCES)
 
 
 def test_every_section_has_as_many_sentences_as_the_paper(table):

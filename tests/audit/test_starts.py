@@ -9,7 +9,7 @@ from crosscheck.audit.experiments import experiments
 from crosscheck.audit.experiments.ensembles import EnsembleNumbers, TransientPdQuestion
 from crosscheck.audit.experiments.paper_conditions import CONSERVATIVE, LAWS, PRINTED, Condition
 from crosscheck.audit.experiments.pd import measure_transient_pd
-from crosscheck.audit.experiments.samples import Sample, collect_samples
+from crosscheck.audit.experiments.samples import build_sample, collect_samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import simulate
@@ -103,7 +103,7 @@ def test_other_seeds_are_other_starts(tmp_path):
 
 
 def test_a_start_that_diverged_has_no_numbers():
-    sample = Sample.from_numbers(EnsembleNumbers({"third": [1.0, None]}, [None, 0.3], 2))
+    sample = build_sample(EnsembleNumbers({"third": [1.0, None]}, [None, 0.3], 2))
     assert sample["third"][0] == 1.0
     assert np.isnan(sample["third"][1])
     assert list(sample.diverged) == [False, True]
@@ -112,7 +112,7 @@ def test_a_start_that_diverged_has_no_numbers():
 
 
 def test_where_all_diverged_every_number_is_undefined():
-    sample = Sample.from_numbers(EnsembleNumbers({}, [0.1, 0.2], 2))
+    sample = build_sample(EnsembleNumbers({}, [0.1, 0.2], 2))
     assert np.isnan(sample["third"]).all()
 
 

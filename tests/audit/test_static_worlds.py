@@ -18,14 +18,14 @@ from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_ra
 from crosscheck.analytic.paper.model import EnergiesModel, PrintedModel
 from crosscheck.analytic.paper.stiffness import square_wave_series
 from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS
-from crosscheck.audit.claims.quantities import ConditionResults
-from crosscheck.audit.claims.rule import VerdictKind, evaluate_claim, verdict
 from crosscheck.audit.errata import transcript
 from crosscheck.audit.errata.planted_faults import EntryOmission, detectable_share
 from crosscheck.audit.experiments.experiments import PLANTED, STATIC
 from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
-from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.experiments.variant import Numbers
+from crosscheck.audit.judging.quantities import ConditionResults
+from crosscheck.audit.judging.rule import VerdictKind, evaluate_claim, verdict
+from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.measures.stage import PaperStage, paper_stage
 from crosscheck.audit.statics import base_and_gravity, teeth
 from crosscheck.audit.statics import statics as statements

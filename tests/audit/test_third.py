@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import beta
 
-from crosscheck.audit.claims.rule import State
+from crosscheck.audit.claims.model_judgement import model_of
 from crosscheck.audit.experiments.paper_conditions import (
     AS_MODELLED,
     CONSERVATIVE,
@@ -12,9 +12,10 @@ from crosscheck.audit.experiments.paper_conditions import (
     PRINTED,
     Condition,
 )
-from crosscheck.audit.experiments.samples import Sample
 from crosscheck.audit.findings import presence
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.judging.rule import State
+from crosscheck.audit.judging.sample import Sample
+from crosscheck.audit.judging.shares import Share
 from crosscheck.audit.measures.third_fluctuation import NONE, VISIBLE, ThirdFluctuation, quantiles
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from tests.audit.planted_runs import third
@@ -79,7 +80,7 @@ def test_what_the_claims_ask_is_said_and_nothing_else():
     (stated,) = of_third("here", [(Condition(PRINTED, 0.01), third(*[LOUD] * 10))])
     assert (stated.quantity, stated.state) == ("pd: third", State.YES)
     (lumped,) = of_third("here", [(as_modelled, third(LOUD))])
-    assert lumped.place.model == AS_MODELLED
+    assert model_of(lumped.place) == AS_MODELLED
     assert not of_third("here", [(Condition(PRINTED, 0.01, planets="lumped"), third(LOUD))])
     assert not of_third("here", [(Condition(INTEGRAL, 0.01, planets="lumped"), third(LOUD))])
     assert not of_third("here", [(Condition(CONSERVATIVE, 0.01), third(LOUD))])

@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.quantities import ConditionResults, Quantity
-from crosscheck.audit.claims.rule import VerdictKind, evaluate_claim, verdict
 from crosscheck.audit.claims.statements.section2 import relative_change
 from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.experiments.ensembles import (
@@ -33,7 +31,9 @@ from crosscheck.audit.experiments.experiments import (
     build_question,
 )
 from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
-from crosscheck.audit.experiments.samples import Sample
+from crosscheck.audit.judging.quantities import ConditionResults, Quantity
+from crosscheck.audit.judging.rule import VerdictKind, evaluate_claim, verdict
+from crosscheck.audit.judging.sample import Sample
 from tests.audit.planted_runs import pools
 
 WORLDS = 3000

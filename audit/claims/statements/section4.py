@@ -6,8 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from crosscheck.audit.claims import quantities as q
-from crosscheck.audit.claims.rule import (
+from crosscheck.audit.claims.measured import MEASURES, pd, static
+from crosscheck.audit.claims.statements import section3
+from crosscheck.audit.experiments import experiments as run
+from crosscheck.audit.judging import quantities as q
+from crosscheck.audit.judging.rule import (
     READ_OFF,
     ClaimCriteria,
     Limits,
@@ -16,8 +19,6 @@ from crosscheck.audit.claims.rule import (
     limits_below,
     limits_from_plot,
 )
-from crosscheck.audit.claims.statements import section3
-from crosscheck.audit.experiments import experiments as run
 from crosscheck.audit.measures.thresholds import (
     DOUBLED,
     EVIDENT,
@@ -35,10 +36,13 @@ RISES = limits_above(CLEAR_RANK, "chance gives that in 2 of 100 where there are 
 SEEN = limits_above(MINOR, "nothing smaller is seen in a plot of 300")
 FREQUENCY = limits_from_plot(1500)
 
-MOST, LEAST = q.series_maximum(run.BACKLASH, "third"), q.series_minimum(run.BACKLASH, "third")
+MOST, LEAST = (
+    MEASURES.series_maximum(run.BACKLASH, "third"),
+    MEASURES.series_minimum(run.BACKLASH, "third"),
+)
 AT_SMALL, NONE = (
-    q.quantity_of(run.BACKLASH(SMALL), "third"),
-    q.quantity_of(run.NO_BACKLASH, "third"),
+    MEASURES.quantity_of(run.BACKLASH(SMALL), "third"),
+    MEASURES.quantity_of(run.NO_BACKLASH, "third"),
 )
 
 _FIRST = ("0.4", "0.6", "0.8", "1")
@@ -85,14 +89,15 @@ def accumulation(
 
 def least_rank_correlation(series: run.ExperimentSeries, seconds: str) -> q.Quantity:
     """The least rank correlation of the error with b in any 0.2 s up to so many seconds."""
-    return q.minimum(*(q.rank(series, f"error_{end}_s") for end in ENDS[seconds]))
+    return q.minimum(*(MEASURES.rank(series, f"error_{end}_s") for end in ENDS[seconds]))
 
 
 def growth(series: run.ExperimentSeries, kind: str, seconds: str) -> q.Quantity:
     """An error at the end over that from 0.1 to 0.3 s, with the default backlash."""
     experiment = series(run.DEFAULT_B_UM)
     return q.ratio(
-        q.quantity_of(experiment, f"{kind}_{seconds}_s"), q.quantity_of(experiment, f"{kind}_early")
+        MEASURES.quantity_of(experiment, f"{kind}_{seconds}_s"),
+        MEASURES.quantity_of(experiment, f"{kind}_early"),
     )
 
 
@@ -121,13 +126,15 @@ def _worst_force(results: q.ConditionResults) -> np.ndarray:
 
 def _number_at_large(name: str) -> q.Quantity:
     """A number at b = 1000 um, where there is a fluctuation."""
-    return _restrict_to_large(q.quantity_of(run.BACKLASH(run.CHAOTIC_UM), name))
+    return _restrict_to_large(MEASURES.quantity_of(run.BACKLASH(run.CHAOTIC_UM), name))
 
 
 def _restrict_to_large(quantity: q.Quantity) -> q.Quantity:
     """The quantity where there is a third fluctuation at b = 1000 um too."""
     return section3.restrict_to_third(
-        q.restrict_above(q.quantity_of(run.BACKLASH(run.CHAOTIC_UM), "third"), EVIDENT, quantity)
+        q.restrict_above(
+            MEASURES.quantity_of(run.BACKLASH(run.CHAOTIC_UM), "third"), EVIDENT, quantity
+        )
     )
 
 
@@ -155,8 +162,8 @@ _AS_GOOD = "within 5 % one clearance is as good as another"
 _FAST = "third_force_fast_N"
 _BELOW_5 = (run.ERROR(1.6), run.ERROR(3.2))  # um, the sizes that the paper simulates
 _AT_LARGEST, _AT_SMALLEST = (
-    q.quantity_of(run.ERROR(6.3), "third"),
-    q.quantity_of(run.ERROR(1.6), "third"),
+    MEASURES.quantity_of(run.ERROR(6.3), "third"),
+    MEASURES.quantity_of(run.ERROR(1.6), "third"),
 )
 _GROWS = limits_above(CLEAR_RANK, "chance gives that in 7 of 100 where there are five sizes")
 _MINOR = Limits(MINOR, SEVERE, "more than nothing, and not severe")
@@ -189,7 +196,7 @@ WIDER = q.Quantity(
     "s",
     _decay_where_wider,
 )
-_AT_DEFAULT = q.maximum(q.pd("first_decay_s"), q.pd("second_decay_s"))
+_AT_DEFAULT = q.maximum(pd("first_decay_s"), pd("second_decay_s"))
 AS_WIDE = q.restrict_below(
     _AT_DEFAULT,
     section3.SUDDEN_S,
@@ -216,22 +223,27 @@ WITH_BACKLASH = q.Quantity(
 DECIDED: ClaimCriteria = {
     # impacts
     "4-02": (
-        q.minimum(q.series_minimum(run.BACKLASH, "first"), q.quantity_of(run.PRELOADED, "first")),
+        q.minimum(
+            MEASURES.series_minimum(run.BACKLASH, "first"),
+            MEASURES.quantity_of(run.PRELOADED, "first"),
+        ),
         SEEN,
     ),
     "4-03": (
-        q.fold_series("least of those with", "smallest", run.BACKLASH, "second", np.fmin.reduce),
+        MEASURES.fold_series(
+            "least of those with", "smallest", run.BACKLASH, "second", np.fmin.reduce
+        ),
         SEEN,
     ),
     # position
-    "4.1-01": (q.pd("deviation_rad"), section3.ON_SCALE),
-    "4.1-02": (q.quantity_of(run.WIDE, "deviation_rad"), section3.ON_SCALE),
+    "4.1-01": (pd("deviation_rad"), section3.ON_SCALE),
+    "4.1-02": (MEASURES.quantity_of(run.WIDE, "deviation_rad"), section3.ON_SCALE),
     "4.1-03": (
-        q.static("tooth_thickness_share"),
+        static("tooth_thickness_share"),
         limits_around(1 / 3, 0.1, "nearly: a tenth of it"),
     ),
     "4.1-04": (
-        q.quantity_of(run.WIDE, "gap_end_rad"),
+        MEASURES.quantity_of(run.WIDE, "gap_end_rad"),
         limits_below(1e-4, "a tenth of the scale that counts as negligible"),
     ),
     "4.1-05": (
@@ -248,28 +260,32 @@ DECIDED: ClaimCriteria = {
     ),
     "4.1-28": (
         q.ratio(
-            q.quantity_of(run.TURNING, "gap_end_rad"), q.quantity_of(run.TURNING, "deviation_rad")
+            MEASURES.quantity_of(run.TURNING, "gap_end_rad"),
+            MEASURES.quantity_of(run.TURNING, "deviation_rad"),
         ),
         limits_below(section3.VANISHED, "a tenth is left for the next swing"),
     ),
     # the size of an impact
-    "4.1-08": (q.rank_among(run.BACKLASH, "second_force_N", "side_change_s", 0.0), RISES),
-    "4.1-09": (q.rank_among(run.BACKLASH, "side_change_s", "side_change_s", 0.0), RISES),
-    "4.1-10": (q.rank_among(run.BACKLASH, "bouncing_s", "side_change_s", 0.0), FALLS),
-    "4.1-11": (q.rank_among(run.BACKLASH, "flight_s", "side_change_s", 0.0), RISES),
+    "4.1-08": (MEASURES.rank_among(run.BACKLASH, "second_force_N", "side_change_s", 0.0), RISES),
+    "4.1-09": (MEASURES.rank_among(run.BACKLASH, "side_change_s", "side_change_s", 0.0), RISES),
+    "4.1-10": (MEASURES.rank_among(run.BACKLASH, "bouncing_s", "side_change_s", 0.0), FALLS),
+    "4.1-11": (MEASURES.rank_among(run.BACKLASH, "flight_s", "side_change_s", 0.0), RISES),
     # the fluctuation
     "4.1-12": (
-        section3.restrict_to_third(q.spread(run.BACKLASH, "third")),
+        section3.restrict_to_third(MEASURES.spread(run.BACKLASH, "third")),
         limits_above(DOUBLED, "a change that no scatter explains"),
     ),
     "4.1-13": (
         section3.restrict_to_third(q.ratio(AT_SMALL, NONE)),
         Limits(0.5, 2.0, "alike to a factor of two"),
     ),
-    "4.1-14": (section3.restrict_to_third(q.rank(run.BACKLASH, "third")), FALLS),
-    "4.1-15": (section3.restrict_to_third(q.rank(run.BACKLASH, "third_force_fast_N")), FALLS),
+    "4.1-14": (section3.restrict_to_third(MEASURES.rank(run.BACKLASH, "third")), FALLS),
+    "4.1-15": (
+        section3.restrict_to_third(MEASURES.rank(run.BACKLASH, "third_force_fast_N")),
+        FALLS,
+    ),
     "4.1-16": (
-        section3.restrict_to_third(q.quantity_of(run.BACKLASH(SMALL), "side_changes")),
+        section3.restrict_to_third(MEASURES.quantity_of(run.BACKLASH(SMALL), "side_changes")),
         limits_above(70, "every 10 ms: one in fifteen periods of 1500 Hz"),
     ),
     "4.1-17": (section3.restrict_to_third(q.ratio(AT_SMALL, section3.THIRD)), section3.LARGER),
@@ -278,51 +294,53 @@ DECIDED: ClaimCriteria = {
         section3.GONE,
     ),
     # spectra
-    "4.1-19": (section3.restrict_to_third(q.pd("frequency_Hz")), FREQUENCY),
-    "4.1-20": (section3.restrict_to_third(q.pd("frequency_elbow_Hz")), FREQUENCY),
+    "4.1-19": (section3.restrict_to_third(pd("frequency_Hz")), FREQUENCY),
+    "4.1-20": (section3.restrict_to_third(pd("frequency_elbow_Hz")), FREQUENCY),
     "4.1-21": (
-        section3.restrict_to_third(q.pd("overtones")),
+        section3.restrict_to_third(pd("overtones")),
         limits_above(1.5, "several are two at least"),
     ),
     "4.1-22": (
-        section3.restrict_to_third(q.ratio(q.pd("line_elbow"), q.pd("line"))),
+        section3.restrict_to_third(q.ratio(pd("line_elbow"), pd("line"))),
         limits_above(DOUBLED, "much: at least twice"),
     ),
     "4.1-31": (
         section3.restrict_to_third(
-            q.ratio(q.quantity_of(run.EXACT_ELBOW, "line_elbow"), q.pd("line_elbow"))
+            q.ratio(MEASURES.quantity_of(run.EXACT_ELBOW, "line_elbow"), pd("line_elbow"))
         ),
         limits_above(HALVED, "most of it stays where the shoulder's teeth alone excite"),
     ),
     "4.1-23": (
-        section3.restrict_to_third(q.rank_among(run.BACKLASH, "frequency_Hz", "third", EVIDENT)),
+        section3.restrict_to_third(
+            MEASURES.rank_among(run.BACKLASH, "frequency_Hz", "third", EVIDENT)
+        ),
         FALLS,
     ),
     "4.1-24": (
-        _restrict_to_large(q.quantity_of(run.NEIGHBOURS, "lyapunov_per_s")),
+        _restrict_to_large(MEASURES.quantity_of(run.NEIGHBOURS, "lyapunov_per_s")),
         limits_above(23.0, "neighbouring motions part tenfold in every tenth of a second"),
     ),
     "4.1-30": (
         _number_at_large("line_share"),
         limits_below(0.2, "no line holds a fifth of the energy"),
     ),
-    "4.1-29": (section3.restrict_to_third(q.pd("line_share")), section3.MOSTLY),
+    "4.1-29": (section3.restrict_to_third(pd("line_share")), section3.MOSTLY),
     "4.1-25": (_number_at_large("low_share"), section3.MOSTLY),
     "4.1-26": (EDGES, limits_above(1.05, _AS_GOOD)),
     "4.1-27": (DEFAULT, limits_below(1.05, _AS_GOOD)),
     # the size of the tooth error
     "4.2-01": (
-        q.quantity_of(run.ERROR(6.3), "deviation_rad"),
+        MEASURES.quantity_of(run.ERROR(6.3), "deviation_rad"),
         limits_below(1e-3, "the scale that Section 4.1 calls negligible"),
     ),
     "4.2-02": (
         q.ratio(
-            q.quantity_of(run.ERROR(6.3), "deviation_rad"),
-            q.quantity_of(run.ERROR(1.6), "deviation_rad"),
+            MEASURES.quantity_of(run.ERROR(6.3), "deviation_rad"),
+            MEASURES.quantity_of(run.ERROR(1.6), "deviation_rad"),
         ),
         limits_around(1.0, 0.1, "a tenth, while the error grows fourfold"),
     ),
-    "4.2-03": (q.static("error_over_backlash"), Limits(0.05, 0.2, "a tenth, to a factor of two")),
+    "4.2-03": (static("error_over_backlash"), Limits(0.05, 0.2, "a tenth, to a factor of two")),
     "4.2-04": (WIDER, section3.QUICKLY),
     "4.2-17": (
         AS_WIDE,
@@ -335,45 +353,45 @@ DECIDED: ClaimCriteria = {
         limits_above(DOUBLED, "a change that no scatter explains"),
     ),
     "4.2-06": (
-        q.quantity_of(run.ERROR(0.8), "third"),
+        MEASURES.quantity_of(run.ERROR(0.8), "third"),
         limits_below(MINOR, "nothing that a plot of 300 would show"),
     ),
     "4.2-07": (_AT_SMALLEST, _MINOR),
-    "4.2-08": (_at_largest(q.rank(run.ERROR, _FAST)), _GROWS),
+    "4.2-08": (_at_largest(MEASURES.rank(run.ERROR, _FAST)), _GROWS),
     "4.2-09": (
-        q.minimum(*(q.quantity_of(source, "static_over_line") for source in _BELOW_5)),
+        q.minimum(*(MEASURES.quantity_of(source, "static_over_line") for source in _BELOW_5)),
         section3.LARGER,
     ),
-    "4.2-10": (q.maximum(*(q.quantity_of(source, "third") for source in _BELOW_5)), _MINOR),
+    "4.2-10": (q.maximum(*(MEASURES.quantity_of(source, "third") for source in _BELOW_5)), _MINOR),
     "4.2-11": (
-        q.maximum(*(q.quantity_of(source, "static_over_line_elbow") for source in _BELOW_5)),
+        q.maximum(*(MEASURES.quantity_of(source, "static_over_line_elbow") for source in _BELOW_5)),
         section3.SMALLER,
     ),
     "4.2-12": (_AT_LARGEST, section3.SEVERELY),
     "4.2-13": (
         section3.restrict_to_third(
-            q.ratio(q.quantity_of(run.ERROR(6.3), "frequency_Hz"), q.pd("frequency_Hz"))
+            q.ratio(MEASURES.quantity_of(run.ERROR(6.3), "frequency_Hz"), pd("frequency_Hz"))
         ),
         limits_around(1.0, READ_OFF, "basically the same: as well as a plot tells"),
     ),
     "4.2-14": (_at_largest(q.ratio(_AT_LARGEST, section3.THIRD)), _DRAMATIC),
     "4.2-15": (
         q.restrict_above(
-            section3.THIRD, EVIDENT, q.ratio(q.quantity_of(run.NO_ERROR, _FAST), q.pd(_FAST))
+            section3.THIRD, EVIDENT, q.ratio(MEASURES.quantity_of(run.NO_ERROR, _FAST), pd(_FAST))
         ),
         section3.GONE,
     ),
-    "4.2-16": (q.series_maximum(run.ERROR, "third"), section3.SEVERELY),
+    "4.2-16": (MEASURES.series_maximum(run.ERROR, "third"), section3.SEVERELY),
     # the conclusion
-    "5-01": (q.pd("after_start"), section3.EXISTS),
+    "5-01": (pd("after_start"), section3.EXISTS),
     "5-02": (
-        q.ratio(q.quantity_of(run.NO_BACKLASH, "second"), section3.SECOND),
+        q.ratio(MEASURES.quantity_of(run.NO_BACKLASH, "second"), section3.SECOND),
         limits_below(HALVED, "most of it is gone without backlash"),
     ),
     "5-03": (WITH_BACKLASH, RISES),
     "5-04": (section3.OWED, section3.EXISTS),
     "5-05": (section3.restrict_to_third(q.difference(AT_SMALL, section3.THIRD)), section3.EXISTS),
-    "5-06": (_at_largest(q.rank(run.ERROR, "third")), _GROWS),
+    "5-06": (_at_largest(MEASURES.rank(run.ERROR, "third")), _GROWS),
     # the abstract
     "Abstract-01": (
         drive_choices(lambda family, s: accumulation(family, s, "what b adds to the error", 0.0)),
@@ -385,14 +403,16 @@ DECIDED: ClaimCriteria = {
     ),
     "Abstract-03": (
         q.restrict_above(
-            q.pd("third"),
+            pd("third"),
             EVIDENT,
-            q.ratio(q.quantity_of(run.NO_ERROR, "third_force_fast_N"), q.pd("third_force_fast_N")),
+            q.ratio(
+                MEASURES.quantity_of(run.NO_ERROR, "third_force_fast_N"), pd("third_force_fast_N")
+            ),
         ),
         limits_below(HALVED, "without the main cause less than half is left"),
     ),
     "Abstract-04": (
-        q.maximum(q.pd("torque_fast_1"), q.pd("torque_fast_2")),
+        q.maximum(pd("torque_fast_1"), pd("torque_fast_2")),
         limits_above(VISIBLE_SHARE, "a line's width in a plot of the torque"),
     ),
 }

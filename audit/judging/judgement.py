@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from crosscheck.audit.claims import rule
-from crosscheck.audit.claims.rule import Answer, Claim, State, Verdict, VerdictKind
-from crosscheck.audit.experiments.paper_conditions import MODELS, GearModel
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.judging import rule
+from crosscheck.audit.judging.rule import Answer, Claim, State, Verdict
+from crosscheck.audit.judging.shares import Share
 
 CLOSE = 0.25  # of a limit: one as arbitrary might as well have been drawn there
 
@@ -37,35 +36,38 @@ class ClaimJudgement:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """The verdict over all settings of all models of the gears."""
+        """The verdict over all settings."""
         return rule.verdict(self.answers, self.claim.free)
 
-    @cached_property
-    def by_model(self) -> dict[GearModel, Verdict]:
-        """The verdict over the settings of each model of the gears; empty for a static claim."""
-        if self.claim.static:
-            return {}
-        answers_by_model = {
-            model: [a for a in self.answers if a.place.model == model] for model in MODELS
-        }
-        return {
-            model: rule.verdict(answers, self.claim.free)
-            for model, answers in answers_by_model.items()
-        }
-
-    def half_grid_verdict(self, left_out: int) -> Verdict:
-        """The verdict without every second damping ratio, from the first (0) or second (1)."""
-        zetas = sorted({a.place.zeta for a in self.answers if a.place.zeta is not None})
-        out = set(zetas[left_out::2])
-        kept = [answer for answer in self.answers if answer.place.zeta not in out]
+    def half_grid_verdict(self, name: str, left_out: int) -> Verdict:
+        """The verdict without every second value of a condition, from the first (0) or second."""
+        out = set(self._grids[name][left_out::2])
+        kept = [answer for answer in self.answers if answer.place.value_of(name) not in out]
         return rule.verdict(kept, self.claim.free)
 
     @cached_property
+    def _grids(self) -> dict[str, list[float]]:
+        """The values of all conditions that are numbers, ascending."""
+        values_by_name: dict[str, set[Hashable]] = {}
+        for answer in self.answers:
+            for name, value in answer.place.conditions:
+                values_by_name.setdefault(name, set()).add(value)
+        return {
+            name: sorted(float(value) for value in values if isinstance(value, int | float))
+            for name, values in values_by_name.items()
+            if len(values) > 1 and all(isinstance(value, int | float) for value in values)
+        }
+
+    @cached_property
     def is_grid_sensitive(self) -> bool:
-        """Whether either half of the damping ratios gives a verdict of another kind."""
+        """Whether either half of a condition's numbers gives a verdict of another kind."""
         if self.claim.static:
             return False
-        return any(self.half_grid_verdict(half).kind != self.verdict.kind for half in (0, 1))
+        return any(
+            self.half_grid_verdict(name, half).kind != self.verdict.kind
+            for name in self._grids
+            for half in (0, 1)
+        )
 
     @cached_property
     def is_start_sensitive(self) -> bool:
@@ -134,17 +136,3 @@ def _reachable_states(answer: Answer) -> set[State]:
     if share is None:
         return set()
     return {rule.state(Share(share.yes + yes, share.of + 1)) for yes in (0, 1)}
-
-
-@dataclass(frozen=True)
-class VariantVerdict:
-    """The verdict on a claim from one of VARIANTS, beside that from the model next to it."""
-
-    model: GearModel
-    kind: VerdictKind
-    base_kind: VerdictKind
-
-    @property
-    def is_different(self) -> bool:
-        """Whether the variant's verdict is of another kind than that model's."""
-        return self.kind != self.base_kind

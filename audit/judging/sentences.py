@@ -1,20 +1,18 @@
 """The paper sentence by sentence: what claims or errata each leads to, or why it asserts nothing.
 
-Captions and the table count as sentences. The files beside this module are in the paper's order.
+Captions and the table count as sentences.
 """
 
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
 from pydantic import TypeAdapter, model_validator
 from pydantic.dataclasses import dataclass as validated_dataclass
-
-FOLDER = Path(__file__).parent
-FILES = ("front", "section2", "section3", "control", "section4", "section5")
 
 
 @validated_dataclass(frozen=True)
@@ -49,11 +47,11 @@ class _SentenceFile:
     sentences: tuple[Sentence, ...]
 
 
-def load_sentences() -> list[Sentence]:
-    """Load all sentences. Raises ValueError for an entry that is not as ``Sentence`` says."""
-    return [sentence for name in FILES for sentence in _load_file(name)]
+def load_sentences(files: Iterable[Path]) -> list[Sentence]:
+    """Load all sentences of files in the paper's order.
 
-
-def _load_file(name: str) -> tuple[Sentence, ...]:
-    text = (FOLDER / f"{name}.toml").read_text(encoding="utf-8")
-    return TypeAdapter(_SentenceFile).validate_python(tomllib.loads(text)).sentences
+    Raises ValueError for an entry that is not as ``Sentence`` says.
+    """
+    adapter = TypeAdapter(_SentenceFile)
+    tables = (tomllib.loads(file.read_text(encoding="utf-8")) for file in files)
+    return [sentence for table in tables for sentence in adapter.validate_python(table).sentences]

@@ -12,29 +12,24 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from itertools import combinations
-from operator import attrgetter
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from crosscheck.audit.claims import quantities
-from crosscheck.audit.claims.quantities import Choices, ConditionResults, Quantity
-from crosscheck.audit.experiments.paper_conditions import Condition, GearModel, Law
-from crosscheck.audit.experiments.variant import Equations, Planets
-from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.judging import quantities
+from crosscheck.audit.judging.quantities import Choices, ConditionResults, Quantity
+from crosscheck.audit.judging.shares import Share
 
 MOST, FEW = 0.9, 0.1
 DEFINED = 0.5  # of the starts: where the event is rarer, a setting says nothing of it
 PARTS = (0.1, 0.5, 0.9)
 READ_OFF = 0.1  # of a value: how well it is read off a plot, whatever it is and whoever reads it
 PLOT = "a tenth: read off a plot"
-LAW, PLANETS = "phase law", "planets and equations"  # printed equations have lumped planets
-READING, DAMPING = "reading of Table I", "damping"
 FORETELLS = 0.5  # at least half of the wrong guesses are saved
 
 
@@ -125,20 +120,32 @@ class State(StrEnum):
     UNDEFINED = "undefined"
 
 
-class Place(NamedTuple):
-    """The place where an answer was found; static: no law, no zeta, and planets say nothing."""
-
-    law: Law | None
-    arm: str
-    zeta: float | None
-    choice: str
-    planets: Planets = "free"
-    equations: Equations = "corrected"
+class Setting(Protocol):
+    """A setting of a study: what the paper leaves open, decided."""
 
     @property
-    def model(self) -> GearModel | None:
-        """The setting's model of the gears; None where the claim is static."""
-        return None if self.law is None else GearModel(self.law, self.planets, self.equations)
+    def conditions(self) -> Mapping[str, Hashable]:
+        """The value of each condition by its name, in the order in which verdicts name them."""
+        ...
+
+    @property
+    def static_conditions(self) -> Mapping[str, Hashable]:
+        """Those conditions that decide the data alone."""
+        ...
+
+
+class Place(NamedTuple):
+    """The place where an answer was found: values by the names of conditions.
+
+    A static claim has those alone that its data depend on; choice: of the claim's free parameter.
+    """
+
+    conditions: tuple[tuple[str, Hashable], ...] = ()
+    choice: str = ""
+
+    def value_of(self, name: str) -> Hashable | None:
+        """The value of a condition; None if nothing depends on it."""
+        return dict(self.conditions).get(name)
 
 
 @dataclass(frozen=True)
@@ -208,18 +215,14 @@ def state_thresholds(starts: int) -> tuple[int, int]:
 
 
 def evaluate_claim(
-    claim: Claim, settings: Iterable[tuple[Condition, ConditionResults]]
+    claim: Claim, settings: Iterable[tuple[Setting, ConditionResults]]
 ) -> list[Answer]:
     """Answers to a claim in every setting that has the experiments it needs; one if static."""
     answers: dict[Place, Answer] = {}
-    for condition, results in settings:
+    for setting, results in settings:
+        conditions = setting.static_conditions if claim.static else setting.conditions
         for choice, quantity in claim.choices.items():
-            place = Place(None, condition.arm, None, choice)
-            if not claim.static:
-                model = condition.model
-                place = Place(
-                    model.law, condition.arm, condition.zeta, choice, model.planets, model.equations
-                )
+            place = Place(tuple(conditions.items()), choice)
             if place in answers:
                 continue
             tracker = quantities.ResultsTracker(results)
@@ -305,28 +308,26 @@ def _deciding_parameters(setting_states: Sequence[SettingState], free: str) -> t
     One foretells it if Goodman and Kruskal's lambda, the share of wrong guesses that knowing it
     saves, is FORETELLS or more. Settings that say yes or no.
     """
-    fields = {LAW: "law", PLANETS: "planets", READING: "arm", DAMPING: "zeta", free: "choice"}
-    axes = {
-        name: get
-        for name, get in zip(fields, map(attrgetter, fields.values()), strict=True)
-        if len({get(place) for place, _ in setting_states}) > 1
-    }
-    blind = _wrong_guesses(setting_states, lambda place: None)
-    saved = {name: 1 - _wrong_guesses(setting_states, get) / blind for name, get in axes.items()}
-    telling = sorted((name for name in axes if saved[name] >= FORETELLS), key=lambda n: -saved[n])
+    rows = [
+        ({**dict(place.conditions), free: place.choice}, state) for place, state in setting_states
+    ]
+    names = [name for name in rows[0][0] if len({values[name] for values, _ in rows}) > 1]
+    blind = _wrong_guesses(rows, "")
+    saved = {name: 1 - _wrong_guesses(rows, name) / blind for name in names}
+    telling = sorted((name for name in names if saved[name] >= FORETELLS), key=lambda n: -saved[n])
     if telling:
         return tuple(telling)
     alone = set[str]()
-    for (first, first_state), (second, second_state) in combinations(setting_states, 2):
+    for (first, first_state), (second, second_state) in combinations(rows, 2):
         if first_state != second_state:
-            differing = [name for name, get in axes.items() if get(first) != get(second)]
+            differing = [name for name in names if first[name] != second[name]]
             alone.update(differing if len(differing) == 1 else ())
-    return tuple(name for name in axes if name in (alone or axes))
+    return tuple(name for name in names if name in (alone or names))
 
 
-def _wrong_guesses(setting_states: Sequence[SettingState], get: Callable[[Place], object]) -> int:
-    """Wrong guesses if the most frequent state is guessed for each value of a parameter."""
-    by_value: dict[object, list[State]] = {}
-    for place, states in setting_states:
-        by_value.setdefault(get(place), []).append(states)
+def _wrong_guesses(rows: Sequence[tuple[Mapping[str, Hashable], State]], name: str) -> int:
+    """Wrong guesses if the most frequent state is guessed for each value of a parameter, if any."""
+    by_value: dict[Hashable, list[State]] = {}
+    for values, state in rows:
+        by_value.setdefault(values.get(name), []).append(state)
     return sum(min(states.count(State.YES), states.count(State.NO)) for states in by_value.values())

@@ -7,41 +7,66 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.stats import rankdata
 
-from crosscheck.audit.claims.measured import MEASURED
-from crosscheck.audit.experiments.experiments import (
-    CONSTANT,
-    PD,
-    PLANTED,
-    STATIC,
-    ExperimentSeries,
-    PaperExperiment,
-)
-from crosscheck.audit.experiments.samples import Sample
+from crosscheck.audit.judging.sample import Sample
 
 FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
+
+
+class Experiment(Protocol):
+    """An experiment by which a paper's claims are judged; as text, its id; hashable.
+
+    kind: what it shares with its family; words: what it changes; size: of a family, what makes
+    this member; static: whether the arm's data alone decide it.
+    """
+
+    @property
+    def kind(self) -> str: ...
+    @property
+    def words(self) -> str: ...
+    @property
+    def size(self) -> float | None: ...
+    @property
+    def static(self) -> bool: ...
+
+
+class Series(Protocol):
+    """Experiments of one kind that differ in one size; symbol: the paper's for it."""
+
+    @property
+    def kind(self) -> str: ...
+    @property
+    def symbol(self) -> str: ...
+
+
+class Number(NamedTuple):
+    """A number that experiments measure. words: a noun phrase; window: the part of the run."""
+
+    words: str
+    unit: str
+    window: str = ""
 
 
 class NotSimulatedError(LookupError):
     """Raised where a setting lacks the experiment that a quantity is about."""
 
 
-class ConditionResults(dict[PaperExperiment, Sample]):
+class ConditionResults(dict[Experiment, Sample]):
     """The experiments of a setting. Raises NotSimulatedError for one that it does not have."""
 
-    def __missing__(self, experiment: PaperExperiment) -> Sample:
+    def __missing__(self, experiment: Experiment) -> Sample:
         raise NotSimulatedError(experiment)
 
-    def members(self, series: ExperimentSeries) -> list[PaperExperiment]:
+    def members(self, series: Series) -> list[Experiment]:
         """The experiments of a family, ascending. Raises NotSimulatedError with too few of them."""
         members = [experiment for experiment in self if experiment.kind == series.kind]
         if len(members) < FEWEST_MEMBERS:
             raise NotSimulatedError(series)
-        return sorted(members, key=lambda source: source.size_um or 0.0)
+        return sorted(members, key=lambda source: source.size or 0.0)
 
 
 class ResultsTracker(ConditionResults):
@@ -51,11 +76,11 @@ class ResultsTracker(ConditionResults):
         super().__init__()
         self.results = results
 
-    def __missing__(self, experiment: PaperExperiment) -> Sample:
+    def __missing__(self, experiment: Experiment) -> Sample:
         self[experiment] = sample = self.results[experiment]
         return sample
 
-    def members(self, series: ExperimentSeries) -> list[PaperExperiment]:
+    def members(self, series: Series) -> list[Experiment]:
         return self.results.members(series)
 
     @property
@@ -82,17 +107,6 @@ class Quantity:
         """The value for every start, (starts,); one number where the arm's data alone decide it."""
         with np.errstate(all="ignore"):
             return np.asarray(self.formula(results), dtype=float)
-
-
-def quantity_of(experiment: PaperExperiment, name: str) -> Quantity:
-    """The quantity of an experiment's number. Raises KeyError for a name not in MEASURED."""
-    number, words = MEASURED[name], f"{MEASURED[name].words} {experiment.words}".strip()
-    formula, static = lambda results: results[experiment][name], experiment in (STATIC, PLANTED)
-    return Quantity(f"{experiment}: {name}", words, number.unit, formula, number.window, static)
-
-
-# Of the experiments that most statements are about, a number by its name.
-pd, torque, static = (partial(quantity_of, source) for source in (PD, CONSTANT, STATIC))
 
 
 def _combine_quantities(
@@ -171,7 +185,7 @@ def maximum_over_starts(quantity: Quantity) -> Quantity:
     )
 
 
-def divergence(experiment: PaperExperiment) -> Quantity:
+def divergence(experiment: Experiment) -> Quantity:
     """A quantity that is 1 where the experiment's run diverged, else 0."""
     words = f"runs {experiment.words} that diverge".replace("  ", " ")
     return Quantity(
@@ -202,88 +216,12 @@ def _restrict(
 
 
 def series_values(
-    series: ExperimentSeries, name: str, results: ConditionResults
+    series: Series, name: str, results: ConditionResults
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A family's sizes [um] (members,), ascending, and its numbers (members, starts)."""
+    """A family's sizes (members,), ascending, and its numbers (members, starts)."""
     members = results.members(series)
-    sizes = np.array([experiment.size_um for experiment in members], dtype=float)
+    sizes = np.array([experiment.size for experiment in members], dtype=float)
     return sizes, np.array([results[experiment][name] for experiment in members])
-
-
-def fold_series(
-    symbol: str,
-    words: str,
-    series: ExperimentSeries,
-    name: str,
-    fold: Callable[[np.ndarray], np.ndarray],
-) -> Quantity:
-    """A number folded over a family's experiments: fold is (members, starts) -> (starts,)."""
-    number = MEASURED[name]
-    return Quantity(
-        f"{symbol}({series.kind}: {name})",
-        f"{words} {number.words} over all {series.symbol}",
-        number.unit,
-        lambda results: fold(series_values(series, name, results)[1]),
-        number.window,
-    )
-
-
-def series_minimum(series: ExperimentSeries, name: str) -> Quantity:
-    """The smallest value of a number in a family of experiments; undefined if one is."""
-    return fold_series("least", "smallest", series, name, lambda values: values.min(axis=0))
-
-
-def series_maximum(series: ExperimentSeries, name: str) -> Quantity:
-    """The largest value of a number in a family of experiments; undefined if one is."""
-    return fold_series("greatest", "largest", series, name, lambda values: values.max(axis=0))
-
-
-def spread(series: ExperimentSeries, name: str) -> Quantity:
-    """The largest over the smallest value of a number in a family of experiments."""
-    return ratio(series_maximum(series, name), series_minimum(series, name))
-
-
-def rank(series: ExperimentSeries, name: str) -> Quantity:
-    """Spearman's rank correlation of a number with size, over a family's experiments.
-
-    Undefined where one of them has no such number, or all have the same.
-    """
-    number = MEASURED[name]
-    return Quantity(
-        f"rank({series.kind}: {name})",
-        f"rank correlation with {series.symbol} of {number.words}",
-        "1",
-        lambda results: rank_correlation(*series_values(series, name, results)),
-        number.window,
-    )
-
-
-def rank_among(series: ExperimentSeries, name: str, condition: str, above: float) -> Quantity:
-    """Rank correlation of a number with size, among members whose ``condition`` is large enough.
-
-    Undefined with fewer than FEWEST_MEMBERS of them; none of them lacks the number.
-    """
-    number, limit = MEASURED[name], MEASURED[condition]
-
-    def formula(results: ConditionResults) -> np.ndarray:
-        sizes, values = series_values(series, name, results)
-        chosen = np.isfinite(values) & (series_values(series, condition, results)[1] > above)
-        correlations = np.full(len(chosen.T), np.nan)
-        for start, is_chosen in enumerate(chosen.T):
-            if is_chosen.sum() >= FEWEST_MEMBERS:
-                (correlations[start],) = rank_correlation(
-                    sizes[is_chosen], values[is_chosen, start, None]
-                )
-        return correlations
-
-    return Quantity(
-        f"rank where above {above:g}({series.kind}: {condition}, {name})",
-        f"rank correlation with {series.symbol} of {number.words}, among {series.symbol} where"
-        f" {limit.words} exceeds {above:g} {limit.unit}",
-        "1",
-        formula,
-        number.window,
-    )
 
 
 def rank_correlation(sizes: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -299,6 +237,101 @@ def rank_correlation(sizes: np.ndarray, values: np.ndarray) -> np.ndarray:
             (rank_deviations**2).sum(axis=0) * (size_deviations**2).sum()
         )
     return np.where(np.isfinite(values).all(axis=0), correlations, np.nan)
+
+
+@dataclass(frozen=True)
+class Measures:
+    """The numbers that a paper's experiments measure, by name, and the quantities made of them."""
+
+    numbers: Mapping[str, Number]
+
+    def quantity_of(self, experiment: Experiment, name: str) -> Quantity:
+        """The quantity of an experiment's number. Raises KeyError for a name that none has."""
+        number = self.numbers[name]
+        words = f"{number.words} {experiment.words}".strip()
+        return Quantity(
+            f"{experiment}: {name}",
+            words,
+            number.unit,
+            lambda results: results[experiment][name],
+            number.window,
+            experiment.static,
+        )
+
+    def fold_series(
+        self,
+        symbol: str,
+        words: str,
+        series: Series,
+        name: str,
+        fold: Callable[[np.ndarray], np.ndarray],
+    ) -> Quantity:
+        """A number folded over a family's experiments: fold is (members, starts) -> (starts,)."""
+        number = self.numbers[name]
+        return Quantity(
+            f"{symbol}({series.kind}: {name})",
+            f"{words} {number.words} over all {series.symbol}",
+            number.unit,
+            lambda results: fold(series_values(series, name, results)[1]),
+            number.window,
+        )
+
+    def series_minimum(self, series: Series, name: str) -> Quantity:
+        """The smallest value of a number in a family of experiments; undefined if one is."""
+        return self.fold_series(
+            "least", "smallest", series, name, lambda values: values.min(axis=0)
+        )
+
+    def series_maximum(self, series: Series, name: str) -> Quantity:
+        """The largest value of a number in a family of experiments; undefined if one is."""
+        return self.fold_series(
+            "greatest", "largest", series, name, lambda values: values.max(axis=0)
+        )
+
+    def spread(self, series: Series, name: str) -> Quantity:
+        """The largest over the smallest value of a number in a family of experiments."""
+        return ratio(self.series_maximum(series, name), self.series_minimum(series, name))
+
+    def rank(self, series: Series, name: str) -> Quantity:
+        """Spearman's rank correlation of a number with size, over a family's experiments.
+
+        Undefined where one of them has no such number, or all have the same.
+        """
+        number = self.numbers[name]
+        return Quantity(
+            f"rank({series.kind}: {name})",
+            f"rank correlation with {series.symbol} of {number.words}",
+            "1",
+            lambda results: rank_correlation(*series_values(series, name, results)),
+            number.window,
+        )
+
+    def rank_among(self, series: Series, name: str, condition: str, above: float) -> Quantity:
+        """Rank correlation of a number with size where another number is large enough.
+
+        Undefined with fewer than FEWEST_MEMBERS of them; none of them lacks the number.
+        """
+        number, limit = self.numbers[name], self.numbers[condition]
+
+        def formula(results: ConditionResults) -> np.ndarray:
+            sizes, values = series_values(series, name, results)
+            chosen = np.isfinite(values) & (series_values(series, condition, results)[1] > above)
+            correlations = np.full(len(chosen.T), np.nan)
+            for start, is_chosen in enumerate(chosen.T):
+                if is_chosen.sum() >= FEWEST_MEMBERS:
+                    (correlations[start],) = rank_correlation(
+                        sizes[is_chosen], values[is_chosen, start, None]
+                    )
+            return correlations
+
+        return Quantity(
+            f"rank where above {above:g}({series.kind}: {condition}, {name})",
+            f"rank correlation with {series.symbol} of {number.words}, among {series.symbol} where"
+            f" {limit.words} exceeds {above:g} {limit.unit}",
+            "1",
+            formula,
+            number.window,
+        )
 
 
 Choices = Mapping[str, Quantity]

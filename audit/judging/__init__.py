@@ -1,0 +1,1 @@
+"""Judging a paper by its claims: shares of starts, limits, verdicts. Knows no paper."""
