@@ -29,6 +29,10 @@ def errata(
 
 
 def paper(
+    folder: Annotated[
+        Path | None,
+        typer.Argument(metavar="FOLDER", help="Another paper's folder (default: the case study)."),
+    ] = None,
     figure: Annotated[
         list[int] | None,
         typer.Option(help="A figure of the paper, 4 to 20 (default: all chapters)."),
@@ -38,8 +42,19 @@ def paper(
         int, typer.Option(help="Seed of the first start of every sample; others follow.")
     ] = 1,
     jobs: Jobs = None,
+    run_code: Annotated[
+        bool, typer.Option("--run-code", help="Let the folder's equations and functions run.")
+    ] = False,
 ) -> None:
-    """Reproduce the paper's figures and judge its claims; write paper.html and claims.json."""
+    """Reproduce the paper's figures and judge its claims; write paper.html and claims.json.
+
+    Of another paper's folder, judge its claims and try its equations; write verdicts.json.
+    """
+    if folder is not None:
+        from crosscheck.audit.judging.command import run_folder_command
+
+        run_folder_command(folder, figure or [], out, jobs or os.cpu_count() or 1, run_code)
+        return
     from crosscheck.audit.page.command import run_paper_command
 
     run_paper_command(figure or [], out, jobs or os.cpu_count() or 1, first_seed)

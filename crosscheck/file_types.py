@@ -31,6 +31,7 @@ ERRATA = FileType("an errata JSON file", JSON, (b'\n "errata": [', b'\n "provena
 CLAIMS = FileType(
     "a file of the paper's claims", JSON, (b'\n "chapters": {', b'\n "provenance": {')
 )
+VERDICTS = FileType("a file of a paper's verdicts", JSON, (b'\n "claims": [', b'\n "title": '))
 JUNIT = FileType(
     "a cross-check's JUnit file",
     b'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites tests="',
@@ -70,8 +71,20 @@ PICTURE = FileType("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
 
 
 FILE_TYPES = (
-    *(AGREEMENT, TRIAL, RECORD, ERRATA, CLAIMS, JUNIT, PAGE, TRIAL_PAGE, PAPER_PAGE, SHEET),
-    *(VIEW, TRAJECTORY, C_FILE, FMU_FILE, PICTURE, MEASURED, MEASURED_PAGE),
+    *(
+        AGREEMENT,
+        TRIAL,
+        RECORD,
+        ERRATA,
+        CLAIMS,
+        VERDICTS,
+        JUNIT,
+        PAGE,
+        TRIAL_PAGE,
+        PAPER_PAGE,
+        SHEET,
+    ),
+    *(SHEET, VIEW, TRAJECTORY, C_FILE, FMU_FILE, PICTURE, MEASURED, MEASURED_PAGE),
     *(COST, COST_PAGE, ROBOT_TRIAL, ROBOT_JUNIT, IDENTIFIED, IDENTIFIED_PAGE),
 )
 

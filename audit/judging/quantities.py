@@ -17,7 +17,7 @@ from crosscheck.audit.judging.sample import Sample
 FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
 
 
-class Experiment(Protocol):
+class MeasuredExperiment(Protocol):
     """An experiment by which a paper's claims are judged; as text, its id; hashable.
 
     kind: what it shares with its family; words: what it changes; size: of a family, what makes
@@ -55,13 +55,13 @@ class NotSimulatedError(LookupError):
     """Raised where a setting lacks the experiment that a quantity is about."""
 
 
-class ConditionResults(dict[Experiment, Sample]):
+class ConditionResults(dict[MeasuredExperiment, Sample]):
     """The experiments of a setting. Raises NotSimulatedError for one that it does not have."""
 
-    def __missing__(self, experiment: Experiment) -> Sample:
+    def __missing__(self, experiment: MeasuredExperiment) -> Sample:
         raise NotSimulatedError(experiment)
 
-    def members(self, series: Series) -> list[Experiment]:
+    def members(self, series: Series) -> list[MeasuredExperiment]:
         """The experiments of a family, ascending. Raises NotSimulatedError with too few of them."""
         members = [experiment for experiment in self if experiment.kind == series.kind]
         if len(members) < FEWEST_MEMBERS:
@@ -76,11 +76,11 @@ class ResultsTracker(ConditionResults):
         super().__init__()
         self.results = results
 
-    def __missing__(self, experiment: Experiment) -> Sample:
+    def __missing__(self, experiment: MeasuredExperiment) -> Sample:
         self[experiment] = sample = self.results[experiment]
         return sample
 
-    def members(self, series: Series) -> list[Experiment]:
+    def members(self, series: Series) -> list[MeasuredExperiment]:
         return self.results.members(series)
 
     @property
@@ -185,7 +185,7 @@ def maximum_over_starts(quantity: Quantity) -> Quantity:
     )
 
 
-def divergence(experiment: Experiment) -> Quantity:
+def divergence(experiment: MeasuredExperiment) -> Quantity:
     """A quantity that is 1 where the experiment's run diverged, else 0."""
     words = f"runs {experiment.words} that diverge".replace("  ", " ")
     return Quantity(
@@ -245,7 +245,7 @@ class Measures:
 
     numbers: Mapping[str, Number]
 
-    def quantity_of(self, experiment: Experiment, name: str) -> Quantity:
+    def quantity_of(self, experiment: MeasuredExperiment, name: str) -> Quantity:
         """The quantity of an experiment's number. Raises KeyError for a name that none has."""
         number = self.numbers[name]
         words = f"{number.words} {experiment.words}".strip()

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from itertools import combinations
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -120,7 +120,7 @@ class State(StrEnum):
     UNDEFINED = "undefined"
 
 
-class Setting(Protocol):
+class JudgedSetting(Protocol):
     """A setting of a study: what the paper leaves open, decided."""
 
     @property
@@ -143,7 +143,7 @@ class Place(NamedTuple):
     conditions: tuple[tuple[str, Hashable], ...] = ()
     choice: str = ""
 
-    def value_of(self, name: str) -> Hashable | None:
+    def value_of(self, name: str) -> Any:
         """The value of a condition; None if nothing depends on it."""
         return dict(self.conditions).get(name)
 
@@ -215,7 +215,7 @@ def state_thresholds(starts: int) -> tuple[int, int]:
 
 
 def evaluate_claim(
-    claim: Claim, settings: Iterable[tuple[Setting, ConditionResults]]
+    claim: Claim, settings: Iterable[tuple[JudgedSetting, ConditionResults]]
 ) -> list[Answer]:
     """Answers to a claim in every setting that has the experiments it needs; one if static."""
     answers: dict[Place, Answer] = {}
