@@ -61,7 +61,9 @@ class StudyPlan:
         yield from (run.PD, run.CONSTANT, run.NO_BACKLASH, run.NO_ERROR, run.CONSTANT_STIFFNESS)
         yield from (run.CONSTANT_NO_ERROR, run.PRELOADED)
         if condition.arm == self.readings[0] or condition.zeta in self.zetas[::2]:
-            yield from (run.BACKLASH(size_um) for size_um in self.backlashes)
+            backlashes = [run.BACKLASH(size_um) for size_um in self.backlashes]
+            whole = condition.zeta in self.shaken  # WIDE is made there, and begins with one of them
+            yield from (item for item in backlashes if not (whole and item == run.WIDE_BEGINNING))
             yield from (run.ERROR(size_um) for size_um in self.errors)
         if condition.zeta in self.shaken:
             if self.variants and condition.equations == "corrected":  # those printed count three
@@ -116,6 +118,8 @@ def run_experiments(
         results_by_condition[condition][experiment] = sample
     for results in results_by_condition.values():
         results.update(dict.fromkeys(run.DEFAULTS, results[run.PD]))
+        if run.WIDE in results and run.WIDE_BEGINNING.size in plan.backlashes:
+            results[run.WIDE_BEGINNING] = results[run.WIDE]
     return list(results_by_condition.items())
 
 

@@ -55,7 +55,7 @@ class ClaimJudgement:
         return {
             name: sorted(float(value) for value in values if isinstance(value, int | float))
             for name, values in values_by_name.items()
-            if len(values) > 1 and all(isinstance(value, int | float) for value in values)
+            if all(isinstance(value, int | float) for value in values)
         }
 
     @cached_property
