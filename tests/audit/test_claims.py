@@ -18,6 +18,7 @@ from crosscheck.audit.experiments.experiments import (
     ERROR,
     PLANTED,
     STATIC,
+    WIDE_BEGINNING,
     ExperimentSeries,
     PaperExperiment,
 )
@@ -41,7 +42,7 @@ BRIEF = Scale(longest_s=0.002, most_starts=2)
 def sources() -> tuple[PaperExperiment, ...]:
     """Every experiment of the full page."""
     made = dict.fromkeys(FULL.experiments(CELL))
-    return (*made, BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM), STATIC, PLANTED)
+    return (*made, WIDE_BEGINNING, BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM), STATIC, PLANTED)
 
 
 class Drawn(Sample):
@@ -114,6 +115,33 @@ def test_what_one_quantity_is_called_is_its_own():
             except NotSimulatedError:
                 continue
             assert np.array_equal(first.setdefault(quantity.id, values), values, equal_nan=True)
+
+
+class Noting(Drawn):
+    """Notes which of its numbers are asked for."""
+
+    def __init__(self, claim: Claim, source: PaperExperiment, names: set[str]) -> None:
+        super().__init__(claim, source, 1)
+        object.__setattr__(self, "names", names)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        self.names.add(name)
+        return super().__getitem__(name)
+
+
+def test_what_claims_ask_of_the_widest_backlash_ends_before_the_short_run():
+    """For there the numbers of the run of 1.2 s are those of the run of 3 s.
+
+    The torque's fast part is filtered over the whole run, also where a window of it is looked at.
+    """
+    names, known = set[str](), _drawn(CLAIMS[0])
+    known[WIDE_BEGINNING] = Noting(CLAIMS[0], WIDE_BEGINNING, names)
+    for claim in require_items(CLAIMS):
+        for quantity in claim.choices.values():
+            quantity(known)
+    whole = {name for name in MEASURED if MEASURED[name].window == "whole run"}
+    assert "third" in names
+    assert not names & (whole | {"torque_follows", "torque_frequency_Hz"})
 
 
 def test_every_statement_is_decided_once_and_nothing_else_is():
