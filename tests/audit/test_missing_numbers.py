@@ -19,6 +19,7 @@ from crosscheck.audit.experiments.experiments import (
     ERROR,
     PLANTED,
     STATIC,
+    WIDE_BEGINNING,
     PaperExperiment,
 )
 from crosscheck.audit.experiments.paper_conditions import LAWS, Condition
@@ -56,7 +57,7 @@ def _known(generator: np.random.Generator) -> ConditionResults:
 @cache
 def _sources() -> tuple[PaperExperiment, ...]:
     cell = Condition(LAWS[0], FULL.shaken[0])
-    return (*FULL.experiments(cell), BACKLASH(50), ERROR(5), STATIC, PLANTED)
+    return (*FULL.experiments(cell), WIDE_BEGINNING, BACKLASH(50), ERROR(5), STATIC, PLANTED)
 
 
 @settings(max_examples=4, print_blob=True, phases=(Phase.reuse, Phase.generate))

@@ -27,6 +27,7 @@ from crosscheck.audit.experiments.experiments import (
     DEFAULT_E_UM,
     ERROR,
     NEIGHBOURS,
+    WIDE_BEGINNING,
     PaperExperiment,
     build_question,
 )
@@ -77,7 +78,7 @@ def _forgotten() -> Iterator[None]:
 def worlds() -> ConditionResults:
     """Every experiment of a setting; start i of all of them is the i-th world."""
     generator = np.random.default_rng(20150401)
-    sources = [*FULL.experiments(CELL), BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM)]
+    sources = [*FULL.experiments(CELL), WIDE_BEGINNING, BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM)]
     made: dict[PaperExperiment, Sample] = {}
     for family in (BACKLASH, ERROR, BACK, BACK_EVEN):
         own = sorted((s for s in sources if s.kind == family.kind), key=lambda s: s.size_um or 0)
