@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from crosscheck.identification.bandwidth import choose_bandwidth
+from crosscheck.identification.decimation import DecimatedSignals
 from crosscheck.identification.estimation import LinearFit, fit_linear
 from crosscheck.identification.recording import Recording
 from crosscheck.identification.sampling import (
@@ -300,14 +301,16 @@ class _BandSamples:
     ) -> None:
         self.recordings, self.shared = recordings, shared
         self.measured = np.isfinite(torques[0]).all(axis=0)
-        self._torques = [np.where(self.measured, each, 0.0) for each in torques]
+        pairs = zip(recordings, torques, strict=True)
+        self._signals = [
+            DecimatedSignals(each, np.where(self.measured, torque, 0.0)) for each, torque in pairs
+        ]
         self._samples: dict[float, BandSample] = {}
 
     def at(self, bandwidth: float) -> BandSample:
         """Rows of the recordings in a band [Hz], all joints."""
         if bandwidth not in self._samples:
-            made = sample(self.recordings, self._torques, self.shared, bandwidth)
-            self._samples[bandwidth] = made
+            self._samples[bandwidth] = sample(self._signals, self.shared, bandwidth)
         return self._samples[bandwidth]
 
 

@@ -7,18 +7,23 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import irfft, rfft, rfftfreq
+from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
+from crosscheck.identification.decimation import DecimatedSignals, EvenSignals, continue_signal
 from crosscheck.identification.recording import Recording
 
 # Of the Butterworth filter that runs forth and back: its square in size, and no phase.
 ORDER = 4
 MOST_ROWS = 20_000  # of a long record they stand further apart: estimates need no more
-PADDED = 5.0  # shortest periods that a recording is continued by, turned about its ends
+# Shortest periods that a recording is continued by, turned about its ends: what is beyond them
+# weighs less than 1e-10 in the filter.
+PADDED = 10.0
 ROWS = 4.0  # in the shortest period of the band
 EDGE = 1.0  # shortest periods that each end loses, where the filter has data of one side alone
 # Below this share of its fastest rate a joint stands: friction may then hold any torque.
 SLOW = 0.01
+# Of the power of a joint's motion: in a band that holds less, edges and noise are what is left.
+MOTION_SHARE = 0.9
 
 
 @dataclass(frozen=True)
@@ -45,24 +50,19 @@ class BandSample:
 
 
 def sample(
-    recordings: Sequence[Recording],
-    torques: Sequence[np.ndarray],
-    shared: np.ndarray,
-    bandwidth: float,
+    recordings: Sequence[DecimatedSignals], shared: np.ndarray, bandwidth: float
 ) -> BandSample:
     """Filter recordings and take rows of them.
 
-    Times that are not even are made so by lines between rows: a band is far below the rows' rate.
-
     Args:
-        torques: Of each recording (rows, n).
+        recordings: Position and torque of each.
         shared: Rates of motors that several joints turn, for rates of joints (shared, n).
         bandwidth: Where the filter, forth and back, lets half of an amplitude pass [Hz].
     """
-    seconds = sum(float(each.time[-1] - each.time[0]) for each in recordings)
+    signals = [each.select(bandwidth) for each in recordings]
+    seconds = sum(each.step * (len(each.position) - 1) for each in signals)
     spacing = max(1 / (ROWS * bandwidth), seconds / MOST_ROWS)
-    pairs = zip(recordings, torques, strict=True)
-    filtered = [_filter_recording(*pair, shared, bandwidth, spacing) for pair in pairs]
+    filtered = [_filter_recording(each, shared, bandwidth, spacing) for each in signals]
     fastest = np.max([np.abs(each.rates).max(axis=0) for each in filtered], axis=0)
     parts, starts = [], [0]
     for each in filtered:
@@ -92,8 +92,18 @@ def sample(
 
 
 def lowest_bandwidth(recordings: Sequence[Recording]) -> float:
-    """The least bandwidth [Hz] whose edges leave most of every recording."""
-    return max(20 * EDGE / float(each.time[-1] - each.time[0]) for each in recordings)
+    """The least bandwidth [Hz] that holds the motion, and whose edges leave most of a recording."""
+    edges = (20 * EDGE / float(each.time[-1] - each.time[0]) for each in recordings)
+    return max(*edges, *map(motion_bandwidth, recordings))
+
+
+def motion_bandwidth(recording: Recording) -> float:
+    """Below it half of the joints have most of their motion's power [Hz]."""
+    rows = next_fast_len(len(recording.time), real=True)
+    moved = recording.position - recording.position.mean(axis=0)
+    power = np.cumsum(np.abs(rfft(moved.T, rows)) ** 2, axis=1)
+    holds = (power >= MOTION_SHARE * power[:, -1:]).argmax(axis=1)
+    return float(np.median(rfftfreq(rows, recording.step)[holds]))
 
 
 def highest_bandwidth(recordings: Sequence[Recording]) -> float:
@@ -118,9 +128,9 @@ class _FilteredRecording(NamedTuple):
 
 
 def _filter_recording(
-    recording: Recording, torque: np.ndarray, shared: np.ndarray, bandwidth: float, spacing: float
+    signals: EvenSignals, shared: np.ndarray, bandwidth: float, spacing: float
 ) -> _FilteredRecording:
-    step, (position, torque) = _space_evenly(recording.time, recording.position, torque)
+    step, position, torque = signals
     edge = int(EDGE / (bandwidth * step))
     rows = np.arange(edge, len(position) - edge, spacing / step).astype(int)
     q, v, a = _filter(position, step, bandwidth, (0, 1, 2))
@@ -139,41 +149,22 @@ def _filter_direction(
     return direction[recording.rows]
 
 
-def _space_evenly(time: np.ndarray, *signals: np.ndarray) -> tuple[float, list[np.ndarray]]:
-    """Mean step [s], and signals (rows, n) at even times."""
-    step = float((time[-1] - time[0]) / (len(time) - 1))
-    even = time[0] + step * np.arange(len(time))
-    if np.abs(even - time).max() < 1e-3 * step:
-        return step, list(signals)
-    return step, [
-        np.column_stack([np.interp(even, time, column) for column in signal.T])
-        for signal in signals
-    ]
-
-
 def _filter(
     signal: np.ndarray, step: float, bandwidth: float, orders: tuple[int, ...]
 ) -> list[np.ndarray]:
     """Derivatives of these orders of a filtered signal (rows, n)."""
     rows = len(signal)
     pad = min(int(PADDED / (bandwidth * step)), rows - 1)
-    long = np.concatenate(
-        [
-            2 * signal[0] - signal[pad:0:-1],
-            signal,
-            2 * signal[-1] - signal[-2 : -pad - 2 : -1],
-        ]
-    )
+    behind = min(next_fast_len(rows + 2 * pad, real=True) - rows - pad, rows - 1)
+    long = continue_signal(signal, pad, behind)
     # Without the line from end to end, what the transform continues periodically has no step.
     slope = (long[-1] - long[0]) / ((len(long) - 1) * step)
-    time = step * np.arange(-pad, len(long) - pad)
-    line = long[0] + slope * (time - time[0])[:, None]
-    frequency = rfftfreq(len(long), step)[:, None]
-    passed = rfft(long - line, axis=0) / (1 + (frequency / bandwidth) ** (2 * ORDER))
-    lines = {0: line, 1: slope, 2: np.zeros_like(slope)}
+    line = long[0] + slope * (step * np.arange(len(long)))[:, None]
+    frequency = rfftfreq(len(long), step)
+    passed = rfft((long - line).T) / (1 + (frequency / bandwidth) ** (2 * ORDER))
     kept = slice(pad, pad + rows)
-    derivatives = []
-    for order in orders:
-        whole = irfft(passed * (2j * np.pi * frequency) ** order, len(long), axis=0)
-        derivatives.append((whole + lines[order])[kept])
-    return derivatives
+    lines = {0: line[kept], 1: slope, 2: np.zeros_like(slope)}
+    return [
+        irfft(passed * (2j * np.pi * frequency) ** order, len(long))[:, kept].T + lines[order]
+        for order in orders
+    ]

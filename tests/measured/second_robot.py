@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-ORDER, PADDED, ROWS, EDGE, SLOW = 4, 5, 4, 1, 0.01
+ORDER, PADDED, ROWS, EDGE, SLOW = 4, 10, 4, 1, 0.01
 RANK = 1e-4  # of a singular value of scaled columns over random motions
 WEIGHTINGS = 3
 
