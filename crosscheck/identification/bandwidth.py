@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from crosscheck.identification.estimation import LinearFit
+from crosscheck.identification.estimation import estimate_deviations
 
 RAISED = 2.0**0.5  # from a tried bandwidth to the next
 # Of the least residual in narrower bands: a band that leaves more adds what no model of rigid links
@@ -15,25 +15,32 @@ GROWN = 1.2
 
 
 def choose_bandwidth(
-    fit_band: Callable[[float], LinearFit], lowest: float, highest: float
+    measure: Callable[[float], float], lowest: float, highest: float
 ) -> float:
     """The largest bandwidth [Hz] before the residual grows.
 
     Args:
-        fit_band: The fit of all that is below a bandwidth.
+        measure: What a fit leaves of all that is below a bandwidth.
         lowest: The first one tried [Hz].
         highest: None beyond it is tried.
     """
-    chosen, least = lowest, _mean_residual(fit_band(lowest))
+    chosen, least = lowest, measure(lowest)
     while (tried := chosen * RAISED) <= highest:
-        left = _mean_residual(fit_band(tried))
+        left = measure(tried)
         if left > GROWN * least:
             break
         chosen, least = tried, min(least, left)
     return chosen
 
 
-def _mean_residual(fit: LinearFit) -> float:
-    """Geometric mean over the joints of the residuals' deviations, parameters counted."""
-    rows, parameters = int(fit.shown.sum()), len(fit.values)
-    return float(np.exp(np.log(fit.sigma).mean()) * np.sqrt(rows / max(rows - parameters, 1)))
+def measure_residual(columns: np.ndarray, torque: np.ndarray, shown: np.ndarray) -> float:
+    """Geometric mean over the joints of the residuals' deviations, parameters counted.
+
+    Args:
+        columns: Of the parameters (rows, n, p).
+        torque: What they shall make (rows, n).
+        shown: Which of these say something (rows, n).
+    """
+    rows, parameters = int(shown.sum()), columns.shape[2]
+    deviations = estimate_deviations(columns, torque, shown)
+    return float(np.exp(np.log(deviations).mean()) * np.sqrt(rows / max(rows - parameters, 1)))

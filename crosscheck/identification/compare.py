@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from crosscheck.identification.bandwidth import choose_bandwidth
+from crosscheck.identification.bandwidth import choose_bandwidth, measure_residual
 from crosscheck.identification.decimation import DecimatedSignals
 from crosscheck.identification.estimation import LinearFit, fit_linear
 from crosscheck.identification.recording import Recording
@@ -333,14 +333,25 @@ class _Problem:
 
     def fit(self, bandwidth: float) -> tuple[BandSample, Regressor, LinearFit]:
         """Sampled motion, columns, and the fit of all terms."""
+        samples, columns, torque, shown = self._select_rows(bandwidth)
+        return samples, columns, fit_linear(columns.values, torque, shown, samples.starts)
+
+    def measure(self, bandwidth: float) -> float:
+        """What the fit of all terms leaves."""
+        _, columns, torque, shown = self._select_rows(bandwidth)
+        return measure_residual(columns.values, torque, shown)
+
+    def _select_rows(
+        self, bandwidth: float
+    ) -> tuple[BandSample, Regressor, np.ndarray, np.ndarray]:
+        """Sampled motion; columns and torques of the measured joints, and which rows count."""
         samples = self.samples.at(bandwidth)
         columns = self._cut(build_columns(self.robot, self.shared, samples))
         columns = columns.select(self.basis.chosen)
         shown = samples.moving[:, self.measured]
         reached = (columns.values * shown[:, :, None]).any(axis=(0, 1))
         columns = columns.select(np.flatnonzero(reached))
-        torque = samples.torque[:, self.measured]
-        return samples, columns, fit_linear(columns.values, torque, shown, samples.starts)
+        return samples, columns, samples.torque[:, self.measured], shown
 
     def choose_bandwidth(self) -> float:
         """The bandwidth [Hz] of the fits. Raises InputError."""
@@ -351,7 +362,7 @@ class _Problem:
         if lowest > highest:
             allowed = f"holds too few rows for {len(self.terms)} parameters; record more"
             raise InputError(self.recordings[0].where, "", None, allowed)
-        return choose_bandwidth(lambda tried: self.fit(tried)[-1], lowest, highest)
+        return choose_bandwidth(self.measure, lowest, highest)
 
     def _cut(self, columns: Regressor) -> Regressor:
         """The columns at measured joints alone."""

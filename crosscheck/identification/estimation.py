@@ -89,16 +89,16 @@ def fit_linear(
     rows, n, p = columns.shape
     columns, torque = columns * shown[:, :, None], torque * shown
     count = shown.sum(axis=0)
-    used = _rms(torque, count) if sigma is None else sigma
-    scale = _positive(np.sqrt((columns**2).sum(axis=(0, 1))))
-    for _ in range(WEIGHTINGS if sigma is None else 1):
-        weighted = (columns / scale / used[:, None]).reshape(rows * n, p)
-        right = (torque / used).ravel()
-        basis, triangle = qr(weighted, mode="economic", check_finite=False)
-        coefficients = basis.T @ right
-        remains = (right - basis @ coefficients).reshape(rows, n)
-        residual = remains * used
-        weights, used = used, used if sigma is not None else _rms(residual, count)
+    weights = sigma
+    if weights is None:
+        weights = estimate_deviations(columns, torque, shown, WEIGHTINGS - 1)
+    scale = _positive(np.sqrt(np.einsum("rnp,rnp->p", columns, columns)))
+    weighted = (columns / (weights[:, None] * scale)).reshape(rows * n, p)
+    right = (torque / weights).ravel()
+    basis, triangle = qr(weighted, mode="economic", overwrite_a=True, check_finite=False)
+    coefficients = basis.T @ right
+    remains = (right - basis @ coefficients).reshape(rows, n)
+    residual = remains * weights
     edges = choose_blocks(residual, starts) if edges is None else edges
     deviations, predicted = _leave_out_blocks(basis.reshape(rows, n, p), remains, edges)
     blocks = len(edges) - 1
@@ -110,13 +110,44 @@ def fit_linear(
         covariance=inverse @ spread @ inverse.T,
         freedom=max(blocks - 1, 1),
         shown=shown,
-        sigma=used,
+        sigma=_rms(residual, count) if sigma is None else sigma,
         residual=residual,
         predicted_error=predicted * weights,
         condition=float(singular[0] / singular[-1]),
         weakest=directions[-1],
         edges=edges,
     )
+
+
+def estimate_deviations(
+    columns: np.ndarray, torque: np.ndarray, shown: np.ndarray, passes: int = WEIGHTINGS
+) -> np.ndarray:
+    """Root mean squares (n,) of what a fit leaves at each joint, weighted by these themselves.
+
+    Rows of a joint have one weight, so that a triangle of each joint stands for all of them.
+
+    Args:
+        columns: Of the unknowns (rows, n, p).
+        torque: What they shall make (rows, n).
+        shown: Which of these say something (rows, n).
+        passes: Of weights by residuals, the first by the torques.
+    """
+    scale = _positive(np.sqrt(np.einsum("rnp,rnp->p", columns, columns)))
+    count = shown.sum(axis=0)
+    triangles = []
+    for joint, says in enumerate(shown.T):
+        rows = columns[says, joint] / scale, torque[says, joint]
+        (triangle,) = qr(np.column_stack(rows), mode="r", overwrite_a=True, check_finite=False)
+        triangles.append(triangle[: len(scale) + 1])
+    deviations = _rms(torque * shown, count)
+    for _ in range(passes):
+        pairs = zip(triangles, deviations, strict=True)
+        weighted = np.concatenate([triangle / deviation for triangle, deviation in pairs])
+        values = np.linalg.lstsq(weighted[:, :-1], weighted[:, -1], rcond=None)[0]
+        left = [triangle[:, -1] - triangle[:, :-1] @ values for triangle in triangles]
+        sizes = np.array([float(each @ each) for each in left])
+        deviations = _positive(np.sqrt(sizes / np.maximum(count, 1)))
+    return deviations
 
 
 def _leave_out_blocks(
