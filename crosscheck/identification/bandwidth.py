@@ -41,6 +41,7 @@ def measure_residual(columns: np.ndarray, torque: np.ndarray, shown: np.ndarray)
         torque: What they shall make (rows, n).
         shown: Which of these say something (rows, n).
     """
-    rows, parameters = int(shown.sum()), columns.shape[2]
-    deviations = estimate_deviations(columns, torque, shown)
+    count, parameters = shown.sum(axis=0), columns.shape[2]
+    deviations = estimate_deviations(columns * shown[:, :, None], torque * shown, count)
+    rows = int(count.sum())
     return float(np.exp(np.log(deviations).mean()) * np.sqrt(rows / max(rows - parameters, 1)))
