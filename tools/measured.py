@@ -26,9 +26,11 @@ from crosscheck.identification.description import (
     read_recordings,
     transmission_matrix,
 )
+from crosscheck.identification.engines import ENGINE_ROWS
 from crosscheck.identification.messages import SIDE_WORDS, describe_answers, format_estimate
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
+from crosscheck.registry import engine_of
 from tools.site import format_table
 
 ROOT = Path(__file__).parents[1]
@@ -188,11 +190,11 @@ def _describe_study(study: Study) -> Iterator[str]:
     yield f"{count} recording{'s' * (count > 1)}, {rows:,} rows, {seconds:.3g} s. The answer:\n"
     yield from (f"> {line}\n>" for line in describe_answers(comparison))
     yield ""
-    worst = max(engine.measured for engine in comparison.engines)
-    names = ", ".join(dict.fromkeys(engine.name for engine in comparison.engines))
+    worst = max(engine.measured or 0.0 for engine in comparison.engines)
+    names = ", ".join(dict.fromkeys(engine_of(engine.right) for engine in comparison.engines))
     yield (
         f"Inverse dynamics along the recording: {names} differ from the project's own by"
-        f" {worst:.0e} of their terms at most, in {comparison.engines[0].rows:,} rows.\n"
+        f" {worst:.0e} of their terms at most, in up to {ENGINE_ROWS:,} rows.\n"
     )
     yield from (f"{remark}\n" for remark in study.remarks)
     for side in comparison.sides:

@@ -8,8 +8,10 @@ from typing import Literal
 
 import numpy as np
 
+from crosscheck.findings import Finding
 from crosscheck.identification.bandwidth import choose_bandwidth, measure_residual
 from crosscheck.identification.decimation import DecimatedSignals
+from crosscheck.identification.engines import compare_engines
 from crosscheck.identification.estimation import LinearFit, fit_linear
 from crosscheck.identification.recording import Recording
 from crosscheck.identification.sampling import (
@@ -33,9 +35,7 @@ from crosscheck.identification.terms import (
     shared_motors,
 )
 from crosscheck.models.errors import InputError
-from crosscheck.models.pinocchio.regressor import LinkRegressor
-from crosscheck.models.robot.robot import RIGID, Level, Robot
-from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
+from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.progress_update import CountCallback
 
 Side = Literal["motor", "joint", "between"]
@@ -56,8 +56,6 @@ STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
 )
 ROTOR_KINDS: tuple[TermKind, ...] = ("armature", "shared armature")
 FEWEST_ROWS = 4  # of torques for a parameter
-ENGINE_ROWS = 1000
-TOLERANCE = 1e-10  # of the sizes of a torque's terms
 # Chance that anything is named on a side which is not there.
 SIGNIFICANT = 0.001
 NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "delay")
@@ -191,25 +189,6 @@ def _is_shared(each: TermEstimate, side: SideResult) -> bool:
 
 
 @dataclass(frozen=True)
-class EngineCheck:
-    """How far an engine's torques on the record are from the reference's, in parts of their terms.
-
-    failure: why there is none; then measured is infinite.
-    """
-
-    name: str
-    level: Level
-    rows: int
-    measured: float
-    failure: str = ""
-
-    @property
-    def agrees(self) -> bool:
-        """Whether the difference is rounding; never where an engine failed."""
-        return self.measured <= TOLERANCE
-
-
-@dataclass(frozen=True)
 class RobotComparison:
     """What recordings say of a robot.
 
@@ -218,14 +197,14 @@ class RobotComparison:
 
     robot: Robot
     recordings: tuple[Recording, ...]
-    engines: tuple[EngineCheck, ...]
+    engines: tuple[Finding, ...]
     ranks: LevelRanks
     sides: tuple[SideResult, ...]
 
     @property
     def engines_agree(self) -> bool:
         """Whether all engines agree on the record."""
-        return all(engine.agrees for engine in self.engines)
+        return all(engine.verdict == "agree" for engine in self.engines)
 
     @property
     def is_decided(self) -> bool:
@@ -254,7 +233,7 @@ def compare_robot(
     progress("asking what can be distinguished", 0, len(asked) + 1)
     ranks = compare_levels(robot, shared)
     sides: list[SideResult] = []
-    engines: list[EngineCheck] = []
+    engines: list[Finding] = []
     for number, (side, treatment, torques) in enumerate(asked, 1):
         progress(f"estimating by torques of side {side}", number, len(asked) + 1)
         samples = _BandSamples(recordings, torques, shared)
@@ -262,7 +241,7 @@ def compare_robot(
         bandwidth = problem.choose_bandwidth()
         if not engines:
             engines = compare_engines(robot, samples.at(bandwidth))
-            if not all(engine.agrees for engine in engines):
+            if any(engine.verdict != "agree" for engine in engines):
                 break
         sides.append(_judge_side(problem, side, treatment, bandwidth))
         if treatment == "identified":
@@ -435,34 +414,3 @@ def _find_concerned(
         order = np.argsort(-parts)
         names += [columns.terms[index].name for index in order if parts[index] > CONCERNED]
     return tuple(names)
-
-
-def compare_engines(robot: Robot, samples: BandSample) -> list[EngineCheck]:
-    """Inverse dynamics of every engine on the record against the reference's, level by level.
-
-    The regressor's torques of the URDF's links are among them.
-    """
-    rows = np.unique(np.linspace(0, len(samples.q) - 1, ENGINE_ROWS).astype(int))
-    motion = samples.q[rows], samples.v[rows], samples.a[rows]
-    regressor = LinkRegressor(robot)
-    slopes = regressor.compute(*motion)
-    size = (np.abs(slopes) @ np.abs(regressor.values)).max(axis=0)
-    size = np.where(size > 0, size, 1.0)
-    checks = []
-    for level in RIGID if robot.rotors or robot.stages else RIGID[:1]:
-        expected = build_robot_model(reference_engine(), robot, level).inverse_dynamics(*motion)
-        largest = np.maximum(size, np.abs(expected).max(axis=0))
-        if level == "links":
-            apart = float((np.abs(slopes @ regressor.values - expected) / largest).max())
-            checks.append(EngineCheck("regressor", level, len(rows), apart))
-        for name in find_level_engines(level):
-            if name == reference_engine():
-                continue
-            try:
-                answer = build_robot_model(name, robot, level).inverse_dynamics(*motion)
-                apart = float((np.abs(answer - expected) / largest).max())
-                checks.append(EngineCheck(name, level, len(rows), apart))
-            except Exception as error:  # whatever an engine raises, it has not agreed
-                failure = f"{type(error).__name__}: {error}"
-                checks.append(EngineCheck(name, level, len(rows), np.inf, failure))
-    return checks

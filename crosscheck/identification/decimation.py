@@ -10,9 +10,10 @@ from scipy.signal import firwin, upfirdn
 
 from crosscheck.identification.recording import Recording
 
-# In the shortest period of a band, at least: signals filtered to the band then have less than 1e-7
-# of their amplitude at the highest frequency that the rows still resolve.
-RESOLVED = 32.0
+# Rows in the shortest period of a band, at least: signals filtered to the band then have less than
+# 1e-11 of their amplitude at the highest frequency that rows resolve, and when a joint's direction
+# turns is told to a 64th of the period.
+RESOLVED = 64.0
 # Before every second row is left out, what is beyond a quarter of their rate is taken away: six
 # digits of it, by a symmetric filter without phase.
 TAPS, WINDOW = 33, ("kaiser", 12.3)

@@ -7,6 +7,7 @@ from math import floor, log10
 
 import numpy as np
 
+from crosscheck.findings import Finding
 from crosscheck.identification.compare import (
     EXCITED,
     RobotComparison,
@@ -42,12 +43,20 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
 
 
 def _describe_disagreement(comparison: RobotComparison) -> str:
-    worst = max(comparison.engines, key=lambda engine: engine.measured)
-    how = worst.failure or f"{worst.measured:.1e} of their terms apart"
+    wrong = [engine for engine in comparison.engines if engine.verdict != "agree"]
+    # One that gave no number before those that are apart.
+    worst = max(wrong, key=lambda engine: engine.measured or np.inf)
     return (
-        f"The engines do not agree on the robot's torques: {worst.name} at level {worst.level},"
-        f" {how}. Nothing is said about the recording."
+        f"The engines do not agree on the robot's torques: {worst.right} and {worst.left},"
+        f" {format_difference(worst)}. Nothing is said about the recording."
     )
+
+
+def format_difference(engine: Finding) -> str:
+    """How far an engine is from the reference, or why there is no number."""
+    if engine.measured is None:
+        return engine.note
+    return f"{engine.measured:.1e} of the torques' terms apart"
 
 
 def _describe_side(side: SideResult) -> Iterator[str]:

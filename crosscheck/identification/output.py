@@ -11,7 +11,7 @@ from crosscheck.identification import messages
 from crosscheck.identification.compare import RobotComparison, SideResult, TermEstimate
 from crosscheck.report.records import format_json
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 
 def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
@@ -22,9 +22,8 @@ def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
     rows = sum(len(each.time) for each in comparison.recordings)
     yield f"{len(comparison.recordings)} recordings, {rows:,} rows, {seconds:.4g} s"
     for engine in comparison.engines:
-        verdict = "agrees with" if engine.agrees else "DIFFERS from"
-        measured = engine.failure or f"{engine.measured:.1e} of the torques' terms apart"
-        yield f"{engine.name} {verdict} analytic at level {engine.level}: {measured}"
+        verdict = "agrees with" if engine.verdict == "agree" else "DIFFERS from"
+        yield f"{engine.right} {verdict} {engine.left}: {messages.format_difference(engine)}"
     for side in comparison.sides:
         yield ""
         yield from _describe_side(side)
@@ -33,8 +32,8 @@ def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
 def _describe_side(side: SideResult) -> Iterator[str]:
     links = {"identified": ", links identified", "scaled": ", links of the file scaled", "none": ""}
     yield (
-        f"{messages.SIDE_WORDS[side.side]}{links[side.links]}: up to {side.bandwidth:.3g} Hz,"
-        f" condition number {side.condition:.3g}, errors by {side.blocks} blocks"
+        f"{messages.SIDE_WORDS[side.side]}{links[side.links]}: up to {side.bandwidth:.3g} Hz by rows"
+        f" {1e3 * side.samples.step:.3g} ms apart, condition number {side.condition:.3g}, errors by {side.blocks} blocks"
     )
     for step in side.steps:
         yield (
@@ -59,17 +58,7 @@ def comparison_json(comparison: RobotComparison) -> str:
             "program": f"geararm-crosscheck {__version__}",
             "recordings": [each.where for each in comparison.recordings],
             "engines_agree": comparison.engines_agree,
-            "engines": [
-                {
-                    "model": engine.name,
-                    "level": engine.level,
-                    "rows": engine.rows,
-                    "relative_difference": engine.measured,
-                    "agrees": engine.agrees,
-                    "failure": engine.failure,
-                }
-                for engine in comparison.engines
-            ],
+            "engines": [engine.to_dict() for engine in comparison.engines],
             "ranks": {
                 "links": ranks.links,
                 "armature": ranks.armature,
@@ -88,6 +77,7 @@ def _side_content(side: SideResult) -> dict[str, object]:
         "links": side.links,
         "joints": side.measured,
         "bandwidth_hz": side.bandwidth,
+        "rows_apart_s": side.samples.step,
         "condition_number": side.condition,
         "hardly_shown": side.concerned,
         "contained_in_links": [each.name for each in side.contained],

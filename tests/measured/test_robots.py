@@ -8,8 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from crosscheck.identification import compare, decimation
+from crosscheck.identification.decimation import halve_rows
+from crosscheck.identification.messages import describe_answers
+from crosscheck.identification.recording import Recording
+from crosscheck.identification.sampling import lowest_bandwidth
 from crosscheck.identification.structure import compare_levels, draw_samples
 from crosscheck.identification.terms import build_columns, build_rotor_columns, shared_motors
+from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model
 from tests.measured.robots import (
@@ -223,6 +229,71 @@ def test_options_of_arms_are_refused_for_robots(crosscheck, record_folder):
     assert (answer.code, "is for arms" in answer.err) == (2, True)
     answer = crosscheck("compare", record_folder / "record.toml", "paper-labelled")
     assert (answer.code, "is an arm" in answer.err) == (2, True)
+
+
+def scale_slightly(given):
+    """Torques of an engine that is wrong by more than rounding."""
+    return lambda self, *state: given(self, *state) * (1 + 1e-8)
+
+
+def raise_error(given):
+    """An engine that fails."""
+
+    def fail(self, *state):
+        raise RuntimeError("no torques today")
+
+    return fail
+
+
+@pytest.mark.parametrize(
+    ("harm", "verdict", "words"),
+    [(scale_slightly, "differ", "terms apart"), (raise_error, "failed", "no torques today")],
+)
+def test_nothing_is_said_where_an_engine_is_wrong(robot, monkeypatch, harm, verdict, words):
+    right = PinocchioRobot.inverse_dynamics
+    monkeypatch.setattr(PinocchioRobot, "inverse_dynamics", harm(right))
+    found = compared(robot, recording(robot, "coupled", seconds=5.0))
+    wrong = {each.id for each in found.engines if each.verdict == verdict}
+    assert wrong == {
+        f"recording/{robot.name}/{level}/inverse_dynamics/analytic:{level}~pinocchio:{level}"
+        for level in ("links", "armature", "coupled")
+    }
+    assert {each.verdict for each in found.engines if each.id not in wrong} == {"agree"}
+    assert found.sides == ()
+    (answer,) = describe_answers(found)
+    assert words in answer
+
+
+def test_halving_rows_keeps_what_is_below_a_quarter_of_their_rate():
+    """A slow sine is kept to six digits, one that fewer rows cannot resolve is gone."""
+    time = np.arange(2000.0)
+    slow, fast = (np.sin(2 * np.pi * rate * time)[:, None] for rate in (0.02, 0.4))
+    halved = halve_rows(np.hstack([slow, fast]))
+    inner = slice(50, -50)
+    assert halved[inner, 0] == pytest.approx(slow[::2][inner, 0], abs=2e-6)
+    assert np.abs(halved[inner, 1]).max() < 2e-6
+
+
+def test_rows_left_out_move_no_estimate(robot, monkeypatch):
+    """By a fifth of a standard error in the mean, where half of the rows are taken: others are."""
+    given = recording(robot, "coupled", seconds=10.0)
+    monkeypatch.setattr(compare, "choose_bandwidth", lambda *given: 2.9)
+    few = first_side(robot, given).estimates
+    monkeypatch.setattr(decimation, "RESOLVED", 1e9)
+    every = first_side(robot, given).estimates
+    assert [each.term for each in few] == [each.term for each in every]
+    pairs = zip(few, every, strict=True)
+    moved = np.array([(one.value - other.value) / other.error for one, other in pairs])
+    assert 0 < np.sqrt((moved**2).mean()) < 0.2
+
+
+def test_the_least_bandwidth_holds_the_motion():
+    """Sines of 0.5 Hz, and a joint that trembles: of a long record, 20 periods are far less."""
+    time = np.arange(0.0, 400.0, 0.01)
+    turned = np.sin(np.pi * time)
+    position = np.column_stack([turned, turned, 1e-4 * np.random.default_rng(0).normal(size=40000)])
+    given = Recording("long", time, position, position, None)
+    assert lowest_bandwidth([given]) == pytest.approx(0.5, abs=0.01)
 
 
 @pytest.mark.parametrize("name", KINDS)
