@@ -14,9 +14,7 @@ RAISED = 2.0**0.5  # from a tried bandwidth to the next
 GROWN = 1.2
 
 
-def choose_bandwidth(
-    measure: Callable[[float], float], lowest: float, highest: float
-) -> float:
+def choose_bandwidth(measure: Callable[[float], float], lowest: float, highest: float) -> float:
     """The largest bandwidth [Hz] before the residual grows.
 
     Args:

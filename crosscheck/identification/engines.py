@@ -15,6 +15,7 @@ from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import RIGID, Level, Robot
 from crosscheck.planning.comparison import (
     Comparison,
+    ModelTask,
     Results,
     collect_tasks,
     judge_comparisons,
@@ -111,7 +112,8 @@ def plan_engines(robot: Robot, samples: BandSample) -> Iterator[Comparison]:
             for engine in find_level_engines(level)
             if engine != reference_engine()
         ]
-        for other in (links, *others) if level == "links" else others:
+        against: list[ModelTask] = [links, *others] if level == "links" else [*others]
+        for other in against:
             case = f"{robot.name}/{level}"
             key = ComparisonKey("recording", case, QUANTITY, reference.model, other.model)
             metric = (

@@ -32,8 +32,9 @@ def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
 def _describe_side(side: SideResult) -> Iterator[str]:
     links = {"identified": ", links identified", "scaled": ", links of the file scaled", "none": ""}
     yield (
-        f"{messages.SIDE_WORDS[side.side]}{links[side.links]}: up to {side.bandwidth:.3g} Hz by rows"
-        f" {1e3 * side.samples.step:.3g} ms apart, condition number {side.condition:.3g}, errors by {side.blocks} blocks"
+        f"{messages.SIDE_WORDS[side.side]}{links[side.links]}: up to {side.bandwidth:.3g} Hz"
+        f" by rows {1e3 * side.samples.step:.3g} ms apart,"
+        f" condition number {side.condition:.3g}, errors by {side.blocks} blocks"
     )
     for step in side.steps:
         yield (
