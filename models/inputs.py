@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import stat
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -35,6 +36,25 @@ def read_input(path: Path, largest: int) -> bytes:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise InputError(str(path), "", None, f"cannot be read: {reason}") from None
+
+
+@contextmanager
+def open_input(path: Path, largest: int) -> Iterator[BinaryIO]:
+    """An input of at most so many bytes, to be read piece by piece.
+
+    Raises InputError for what cannot be opened.
+    """
+    try:
+        file = _open(path)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(str(path), "", None, f"cannot be read: {reason}") from None
+    with file:
+        if os.fstat(file.fileno()).st_size > largest:
+            reason = f"cannot be read: more than {largest // 1_000_000} MB"
+            raise InputError(str(path), "", None, reason)
+        remember(path)
+        yield file
 
 
 def input_size(path: Path) -> int:

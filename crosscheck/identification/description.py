@@ -8,13 +8,14 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from crosscheck.identification.recording import CsvTable, Recording, read_table
+from crosscheck.identification.recording import Recording
 from crosscheck.models.arm import quantities
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot.robot import Robot
+from crosscheck.recordings.csv_table import CsvTable, read_table
 
 Column = Annotated[str, quantities.PrintableText(200)]
 FileName = Annotated[str, quantities.PrintableText(400)]

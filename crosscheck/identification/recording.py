@@ -1,18 +1,13 @@
-"""Recordings of robots in SI units at the joints, and the CSV tables that they stand in."""
+"""Recordings of robots in SI units at the joints."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from crosscheck.models.errors import InputError
-from crosscheck.models.inputs import read_input
-from crosscheck.recordings.csv_table import decode_csv, parse_rows
-from crosscheck.recordings.record import LARGEST_FILE, Record
+from crosscheck.recordings.record import Record
 
 LEAST_ROWS = 64
 LONGEST_GAP = 20.0  # times the mean step
@@ -63,51 +58,3 @@ def convert_record(record: Record) -> Recording:
         reason = "has no torques; columns must be torque_1_N_m, ..."
         raise InputError(record.where, "", None, reason)
     return Recording(record.where, record.time, record.angles, record.torques, None)
-
-
-@dataclass(frozen=True)
-class CsvTable:
-    """A table of numbers (rows, columns) with names, from a file."""
-
-    where: str
-    names: tuple[str, ...]
-    values: np.ndarray
-
-    def select(self, columns: Sequence[str]) -> np.ndarray:
-        """Columns of these names (rows, columns), of no number where the name is empty.
-
-        Raises InputError for one that is not there.
-        """
-        for name in filter(None, columns):
-            if self.names.count(name) != 1:
-                there = ", ".join(self.names)[:300]
-                count = "is there twice" if name in self.names else f"is no column; it has {there}"
-                raise InputError(self.where, name, None, count)
-        measured = [place for place, name in enumerate(columns) if name]
-        chosen = np.full((len(self.values), len(columns)), np.nan)
-        chosen[:, measured] = self.values[:, [self.names.index(columns[at]) for at in measured]]
-        wrong = np.argwhere(~np.isfinite(chosen) & (np.array(columns) != ""))
-        if wrong.size:
-            row, column = map(int, wrong[0])
-            name = columns[column]
-            if not np.isfinite(chosen[:, column]).any():
-                raise InputError(self.where, name, None, "is no number in any row: not measured?")
-            raise InputError(self.where, f"{name}, row {row + 1}", None, "must be a number")
-        return chosen
-
-
-def read_table(path: Path) -> CsvTable:
-    """The table in a CSV file: a line of names, commas or semicolons between columns.
-
-    Where semicolons separate, a comma may stand before decimals. Raises InputError.
-    """
-    where = str(path)
-    head, rest = decode_csv(where, read_input(path, LARGEST_FILE))
-    separator = next((each for each in (";", "\t", ",") if each in head), ",")
-    names = tuple(name.strip().strip('"') for name in head.split(separator))
-    if all(re.fullmatch(r"[-+.,\deE]+", name) for name in names):
-        raise InputError(where, "line 1", None, "holds numbers; must hold the columns' names")
-    if separator != ",":
-        rest = rest.replace(",", ".")
-    values = parse_rows(where, names, rest, separator)
-    return CsvTable(where, names, values.reshape(-1, len(names)))

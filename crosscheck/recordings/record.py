@@ -14,10 +14,9 @@ import numpy as np
 
 from crosscheck.models.errors import InputError, format_install_command, format_line
 from crosscheck.models.inputs import input_size, read_input
-from crosscheck.recordings.csv_table import decode_csv, parse_rows
+from crosscheck.recordings.csv_table import LARGEST_FILE, read_table
 from crosscheck.runner.isolated_reading import read_arrays, read_in_subprocess
 
-LARGEST_FILE = 2_000_000_000  # bytes
 READING_S, BAG_S = 60.0, 300.0
 BAGS = (".bag", ".db3", ".mcap")
 MESSAGE = "sensor_msgs/msg/JointState"
@@ -85,12 +84,11 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
     elif topic or named:
         option, value = ("--topic", topic) if topic else ("--joint", named[0])
         raise InputError(option, value, None, f"is for ROS bags, and {where} is none")
+    elif path.suffix == ".csv":
+        columns = _read_csv(path)
     else:
         content = read_input(path, LARGEST_FILE)
-        if path.suffix == ".csv":
-            columns = _read_csv(where, content)
-        else:
-            columns = read_in_subprocess(where, _read_arrays, where, content, within_s=READING_S)
+        columns = read_in_subprocess(where, _read_arrays, where, content, within_s=READING_S)
     time = _select_column(where, columns, "t", None)
     if time is None:
         allowed = ", ".join(f"t_{unit}" for unit in UNITS["t"])
@@ -121,19 +119,12 @@ def _is_stated(kind: str, table: np.ndarray) -> bool:
     return bool(np.isfinite(table).any()) and (kind != "theta_dot" or bool(np.any(table)))
 
 
-def _read_csv(where: str, content: bytes) -> dict[str, np.ndarray]:
-    head, text = decode_csv(where, content)
-    names = [name.strip() for name in head.split(",")]
-    if len(names) == 1 and (other := re.search(r"[;\t]", names[0])):
-        allowed = "separates the columns; must be a comma, and a dot before decimals"
-        raise InputError(where, "line 1", other[0], allowed)
-    table = parse_rows(where, names, text, ",")
-    if not table.size:
-        raise InputError(where, "", None, "has no rows below the names of its columns")
-    twice = [name for name, count in Counter(names).items() if count > 1]
+def _read_csv(path: Path) -> dict[str, np.ndarray]:
+    table = read_table(path)
+    twice = [name for name, count in Counter(table.names).items() if count > 1]
     if twice:
-        raise InputError(where, "line 1", twice[0], "is there twice")
-    return dict(zip(names, table.T, strict=True))
+        raise InputError(table.where, "line 1", twice[0], "is there twice")
+    return dict(zip(table.names, table.values.T, strict=True))
 
 
 BagContent = tuple[dict[str, np.ndarray], int]  # columns by name; how many messages were skipped
