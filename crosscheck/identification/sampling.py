@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -133,10 +133,11 @@ def _filter_recording(
     step, position, torque = signals
     edge = int(EDGE / (bandwidth * step))
     rows = np.arange(edge, len(position) - edge, spacing / step).astype(int)
-    q, v, a = _filter(position, step, bandwidth, (0, 1, 2))
-    torque, slope = _filter(torque, step, bandwidth, (0, 1))
-    rates = np.hstack([v, v @ shared.T])
-    return _FilteredRecording(step, rows, q[rows], rates, a[rows], torque[rows], slope[rows])
+    # All rows of a single signal at a time: a long recording's take much memory.
+    motion = _filter(position, step, bandwidth, (0, 1, 2))
+    q, v, a = next(motion)[rows], next(motion), next(motion)[rows]
+    torque, slope = (each[rows] for each in _filter(torque, step, bandwidth, (0, 1)))
+    return _FilteredRecording(step, rows, q, np.hstack([v, v @ shared.T]), a, torque, slope)
 
 
 def _filter_direction(
@@ -151,7 +152,7 @@ def _filter_direction(
 
 def _filter(
     signal: np.ndarray, step: float, bandwidth: float, orders: tuple[int, ...]
-) -> list[np.ndarray]:
+) -> Iterator[np.ndarray]:
     """Derivatives of these orders of a filtered signal (rows, n)."""
     rows = len(signal)
     pad = min(int(PADDED / (bandwidth * step)), rows - 1)
@@ -161,10 +162,11 @@ def _filter(
     slope = (long[-1] - long[0]) / ((len(long) - 1) * step)
     line = long[0] + slope * (step * np.arange(len(long)))[:, None]
     frequency = rfftfreq(len(long), step)
-    passed = rfft((long - line).T) / (1 + (frequency / bandwidth) ** (2 * ORDER))
+    passed = rfft((long - line).T)
+    passed /= 1 + (frequency / bandwidth) ** (2 * ORDER)
     kept = slice(pad, pad + rows)
     lines = {0: line[kept], 1: slope, 2: np.zeros_like(slope)}
-    return [
-        irfft(passed * (2j * np.pi * frequency) ** order, len(long))[:, kept].T + lines[order]
-        for order in orders
-    ]
+    for order in orders:
+        yield (
+            irfft(passed * (2j * np.pi * frequency) ** order, len(long))[:, kept].T + lines[order]
+        )
