@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.models.errors import InputError
-from crosscheck.recordings.record import Record
+from crosscheck.recordings.record import LEAST_MOTION, Record
 
 LEAST_ROWS = 64
 LONGEST_GAP = 20.0  # times the mean step
@@ -28,7 +28,7 @@ class Recording:
     joint_torque: np.ndarray | None
 
     def __post_init__(self) -> None:
-        """Raise InputError for rows that are too few, or times that no filter can follow."""
+        """Raise InputError for too few rows, times no filter can follow, or rows of nothing."""
         rows = len(self.time)
         if rows < LEAST_ROWS:
             raise InputError(
@@ -45,6 +45,13 @@ class Recording:
                 f"is {steps.max():.3g} s after the row before; cut the record where it has gaps"
             )
             raise InputError(self.where, f"time, row {row}", float(self.time[row - 1]), reason)
+        if np.ptp(self.position, axis=0).max() < LEAST_MOTION:
+            allowed = f"is the same in every row; a joint must move by {LEAST_MOTION:g} at least"
+            raise InputError(self.where, "position", None, allowed)
+        torques = {"motor_torque": self.motor_torque, "joint_torque": self.joint_torque}
+        for name, torque in torques.items():
+            if torque is not None and not np.nan_to_num(torque).any():
+                raise InputError(self.where, name, None, "is 0 in every row: not measured?")
 
     @property
     def step(self) -> float:

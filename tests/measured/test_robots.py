@@ -3,6 +3,7 @@
 import json
 import shutil
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from crosscheck.identification.recording import Recording
 from crosscheck.identification.sampling import lowest_bandwidth
 from crosscheck.identification.structure import compare_levels, draw_samples
 from crosscheck.identification.terms import build_columns, build_rotor_columns, shared_motors
+from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model
@@ -221,6 +223,18 @@ def test_a_wrong_description_is_one_line(crosscheck, record_folder, tmp_path, ca
     assert len(answer.err.splitlines()) == 1
     for part in parts:
         assert part in answer.err
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"position": np.full((4000, 3), 0.3)}, "position: is the same in every row"),
+        ({"motor_torque": np.zeros((4000, 3))}, "motor_torque: is 0 in every row: not measured"),
+    ],
+)
+def test_a_recording_of_nothing_is_refused(robot, given, words):
+    with pytest.raises(InputError, match=words):
+        replace(recording(robot, "links", seconds=8.0), **given)
 
 
 def test_options_of_arms_are_refused_for_robots(crosscheck, record_folder):
