@@ -26,6 +26,7 @@ PARTS = {
     "commands": "commands",
     "robots": "robots",
     "robot-kernels": "robot_kernels",
+    "recordings": "recordings",
     "paper": "paper",
 }
 OPTIONAL_PART = "paper"  # takes as long as all others
