@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from crosscheck import __version__
 from crosscheck.identification import messages
 from crosscheck.identification.compare import RobotComparison, SideResult, TermEstimate
+from crosscheck.report.plots.joints import JointColumn, draw_joints
 from crosscheck.report.records import format_json
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SCHEMA_VERSION = 2
 
@@ -132,23 +138,21 @@ def comparison_page(comparison: RobotComparison) -> str:
 
 def draw_residual(side: SideResult) -> str:
     """SVG text: what each joint's torque leaves against time, rate and position."""
-    from matplotlib.figure import Figure
-
-    from crosscheck.report.plots.figures import to_svg
-
-    samples, joints = side.samples, len(side.measured)
+    samples = side.samples
     places = [list(side.names).index(name) for name in side.measured]
-    time = samples.step * np.arange(len(samples.q))
-    figure = Figure(figsize=(9, 1.7 * joints), layout="constrained")
-    table = figure.subplots(joints, 3, squeeze=False)
-    for row, (name, place) in enumerate(zip(side.measured, places, strict=True)):
+    time = np.repeat(samples.step * np.arange(len(samples.q))[:, None], len(places), axis=1)
+
+    def draw_against(signals: np.ndarray, row: int, axes: Axes) -> None:
         shown = side.shown[:, row]
-        values = side.residual[shown, row]
-        signals = (time, samples.v[:, place], samples.q[:, place])
-        for axes, signal in zip(table[row], signals, strict=True):
-            axes.plot(signal[shown], values, ".", ms=1.5, alpha=0.6)
-            axes.axhline(0.0, color="0.6", lw=0.6)
-        table[row, 0].set_ylabel(name)
-    for axes, label in zip(table[-1], ("time [s]", "rate", "position"), strict=True):
-        axes.set_xlabel(label)
-    return to_svg(figure)
+        axes.plot(signals[shown, row], side.residual[shown, row], ".", ms=1.5, alpha=0.6)
+        axes.axhline(0.0, color="0.6", lw=0.6)
+
+    columns = [
+        JointColumn("", label, partial(draw_against, signals))
+        for label, signals in (
+            ("time [s]", time),
+            ("rate", samples.v[:, places]),
+            ("position", samples.q[:, places]),
+        )
+    ]
+    return draw_joints(side.measured, columns, height=1.7, same_axis=False)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from crosscheck.recordings.compare import EngineDisagreement, RecordComparison, 
 from crosscheck.recordings.friction import FrictionFit
 from crosscheck.recordings.parameters import NORMAL, Estimate
 from crosscheck.registry import LEVELS
+from crosscheck.report.plots.joints import JointColumn, draw_joints
 from crosscheck.report.records import format_json, to_json_value
 
 if TYPE_CHECKING:
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
 SCHEMA_VERSION = 2
 MOST_PARAMETERS = 6  # of those alone, in the terminal
+HEIGHT, TIME = 2.2, "time [s]"  # of a row in a picture [inch], and its horizontal axis
 IN_SIGHT = 2.0  # medians of the noise band that a picture has room for
 ComparisonOutcome = RecordComparison | EngineDisagreement
 
@@ -192,14 +195,24 @@ def comparison_page(comparison: ComparisonOutcome) -> str:
 def _draw_residual_figure(comparison: RecordComparison) -> str:
     """SVG text: joints below each other; without and with the change that explains the record."""
     columns = [
-        (f"{curve.level} {messages.change_words(curve.change)}", draw_residual, curve)
+        JointColumn(
+            f"{curve.level} {messages.change_words(curve.change)}",
+            TIME,
+            partial(draw_residual, curve),
+        )
         for curve in comparison.curves
     ]
-    return _draw_figure(columns, "N m")
+    return draw_joints(_axis_names(comparison, "N m"), columns, height=HEIGHT, same_axis=True)
 
 
 def _draw_runs_figure(comparison: RecordComparison) -> str:
-    return _draw_figure([("", draw_runs, comparison)], "rad")
+    column = JointColumn("", TIME, partial(draw_runs, comparison))
+    return draw_joints(_axis_names(comparison, "rad"), [column], height=HEIGHT, same_axis=True)
+
+
+def _axis_names(comparison: RecordComparison, unit: str) -> list[str]:
+    joints = comparison.record.angles.shape[1]
+    return [f"joint {joint} [{unit}]" for joint in range(1, joints + 1)]
 
 
 def draw_residual(curve: ResidualCurve, joint: int, axes: Axes) -> None:
@@ -219,31 +232,3 @@ def draw_runs(comparison: RecordComparison, joint: int, axes: Axes) -> None:
         label = ("2 u_val", "E") if number == 0 else (None, None)
         axes.fill_between(window.time, -bound, bound, color="0.85", label=label[0])
         axes.plot(window.time, window.error[:, joint], "C1", lw=0.9, label=label[1])
-
-
-def _draw_figure(
-    columns: Sequence[tuple[str, Callable[[Any, int, Axes], None], Any]], unit: str
-) -> str:
-    """SVG text of a row for each joint, over time; a column for each title with what draws it."""
-    from matplotlib.figure import Figure
-
-    from crosscheck.report.plots.figures import to_svg
-
-    joints = _joints(columns[0][2])
-    figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")
-    table = figure.subplots(joints, len(columns), sharex=True, squeeze=False)
-    for place, (title, draw, data) in enumerate(columns):
-        for joint, axes in enumerate(table[:, place]):
-            draw(data, joint, axes)
-        table[0, place].set_title(title, fontsize="medium")
-        table[-1, place].set_xlabel("time [s]")
-    for joint, axes in enumerate(table[:, 0]):
-        axes.set_ylabel(f"joint {joint + 1} [{unit}]")
-    if table[0, 0].get_legend_handles_labels()[0]:
-        table[0, 0].legend(loc="upper right", fontsize="small")
-    return to_svg(figure)
-
-
-def _joints(data: RecordComparison | ResidualCurve) -> int:
-    arrays = data.record.angles if isinstance(data, RecordComparison) else data.residual
-    return int(arrays.shape[1])
