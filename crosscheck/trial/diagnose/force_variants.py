@@ -61,6 +61,13 @@ def _constant_stiffness(law: Any) -> SineStiffness:
     return SineStiffness(law="sine", mean_N_per_m=mean_stiffness(law), amplitude_N_per_m=0.0)
 
 
+def _reverse_waves(law: Any) -> Any:
+    """A stiffness whose amplitude has the opposite sign; other laws as they are."""
+    if not isinstance(law, SineStiffness):
+        return law
+    return law.model_copy(update={"amplitude_N_per_m": -law.amplitude_N_per_m})
+
+
 # What is changed, into what; as it is told: yours, and what belongs there.
 CHANGES: tuple[tuple[str, Callable[[Any], Any], str, str], ...] = (
     ("backlash_m", lambda b: 0.0, "backlash 0", "b"),
@@ -73,6 +80,7 @@ CHANGES: tuple[tuple[str, Callable[[Any], Any], str, str], ...] = (
     ("static_error_m", lambda e: 0.0, "no static error", "e_0"),
     ("static_error_m", lambda e: -e, "-e_0", "e_0"),
     ("stiffness", _constant_stiffness, "constant mean stiffness", "k over the mesh phase"),
+    ("stiffness", _reverse_waves, "k with its amplitude of the opposite sign", "k"),
     ("phase_rad", lambda p: 0.0, "no phase_rad", "phase_rad"),
     ("phase_rad", lambda p: p if isinstance(p, str) else -p, "-phase_rad", "phase_rad"),
 )

@@ -240,19 +240,43 @@ def generate_frame_mistakes(robot: Robot, *, are_rotors_bodies: bool) -> Iterato
         for roll, axis in ((1, "y, z, x"), (2, "z, x, y")):
             rolled = _set_field(robot, "rotors", number, "axis", np.roll(rotor.axis, roll))
             yield FrameMistake(f"{name}: its axis in another order, {axis}", rolled)
-    for stage in robot.stages:
-        name = f"stage of {robot.joints[stage.joint].name}"
-        others = tuple(other for other in robot.stages if other is not stage)
-        sun, planets = stage_rotors(robot, stage)
-        for words, pair in (
-            ("its ratio z_r / z_s, that of a carrier held", (sun.ratio - 1, planets.ratio)),
-            ("its sun turning the other way", (-sun.ratio, planets.ratio)),
-            ("its planets turning the other way", (sun.ratio, -planets.ratio)),
-            ("its planets turning as on the carrier", (sun.ratio, planets.ratio - 1)),
-        ):
-            turned = [replace(gear, ratio=k) for gear, k in zip((sun, planets), pair, strict=True)]
-            changed_robot = replace(robot, rotors=(*robot.rotors, *turned), stages=others)
-            yield FrameMistake(f"{name}: {words}", changed_robot)
+    yield from _stage_mistakes(robot)
+
+
+def _stage_mistakes(robot: Robot) -> Iterator[FrameMistake]:
+    """Confusions of one planetary stage, and the same of every stage where there are several."""
+    stages, confused = robot.stages, [_rotor_pair_mistakes(robot, each) for each in robot.stages]
+    for together in zip(*confused, strict=True):
+        words = together[0][0]
+        for stage, (_, pair) in zip(stages, together, strict=True):
+            others = tuple(other for other in stages if other is not stage)
+            changed_robot = replace(robot, rotors=(*robot.rotors, *pair), stages=others)
+            yield FrameMistake(f"stage of {robot.joints[stage.joint].name}: {words}", changed_robot)
+        if len(stages) > 1:
+            rotors = [rotor for _, pair in together for rotor in pair]
+            changed_robot = replace(robot, rotors=(*robot.rotors, *rotors), stages=())
+            yield FrameMistake(f"every stage: {words}", changed_robot, several=True)
+
+
+def _rotor_pair_mistakes(
+    robot: Robot, stage: JointStage
+) -> Iterator[tuple[str, tuple[Rotor, Rotor]]]:
+    """Words on what a stage's sun and planets may be taken for, and the rotors that they are so."""
+    sun, planets = stage_rotors(robot, stage)
+    gears = stage.gears
+    one = planets.inertia / gears.planet_count
+    for words, ratios in (
+        ("its ratio z_r / z_s, that of a carrier held", (sun.ratio - 1, planets.ratio)),
+        ("its sun turning the other way", (-sun.ratio, planets.ratio)),
+        ("its planets turning the other way", (sun.ratio, -planets.ratio)),
+        ("its planets turning as on the carrier", (sun.ratio, planets.ratio - 1)),
+        (
+            "its planets rolling by the sun's teeth",
+            (sun.ratio, 1 - gears.sun_teeth / gears.planet_teeth),
+        ),
+    ):
+        yield words, (replace(sun, ratio=ratios[0]), replace(planets, ratio=ratios[1]))
+    yield "one planet for all", (sun, replace(planets, inertia=one))
 
 
 def _gravity_mistakes(robot: Robot) -> Iterator[FrameMistake]:
@@ -341,6 +365,8 @@ def _rotor_mistakes(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
         replace(rotor, inertia=rotor.inertia / abs(rotor.ratio)),
     )
     yield "its ratio left out", replace(rotor, inertia=rotor.inertia / rotor.ratio**2)
+    yield "divided by its ratio's square", replace(rotor, inertia=rotor.inertia / rotor.ratio**4)
+    yield "the sign of its ratio left out", replace(rotor, ratio=abs(rotor.ratio))
 
 
 def _mimic_mistakes(robot: Robot) -> Iterator[FrameMistake]:
@@ -394,6 +420,11 @@ def generate_body_mistakes(body: RobotBody, joint: Joint) -> Iterator[tuple[str,
         "all products of inertia with the opposite sign",
         replace(body, inertia=2 * diagonal - body.inertia),
     )
+    for first, second in combinations(range(3), 2):
+        com = body.com.copy()
+        com[[first, second]] = com[[second, first]]
+        words = f"{AXES[first]} and {AXES[second]} of its centre of mass exchanged"
+        yield words, replace(body, com=com)
     for keys in (MOMENTS, PRODUCTS):
         for first_key, second_key in combinations(keys, 2):
             inertia = body.inertia

@@ -22,7 +22,11 @@ from crosscheck.trial.robots.judge import (
     RobotProblem,
     select_entry,
 )
-from crosscheck.trial.robots.pieces import describe_accelerations, describe_pieces
+from crosscheck.trial.robots.pieces import (
+    describe_accelerations,
+    describe_coordinates,
+    describe_pieces,
+)
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.readings import find_readings
 from crosscheck.trial.robots.search import Cause, CauseSearch, ChangeTable
@@ -104,7 +108,9 @@ def diagnose(
     if not explanations and not links:
         for part in wrong:
             pieces = list(describe_pieces(problem, level, part)) if part in SINGLE else []
-            notes += pieces or _causes_within(searches[level], part, entries)
+            if not pieces and part in SINGLE:
+                pieces = list(describe_coordinates(problem, level, part))
+            notes += pieces or _causes_within(searches[level], part, entries, alone=len(wrong) == 1)
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(cause.words for cause in explanations)
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
@@ -430,14 +436,20 @@ def _wrong_products(
         yield f"wrong terms: {', '.join(others[:MOST_SHOWN])}{more}"
 
 
-def _causes_within(search: CauseSearch, part: str, entries: Sequence[RobotEntry]) -> Iterator[str]:
-    """Sentences on what makes the difference of a part in this part alone, or of its entries."""
+def _causes_within(
+    search: CauseSearch, part: str, entries: Sequence[RobotEntry], *, alone: bool
+) -> Iterator[str]:
+    """Sentences on what makes the difference of a part in this part alone, or of its entries.
+
+    alone: whether no other part is wrong. Beside others some number would often explain one part by
+    chance, so that it counts only if somebody may well have written it.
+    """
     within = [entry for entry in entries if entry.part == part]
     if all(entry.remark.startswith(MISSING) for entry in within):
         return
     places = search.select_places(part)
-    causes = search.find_causes(places)
-    if not causes and part == "mass_matrix" and len(within) >= LEAST_ENTRIES:
+    causes = [cause for cause in search.find_causes(places) if alone or cause.usual]
+    if not causes and alone and part == "mass_matrix" and len(within) >= LEAST_ENTRIES:
         causes = list(search.find_inertia_causes(places))
     if causes:
         yield from _describe_causes(causes, part)

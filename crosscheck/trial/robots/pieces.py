@@ -324,6 +324,20 @@ def describe_pieces(problem: RobotProblem, level: Level, part: str) -> Iterator[
     yield from (f"{part}, {words}" for words in described)
 
 
+def describe_coordinates(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
+    """Sentences on a coordinate that M, bias or gravity leaves out or takes with the other sign."""
+    right, user_values = problem.reference_values[level][part], problem.answers.values[part]
+    difference, model = user_values - right, AnalyticRobot(problem.robot, level)
+    for number, name in enumerate(problem.names):
+        for words, factor in (("left out", 0.0), ("with the opposite sign", -1.0)):
+            q = problem.states.q.copy()
+            q[:, number] *= factor
+            terms = DynamicsTerms(*model.terms(q, problem.states.v))
+            left = np.abs(getattr(terms, part) - user_values).max()
+            if left <= ALIKE * np.abs(difference).max():
+                yield f"{part}: {name} is {words} in it"
+
+
 def describe_accelerations(
     problem: RobotProblem, level: Level, rows: Sequence[int]
 ) -> Iterator[str]:

@@ -17,7 +17,7 @@ from crosscheck.trial.input.loading import build_equations
 from tests.draws import DRAWS
 from tests.draws import SAMPLE as SAMPLED
 from tests.trial.mistakes.equations import RIGHT, written
-from tests.trial.mistakes.score import MISTAKES, scored, supplied, wrong_entries
+from tests.trial.mistakes.score import MISTAKES, scored, supplied, texts_of, wrong_entries
 
 ENOUGH = 0.9  # of the mistakes, told by their term
 SAMPLE = (
@@ -38,6 +38,13 @@ def test_a_mistake_is_told_in_its_entry_by_its_term(name):
     (mistake,) = (each for each in MISTAKES if each.name == name)
     found = scored(mistake)
     assert (found.entry_right, found.verdict) == (True, "right"), found
+
+
+def test_the_sign_of_a_stiffness_wave_is_no_constant_stiffness():
+    replaced = (("K[0] + K[1]*sine", "K[0] - K[1]*sine"),)
+    guessed = {texts_of(each)[0] for each in wrong_entries(supplied("displacements", replaced))}
+    where = "in mesh force sp1, pr1, sp2, pr2"
+    assert guessed == {f"k with its amplitude of the opposite sign where k belongs, {where}"}
 
 
 def test_a_mistake_in_degrees_is_looked_at_in_built_in_coordinates():
