@@ -264,7 +264,7 @@ def _rotor_pair_mistakes(
     """Words on what a stage's sun and planets may be taken for, and the rotors that they are so."""
     sun, planets = stage_rotors(robot, stage)
     gears = stage.gears
-    one = planets.inertia / gears.planet_count
+    single_inertia = planets.inertia / gears.planet_count
     for words, ratios in (
         ("its ratio z_r / z_s, that of a carrier held", (sun.ratio - 1, planets.ratio)),
         ("its sun turning the other way", (-sun.ratio, planets.ratio)),
@@ -276,7 +276,7 @@ def _rotor_pair_mistakes(
         ),
     ):
         yield words, (replace(sun, ratio=ratios[0]), replace(planets, ratio=ratios[1]))
-    yield "one planet for all", (sun, replace(planets, inertia=one))
+    yield "one planet for all", (sun, replace(planets, inertia=single_inertia))
 
 
 def _gravity_mistakes(robot: Robot) -> Iterator[FrameMistake]:
