@@ -60,7 +60,9 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
         signals=format_signals(pictures.signals),
         plot_style=read_vendored("uPlot.min.css"),
         plot_script=read_vendored("uPlot.iife.min.js"),
-        scheme=draw_scheme(mechanism) if isinstance(mechanism, Arm) else "",
+        scheme=draw_scheme(mechanism)
+        if isinstance(mechanism, Arm)
+        else draw_robot_scheme(mechanism),
         preliminary=describe_quick_limits(result.request),
         second=second_engine(),
         provenance=agreement.to_dict()["provenance"],

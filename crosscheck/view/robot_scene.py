@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.models.robot.robot import BASE, Robot
+from crosscheck.models.robot.robot import BASE
+from crosscheck.view.rods import find_rod_ends, find_upward
 from crosscheck.view.scene import MOST_FRAMES, encode_numbers
 from crosscheck.view.trajectory_file import RobotRun
 
@@ -15,7 +16,7 @@ def build_robot_scene(run: RobotRun) -> dict[str, Any]:
     """What the page's script draws: lengths in m, angles in rad, numbers as base64 of float32."""
     every = -(-run.time.size // MOST_FRAMES)
     time, theta, robot = run.time[::every], run.theta[::every], run.robot
-    ends = _rod_ends(robot)
+    ends = find_rod_ends(robot)
     lengths = [max(np.linalg.norm(end) for end in each) for each in ends.values() if each]
     slid = [np.ptp(x) for x, j in zip(theta.T, robot.joints, strict=True) if j.kind == "prismatic"]
     whole, moving = "The whole robot", "its links as rods and its joints in motion"
@@ -32,6 +33,7 @@ def build_robot_scene(run: RobotRun) -> dict[str, Any]:
         "teeth": True,
         "reach": float(sum(lengths, 0.0) + sum(slid, 0.0)) or 1.0,
         "ground": _points(ends[BASE]),
+        "up": find_upward(robot).tolist(),
         "joints": [
             {
                 "kind": joint.kind,
@@ -46,16 +48,6 @@ def build_robot_scene(run: RobotRun) -> dict[str, Any]:
             for number, joint in enumerate(robot.joints)
         ],
     }
-
-
-def _rod_ends(robot: Robot) -> dict[int, list[np.ndarray]]:
-    """Of every body and the ground, where joints stand on it and where the tip is, in its frame."""
-    ends: dict[int, list[np.ndarray]] = {number: [] for number in range(BASE, len(robot.joints))}
-    for joint in robot.joints:
-        ends[joint.parent].append(joint.placement.position)
-    tip = robot.frames[robot.tip]
-    ends[tip.body].append(tip.placement.position)
-    return ends
 
 
 def _points(ends: list[np.ndarray]) -> list[list[float]]:

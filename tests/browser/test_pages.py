@@ -265,6 +265,20 @@ def test_the_run_plays_and_the_mesh_opens(opened, made):
     assert f"e = {1e6 * gap:.2f} µm" in told
     assert f"{1e6 * (abs(gap) - mesh.backlash_m):.2f} µm beyond" in told or force == 0
     assert f"F = {float(f'{force:.4g}'):g} N" in told.replace(".0 N", " N")
+    forces = made.run["F_sp"].values[:, 0, 0]
+    words = page.locator("#charted").inner_text().replace(" N", "").split()
+    value, low, most, begin, end = (
+        float(words[place].strip(";")) for place in (-8, -7, -5, -3, -1)
+    )
+    assert value == pytest.approx(force, rel=1e-3)
+    assert [low, most] == pytest.approx([forces.min(), forces.max()], rel=1e-3)
+    assert [begin, end] == [0, DURATION_S]
+    page.locator("#strip").click(
+        position={"x": page.locator("#strip").bounding_box()["width"], "y": 9}
+    )
+    page.wait_for_function(
+        f"document.getElementById('now').textContent.startsWith('{DURATION_S:.5f} s')"
+    )
     before = page.locator("#arm").screenshot()
     page.locator("#arm").press("ArrowLeft")
     page.locator("#target").select_option("0")

@@ -73,6 +73,7 @@ def test_page_stands_alone(written):
     page = view_page(read(written[0]))
     assert "Run of " in page
     assert '"ground"' in page
+    assert '"up": [0.0, 0.0, 1.0]' in page  # these stand under gravity (0, 0, -9.81)
     assert "http://" not in page.replace("http://www.w3.org", "")
 
 

@@ -4,12 +4,14 @@ import base64
 import re
 
 import numpy as np
+import pinocchio
 import pytest
 import xarray as xr
 
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import build_trajectory
 from crosscheck.report.plots.scheme import draw_scheme
 from crosscheck.report.plots.signals import RecordStretch, Signals, collect_signals
@@ -131,3 +133,27 @@ def test_a_circle_of_the_scheme_has_the_gears_proportions():
     ratio = float(radii["sun"]) / float(radii["ring"])
     assert ratio == pytest.approx(27 / 99, abs=0.01)  # Table I; drawn to a tenth of a pixel
     assert float(radii["planet"]) / float(radii["ring"]) == pytest.approx(36 / 99, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["puma560", "six-joint"])
+def test_a_robots_joints_stand_where_pinocchios_reader_has_them(name):
+    """The picture is a plane view of the frames at zero: an affine map with orthogonal rows."""
+    robot = load_robot(name)
+    svg = draw_scheme(robot)
+    circles = re.findall(r'<circle class="(motor|slide)" cx="(\S+)" cy="(\S+)"', svg)
+    pixels = np.array([[float(x), float(y)] for _, x, y in circles])
+    model = pinocchio.buildModelFromXML(robot.urdf)
+    data = model.createData()
+    pinocchio.forwardKinematics(model, data, pinocchio.neutral(model))
+    order = [model.getJointId(joint.name) for joint in robot.joints]
+    places = np.array([data.oMi[number].translation for number in order])
+    terms = np.column_stack([places - places.mean(axis=0), np.ones(len(places))])
+    view, *_ = np.linalg.lstsq(terms, pixels, rcond=None)
+    assert terms @ view == pytest.approx(pixels, abs=0.1)  # drawn to a tenth of a pixel
+    right, down = view[:3].T
+    assert right @ down == pytest.approx(0, abs=0.02 * (right @ right))
+    assert np.linalg.norm(right) == pytest.approx(np.linalg.norm(down), rel=0.01)
+    assert down[2] < 0  # gravity points down
+    assert sorted(re.findall(r"\d+", "".join(re.findall(r"<text[^>]*>(.*?)<", svg)))) == [
+        str(number) for number in range(1, len(robot.joints) + 1)
+    ]

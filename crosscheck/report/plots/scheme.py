@@ -1,41 +1,111 @@
-"""A scheme of an arm, drawn from its file: links and gears to scale as far as both can be seen."""
+"""A scheme of an arm or a robot, drawn from its file.
+
+An arm's links and gears are to scale as far as both can be seen; a robot's links are rods.
+"""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 
+import numpy as np
+
 from crosscheck.models.arm.arm import Arm, Joint, Planetary, describe_arm
+from crosscheck.models.robot.robot import BASE, Robot
+from crosscheck.view.rods import find_rod_ends, find_upward
 
 WIDTH, HEIGHT, MARGIN = 460.0, 260.0, 44.0
 FIRST_RAD, BEND_RAD = 0.62, 0.95  # of the first link, and of each joint, to and fro
+AZIMUTH_RAD, RISE_RAD = 0.6, 0.35  # from where a robot is seen
+LARGEST_LEAN = 0.9  # of upward along x, from which on y is the direction across
 LEAST_RING, MOST_RING, LEAST_MOTOR = 15.0, 40.0, 6.0  # radii, to be seen whole
 
 
-def draw_scheme(arm: Arm) -> str:
-    """The scheme of an arm as an <svg>, in the page's own colours, with a text alternative."""
+def draw_scheme(mechanism: Arm | Robot) -> str:
+    """A scheme as an <svg>, in the page's own colours, with a text alternative."""
+    return _draw_robot(mechanism) if isinstance(mechanism, Robot) else _draw_arm(mechanism)
+
+
+def _draw_arm(arm: Arm) -> str:
     points, heading = [0j], FIRST_RAD
     for place, link in enumerate(arm.links):
         points.append(points[-1] + link.length_m * complex(math.cos(heading), math.sin(heading)))
         heading += BEND_RAD * (-1 if place % 2 == 0 else 1)
-    left, low = min(p.real for p in points), min(p.imag for p in points)
-    wide, high = max(p.real for p in points) - left, max(p.imag for p in points) - low
-    scale = min((WIDTH - 2 * MARGIN) / max(wide, 1e-9), (HEIGHT - 2 * MARGIN) / max(high, 1e-9))
-    at = [
-        complex(MARGIN + scale * (p.real - left), HEIGHT - MARGIN - scale * (p.imag - low))
-        for p in points
-    ]
+    at, scale = _fit_points(points)
     parts = [_draw_base(at[0]), *(_draw_link(*ends) for ends in itertools.pairwise(at))]
     for joint, here in zip(arm.joints, at, strict=False):
         parts += _draw_joint(joint, here, scale)
     if arm.payload_mass_kg:
         parts.append(_draw_circle(at[-1], 7, "payload"))
-    description = escape(". ".join(describe_arm(arm)))
+    return _make_picture(parts, ". ".join(describe_arm(arm)))
+
+
+def _draw_robot(robot: Robot) -> str:
+    """The scheme of a robot with all coordinates zero, seen from the side and a little above.
+
+    Joints have their numbers, counted from 1 as the names in its lines are.
+    """
+    poses, joints = {BASE: (np.eye(3), np.zeros(3))}, []
+    for number, joint in enumerate(robot.joints):
+        rotation, position = poses[joint.parent]
+        place = position + rotation @ joint.placement.position
+        poses[number] = (rotation @ joint.placement.rotation, place)
+        joints.append(place)
+    rods = []
+    for number, ends in find_rod_ends(robot).items():
+        rotation, position = poses[number]
+        rods += [(position, position + rotation @ end) for end in ends]
+    view = _face_viewer(find_upward(robot))
+    at, _ = _fit_points([_project(view, p) for p in (np.zeros(3), *joints, *sum(rods, ()))])
+    feet, joint_points, rod_points = at[0], at[1 : len(joints) + 1], at[len(joints) + 1 :]
+    parts = [_draw_base(feet), *map(_draw_link, rod_points[::2], rod_points[1::2])]
+    labels: dict[complex, list[str]] = {}
+    for number, (joint, here) in enumerate(zip(robot.joints, joint_points, strict=True), 1):
+        kind = "motor" if joint.kind == "revolute" else "slide"
+        parts.append(_draw_circle(here, LEAST_MOTOR, kind))
+        close = next((each for each in labels if abs(each - here) < 3 * LEAST_MOTOR), here)
+        labels.setdefault(close, []).append(str(number))
+    for here, numbers in labels.items():
+        place = f'x="{here.real + 10:.1f}" y="{here.imag - 10:.1f}"'
+        parts.append(f"<text {place}>{', '.join(numbers)}</text>")
+    return _make_picture(parts, ". ".join(repr(robot).splitlines()))
+
+
+def _face_viewer(upward: np.ndarray) -> np.ndarray:
+    """Rows (2, 3): the directions to the right and up on the picture, in the base's frame."""
+    other = np.eye(3)[0] if abs(upward[0]) < LARGEST_LEAN else np.eye(3)[1]
+    across = other - (other @ upward) * upward
+    across /= np.linalg.norm(across)
+    beside = np.cross(upward, across)
+    right = math.cos(AZIMUTH_RAD) * across + math.sin(AZIMUTH_RAD) * beside
+    towards = np.cross(right, upward)
+    up = math.cos(RISE_RAD) * upward - math.sin(RISE_RAD) * towards
+    return np.stack([right, up])
+
+
+def _project(view: np.ndarray, point: np.ndarray) -> complex:
+    right, up = view @ point
+    return complex(right, up)
+
+
+def _fit_points(points: Sequence[complex]) -> tuple[list[complex], float]:
+    """Points within the picture's margins, y downwards, and the scale of lengths."""
+    left, low = min(p.real for p in points), min(p.imag for p in points)
+    wide, high = max(p.real for p in points) - left, max(p.imag for p in points) - low
+    scale = min((WIDTH - 2 * MARGIN) / max(wide, 1e-9), (HEIGHT - 2 * MARGIN) / max(high, 1e-9))
+    placed = [
+        complex(MARGIN + scale * (p.real - left), HEIGHT - MARGIN - scale * (p.imag - low))
+        for p in points
+    ]
+    return placed, scale
+
+
+def _make_picture(parts: Iterable[str], description: str) -> str:
     return (
         f'<svg class="scheme" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img"'
-        f' aria-label="{description}">'
+        f' aria-label="{escape(description)}">'
         f"{''.join(parts)}</svg>"
     )
 

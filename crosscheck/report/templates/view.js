@@ -76,6 +76,11 @@ function show(THREE) {
     }
     var bodies = [];
     rods(ground, scene.ground, paint.ring);
+    var up = new THREE.Vector3(scene.up[0], scene.up[1], scene.up[2]);
+    var foot = new THREE.Mesh(new THREE.CylinderGeometry(5 * thick, 5 * thick, thick, 48), paint.ring);
+    foot.position.copy(up).multiplyScalar(-2 * thick);
+    along(foot, up);
+    ground.add(foot);
     scene.joints.forEach(function (joint) {
       var frame = new THREE.Group(), body = new THREE.Group(), r = joint.rotation, at = joint.position;
       var axis = new THREE.Vector3(joint.axis[0], joint.axis[1], joint.axis[2]), slides = joint.kind === "prismatic";
@@ -95,16 +100,26 @@ function show(THREE) {
     });
     places.push(bodies[bodies.length - 1]);
   }
+  // What the first ring, or motor, is fixed to: a post towards -y and the plate that it stands on.
+  function stand(frame, rim, depth, paint) {
+    var post = bar(rim, rim / 3, depth, paint), plate = bar(rim / 4, 3 * rim, 3 * depth, paint);
+    post.position.set(0, -1.5 * rim, depth / 2);
+    plate.position.set(0, -2.1 * rim, depth / 2);
+    post.rotation.z = plate.rotation.z = Math.PI / 2;
+    frame.add(post, plate);
+  }
   function build() {
     world = new THREE.Scene();
     movers = []; places = [];
-    var paint = { ring: material("--soft"), sun: material("--line-1"), planet: material("--line-2"), link: material("--line-3") };
+    var paint = { ring: material("--soft"), sun: material("--line-1"), planet: material("--line-2"), link: material("--line-3"), payload: material("--line-4") };
     var frame = new THREE.Group(), thick = reach / 60;
     world.add(frame, new THREE.AmbientLight(0xffffff, 1.3));
     var light = new THREE.DirectionalLight(0xffffff, 2.2);
     light.position.set(-0.6, 0.4, 1.5);
     world.add(light);
-    if (scene.ground) { robot(frame, thick, paint); return; }
+    if (scene.ground) { robot(frame, thick, paint); survey(); return; }
+    var first = scene.joints[0];
+    stand(frame, first.rim_m || 1.5 * thick, first.face_m || thick, paint.ring);
     scene.joints.forEach(function (joint) {
       var link = new THREE.Group(), rod = bar(joint.length_m, thick, thick, paint.link);
       rod.position.z = -(joint.face_m || thick) - thick / 2;
@@ -123,21 +138,32 @@ function show(THREE) {
       link.add(next);
       frame = next;
     });
-    if (scene.payload) { frame.add(new THREE.Mesh(new THREE.SphereGeometry(1.6 * thick, 24, 16), paint.sun)); }
+    if (scene.payload) { frame.add(new THREE.Mesh(new THREE.SphereGeometry(1.6 * thick, 24, 16), paint.payload)); }
     places.push(frame);
+    survey();
+  }
+  // The space that the run sweeps, which the camera holds in view.
+  var swept = null;
+  function survey() {
+    var box = new THREE.Box3();
+    for (var n = 0; n <= 12; n++) {
+      movers.forEach(function (move) { move(Math.round((scene.frames - 1) * n / 12)); });
+      world.updateMatrixWorld(true);
+      box.expandByObject(world);
+    }
+    swept = box.getBoundingSphere(new THREE.Sphere());
   }
 
   // ------------------------------------------------------------------ camera
-  var eye = { turn: -Math.PI / 2, rise: 1.05, far: 1, target: -1 };
+  var eye = { turn: -Math.PI / 2, rise: scene.ground ? 0.5 : 1.05, far: 1, target: -1 };
   function aim(target) {
     eye.target = target;
     var joint = scene.joints[target];
-    eye.far = target < 0 ? 1.6 * reach : joint.kind === "planetary" ? 3.6 * joint.rim_m : 0.4 * reach;
+    eye.far = target < 0 ? (swept ? 2.1 * swept.radius : reach) : joint.kind === "planetary" ? 3.6 * joint.rim_m : 0.4 * reach;
   }
   function look() {
-    var centre = new THREE.Vector3();
+    var centre = swept.center.clone();
     if (eye.target >= 0) { places[eye.target].getWorldPosition(centre); }
-    else { places[places.length - 1].getWorldPosition(centre).multiplyScalar(0.5); }
     var far = eye.far / Math.min(1, camera.aspect), flat = far * Math.cos(eye.rise);
     camera.position.set(centre.x + flat * Math.cos(eye.turn), centre.y + flat * Math.sin(eye.turn), centre.z + far * Math.sin(eye.rise));
     camera.up.set(0, 0, 1);
@@ -183,6 +209,45 @@ function show(THREE) {
       mesh.factor.toPrecision(3) + " times larger; rolling of the teeth is not drawn.";
   }
 
+  // ------------------------------------------------------------------ strip chart
+  // The force of the chosen mesh, or a joint's motion where no teeth are: what ten seconds of playing cover.
+  function charted() {
+    var chosen = at("mesh").value.split(" "), joint = scene.joints[Number(chosen[0])];
+    if (joint && joint.meshes && joint.meshes[chosen[1]]) {
+      return { values: joint.meshes[chosen[1]].force, name: "F of " + at("mesh").selectedOptions[0].textContent, unit: " N" };
+    }
+    var n = Math.max(eye.target, 0);
+    joint = scene.joints[n];
+    return { values: joint.theta, name: joint.name || "angle of joint " + (n + 1), unit: joint.kind === "prismatic" ? " m" : " rad" };
+  }
+  function frames() {
+    var count = Math.min(Math.max(Math.round(10 * speed() / scene.step_s), 20), scene.frames - 1);
+    var begin = Math.min(Math.max(frame() - Math.round(count / 2), 0), scene.frames - 1 - count);
+    return { begin: begin, count: count };
+  }
+  function chart(i) {
+    var shown = charted(), span = frames(), canvas = at("strip"), pen = canvas.getContext("2d");
+    var wide = canvas.width, high = canvas.height, low = Infinity, most = -Infinity, columns = [];
+    for (var k = 0; k <= span.count; k++) {
+      var x = Math.round((wide - 1) * k / span.count), value = shown.values[span.begin + k], column = columns[x];
+      low = Math.min(low, value); most = Math.max(most, value);
+      columns[x] = column ? [Math.min(column[0], value), Math.max(column[1], value), value] : [value, value, value];
+    }
+    var bottom = Math.min(low, 0), top = Math.max(most, 0), y = function (v) { return high - 8 - (high - 16) * (v - bottom) / (top - bottom || 1); };
+    function line(paint, width, trace) { pen.beginPath(); pen.strokeStyle = colour(paint); pen.lineWidth = width; trace(); pen.stroke(); }
+    pen.fillStyle = colour("--raised");
+    pen.fillRect(0, 0, wide, high);
+    line("--soft", 1, function () { pen.moveTo(0, y(0)); pen.lineTo(wide, y(0)); });
+    line("--ink", 1.5, function () {
+      columns.forEach(function (column, x) { pen.lineTo(x, y(column[0])); pen.lineTo(x, y(column[1])); pen.lineTo(x, y(column[2])); });
+    });
+    var now = (wide - 1) * (i - span.begin) / span.count;
+    line("--line-2", 3, function () { pen.moveTo(now, 0); pen.lineTo(now, high); });
+    var second = function (n) { return (scene.start_s + scene.step_s * n).toPrecision(4); };
+    at("charted").textContent = shown.name + ": " + shown.values[i].toPrecision(4) + shown.unit + "; " + low.toPrecision(4) + " to " +
+      most.toPrecision(4) + shown.unit + " from " + second(span.begin) + " to " + second(span.begin + span.count) + " s";
+  }
+
   // ------------------------------------------------------------------ time
   function frame() { return Math.min(Math.round(state.time / scene.step_s), scene.frames - 1); }
   function draw() {
@@ -195,6 +260,7 @@ function show(THREE) {
       renderer.render(world, camera);
     }
     closeUp(i);
+    chart(i);
     at("time").value = i;
     at("now").textContent = (scene.start_s + scene.step_s * i).toFixed(5) + " s" + scene.joints.map(function (joint, n) {
       return "  " + (joint.name || "θ" + (n + 1)) + " = " + joint.theta[i].toFixed(5) + (joint.kind === "prismatic" ? " m" : " rad");
@@ -243,7 +309,14 @@ function show(THREE) {
   at("back").onclick = function () { step(-1); };
   at("forth").onclick = function () { step(1); };
   at("time").oninput = function () { play(false); state.time = Number(at("time").value) * scene.step_s; state.dirty = true; };
-  at("speed").oninput = said;
+  at("speed").oninput = function () { said(); state.dirty = true; };
+  function seek(event) {
+    var span = frames(), box = at("strip").getBoundingClientRect();
+    play(false);
+    state.time = scene.step_s * (span.begin + span.count * Math.min(Math.max((event.clientX - box.left) / box.width, 0), 1));
+    state.dirty = true;
+  }
+  at("strip").onclick = seek;
   at("nearer").onclick = function () { near(0.8); };
   at("farther").onclick = function () { near(1.25); };
   at("arm").onkeydown = function (event) {
@@ -264,7 +337,7 @@ function show(THREE) {
   at("arm").onwheel = function (event) { event.preventDefault(); near(event.deltaY > 0 ? 1.1 : 1 / 1.1); };
   function fit() {
     if (renderer) {
-      var wide = at("arm").parentElement.clientWidth, high = Math.round(Math.min(0.62 * wide + 60, 560));
+      var wide = at("arm").parentElement.clientWidth, high = Math.round(Math.min(0.62 * wide + 60, 400));
       renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
       renderer.setSize(wide, high);
       camera.aspect = wide / high;
