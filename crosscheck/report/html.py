@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from crosscheck.findings import Finding
-from crosscheck.models.arm.arm import Arm
 from crosscheck.planning import plan, robots
 from crosscheck.planning.robots import RobotRequest
 from crosscheck.planning.run_suite import MIDWAY_S
@@ -60,9 +59,7 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
         signals=format_signals(pictures.signals),
         plot_style=read_vendored("uPlot.min.css"),
         plot_script=read_vendored("uPlot.iife.min.js"),
-        scheme=draw_scheme(mechanism)
-        if isinstance(mechanism, Arm)
-        else draw_robot_scheme(mechanism),
+        scheme=draw_scheme(mechanism),
         preliminary=describe_quick_limits(result.request),
         second=second_engine(),
         provenance=agreement.to_dict()["provenance"],
