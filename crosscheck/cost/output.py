@@ -334,6 +334,7 @@ def _costs(costs: ShortcutCosts) -> dict[str, object]:
 def cost_page(costs: ShortcutCosts) -> str:
     """The page on a robot's costs: HTML text, figure inlined."""
     from crosscheck.report.plots.figures import to_svg
+    from crosscheck.report.plots.scheme import draw_scheme
     from crosscheck.report.rendering import render_page
 
     return render_page(
@@ -352,6 +353,8 @@ def cost_page(costs: ShortcutCosts) -> str:
         length=format_length,
         plain_number=format_number,
         negligible=format_percent(NEGLIGIBLE),
+        scheme=draw_scheme(costs.robot),
+        bars=to_svg(draw_shares(costs)) if costs.agrees and costs.ratios else "",
         drawing=to_svg(draw_torques(costs)) if costs.agrees else "",
     )
 
@@ -376,6 +379,25 @@ def _tabulate_agreement(costs: ShortcutCosts) -> Iterator[AgreementRow]:
             cells.append(f"{largest:.1e}{'' if agrees else ' differs'}")
         tolerance = max(each.tolerance or 0.0 for each in findings)
         yield AgreementRow(quantity.replace("_", " "), tuple(cells), f"{tolerance:.1e}", size)
+
+
+def draw_shares(costs: ShortcutCosts) -> Figure:
+    """Bars of each joint's largest error in per cent of its largest torque, by level."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 0.4 * len(costs.names) + 0.7), layout="constrained")
+    axes, levels = figure.subplots(), list(costs.errors)
+    for offset, level in zip((-0.2, 0.2), levels, strict=True):
+        shares = [100 * each.share for each in costs.by_joint if each.level == level]
+        places = np.arange(len(shares)) + offset
+        axes.barh(places, shares, 0.38, color=COLOURS[level], label=level)
+    axes.set_yticks(range(len(costs.names)), costs.names, parse_math=False)
+    axes.invert_yaxis()
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.set_xlabel("largest error of the torque [% of the largest torque]")
+    figure.legend(loc="outside right upper", fontsize="small")
+    return figure
 
 
 def draw_torques(costs: ShortcutCosts) -> Figure:

@@ -65,9 +65,16 @@ def print_report_summary(agreement: Agreement, mechanism: Arm | Robot) -> None:
 
 
 def _print_disagreeing(findings: Sequence[Finding]) -> None:
+    """Print a line for each finding; those that failed for one reason have one line."""
     console = Console()
+    by_reason: dict[str, list[Finding]] = {}
     for finding in findings:
-        description = make_printable(f" {finding.id}: {describe_outcome(finding)}")
+        reason, _, where = finding.note.rpartition(" (")  # in brackets: at which state
+        shared = finding.verdict == "failed" and where
+        by_reason.setdefault(reason if shared else finding.id, []).append(finding)
+    for finding, *more in by_reason.values():
+        others = f"; and so in {format_count(len(more), 'more check')}" if more else ""
+        description = make_printable(f" {finding.id}: {describe_outcome(finding)}{others}")
         line = Text.assemble(
             (finding.verdict, COLOURS[finding.verdict]), description
         )  # never markup

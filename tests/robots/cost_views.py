@@ -5,6 +5,7 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 
+import matplotlib.colors
 import numpy as np
 import pytest
 
@@ -312,7 +313,7 @@ def wrong_page(found: ShortcutCosts) -> Iterator[str]:
         page = output.cost_page(found)
     if drawing not in page:
         yield "page: no picture"
-    engines, torques, tips, pairs, ratios, meshes = tables(page)
+    torques, tips, pairs, ratios, meshes, engines = tables(page)
     said = html.unescape(page)
     told = list(output.describe_result(found))
     missing = [line for line in (*told[: told.index("")], *found.beyond) if line not in said]
@@ -374,7 +375,7 @@ def wrong_page(found: ShortcutCosts) -> Iterator[str]:
         for mesh in geared.meshes
     ]
     yield from _wrong_rows("meshes", meshes, rows)
-    last = said[said.rindex("</table>") :]
+    last = said[said.index("What does a rigid gear leave out?") :]
     if not re.search(rf"\b{geared.steps} steps", last):
         yield "page: another number of steps"
     if geared.distances is not None:
@@ -413,6 +414,15 @@ def wrong_picture(found: ShortcutCosts) -> Iterator[str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(output, "MOST_DRAWN", 1)
         (name, _) = output.draw_torques(found).axes[0].get_ylabel().split("\n")
+    (bars,) = output.draw_shares(found).axes
+    names = [label.get_text() for label in bars.get_yticklabels()]
+    for level, drawn_bars in zip(SHORTCUTS, bars.containers, strict=True):
+        own = {each.joint: 100 * each.share for each in found.by_joint if each.level == level}
+        shown = {names[round(bar.get_y() + 0.19)]: bar.get_width() for bar in drawn_bars}
+        if shown != own or {bar.get_facecolor() for bar in drawn_bars} != {
+            matplotlib.colors.to_rgba(output.COLOURS[level])
+        }:
+            yield f"picture: bars of {level}: {shown} for {own}"
     by = {each.joint: each.share for each in found.by_joint if each.level == "armature"}
     if by[name] != max(by.values()):
         yield f"picture: {name} where there is room for one"
