@@ -42,6 +42,7 @@ from crosscheck.run import CrossCheck, cases_by_run, runs_by_key
 from crosscheck.runner.tasks import Evaluation, RunKey
 from crosscheck.view import scene
 from crosscheck.view.trajectory_file import Run
+from tests.faults.robot_views import robot_report_numbers
 
 ARM, STATES, SEED = "probe", 3, 0
 STATE_FAMILIES, RUN_FAMILIES = ("states", "form-states"), ("same-step", "form", "deviation")
@@ -740,4 +741,5 @@ VIEW_CHECKS: dict[str, Any] = {
     "signals": signal_numbers,
     "figures": figure_numbers,
     "view": view_numbers,
+    "robot report": robot_report_numbers,
 }
