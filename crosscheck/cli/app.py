@@ -6,6 +6,7 @@ import errno
 import os
 import sys
 import traceback
+import webbrowser
 from contextlib import redirect_stdout
 from enum import StrEnum
 from functools import lru_cache
@@ -51,6 +52,7 @@ Jobs = Annotated[
     int | None, typer.Option(min=1, max=1000, help="Worker processes (default: all cores).")
 ]
 JUnit = Annotated[Path | None, typer.Option("--junit", help="JUnit XML file to write.")]
+OpenPage = Annotated[bool, typer.Option("--open", help="Show the page in the browser.")]
 STANDARD_OUTPUT = Path("/dev/stdout")
 
 
@@ -119,6 +121,7 @@ def _options(
 def run(
     arm: MechanismName = "paper-labelled",
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("report"),
+    open_page: OpenPage = False,
     scenario: Scenarios = None,
     settings: Settings = None,
     quick: Quick = False,
@@ -132,7 +135,10 @@ def run(
         from crosscheck.cli.commands import make_request, run_command
 
         chosen = make_request(arm, scenario, settings, quick, seed)
-    raise typer.Exit(run_command(chosen, out, jobs or os.cpu_count() or 1))
+    code = run_command(chosen, out, jobs or os.cpu_count() or 1)
+    if open_page:
+        webbrowser.open((out / "index.html").resolve().as_uri())
+    raise typer.Exit(code)
 
 
 @app.command()
@@ -439,11 +445,14 @@ def view(
     out: Annotated[
         Path | None, typer.Option(help="HTML file to write (default: beside RUN.nc).")
     ] = None,
+    open_page: OpenPage = False,
 ) -> None:
     """Write a page that shows a run in three dimensions, gears and one mesh close up."""
     from crosscheck.cli.view import view_command
 
-    view_command(file, out)
+    page = view_command(file, out)
+    if open_page:
+        webbrowser.open(page.resolve().as_uri())
 
 
 @app.command("list")

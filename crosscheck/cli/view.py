@@ -15,12 +15,13 @@ from crosscheck.view.scene import build_scene
 from crosscheck.view.trajectory_file import RobotRun, Run, read_run
 
 
-def view_command(file: Path, out: Path | None) -> None:
-    """Write the page of a trajectory. Raises InputError."""
+def view_command(file: Path, out: Path | None) -> Path:
+    """Write the page of a trajectory; returns its file. Raises InputError."""
     remember(file)
     target = require_file(out or file.with_suffix(".html"), VIEW, "--out")
     write_files({target: view_page(read_run(file))})
     print(f"wrote {make_printable(str(target))}")
+    return target
 
 
 def view_page(run: Run | RobotRun) -> str:

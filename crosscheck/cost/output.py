@@ -44,6 +44,10 @@ def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
         return
     if not costs.ratios:
         yield f"No joint of {costs.robot.name} is geared: there is no shortcut to take."
+        yield (
+            "A URDF says nothing of motors: `crosscheck init robot.toml --urdf FILE` writes a file"
+            " in which each joint's ratio and rotor inertia can be stated."
+        )
         yield _describe_agreement(costs)
         return
     yield from _describe_costs(costs)

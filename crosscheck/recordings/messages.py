@@ -127,9 +127,8 @@ def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
     inside = np.mean([window.within for window in comparison.windows])
     yield (
         f"{len(comparison.windows)} runs of {comparison.best.name} from the record's states stay"
-        " within"
-        f" 3 u_val for {stays:.3g} s of {long:.3g} s (median); |E| is at most 2 u_val at"
-        f" {100 * inside:.0f} % of the rows."
+        f" within three times their uncertainty for {stays:.3g} s of {long:.3g} s (median), and"
+        f" within twice it at {100 * inside:.0f} % of the rows."
     )
 
 

@@ -101,7 +101,9 @@ def model_problems(rows, findings) -> Iterator[str]:
             yield f"{name}: {row[1]}"
         for shown, quantity in zip(row[2:], COLUMNS, strict=False):
             sizes = [f.measured for f in between if f.quantity == quantity]
-            if not np.isclose(float(shown.split()[0]), float(f"{max(sizes):.1g}"), rtol=1e-9, atol=0):
+            if not np.isclose(
+                float(shown.split()[0]), float(f"{max(sizes):.1g}"), rtol=1e-9, atol=0
+            ):
                 yield f"{name}, {quantity}: {shown} for {max(sizes)}"
 
 

@@ -291,13 +291,13 @@ def _wrong_answer(data: Mapping[str, Any]) -> Iterator[str]:
     stays = np.median([each["stays_s"] for each in windows])
     long = np.median([each["to_s"] - each["from_s"] for each in windows])
     inside = 100 * np.mean([each["within_2_u_val"] for each in windows])
-    yield from misread("runs", answer[-1], [len(windows), 3, stays, long, 2, inside])
+    yield from misread("runs", answer[-1], [len(windows), stays, long, inside])
 
 
 def wrong_page(found: RecordComparison) -> Iterator[str]:
     """Of the HTML page, by the JSON file."""
     data, page = data_of(found), output.comparison_page(found)
-    items = re.findall(r"<li><strong>(.*?)</strong></li>", page)
+    items = re.findall(r'<p class="answer">(?:<strong>)?(.*?)(?:</strong>)?</p>', page)
     if [html.unescape(item) for item in items] != data["answer"]:
         yield "the page begins with other words than the JSON file"
     time = found.record.time

@@ -3,6 +3,7 @@
 import base64
 import json
 import re
+import webbrowser
 from pathlib import Path
 from typing import Any
 
@@ -134,7 +135,7 @@ def scene_of(page: str) -> dict[str, Any]:
     return scene
 
 
-def test_the_page_holds_the_runs_numbers(tmp_path, crosscheck):
+def test_the_page_holds_the_runs_numbers(tmp_path, crosscheck, monkeypatch):
     file = tmp_path / "run.nc"
     run = a_run(**of_meshes(3e-5))
     write_files({file: encode_netcdf(run)})
@@ -145,7 +146,10 @@ def test_the_page_holds_the_runs_numbers(tmp_path, crosscheck):
     assert np.array_equal(theta, run["theta"].values[:, 1].astype("f4"))
     assert joint["meshes"]["sun"]["half_clearance_m"] == PAPER.joints[1].sun_mesh.backlash_m
     assert not re.search(r"<(script|link|iframe|img)[^>]+(src|href)=", page)
-    assert crosscheck("view", file).code == 0  # its own page is replaced
+    shown = []
+    monkeypatch.setattr(webbrowser, "open", shown.append)
+    assert crosscheck("view", file, "--open").code == 0  # its own page is replaced
+    assert shown == [file.with_suffix(".html").resolve().as_uri()]
 
 
 @pytest.mark.parametrize("arm", [arm_of(1), arm_of(7, direct=(2,))], ids=lambda arm: arm.name)
