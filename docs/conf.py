@@ -6,6 +6,7 @@ from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 
 import crosscheck
+from tools.live import write_live_pages
 from tools.site import write_pages
 
 project = "geararm-crosscheck"
@@ -18,7 +19,10 @@ myst_fence_as_directive = ["math"]  # as GitHub sets formulas
 suppress_warnings = ["myst.header"]  # changelog and contributing begin with their own title
 bibtex_bibfiles = ["references.bib"]
 autodoc_typehints = "description"
-exclude_patterns = ["ci", "notebooks"]
+exclude_patterns = ["ci", "generated/cards", "generated/files"]
+html_extra_path = ["generated/files"]  # what cards and pages of the gallery link to
+html_static_path = ["site.css"]
+html_css_files = ["site.css"]
 html_theme = "furo"
 html_title = "geararm-crosscheck"
 html_copy_source = False
@@ -26,6 +30,7 @@ html_show_copyright = False
 html_math_renderer = "mathml"  # the browser's own: MathJax would come from a network
 
 write_pages(Path(__file__).parent / "generated")
+write_live_pages(Path(__file__).parent / "generated")
 
 
 def mathml(text, as_block=False):

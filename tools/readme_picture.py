@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 
@@ -20,7 +20,7 @@ TITLES = {"analytic:printed": "as printed in the paper", "analytic:physical": "c
 STATES, SEED = 200, 0
 TOLERANCE = 1e-10  # a tick: rounding is below it, every error above
 MESH_M = 1e-4  # displacements of the teeth in the random states
-CELL, ROW, LEFT, TOP, GAP = 62, 30, 58, 58, 26  # pixels
+CELL, ROW, LEFT, TOP, GAP, LETTER = 62, 30, 58, 58, 26, 8  # pixels
 STYLE = """
 text { font: 13px system-ui, sans-serif; fill: #1c2733; text-anchor: middle; }
 .title { font-weight: 600; text-anchor: start; } .row { text-anchor: end; }
@@ -69,13 +69,13 @@ def draw_map(heat_map: HeatMap, left: float) -> Iterator[str]:
             )
 
 
-def draw_picture() -> str:
-    """Both maps side by side as SVG."""
-    maps = list(compare_mass_matrices())
-    wide = LEFT + CELL * len(maps[0].columns)
-    places = enumerate(maps)
-    elements = [text for number, each in places for text in draw_map(each, number * (wide + GAP))]
-    width, height = 2 * wide + GAP + 4, TOP + ROW * len(maps[0].rows) + 4
+def draw_maps(maps: Sequence[HeatMap]) -> str:
+    """Maps side by side as SVG."""
+    elements, left = [], 0
+    for each in maps:
+        elements += draw_map(each, left)
+        left += LEFT + max(CELL * len(each.columns), LETTER * len(each.title)) + GAP
+    width, height = left - GAP + 4, TOP + ROW * max(len(each.rows) for each in maps) + 4
     description = "; ".join(each.described for each in maps)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}"'
@@ -85,5 +85,5 @@ def draw_picture() -> str:
 
 
 if __name__ == "__main__":
-    OUT.write_text(draw_picture(), encoding="utf-8")
+    OUT.write_text(draw_maps(list(compare_mass_matrices())), encoding="utf-8")
     print(f"wrote {OUT}")

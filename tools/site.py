@@ -26,7 +26,6 @@ def write_pages(folder: Path) -> None:
         "models": describe_models(),
         "output-files": describe_output_files(),
         "benchmark": format_benchmark(ROOT / "benchmarks" / "results.json"),
-        "notebook": format_notebook(ROOT / "docs" / "notebooks" / "your-own-model.ipynb"),
     }
     write_files({folder / f"{name}.md": text for name, text in pages.items()})
 
@@ -139,25 +138,6 @@ def format_benchmark(file: Path) -> str:
     if file.exists():
         return format_markdown(*read(file))
     return "# Benchmark results\n\nNone are kept here yet: `make bench` measures them.\n"
-
-
-def format_notebook(file: Path) -> str:
-    """A notebook as it is stored, which the test suite holds to what its cells print."""
-    blocks = []
-    for cell in json.loads(file.read_text(encoding="utf-8"))["cells"]:
-        source = "".join(cell["source"])
-        if cell["cell_type"] == "markdown":
-            blocks.append(source)
-            continue
-        blocks.append(f"```python\n{source}\n```")
-        for each in cell["outputs"]:
-            data = each.get("data", {})
-            if "text/html" in data:
-                blocks.append(f"```{{raw}} html\n{''.join(data['text/html']).strip()}\n```")
-            else:
-                output_text = "".join(each.get("text") or data["text/plain"])
-                blocks.append(f"```text\n{output_text.rstrip()}\n```")
-    return "\n\n".join(blocks) + "\n"
 
 
 def format_table(head: list[str], rows: Any) -> str:

@@ -35,8 +35,3 @@ def test_models_switches_and_variables(pages):
         (("findings[].tolerance", "answers.equations.models[].verdict"), "output-files"),
     ):
         assert [name for name in names if f"| `{name}` |" not in pages[page]] == []
-
-
-def test_the_notebook_has_its_outputs(pages):
-    assert "```python\n" in pages["notebook"]
-    assert "```text\n" in pages["notebook"]
