@@ -23,6 +23,7 @@ exclude_patterns = ["ci", "generated/cards", "generated/files"]
 html_extra_path = ["generated/files"]  # what cards and pages of the gallery link to
 html_static_path = ["site.css"]
 html_css_files = ["site.css"]
+highlight_language = "none"  # a block says what it is
 html_theme = "furo"
 html_title = "geararm-crosscheck"
 html_copy_source = False

@@ -1,7 +1,7 @@
 """The gallery of the docs: examples that are run when the site is built, each with a picture.
 
 ``examples/gallery/gallery.toml`` lists them. A page, a notebook and a picture of each are written;
-an example whose equations do not agree, or whose slip is not seen, stops the build.
+an example whose equations do not agree, or whose mistake is not seen, stops the build.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ SCRIPTS = EXAMPLES / "gallery"
 
 @dataclass(frozen=True)
 class Entry:
-    """An example: a script of cells, or a model that is tried with and without a slip."""
+    """An example: a script of cells, or a model that is tried with and without a mistake."""
 
     file: Path
     arm: str = ""
-    slip: str = ""
+    mistake: str = ""
     right: str = ""
     wrong: str = ""
 
@@ -84,7 +84,7 @@ def _run_script(entry: Entry) -> Example:
 
 
 def _run_trials(entry: Entry) -> Example:
-    """The model as it is, then with its slip."""
+    """The model as it is, then with its mistake."""
     source = entry.file.read_text(encoding="utf-8")
     if source.count(entry.right) != 1:
         raise ValueError(f"{entry.file}: {entry.right!r} is not there once")
@@ -105,9 +105,9 @@ def _run_trials(entry: Entry) -> Example:
     wrong: dict[str, Any] = {}
     (_, shown) = run_cells([Cell(code.replace(entry.right, entry.wrong), True), cells[2]], wrong)
     if wrong["trial"].exit_code == 0:
-        raise ValueError(f"{entry.file}: its slip is not seen")
+        raise ValueError(f"{entry.file}: its mistake is not seen")
     change = f"```diff\n-{entry.right}\n+{entry.wrong}\n```"
-    cells.append(Cell(f"## {entry.slip}\n\n{change}\n\nWith this change above, the trial says:"))
+    cells.append(Cell(f"## {entry.mistake}\n\n{change}\n\nWith this change above, the trial says:"))
     cells.append(Cell("trial", is_code=True, outputs=shown.outputs))
     return Example(entry, title, cells, _draw_trial(wrong["trial"]))
 

@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Your own URDF, your own gravity
 #
-# A pendulum of two links, as a URDF of one's own, and the weights by hand. With a slip on
+# A pendulum of two links, as a URDF of one's own, and the weights by hand. With a mistake on
 # purpose: the second link hangs at the centre of mass of the first, not at its end.
 
 # %%
@@ -57,7 +57,7 @@ right = assert_agrees(weigh(L1), "pendulum.urdf", name="at the end")
 print("exit code", right.exit_code)
 
 # %% [markdown]
-# What the slip does to the shoulder's motor, over the angle of the first link:
+# What the mistake does to the shoulder's motor, over the angle of the first link:
 
 # %%
 angles = np.linspace(-np.pi, np.pi, 200)

@@ -1,4 +1,4 @@
-"""The gallery of the docs: its list, and what a script's cells show. `make docs` runs every entry."""
+"""The gallery of the docs: its list, and its cells. `make docs` runs every entry."""
 
 import pytest
 
@@ -43,5 +43,5 @@ def test_a_cell_that_raises_stops_the_build():
 def test_a_slip_that_is_none_stops_the_build():
     (entry,) = (each for each in read_entries() if each.name == "coriolis_matrix")
     harmless = "-s * (v[1] + v[0])"
-    with pytest.raises(ValueError, match="its slip is not seen"):
-        run_entry(type(entry)(entry.file, entry.arm, entry.slip, entry.right, harmless))
+    with pytest.raises(ValueError, match="its mistake is not seen"):
+        run_entry(type(entry)(entry.file, entry.arm, entry.mistake, entry.right, harmless))

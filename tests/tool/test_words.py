@@ -1,6 +1,5 @@
 """Docs, pages and help use the field's words: none that only this project would understand."""
 
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -41,11 +40,10 @@ TEXTS = [
         ROOT / "CONTRIBUTING.md",
         ROOT / "CHANGELOG.md",
         *sorted((ROOT / "docs").rglob("*.md")),
-        *sorted((ROOT / "docs").rglob("*.ipynb")),
         *sorted(TEMPLATES.glob("*.j2")),
         *sorted((ROOT / "audit" / "templates").rglob("*.j2")),
     )
-    if path.parent.name != "generated"
+    if "generated" not in path.parts
 ]
 
 
@@ -58,9 +56,6 @@ def unclear(text: str) -> list[str]:
 def read(path: Path) -> str:
     """Words for readers: no code, no expressions of templates."""
     text = path.read_text(encoding="utf-8")
-    if path.suffix == ".ipynb":
-        cells = json.loads(text)["cells"]
-        text = "\n".join("".join(c["source"]) for c in cells if c["cell_type"] == "markdown")
     if path.suffix == ".j2":
         return re.sub(r"{[%{].*?[%}]}|<style.*?</style>|<[^>]*>", " ", text, flags=re.S)
     return re.sub(r"```.*?```|`[^`\n]*`", " ", text, flags=re.S)
