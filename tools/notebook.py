@@ -67,7 +67,7 @@ def _run(source: str, number: int, names: dict[str, Any]) -> list[tuple[str, str
     last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
     with redirect_stdout(printed):
         exec(compile(tree, f"cell {number}", "exec"), names)
-        if last is not None:
+        if isinstance(last, ast.Expr):
             expression = ast.Expression(last.value)
             result = eval(compile(expression, f"cell {number}", "eval"), names)
     names["Out"][number] = result

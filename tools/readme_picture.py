@@ -71,7 +71,8 @@ def draw_map(heat_map: HeatMap, left: float) -> Iterator[str]:
 
 def draw_maps(maps: Sequence[HeatMap]) -> str:
     """Maps side by side as SVG."""
-    elements, left = [], 0
+    elements: list[str] = []
+    left = 0
     for each in maps:
         elements += draw_map(each, left)
         left += LEFT + max(CELL * len(each.columns), LETTER * len(each.title)) + GAP

@@ -40,7 +40,7 @@ NOT_RUN = {
     r".*answers\.mat": "answered by Octave: make octave",
     r".*six-joint": "a model of the page's reader; tests/trial has it",
     r"crosscheck trial my_model.py:two_link paper-labelled": "tests/tool/test_readme.py",
-    r"crosscheck baseline (accept|check) paper-labelled": "would write the project's own; the tutorial accepts one",
+    r"crosscheck baseline (accept|check) paper-labelled": "writes the project's own",
     r"crosscheck simulate .* --t-end 0.5": "15 s; .ci/run has it shorter",
     r"crosscheck view run.nc": "needs the line before",
     r"crosscheck validate paper-labelled --quick --set": "a minute; .ci/run has it with --scenario",
