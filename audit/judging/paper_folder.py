@@ -195,12 +195,15 @@ def audit_folder(folder: Path, jobs: int = 1, run_code: bool = False) -> PaperAu
     """
     paper = validate_record(PaperFile, read_toml(folder / PAPER), str(folder / PAPER))
     study = validate_record(Definition, read_toml(folder / STUDY), str(folder / STUDY))
+    if study.arm is None:
+        raise InputError(str(folder / STUDY), "arm", None, "is required: a paper is of an arm")
+    arm = find_file(study.arm, folder)
     named = [*([paper.equations.function] if paper.equations else []), *function_names(study)]
     if named and not run_code:
         allowed = "its code would be run; allow that with --run-code"
         raise InputError(str(folder), "function", named[0], allowed)
     results = {
-        name: run_experiment(study, folder, settings, jobs)
+        name: run_experiment(study, arm, folder, settings, jobs)
         for name, settings in {PLAIN: {}, **paper.experiments}.items()
     }
     settings = collect_results(results)
@@ -216,15 +219,15 @@ def audit_folder(folder: Path, jobs: int = 1, run_code: bool = False) -> PaperAu
             reading=text.reading,
         )
         judgements.append(ClaimJudgement(claim, tuple(evaluate_claim(claim, settings))))
-    return PaperAudit(paper, tuple(judgements), try_transcript(paper, study, folder, jobs))
+    return PaperAudit(paper, tuple(judgements), try_transcript(paper, arm, folder, jobs))
 
 
 def run_experiment(
-    study: Definition, folder: Path, settings: Mapping[str, JsonValue], jobs: int
+    study: Definition, arm: str, folder: Path, settings: Mapping[str, JsonValue], jobs: int
 ) -> xr.Dataset:
-    """The study's result with other settings. Raises InputError."""
+    """The study's result on an arm, with other settings. Raises InputError."""
     return sweep(
-        find_file(study.arm, folder),
+        arm,
         study.axes,
         scenario=find_file(study.scenario, folder),
         measures=study.quantities,
@@ -293,13 +296,13 @@ def build_quantity(text: ClaimText, measures: Measures, file: Path) -> Quantity:
     return ratio(quantity, measures.quantity_of(StudyExperiment(text.over), text.measure))
 
 
-def try_transcript(paper: PaperFile, study: Definition, folder: Path, jobs: int) -> Trial | None:
+def try_transcript(paper: PaperFile, arm: str, folder: Path, jobs: int) -> Trial | None:
     """The trial of the paper's equations on the study's arm. Raises InputError."""
     if paper.equations is None:
         return None
     trial = testing.try_equations(
         str(folder / paper.equations.function),
-        find_file(study.arm, folder),
+        arm,
         level=paper.equations.level,
         jobs=jobs,
         name="the paper's equations",

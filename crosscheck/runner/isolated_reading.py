@@ -20,9 +20,19 @@ SIGNATURE, USER_BLOCK = b"\x89HDF\r\n\x1a\n", 512  # of HDF5, at the beginning o
 MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
 
 
+# A process that waits for others, as on a busy machine, has so many times as long.
+WAITING = 20.0
+
+
+def limit_process_time(seconds: float) -> None:
+    """End this process when it has worked so many seconds, or long after; 0 sets no limit."""
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    signal.setitimer(signal.ITIMER_REAL, WAITING * seconds)
+
+
 @dataclass(frozen=True)
 class _ReadTask:
-    """The task of reading a file, for a process of its own; within_s [s]: 0 sets no time."""
+    """The task of reading a file, for a process of its own; within_s [s]: of work; 0 sets none."""
 
     read: Callable[[], Any]
     within_s: float
@@ -30,7 +40,7 @@ class _ReadTask:
     cost: float = 1.0
 
     def perform(self) -> Any:
-        signal.setitimer(signal.ITIMER_REAL, self.within_s)  # which ends the process
+        limit_process_time(self.within_s)
         try:
             return self.read()
         except InputError as error:
@@ -46,7 +56,7 @@ def read_in_subprocess(
 ) -> Any:
     """The value that read(*arguments) returns, in another process.
 
-    within_s [s]: time limit; 0 sets none. Raises the InputError that it raises, and one of
+    within_s [s]: limit of its work; 0 sets none. Raises the InputError that it raises, and one of
     ``where`` that begins with ``fails`` for whatever else ends it.
     """
     task = _ReadTask(partial(read, *arguments), within_s)

@@ -8,7 +8,6 @@ that leads out of the file.
 from __future__ import annotations
 
 import re
-import signal
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ import xarray as xr
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import input_size
+from crosscheck.runner.isolated_reading import limit_process_time
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
 from crosscheck.studies.batches.result_file import SCHEMA_VERSION, STUDY, VERSION
@@ -56,7 +56,7 @@ def use_file(path: Path, use: Use, form: type[NetcdfFile] | None = None) -> Any:
 
 @dataclass(frozen=True)
 class _UseTask:
-    """A worker's task: open a file and use it; within_s: until all is read."""
+    """A worker's task: open a file and use it; within_s [s]: of work until all is read."""
 
     path: Path
     use: Use
@@ -67,7 +67,7 @@ class _UseTask:
 
     def perform(self) -> Any:
         """What ``use`` returns for the opened file, or an InputError."""
-        signal.setitimer(signal.ITIMER_REAL, self.within_s)  # which ends the process
+        limit_process_time(self.within_s)
         try:
             with h5py.File(self.path, "r", locking=False) as file:
                 return self.use(self.form(self.path, file))
@@ -133,7 +133,7 @@ class NetcdfFile:
         drawn = {name: (dims[name], self._numbers(name), self._attributes(name)) for name in names}
         coords = {name: (name, self._values(name), self._attributes(name)) for name in beside}
         dataset = xr.Dataset(drawn, coords)
-        signal.setitimer(signal.ITIMER_REAL, 0)
+        limit_process_time(0)
         return dataset
 
     def _numbers(self, name: str) -> np.ndarray:
