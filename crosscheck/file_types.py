@@ -62,6 +62,7 @@ IDENTIFIED = FileType(
 IDENTIFIED_PAGE = FileType(
     "a page of a robot's comparison", HTML, (b"<title>Recordings compared with robot ",)
 )
+EXCITATION = FileType("a suggested motion", b"t_s,theta_1_rad,", ())
 COST = FileType("a cost of shortcuts", JSON, (b'\n "engines_agree": ', b'\n "negligible_share": '))
 COST_PAGE = FileType("a page of shortcuts' cost", HTML, (b"<title>Cost of shortcuts: ",))
 ROBOT_TRIAL = FileType(
@@ -86,6 +87,7 @@ FILE_TYPES = (
     ),
     *(SHEET, VIEW, TRAJECTORY, C_FILE, FMU_FILE, PICTURE, MEASURED, MEASURED_PAGE),
     *(COST, COST_PAGE, ROBOT_TRIAL, ROBOT_JUNIT, IDENTIFIED, IDENTIFIED_PAGE),
+    EXCITATION,
 )
 
 

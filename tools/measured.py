@@ -18,7 +18,6 @@ import numpy as np
 from crosscheck.identification.compare import (
     RobotComparison,
     SideResult,
-    TermEstimate,
     compare_robot,
 )
 from crosscheck.identification.description import (
@@ -28,6 +27,7 @@ from crosscheck.identification.description import (
 )
 from crosscheck.identification.engines import ENGINE_ROWS
 from crosscheck.identification.messages import SIDE_WORDS, describe_answers, format_estimate
+from crosscheck.identification.terms import TermEstimate
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import engine_of

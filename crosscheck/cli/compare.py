@@ -6,16 +6,20 @@ from pathlib import Path
 
 import numpy as np
 
-from crosscheck.cli.output import print_and_write
-from crosscheck.file_types import IDENTIFIED, IDENTIFIED_PAGE, MEASURED, MEASURED_PAGE
+from crosscheck.cli.output import FileRequest, print_and_write
+from crosscheck.file_types import EXCITATION, IDENTIFIED, IDENTIFIED_PAGE, MEASURED, MEASURED_PAGE
 from crosscheck.identification import output
 from crosscheck.identification.compare import compare_robot
 from crosscheck.identification.description import (
+    find_knowledge,
     load_description,
     read_recordings,
     transmission_matrix,
 )
+from crosscheck.identification.excitation import format_excitation
+from crosscheck.identification.messages import EXCITATION_FILE
 from crosscheck.identification.recording import convert_record
+from crosscheck.identification.refinement import Knowledge
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import is_robot
 from crosscheck.models.loading import load_selection
@@ -44,7 +48,8 @@ def compare_command(
     """Compare a recorded motion with an arm's or a robot's levels; returns the exit code.
 
     Of an arm it is 0 if the engines agree and the likeliest level leaves noise alone, else 1; of a
-    robot it is 0 if they agree and the torques tell links alone from rotors. Raises InputError.
+    robot it is 0 if they agree, the torques tell links alone from rotors, and all else that the
+    record's description asks for can be told. Raises InputError.
     """
     if is_robot(arm):
         for option, given in (
@@ -89,21 +94,25 @@ def _compare_robot(
     page = None if out is None else out / PAGE
     if out is not None:
         require_writable(out)
-    require_files((json_file, IDENTIFIED), (page, IDENTIFIED_PAGE))
+    table = None if out is None else out / EXCITATION_FILE
+    require_files((json_file, IDENTIFIED), (page, IDENTIFIED_PAGE), (table, EXCITATION))
     count = len(robot.coordinates)
     if record.suffix == DESCRIPTION:
         description = load_description(record)
         recordings = read_recordings(description, robot, record)
         transmission = transmission_matrix(description, count)
+        knowledge = find_knowledge(description)
     else:
         recordings = (convert_record(read_record(record, count, topic, joints)),)
-        transmission = np.eye(count)
+        transmission, knowledge = np.eye(count), Knowledge()
     with progress_bar() as progress:
-        comparison = compare_robot(robot, recordings, transmission, progress)
-    requests = (
+        comparison = compare_robot(robot, recordings, transmission, progress, knowledge)
+    requests: list[FileRequest] = [
         (json_file, lambda: output.comparison_json(comparison)),
         (page, lambda: output.comparison_page(comparison)),
-    )
+    ]
+    if (excitation := comparison.excitation) is not None:
+        requests.append((table, lambda: format_excitation(excitation)))
     print_and_write(output.describe_comparison(comparison), *requests)
     return 0 if comparison.engines_agree and comparison.is_decided else 1
 

@@ -94,8 +94,14 @@ def fit_motion(record: Record) -> GivenMotion:
     return GivenMotion(record.where, spline, float(record.time[0]), float(record.time[-1]))
 
 
-def make_excitation(model: RobotModel, seed: int) -> SineMotion:
-    """A random motion within limits of position, rate and effort; model: it gives the torques."""
+def make_excitation(model: RobotModel, seed: int, grid: int = GRID) -> SineMotion:
+    """A random motion within limits of position, rate and effort.
+
+    Args:
+        model: It gives the torques.
+        seed: Of the draw.
+        grid: Instants in a period at which limits are kept.
+    """
     robot = model.robot
     rng = np.random.default_rng(seed)
     ranges = np.array([motion_range(robot, number) for number in robot.coordinates])
@@ -105,7 +111,7 @@ def make_excitation(model: RobotModel, seed: int) -> SineMotion:
     sizes = rng.uniform(0.3, 1, shape) / np.arange(1, HARMONICS + 1)
     phases = rng.uniform(0, 2 * np.pi, shape)
     drawn = SineMotion(seed, PERIOD, np.zeros(len(ranges)), sizes, phases)
-    time = PERIOD * np.arange(GRID) / GRID
+    time = PERIOD * np.arange(grid) / grid
     q, v, _ = drawn.at(time)
     lowest, highest = q.min(axis=0), q.max(axis=0)
     swept = SWEPT * (ranges[:, 1] - ranges[:, 0]) / (highest - lowest)

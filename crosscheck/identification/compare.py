@@ -12,8 +12,15 @@ from crosscheck.findings import Finding
 from crosscheck.identification.bandwidth import choose_bandwidth, measure_residual
 from crosscheck.identification.decimation import DecimatedSignals
 from crosscheck.identification.engines import compare_engines
-from crosscheck.identification.estimation import LinearFit, fit_linear
+from crosscheck.identification.estimation import CONFIDENCE, LinearFit, fit_linear
+from crosscheck.identification.excitation import Excitation, suggest_excitation
 from crosscheck.identification.recording import Recording
+from crosscheck.identification.refinement import (
+    Knowledge,
+    RecordedTorque,
+    Refinement,
+    refine,
+)
 from crosscheck.identification.sampling import (
     BandSample,
     highest_bandwidth,
@@ -29,6 +36,7 @@ from crosscheck.identification.structure import (
 )
 from crosscheck.identification.terms import (
     Regressor,
+    TermEstimate,
     TermKind,
     TorqueTerm,
     build_columns,
@@ -56,6 +64,7 @@ STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
 )
 ROTOR_KINDS: tuple[TermKind, ...] = ("armature", "shared armature")
 FEWEST_ROWS = 4  # of torques for a parameter
+NOTHING_ELSE = Knowledge()
 # Chance that anything is named on a side which is not there.
 SIGNIFICANT = 0.001
 NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "delay")
@@ -64,21 +73,6 @@ LEFT_MORE = 1.1  # times what identified links leave at a joint: the file's are 
 # ask for 100).
 EXCITED = 1000.0
 CONCERNED = 0.1  # a parameter's part in the direction that motion shows least, beyond it told
-
-
-@dataclass(frozen=True)
-class TermEstimate:
-    """An estimated term: value with its standard error and half of its 95 % interval."""
-
-    term: TorqueTerm
-    value: float
-    error: float
-    half_width: float
-
-    @property
-    def t(self) -> float:
-        """The value over its standard error."""
-        return self.value / self.error if self.error else 0.0
 
 
 @dataclass(frozen=True)
@@ -114,7 +108,8 @@ class SideResult:
     up; concerned: terms that the motion hardly shows, where it does so; threshold: the size of t
     from which on a rotor, a factor or a delay is named; bands: at half and twice the bandwidth;
     samples, residual and shown (rows, measured): of the full model, and which rows say something:
-    those where the joint moves.
+    those where the joint moves; excitation: a motion that shows more, where this one does not show
+    every parameter of identified links; refinement: with what else is known of these, if anything.
     """
 
     side: Side
@@ -133,6 +128,8 @@ class SideResult:
     samples: BandSample
     residual: np.ndarray
     shown: np.ndarray
+    excitation: Excitation | None = None
+    refinement: Refinement | None = None
 
     @property
     def rotors(self) -> tuple[TermEstimate, ...]:
@@ -192,7 +189,8 @@ def _is_shared(each: TermEstimate, side: SideResult) -> bool:
 class RobotComparison:
     """What recordings say of a robot.
 
-    ranks: of its levels over all motions; sides: nothing where the engines disagree.
+    ranks: of its levels over all motions; sides: nothing where the engines disagree; knowledge:
+    what was known of links, and what was asked beside them.
     """
 
     robot: Robot
@@ -200,6 +198,12 @@ class RobotComparison:
     engines: tuple[Finding, ...]
     ranks: LevelRanks
     sides: tuple[SideResult, ...]
+    knowledge: Knowledge = NOTHING_ELSE
+
+    @property
+    def excitation(self) -> Excitation | None:
+        """A motion that shows more than the record's, of the first side that lacks one."""
+        return next((side.excitation for side in self.sides if side.excitation), None)
 
     @property
     def engines_agree(self) -> bool:
@@ -208,9 +212,17 @@ class RobotComparison:
 
     @property
     def is_decided(self) -> bool:
-        """Whether the torques of every side tell links alone from links with rotors."""
-        return bool(self.sides) and all(
-            side.is_excited and not side.impossible for side in self.sides if side.links != "scaled"
+        """Whether every side's torques tell links alone from rotors, and what else is asked."""
+        refinements = [side.refinement for side in self.sides if side.refinement]
+        return (
+            bool(self.sides)
+            and not self.knowledge.lacks_size
+            and all(each.is_decided for each in refinements)
+            and all(
+                side.is_excited and not side.impossible
+                for side in self.sides
+                if side.links != "scaled"
+            )
         )
 
 
@@ -219,11 +231,13 @@ def compare_robot(
     recordings: Sequence[Recording],
     transmission: np.ndarray,
     progress: CountCallback,
+    knowledge: Knowledge = NOTHING_ELSE,
 ) -> RobotComparison:
     """Estimate links, friction and rotors from recordings, and say what they distinguish.
 
     Args:
         transmission: Rates of motors for rates of joints (n, n).
+        knowledge: What is known of links, and what is asked beside them.
 
     Raises:
         InputError: Recordings are too short for what is asked.
@@ -243,11 +257,11 @@ def compare_robot(
             engines = compare_engines(robot, samples.at(bandwidth))
             if any(engine.verdict != "agree" for engine in engines):
                 break
-        sides.append(_judge_side(problem, side, treatment, bandwidth))
+        sides.append(_judge_side(problem, side, treatment, bandwidth, knowledge))
         if treatment == "identified":
             scaled = _Problem(robot, samples, LINK_KINDS["scaled"])
-            sides.append(_judge_side(scaled, side, "scaled", bandwidth))
-    return RobotComparison(robot, tuple(recordings), tuple(engines), ranks, tuple(sides))
+            sides.append(_judge_side(scaled, side, "scaled", bandwidth, NOTHING_ELSE))
+    return RobotComparison(robot, tuple(recordings), tuple(engines), ranks, tuple(sides), knowledge)
 
 
 def _select_torques(
@@ -349,7 +363,11 @@ class _Problem:
 
 
 def _judge_side(
-    problem: _Problem, side: Side, treatment: LinkTreatment, bandwidth: float
+    problem: _Problem,
+    side: Side,
+    treatment: LinkTreatment,
+    bandwidth: float,
+    knowledge: Knowledge,
 ) -> SideResult:
     samples, columns, full = problem.fit(bandwidth)
     torque = samples.torque[:, problem.measured]
@@ -373,6 +391,7 @@ def _judge_side(
             among = _select_estimates(other_columns, other)
             rotors_only = tuple(each for each in among if each.term.kind in ROTOR_KINDS)
             bands.append(BandResult(bandwidth * factor, rotors_only))
+    concerned = _find_concerned(problem.terms, columns, full)
     return SideResult(
         side=side,
         links=treatment,
@@ -384,12 +403,43 @@ def _judge_side(
         estimates=estimates,
         contained=problem.basis.contained,
         condition=full.condition,
-        concerned=_find_concerned(problem.terms, columns, full),
+        concerned=concerned,
         threshold=full.quantile(1 - SIGNIFICANT / (2 * max(named, 1))),
         bands=tuple(bands),
         samples=samples,
         residual=full.residual,
         shown=full.shown,
+        excitation=(
+            suggest_excitation(
+                problem.robot,
+                samples.q,
+                problem.shared,
+                problem.basis.chosen,
+                problem.measured,
+                full.sigma,
+            )
+            if concerned and treatment != "scaled"
+            else None
+        ),
+        refinement=(
+            refine(_record_torque(problem, samples, full), knowledge)
+            if treatment == "identified" and knowledge.is_anything
+            else None
+        ),
+    )
+
+
+def _record_torque(problem: _Problem, samples: BandSample, full: LinearFit) -> RecordedTorque:
+    """The torques of a side as its fit of all terms weighs them."""
+    return RecordedTorque(
+        robot=problem.robot,
+        shared=problem.shared,
+        samples=samples,
+        measured=problem.measured,
+        shown=full.shown,
+        residual=full.residual,
+        chosen=problem.basis.chosen,
+        quantile=full.quantile((1 + CONFIDENCE) / 2),
     )
 
 

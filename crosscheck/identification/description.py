@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from crosscheck.identification.recording import Recording
+from crosscheck.identification.refinement import Knowledge, Unknown
 from crosscheck.models.arm import quantities
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
@@ -62,6 +63,13 @@ class RecordingFiles(Data):
     """CSV file with the torques, row by row with the first; the same if left out."""
 
 
+class LinkPrior(Data):
+    """What is known of the robot before it is measured."""
+
+    links: Annotated[float, quantities.NumberRange(1e-6, 10)]
+    """Relative standard deviation of each link's mass and moments in the robot's file."""
+
+
 class RecordDescription(Data):
     """Recordings of a robot: which columns are what, and how motors turn joints."""
 
@@ -82,10 +90,21 @@ class RecordDescription(Data):
     transmission: Matrix | None = None
     """Rate of each motor (rows) for the rate of each joint; direct or unknown if left out."""
 
+    prior: LinkPrior | None = None
+    """How well the file's links are known; not believed at all if left out."""
+    estimate: Annotated[tuple[Unknown, ...], Field(strict=False, max_length=2)] = ()
+    """What else is unknown: gains of all drives, zeros of all encoders."""
+
 
 def load_description(path: Path) -> RecordDescription:
     """The description in a TOML file. Raises InputError."""
     return validate_record(RecordDescription, read_toml(path), str(path))
+
+
+def find_knowledge(description: RecordDescription) -> Knowledge:
+    """What a description says of links, and what else it asks for."""
+    links = None if description.prior is None else description.prior.links
+    return Knowledge(links, frozenset(description.estimate))
 
 
 def read_recordings(

@@ -171,6 +171,13 @@ def _reflect(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return basis, triangle
 
 
+def find_condition(columns: np.ndarray, sigma: np.ndarray) -> float:
+    """The condition number of columns (rows, n, p), each scaled to size 1, in weights 1 / sigma."""
+    scale = _positive(np.sqrt((columns**2).sum(axis=(0, 1))))
+    weighted = (columns / scale / sigma[:, None]).reshape(-1, columns.shape[2])
+    return float(np.linalg.cond(qr(weighted, mode="r", check_finite=False)[0][: len(scale)]))
+
+
 def _leave_out_blocks(
     basis: np.ndarray, remains: np.ndarray, edges: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -194,7 +201,7 @@ def choose_blocks(residual: np.ndarray, starts: Sequence[int]) -> np.ndarray:
     """
     rows = len(residual)
     length = CORRELATION_TIMES * max(
-        _correlation_rows(residual[first:last], joint)
+        correlation_rows(residual[first:last], joint)
         for first, last in pairwise(starts)
         for joint in range(residual.shape[1])
     )
@@ -206,7 +213,7 @@ def choose_blocks(residual: np.ndarray, starts: Sequence[int]) -> np.ndarray:
     return np.array(edges)
 
 
-def _correlation_rows(residual: np.ndarray, joint: int) -> float:
+def correlation_rows(residual: np.ndarray, joint: int) -> float:
     """Rows for which a joint's residual is alike: the sum of its correlation to its first zero."""
     signal = residual[:, joint] - residual[:, joint].mean()
     power = np.abs(np.fft.rfft(signal, 2 * len(signal))) ** 2

@@ -10,11 +10,14 @@ import numpy as np
 from crosscheck.findings import Finding
 from crosscheck.identification.compare import (
     EXCITED,
+    ROTOR_KINDS,
     RobotComparison,
     Side,
     SideResult,
-    TermEstimate,
 )
+from crosscheck.identification.excitation import DRAWN, Excitation
+from crosscheck.identification.refinement import Refinement
+from crosscheck.identification.terms import TermEstimate
 
 SIDE_WORDS: dict[Side, str] = {
     "motor": "torques of the motors",
@@ -22,6 +25,7 @@ SIDE_WORDS: dict[Side, str] = {
     "between": "torques of the motors less those behind the gears",
 }
 MOST_NAMES = 6
+EXCITATION_FILE = "excitation.csv"
 
 
 def describe_answers(comparison: RobotComparison) -> list[str]:
@@ -39,6 +43,13 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
             sentences += _describe_scaled(side, identified)
         else:
             sentences += _describe_side(side)
+            if side.refinement is not None:
+                sentences += _describe_refinement(side.refinement, SIDE_WORDS[side.side])
+    if comparison.knowledge.lacks_size:
+        sentences.append(
+            "Gains of drives cannot be told: any of them has links that explain the torques. State"
+            " how well the file's links are known ([prior] links)."
+        )
     return [*sentences, *_describe_levels(comparison)]
 
 
@@ -68,6 +79,8 @@ def _describe_side(side: SideResult) -> Iterator[str]:
             f"By the {where} rotors and links cannot be distinguished: the motion hardly shows"
             f" {names} (condition number {side.condition:.2g}, at most {EXCITED:.3g})."
         )
+        if side.excitation is not None:
+            yield _describe_excitation(side.excitation)
         return
     if side.impossible:
         listed = "; ".join(format_estimate(each) for each in side.impossible)
@@ -92,6 +105,57 @@ def _describe_side(side: SideResult) -> Iterator[str]:
     contained = [each.name for each in side.contained if each.kind == "armature"]
     if contained and side.links == "identified":
         yield f"No motion distinguishes from the links: {', '.join(contained)}."
+
+
+def _describe_refinement(refinement: Refinement, where: str) -> Iterator[str]:
+    """What the torques of a side say with links of the file, then gains and zeros."""
+    links, best = refinement.knowledge.links, refinement.best
+    if not all(fit.settled for fit in refinement.fits):
+        yield f"With what else is asked the {where} have no estimate: its steps do not settle."
+        return
+    if links is not None:
+        yield _describe_prior(refinement, links)
+    beside = [each for each in best.estimates if each.term.kind in ("gain", "zero")]
+    if beside:
+        yield f"By the {where}: {'; '.join(format_estimate(each) for each in beside)}."
+    if best.contained:
+        reason = "what else is unknown" if links is None else "anything"
+        yield f"No zero of the encoder of {', '.join(best.contained)} is told from {reason}."
+
+
+def _describe_prior(refinement: Refinement, links: float) -> str:
+    """Which level is likelier where the file's links are known to a share."""
+    best = refinement.best
+    head = f"With the file's links known to {100 * links:.3g} %"
+    if refinement.is_surprising:
+        return (
+            f"{head} nothing fits: they would be further from the file (chi squared"
+            f" {best.surprise:.4g} of {best.links.size} parameters). No level is named."
+        )
+    rotors = [each for each in best.estimates if each.term.kind in ("rotors", *ROTOR_KINDS)]
+    listed = "; ".join(format_estimate(each) for each in rotors)
+    if len(refinement.fits) == 1:
+        return f"{head}: {listed}. The file has no rotors, so coupled is not asked."
+    sizes = " and ".join(f"{fit.chi_squared:.5g} for {fit.level}" for fit in refinement.fits)
+    if refinement.level is None:
+        return (
+            f"{head} armature and coupled cannot be distinguished (chi squared {sizes}): links"
+            " have to be known to less than inertia times ratio of the rotors."
+        )
+    return f"{head} the torques are those of {best.level} (chi squared {sizes}): {listed}."
+
+
+def _describe_excitation(excitation: Excitation) -> str:
+    """Which motion would show the parameters, or that none drawn does."""
+    head = f"Of {DRAWN} sums of sines within the joints' limits the best (seed"
+    motion = excitation.motion
+    tail = (
+        f"{motion.seed}, period {motion.period:.3g} s) has a condition number of"
+        f" {excitation.condition:.2g}"
+    )
+    if excitation.condition > EXCITED:
+        return f"{head} {tail}: none shows them within these limits."
+    return f"{head} {tail}: record that one (--out FOLDER writes it as {EXCITATION_FILE})."
 
 
 def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:

@@ -10,7 +10,8 @@ import numpy as np
 
 from crosscheck import __version__
 from crosscheck.identification import messages
-from crosscheck.identification.compare import RobotComparison, SideResult, TermEstimate
+from crosscheck.identification.compare import RobotComparison, SideResult
+from crosscheck.identification.terms import TermEstimate
 from crosscheck.report.plots.joints import JointColumn, draw_joints
 from crosscheck.report.records import format_json
 
@@ -87,6 +88,8 @@ def _side_content(side: SideResult) -> dict[str, object]:
         "rows_apart_s": side.samples.step,
         "condition_number": side.condition,
         "hardly_shown": side.concerned,
+        "suggested_motion": _excitation_content(side),
+        "with_prior_or_unknowns": _refinement_content(side),
         "contained_in_links": [each.name for each in side.contained],
         "blocks": side.blocks,
         "t_of_a_rotor": side.threshold,
@@ -108,6 +111,42 @@ def _side_content(side: SideResult) -> dict[str, object]:
             }
             for band in side.bands
         ],
+    }
+
+
+def _refinement_content(side: SideResult) -> dict[str, object] | None:
+    if side.refinement is None:
+        return None
+    return {
+        "links_known_to": side.refinement.knowledge.links,
+        "estimated": sorted(side.refinement.knowledge.unknown),
+        "level": side.refinement.level,
+        "links_too_far_from_file": side.refinement.is_surprising,
+        "levels": [
+            {
+                "level": fit.level,
+                "chi_squared": fit.chi_squared,
+                "chi_squared_of_links": fit.surprise,
+                "settled": fit.settled,
+                "zeros_not_told": fit.contained,
+                "estimates": [_estimate_content(each) for each in fit.estimates],
+            }
+            for fit in side.refinement.fits
+        ],
+    }
+
+
+def _excitation_content(side: SideResult) -> dict[str, object] | None:
+    if side.excitation is None:
+        return None
+    motion = side.excitation.motion
+    return {
+        "condition_number": side.excitation.condition,
+        "seed": motion.seed,
+        "period_s": motion.period,
+        "middle": motion.middle,
+        "sizes": motion.sizes,
+        "phases_rad": motion.phases,
     }
 
 

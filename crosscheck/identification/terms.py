@@ -26,6 +26,8 @@ TermKind = Literal[
     "shared armature",
     "delay",
     "rotors",
+    "gain",
+    "zero",
 ]
 
 
@@ -41,6 +43,21 @@ class TorqueTerm:
     name: str
     unit: str
     value: float | None = None
+
+
+@dataclass(frozen=True)
+class TermEstimate:
+    """An estimated term: value with its standard error and half of its 95 % interval."""
+
+    term: TorqueTerm
+    value: float
+    error: float
+    half_width: float
+
+    @property
+    def t(self) -> float:
+        """The value over its standard error."""
+        return self.value / self.error if self.error else 0.0
 
 
 @dataclass(frozen=True)
@@ -90,21 +107,45 @@ def build_columns(robot: Robot, shared: np.ndarray, samples: BandSample) -> Regr
     return Regressor(tuple(terms), np.concatenate(parts, axis=2))
 
 
-def build_rotor_columns(robot: Robot, rotors: Sequence[Rotor], samples: BandSample) -> Regressor:
-    """Columns of each rotor as a body, by the project's own model less its links."""
-    links = build_robot_model(reference_engine(), replace(robot, rotors=(), stages=()), "links")
-    alone = links.inverse_dynamics(samples.q, samples.v, samples.a)
-    terms, parts = [], []
-    for rotor in rotors:
-        turning = replace(robot, rotors=(_unit_rotor(rotor),), stages=())
-        model = build_robot_model(reference_engine(), turning, "coupled")
-        parts.append(model.inverse_dynamics(samples.q, samples.v, samples.a) - alone)
-        name = robot.joints[rotor.joint].name
-        terms.append(
-            TorqueTerm("rotors", f"rotor of {name}", "kg m^2", rotor.ratio**2 * rotor.inertia)
+class RotorRegressor:
+    """Columns of each rotor as a body, by the project's own model less its links.
+
+    Args:
+        robot: Its links alone count.
+        rotors: Each of a reflected inertia of 1 kg m^2, whatever its own is.
+    """
+
+    def __init__(self, robot: Robot, rotors: Sequence[Rotor]) -> None:
+        bare = replace(robot, rotors=(), stages=())
+        self._links = build_robot_model(reference_engine(), bare, "links")
+        self._turning = [
+            build_robot_model(
+                reference_engine(), replace(bare, rotors=(_unit_rotor(rotor),)), "coupled"
+            )
+            for rotor in rotors
+        ]
+        self.terms = tuple(
+            TorqueTerm(
+                "rotors",
+                f"rotor of {robot.joints[rotor.joint].name}",
+                "kg m^2",
+                rotor.ratio**2 * rotor.inertia,
+            )
+            for rotor in rotors
         )
-    shape = (*samples.q.shape, len(terms))
-    return Regressor(tuple(terms), np.stack(parts, axis=2) if parts else np.zeros(shape))
+
+    def compute(self, samples: BandSample) -> Regressor:
+        """The columns at samples."""
+        motion = samples.q, samples.v, samples.a
+        alone = self._links.inverse_dynamics(*motion)
+        parts = [model.inverse_dynamics(*motion) - alone for model in self._turning]
+        shape = (*samples.q.shape, len(parts))
+        return Regressor(self.terms, np.stack(parts, axis=2) if parts else np.zeros(shape))
+
+
+def build_rotor_columns(robot: Robot, rotors: Sequence[Rotor], samples: BandSample) -> Regressor:
+    """Columns of each rotor as a body."""
+    return RotorRegressor(robot, rotors).compute(samples)
 
 
 def _unit_rotor(rotor: Rotor) -> Rotor:

@@ -20,16 +20,6 @@ SIGNATURE, USER_BLOCK = b"\x89HDF\r\n\x1a\n", 512  # of HDF5, at the beginning o
 MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
 
 
-# A process that waits for others, as on a busy machine, has so many times as long.
-WAITING = 20.0
-
-
-def limit_process_time(seconds: float) -> None:
-    """End this process when it has worked so many seconds, or long after; 0 sets no limit."""
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    signal.setitimer(signal.ITIMER_REAL, WAITING * seconds)
-
-
 @dataclass(frozen=True)
 class _ReadTask:
     """The task of reading a file, for a process of its own; within_s [s]: of work; 0 sets none."""
@@ -40,7 +30,7 @@ class _ReadTask:
     cost: float = 1.0
 
     def perform(self) -> Any:
-        limit_process_time(self.within_s)
+        signal.setitimer(signal.ITIMER_PROF, self.within_s)  # which ends the process
         try:
             return self.read()
         except InputError as error:

@@ -83,21 +83,44 @@ def solve(table: np.ndarray, right: np.ndarray) -> np.ndarray:
     return np.linalg.lstsq(table / size, right, rcond=1e-9)[0] / size
 
 
-def estimate(
+class Signals(NamedTuple):
+    """Rows of a recording in a band; torque, and which joints move (rows, n)."""
+
+    model: pin.Model
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    direction: np.ndarray
+    slope: np.ndarray
+    torque: np.ndarray
+    moving: np.ndarray
+
+
+def sample_rows(
     urdf: str, time: np.ndarray, position: np.ndarray, torque: np.ndarray, bandwidth: float
-) -> Answer:
-    """Estimates of a recording in SI units at even times."""
+) -> Signals:
+    """The rows of a recording in SI units at even times."""
     model = pin.buildModelFromXML(urdf)
     model.gravity.linear = np.array([0.0, 0.0, -9.81])
-    count, step = position.shape[1], (time[-1] - time[0]) / (len(time) - 1)
+    step = (time[-1] - time[0]) / (len(time) - 1)
     q, v, a = low_pass(position, step, bandwidth)
     slow = SLOW * np.abs(v).max(axis=0)
     direction = low_pass(np.minimum(1, np.maximum(-1, v / slow)), step, bandwidth)[0]
     torque, slope, _ = low_pass(torque, step, bandwidth)
     edge = int(EDGE / (bandwidth * step))
     rows = np.arange(edge, len(q) - edge, 1 / (ROWS * bandwidth * step)).astype(int)
-    table = rows_of(model, q[rows], v[rows], a[rows], direction[rows], slope[rows])
-    torque, moving = torque[rows], np.abs(v[rows]) > slow
+    moving = np.abs(v[rows]) > slow
+    kept = (each[rows] for each in (q, v, a, direction, slope, torque))
+    return Signals(model, *kept, moving)
+
+
+def estimate(
+    urdf: str, time: np.ndarray, position: np.ndarray, torque: np.ndarray, bandwidth: float
+) -> Answer:
+    """Estimates of a recording in SI units at even times."""
+    signals = sample_rows(urdf, time, position, torque, bandwidth)
+    model, count, moving, torque = signals.model, signals.q.shape[1], signals.moving, signals.torque
+    table = rows_of(model, *signals[1:6])
     sigma = spread_of(torque, moving)
     for _ in range(WEIGHTINGS):
         values = solve((table / sigma[:, None])[moving], (torque / sigma)[moving])
@@ -137,15 +160,18 @@ def spread_of(values: np.ndarray, moving: np.ndarray) -> np.ndarray:
 
 def block_edges(residual: np.ndarray) -> np.ndarray:
     """First rows of blocks of four correlation times, from 20 to 100 of them."""
-    rows, longest = len(residual), 0.0
-    for signal in residual.T:
-        centred = signal - signal.mean()
-        correlation = np.correlate(centred, centred, "full")[rows - 1 :] / (centred @ centred)
-        total = 0.5
-        for value in correlation[1:]:
-            if value <= 0:
-                break
-            total += value
-        longest = max(longest, 2 * total)
+    rows, longest = len(residual), max(rows_alike(signal) for signal in residual.T)
     length = min(max(4 * longest, rows / 100), rows / 20)
     return np.linspace(0, rows, round(rows / length) + 1).round().astype(int)
+
+
+def rows_alike(signal: np.ndarray) -> float:
+    """For how many rows a signal is alike: its correlation summed to where it is first negative."""
+    centred = signal - signal.mean()
+    correlation = np.correlate(centred, centred, "full")[len(signal) - 1 :] / (centred @ centred)
+    total = 0.5
+    for value in correlation[1:]:
+        if value <= 0:
+            break
+        total += value
+    return 2 * total

@@ -1,13 +1,14 @@
 """NetCDF files from outside: opened once, in a process of its own, and checked.
 
 HDF5 ends the process of whoever hands it certain files, or never comes back. So a worker opens
-them, within a time; it looks at every variable's form before it reads one, and follows nothing
-that leads out of the file.
+them, within a time of work; it looks at every variable's form before it reads one, and follows
+nothing that leads out of the file.
 """
 
 from __future__ import annotations
 
 import re
+import signal
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +20,6 @@ import xarray as xr
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import input_size
-from crosscheck.runner.isolated_reading import limit_process_time
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
 from crosscheck.studies.batches.result_file import SCHEMA_VERSION, STUDY, VERSION
@@ -67,7 +67,7 @@ class _UseTask:
 
     def perform(self) -> Any:
         """What ``use`` returns for the opened file, or an InputError."""
-        limit_process_time(self.within_s)
+        signal.setitimer(signal.ITIMER_PROF, self.within_s)  # which ends the process
         try:
             with h5py.File(self.path, "r", locking=False) as file:
                 return self.use(self.form(self.path, file))
@@ -133,7 +133,7 @@ class NetcdfFile:
         drawn = {name: (dims[name], self._numbers(name), self._attributes(name)) for name in names}
         coords = {name: (name, self._values(name), self._attributes(name)) for name in beside}
         dataset = xr.Dataset(drawn, coords)
-        limit_process_time(0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
         return dataset
 
     def _numbers(self, name: str) -> np.ndarray:

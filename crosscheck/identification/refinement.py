@@ -1,0 +1,360 @@
+"""Estimates that go beyond a record: links known by their file, gains of drives, encoders' zeros.
+
+Torques y of joints are modelled as s (A(q + z) x) + d y', with x of links, friction and rotors, s
+and z of each joint's drive and encoder, d a delay. Rows of correlated errors weigh less, by the
+number for which these are alike; what a file says of links is more rows, one for each parameter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.linalg import qr, solve_triangular
+from scipy.special import chdtri
+
+from crosscheck.identification.estimation import correlation_rows
+from crosscheck.identification.sampling import BandSample
+from crosscheck.identification.structure import draw_samples, find_basis
+from crosscheck.identification.terms import (
+    Regressor,
+    RotorRegressor,
+    TermEstimate,
+    TermKind,
+    TorqueTerm,
+    build_columns,
+)
+from crosscheck.models.robot.robot import Level, Robot
+
+Unknown = Literal["gains", "zeros"]
+FRICTION: tuple[TermKind, ...] = ("offset", "viscous", "coulomb")
+FRICTION = (*FRICTION, "shared viscous", "shared coulomb", "delay")
+ARMATURE: tuple[TermKind, ...] = ("armature", "shared armature")
+LESS_LIKELY = 2 * np.log(100.0)  # of chi squared: a level a hundred times less likely is rejected
+SURPRISE = 0.001  # chance of links so far from their file, where its uncertainty is right
+NO_SLOPE = 1e-7  # of the largest slope: what is less is rounding
+ANGLE = 1e-5  # [rad or m] by which slopes in positions are taken: an error of 1e-10 of them
+PASSES, SETTLED = 20, 1e-7  # of standard errors: a last step of estimates
+BODY = 10  # parameters of a link
+
+
+class Knowledge(NamedTuple):
+    """What is known and what is asked beyond a record.
+
+    links: relative standard deviation of what the file says of each link, None where it is not
+    believed; unknown: whether gains of drives and zeros of encoders are estimated.
+    """
+
+    links: float | None = None
+    unknown: frozenset[Unknown] = frozenset()
+
+    @property
+    def lacks_size(self) -> bool:
+        """Whether gains are asked for while nothing has a known size: any gain has its links."""
+        return "gains" in self.unknown and self.links is None
+
+    @property
+    def is_anything(self) -> bool:
+        """Whether a refinement may say something."""
+        return self.links is not None or "zeros" in self.unknown
+
+
+@dataclass(frozen=True)
+class RecordedTorque:
+    """Torques of a side, and how their rows are weighed.
+
+    samples: all joints; measured (n,): joints whose torque is known; shown (rows, measured): rows
+    that count; residual (rows, measured): what the terms of identified links leave; chosen: numbers
+    of the columns that are independent over all motions; quantile: how many standard errors are
+    half of an interval.
+    """
+
+    robot: Robot
+    shared: np.ndarray
+    samples: BandSample
+    measured: np.ndarray
+    shown: np.ndarray
+    residual: np.ndarray
+    chosen: np.ndarray
+    quantile: float
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """Standard deviations (measured,) that count a row by the number of rows alike."""
+        count = np.maximum(self.shown.sum(axis=0), 1)
+        spread = np.sqrt((self.residual**2).sum(axis=0) / count)
+        alike = [
+            max(
+                correlation_rows(self.residual[first:last], joint)
+                for first, last in pairwise(self.samples.starts)
+            )
+            for joint in range(self.residual.shape[1])
+        ]
+        return np.where(spread > 0, spread, 1.0) * np.sqrt(alike)
+
+
+@dataclass(frozen=True)
+class LevelFit:
+    """Estimates at a level.
+
+    chi_squared: of rows and of links against their file; surprise: the latter's part; links: those
+    of the ten parameters of each body on which torques depend, empty where base parameters alone
+    are estimated; contained: joints whose encoder's zero links or nothing make up; settled: whether
+    the estimates came to rest.
+    """
+
+    level: Level
+    chi_squared: float
+    surprise: float
+    estimates: tuple[TermEstimate, ...]
+    links: np.ndarray
+    contained: tuple[str, ...]
+    settled: bool
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """What torques of a side say with what else is known; fits: of the levels that differ."""
+
+    knowledge: Knowledge
+    fits: tuple[LevelFit, ...]
+
+    @property
+    def best(self) -> LevelFit:
+        """The likeliest level's fit."""
+        return min(self.fits, key=lambda fit: fit.chi_squared)
+
+    @property
+    def is_decided(self) -> bool:
+        """Whether estimates came to rest, and one level is named where two were asked."""
+        settled = all(fit.settled for fit in self.fits)
+        return settled and not self.is_surprising and (len(self.fits) == 1 or bool(self.level))
+
+    @property
+    def is_surprising(self) -> bool:
+        """Whether links are further from their file than its uncertainty allows."""
+        return bool(self.best.links.size) and self.best.surprise > float(
+            chdtri(self.best.links.size, SURPRISE)
+        )
+
+    @property
+    def level(self) -> Level | None:
+        """The level that is a hundred times likelier than any other; None if there is none."""
+        others = [fit.chi_squared for fit in self.fits if fit is not self.best]
+        apart = min(others, default=self.best.chi_squared) - self.best.chi_squared
+        return self.best.level if apart > LESS_LIKELY and not self.is_surprising else None
+
+
+def refine(record: RecordedTorque, knowledge: Knowledge) -> Refinement:
+    """Estimate with what is known: at armature, and at coupled where the file has rotors.
+
+    Gains are left out where nothing has a known size.
+    """
+    if knowledge.lacks_size:
+        knowledge = knowledge._replace(unknown=knowledge.unknown - {"gains"})
+    levels: list[Level] = ["armature"]
+    if knowledge.links is not None and record.robot.rotors and not record.robot.stages:
+        levels.append("coupled")
+    return Refinement(knowledge, tuple(_fit_level(record, knowledge, each) for each in levels))
+
+
+def link_deviations(values: np.ndarray, share: float) -> np.ndarray:
+    """Standard deviations of links' parameters (10 each) that are known to a share.
+
+    Of a mass m the share of it, of moments of inertia that of their mean I about the joint's frame,
+    of first moments that of the root of m I: products may be zero and uncertain all the same.
+    """
+    bodies = values.reshape(-1, BODY)
+    mass = bodies[:, 0]
+    inertia = (bodies[:, 4] + bodies[:, 6] + bodies[:, 9]) / 3
+    first = np.sqrt(np.maximum(mass * inertia, 0.0))
+    return share * np.column_stack([mass, *[first] * 3, *[inertia] * 6]).ravel()
+
+
+class _LinearTerms:
+    """Columns of links, friction and rotors at a level, at any positions of the joints."""
+
+    def __init__(self, record: RecordedTorque, knowledge: Knowledge, level: Level) -> None:
+        self.record, robot = record, record.robot
+        self._rotors = RotorRegressor(robot, robot.rotors) if level == "coupled" else None
+        self._chosen = record.chosen
+        if knowledge.links is not None:
+            every = build_columns(robot, record.shared, draw_samples(robot, record.shared))
+            kinds: tuple[TermKind, ...] = ("links", *FRICTION)
+            if level == "armature":
+                kinds += ARMATURE
+            geared = {f"armature of {robot.joints[rotor.joint].name}" for rotor in robot.rotors}
+            numbers = every.numbers(*kinds).tolist()
+            kept = [
+                number
+                for number in numbers
+                if not geared
+                or every.terms[number].kind not in ARMATURE
+                or every.terms[number].name in geared
+            ]
+            self._chosen = np.array(kept)
+        first = self._compute(record.samples)
+        shown = (first.values * record.shown[:, :, None]).any(axis=(0, 1))
+        self._shown = np.flatnonzero(shown)
+        self.terms = first.select(self._shown).terms
+        self.is_late = np.array([term.kind == "delay" for term in self.terms])
+        self.is_link = np.array([term.kind == "links" for term in self.terms])
+
+    def _compute(self, samples: BandSample) -> Regressor:
+        record = self.record
+        columns = build_columns(record.robot, record.shared, samples).select(self._chosen)
+        if self._rotors is not None:
+            rotors = self._rotors.compute(samples)
+            values = np.concatenate([columns.values, rotors.values], axis=2)
+            columns = Regressor(columns.terms + rotors.terms, values)
+        return Regressor(columns.terms, columns.values[:, record.measured])
+
+    def compute(self, samples: BandSample, zeros: np.ndarray) -> np.ndarray:
+        """Columns (rows, measured, terms) where encoders read too little by zeros (n,)."""
+        moved = replace(samples, q=samples.q + zeros)
+        return self._compute(moved).select(self._shown).values
+
+    def differentiate(
+        self, samples: BandSample, zeros: np.ndarray, values: np.ndarray, is_free: np.ndarray
+    ) -> np.ndarray:
+        """Slopes (rows, measured, free) of the terms' torques in free zeros; 0 if but rounding."""
+        slopes = []
+        for way in ANGLE * np.eye(len(zeros))[is_free]:
+            ahead, back = (self.compute(samples, zeros + turn) for turn in (way, -way))
+            slopes.append((ahead - back) @ values / (2 * ANGLE))
+        found = np.stack(slopes, axis=2)
+        size = np.abs(found).max(axis=(0, 1))
+        return np.where(size > NO_SLOPE * size.max(), found, 0.0)
+
+
+def _find_contained_zeros(terms: _LinearTerms) -> tuple[np.ndarray, np.ndarray]:
+    """Whether links can make up each encoder's zero (n,), and the file's torques in base links.
+
+    The latter are values (terms,) of the file's links alone, all others 0.
+    """
+    record = terms.record
+    random = draw_samples(record.robot, record.shared)
+    none = np.zeros(len(record.measured))
+    columns = terms.compute(random, none)
+    flat = columns.reshape(-1, columns.shape[2])
+    given = build_columns(record.robot, record.shared, random)
+    numbers = given.numbers("links")
+    values = np.array([given.terms[number].value for number in numbers])
+    torque = (given.values[:, record.measured][:, :, numbers] @ values).ravel()
+    base = np.zeros(len(terms.terms))
+    base[terms.is_link] = np.linalg.lstsq(flat[:, terms.is_link], torque, rcond=None)[0]
+    slopes = terms.differentiate(random, none, base, none == 0)
+    zeros = tuple(TorqueTerm("zero", str(number), "") for number in range(len(none)))
+    every = Regressor(terms.terms + zeros, np.concatenate([columns, slopes], axis=2))
+    kinds = tuple(dict.fromkeys(term.kind for term in every.terms))
+    contained = [int(each.name) for each in find_basis(every, kinds).contained if each in zeros]
+    return np.isin(np.arange(len(none)), contained), base
+
+
+def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> LevelFit:
+    """The estimates of a level, by Gauss and Newton's steps where gains or zeros are unknown."""
+    terms = _LinearTerms(record, knowledge, level)
+    robot, count = record.robot, len(terms.terms)
+    names = np.array(robot.coordinate_names)
+    is_free = np.full(len(names), "zeros" in knowledge.unknown)
+    precision, mean = np.zeros((0, count)), np.zeros(count)
+    if knowledge.links is not None:
+        mean[terms.is_link] = [term.value or 0.0 for term in terms.terms if term.kind == "links"]
+        precision = _weigh_links(record, terms, knowledge.links)
+    elif is_free.any():
+        contained, mean = _find_contained_zeros(terms)
+        is_free &= ~contained
+    if is_free.any():
+        slopes = terms.differentiate(record.samples, 0.0 * is_free, mean, is_free)
+        is_free[is_free] = (slopes * record.shown[:, :, None]).any(axis=(0, 1))
+    gains = int(record.measured.sum()) if "gains" in knowledge.unknown else 0
+    state = np.concatenate([mean, np.ones(gains), np.zeros(int(is_free.sum()))])
+    weights = record.shown / record.deviations
+    torque = record.samples.torque[:, record.measured]
+    prior = np.hstack([precision, np.zeros((len(precision), len(state) - count))])
+    expected = prior @ state
+
+    def linearize(state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Weighted residual, the links' rows last, and its slopes with the sign changed."""
+        values, zeros = state[:count], np.zeros(len(names))
+        zeros[is_free] = state[count + gains :]
+        scales = state[count : count + gains] if gains else np.ones(torque.shape[1])
+        columns = terms.compute(record.samples, zeros)
+        drawn = np.where(terms.is_late, 0.0, values)
+        parts = [columns * np.where(terms.is_late, 1.0, scales[:, None])]
+        left = torque - parts[0] @ values
+        if gains:
+            parts.append((columns @ drawn)[:, :, None] * np.eye(gains))
+        if is_free.any():
+            slopes = terms.differentiate(record.samples, zeros, drawn, is_free)
+            parts.append(slopes * scales[:, None])
+        slopes = (np.concatenate(parts, axis=2) * weights[:, :, None]).reshape(-1, len(state))
+        right = np.concatenate([(left * weights).ravel(), expected - prior @ state])
+        return right, np.vstack([slopes, prior])
+
+    settled = False
+    for _ in range(PASSES if gains or is_free.any() else 1):
+        right, slopes = linearize(state)
+        size = np.sqrt((slopes**2).sum(axis=0))
+        basis, triangle = qr(slopes / size, mode="economic", check_finite=False)
+        step = solve_triangular(triangle, basis.T @ right) / size
+        inverse = solve_triangular(triangle, np.eye(len(state))) / size[:, None]
+        errors = np.sqrt((inverse**2).sum(axis=1))
+        state = state + step
+        settled = bool((np.abs(step) < SETTLED * errors).all())
+        if settled:
+            break
+    if not (gains or is_free.any()):
+        settled, right = True, right - slopes @ step
+    surprise = float((right[len(right) - len(prior) :] ** 2).sum())
+    every = list(terms.terms)
+    every += [
+        TorqueTerm("gain", f"drive gain of {name}", "", 1.0)
+        for name in (names[record.measured] if gains else ())
+    ]
+    every += [
+        TorqueTerm("zero", f"encoder zero of {names[place]}", _position_unit(robot, place), 0.0)
+        for place in np.flatnonzero(is_free).tolist()
+    ]
+    estimates = [
+        _invert(term, value, error, record.quantile)
+        for term, value, error in zip(every, state.tolist(), errors.tolist(), strict=True)
+        if term.kind != "links"
+    ]
+    return LevelFit(
+        level=level,
+        chi_squared=float((right**2).sum()),
+        surprise=surprise,
+        estimates=tuple(estimates),
+        links=state[:count][terms.is_link] if len(precision) else np.zeros(0),
+        contained=tuple(names[~is_free].tolist()) if "zeros" in knowledge.unknown else (),
+        settled=settled,
+    )
+
+
+def _weigh_links(record: RecordedTorque, terms: _LinearTerms, share: float) -> np.ndarray:
+    """Rows (links' parameters, terms) of one over the deviation of each of them."""
+    regressor = build_columns(
+        record.robot, record.shared, draw_samples(record.robot, record.shared)
+    )
+    links = [regressor.terms[number] for number in regressor.numbers("links")]
+    spread = link_deviations(np.array([term.value for term in links]), share)
+    by_name = {term.name: deviation for term, deviation in zip(links, spread, strict=True)}
+    weights = [
+        1 / by_name[term.name] if term.kind == "links" and by_name[term.name] > 0 else 0.0
+        for term in terms.terms
+    ]
+    return np.diag(weights)[terms.is_link]
+
+
+def _position_unit(robot: Robot, place: int) -> str:
+    return "rad" if robot.joints[robot.coordinates[place]].kind == "revolute" else "m"
+
+
+def _invert(term: TorqueTerm, value: float, error: float, quantile: float) -> TermEstimate:
+    """The estimate of a term; a gain's is one over what torques are times what they were said."""
+    if term.kind == "gain":
+        value, error = 1 / value, error / value**2
+    return TermEstimate(term, value, error, quantile * error)

@@ -1,0 +1,42 @@
+"""Recordings whose drives have other gains than stated, and encoders other zeros."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from crosscheck.identification.compare import RobotComparison, compare_robot
+from crosscheck.identification.recording import Recording
+from crosscheck.identification.refinement import Knowledge, Refinement
+from crosscheck.identification.terms import TermEstimate
+from crosscheck.models.robot.robot import Robot
+from tests.measured.robots import recording
+
+SECONDS = 8.0
+ZEROS = np.array([0.0, 0.03, -0.05])  # the first joint's is shown by nothing
+TIMES = 1.25  # the stated torque of the true one: the gain is 0.8 of the stated one
+
+
+def ask(robot: Robot, given: Recording, knowledge: Knowledge) -> RobotComparison:
+    """What the recording says with what is known."""
+    return compare_robot(robot, [given], np.eye(3), lambda *progress: None, knowledge)
+
+
+def refinement(robot: Robot, given: Recording, knowledge: Knowledge) -> Refinement:
+    """What its first side says beyond identified links."""
+    found = ask(robot, given, knowledge).sides[0].refinement
+    assert found is not None
+    return found
+
+
+def estimate_unknowns(robot: Robot, seed: int) -> list[tuple[TermEstimate, float]]:
+    """Estimates of gains and zeros of a recording, each with what is true."""
+    given = recording(robot, "armature", seed, seconds=SECONDS, gain=TIMES, friction=0.5)
+    given = replace(given, position=given.position - ZEROS)
+    knowledge = Knowledge(0.02, frozenset({"gains", "zeros"}))
+    fit = refinement(replace(robot, rotors=()), given, knowledge).best
+    assert fit.settled
+    assert fit.contained == ("j1",)
+    true = {f"drive gain of j{joint}": 1 / TIMES for joint in (1, 2, 3)}
+    true |= {f"encoder zero of j{joint + 1}": float(ZEROS[joint]) for joint in (1, 2)}
+    by_name = {each.term.name: each for each in fit.estimates}
+    return [(by_name[name], value) for name, value in true.items()]
