@@ -46,6 +46,7 @@ from tests.baselines.short import (
     with_findings,
     with_run,
 )
+from tests.loops import require_items
 
 pytestmark = pytest.mark.slow
 
@@ -66,10 +67,11 @@ def test_a_record_read_back_is_the_record(result, recorded):
 
 def test_extremes_on_record_are_where_the_run_has_them(result):
     """Each row's values stand in the run of planet 1 at each row's times, and none is beyond."""
-    for name, table in make_baseline(result).runs[str(ANALYTIC)].extremes.items():
+    recorded = make_baseline(result).runs[str(ANALYTIC)]
+    for name, table in require_items(recorded.extremes.items()):
         run = result.runs[ANALYTIC][name]
         run = run.isel(planet=0) if "planet" in run.dims else run
-        for joint, low, low_s, high, high_s in table.rows:
+        for joint, low, low_s, high, high_s in require_items(table.rows):
             values = run.sel(joint=int(joint))
             assert float(values.sel(time=low_s, method="nearest")) == low == values.min()
             assert float(values.sel(time=high_s, method="nearest")) == high == values.max()
@@ -82,7 +84,7 @@ def test_planet_1_is_on_record(result):
     for name in ("x_sp", "x_pr", "F_sp", "F_pr"):
         run[name].loc[{"planet": run["planet"][-1]}] *= 1.5
     now, then = (make_baseline(each) for each in (with_run(result, ANALYTIC, run), result))
-    for name, table in now.runs[str(ANALYTIC)].tables.items():
+    for name, table in require_items(now.runs[str(ANALYTIC)].tables.items()):
         assert table.rows == then.runs[str(ANALYTIC)].tables[name].rows
 
 

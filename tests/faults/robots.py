@@ -14,6 +14,7 @@ from crosscheck.checks.robots import engines
 from crosscheck.checks.robots.case import SampledRobot
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.findings import Finding
+from crosscheck.models.robot import file
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
@@ -108,6 +109,7 @@ def staged() -> Robot:
 
 def bare() -> Robot:
     """Joints without axis and place, and a mimic without multiplier and offset."""
+    file._read_mechanism.cache_clear()
     ends = '<parent link="{}"/><child link="{}"/>'
     following = ends.format("a", "b") + LIMIT + '<mimic joint="one"/>'
     return robot(
@@ -121,11 +123,17 @@ def bare() -> Robot:
     )
 
 
+def read_again() -> Robot:
+    """The unlike robot, from its URDF."""
+    file._read_mechanism.cache_clear()
+    return robot(unlike().urdf, tip="tool")
+
+
 ROBOTS: dict[str, Callable[[], Robot]] = {
     "unlike": unlike,
     "all sprung": all_sprung,
     "staged": staged,
-    READ: lambda: robot(unlike().urdf, tip="tool"),
+    READ: read_again,
     BARE: bare,
 }
 Key = tuple[str, RobotKey]

@@ -8,6 +8,7 @@ import pytest
 
 from crosscheck.identification.refinement import Knowledge
 from crosscheck.models.robot.robot import Robot
+from tests.loops import require_items
 from tests.measured.robots import RATIO, ROTOR, arm, recording
 from tests.measured.second_refinement import refine_again
 from tests.measured.unknowns import SECONDS, ask, estimate_unknowns, refinement
@@ -72,7 +73,7 @@ def test_gains_and_zeros_are_found(robot):
 
     How often the intervals do is counted by benchmarks/bench_refinement.py.
     """
-    for each, value in estimate_unknowns(robot, seed=0):
+    for each, value in require_items(estimate_unknowns(robot, seed=0)):
         assert abs(each.value - value) < 2 * each.half_width
         assert each.half_width < 0.1
 

@@ -11,6 +11,7 @@ from crosscheck.checks.trajectories import tip_position
 from crosscheck.models.experiment.scenario import PdDrive, Start
 from crosscheck.models.loading import load_arm, load_scenario
 from tests.arms import arm_of
+from tests.loops import require_items
 
 
 def test_a_pd_drive_asks_the_most_where_it_starts():
@@ -44,7 +45,8 @@ def test_the_tip_is_where_the_links_lead():
     arm, theta = arm_of(2), np.array([[0.3, 0.9], [-1.2, 0.4]])
     run = xr.Dataset({"theta": (("time", "joint"), theta)})
     first, second = (link.length_m for link in arm.links)
-    for place, (one, two) in zip(tip_position(run, arm).values, theta, strict=True):
+    places = tip_position(run, arm).values
+    for place, (one, two) in require_items(zip(places, theta, strict=True)):
         x = first * math.cos(one) + second * math.cos(one + two)
         y = first * math.sin(one) + second * math.sin(one + two)
         assert place == pytest.approx([x, y], rel=1e-14)

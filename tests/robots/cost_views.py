@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import matplotlib.colors
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from crosscheck.cost import output
@@ -76,10 +77,40 @@ def wrong_terminal(found: ShortcutCosts) -> Iterator[str]:
             yield f"no line {pattern} of {wanted}"
         else:
             told.remove(right[0])
+    identity = _identity(found)
+    told = [line for line in told if line not in identity]
+    if not identity <= set(output.describe_result(found)):
+        yield f"nothing of {identity}"
     notes = ("", f"motion: {found.motion}; end effector: {found.robot.tip}", *found.beyond)
     left = [line for line in told if line not in notes]
     if left != [f"note: {line}" for line in _notes(found)] or not set(notes) <= set(told):
         yield f"lines that say something else: {left}"
+
+
+def _identity(found: ShortcutCosts) -> set[str]:
+    """The sentence on joints whose stator is on the link before, along the axis, by Pinocchio."""
+    robot = found.robot
+    model = pin.buildModelFromXML(robot.urdf)
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    names, rotors = [], {rotor.joint for rotor in robot.rotors}
+    for rotor in robot.rotors:
+        joint, stator = robot.joints[rotor.joint], model.getFrameId(rotor.stator)
+        number = model.getJointId(joint.name)
+        along = data.oMi[number].rotation @ joint.axis
+        sine = np.linalg.norm(np.cross(along, data.oMf[stator].rotation @ rotor.axis))
+        before = model.frames[stator].parentJoint == model.parents[number]
+        if joint.kind == "revolute" and before and sine < 1e-4:
+            names.append(joint.name)
+    if not names:
+        return set()
+    several = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+    where = "every joint" if len(names) == len(rotors) else several
+    return {
+        f"These costs hold for links known from CAD: at {where} the stator is on the link before"
+        " the joint, its axis along the joint's, so links identified with armature take up what it"
+        " leaves out, though they may then be no possible bodies."
+    }
 
 
 def _notes(found: ShortcutCosts) -> list[str]:

@@ -18,6 +18,7 @@ from crosscheck.models.robot.robot import RIGID
 from crosscheck.planning.sizing import make_rest_scenario
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build, build_robot_model
+from tests.loops import require_items
 from tests.robots.chains import (
     BOB,
     ENGINES,
@@ -90,7 +91,7 @@ def test_links_fixed_to_fixed_links_stand_where_another_reader_has_them():
     q = STATE[0]
     expected = pin.crba(model, model.createData(), q[0])
     torques = pin.computeGeneralizedGravity(model, model.createData(), q[0])
-    for engine in ENGINES:
+    for engine in require_items(ENGINES):
         own = build_robot_model(engine, robot(text), "links")
         assert own.mass_matrix(q)[0] == pytest.approx(expected, rel=1e-12, abs=1e-13)
         assert own.gravity(q)[0] == pytest.approx(torques, rel=1e-12, abs=1e-12)
