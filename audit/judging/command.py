@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from crosscheck.audit.judging.paper_folder import audit_folder
+from crosscheck.audit.judging.paper_folder import audit_paper, read_folder
 from crosscheck.file_types import VERDICTS
 from crosscheck.models.errors import InputError
 from crosscheck.output import require_files, write_text
@@ -18,7 +18,8 @@ def run_folder_command(
     """Judge the claims of a paper's folder, and try its equations. Raises InputError."""
     if figures:
         raise InputError("--figure", "", figures[0], "is of the case study; a folder has none")
+    given = read_folder(folder, run_code)
     require_files((out / FILE, VERDICTS))
-    audit = audit_folder(folder, jobs, run_code)
+    audit = audit_paper(given, jobs)
     write_text(out / FILE, audit.format_json())
     print("\n".join([*audit.lines, f"wrote {out / FILE}"]))

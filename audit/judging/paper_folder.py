@@ -188,8 +188,17 @@ class PaperAudit:
         return json.dumps(document, indent=1) + "\n"
 
 
-def audit_folder(folder: Path, jobs: int = 1, run_code: bool = False) -> PaperAudit:
-    """Simulate a paper's study, judge its claims, and try its equations.
+class PaperFolder(NamedTuple):
+    """What a paper's folder says; arm: the study's, a built-in name or a path."""
+
+    path: Path
+    paper: PaperFile
+    study: Definition
+    arm: str
+
+
+def read_folder(folder: Path, run_code: bool = False) -> PaperFolder:
+    """Read a paper's folder.
 
     run_code: whether the equations and functions that its files name may run. Raises InputError.
     """
@@ -197,13 +206,18 @@ def audit_folder(folder: Path, jobs: int = 1, run_code: bool = False) -> PaperAu
     study = validate_record(Definition, read_toml(folder / STUDY), str(folder / STUDY))
     if study.arm is None:
         raise InputError(str(folder / STUDY), "arm", None, "is required: a paper is of an arm")
-    arm = find_file(study.arm, folder)
     named = [*([paper.equations.function] if paper.equations else []), *function_names(study)]
     if named and not run_code:
         allowed = "its code would be run; allow that with --run-code"
         raise InputError(str(folder), "function", named[0], allowed)
+    return PaperFolder(folder, paper, study, find_file(study.arm, folder))
+
+
+def audit_paper(given: PaperFolder, jobs: int = 1) -> PaperAudit:
+    """Simulate a paper's study, judge its claims, and try its equations. Raises InputError."""
+    paper = given.paper
     results = {
-        name: run_experiment(study, arm, folder, settings, jobs)
+        name: run_experiment(given, settings, jobs)
         for name, settings in {PLAIN: {}, **paper.experiments}.items()
     }
     settings = collect_results(results)
@@ -214,22 +228,21 @@ def audit_folder(folder: Path, jobs: int = 1, run_code: bool = False) -> PaperAu
             text.id,
             None,
             text.statement,
-            build_quantity(text, measures, folder / PAPER),
+            build_quantity(text, measures, given.path / PAPER),
             Limits(text.above, text.below, text.because),
             reading=text.reading,
         )
         judgements.append(ClaimJudgement(claim, tuple(evaluate_claim(claim, settings))))
-    return PaperAudit(paper, tuple(judgements), try_transcript(paper, arm, folder, jobs))
+    return PaperAudit(paper, tuple(judgements), try_transcript(given, jobs))
 
 
-def run_experiment(
-    study: Definition, arm: str, folder: Path, settings: Mapping[str, JsonValue], jobs: int
-) -> xr.Dataset:
-    """The study's result on an arm, with other settings. Raises InputError."""
+def run_experiment(given: PaperFolder, settings: Mapping[str, JsonValue], jobs: int) -> xr.Dataset:
+    """The study's result with other settings. Raises InputError."""
+    study = given.study
     return sweep(
-        arm,
+        given.arm,
         study.axes,
-        scenario=find_file(study.scenario, folder),
+        scenario=find_file(study.scenario, given.path),
         measures=study.quantities,
         switches=study.switches,
         settings={**study.settings, **settings},
@@ -296,14 +309,15 @@ def build_quantity(text: ClaimText, measures: Measures, file: Path) -> Quantity:
     return ratio(quantity, measures.quantity_of(StudyExperiment(text.over), text.measure))
 
 
-def try_transcript(paper: PaperFile, arm: str, folder: Path, jobs: int) -> Trial | None:
+def try_transcript(given: PaperFolder, jobs: int) -> Trial | None:
     """The trial of the paper's equations on the study's arm. Raises InputError."""
-    if paper.equations is None:
+    equations = given.paper.equations
+    if equations is None:
         return None
     trial = testing.try_equations(
-        str(folder / paper.equations.function),
-        arm,
-        level=paper.equations.level,
+        str(given.path / equations.function),
+        given.arm,
+        level=equations.level,
         jobs=jobs,
         name="the paper's equations",
     )

@@ -15,8 +15,9 @@ from crosscheck.audit.judging.paper_folder import (
     PaperFile,
     StudyExperiment,
     StudySetting,
-    audit_folder,
+    audit_paper,
     build_quantity,
+    read_folder,
 )
 from crosscheck.audit.judging.quantities import ConditionResults, Measures
 from crosscheck.audit.judging.rule import VerdictKind, evaluate_claim, verdict
@@ -33,7 +34,7 @@ GUIDE = ROOT / "docs" / "how-to" / "audit-a-paper.md"
 
 @pytest.fixture(scope="module")
 def note() -> PaperAudit:
-    return audit_folder(NOTE, run_code=True)
+    return audit_paper(read_folder(NOTE, run_code=True))
 
 
 def test_every_claim_of_the_note_has_its_verdict(note):
@@ -85,7 +86,7 @@ def test_the_guide_shows_the_note_and_what_is_said_of_it(note):
 
 
 def test_the_command_writes_the_verdicts(note, monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(command, "audit_folder", lambda folder, jobs, run_code: note)
+    monkeypatch.setattr(command, "audit_paper", lambda given, jobs: note)
     for _ in range(2):  # its own file it may replace
         command.run_folder_command(NOTE, [], tmp_path, 1, True)
     written = json.loads((tmp_path / "verdicts.json").read_text(encoding="utf-8"))
@@ -93,9 +94,10 @@ def test_the_command_writes_the_verdicts(note, monkeypatch, tmp_path, capsys):
     assert "2-03: depends on damping (4 yes, 2 no)" in capsys.readouterr().out
 
 
-def test_code_runs_only_where_that_is_allowed():
+def test_code_runs_only_where_that_is_allowed(tmp_path):
     with pytest.raises(InputError, match="--run-code"):
-        audit_folder(NOTE)
+        command.run_folder_command(NOTE, [], tmp_path / "report", 1, False)
+    assert not (tmp_path / "report").exists()
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ def test_a_band_ends_before_the_residual_grows_by_a_fifth(growth, chosen):
 
 
 def test_uneven_times_are_made_even():
-    """Rows 1 ms apart, give and take 0.4 ms, of one turn a second: lines between are within 2e-5."""
+    """Rows 1 ms apart, give and take 0.4 ms, of one turn a second: lines are within 2e-5."""
     even = 1e-3 * np.arange(ROWS)
     jitter = 4e-4 * np.random.default_rng(1).uniform(-1, 1, ROWS)
     time = even + np.concatenate([[0.0], jitter[1:-1], [0.0]])
