@@ -244,8 +244,9 @@ function show(THREE) {
     var now = (wide - 1) * (i - span.begin) / span.count;
     line("--line-2", 3, function () { pen.moveTo(now, 0); pen.lineTo(now, high); });
     var second = function (n) { return (scene.start_s + scene.step_s * n).toPrecision(4); };
-    at("charted").textContent = shown.name + ": " + shown.values[i].toPrecision(4) + shown.unit + "; " + low.toPrecision(4) + " to " +
-      most.toPrecision(4) + shown.unit + " from " + second(span.begin) + " to " + second(span.begin + span.count) + " s";
+    var plain = function (v) { return Math.abs(v) < 1e-7 * Math.max(-low, most) ? "0" : v.toPrecision(4); };  // float32 rounds so
+    at("charted").textContent = shown.name + ": " + plain(shown.values[i]) + shown.unit + "; " + plain(low) + " to " +
+      plain(most) + shown.unit + " from " + second(span.begin) + " to " + second(span.begin + span.count) + " s";
   }
 
   // ------------------------------------------------------------------ time
