@@ -35,6 +35,7 @@ from crosscheck.identification.structure import (
     find_basis,
 )
 from crosscheck.identification.terms import (
+    ROTOR_KINDS,
     Regressor,
     TermEstimate,
     TermKind,
@@ -62,7 +63,6 @@ STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
     ("armature", ("armature",)),
     ("armature of shared motors", ("shared armature",)),
 )
-ROTOR_KINDS: tuple[TermKind, ...] = ("armature", "shared armature")
 FEWEST_ROWS = 4  # of torques for a parameter
 NOTHING_ELSE = Knowledge()
 # Chance that anything is named on a side which is not there.

@@ -39,12 +39,11 @@ Motion = tuple[np.ndarray, np.ndarray, np.ndarray]  # positions, rates, accelera
 
 
 @dataclass(frozen=True, eq=False)
-class MotionTorques:
-    """A task: the torques (rows, n) of a model, ``engine:level``, along a motion."""
+class TorqueTask:
+    """What tasks on a robot's torques along a motion have in common; model: ``engine:level``."""
 
     model: str
     robot: Robot
-    level: Level
     motion: Motion
 
     @property
@@ -57,6 +56,13 @@ class MotionTorques:
         """Estimated cost [s]."""
         return 0.05 + 5e-5 * self.motion[0].size
 
+
+@dataclass(frozen=True, eq=False)
+class MotionTorques(TorqueTask):
+    """The torques (rows, n) of a model."""
+
+    level: Level
+
     @return_failures
     def perform(self) -> np.ndarray:
         """The torques, or a Failure where there are none."""
@@ -64,23 +70,8 @@ class MotionTorques:
         return ask(model, QUANTITY, self.motion[0].shape, *self.motion)
 
 
-@dataclass(frozen=True, eq=False)
-class RegressorTorques:
-    """A task: the torques of the URDF's links by the regressor, and the sizes of their terms."""
-
-    robot: Robot
-    motion: Motion
-    model: str = REGRESSOR
-
-    @property
-    def key(self) -> RobotKey:
-        """The regressor, and what it is asked."""
-        return RobotKey(self.model, QUANTITY)
-
-    @property
-    def cost(self) -> float:
-        """Estimated cost [s]."""
-        return 0.05 + 5e-5 * self.motion[0].size
+class RegressorTorques(TorqueTask):
+    """The torques of the URDF's links by the regressor, and the sizes of their terms."""
 
     @return_failures
     def perform(self) -> np.ndarray:
@@ -104,11 +95,11 @@ def plan_engines(robot: Robot, samples: BandSample) -> Iterator[Comparison]:
     """The comparison of each engine with the reference at each rigid level that differs."""
     rows = np.unique(np.linspace(0, len(samples.q) - 1, ENGINE_ROWS).astype(int))
     motion = samples.q[rows], samples.v[rows], samples.a[rows]
-    links = RegressorTorques(robot, motion)
+    links = RegressorTorques(REGRESSOR, robot, motion)
     for level in RIGID if robot.rotors or robot.stages else RIGID[:1]:
-        reference = MotionTorques(f"{reference_engine()}:{level}", robot, level, motion)
+        reference = MotionTorques(f"{reference_engine()}:{level}", robot, motion, level)
         others = [
-            MotionTorques(f"{engine}:{level}", robot, level, motion)
+            MotionTorques(f"{engine}:{level}", robot, motion, level)
             for engine in find_level_engines(level)
             if engine != reference_engine()
         ]

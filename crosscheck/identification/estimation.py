@@ -43,7 +43,7 @@ class LinearFit:
     @property
     def rms(self) -> np.ndarray:
         """Root mean square of each joint's residual (n,)."""
-        return _rms(self.residual, self.shown.sum(axis=0))
+        return joint_rms(self.residual, self.shown.sum(axis=0))
 
     @property
     def errors(self) -> np.ndarray:
@@ -111,7 +111,7 @@ def fit_linear(
         covariance=inverse @ spread @ inverse.T,
         freedom=max(blocks - 1, 1),
         shown=shown,
-        sigma=_rms(residual, count) if sigma is None else sigma,
+        sigma=joint_rms(residual, count) if sigma is None else sigma,
         residual=residual,
         predicted_error=predicted * weights,
         condition=float(singular[0] / singular[-1]),
@@ -137,13 +137,13 @@ def estimate_deviations(
     by_joint = [columns[:, joint] for joint in range(columns.shape[1])]
     products = np.array([each.T @ each for each in by_joint]) / np.outer(scale, scale)
     right = [each.T @ made / scale for each, made in zip(by_joint, torque.T, strict=True)]
-    deviations = _rms(torque, count)
+    deviations = joint_rms(torque, count)
     for _ in range(passes):
         weights = deviations**-2
         values = np.linalg.lstsq(
             np.tensordot(weights, products, 1), weights @ np.array(right), rcond=None
         )[0]
-        deviations = _rms(torque - columns @ (values / scale), count)
+        deviations = joint_rms(torque - columns @ (values / scale), count)
     return deviations
 
 
@@ -173,7 +173,7 @@ def _reflect(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def find_condition(columns: np.ndarray, sigma: np.ndarray) -> float:
     """The condition number of columns (rows, n, p), each scaled to size 1, in weights 1 / sigma."""
-    scale = _positive(np.sqrt((columns**2).sum(axis=(0, 1))))
+    scale = _column_sizes(columns)
     weighted = (columns / scale / sigma[:, None]).reshape(-1, columns.shape[2])
     return float(np.linalg.cond(qr(weighted, mode="r", check_finite=False)[0][: len(scale)]))
 
@@ -226,7 +226,7 @@ def correlation_rows(residual: np.ndarray, joint: int) -> float:
     return float(1 + 2 * correlation[1:first].sum())
 
 
-def _rms(values: np.ndarray, count: np.ndarray) -> np.ndarray:
+def joint_rms(values: np.ndarray, count: np.ndarray) -> np.ndarray:
     """Root mean square of each joint's values (n,), so many of which count; 1 where none do."""
     return _positive(np.sqrt((values**2).sum(axis=0) / np.maximum(count, 1)))
 

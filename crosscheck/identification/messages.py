@@ -10,14 +10,13 @@ import numpy as np
 from crosscheck.findings import Finding
 from crosscheck.identification.compare import (
     EXCITED,
-    ROTOR_KINDS,
     RobotComparison,
     Side,
     SideResult,
 )
 from crosscheck.identification.excitation import DRAWN, Excitation
 from crosscheck.identification.refinement import Refinement
-from crosscheck.identification.terms import TermEstimate
+from crosscheck.identification.terms import ROTOR_KINDS, TermEstimate
 
 SIDE_WORDS: dict[Side, str] = {
     "motor": "torques of the motors",

@@ -15,10 +15,11 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 from scipy.special import chdtri
 
-from crosscheck.identification.estimation import correlation_rows
+from crosscheck.identification.estimation import correlation_rows, joint_rms
 from crosscheck.identification.sampling import BandSample
 from crosscheck.identification.structure import draw_samples, find_basis
 from crosscheck.identification.terms import (
+    ROTOR_KINDS,
     Regressor,
     RotorRegressor,
     TermEstimate,
@@ -29,9 +30,10 @@ from crosscheck.identification.terms import (
 from crosscheck.models.robot.robot import Level, Robot
 
 Unknown = Literal["gains", "zeros"]
-FRICTION: tuple[TermKind, ...] = ("offset", "viscous", "coulomb")
-FRICTION = (*FRICTION, "shared viscous", "shared coulomb", "delay")
-ARMATURE: tuple[TermKind, ...] = ("armature", "shared armature")
+FRICTION: tuple[TermKind, ...] = (
+    *("offset", "viscous", "coulomb"),
+    *("shared viscous", "shared coulomb", "delay"),
+)
 LESS_LIKELY = 2 * np.log(100.0)  # of chi squared: a level a hundred times less likely is rejected
 SURPRISE = 0.001  # chance of links so far from their file, where its uncertainty is right
 NO_SLOPE = 1e-7  # of the largest slope: what is less is rounding
@@ -83,8 +85,6 @@ class RecordedTorque:
     @property
     def deviations(self) -> np.ndarray:
         """Standard deviations (measured,) that count a row by the number of rows alike."""
-        count = np.maximum(self.shown.sum(axis=0), 1)
-        spread = np.sqrt((self.residual**2).sum(axis=0) / count)
         alike = [
             max(
                 correlation_rows(self.residual[first:last], joint)
@@ -92,7 +92,7 @@ class RecordedTorque:
             )
             for joint in range(self.residual.shape[1])
         ]
-        return np.where(spread > 0, spread, 1.0) * np.sqrt(alike)
+        return joint_rms(self.residual, self.shown.sum(axis=0)) * np.sqrt(alike)
 
 
 @dataclass(frozen=True)
@@ -184,14 +184,14 @@ class _LinearTerms:
             every = build_columns(robot, record.shared, draw_samples(robot, record.shared))
             kinds: tuple[TermKind, ...] = ("links", *FRICTION)
             if level == "armature":
-                kinds += ARMATURE
+                kinds += ROTOR_KINDS
             geared = {f"armature of {robot.joints[rotor.joint].name}" for rotor in robot.rotors}
             numbers = every.numbers(*kinds).tolist()
             kept = [
                 number
                 for number in numbers
                 if not geared
-                or every.terms[number].kind not in ARMATURE
+                or every.terms[number].kind not in ROTOR_KINDS
                 or every.terms[number].name in geared
             ]
             self._chosen = np.array(kept)

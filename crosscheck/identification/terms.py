@@ -29,6 +29,7 @@ TermKind = Literal[
     "gain",
     "zero",
 ]
+ROTOR_KINDS: tuple[TermKind, ...] = ("armature", "shared armature")
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import PdDrive, Scenario, Switches, expand_to_joints
 from crosscheck.models.loading import (
     Case,
@@ -266,8 +267,6 @@ class RobotMemberCase:
 
 def require_level(robot: Robot, level: Level | None, where: str) -> Level:
     """A study's level of a robot: its most detailed one unless chosen. Raises InputError."""
-    from crosscheck.models.errors import InputError
-
     if level is not None and level not in robot.levels:
         raise InputError(where, "level", level, f"{robot.name} has {', '.join(robot.levels)}")
     return level or robot.levels[-1]
