@@ -160,7 +160,6 @@ def check(
         Unfinished: Models that prepare the experiments do not answer.
     """
     from crosscheck.planning.plan import CrossCheckRequest
-    from crosscheck.planning.robots import RobotRequest
     from crosscheck.report.check_result import make_check_result
     from crosscheck.run import run_cross_check
 
@@ -168,7 +167,7 @@ def check(
         if scenarios:
             raise InputError("scenarios", "", None, "are for arms; a robot has none")
         robot = load_robot(arm) if isinstance(arm, str) else arm
-        return make_check_result(run_cross_check(RobotRequest(robot, quick, seed), jobs=jobs))
+        return make_check_result(run_cross_check(CrossCheckRequest(robot, quick, seed), jobs=jobs))
     chosen = load_arm(arm) if isinstance(arm, str) else arm
     arm_file_json = json.dumps(read_raw_arm(arm)) if isinstance(arm, str) else ""
     loaded = tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios)

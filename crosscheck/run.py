@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import xarray as xr
@@ -16,6 +17,7 @@ from crosscheck.planning import energy_suite, run_suite, state_suite
 from crosscheck.planning.comparison import (
     Comparison,
     ModelTask,
+    Plan,
     Results,
     collect_tasks,
     judge_comparisons,
@@ -27,7 +29,7 @@ from crosscheck.planning.plan import (
     make_short_experiments,
 )
 from crosscheck.planning.preparation import Preparation, prepare_experiments
-from crosscheck.planning.robots import RobotRequest, compute_robot_entries, plan_robot
+from crosscheck.planning.robots import plan_robot
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import packages
 from crosscheck.runner.outcomes import Failure
@@ -47,7 +49,7 @@ OutcomeCallback = Callable[[Any, Any], None]  # (a task's key, its outcome)
 class CrossCheck:
     """A cross-check: its Agreement, and its cases and runs (or why there is none) by key."""
 
-    request: CrossCheckRequest | RobotRequest
+    request: CrossCheckRequest
     agreement: Agreement
     cases: dict[RunKey, Case]
     runs: dict[RunKey, xr.Dataset | Failure]
@@ -59,7 +61,7 @@ class CrossCheck:
 
 
 def run_cross_check(
-    request: CrossCheckRequest | RobotRequest,
+    request: CrossCheckRequest,
     *,
     jobs: int,
     progress: ProgressCallback = ignore_progress,
@@ -71,47 +73,32 @@ def run_cross_check(
     on_outcome: is called with each task's outcome while others still run. Raises InputError for an
     arm, robot or scenarios that cannot be run, and Unfinished where they could not be prepared.
     """
-    if isinstance(request, RobotRequest):
-        return _cross_check_robot(request, jobs, progress, on_warning, on_outcome)
     with Workers(jobs) as workers:
         progress(ProgressUpdate("preparing the experiments"))
-        preparation = prepare_experiments(request, workers)
-        for line in preparation.remarks:
+        plan = make_plan(request, workers)
+        for line in plan.remarks:
             on_warning(line)
-        comparisons = plan_comparisons(request, preparation)
-        results = run_tasks(workers, collect_tasks(comparisons), progress, on_outcome)
-    progress(ProgressUpdate("comparing"))
-    findings = list(judge_comparisons(comparisons, results))
-    settings = request.scenarios, request.chosen, preparation.remarks
-    record = record_provenance(request.arm, request.seed, request.quick, *settings, packages())
-    entries = state_suite.compute_entry_differences(
-        request.arm, request.quick, request.seed, results
-    )
-    agreement = Agreement(findings, record, entries=tuple(entries))
-    return CrossCheck(request, agreement, cases_by_run(comparisons), runs_by_key(results))
-
-
-def _cross_check_robot(
-    request: RobotRequest,
-    jobs: int,
-    progress: ProgressCallback,
-    on_warning: Callable[[str], None],
-    on_outcome: OutcomeCallback,
-) -> CrossCheck:
-    plan = plan_robot(request)
-    for line in plan.remarks:
-        on_warning(line)
-    with Workers(jobs) as workers:
         results = run_tasks(workers, collect_tasks(plan.comparisons), progress, on_outcome)
+    progress(ProgressUpdate("comparing"))
+    findings = list(judge_comparisons(plan.comparisons, results))
+    settings = request.scenarios, request.chosen, plan.remarks
     record = record_provenance(
-        request.robot, request.seed, request.quick, remarks=plan.remarks, packages=packages()
+        request.mechanism, request.seed, request.quick, *settings, packages()
     )
-    agreement = Agreement(
-        list(judge_comparisons(plan.comparisons, results)),
-        record,
-        entries=tuple(compute_robot_entries(plan, results)),
+    agreement = Agreement(findings, record, entries=tuple(plan.compute_entries(results)))
+    return CrossCheck(request, agreement, cases_by_run(plan.comparisons), runs_by_key(results))
+
+
+def make_plan(request: CrossCheckRequest, workers: Workers) -> Plan:
+    """The whole cross-check of an arm or robot. Raises InputError, Unfinished."""
+    if isinstance(request.mechanism, Robot):
+        return plan_robot(request)
+    preparation = prepare_experiments(request, workers)
+    comparisons = plan_comparisons(request, preparation)
+    entries = partial(
+        state_suite.compute_entry_differences, request.arm, request.quick, request.seed
     )
-    return CrossCheck(request, agreement, {}, {})
+    return Plan(comparisons, preparation.remarks, entries)
 
 
 def plan_comparisons(request: CrossCheckRequest, preparation: Preparation) -> list[Comparison]:

@@ -18,7 +18,6 @@ from crosscheck.models.inputs import read_content
 from crosscheck.models.robot.robot import Robot
 from crosscheck.output import write_text
 from crosscheck.planning.plan import CrossCheckRequest
-from crosscheck.planning.robots import RobotRequest
 from crosscheck.provenance import (
     is_versioned,
     list_changed_files,
@@ -42,7 +41,7 @@ class InvalidRecord(ValueError):
         super().__init__(allowed)
 
 
-def baseline_path(folder: Path, request: CrossCheckRequest | RobotRequest) -> Path:
+def baseline_path(folder: Path, request: CrossCheckRequest) -> Path:
     """Path of an arm's baseline, such as paper-labelled-quick.json.
 
     Scenarios of the user's own are named behind a ``+`` each, supplied equations behind an ``@``.
@@ -70,7 +69,7 @@ def write_baseline(path: Path, baseline: Baseline) -> None:
     write_text(path, "\n".join(_lines(baseline.model_dump(mode="json"))) + "\n")
 
 
-def read_baseline(path: Path, request: CrossCheckRequest | RobotRequest, renew: str) -> Baseline:
+def read_baseline(path: Path, request: CrossCheckRequest, renew: str) -> Baseline:
     """The baseline in a file, if it can be compared with what is wanted, by this version.
 
     renew: the command that makes it anew, for the message. Raises InputError.
@@ -177,7 +176,7 @@ def _validate(data: dict[str, Any]) -> Baseline:
     raise InvalidRecord(".".join(location), details["input"], details["msg"])
 
 
-def _require_same_plan(provenance: Provenance, request: CrossCheckRequest | RobotRequest) -> None:
+def _require_same_plan(provenance: Provenance, request: CrossCheckRequest) -> None:
     mechanism = request.mechanism
     if provenance.quick != request.quick:
         needed = f"{'a --quick' if request.quick else 'a full'} record is needed here"

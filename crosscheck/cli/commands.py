@@ -27,7 +27,6 @@ from crosscheck.models.loading import load_selection
 from crosscheck.models.robot.file import load_robot
 from crosscheck.output import require_files, write_files
 from crosscheck.planning.plan import CrossCheckRequest
-from crosscheck.planning.robots import RobotRequest
 from crosscheck.report.answers import format_agreement_json
 from crosscheck.report.formatting import format_count, make_printable
 from crosscheck.report.junit import format_junit
@@ -41,19 +40,18 @@ from crosscheck.run import CrossCheck, OutcomeCallback, run_cross_check
 from crosscheck.runner.progress import QUIET_S, show_progress
 
 STDERR = Console(stderr=True)
-Request = CrossCheckRequest | RobotRequest
-CrossCheckRunner = Callable[[Request, int], CrossCheck]  # (what is wanted, processes)
+CrossCheckRunner = Callable[[CrossCheckRequest, int], CrossCheck]  # (what is wanted, processes)
 
 
 def make_request(
     arm: str, scenarios: list[str] | None, settings: list[str] | None, quick: bool, seed: int
-) -> Request:
+) -> CrossCheckRequest:
     """What a command line asks to be cross-checked, an arm or a robot. Raises InputError."""
     if is_robot(arm):
         for option, values in (("--scenario", scenarios), ("--set", settings)):
             if values:
                 raise InputError(option, "", values[0], f"is for arms; {arm} is a robot")
-        return RobotRequest(load_robot(arm), quick, seed)
+        return CrossCheckRequest(load_robot(arm), quick, seed)
     chosen = load_selection(arm, scenarios or [], settings or [])
     experiment_settings = chosen.scenarios, chosen.switches
     return CrossCheckRequest(
@@ -61,7 +59,7 @@ def make_request(
     )
 
 
-def run_command(chosen: Request, out: Path, jobs: int) -> int:
+def run_command(chosen: CrossCheckRequest, out: Path, jobs: int) -> int:
     """Cross-check an arm, write the report, print its summary; returns the exit code."""
     from crosscheck.report.plots.charts import Charts
 
@@ -82,7 +80,7 @@ def run_command(chosen: Request, out: Path, jobs: int) -> int:
 
 
 def run_with_progress(
-    chosen: Request, jobs: int, shown: OutcomeCallback = lambda key, outcome: None
+    chosen: CrossCheckRequest, jobs: int, shown: OutcomeCallback = lambda key, outcome: None
 ) -> CrossCheck:
     """Cross-check an arm, with its progress and what a user should know before it."""
     about = f"cross-checking {make_printable(chosen.name)}"
@@ -96,7 +94,9 @@ def _print_warning(line: str) -> None:
     STDERR.print(make_printable(line), markup=False, highlight=False)
 
 
-def validate_command(chosen: Request, jobs: int, json_file: Path | None, junit: Path | None) -> int:
+def validate_command(
+    chosen: CrossCheckRequest, jobs: int, json_file: Path | None, junit: Path | None
+) -> int:
     """Cross-check an arm and print the table; returns the exit code. Raises InputError."""
     require_files((json_file, AGREEMENT), (junit, JUNIT))
     agreement = run_with_progress(chosen, jobs).agreement
@@ -110,7 +110,7 @@ def validate_command(chosen: Request, jobs: int, json_file: Path | None, junit: 
 
 def prepare_recording(
     arm: str, scenarios: list[str], settings: list[str], quick: bool, model: str
-) -> tuple[Request, CrossCheckRunner]:
+) -> tuple[CrossCheckRequest, CrossCheckRunner]:
     """What a baseline is to be of, and the function that makes it; runs code. Raises InputError."""
     if not model:
         return make_request(arm, scenarios, settings, quick, 0), run_with_progress
@@ -125,7 +125,7 @@ def prepare_recording(
 
 
 def accept_command(
-    chosen: Request,
+    chosen: CrossCheckRequest,
     folder: Path,
     jobs: int,
     junit: Path | None,
@@ -180,7 +180,7 @@ def _can_be_recorded(result: CrossCheck, with_differences: bool) -> bool:
 
 
 def check_command(
-    chosen: Request,
+    chosen: CrossCheckRequest,
     folder: Path,
     jobs: int,
     junit: Path | None,

@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
-from crosscheck.findings import Finding, Subject, make_failed_check, make_unfinished_check
+import numpy as np
+
+from crosscheck.findings import (
+    EntryDifferences,
+    Finding,
+    Subject,
+    make_failed_check,
+    make_unfinished_check,
+)
 from crosscheck.runner.outcomes import Failure, Outcome, Task, failure_from_error
 
 Made = TypeVar("Made")
@@ -95,6 +103,18 @@ class Comparison:
             return make_failed_check(self.about, str(failure_from_error(error)))
 
 
+class Plan(NamedTuple):
+    """A whole cross-check before it runs.
+
+    remarks: what a user should know beforehand; compute_entries: models beside the engines, entry
+    by entry, from what was answered.
+    """
+
+    comparisons: list[Comparison]
+    remarks: tuple[str, ...]
+    compute_entries: Callable[[Results], Iterator[EntryDifferences]]
+
+
 def make_comparison(
     about: Subject, tasks: Sequence[ModelTask], judge: Callable[..., Finding]
 ) -> Comparison:
@@ -104,6 +124,30 @@ def make_comparison(
         return judge(about, *map(results.need, tasks))
 
     return Comparison(about, tuple(tasks), judge_results)
+
+
+def get_answers(results: Results, tasks: Sequence[ModelTask]) -> dict[str, Any]:
+    """The results of those tasks that have one, by the names of their models."""
+    answers = {task.model: results.get(task) for task in tasks}
+    return {model: answer for model, answer in answers.items() if answer is not None}
+
+
+def summarise_entries(
+    quantity: str,
+    model: str,
+    names: Sequence[str],
+    differences: Mapping[str, np.ndarray],
+    tolerance: float,
+) -> EntryDifferences:
+    """The largest difference of each entry from any engine.
+
+    names: of the coordinates; differences: by engine (states, n) or (states, n, n), over the
+    entries' sizes; what is no number counts as infinite.
+    """
+    largest = np.max([each.max(axis=0) for each in differences.values()], axis=0)
+    rows = np.where(np.isnan(largest), np.inf, largest).reshape(len(names), -1).tolist()
+    entries = tuple(map(tuple, rows))
+    return EntryDifferences(quantity, model, tuple(differences), tuple(names), entries, tolerance)
 
 
 def collect_tasks(comparisons: Sequence[Comparison]) -> list[ModelTask]:

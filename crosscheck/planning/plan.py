@@ -32,6 +32,7 @@ from crosscheck.models.experiment.scenario import (
 )
 from crosscheck.models.files import read_raw_arm
 from crosscheck.models.loading import Case, load_arm, load_scenario
+from crosscheck.models.robot.robot import Robot
 from crosscheck.planning import sizing
 from crosscheck.registry import MODELS
 from crosscheck.runner.tasks import RunKey, Simulation
@@ -125,10 +126,11 @@ class CrossCheckRequest:
     scenarios: their own experiments, in place of the plan's; chosen: laws of all of them, None for
     the plan's; model: name of equations that are tried in place of the cross-check of all models;
     arm_file_json: JSON of what the arm's file holds, settings applied, empty of an arm that is of
-    no file. Raises InputError for scenarios that cannot stand side by side.
+    no file. Of a robot all these are empty. Raises InputError for scenarios that cannot stand side
+    by side.
     """
 
-    arm: Arm
+    mechanism: Arm | Robot
     quick: bool = False
     seed: int = 0
     scenarios: tuple[Scenario, ...] = ()
@@ -146,13 +148,14 @@ class CrossCheckRequest:
 
     @property
     def name(self) -> str:
-        """Name of the arm."""
-        return self.arm.name
+        """Name of the arm or robot."""
+        return self.mechanism.name
 
     @property
-    def mechanism(self) -> Arm:
-        """The arm."""
-        return self.arm
+    def arm(self) -> Arm:
+        """The arm; what is planned of arms alone asks for it."""
+        assert isinstance(self.mechanism, Arm)
+        return self.mechanism
 
     @property
     def needs_sizes(self) -> bool:

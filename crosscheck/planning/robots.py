@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import os
 import pkgutil
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from importlib import import_module
-from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -18,14 +16,17 @@ from crosscheck.checks.robots.case import RobotLevel, SampledRobot
 from crosscheck.checks.robots.sizes import compute_sizes
 from crosscheck.checks.robots.states import RandomStates, sample_states
 from crosscheck.findings import EntryDifferences, Finding
-from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot
 from crosscheck.planning.comparison import (
     Comparison,
+    Plan,
     Results,
     collect_tasks,
+    get_answers,
     judge_comparisons,
+    summarise_entries,
 )
+from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.planning.springs import mesh_rates, replace_stages_by_rotors, tooth_springs
 from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
 from crosscheck.runner.tasks import RobotEvaluation
@@ -39,42 +40,14 @@ RESOLVED, MOST_STEPS, QUICK_STEPS, LEAST_STEPS = 0.4, 1000, 100, 50
 MASS_MATRIX = "mass_matrix"
 
 
-@dataclass(frozen=True)
-class RobotRequest:
-    """What a user asks to be cross-checked of a robot."""
-
-    robot: Robot
-    quick: bool = False
-    seed: int = 0
-    scenarios: ClassVar[tuple[Scenario, ...]] = ()
-    chosen: ClassVar[None] = None
-    model: ClassVar[str] = ""
-
-    @property
-    def name(self) -> str:
-        """Name of the robot."""
-        return self.robot.name
-
-    @property
-    def mechanism(self) -> Robot:
-        """The robot."""
-        return self.robot
-
-
-class RobotPlan(NamedTuple):
-    """Models, every comparison of them, and remarks on what cannot be asked of the robot."""
-
-    models: tuple[SampledRobot, ...]
-    comparisons: list[Comparison]
-    remarks: tuple[str, ...]
-
-
-def plan_robot(request: RobotRequest) -> RobotPlan:
+def plan_robot(request: CrossCheckRequest) -> Plan:
     """The whole cross-check of a robot. Raises InputError for one whose M cannot be inverted."""
+    robot = request.mechanism
+    assert isinstance(robot, Robot)
     count = QUICK_COUNT if request.quick else COUNT
     cases = make_cases(
-        request.robot,
-        sample_states(request.robot, count, request.seed),
+        robot,
+        sample_states(robot, count, request.seed),
         QUICK_STEPS if request.quick else MOST_STEPS,
     )
     models = sample_models(cases)
@@ -87,7 +60,8 @@ def plan_robot(request: RobotRequest) -> RobotPlan:
         for engine in find_level_engines("links")
         if engine not in find_level_engines(case.level)
     ]
-    return RobotPlan(tuple(models), comparisons, (*remarks, *request.robot.notes))
+    entries = partial(compute_robot_entries, models)
+    return Plan(comparisons, (*remarks, *robot.notes), entries)
 
 
 def find_plans() -> Iterator[Callable[[list[SampledRobot]], Iterator[Comparison | str]]]:
@@ -181,24 +155,19 @@ def _push_bounds(robot: Robot, states: RandomStates) -> np.ndarray:
     return np.stack(bounds, axis=1)
 
 
-def compute_robot_entries(plan: RobotPlan, results: Results) -> Iterator[EntryDifferences]:
+def compute_robot_entries(
+    models: Sequence[SampledRobot], results: Results
+) -> Iterator[EntryDifferences]:
     """M of the first engine beside the others', entry by entry, with rotors as bodies."""
-    level = next(each.case.level for each in plan.models if each.case.level in WITH_ROTORS)
-    reference, *others = (each for each in plan.models if each.case.level == level)
+    level = next(each.case.level for each in models if each.case.level in WITH_ROTORS)
+    reference, *others = (each for each in models if each.case.level == level)
     values = results.get(reference.ask(engines.mass_matrix))
-    answers = {
-        each.model: answer
-        for each in others
-        if (answer := results.get(each.ask(engines.mass_matrix))) is not None
-    }
+    answers = get_answers(results, [each.ask(engines.mass_matrix) for each in others])
     if values is None or not answers:
         return
-    sizes = reference.case.sizes
-    largest = np.max(
-        [np.abs((values - answer) / sizes.mass_matrix).max(axis=0) for answer in answers.values()],
-        axis=0,
-    )
-    names = tuple(reference.case.robot.coordinate_names)
-    rows = tuple(map(tuple, largest.tolist()))
+    sizes, names = reference.case.sizes, reference.case.robot.coordinate_names
+    differences = {
+        name: np.abs((values - answer) / sizes.mass_matrix) for name, answer in answers.items()
+    }
     tolerance = sizes.tolerance(MASS_MATRIX)
-    yield EntryDifferences(MASS_MATRIX, reference.model, tuple(answers), names, rows, tolerance)
+    yield summarise_entries(MASS_MATRIX, reference.model, names, differences, tolerance)

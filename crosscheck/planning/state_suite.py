@@ -29,7 +29,13 @@ from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.files import read_raw_arm
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm
-from crosscheck.planning.comparison import Comparison, Results, make_comparison
+from crosscheck.planning.comparison import (
+    Comparison,
+    Results,
+    get_answers,
+    make_comparison,
+    summarise_entries,
+)
 from crosscheck.planning.mode_suite import geared_models, plan_linear_comparisons
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import (
@@ -276,29 +282,18 @@ def _compare_entries(
 ) -> Iterator[EntryDifferences]:
     """The differences of one quantity, if the model and an engine have answered."""
     values, mass = results.get(sampled.of(quantity)), results.get(sampled.of("mass_matrix"))
-    answers = {
-        engine.model: answer
-        for engine in engines
-        if (answer := results.get(engine.of(quantity))) is not None
-    }
+    answers = get_answers(results, [engine.of(quantity) for engine in engines])
     if values is None or mass is None or not answers or not states.is_usable(mass[0]):
         return
     setting = sampled.setting
-    compared = [
-        states.relative_differences(quantity, values, answer, mass, setting)
-        for answer in answers.values()
-    ]
-    largest = np.max([each.values.max(axis=0) for each in compared], axis=0)
-    largest = np.where(np.isnan(largest), np.inf, largest)
-    rows = largest.reshape(len(setting.layout), -1).tolist()
-    yield EntryDifferences(
-        quantity,
-        sampled.model,
-        tuple(answers),
-        tuple(setting.layout.names),
-        tuple(map(tuple, rows)),
-        compared[0].limit.value,
-    )
+    compared = {
+        name: states.relative_differences(quantity, values, answer, mass, setting)
+        for name, answer in answers.items()
+    }
+    tolerance = next(iter(compared.values())).limit.value
+    differences = {name: each.values for name, each in compared.items()}
+    names = setting.layout.names
+    yield summarise_entries(quantity, sampled.model, names, differences, tolerance)
 
 
 def _plan_forms(sampled_models: Sequence[SampledModel]) -> Iterator[Comparison]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from crosscheck.findings import Finding
+from crosscheck.models.robot.robot import Robot
 from crosscheck.planning import plan, robots
-from crosscheck.planning.robots import RobotRequest
 from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import second_engine
@@ -67,9 +67,9 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
     return fix_links(made)
 
 
-def describe_quick_limits(request: plan.CrossCheckRequest | RobotRequest) -> str:
+def describe_quick_limits(request: plan.CrossCheckRequest) -> str:
     """Sentences on what a quick cross-check leaves out."""
-    if isinstance(request, RobotRequest):
+    if isinstance(request.mechanism, Robot):
         return (
             f"With --quick models are compared at {robots.QUICK_COUNT} random states, where a full"
             f" cross-check takes {robots.COUNT}, and free motions take at most"

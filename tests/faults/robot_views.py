@@ -17,7 +17,8 @@ import pytest
 from crosscheck.findings import Agreement
 from crosscheck.models.robot.file import load_robot
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
-from crosscheck.planning.robots import RobotRequest, compute_robot_entries, plan_robot
+from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.planning.robots import plan_robot
 from crosscheck.provenance import record_provenance
 from crosscheck.report import html as html_view
 from crosscheck.report import rendering, terminal
@@ -33,15 +34,15 @@ UNITS_M = {"m": 1.0, "mm": 1e-3, "\u00b5m": 1e-6}
 @lru_cache(maxsize=1)
 def check_robot() -> CrossCheck:
     """The cross-check, whose first comparison of mass matrices is made to differ."""
-    request = RobotRequest(load_robot(ROBOT), quick=True)
+    request = CrossCheckRequest(load_robot(ROBOT), quick=True)
     plan = plan_robot(request)
     asked = [each for each in plan.comparisons if each.about.key.family in FAMILIES]
     results = Results({task.key: task.perform() for task in collect_tasks(asked)})
     findings = list(judge_comparisons(asked, results))
     place = next(n for n, f in enumerate(findings) if f.quantity == "mass_matrix" and f.tolerance)
     findings[place] = replace(findings[place], measured=WRONG, verdict="differ")
-    record = record_provenance(request.robot, 0, True)
-    entries = tuple(compute_robot_entries(plan, results))
+    record = record_provenance(request.mechanism, 0, True)
+    entries = tuple(plan.compute_entries(results))
     return CrossCheck(request, Agreement(findings, record, entries=entries), {}, {})
 
 

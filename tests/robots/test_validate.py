@@ -18,6 +18,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning import robots
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
+from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.planning.robots import find_plans, make_cases, sample_models
 from crosscheck.provenance import ROOT
 from crosscheck.runner import tasks
@@ -131,7 +132,7 @@ def free_tip(model: RobotModel, q: np.ndarray, v: np.ndarray, seconds: float) ->
 def test_a_level_is_as_far_from_the_finest_as_its_torques_and_tips_are():
     """Torques and motions of another engine, and another integrator's steps."""
     own = load_robot("six-joint")
-    planned = robots.plan_robot(robots.RobotRequest(own, quick=True))
+    planned = robots.plan_robot(CrossCheckRequest(own, quick=True))
     asked = [each for each in planned.comparisons if each.about.key.family == "deviation"]
     outcomes = {task.key: task.perform() for task in collect_tasks(asked)}
     findings = list(judge_comparisons(asked, Results(outcomes)))
@@ -141,7 +142,7 @@ def test_a_level_is_as_far_from_the_finest_as_its_torques_and_tips_are():
         for level in ("links", "armature", "coupled")
     }
     exact = models["coupled"].inverse_dynamics(q, v, a)
-    seconds = planned.models[0].case.motion_s
+    seconds = make_cases(own, sample_states(own, 3, 0), robots.QUICK_STEPS)[0].motion_s
     tips = {
         level: np.array(
             [free_tip(model, *start, seconds) for start in zip(q[:3], v[:3], strict=True)]
