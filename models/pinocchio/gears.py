@@ -7,8 +7,6 @@ body and two contacts of its own; the layout alone says whether they move as one
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 import pinocchio as pin
 
@@ -18,24 +16,12 @@ from crosscheck.models.experiment.drive import drive_data, joint_torque
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model
 from crosscheck.models.pinocchio import tree
-from crosscheck.models.pinocchio.meshes import Meshes, build_meshes, build_stiffness, find_contacts
+from crosscheck.models.pinocchio.meshes import Engagement, Meshes, MeshForces, find_contacts
 
 # Over 1 + the largest acceleration [rad/s^2]. Lumped planets of a stage get equal forces in frames
 # turned against each other, so they differ by rounding: by 1e-13 of their acceleration for the
 # paper's arm, and by 1e-8 rad/s^2 where contact forces of 1e6 N balance.
 PLANET_TOLERANCE = 1e-6
-
-
-class Engagement(NamedTuple):
-    """How the teeth of all meshes stand in a state, each of shape (meshes,).
-
-    ``gap`` [m] is x - e, ``reach`` [m] what of it lies beyond the backlash.
-    """
-
-    phase: np.ndarray
-    gap: np.ndarray
-    stiffness: np.ndarray
-    reach: np.ndarray
 
 
 class PinocchioGears(Model):
@@ -64,9 +50,10 @@ class PinocchioGears(Model):
         self._data = self._tree.createData()
         if not self._tree.check(self._data):
             raise RuntimeError(f"{self.name}: joints of the tree are not in depth-first order")
-        contacts = find_contacts(arm, self._stages, self._tree)
-        self._meshes = build_meshes(contacts, self.switches)
-        self._stiffness = build_stiffness(contacts)
+        geared = zip(arm.joints, self._stages, strict=True)
+        contacts = find_contacts((j, stage) for j, stage in geared if isinstance(j, Planetary))
+        self._mesh_law = MeshForces(contacts, self.switches)
+        self._meshes = self._mesh_law.meshes
         self._to_tree = tree.map_to_tree(arm, self._stages, self.layout)
         self._links = [stage.link - 1 for stage in self._stages]
         self._driven = [stage.driven - 1 for stage in self._stages]
@@ -145,7 +132,8 @@ class PinocchioGears(Model):
         Columns: force along the base's x and y [N], moment about the body's own joint [N m].
         """
         angles, rates = self._to_tree @ q, self._to_tree @ v
-        force = self._mesh_forces(t, angles, rates)
+        approaching = _approach(self._meshes, rates)
+        force = self._mesh_law.forces(self._engagement(t, angles, rates), approaching)
         origins = self.body_positions(q)
         mesh = self._meshes
         centre = origins[mesh.link]
@@ -164,35 +152,9 @@ class PinocchioGears(Model):
         pin.forwardKinematics(self._tree, self._data, self._to_tree @ q)
         return np.array([pose.translation[:2] for pose in self._data.oMi])
 
-    def _mesh_forces(self, t: float, angles: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        """Force [N] of every mesh, elastic and damping, positive if the central gear pushes.
-
-        It is k f_k(x - e) + d x'.
-        """
-        mesh, teeth = self._meshes, self._engagement(t, angles, rates)
-        damping = mesh.damping
-        if self.switches.damping == "contact":
-            damping = np.where(np.abs(teeth.gap) > mesh.backlash, damping, 0.0)
-        return teeth.stiffness * teeth.reach + damping * _approach(mesh, rates)
-
     def _engagement(self, t: float, angles: np.ndarray, rates: np.ndarray) -> Engagement:
-        """Engagement of the teeth, their error e = static error + E sin(phi + error phase)."""
-        mesh, phase = self._meshes, self._mesh_phases(t, angles, rates)
-        error = mesh.static_error + mesh.error * np.sin(phase + mesh.error_phase)
-        gap = _approach(mesh, angles) - error
-        law = _exact_dead_zone if self.switches.dead_zone == "exact" else _tanh_dead_zone
-        return Engagement(phase, gap, self._stiffness.value(phase), law(mesh, gap))
-
-    def _phase_torques(self, teeth: Engagement) -> np.ndarray:
-        """What every mesh's spring exerts on the link against the previous body [N m], (meshes,).
-
-        With x held, the phase still changes the energy k f^2 / 2 stored: it rises with k, and a
-        growing error takes away from x - e. The link, which turns the phase, must supply it.
-        """
-        mesh = self._meshes
-        error_slope = mesh.error * np.cos(teeth.phase + mesh.error_phase)
-        stiffening = self._stiffness.slope(teeth.phase) * teeth.reach**2 / 2
-        return mesh.rate * (teeth.stiffness * teeth.reach * error_slope - stiffening)
+        phase = self._mesh_phases(t, angles, rates)
+        return self._mesh_law.engage(phase, _approach(self._meshes, angles))
 
     def _mesh_phases(self, t: float, angles: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """phi [rad] of every mesh: meshing rate times joint angle, or times joint rate and time."""
@@ -212,7 +174,7 @@ class PinocchioGears(Model):
         torques[self._links] = -self._friction * theta_dot
         if self.switches.mesh_work == "conservative":
             teeth = self._engagement(t, angles, rates)
-            np.add.at(torques, self._meshes.link - 1, self._phase_torques(teeth))
+            np.add.at(torques, self._meshes.link - 1, self._mesh_law.phase_torques(teeth))
         for i, driven in enumerate(self._driven):
             state = theta[i], theta_dot[i]
             output = joint_torque(law, gains[i], table_time, table_torque[i], t, *state)
@@ -248,15 +210,3 @@ def _line_of_action(mesh: Meshes, line: np.ndarray, sign: np.ndarray) -> np.ndar
     outward = line / np.hypot(line[:, 0], line[:, 1])[:, None]
     tangent = np.column_stack((-outward[:, 1], outward[:, 0]))
     return mesh.cosine[:, None] * tangent + (sign * mesh.side * mesh.sine)[:, None] * outward
-
-
-def _exact_dead_zone(mesh: Meshes, x: np.ndarray) -> np.ndarray:
-    """Eq. 5: what of x [m] reaches beyond the backlash."""
-    return x - np.clip(x, -mesh.backlash, mesh.backlash)
-
-
-def _tanh_dead_zone(mesh: Meshes, x: np.ndarray) -> np.ndarray:
-    """Eq. 6, as printed: what of x [m] reaches beyond the backlash, with tanh corners."""
-    b = mesh.backlash
-    left, right = np.tanh(mesh.sharpness * (x - b)), np.tanh(mesh.sharpness * (x + b))
-    return x + x / 2 * (left - right) - b / 2 * (left + right)

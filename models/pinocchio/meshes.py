@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from math import atan2, cos, pi, radians, sin, sqrt, tau
+from collections.abc import Iterable
+from math import cos, pi, radians, sin, sqrt, tau
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
-from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.scenario import Switches
@@ -37,6 +36,18 @@ class Contact(NamedTuple):
         return self.side > 0
 
 
+class Engagement(NamedTuple):
+    """How the teeth of all meshes stand in a state, each of shape (meshes,).
+
+    ``gap`` [m] is x - e, ``reach`` [m] what of it lies beyond the backlash.
+    """
+
+    phase: np.ndarray
+    gap: np.ndarray
+    stiffness: np.ndarray
+    reach: np.ndarray
+
+
 class Meshes(NamedTuple):
     """All meshes of the arm, as columns of shape (meshes,), each of a planet and a central gear.
 
@@ -63,21 +74,62 @@ class Meshes(NamedTuple):
     damping: np.ndarray
 
 
-def find_contacts(arm: Arm, stages: list[TreeStage], tree: pin.Model) -> list[Contact]:
-    """All tooth contacts of the arm, joint by joint and planet by planet."""
+class MeshForces:
+    """What the teeth of all contacts exert, from their phases and how far they came together."""
+
+    def __init__(self, contacts: list[Contact], chosen: Switches) -> None:
+        self.meshes = build_meshes(contacts, chosen)
+        self._stiffness = build_stiffness(contacts)
+        self._switches = chosen
+
+    def engage(self, phase: np.ndarray, x: np.ndarray) -> Engagement:
+        """Engagement of the teeth, their error e = static error + E sin(phi + error phase)."""
+        mesh = self.meshes
+        gap = x - mesh.static_error - mesh.error * np.sin(phase + mesh.error_phase)
+        law = _exact_dead_zone if self._switches.dead_zone == "exact" else _tanh_dead_zone
+        return Engagement(phase, gap, self._stiffness.value(phase), law(mesh, gap))
+
+    def forces(self, teeth: Engagement, rates: np.ndarray) -> np.ndarray:
+        """Force [N] of every mesh, k f_k(x - e) + d x', positive if the central gear pushes."""
+        damping = self.meshes.damping
+        if self._switches.damping == "contact":
+            damping = np.where(np.abs(teeth.gap) > self.meshes.backlash, damping, 0.0)
+        return teeth.stiffness * teeth.reach + damping * rates
+
+    def phase_torques(self, teeth: Engagement) -> np.ndarray:
+        """What every mesh's spring exerts on the link against the previous body [N m], (meshes,).
+
+        With x held, the phase still changes the energy k f^2 / 2 stored: it rises with k, and a
+        growing error takes away from x - e. The link, which turns the phase, must supply it.
+        """
+        mesh = self.meshes
+        error_slope = mesh.error * np.cos(teeth.phase + mesh.error_phase)
+        stiffening = self._stiffness.slope(teeth.phase) * teeth.reach**2 / 2
+        return mesh.rate * (teeth.stiffness * teeth.reach * error_slope - stiffening)
+
+
+def _exact_dead_zone(mesh: Meshes, x: np.ndarray) -> np.ndarray:
+    """Eq. 5: what of x [m] reaches beyond the backlash."""
+    return x - np.clip(x, -mesh.backlash, mesh.backlash)
+
+
+def _tanh_dead_zone(mesh: Meshes, x: np.ndarray) -> np.ndarray:
+    """Eq. 6, as printed: what of x [m] reaches beyond the backlash, with tanh corners."""
+    b = mesh.backlash
+    left, right = np.tanh(mesh.sharpness * (x - b)), np.tanh(mesh.sharpness * (x + b))
+    return x + x / 2 * (left - right) - b / 2 * (left + right)
+
+
+def find_contacts(stages: Iterable[tuple[PlanetaryStage, TreeStage]]) -> list[Contact]:
+    """All tooth contacts of stages and their bodies, planet by planet, each sun before ring."""
     return [
-        Contact(joint, stage, planet, _place(tree, planet), side, mesh.planet_mesh(number))
-        for joint, stage in zip(arm.joints, stages, strict=True)
-        if isinstance(joint, Planetary)
-        for number, planet in enumerate(stage.planets)
-        for side, mesh in ((+1, joint.sun_mesh), (-1, joint.ring_mesh))
+        Contact(
+            gears, bodies, planet, tau * number / gears.planet_count, side, mesh.planet_mesh(number)
+        )
+        for gears, bodies in stages
+        for number, planet in enumerate(bodies.planets)
+        for side, mesh in ((+1, gears.sun_mesh), (-1, gears.ring_mesh))
     ]
-
-
-def _place(tree: pin.Model, planet: int) -> float:
-    """Angle [rad] of a planet's axis in the carrier's frame, in which the first one's is 0."""
-    x, y, _ = tree.jointPlacements[planet].translation
-    return atan2(y, x)
 
 
 def build_meshes(contacts: list[Contact], chosen: Switches) -> Meshes:

@@ -9,8 +9,7 @@ have friction. Motors of joints without gears are dead weight, from the second l
 from __future__ import annotations
 
 from itertools import pairwise
-from math import cos, pi, radians, sin
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -204,8 +203,8 @@ class PinocchioCarriers(PinocchioLinks):
             if isinstance(joint, Direct):
                 parts.attach_motor(tree, number, joint)
                 continue
-            orbit = joint.planet_count * joint.planet_mass_kg * _carrier_radius(joint) ** 2
-            parts.attach(tree, number, 0.0, _inertia(joint, "carrier") + orbit)
+            orbit = joint.planet_count * joint.planet_mass_kg * parts.carrier_radius(joint) ** 2
+            parts.attach(tree, number, 0.0, parts.carrier_inertia(joint) + orbit)
             parts.attach_to_previous(tree, number, _joint_mass(joint), joint.ring_inertia_kg_m2)
         return tree
 
@@ -217,7 +216,13 @@ class PinocchioArmature(PinocchioCarriers):
 
     def _build(self) -> pin.Model:
         tree = super()._build()
-        tree.armature = np.array([_reflected_inertia(joint) for joint in self.arm.joints])
+        tree.armature = np.array(
+            [
+                # Without gears the rotor has the link's rate.
+                0.0 if isinstance(joint, Direct) else parts.reflected_inertia(joint)
+                for joint in self.arm.joints
+            ]
+        )
         return tree
 
 
@@ -232,73 +237,17 @@ class PinocchioCoupled(PinocchioLinks):
         return np.linalg.solve(self.mass_matrix(q), self._joint_torques(t, q, v) - resisting)
 
     def _build(self) -> pin.Model:
-        tree = super()._build()
-        ratios: dict[int, tuple[int, float]] = {}
-        # From the tip inwards, each link's own gears close its subtree: depth-first.
-        for number, joint in reversed(list(enumerate(self.arm.joints, 1))):
+        tree, stages = parts.build_tree(self.arm)
+        for stage, joint in zip(stages, self.arm.joints, strict=True):
             if isinstance(joint, Direct):
-                parts.attach_motor(tree, number, joint)
                 continue
-            parts.attach(tree, number, joint.carrier_mass_kg, _inertia(joint, "carrier"))
-            parts.attach_to_previous(tree, number, joint.ring_mass_kg, joint.ring_inertia_kg_m2)
-            for gear, ratio in _add_gears(tree, number, joint):
-                ratios[gear] = number, ratio
-        for gear, (number, ratio) in ratios.items():
-            tree = pin.transformJointIntoMimic(tree, number, gear, ratio, 0.0)
+            turns = dict.fromkeys(stage.planets, parts.planet_turns(joint))
+            for body, ratio in (turns | {stage.driven: parts.sun_turns(joint)}).items():
+                tree = pin.transformJointIntoMimic(tree, stage.link, body, ratio, 0.0)
         return tree
-
-
-def _add_gears(tree: pin.Model, number: int, joint: Planetary) -> list[tuple[int, float]]:
-    """Add planets and sun of a joint; returns body number and turns of each per turn of the link.
-
-    Turns are relative to what bears the gear. Rolling inside the ring, the planet turns -z_r / z_p
-    times in its carrier; the sun, driven by planets whose far side stands on the ring, turns
-    1 + z_r / z_s times in the ring's body.
-    """
-    gears = []
-    radius = _carrier_radius(joint)
-    for index in range(joint.planet_count):
-        angle = 2 * pi * index / joint.planet_count
-        centre = radius * cos(angle), radius * sin(angle)
-        planet = parts.add_body(tree, number, centre, f"planet_{number}_{index + 1}")
-        parts.attach(tree, planet, joint.planet_mass_kg, _inertia(joint, "planet"))
-        gears.append((planet, -joint.ring_teeth / joint.planet_teeth))
-    x, y, _ = tree.jointPlacements[number].translation
-    sun = parts.add_body(tree, tree.parents[number], (x, y), f"sun_{number}")
-    parts.attach(tree, sun, joint.sun_mass_kg, _inertia(joint, "sun"))
-    return [*gears, (sun, 1 + joint.ring_teeth / joint.sun_teeth)]
 
 
 def _joint_mass(joint: Planetary) -> float:
     """The paper's m_j [kg]: mass of sun, planets, carrier and ring."""
     planets = joint.planet_count * joint.planet_mass_kg
     return joint.sun_mass_kg + planets + joint.carrier_mass_kg + joint.ring_mass_kg
-
-
-def _reflected_inertia(joint: Planetary | Direct) -> float:
-    """Inertia [kg m^2] that spinning sun and planets add to their carrier on a standing ring.
-
-    It is 0 without gears: there the rotor has the link's rate.
-    """
-    if isinstance(joint, Direct):
-        return 0.0
-    sun = 1 + joint.ring_teeth / joint.sun_teeth
-    planet = 1 - joint.ring_teeth / joint.planet_teeth
-    return (
-        _inertia(joint, "sun") * sun**2 + joint.planet_count * _inertia(joint, "planet") * planet**2
-    )
-
-
-def _carrier_radius(joint: Planetary) -> float:
-    return joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
-
-
-def _inertia(joint: Planetary, part: Literal["sun", "planet", "carrier"]) -> float:
-    """J [kg m^2] as it is given, else M r^2, r being the pitch radius x cos(pressure angle)."""
-    teeth = {"sun": joint.sun_teeth, "planet": joint.planet_teeth}
-    pitch = joint.module_m * teeth.get(part, joint.sun_teeth + joint.planet_teeth) / 2
-    radius = pitch * cos(radians(joint.pressure_angle_deg))
-    inertia = getattr(joint, f"{part}_inertia_kg_m2")
-    return parts.resolve_inertia_form(
-        inertia, getattr(joint, f"{part}_equivalent_mass_kg"), radius**2
-    )

@@ -13,11 +13,26 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from crosscheck.models.experiment.scenario import switches
-from crosscheck.models.pinocchio.meshes import Contact, build_meshes, build_stiffness
-from crosscheck.models.pinocchio.tree import TreeStage, base_radii, equivalent_masses, sun_turns
+from crosscheck.models.pinocchio.meshes import MeshForces, find_contacts
+from crosscheck.models.pinocchio.tree import (
+    TreeStage,
+    add_spinning_body,
+    add_wheels,
+    base_radii,
+    planet_turns,
+    reflected_inertia,
+    sun_turns,
+)
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import WITH_ROTORS, JointStage, Level, Robot, Rotor, RotorMesh
+from crosscheck.models.robot.robot import (
+    MESH_LAWS,
+    WITH_ROTORS,
+    JointStage,
+    Level,
+    Robot,
+    Rotor,
+    RotorMesh,
+)
 
 
 class MeshConnection(NamedTuple):
@@ -49,7 +64,7 @@ class PinocchioRobot(RobotModel):
         places = [self._tree.joints[joint].idx_v for joint in moving_joints]
         free, meshes = robot.coordinates, robot.meshes if level == "geared" else ()
         geared = robot.stages if level in WITH_ROTORS else ()
-        stages = [self._add_gears(stage, moving_joints[stage.joint]) for stage in geared]
+        stages = [self._add_stage(stage, moving_joints[stage.joint]) for stage in geared]
         springs = len(meshes) + (2 * len(stages) if level == "geared" else 0)
         self._offset = np.zeros(self._tree.nv)
         self._given = np.zeros((self._tree.nv, len(free) + springs))  # G
@@ -75,7 +90,6 @@ class PinocchioRobot(RobotModel):
                 if rotor.joint in free:
                     self._motors[free.index(rotor.joint)] = 0.0
                     self._motors[free.index(rotor.joint), place] = 1 / rotor.ratio
-        contacts: list[Contact] = []
         self._columns: list[int] = []  # of x of each contact
         for number, (stage, wheels) in enumerate(zip(geared, stages, strict=True)):
             gears, link = stage.gears, self._given[places[stage.joint]]
@@ -87,32 +101,23 @@ class PinocchioRobot(RobotModel):
             sun = self._tree.joints[wheels.driven].idx_v
             self._given[sun] = sun_turns(gears) * link + (x_sp + x_pr) / r_s
             for planet in wheels.planets:
-                turns = -gears.ring_teeth / gears.planet_teeth * link - x_pr / r_p
+                turns = planet_turns(gears) * link - x_pr / r_p
                 self._given[self._tree.joints[planet].idx_v] = turns
             if level != "geared":
                 continue
             if stage.joint in free:
                 self._motors[free.index(stage.joint)] = 0.0
                 self._motors[free.index(stage.joint), sun] = 1 / sun_turns(gears)
-            for turn, planet in enumerate(wheels.planets):
-                angle = 2 * np.pi * turn / gears.planet_count
-                for side, mesh in ((+1, gears.sun_mesh), (-1, gears.ring_mesh)):
-                    contacts.append(
-                        Contact(gears, wheels, planet, angle, side, mesh.planet_mesh(turn))
-                    )
-                    self._columns.append(column if side > 0 else column + 1)
-        self._contacts = build_meshes(contacts, switches())
-        self._stiffness = build_stiffness(contacts)
+            self._columns += [column, column + 1] * gears.planet_count
+        elastic = zip(geared, stages, strict=True) if level == "geared" else ()
+        contacts = find_contacts((stage.gears, wheels) for stage, wheels in elastic)
+        self._mesh_law = MeshForces(contacts, MESH_LAWS)
         if level == "armature":
             armature = np.zeros(self._tree.nv)
             for rotor in robot.rotors:
                 armature[places[rotor.joint]] += rotor.inertia * rotor.ratio**2
             for stage in robot.stages:
-                sun_inertia, planet_inertia = _inertias(stage)
-                turns = 1 - stage.gears.ring_teeth / stage.gears.planet_teeth
-                reflected = sun_inertia * sun_turns(stage.gears) ** 2
-                reflected += stage.gears.planet_count * planet_inertia * turns**2
-                armature[places[stage.joint]] += reflected
+                armature[places[stage.joint]] += reflected_inertia(stage.gears)
             self._tree.armature = armature
         self._tree.gravity.linear = robot.gravity
         self._weightless = self._tree.copy()
@@ -125,38 +130,14 @@ class PinocchioRobot(RobotModel):
         frame = self._tree.frames[self._tree.getFrameId(rotor.stator, pin.BODY)]
         axis = frame.placement.rotation @ rotor.axis
         name = f"rotor of {rotor.joint} ({number})"
-        return self._add_spinning_body(
-            frame.parentJoint, pin.SE3.Identity(), axis, rotor.inertia, name
-        )
+        stator, placement = frame.parentJoint, pin.SE3.Identity()
+        return add_spinning_body(self._tree, stator, placement, axis, rotor.inertia, name)
 
-    def _add_gears(self, stage: JointStage, link: int) -> TreeStage:
+    def _add_stage(self, stage: JointStage, link: int) -> TreeStage:
         """Add sun and planets of a joint of the tree."""
         axis = np.ravel(self._tree.createData().joints[link].S)[3:]
         out = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-        out /= np.linalg.norm(out)
-        parent, gears = self._tree.parents[link], stage.gears
-        sun_inertia, planet_inertia = _inertias(stage)
-        placement = self._tree.jointPlacements[link]
-        sun = self._add_spinning_body(parent, placement, axis, sun_inertia, f"sun of {link}")
-        radius = gears.module_m * (gears.sun_teeth + gears.planet_teeth) / 2
-        planets = []
-        for turn in range(gears.planet_count):
-            angle = 2 * np.pi * turn / gears.planet_count
-            seat = radius * (np.cos(angle) * out + np.sin(angle) * np.cross(axis, out))
-            name, at = f"planet {turn} of {link}", pin.SE3(np.eye(3), seat)
-            planets.append(self._add_spinning_body(link, at, axis, planet_inertia, name))
-        return TreeStage(parent, link, tuple(planets), sun)
-
-    def _add_spinning_body(
-        self, parent: int, placement: pin.SE3, axis: np.ndarray, inertia: float, name: str
-    ) -> int:
-        """Add a joint whose body has inertia about its axis alone; returns the joint."""
-        joint: int = self._tree.addJoint(
-            parent, pin.JointModelRevoluteUnaligned(axis), placement, name
-        )
-        body = pin.Inertia(0.0, np.zeros(3), inertia * np.outer(axis, axis))
-        self._tree.appendBodyToJoint(joint, body, pin.SE3.Identity())
-        return joint
+        return add_wheels(self._tree, stage.gears, link, axis, out / np.linalg.norm(out))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """Mass matrix (states, n, n), column by column by recursive Newton-Euler.
@@ -297,20 +278,14 @@ class PinocchioRobot(RobotModel):
         """Add the contacts of planets in a state, at the poses of the tree's data.
 
         They push along the pitch circles: what they push outwards cancels between equal planets.
-        A spring that stiffens with the joint's angle, or whose teeth's error grows, turns that
-        joint back, or on.
         """
-        teeth, poses = self._contacts, self._data.oMi
+        teeth, poses = self._mesh_law.meshes, self._data.oMi
         bodies = [column.tolist() for column in (teeth.link, teeth.planet, teeth.central)]
         places = [self._tree.joints[link].idx_v for link in bodies[0]]
         phase = teeth.rate * (self._given[places] @ q + self._offset[places]) + teeth.phase
-        gap = q[self._columns] - teeth.static_error
-        gap -= teeth.error * np.sin(phase + teeth.error_phase)
-        reach = gap - np.clip(gap, -teeth.backlash, teeth.backlash)
-        stiffness, stiffening = self._stiffness.value(phase), self._stiffness.slope(phase)
-        force = stiffness * reach + np.where(reach, teeth.damping * v[self._columns], 0.0)
-        growth = teeth.error * np.cos(phase + teeth.error_phase)
-        turned = teeth.rate * (stiffness * reach * growth - stiffening * reach**2 / 2)
+        engaged = self._mesh_law.engage(phase, q[self._columns])
+        force = self._mesh_law.forces(engaged, v[self._columns])
+        turned = self._mesh_law.phase_torques(engaged)
         for number, (link, planet, central) in enumerate(zip(*bodies, strict=True)):
             centre = poses[link].translation
             line = poses[planet].translation - centre
@@ -322,12 +297,6 @@ class PinocchioRobot(RobotModel):
             wrenches[planet] += poses[planet].actInv(wrench)
             wrenches[central] -= poses[central].actInv(wrench)
             self._turn(link, turned[number], wrenches)
-
-
-def _inertias(stage: JointStage) -> tuple[float, float]:
-    """Inertias of the sun and of one planet about their axes [kg m^2]."""
-    (sun, planet), (r_s, r_p, _) = equivalent_masses(stage.gears), base_radii(stage.gears)
-    return sun * r_s**2, planet * r_p**2
 
 
 def _tooth_force(mesh: RotorMesh, x: float, rate: float) -> float:

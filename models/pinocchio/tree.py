@@ -16,6 +16,8 @@ from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.arm.gears import PlanetaryGears
 from crosscheck.models.arm.layout import Layout
 
+AXIS_X, _, AXIS = np.eye(3)  # along a planar link, and about which its joint turns
+
 
 class TreeStage(NamedTuple):
     """Bodies of one joint in the tree; 0 is the base. Body b turns by tree coordinate b - 1.
@@ -53,7 +55,7 @@ def build_tree(arm: Arm) -> tuple[pin.Model, list[TreeStage]]:
     stages = []
     for link, joint in reversed(list(enumerate(arm.joints, 1))):
         if isinstance(joint, Planetary):
-            stages.append(_add_gears(tree, joint, link))
+            stages.append(_add_joint(tree, joint, link))
         else:
             attach_motor(tree, link, joint)
             stages.append(TreeStage(link - 1, link, (), link))
@@ -80,7 +82,7 @@ def map_to_tree(arm: Arm, stages: list[TreeStage], layout: Layout) -> np.ndarray
         matrix[stage.driven - 1, theta] = sun_turns(joint)
         for number, planet in enumerate(stage.planets):
             matrix[planet - 1] = -layout.displacement("x_pr", i, number) / r_p
-            matrix[planet - 1, theta] = -joint.ring_teeth / joint.planet_teeth
+            matrix[planet - 1, theta] = planet_turns(joint)
     return matrix
 
 
@@ -89,39 +91,89 @@ def sun_turns(joint: PlanetaryGears) -> float:
     return 1 + joint.ring_teeth / joint.sun_teeth
 
 
+def planet_turns(joint: PlanetaryGears) -> float:
+    """Turns of a planet in its carrier per turn of the link, on rolling gears."""
+    return -joint.ring_teeth / joint.planet_teeth
+
+
 def base_radii(joint: PlanetaryGears) -> tuple[float, float, float]:
     """Base radii [m] of sun, planet and ring."""
     half = joint.module_m / 2 * cos(radians(joint.pressure_angle_deg))
     return half * joint.sun_teeth, half * joint.planet_teeth, half * joint.ring_teeth
 
 
-def _add_gears(tree: pin.Model, joint: Planetary, link: int) -> TreeStage:
+def _add_joint(tree: pin.Model, joint: Planetary, link: int) -> TreeStage:
     """Add carrier, planets, ring and sun of the joint that turns a link."""
-    sun_inertia, planet_inertia, carrier_inertia = _inertias(joint)
-    attach(tree, link, joint.carrier_mass_kg, carrier_inertia)
+    attach(tree, link, joint.carrier_mass_kg, carrier_inertia(joint))
     attach_to_previous(tree, link, joint.ring_mass_kg, joint.ring_inertia_kg_m2)
-    radius = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
-    planets: list[int] = []
-    for turn in 2 * pi * np.arange(joint.planet_count) / joint.planet_count:
-        centre = radius * cos(turn), radius * sin(turn)
-        planets.append(add_body(tree, link, centre, f"planet_{link}_{len(planets) + 1}"))
-        attach(tree, planets[-1], joint.planet_mass_kg, planet_inertia)
-    x, y, _ = tree.jointPlacements[link].translation
-    sun = add_body(tree, link - 1, (x, y), f"sun_{link}")
-    attach(tree, sun, joint.sun_mass_kg, sun_inertia)
-    return TreeStage(link - 1, link, tuple(planets), sun)
+    stage = add_wheels(tree, joint, link)
+    for planet in stage.planets:
+        attach(tree, planet, joint.planet_mass_kg, 0.0)
+    attach(tree, stage.driven, joint.sun_mass_kg, 0.0)
+    return stage
 
 
-def _inertias(joint: Planetary) -> tuple[float, float, float]:
-    """Inertias of sun, planet and carrier [kg m^2], each given or M r^2 of equivalent mass M."""
+def add_wheels(
+    tree: pin.Model,
+    gears: PlanetaryGears,
+    link: int,
+    axis: np.ndarray = AXIS,
+    out: np.ndarray = AXIS_X,
+) -> TreeStage:
+    """Add planets and sun of the joint that turns a link, without masses.
+
+    axis: the joint's, and out, across it towards the first planet, in the link's frame.
+    """
+    (sun_inertia, planet_inertia), radius = spin_inertias(gears), carrier_radius(gears)
+    planets = []
+    for turn in range(gears.planet_count):
+        angle = 2 * pi * turn / gears.planet_count
+        seat = radius * (cos(angle) * out + sin(angle) * np.cross(axis, out))
+        name, at = f"planet_{link}_{turn + 1}", pin.SE3(np.eye(3), seat)
+        planets.append(add_spinning_body(tree, link, at, axis, planet_inertia, name))
+    parent, placement = tree.parents[link], tree.jointPlacements[link]
+    sun = add_spinning_body(tree, parent, placement, axis, sun_inertia, f"sun_{link}")
+    return TreeStage(parent, link, tuple(planets), sun)
+
+
+def add_spinning_body(
+    tree: pin.Model, parent: int, placement: pin.SE3, axis: np.ndarray, inertia: float, name: str
+) -> int:
+    """Add a joint whose body has inertia about its axis alone; returns the joint."""
+    about_z = np.array_equal(axis, AXIS)
+    joint = pin.JointModelRZ() if about_z else pin.JointModelRevoluteUnaligned(axis)
+    body: int = tree.addJoint(parent, joint, placement, name)
+    spinning = pin.Inertia(0.0, np.zeros(3), inertia * np.outer(axis, axis))
+    tree.appendBodyToJoint(body, spinning, pin.SE3.Identity())
+    return body
+
+
+def carrier_radius(gears: PlanetaryGears) -> float:
+    """Distance [m] of the planets' axes from the sun's."""
+    return gears.module_m * (gears.sun_teeth + gears.planet_teeth) / 2
+
+
+def carrier_inertia(joint: Planetary) -> float:
+    """Inertia of the carrier [kg m^2], given or M r^2 of its equivalent mass M."""
+    given, mass = joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg
     r_s, r_p, _ = base_radii(joint)
+    return resolve_inertia_form(given, mass, (r_s + r_p) ** 2)
+
+
+def spin_inertias(gears: PlanetaryGears) -> tuple[float, float]:
+    """Inertias of sun and one planet [kg m^2], each given or M r^2 of equivalent mass M."""
+    r_s, r_p, _ = base_radii(gears)
     return (
-        resolve_inertia_form(joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg, r_s**2),
-        resolve_inertia_form(joint.planet_inertia_kg_m2, joint.planet_equivalent_mass_kg, r_p**2),
-        resolve_inertia_form(
-            joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg, (r_s + r_p) ** 2
-        ),
+        resolve_inertia_form(gears.sun_inertia_kg_m2, gears.sun_equivalent_mass_kg, r_s**2),
+        resolve_inertia_form(gears.planet_inertia_kg_m2, gears.planet_equivalent_mass_kg, r_p**2),
     )
+
+
+def reflected_inertia(gears: PlanetaryGears) -> float:
+    """Inertia [kg m^2] that spinning sun and planets add to their carrier on a standing ring."""
+    sun_inertia, planet_inertia = spin_inertias(gears)
+    spun = planet_inertia * (1 + planet_turns(gears)) ** 2
+    return sun_inertia * sun_turns(gears) ** 2 + gears.planet_count * spun
 
 
 def equivalent_masses(joint: PlanetaryGears) -> tuple[float, float]:
