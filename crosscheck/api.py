@@ -6,8 +6,6 @@ import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import CannotDo, InputError
 from crosscheck.models.experiment.scenario import Scenario
@@ -16,14 +14,11 @@ from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm, load_scenario, require_fit
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
-from crosscheck.registry import build, build_robot_model
+from crosscheck.registry import build
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from crosscheck.models.robot.case import RobotCase
-    from crosscheck.models.robot.interface import RobotModel
-    from crosscheck.models.robot.robot import Level
     from crosscheck.report.check_result import CheckResult
 
 
@@ -35,7 +30,6 @@ __all__ = [
     "load_scenario",
     "require_stable_step",
     "simulate",
-    "simulate_robot",
 ]
 
 TIGHTEST_RTOL, LOOSEST_RTOL = 1e-13, 1e-2  # rounding; what still follows the mesh modes
@@ -60,7 +54,8 @@ def simulate(model: Model, *, force: bool = False, rtol: float | None = None) ->
         Diverged: The run left the range in which its numbers mean anything.
     """
     if rtol is not None:
-        _require_rtol(rtol)
+        if not TIGHTEST_RTOL <= rtol <= LOOSEST_RTOL:
+            raise InputError("--rtol", "", rtol, f"must be {TIGHTEST_RTOL:g} to {LOOSEST_RTOL:g}")
         try:
             return model.precise(rtol)
         except CannotDo as error:
@@ -70,60 +65,6 @@ def simulate(model: Model, *, force: bool = False, rtol: float | None = None) ->
     if not force:
         require_stable_step(model)
     return model.simulate()
-
-
-def simulate_robot(
-    engine: str, level: Level, case: RobotCase, *, force: bool = False, rtol: float | None = None
-) -> xr.Dataset:
-    """Run a robot's scenario from its start.
-
-    Args:
-        engine: Name of an engine of robots.
-        level: A level of the robot.
-        case: The robot and the experiment.
-        force: Whether to run although the scenario's step is too large for the meshes.
-        rtol: As ``simulate`` has it, of the analytic engine.
-
-    Returns:
-        The run, over ``time`` [s] and ``joint``, as ``simulate`` has it; joints that slide in m
-        and N.
-
-    Raises:
-        InputError: The engine cannot do so, ``rtol`` is out of its range, or the step too large.
-        Diverged: The run left the range in which its numbers mean anything.
-    """
-    from crosscheck.models.robot.trajectory import build_robot_trajectory
-
-    model, scenario = build_robot_model(engine, case.robot, level), case.scenario
-    try:
-        if rtol is not None:
-            _require_rtol(rtol)
-            q, v = model.precise(scenario, rtol)
-        else:
-            if not force:
-                _require_stable_step_of_robot(model, scenario)
-            q, v = model.integrate(scenario)
-        return build_robot_trajectory(model, case.source, scenario, q, v)
-    except CannotDo as error:
-        raise InputError("--rtol", "", rtol, str(error)) from None
-    except np.linalg.LinAlgError:
-        allowed = "masses and inertias are too unlike for 16 digits: M cannot be inverted"
-        raise InputError(case.robot.name, "", None, allowed) from None
-
-
-def _require_rtol(rtol: float) -> None:
-    if not TIGHTEST_RTOL <= rtol <= LOOSEST_RTOL:
-        raise InputError("--rtol", "", rtol, f"must be {TIGHTEST_RTOL:g} to {LOOSEST_RTOL:g}")
-
-
-def _require_stable_step_of_robot(model: RobotModel, scenario: Scenario) -> None:
-    from crosscheck.analytic.robot.runs import largest_stable_step
-
-    limit = largest_stable_step(model, scenario)
-    if scenario.step_s > limit:
-        name = f"{model.name}:{model.level}"
-        allowed = f"the largest stable step of {name} is {limit:.3g} s (--force goes on)"
-        raise InputError(scenario.name, "step_s", scenario.step_s, allowed)
 
 
 def require_stable_step(model: Model) -> None:

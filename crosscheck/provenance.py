@@ -20,7 +20,7 @@ from crosscheck import LARGEST_SEED
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.experiment.scenario import Scenario, Switches
-from crosscheck.models.robot.file import RobotFile
+from crosscheck.models.robot.file import RobotFile, parse_robot_file
 from crosscheck.models.robot.robot import Robot
 
 ROOT = Path(__file__).parent.parent
@@ -102,11 +102,6 @@ def describe_surroundings(packages: Sequence[str] = ()) -> dict[str, Any]:
         "revision": _revision(),
         "lock_sha256": hashlib.sha256(lock.read_bytes()).hexdigest() if lock.is_file() else None,
     }
-
-
-def parse_robot_file(robot: Robot) -> RobotFile:
-    """The file that a robot was read from."""
-    return RobotFile.model_validate_json(robot.file_json)
 
 
 def mechanism_digest(mechanism: Arm | Robot) -> str:

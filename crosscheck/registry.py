@@ -437,8 +437,22 @@ def build_robot_model(engine: str, robot: Robot, level: Level) -> RobotModel:
     return model
 
 
+def find_robot_model(name: str, robot: Robot) -> tuple[str, Level]:
+    """Engine and level of a model ``engine:level`` of a robot. Raises InputError."""
+    engine, _, wanted = name.partition(":")
+    if engine not in model_names("robot"):
+        allowed = f"must be ENGINE:LEVEL, ENGINE one of {', '.join(model_names('robot'))}"
+        raise InputError("model", "", name, allowed)
+    levels = [level for level in robot.levels if MODELS[engine].has_level(level)]
+    for level in levels:
+        if level == wanted:
+            return engine, level
+    allowed = f"{robot.name} has the levels {', '.join(levels)} in {engine}"
+    raise InputError("model", "", name, allowed)
+
+
 @contextmanager
-def require_usable_numbers(what: str, arm: Arm) -> Iterator[None]:
+def require_usable_numbers(what: str, arm: Arm | Robot) -> Iterator[None]:
     """Raise InputError, naming ``what`` and arm, where the arm's numbers break the arithmetic."""
     from numpy.linalg import LinAlgError
 
@@ -451,14 +465,17 @@ def require_usable_numbers(what: str, arm: Arm) -> Iterator[None]:
         raise InputError(arm.name, "", None, f"{what} cannot use its numbers: {reason}") from None
 
 
-def build(name: str, arm: Arm, scenario: Scenario, switches: Switches | None = None) -> Model:
-    """Build the named model of an arm in an experiment.
+def build(
+    name: str, arm: Arm | Robot, scenario: Scenario, switches: Switches | None = None
+) -> Model:
+    """Build the named model of an arm or a robot in an experiment.
 
     Args:
-        name: A model, as ``crosscheck list`` shows them: ``engine:what``.
-        arm: The arm.
+        name: A model, as ``crosscheck list`` shows them: ``engine:what``, of a robot
+            ``engine:level``.
+        arm: The arm or robot.
         scenario: The experiment; its lists of one value per joint must fit the arm.
-        switches: Laws of the gear model; without them, the usual ones of the arm.
+        switches: Laws of the gear model; without them, the usual ones of the arm. A robot has none.
 
     Returns:
         The model, with states in the coordinates that its ``coordinates`` name.
@@ -467,6 +484,13 @@ def build(name: str, arm: Arm, scenario: Scenario, switches: Switches | None = N
         InputError: There is no such model, arm, scenario and switches do not fit each other, or
             numbers of the arm are out of the engine's range.
     """
+    from crosscheck.models.robot.robot import Robot
+
+    if isinstance(arm, Robot):
+        from crosscheck.robot_experiment import RobotExperiment
+
+        engine, level = find_robot_model(name, arm)
+        return RobotExperiment(build_robot_model(engine, arm, level), scenario)
     get_entry(name)
     model = load_model_class(name)
     with require_usable_numbers(name, arm):

@@ -43,7 +43,7 @@ class Model(ABC):
         InputError: Arm, scenario and switches do not fit each other.
     """
 
-    name: ClassVar[str]
+    name: str
     abilities: ClassVar[frozenset[str]]
     layout: Layout
 
@@ -268,7 +268,7 @@ def _take_states(method: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]
     @wraps(method)
     def take_states(self: Model, *values: Any, **named: Any) -> np.ndarray:
         values += tuple(named[name] for name in names[len(values) :] if name in named)
-        shape = (len(self.layout.names),)
+        shape = (len(self.coordinates),)
         for place in places[: len(values)]:
             value = values[place]
             if type(value) is not np.ndarray or value.shape != shape:

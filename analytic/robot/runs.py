@@ -1,4 +1,4 @@
-"""Runs of robots by the traced kernel, and the step that Runge-Kutta can take on one."""
+"""Runs of robots by the traced kernel."""
 
 from __future__ import annotations
 
@@ -9,10 +9,8 @@ import numpy as np
 
 from crosscheck.analytic.kernel.batch import Batch, Records
 from crosscheck.analytic.kernel.event_kernel import integrate_with_events
-from crosscheck.analytic.paper.stiffness import peak_stiffness
 from crosscheck.analytic.robot.equations import RobotEquations
-from crosscheck.analytic.stability import runge_kutta_limit
-from crosscheck.models.experiment.drive import PD, drive_data
+from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.interface import require_finite
 from crosscheck.models.robot.robot import Level, Robot
@@ -21,8 +19,6 @@ from crosscheck.models.trajectory import recorded_times
 
 if TYPE_CHECKING:
     from crosscheck.models.robot.interface import RobotModel
-
-QUARTER = np.pi / 2
 
 
 class RobotMember:
@@ -68,43 +64,3 @@ def _finite(
     q, v = (each.reshape(len(time), -1) for each in records[:2])
     require_finite(f"{model.name}:{model.level}", time, q, v)
     return q, v
-
-
-def largest_stable_step(model: RobotModel, scenario: Scenario) -> float:
-    """The step [s] up to which classical Runge-Kutta is stable on meshes and controller.
-
-    By the motion linearised at rest, all teeth in contact at peak stiffness, at the start and in
-    four poses.
-    """
-    member, free = RobotMember(model.robot, model.level, scenario), len(model.robot.coordinates)
-    start, _ = member.start()
-    poses = np.tile(start, (5, 1))
-    poses[1:, :free] = QUARTER * np.arange(4)[:, None]
-    still, none = np.zeros_like(poses), np.zeros((5, free))
-    inverse = np.linalg.inv(model.mass_matrix(poses))
-    begun = model.forward_dynamics(poses, still, none)
-    moved = [model.forward_dynamics(poses, still, none + unit) for unit in np.eye(free)]
-    driven = np.stack(moved, axis=2) - begun[:, :, None]
-    gains = member.drive.gains if member.drive.code == PD else np.zeros((free, 3))
-    stiffness, damping = _peaks(member)
-    limits = []
-    for per_force, per_torque in zip(inverse, driven, strict=True):
-        position, rate = -per_force * stiffness, -per_force * damping
-        position[:, :free] -= per_torque * gains[:, 1]
-        rate[:, :free] -= per_torque * gains[:, 2]
-        size = len(position)
-        matrix = np.block([[np.zeros((size, size)), np.eye(size)], [position, rate]])
-        limits.append(runge_kutta_limit(np.linalg.eigvals(matrix)))
-    return min(limits)
-
-
-def _peaks(member: RobotMember) -> tuple[np.ndarray, np.ndarray]:
-    """Peak stiffness and damping (n,) of the meshes on their displacements; 0 of joints."""
-    robot, gears = member.robot, member.equations.gears
-    free, count = len(robot.coordinates), member.equations.structure.rotor_meshes
-    stiffness, damping = np.zeros((2, len(member.equations.structure.coordinates)))
-    for place, (_, mesh) in enumerate(robot.meshes[:count], free):
-        stiffness[place], damping[place] = mesh.stiffness_N_per_m, mesh.damping_N_s_per_m
-    stiffness[gears.x_index] = gears.planets * peak_stiffness(gears.law, gears.k_m, gears.k_a)
-    damping[gears.x_index] = gears.d
-    return stiffness, damping

@@ -15,15 +15,11 @@ from crosscheck import __version__
 from crosscheck.baseline.record import SCHEMA_VERSION, Baseline, Provenance, find_differences
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import read_content
+from crosscheck.models.robot.file import parse_robot_file
 from crosscheck.models.robot.robot import Robot
 from crosscheck.output import write_text
 from crosscheck.planning.plan import CrossCheckRequest
-from crosscheck.provenance import (
-    is_versioned,
-    list_changed_files,
-    mechanism_digest,
-    parse_robot_file,
-)
+from crosscheck.provenance import is_versioned, list_changed_files, mechanism_digest
 from crosscheck.report.formatting import format_count
 
 WIDTH = 100

@@ -85,16 +85,9 @@ def _export_robot(name: str, model: str, settings: list[str], out: Path) -> None
 def robot_variables(robot: Robot, level: Level) -> tuple[list[tuple[str, str]], list[str]]:
     """Name and unit of every coordinate of a robot at a level, and the units of its torques."""
     slides = [robot.joints[number].kind == "prismatic" for number in robot.coordinates]
-    units = ["m" if each else "rad" for each in slides]
-    states = list(zip(robot.coordinate_names, units, strict=True))
-    if level == "geared":
-        states += [(f"x_{robot.joints[rotor.joint].name}", "m") for rotor, _ in robot.meshes]
-        states += [
-            (f"x_{side}_{robot.joints[stage.joint].name}", "m")
-            for stage in robot.stages
-            for side in ("sp", "pr")
-        ]
-    return states, ["N" if each else "N.m" for each in slides]
+    names = robot.state_names(level)
+    units = ["m" if each else "rad" for each in slides] + ["m"] * (len(names) - len(slides))
+    return list(zip(names, units, strict=True)), ["N" if each else "N.m" for each in slides]
 
 
 def describe_robot_model(robot: Robot, model: str, states: list[tuple[str, str]]) -> str:

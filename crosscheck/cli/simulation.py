@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,30 +10,32 @@ from rich.console import Console
 from rich.markup import escape
 
 from crosscheck.file_types import TRAJECTORY
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.files import is_robot
 from crosscheck.models.loading import Case, load_case
 from crosscheck.models.robot.case import RobotCase, load_robot_case
-from crosscheck.models.robot.robot import Level
+from crosscheck.models.robot.robot import Robot
 from crosscheck.output import require_file, write_files
-from crosscheck.provenance import describe_surroundings, record_provenance
+from crosscheck.provenance import record_provenance
 from crosscheck.registry import (
+    MODELS,
     build,
-    find_level_engines,
+    engine_of,
+    find_robot_model,
     get_entry,
-    model_names,
     require_usable_numbers,
 )
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
 from crosscheck.runner.workers import perform_all
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SimulationRequest(SelfKeyedTask):
     """A run that a user asks for by name; see ``api.simulate``."""
 
     model: str
-    case: Case
+    case: Case | RobotCase
     force: bool
     rtol: float | None = None
     cost = 3600.0  # rough seconds; a user may well ask for a run of hours
@@ -43,75 +45,27 @@ class SimulationRequest(SelfKeyedTask):
         from crosscheck.api import simulate
         from crosscheck.models.trajectory import encode_netcdf
 
+        mechanism, *experiment = self.case
         try:
-            with require_usable_numbers(self.model, self.case.arm):
-                model = build(self.model, *self.case)
+            with require_usable_numbers(self.model, mechanism):
+                model = build(self.model, mechanism, *experiment)
                 run = simulate(model, force=self.force, rtol=self.rtol)
         except (InputError, Diverged) as error:
             return error
-        packages = get_entry(self.model).versioned_packages
-        record = record_provenance(self.case.arm, 0, False, packages=packages)
+        entry = MODELS[self.model if isinstance(mechanism, Arm) else engine_of(self.model)]
+        record = record_provenance(mechanism, 0, False, packages=entry.versioned_packages)
         run.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
-        final = ", ".join(f"{angle:.9g}" for angle in run["theta"].values[-1])
-        return encode_netcdf(run), f"{run.sizes['time']} times, theta at the end {final} rad"
+        final = describe_joints(mechanism, run["theta"].values[-1])
+        return encode_netcdf(run), f"{run.sizes['time']} times{final}"
 
 
-@dataclass(frozen=True, eq=False)
-class RobotSimulationRequest(SelfKeyedTask):
-    """A run of a robot by an engine at a level; see ``api.simulate_robot``."""
-
-    engine: str
-    level: Level
-    case: RobotCase
-    force: bool
-    rtol: float | None = None
-    cost = 3600.0
-
-    def perform(self) -> tuple[bytes, str] | InputError | Diverged:
-        """The content of the run's file and what is said of it; or what is wrong."""
-        from crosscheck.api import simulate_robot
-        from crosscheck.models.trajectory import encode_netcdf
-
-        try:
-            run = simulate_robot(
-                self.engine, self.level, self.case, force=self.force, rtol=self.rtol
-            )
-        except (InputError, Diverged) as error:
-            return error
-        surroundings = describe_surroundings()
-        run.attrs |= {"provenance": json.dumps(surroundings), "command": surroundings["command"]}
-        ends = zip(run["theta"].values[-1], self.case.robot.joints, strict=True)
-        final = ", ".join(
-            f"{joint.name} {value:.9g} {'m' if joint.kind == 'prismatic' else 'rad'}"
-            for value, joint in ends
-        )
-        return encode_netcdf(run), f"{run.sizes['time']} times; at the end {final}"
-
-
-def _request_robot(
-    name: str,
-    model: str,
-    scenario: str,
-    switches: dict[str, str],
-    settings: list[str],
-    force: bool,
-    rtol: float | None,
-) -> RobotSimulationRequest:
-    """The run of a robot that a command line asks for. Raises InputError."""
-    for switch, value in switches.items():
-        allowed = "is for planar arms: the teeth of robots follow their joints' angles"
-        raise InputError(f"--{switch.replace('_', '-')}", "", value, allowed)
-    engine, _, level = model.partition(":")
-    if engine not in model_names("robot"):
-        allowed = f"must be ENGINE:LEVEL, ENGINE one of {', '.join(model_names('robot'))}"
-        raise InputError("--model", "", model, allowed)
-    case = load_robot_case(name, scenario, settings)
-    levels = [each for each in case.robot.levels if engine in find_level_engines(each)]
-    chosen = [each for each in levels if each == level]
-    if not chosen:
-        allowed = f"{case.robot.name} has the levels {', '.join(levels)} in {engine}"
-        raise InputError("--model", "", model, allowed)
-    return RobotSimulationRequest(engine, chosen[0], case, force, rtol)
+def describe_joints(mechanism: Arm | Robot, positions: Sequence[float]) -> str:
+    """Positions of the joints at a run's end, as the summary of the file has them."""
+    if isinstance(mechanism, Arm):
+        return f", theta at the end {', '.join(f'{angle:.9g}' for angle in positions)} rad"
+    units = ["m" if joint.kind == "prismatic" else "rad" for joint in mechanism.joints]
+    joints = zip(mechanism.joints, positions, units, strict=True)
+    return f"; at the end {', '.join(f'{j.name} {value:.9g} {unit}' for j, value, unit in joints)}"
 
 
 def simulate_command(
@@ -125,15 +79,19 @@ def simulate_command(
     rtol: float | None = None,
 ) -> None:
     """Simulate one model of an arm or a robot into a NetCDF file."""
-    request: SimulationRequest | RobotSimulationRequest
+    case: Case | RobotCase
     if is_robot(arm):
-        request = _request_robot(arm, model, scenario, switches, settings, force, rtol)
+        for switch, value in switches.items():
+            allowed = "is for planar arms: the teeth of robots follow their joints' angles"
+            raise InputError(f"--{switch.replace('_', '-')}", "", value, allowed)
+        case = load_robot_case(arm, scenario, settings)
+        find_robot_model(model, case.robot)
     else:
         case = load_case(arm, scenario, switches, settings)
         get_entry(model)
-        request = SimulationRequest(model, case, force, rtol)
+    request = SimulationRequest(model, case, force, rtol)
     require_file(out, TRAJECTORY, "--out")
-    experiment = request.case.scenario
+    experiment = case.scenario
     about = escape(f"{model}, {experiment.name}, {experiment.duration_s:g} s")
     with Console(stderr=True).status(about):
         written = perform_all([request], 1, lambda key: None)[request.key]

@@ -27,7 +27,12 @@ from crosscheck.planning.comparison import (
     summarise_entries,
 )
 from crosscheck.planning.plan import CrossCheckRequest
-from crosscheck.planning.springs import mesh_rates, replace_stages_by_rotors, tooth_springs
+from crosscheck.planning.springs import (
+    drive_matrix,
+    mesh_rates,
+    replace_stages_by_rotors,
+    tooth_springs,
+)
 from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
 from crosscheck.runner.tasks import RobotEvaluation
 from crosscheck.runner.workers import perform_all
@@ -108,21 +113,11 @@ def make_cases(robot: Robot, states: RandomStates, most_steps: int) -> list[Robo
         at, is_geared = states_by_level[level], level == "geared"
         pushes = _push_bounds(robot, at) if is_geared else None
         sizes = compute_sizes(robot, masses[level], at, pushes=pushes, spinning=inertia)
-        drive = _drive_matrix(robot, level)
+        drive = drive_matrix(robot, level)
         level_run_s = run_s if is_geared else RUN_S
         return RobotLevel(robot, level, at, sizes, drive, level_run_s, motion_s, steps)
 
     return [make_case(level) for level in robot.levels]
-
-
-def _drive_matrix(robot: Robot, level: Level) -> np.ndarray:
-    """Generalized forces (free, n) of each motor's torque: a mesh has it over its lever."""
-    free, springs = robot.coordinates, tooth_springs(robot) if level == "geared" else ()
-    drive = np.eye(len(free), len(free) + len(springs))
-    for place, spring in enumerate(springs, len(free)):
-        if spring.joint in free:
-            drive[free.index(spring.joint), place] = 1 / spring.lever
-    return drive
 
 
 def add_mesh_states(robot: Robot, states: RandomStates) -> RandomStates:

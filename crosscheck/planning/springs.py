@@ -11,8 +11,15 @@ from crosscheck.analytic.derivation.gears import damping
 from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
-from crosscheck.models.robot.integration import conditioning_error
-from crosscheck.models.robot.robot import JointStage, Robot, Rotor
+from crosscheck.analytic.stability import runge_kutta_limit
+from crosscheck.models.experiment.drive import PD, drive_data
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.robot.integration import conditioning_error, require_regular
+from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import JointStage, Level, Robot, Rotor
+from crosscheck.models.robot.start import start_state
+
+QUARTER = np.pi / 2
 
 
 @dataclass(frozen=True)
@@ -69,6 +76,47 @@ def tooth_springs(robot: Robot) -> tuple[ToothSpring, ...]:
     return tuple(springs)
 
 
+def drive_matrix(robot: Robot, level: Level) -> np.ndarray:
+    """Generalized forces (free, n) of each motor's torque: a mesh has it over its lever."""
+    free, springs = robot.coordinates, tooth_springs(robot) if level == "geared" else ()
+    drive = np.eye(len(free), len(free) + len(springs))
+    for place, spring in enumerate(springs, len(free)):
+        if spring.joint in free:
+            drive[free.index(spring.joint), place] = 1 / spring.lever
+    return drive
+
+
+def largest_stable_step(model: RobotModel, scenario: Scenario) -> float:
+    """The step [s] up to which classical Runge-Kutta is stable on meshes and controller.
+
+    By the motion linearised at rest, all teeth in contact at peak stiffness, at the start and in
+    four poses.
+    """
+    robot, free = model.robot, len(model.robot.coordinates)
+    start, _ = start_state(robot, model.level, scenario)
+    poses = np.tile(start, (5, 1))
+    poses[1:, :free] = QUARTER * np.arange(4)[:, None]
+    still, none = np.zeros_like(poses), np.zeros((5, free))
+    inverse = np.linalg.inv(model.mass_matrix(poses))
+    begun = model.forward_dynamics(poses, still, none)
+    moved = [model.forward_dynamics(poses, still, none + unit) for unit in np.eye(free)]
+    driven = np.stack(moved, axis=2) - begun[:, :, None]
+    drive = drive_data(scenario, free)
+    gains = drive.gains if drive.code == PD else np.zeros((free, 3))
+    stiffness, damping = np.zeros((2, start.size))
+    for place, spring in enumerate(tooth_springs(robot) if start.size > free else (), free):
+        stiffness[place], damping[place] = spring.stiffest, spring.damping
+    limits = []
+    for per_force, per_torque in zip(inverse, driven, strict=True):
+        position, rate = -per_force * stiffness, -per_force * damping
+        position[:, :free] -= per_torque * gains[:, 1]
+        rate[:, :free] -= per_torque * gains[:, 2]
+        size = len(position)
+        matrix = np.block([[np.zeros((size, size)), np.eye(size)], [position, rate]])
+        limits.append(runge_kutta_limit(np.linalg.eigvals(matrix)))
+    return min(limits)
+
+
 class MeshRates(NamedTuple):
     """Rates of swings on meshes [rad/s] (states, meshes), as if other joints' meshes were apart.
 
@@ -85,10 +133,8 @@ def mesh_rates(robot: Robot, mass_matrices: np.ndarray) -> MeshRates:
 
     Raises InputError for a robot whose mass matrix cannot be inverted.
     """
-    try:
+    with require_regular(robot):
         inverse = np.linalg.inv(mass_matrices)
-    except np.linalg.LinAlgError:
-        raise conditioning_error(robot) from None
     free = len(robot.coordinates)
     inverse = inverse[:, free:, free:]
     if not (inverse.diagonal(axis1=1, axis2=2) > 0).all():

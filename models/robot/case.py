@@ -9,17 +9,16 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, find_misfit
 from crosscheck.models.files import read_raw_scenario
 from crosscheck.models.loading import apply_setting, validate_record
-from crosscheck.models.robot.file import RobotSource, fill_masses, read_robot_file, read_source
+from crosscheck.models.robot.file import fill_masses, read_robot_file, read_source
 from crosscheck.models.robot.robot import Robot
 
 SECTIONS = ("robot", "scenario")
 
 
 class RobotCase(NamedTuple):
-    """A robot, what its files say, and the experiment."""
+    """A robot in an experiment."""
 
     robot: Robot
-    source: RobotSource
     scenario: Scenario
 
 
@@ -42,27 +41,27 @@ def gather_robot_data(content: dict[str, Any], urdf_text: str, where: str) -> di
 def load_robot_case(name: str, scenario: str, settings: Sequence[str] = ()) -> RobotCase:
     """Robot and scenario by name or file, settings applied before validation. Raises InputError."""
     data = {"robot": read_robot_file(name), "scenario": read_raw_scenario(scenario)}
-    source, robot = _apply_settings(name, data, settings, SECTIONS)
+    robot = _apply_settings(name, data, settings, SECTIONS)
     chosen = validate_record(Scenario, data["scenario"], scenario)
     require_robot_fit(chosen, robot, scenario)
-    return RobotCase(robot, source, chosen)
+    return RobotCase(robot, chosen)
 
 
 def load_changed_robot(name: str, settings: Sequence[str]) -> Robot:
     """A robot by name or file, settings of ``robot`` applied. Raises InputError."""
-    return _apply_settings(name, {"robot": read_robot_file(name)}, settings, SECTIONS[:1])[1]
+    return _apply_settings(name, {"robot": read_robot_file(name)}, settings, SECTIONS[:1])
 
 
 def _apply_settings(
     name: str, data: dict[str, Any], settings: Sequence[str], sections: Sequence[str]
-) -> tuple[RobotSource, Robot]:
+) -> Robot:
     """The robot of changed data. Raises InputError."""
     if any(setting.strip().startswith("robot.links.") for setting in settings):
         source, _ = read_source(name, data["robot"])
         fill_masses(data["robot"], source.urdf_text, source.file.urdf)
     for setting in settings:
         apply_setting(data, setting, sections)
-    return read_source(name, data["robot"])
+    return read_source(name, data["robot"])[1]
 
 
 def require_robot_fit(scenario: Scenario, robot: Robot, where: str = "") -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -26,10 +27,8 @@ def integrate(
 
     def slope(given: np.ndarray, at: np.ndarray, rate: np.ndarray) -> np.ndarray:
         accelerations = np.zeros_like(at)
-        try:
+        with require_regular(model.robot):
             accelerations[alive] = model.forward_dynamics(at[alive], rate[alive], given[alive])
-        except np.linalg.LinAlgError:
-            raise conditioning_error(model.robot) from None
         return accelerations
 
     last = torques(0.0)
@@ -45,6 +44,15 @@ def integrate(
         if not alive.any():
             break
     return np.where(alive[:, None], q, np.inf), np.where(alive[:, None], v, np.inf)
+
+
+@contextmanager
+def require_regular(robot: Robot) -> Iterator[None]:
+    """Raise InputError where the robot's mass matrix turns out to be singular."""
+    try:
+        yield
+    except np.linalg.LinAlgError:
+        raise conditioning_error(robot) from None
 
 
 def conditioning_error(robot: Robot) -> InputError:

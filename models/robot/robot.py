@@ -194,6 +194,15 @@ class Robot:
         """Names of the joints whose coordinates are free."""
         return [self.joints[number].name for number in self.coordinates]
 
+    def state_names(self, level: Level) -> list[str]:
+        """Names of all coordinates at a level: free joints, then x of meshes by their joints."""
+        names = self.coordinate_names
+        if level == "geared":
+            names += [f"x_{self.joints[rotor.joint].name}" for rotor, _ in self.meshes]
+            geared = [self.joints[stage.joint].name for stage in self.stages]
+            names += [f"x_{side}_{name}" for name in geared for side in ("sp", "pr")]
+        return names
+
     @property
     def joint_map(self) -> tuple[np.ndarray, np.ndarray]:
         """Factors (joints, free) and offsets (joints,) of all joints by the free coordinates."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.robot.file import RobotSource
+from crosscheck.models.robot.file import recover_source
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import MESH_LAWS, Robot
 from crosscheck.models.trajectory import SCHEMA_VERSION, dataset_of, recorded_times
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def build_robot_trajectory(
-    model: RobotModel, source: RobotSource, scenario: Scenario, q: np.ndarray, v: np.ndarray
+    model: RobotModel, scenario: Scenario, q: np.ndarray, v: np.ndarray
 ) -> xr.Dataset:
     """The Dataset of a run with coordinates and rates q, v (records, n).
 
@@ -48,13 +48,12 @@ def build_robot_trajectory(
         force = model.inverse_dynamics(q, still, still) - model.gravity(q)
         variables |= _mesh_variables(model, q, v, force)
     name = f"{model.name}:{model.level}"
-    return make_robot_dataset(name, robot, source, scenario, time, variables)
+    return make_robot_dataset(name, robot, scenario, time, variables)
 
 
 def make_robot_dataset(
     name: str,
     robot: Robot,
-    source: RobotSource,
     scenario: Scenario,
     time: np.ndarray,
     variables: dict[str, np.ndarray],
@@ -64,7 +63,7 @@ def make_robot_dataset(
         "model": name,
         "schema_version": SCHEMA_VERSION,
         "step_s": scenario.step_s,
-        "robot": source.model_dump_json(),
+        "robot": recover_source(robot).model_dump_json(),
         "scenario": json.dumps(scenario.model_dump()),
         "switches": MESH_LAWS.model_dump_json(),
         "joints": json.dumps([joint.name for joint in robot.joints]),

@@ -5,13 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from crosscheck.api import simulate_robot
+from crosscheck.api import simulate
 from crosscheck.models.errors import Diverged, InputError
 from crosscheck.models.experiment.scenario import Scenario, switches
 from crosscheck.models.loading import load_arm
-from crosscheck.models.robot.case import RobotCase, load_robot_case
-from crosscheck.models.robot.file import RobotSource
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.robot.file import RobotSource, load_robot
 from crosscheck.models.trajectory import read_netcdf
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build
@@ -57,19 +55,13 @@ def experiment(drive: str = "pd", joints: int = 3, **changes: object) -> Scenari
     )
 
 
-def case_of(robot: Robot, scenario: Scenario) -> RobotCase:
-    """A case whose file is not asked for."""
-    file = load_robot_case("sliding", "pd").source.file
-    return RobotCase(robot, RobotSource(file=file, urdf_text=robot.urdf), scenario)
-
-
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("level", ["links", "armature", "coupled", "geared"])
 def test_engines_run_alike(drive, level):
     """The same steps: they differ by rounding, that teeth as stiff as these enlarge."""
-    case = case_of(ROBOTS["unlike"](), experiment(drive))
-    assert case.robot.joints[-1].mimic is not None
-    runs = [simulate_robot(engine, level, case) for engine in chains.ENGINES]
+    robot, scenario = ROBOTS["unlike"](), experiment(drive)
+    assert robot.joints[-1].mimic is not None
+    runs = [simulate(build(f"{engine}:{level}", robot, scenario)) for engine in chains.ENGINES]
     for name in ("theta", "theta_dot", "torque"):
         first, *others = (run[name].values for run in runs)
         assert np.isfinite(first).all()
@@ -82,8 +74,7 @@ def test_the_papers_arm_as_a_robot_runs_as_its_planar_model():
     scenario = experiment("constant", joints=2)
     laws = switches(damping="contact", mesh_work="conservative")
     planar = build("analytic:physical", load_arm("paper-labelled"), scenario, laws).simulate()
-    case = load_robot_case(PLANETARY, "pd")._replace(scenario=scenario)
-    robot = simulate_robot("analytic", "geared", case)
+    robot = simulate(build("analytic:geared", load_robot(PLANETARY), scenario))
     for name in ("theta", "theta_dot", "x_sp", "x_pr", "F_sp", "F_pr", "kinetic_energy"):
         size = np.abs(planar[name].values).max()
         assert robot[name].values == pytest.approx(planar[name].values, abs=1e-9 * size)
@@ -91,12 +82,13 @@ def test_the_papers_arm_as_a_robot_runs_as_its_planar_model():
 
 def test_a_precise_run_is_where_smaller_steps_lead():
     """The error of steps over edges of the backlash falls with the step at least."""
-    case = case_of(ROBOTS["unlike"](), experiment(duration_s=1e-3))
-    exact = simulate_robot("analytic", "geared", case, rtol=1e-11)["theta"].values[-1]
+    robot = ROBOTS["unlike"]()
+    model = build("analytic:geared", robot, experiment(duration_s=1e-3))
+    exact = simulate(model, rtol=1e-11)["theta"].values[-1]
     errors = []
     for step in (1e-5, 1e-6):
         finer = experiment(duration_s=1e-3, step_s=step, record_every=round(1e-5 / step))
-        run = simulate_robot("analytic", "geared", case._replace(scenario=finer))
+        run = simulate(build("analytic:geared", robot, finer))
         errors.append(np.abs(run["theta"].values[-1] - exact).max())
     assert errors[1] < errors[0] / 5
     assert errors[1] < 1e-9
@@ -105,7 +97,7 @@ def test_a_precise_run_is_where_smaller_steps_lead():
 def test_runs_start_where_teeth_touch_or_where_they_are_told():
     for mesh, expected in (("contact", 2e-5), ("centre", 0.0)):
         started = experiment(start={"mesh": mesh, "theta_rad": 0.4})
-        run = simulate_robot("analytic", "geared", case_of(ROBOTS["unlike"](), started))
+        run = simulate(build("analytic:geared", ROBOTS["unlike"](), started))
         assert run["x_mesh"].values[0, 1:3] == pytest.approx([expected] * 2)
         assert np.isnan(run["x_mesh"].values[:, [0, 3]]).all()
         assert run["theta"].values[0] == pytest.approx([0.4, 0.4, 0.4, -0.5 * 0.4 + 0.3])
@@ -113,11 +105,11 @@ def test_runs_start_where_teeth_touch_or_where_they_are_told():
 
 def test_a_step_beyond_stability_is_refused_and_grows_without_bound():
     long = experiment("constant", joints=2, step_s=5e-3, duration_s=5.0, start={})
-    case = case_of(ROBOTS["all sprung"](), long)
+    model = build("analytic:geared", ROBOTS["all sprung"](), long)
     with pytest.raises(InputError, match="largest stable step of analytic:geared is"):
-        simulate_robot("analytic", "geared", case)
+        simulate(model)
     with pytest.raises(Diverged):
-        simulate_robot("analytic", "geared", case, force=True)
+        simulate(model, force=True)
 
 
 def test_a_file_says_what_was_run(crosscheck, tmp_path):
@@ -163,7 +155,34 @@ def test_what_cannot_be_run_is_one_line(crosscheck, tmp_path, arguments, said):
 
 
 def test_every_engine_counts_the_same_energy():
-    case = case_of(ROBOTS["staged"](), experiment("constant", duration_s=1e-4))
-    runs = [simulate_robot(engine, "geared", case) for engine in chains.ENGINES[:2]]
+    robot, scenario = ROBOTS["staged"](), experiment("constant", duration_s=1e-4)
+    runs = [simulate(build(f"{engine}:geared", robot, scenario)) for engine in chains.ENGINES[:2]]
     first, other = (run["kinetic_energy"].values for run in runs)
     assert other == pytest.approx(first, rel=1e-8)
+
+
+@pytest.mark.parametrize("level", ["links", "armature", "coupled", "geared"])
+def test_a_robot_in_an_experiment_is_asked_as_an_arm_is(level):
+    """M a + bias = f at one state, by the drive of the scenario; engines agree on all four."""
+    models = [
+        build(f"{engine}:{level}", ROBOTS["staged"](), experiment("sinusoid"))
+        for engine in chains.ENGINES
+    ]
+    q, v = models[0].start()
+    assert len(models[0].coordinates) == q.size
+    q[3:] += 1e-5
+    answers = [
+        (
+            m.mass_matrix(q),
+            m.bias(q, v),
+            m.generalized_force(1e-3, q, v),
+            m.acceleration(1e-3, q, v),
+        )
+        for m in models
+    ]
+    for mass, bias, force, a in answers:
+        assert mass @ a + bias == pytest.approx(force, abs=1e-9 * np.abs(mass @ a).max())
+        for value, expected in zip((mass, bias, force), answers[0], strict=False):
+            assert value == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+    with pytest.raises(InputError, match="must be numbers of shape"):
+        models[0].mass_matrix([0.0])

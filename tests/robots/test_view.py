@@ -8,12 +8,12 @@ import h5py
 import numpy as np
 import pytest
 
-from crosscheck.api import simulate_robot
+from crosscheck.api import simulate
 from crosscheck.cli.view import view_page
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.case import load_robot_case
 from crosscheck.models.trajectory import encode_netcdf
-from crosscheck.registry import build_robot_model
+from crosscheck.registry import build, build_robot_model
 from crosscheck.view.robot_scene import build_robot_scene
 from crosscheck.view.trajectory_file import RobotRun, TrajectoryFile
 
@@ -31,7 +31,7 @@ def written(request, tmp_path) -> tuple[Path, Any]:
     """A file of a run, and its case."""
     case = load_robot_case(request.param, "constant-torque", SHORT)
     path = tmp_path / "run.nc"
-    path.write_bytes(encode_netcdf(simulate_robot("analytic", "coupled", case)))
+    path.write_bytes(encode_netcdf(simulate(build("analytic:coupled", *case))))
     return path, case
 
 

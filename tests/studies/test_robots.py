@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import crosscheck
-from crosscheck.api import simulate_robot
+from crosscheck.api import simulate
 from crosscheck.models.robot.case import load_robot_case
 from crosscheck.models.robot.file import load_robot
+from crosscheck.registry import build
 from crosscheck.studies.batches.batch import run_batch, run_check
 from crosscheck.studies.definition.files import read_study
 from tests.tool.test_bad_input import assert_one_line
@@ -63,7 +64,7 @@ def test_members_are_the_runs_of_simulate(tmp_path):
             varied = [f"robot.joints.elbow.{s}_mesh.backlash_m={backlash}" for s in ("sun", "ring")]
             varied.append(f"robot.links.fore.mass_kg={mass}")
             case = load_robot_case(ARM, "pd", settings + varied)
-            run = simulate_robot("analytic", "geared", case)
+            run = simulate(build("analytic:geared", *case))
             # Bit for bit the same kernel; F_sp of a run is evaluated by other formulas.
             assert np.array_equal(numbers["theta_dot_final"][member], run["theta_dot"].values[-1])
             peak = np.abs(run["F_sp"].values[:, 1, 0]).max()

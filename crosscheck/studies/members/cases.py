@@ -25,7 +25,6 @@ from crosscheck.models.trajectory import build_trajectory
 from crosscheck.registry import (
     RIGID_LEVELS,
     build,
-    build_robot_model,
     find_level_engines,
     second_engine,
 )
@@ -174,7 +173,6 @@ class ArmCase(Case):
 class RobotMemberCase:
     """A robot at a level in an experiment, as a study asks it."""
 
-    source: RobotSource
     robot: Robot
     level: Level
     scenario: Scenario
@@ -231,15 +229,12 @@ class RobotMemberCase:
         from crosscheck.models.robot.trajectory import make_robot_dataset
 
         name = f"ensemble:{self.level}"
-        return make_robot_dataset(name, self.robot, self.source, self.scenario, time, dict(signals))
+        return make_robot_dataset(name, self.robot, self.scenario, time, dict(signals))
 
     def simulate_second(self) -> xr.Dataset:
         """The run by the second engine. Raises Diverged."""
-        from crosscheck.models.robot.trajectory import build_robot_trajectory
-
-        model = build_robot_model(self.second_engine, self.robot, self.level)
-        q, v = model.integrate(self.scenario)
-        return build_robot_trajectory(model, self.source, self.scenario, q, v)
+        name = f"{self.second_engine}:{self.level}"
+        return build(name, self.robot, self.scenario).simulate()
 
     @classmethod
     def build(
@@ -252,17 +247,16 @@ class RobotMemberCase:
         name = definition.mechanism
         if previous is None or "robot" in changed:
             file = validate_record(RobotFile, data["robot"], name)
-            source = RobotSource(file=file, urdf_text=data["urdf"])
-            robot = source.build(name)
+            robot = RobotSource(file=file, urdf_text=data["urdf"]).build(name)
             level = require_level(robot, definition.level, name)
         else:
-            source, robot, level = previous.source, previous.robot, previous.level
+            robot, level = previous.robot, previous.level
         if previous is None or "scenario" in changed:
             scenario = validate_record(Scenario, data["scenario"], definition.scenario)
         else:
             scenario = previous.scenario
         require_robot_fit(scenario, robot, definition.scenario)
-        return RobotMemberCase(source, robot, level, scenario)
+        return RobotMemberCase(robot, level, scenario)
 
 
 def require_level(robot: Robot, level: Level | None, where: str) -> Level:

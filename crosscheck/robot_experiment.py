@@ -1,0 +1,106 @@
+"""A robot's model in an experiment: what is asked of it is what a planar arm's model is asked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from crosscheck.models.abilities import STATE_ABILITIES
+from crosscheck.models.experiment.drive import drive_data, torques_along
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.interface import Model
+from crosscheck.models.robot.case import require_robot_fit
+from crosscheck.models.robot.integration import require_regular
+from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.start import start_state
+from crosscheck.models.robot.trajectory import build_robot_trajectory
+from crosscheck.planning.springs import drive_matrix, largest_stable_step
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class RobotExperiment(Model):
+    """Equations of motion M(q) a + bias(q, v) = f(t, q, v) of a robot in one experiment.
+
+    ``model`` is the same without the experiment, and is asked at many states at once.
+
+    Args:
+        model: The robot's model, by an engine at a level.
+        scenario: The experiment; its lists of one value per joint must fit the robot.
+
+    Raises:
+        InputError: Robot and scenario do not fit each other.
+    """
+
+    abilities = frozenset((*STATE_ABILITIES, "simulate", "precise"))
+
+    def __init__(self, model: RobotModel, scenario: Scenario) -> None:
+        require_robot_fit(scenario, model.robot)
+        self.model, self.scenario = model, scenario
+        self.name = f"{model.name}:{model.level}"
+
+    def __repr__(self) -> str:
+        """Which model it is, of what."""
+        title = f"Model {self.name} of {self.model.robot.name}, experiment {self.scenario.name}"
+        return f"{title}\ncoordinates: {', '.join(self.coordinates)}"
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates (n,): free joints, then displacements of meshes."""
+        return tuple(self.model.robot.state_names(self.model.level))
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """M(q) (n, n)."""
+        matrix: np.ndarray = self.model.mass_matrix(q[None])[0]
+        return matrix
+
+    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Coriolis and centrifugal force (n,)."""
+        force: np.ndarray = self.model.bias(q[None], v[None])[0]
+        return force
+
+    def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Motors, meshes and weights at time t [s], (n,)."""
+        drive = drive_matrix(self.model.robot, self.model.level)
+        held = self.model.inverse_dynamics(q[None], v[None], np.zeros((1, q.size)))[0]
+        force: np.ndarray = self._torques(t, q, v)[0] @ drive - held + self.bias(q, v)
+        return force
+
+    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """q'' at time t [s], (n,)."""
+        with require_regular(self.model.robot):
+            a: np.ndarray = self.model.forward_dynamics(q[None], v[None], self._torques(t, q, v))[0]
+        return a
+
+    def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """Generalized forces (states, n) of a motion, whatever the scenario's drive."""
+        return self.model.inverse_dynamics(q, v, a)
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates and rates (n,) of the scenario's start."""
+        return start_state(self.model.robot, self.model.level, self.scenario)
+
+    def simulate(self) -> xr.Dataset:
+        """The run by the scenario's fixed steps. Raises Diverged, InputError."""
+        return self._make_trajectory(*self.model.integrate(self.scenario))
+
+    def precise(self, rtol: float) -> xr.Dataset:
+        """The run by adaptive steps that end at contacts. Raises CannotDo, Diverged, InputError."""
+        return self._make_trajectory(*self.model.precise(self.scenario, rtol))
+
+    def largest_stable_step(self) -> float:
+        """Largest step [s] with which fixed steps stay stable. Raises InputError."""
+        with require_regular(self.model.robot):
+            return largest_stable_step(self.model, self.scenario)
+
+    def _torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Torques of the motors (1, free)."""
+        free = len(self.model.robot.coordinates)
+        drive = drive_data(self.scenario, free)
+        return torques_along(drive, np.array([t]), q[None, :free], v[None, :free])
+
+    def _make_trajectory(self, q: np.ndarray, v: np.ndarray) -> xr.Dataset:
+        with require_regular(self.model.robot):
+            return build_robot_trajectory(self.model, self.scenario, q, v)
