@@ -306,7 +306,7 @@ def init_robot_command(path: Path, urdf: Path) -> None:
     urdf_text = read_text(urdf)
     robot = build_robot(file, urdf_text, str(path), str(urdf))
     moving = {joint.name for joint in robot.joints}
-    stated = read_gears(urdf_text, str(urdf))
+    stated, left_out = read_gears(urdf_text, str(urdf))
     gears = {joint: gear for joint, gear in stated.items() if joint in moving}
     lines = list(robot_joint_lines(robot, gears))
     text = robot_template(robot, relative_path, lines)
@@ -318,6 +318,8 @@ def init_robot_command(path: Path, urdf: Path) -> None:
     for joint, gear in gears.items():
         lack = "" if gear.is_complete else "; not enough for a rotor, left direct"
         print(f"  {make_printable(joint)}: {make_printable(gear.elements)}{lack}")
+    for line in left_out:
+        print(f"  {make_printable(line)}")
     print("state the rotors that are missing, then" if geared < len(lines) else "edit it, then")
     print(f"  crosscheck cost {make_printable(shlex.quote(str(path)))}")
 

@@ -57,18 +57,21 @@ class StatedGear:
         return self.armature.value / self.ratio.value**2
 
 
-def read_gears(text: str, where: str) -> dict[str, StatedGear]:
-    """What a URDF states of gears, by the names of joints. Raises InputError.
+def read_gears(text: str, where: str) -> tuple[dict[str, StatedGear], list[str]]:
+    """What a URDF states of gears, by the names of joints, and lines on what is left out.
 
-    Numbers of 0 count as not stated, as of limits. A transmission of several joints is left out: a
-    rotor of a robot turns with one.
+    Numbers of 0 count as not stated, as of limits. Raises InputError.
     """
     root = read_root(text, where)
     joints = {each.get("name", ""): each for each in root.findall("joint")}
     stated: dict[str, dict[str, StatedNumber]] = {}
+    left_out = []
     for transmission in root.iter("transmission"):
         name = f"transmission {transmission.get('name', '')}".rstrip()
         turned = {each.get("name", "") for each in transmission.findall("joint")}
+        if len(turned) > 1:
+            joined = ", ".join(sorted(turned))
+            left_out.append(f"{name} left out: of {joined}, and a rotor here turns with one joint")
         if len(turned) != 1:
             continue
         (joint,) = turned
@@ -82,7 +85,7 @@ def read_gears(text: str, where: str) -> dict[str, StatedGear]:
             armature = _read_number(dynamics.get("armature"), place, where)
             if armature is not None:
                 _add_number(stated.setdefault(joint, {}), "armature", armature, where)
-    return {joint: StatedGear(**numbers) for joint, numbers in stated.items()}
+    return {joint: StatedGear(**numbers) for joint, numbers in stated.items()}, left_out
 
 
 def _transmission_numbers(
