@@ -51,8 +51,11 @@ class Chain:
 
     def row(self, meaning: Meaning, joint: int, planet: int = 0) -> np.ndarray:
         """Row of a coordinate of a joint, of all its planets (0) or one; zeros if there is none."""
-        coordinate = Coordinate(meaning, joint, planet)
-        return np.array([int(c == coordinate) for c in self.layout.coordinates], dtype=object)
+        row = np.zeros(len(self.layout), dtype=object)
+        place = self.layout.places.get(Coordinate(meaning, joint, planet))
+        if place is not None:
+            row[place] = 1
+        return row
 
     def sun_row(self, joint: int) -> np.ndarray:
         """Row of theta_s, relative to the ring's body (Eqs. 2, 3): by x_sp + x_pr, or x_s."""

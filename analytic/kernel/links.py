@@ -56,15 +56,17 @@ def _build_links(
 
 
 def _add_body(body: Body, layout: Layout, links: Links) -> None:
-    centre = np.zeros(len(links.lever))
-    centre[: len(body.centre)] = body.centre
-    links.coupling[:] += body.mass * np.outer(centre, centre)
-    links.lever[:] += body.mass * centre
+    centre = np.array(body.centre, dtype=float)
+    reached = slice(len(centre))
+    links.coupling[reached, reached] += body.mass * (centre[:, None] * centre)
+    links.lever[reached] += body.mass * centre
     if not body.angle[~layout.angular].any():  # else it spins by a displacement of its own
         row = absolute_row(body.angle[layout.theta])
-        links.constant[:] += body.inertia * np.outer(row, row)
+        links.constant[:] += body.inertia * (row[:, None] * row)
 
 
 def absolute_row(row: Any) -> np.ndarray:
     """A row over joint angles, relative to the link before, as one over absolute angles."""
-    return np.array([*row], dtype=float) - np.array([*row[1:], 0.0], dtype=float)
+    values = np.array(row, dtype=float)
+    values[:-1] -= values[1:]
+    return values

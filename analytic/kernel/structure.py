@@ -151,6 +151,8 @@ def _stages(theta: Sequence[int], gears: Gears) -> tuple[StageShape | None, ...]
 
 def _are_meshes_equal(gears: Gears, meshes: np.ndarray) -> bool:
     """Whether no number of these meshes differs."""
+    if len(meshes) == 1:
+        return True
     waves = gears.k_m, gears.k_a, gears.E, gears.error_phase, gears.static_error, gears.offset
     fields = *waves, gears.b, gears.sigma, gears.d
     laws = [gears.law.rows[gears.law.first[i] : gears.law.first[i + 1]] for i in meshes]

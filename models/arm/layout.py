@@ -67,7 +67,8 @@ class Layout:
         return self.indices("theta")
 
     @cached_property
-    def _places(self) -> dict[Coordinate, int]:
+    def places(self) -> dict[Coordinate, int]:
+        """The place of each coordinate."""
         return {coordinate: place for place, coordinate in enumerate(self.coordinates)}
 
     @cached_property
@@ -92,9 +93,9 @@ class Layout:
         Raises ValueError if there is none.
         """
         coordinate = Coordinate(meaning, joint + 1, 0 if planet is None else planet + 1)
-        if coordinate not in self._places:
+        if coordinate not in self.places:
             raise ValueError(f"no {coordinate.name}")
-        return self._places[coordinate]
+        return self.places[coordinate]
 
     def displacement(self, mesh: Meaning, joint: int, planet: int) -> np.ndarray:
         """Row (n,) that gives x_sp or x_pr of a planet; joint and planet counted from 0.

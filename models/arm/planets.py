@@ -25,7 +25,7 @@ def find_unlike_planets(arm: Arm) -> Iterator[tuple[str, object]]:
 def find_unlike_fields(joint: PlanetaryStage) -> Iterator[tuple[str, object]]:
     """Fields of one joint, and their values, by which its planets differ."""
     for side, mesh in (("sun_mesh", joint.sun_mesh), ("ring_mesh", joint.ring_mesh)):
-        for name, value in mesh:
+        for name, value in vars(mesh).items():
             # Equally spaced planets are in phase if each is a whole number of sun teeth further.
             out_of_phase = name == "phase_rad" and joint.sun_teeth % joint.planet_count
             listed = isinstance(value, tuple) and len(set(value)) > 1
