@@ -6,7 +6,7 @@ one group; what one does is bit for bit the same whichever others stand beside i
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -32,31 +32,79 @@ ChunkT = TypeVar("ChunkT")
 
 
 @dataclass(frozen=True)
-class Chunk:
-    """Consecutive records of members that ran side by side.
+class RunChunk(ABC, Generic[ModelT]):
+    """Consecutive records of members that ran side by side, by the names of a run's signals.
 
-    time (records,) [s]; records: in the coordinates of the members' layout. Of a member that has
-    diverged all is NaN from the first record on that is not finite.
+    time (records,) [s]; records: in the coordinates of the members. Of a member that has diverged
+    all is NaN from the first record on that is not finite. Signals are (records, joints, members)
+    in SI units, those of meshes (records, joints, planets, members): lumped, one planet stands for
+    all, and what a joint has none of is NaN.
     """
 
     time: np.ndarray
-    models: Sequence[AnalyticModel]
+    models: Sequence[ModelT]
     records: Records
 
     @property
     def theta(self) -> np.ndarray:
-        """Joint angles (records, joints, members) [rad]."""
-        return self.records.q[:, self.models[0].layout.theta]
+        """Coordinates of the joints [rad], [m]."""
+        return self._joint_values(self.records.q)
 
     @property
     def theta_dot(self) -> np.ndarray:
-        """Joint rates (records, joints, members) [rad/s]."""
-        return self.records.v[:, self.models[0].layout.theta]
+        """Their rates [rad/s], [m/s]."""
+        return self._joint_values(self.records.v)
 
     @property
     def theta_ddot(self) -> np.ndarray:
-        """Joint accelerations (records, joints, members) [rad/s^2]."""
-        return self.records.a[:, self.models[0].layout.theta]
+        """Their accelerations [rad/s^2], [m/s^2]."""
+        return self._joint_values(self.records.a)
+
+    @cached_property
+    def x_sp(self) -> np.ndarray:
+        """Displacements of sun meshes [m]."""
+        return self._displacements("x_sp", self.records.q)
+
+    @cached_property
+    def x_pr(self) -> np.ndarray:
+        """Displacements of ring meshes [m]."""
+        return self._displacements("x_pr", self.records.q)
+
+    @cached_property
+    def x_sp_dot(self) -> np.ndarray:
+        """Rates of x_sp [m/s]."""
+        return self._displacements("x_sp", self.records.v)
+
+    @cached_property
+    def x_pr_dot(self) -> np.ndarray:
+        """Rates of x_pr [m/s]."""
+        return self._displacements("x_pr", self.records.v)
+
+    @cached_property
+    def F_sp(self) -> np.ndarray:
+        """Elastic force of sun meshes per planet [N]."""
+        return self._forces(0)
+
+    @cached_property
+    def F_pr(self) -> np.ndarray:
+        """Elastic force of ring meshes per planet [N]."""
+        return self._forces(1)
+
+    @abstractmethod
+    def _joint_values(self, x: np.ndarray) -> np.ndarray:
+        """Rows of the joints (records, joints, members) of the coordinates x, or rates."""
+
+    @abstractmethod
+    def _displacements(self, mesh: Meaning, x: np.ndarray) -> np.ndarray:
+        """Displacements of all planets with sun or ring of the coordinates x, or rates."""
+
+    @abstractmethod
+    def _forces(self, side: int) -> np.ndarray:
+        """Elastic forces of all planets with sun (0) or ring (1)."""
+
+
+class Chunk(RunChunk["AnalyticModel"]):
+    """Records of arms."""
 
     @cached_property
     def torque(self) -> np.ndarray:
@@ -67,40 +115,13 @@ class Chunk:
         ]
         return np.stack(torques, axis=2)
 
-    @cached_property
-    def x_sp(self) -> np.ndarray:
-        """Displacements of sun meshes (records, joints, planets, members) [m].
+    def _joint_values(self, x: np.ndarray) -> np.ndarray:
+        return x[:, self.models[0].layout.theta]
 
-        Lumped, one planet stands for all; NaN where a joint has no such planet.
-        """
-        return self._displacement("x_sp", self.records.q)
+    def _forces(self, side: int) -> np.ndarray:
+        return self._planet_values(self.records.forces[:, side::2])
 
-    @cached_property
-    def x_pr(self) -> np.ndarray:
-        """Displacements of ring meshes [m], shaped as x_sp."""
-        return self._displacement("x_pr", self.records.q)
-
-    @cached_property
-    def x_sp_dot(self) -> np.ndarray:
-        """Rates of x_sp [m/s], shaped as it."""
-        return self._displacement("x_sp", self.records.v)
-
-    @cached_property
-    def x_pr_dot(self) -> np.ndarray:
-        """Rates of x_pr [m/s], shaped as it."""
-        return self._displacement("x_pr", self.records.v)
-
-    @cached_property
-    def F_sp(self) -> np.ndarray:
-        """Elastic force of sun meshes per planet [N], shaped as x_sp."""
-        return self._planet_values(self.records.forces[:, ::2])
-
-    @cached_property
-    def F_pr(self) -> np.ndarray:
-        """Elastic force of ring meshes per planet [N], shaped as x_sp."""
-        return self._planet_values(self.records.forces[:, 1::2])
-
-    def _displacement(self, mesh: Meaning, x: np.ndarray) -> np.ndarray:
+    def _displacements(self, mesh: Meaning, x: np.ndarray) -> np.ndarray:
         layout = self.models[0].layout
         if not layout.free:
             return self._planet_values(x[:, layout.indices(mesh)])

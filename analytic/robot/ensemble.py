@@ -3,44 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from crosscheck.analytic.ensemble import ModelGroup, partition_models
+from crosscheck.analytic.ensemble import ModelGroup, RunChunk, partition_models
 from crosscheck.analytic.kernel.batch import Records
 from crosscheck.analytic.robot.runs import RobotMember
+from crosscheck.models.arm.layout import MESHES, Meaning
 from crosscheck.models.experiment.drive import torques_along
 
 
-@dataclass(frozen=True)
-class RobotChunk:
-    """Consecutive records of robots that ran side by side; see analytic.ensemble.Chunk.
-
-    Joints are all that move, in the robot's order; what its own gears have is NaN where a joint
-    has none.
-    """
-
-    time: np.ndarray
-    models: Sequence[RobotMember]
-    records: Records
+class RobotChunk(RunChunk[RobotMember]):
+    """Records of robots: joints are all that move, in the robot's order; planets move alike."""
 
     @property
     def theta(self) -> np.ndarray:
-        """Coordinates (records, joints, members) [rad], [m]."""
+        """Coordinates [rad], [m]; a joint that follows another with its offset."""
         _, offsets = self._joint_map
-        return self._map_joints(self.records.q) + offsets[:, np.newaxis]
-
-    @property
-    def theta_dot(self) -> np.ndarray:
-        """Rates (records, joints, members) [rad/s], [m/s]."""
-        return self._map_joints(self.records.v)
-
-    @property
-    def theta_ddot(self) -> np.ndarray:
-        """Accelerations (records, joints, members) [rad/s^2], [m/s^2]."""
-        return self._map_joints(self.records.a)
+        return self._joint_values(self.records.q) + offsets[:, np.newaxis]
 
     @cached_property
     def torque(self) -> np.ndarray:
@@ -68,36 +49,6 @@ class RobotChunk:
         """Elastic forces of rotors' meshes [N], shaped as x_mesh."""
         return self._rotor_values(self.records.forces, 0)
 
-    @property
-    def x_sp(self) -> np.ndarray:
-        """Displacements of sun meshes (records, joints, 1, members) [m]: planets move alike."""
-        return self._stage_displacements(self.records.q, 0)
-
-    @property
-    def x_pr(self) -> np.ndarray:
-        """Displacements of ring meshes [m], shaped as x_sp."""
-        return self._stage_displacements(self.records.q, 1)
-
-    @property
-    def x_sp_dot(self) -> np.ndarray:
-        """Rates of x_sp [m/s], shaped as it."""
-        return self._stage_displacements(self.records.v, 0)
-
-    @property
-    def x_pr_dot(self) -> np.ndarray:
-        """Rates of x_pr [m/s], shaped as it."""
-        return self._stage_displacements(self.records.v, 1)
-
-    @property
-    def F_sp(self) -> np.ndarray:
-        """Elastic force of sun meshes per planet [N], shaped as x_sp."""
-        return self._stage_forces(0)
-
-    @property
-    def F_pr(self) -> np.ndarray:
-        """Elastic force of ring meshes per planet [N], shaped as x_sp."""
-        return self._stage_forces(1)
-
     @cached_property
     def _joint_map(self) -> tuple[np.ndarray, np.ndarray]:
         return self.models[0].robot.joint_map
@@ -112,7 +63,7 @@ class RobotChunk:
         model = self.models[0]
         return tuple(s.joint for s in model.robot.stages if model.level == "geared")
 
-    def _map_joints(self, x: np.ndarray) -> np.ndarray:
+    def _joint_values(self, x: np.ndarray) -> np.ndarray:
         factors, _ = self._joint_map
         return np.einsum("jf,rfm->rjm", factors, x[:, : self._free])
 
@@ -125,11 +76,11 @@ class RobotChunk:
             by_joint[:, rotor.joint] = values[:, place]
         return by_joint
 
-    def _stage_displacements(self, x: np.ndarray, side: int) -> np.ndarray:
-        first = self._free + self.models[0].equations.structure.rotor_meshes + side
+    def _displacements(self, mesh: Meaning, x: np.ndarray) -> np.ndarray:
+        first = self._free + self.models[0].equations.structure.rotor_meshes + MESHES.index(mesh)
         return self._stage_values(x, {joint: first + 2 * n for n, joint in enumerate(self._stages)})
 
-    def _stage_forces(self, side: int) -> np.ndarray:
+    def _forces(self, side: int) -> np.ndarray:
         equations = self.models[0].equations
         first = equations.structure.rotor_meshes + side
         in_order = sorted(self._stages, key=lambda joint: equations.labels[joint])
