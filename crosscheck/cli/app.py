@@ -355,7 +355,8 @@ def compare(
 @app.command()
 def cost(
     robot: Annotated[
-        str, typer.Argument(metavar="ROBOT", help="Built-in name, TOML file or URDF.")
+        str,
+        typer.Argument(metavar="ROBOT", help="Built-in name, TOML file or URDF; or an arm's."),
     ],
     motion: Annotated[
         Path | None,

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from crosscheck.cli.output import print_and_write
+from crosscheck.cli.robot_files import load_as_robot
 from crosscheck.cost.motion import fit_motion
 from crosscheck.cost.output import cost_json, cost_page, describe_result
 from crosscheck.cost.shortcuts import FULL, QUICK, compute_costs
 from crosscheck.file_types import COST, COST_PAGE
-from crosscheck.models.robot.file import load_robot
 from crosscheck.output import require_files, require_writable
 from crosscheck.recordings.record import read_record
 from crosscheck.runner.progress import progress_bar
@@ -25,11 +25,11 @@ def cost_command(
     json_file: Path | None,
     out: Path | None,
 ) -> int:
-    """Work out what shortcuts in a robot's gears cost; returns the exit code.
+    """Work out what shortcuts in the gears of a robot or an arm cost; returns the exit code.
 
     It is 0 if the engines agree, else 1. Raises InputError.
     """
-    robot = load_robot(name)
+    robot = load_as_robot(name)
     page = None if out is None else out / PAGE
     if out is not None:
         require_writable(out)

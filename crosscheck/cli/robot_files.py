@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
@@ -15,7 +16,10 @@ from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.planets import find_unlike_planets
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
-from crosscheck.models.loading import load_selection
+from crosscheck.models.files import is_robot, parse_toml
+from crosscheck.models.loading import load_selection, validate_record
+from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
+from crosscheck.models.robot.robot import Robot
 from crosscheck.output import require_file, write_files
 from crosscheck.report.formatting import make_printable
 
@@ -29,6 +33,9 @@ FILE_HEAD = """\
 # Written by crosscheck export. Sun and planets turn by these stages; their masses, the carriers and
 # the rings are bodies of {urdf}. The level links has them as dead weight: an arm's level carriers.
 """
+
+
+FRICTIONLESS = "friction of the arm's joints left out, which is the same at each level"
 
 
 class RobotText(NamedTuple):
@@ -57,6 +64,22 @@ def export_arm_as_robot(name: str, settings: list[str], out: Path) -> None:
     text = write_as_robot(selection.arm, name, out.name)
     write_files({out: text.urdf, file: text.file})
     print(make_printable(f"wrote {out} and {file}: {len(selection.arm.joints)} joints"))
+
+
+def load_as_robot(name: str) -> Robot:
+    """The robot of a name or file, or an arm as one. Raises InputError.
+
+    Friction is the same at each level of the gears, and is left out of an arm with a note.
+    """
+    if is_robot(name):
+        return load_robot(name)
+    arm = load_selection(name).arm
+    rubbing = any(joint.friction_N_m_s_per_rad for joint in arm.joints)
+    free = [joint.model_copy(update={"friction_N_m_s_per_rad": 0.0}) for joint in arm.joints]
+    text = write_as_robot(arm.model_copy(update={"joints": tuple(free)}), name, "arm.urdf")
+    file = validate_record(RobotFile, parse_toml(text.file), name)
+    robot = build_robot(file, text.urdf, name, name)
+    return replace(robot, notes=(*robot.notes, *[FRICTIONLESS] * rubbing))
 
 
 def write_as_robot(arm: Arm, where: str, urdf: str) -> RobotText:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crosscheck.cli.robot_files import export_arm_as_robot
+from crosscheck.cli.robot_files import FRICTIONLESS, export_arm_as_robot, load_as_robot
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.files import builtin_arms
@@ -100,3 +100,22 @@ def test_command_writes_both_files(crosscheck, tmp_path):
     assert (answer.code, answer.err) == (0, "")
     robot = load_robot(str(tmp_path / "a.toml"))
     assert (robot.name, robot.notes, robot.tip) == ("probe", (), "payload")
+
+
+def test_cost_takes_an_arm_as_the_robot_that_is_written_of_it(crosscheck, tmp_path):
+    """What armature leaves out of it is what Pinocchio's planar levels differ by."""
+    answer = crosscheck("cost", "paper-labelled", "--quick", "--json", tmp_path / "cost.json")
+    assert (answer.code, answer.err) == (0, "")
+    assert "Leaving the rotors out of paper-labelled" in answer.out
+    arm, robot = load_selection("three-unlike").arm, load_as_robot("three-unlike")
+    assert robot.notes[-1] == FRICTIONLESS
+    motion = np.random.default_rng(0).uniform(-1, 1, (3, 5, 3))
+    robots, planar = (
+        [make(level).inverse_dynamics(*motion) for level in ("coupled", "armature")]
+        for make in (
+            lambda level: build_robot_model("exudyn", robot, level),
+            lambda level: build(f"pinocchio:{level}", arm, make_rest_scenario()),
+        )
+    )
+    left_out, expected = robots[0] - robots[1], planar[0] - planar[1]
+    assert np.abs(left_out - expected).max() <= 1e-9 * np.abs(expected).max()
