@@ -12,7 +12,8 @@ from crosscheck.checks.modes import equivalent_mass, mean_stiffness
 from crosscheck.checks.scales import geared_joints
 from crosscheck.checks.states import EPS, ROUNDINGS, Setting, compare_values
 from crosscheck.findings import Finding, Subject, make_check
-from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.layout import MESHES, Layout, Meaning
 from crosscheck.models.experiment.scenario import (
     ConstantDrive,
@@ -137,7 +138,7 @@ def teeth_forces(arm: Arm, chosen: Switches, layout: Layout, states: States) -> 
     return forces
 
 
-def mesh_damping(joint: Planetary, name: Meaning, planet: int) -> float:
+def mesh_damping(joint: PlanetaryStage, name: Meaning, planet: int) -> float:
     """Damping of one planet's mesh [N s/m]: an N-th of that of N planets alike."""
     sun = name == MESHES[0]
     mesh, count = (

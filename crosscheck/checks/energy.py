@@ -9,7 +9,9 @@ import numpy as np
 
 from crosscheck.checks import invariants
 from crosscheck.checks.first_principles.mesh_energy import (
+    POINTS,
     MeshSpring,
+    energy_slope,
     highest_harmonic,
     mesh_springs,
     spring_energy,
@@ -58,14 +60,9 @@ def _spring_rate(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray, v: n
         for mesh in meshes(joint)
     )
     step = min(ALONG_S, ALONG_RAD / fastest) if fastest else ALONG_S  # half a difference's length
-    way = q + np.array([0, -2, -1, 1, 2])[:, None] * step * v
-    rate = 0.0
-    for spring in springs_at(arm, chosen, layout, way):
-        flank = spring.backlash * np.sign(spring.gap[0])
-        if abs(spring.gap[0]) > spring.backlash:
-            energy = spring.stiffness * (spring.gap - flank) ** 2 / 2
-            rate += float(np.array([0, 1, -8, 8, -1]) @ energy) / (12 * step)
-    return rate
+    way = q + POINTS[:, None] * step * v
+    springs = springs_at(arm, chosen, layout, way)
+    return sum(float(energy_slope(spring, step)) for spring in springs)
 
 
 def springs_at(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray) -> Iterator[MeshSpring]:

@@ -10,6 +10,7 @@ import numpy as np
 from crosscheck.checks.scales import base_radius
 from crosscheck.findings import Finding, Subject, make_check
 from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.gears import PlanetaryGears
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.meshes import change_meshes
 from crosscheck.models.arm.stiffness import (
@@ -94,7 +95,7 @@ def mean_stiffness(law: StiffnessLaw) -> float:
     return law.mean_N_per_m
 
 
-def equivalent_mass(joint: Planetary, gear: Literal["sun", "planet"]) -> float:
+def equivalent_mass(joint: PlanetaryGears, gear: Literal["sun", "planet"]) -> float:
     """Equivalent mass of a gear, J / r^2 [kg], r its base radius."""
     sun = gear == "sun"
     mass = joint.sun_equivalent_mass_kg if sun else joint.planet_equivalent_mass_kg

@@ -10,6 +10,7 @@ import numpy as np
 
 from crosscheck.checks.first_principles.weights import weight_moments
 from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.gears import PlanetaryGears
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.arm.stiffness import (
     FourierStiffness,
@@ -121,7 +122,7 @@ def mesh_travels(arm: Arm, scenario: Scenario) -> Iterator[tuple[Planetary, floa
         yield joint, max(play, force / stiffness)
 
 
-def base_radius(joint: Planetary, teeth: int) -> float:
+def base_radius(joint: PlanetaryGears, teeth: int) -> float:
     """Base radius of a wheel of the joint [m]."""
     return joint.module_m * teeth / 2 * math.cos(math.radians(joint.pressure_angle_deg))
 

@@ -10,8 +10,11 @@ import numpy as np
 
 from crosscheck.checks.scales import geared_joints
 from crosscheck.models.arm import stiffness
-from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.experiment.scenario import Switches
+
+POINTS = np.array([0, -2, -1, 1, 2])
 
 
 class MeshSpring(NamedTuple):
@@ -29,18 +32,34 @@ def mesh_springs(
 
     theta (times, joints) [rad]; x_sp, x_pr (times, joints, planets) [m].
     """
+    printed = chosen.ring_rate == "eq13"
     for number, joint in geared_joints(arm):
-        # Teeth that pass a planet per turn of the carrier, at sun and ring; or as Eq. 13 has them.
-        printed = chosen.ring_rate == "eq13"
-        rates = joint.ring_teeth, joint.sun_teeth if printed else joint.ring_teeth
         for planet in range(joint.planet_count):
-            contacts = joint.sun_mesh.planet_mesh(planet), joint.ring_mesh.planet_mesh(planet)
-            phases = _constants(joint, planet)
-            for mesh, rate, constant, x in zip(contacts, rates, phases, (x_sp, x_pr), strict=True):
-                phase = rate * theta[:, number] + constant
-                wave = np.sin(phase + mesh.tooth_error_phase_rad)
-                gap = x[:, number, planet] - mesh.static_error_m - mesh.tooth_error_m * wave
-                yield MeshSpring(mesh.backlash_m, stiffness_at(mesh.stiffness, phase), gap)
+            x = x_sp[:, number, planet], x_pr[:, number, planet]
+            yield from planet_springs(joint, planet, theta[:, number], x, printed=printed)
+
+
+def planet_springs(
+    stage: PlanetaryStage,
+    planet: int,
+    theta: np.ndarray,
+    displacements: tuple[np.ndarray, np.ndarray],
+    *,
+    printed: bool = False,
+) -> Iterator[MeshSpring]:
+    """The springs of a planet with sun and ring, where the joint has turned by theta [rad].
+
+    displacements: x_sp and x_pr [m], of theta's shape; printed: the ring's phase as Eq. 13 has it.
+    """
+    # Teeth that pass a planet per turn of the carrier, at sun and ring.
+    rates = stage.ring_teeth, stage.sun_teeth if printed else stage.ring_teeth
+    contacts = stage.sun_mesh.planet_mesh(planet), stage.ring_mesh.planet_mesh(planet)
+    phases = _constants(stage, planet)
+    for mesh, rate, constant, x in zip(contacts, rates, phases, displacements, strict=True):
+        phase = rate * theta + constant
+        wave = np.sin(phase + mesh.tooth_error_phase_rad)
+        gap = x - mesh.static_error_m - mesh.tooth_error_m * wave
+        yield MeshSpring(mesh.backlash_m, stiffness_at(mesh.stiffness, phase), gap)
 
 
 def spring_energy(spring: MeshSpring) -> np.ndarray:
@@ -49,7 +68,18 @@ def spring_energy(spring: MeshSpring) -> np.ndarray:
     return spring.stiffness * pressed**2 / 2
 
 
-def _constants(joint: Planetary, planet: int) -> tuple[float, float]:
+def energy_slope(spring: MeshSpring, step: float) -> np.ndarray:
+    """Slope of the energy at the first of ``POINTS`` steps along ways, teeth on that one's flank.
+
+    The spring's arrays are (5,) or (5, ways); a central difference of fourth order.
+    """
+    flank = spring.backlash * np.sign(spring.gap[0])
+    energy = spring.stiffness * (spring.gap - flank) ** 2 / 2
+    slope = np.array([0, 1, -8, 8, -1]) @ energy / (12 * step)
+    return np.where(np.abs(spring.gap[0]) > spring.backlash, slope, 0.0)
+
+
+def _constants(joint: PlanetaryStage, planet: int) -> tuple[float, float]:
     """Constants added to a planet's phases at sun and ring [rad], given or by the teeth.
 
     A planet further round meets a sun tooth later and, the carrier moving into the ring, a ring

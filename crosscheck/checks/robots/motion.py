@@ -6,6 +6,14 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from crosscheck.checks.arm_data import mesh_damping
+from crosscheck.checks.energy import ALONG_RAD
+from crosscheck.checks.first_principles.mesh_energy import (
+    POINTS,
+    energy_slope,
+    highest_harmonic,
+    planet_springs,
+)
 from crosscheck.checks.robots.case import (
     TURN_RAD,
     WEIGHTS,
@@ -26,6 +34,7 @@ from crosscheck.checks.robots.engines import (
 from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.checks.robots.weight import ROUNDED
 from crosscheck.findings import Finding, Subject
+from crosscheck.models.arm.layout import MESHES
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning.comparison import Comparison
 
@@ -57,7 +66,7 @@ def driven_forces(model: RobotModel, case: RobotLevel) -> np.ndarray:
     return ask(model, "inverse_dynamics", q.shape, q, v, a)
 
 
-def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
+def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison]:
     """Comparisons of each model's energies and dynamics with its own M, bias and weights."""
     terms = mass_matrix, bias, gravity
     for sampled in models:
@@ -66,12 +75,6 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
         yield plan_law(sampled, "energy-rate", (energy_rate, *terms), _check_energy_rate)
         yield plan_law(sampled, "inverse-dynamics", (inverse_dynamics, *terms), _check_inverse)
         yield plan_law(sampled, "forward-dynamics", [driven_forces], _check_forward)
-    robot = models[0].case.robot
-    if robot.stages:
-        yield (
-            "geared: forces of a stage's teeth, on its joint too, are compared between engines, and"
-            " not with first principles"
-        )
 
 
 def _time_steps(case: RobotLevel) -> np.ndarray:
@@ -118,21 +121,41 @@ def _check_inverse(
     weights: np.ndarray,
     case: RobotLevel,
 ) -> Finding:
-    """Inverse dynamics is M a + bias + gravity, and what holds the springs of rotors' meshes."""
-    q, v, a, _ = case.states
-    rest = given - np.einsum("sij,sj->si", mass, a) - bias_torques - weights
-    rows = np.ones(q.shape[1], dtype=bool)
+    """Inverse dynamics is M a + bias + gravity, and what holds the springs of the meshes."""
+    rest = given - np.einsum("sij,sj->si", mass, case.states.a) - bias_torques - weights
     if case.level == "geared":
-        for row, (_, mesh) in enumerate(case.robot.meshes, start=case.free):
-            x, play = q[:, row], mesh.backlash_m
-            held = mesh.stiffness_N_per_m * (x - np.clip(x, -play, play))
-            held += np.where(np.abs(x) > play, mesh.damping_N_s_per_m * v[:, row], 0.0)
-            rest[:, row] -= held
-        rows[case.free + len(case.robot.meshes) :] = False
-        rows[[case.leader(stage.joint) for stage in case.robot.stages]] = False
-    size = case.sizes.inverse_dynamics[:, rows]
+        rest -= held_teeth(case)
     basis = f"{TOLERANCE:g} of the torque's natural size; springs of meshes as the file has them"
-    return check_share(about, share_of(rest[:, rows], size), TOLERANCE, basis)
+    return check_share(about, share_of(rest, case.sizes.inverse_dynamics), TOLERANCE, basis)
+
+
+def held_teeth(case: RobotLevel) -> np.ndarray:
+    """What holds springs and dampers of all meshes at the states (states, n), by the file's data.
+
+    A spring that stiffens with its joint's angle, or whose teeth's error grows, turns that joint.
+    """
+    robot, (q, v, *_), held = case.robot, case.states, np.zeros_like(case.states.q)
+    for row, (_, mesh) in enumerate(robot.meshes, start=case.free):
+        x, play = q[:, row], mesh.backlash_m
+        held[:, row] = mesh.stiffness_N_per_m * (x - np.clip(x, -play, play))
+        held[:, row] += np.where(np.abs(x) > play, mesh.damping_N_s_per_m * v[:, row], 0.0)
+    factors, offsets = robot.joint_map
+    angles = q[:, : case.free] @ factors.T + offsets
+    first = case.free + len(robot.meshes)
+    for place, stage in zip(range(first, q.shape[1], 2), robot.stages, strict=True):
+        gears = stage.gears
+        waves = [mesh.planet_mesh(0).stiffness for mesh in (gears.sun_mesh, gears.ring_mesh)]
+        step = ALONG_RAD / gears.ring_teeth / max(map(highest_harmonic, waves))
+        way = angles[:, stage.joint] + step * POINTS[:, None]
+        for planet in range(gears.planet_count):
+            springs = planet_springs(gears, planet, way, (q[:, place], q[:, place + 1]))
+            for row, (name, spring) in enumerate(zip(MESHES, springs, strict=True), place):
+                reach = spring.gap[0] - np.clip(spring.gap[0], -spring.backlash, spring.backlash)
+                damped = mesh_damping(gears, name, planet) * v[:, row]
+                held[:, row] += spring.stiffness[0] * reach + np.where(reach, damped, 0.0)
+                slope = energy_slope(spring, step)
+                held[:, : case.free] += slope[:, None] * factors[stage.joint]
+    return held
 
 
 def _check_forward(about: Subject, forces: np.ndarray, case: RobotLevel) -> Finding:
