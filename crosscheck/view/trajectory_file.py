@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import h5py
 import numpy as np
 from pydantic import ValidationError
 
 from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.quantities import Data
 from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.files import LARGEST_FILE
 from crosscheck.models.robot.file import RobotSource
@@ -18,6 +19,7 @@ from crosscheck.models.trajectory import SCHEMA_VERSION
 from crosscheck.studies.batches.netcdf_file import NetcdfFile, use_file
 
 LONGEST_ARM, LONGEST_ROBOT = 1_000_000, 2 * LARGEST_FILE  # characters
+Record = TypeVar("Record", bound=Data)
 DRAWN_SIGNALS = {
     "theta": 2,
     "theta_dot": 2,
@@ -74,7 +76,10 @@ class TrajectoryFile(NetcdfFile):
 
     def _read_robot_run(self) -> RobotRun:
         self._require(self.dims("theta") == ("time", "joint"), "theta is not over time, joint")
-        data, robot = self.dataset(["theta"]), self._robot()
+        data, robot = (
+            self.dataset(["theta"]),
+            self._read_record("robot", RobotSource, LONGEST_ROBOT).build(),
+        )
         time, theta = self._even_times(data["time"].values), data["theta"].values
         self._require(theta.shape[1] == len(robot.joints), "joints are not the robot's")
         self._require(bool(np.isfinite(theta).all()), "theta is not finite")
@@ -85,7 +90,7 @@ class TrajectoryFile(NetcdfFile):
         for name in names:
             dims = ("time", "joint", "planet")[: DRAWN_SIGNALS[name]]
             self._require(self.dims(name) == dims, f"{name} is not over {', '.join(dims)}")
-        data, arm = self.dataset(names), self._arm()
+        data, arm = self.dataset(names), self._read_record("arm", Arm, LONGEST_ARM)
         time = self._even_times(data["time"].values)
         signals = {name: data[name].values for name in names}
         self._require(signals["theta"].shape[1] == len(arm.joints), "joints are not the arm's")
@@ -93,7 +98,7 @@ class TrajectoryFile(NetcdfFile):
         for name, values in signals.items():
             signal = values if values.ndim == 2 else values[:, geared, 0]
             self._require(bool(np.isfinite(signal).all()), f"{name} is not finite")
-        laws = self._laws()
+        laws = self._read_record("switches", Switches, LONGEST_ARM)
         has_phase_rate = laws.phase == "angle" or "theta_dot" in signals
         self._require(
             has_phase_rate, "has no theta_dot, by which its switches count the mesh phase"
@@ -109,32 +114,14 @@ class TrajectoryFile(NetcdfFile):
         self._require(bool(even), "times are not equally spaced")
         return time
 
-    def _robot(self) -> Robot:
-        text = self.file.attrs["robot"]
-        is_usable = isinstance(text, str) and len(text) <= LONGEST_ROBOT
-        self._require(is_usable, "has no robot")
+    def _read_record(self, name: str, record: type[Record], most: int) -> Record:
+        """The record of an attribute, JSON of so many characters at most. Raises InputError."""
+        text = self.file.attrs.get(name)
+        self._require(isinstance(text, str) and len(text) <= most, f"has no {name}")
         try:
-            return RobotSource.model_validate_json(text).build()
+            return record.model_validate_json(text)
         except ValidationError as error:
-            self._require(False, f"its robot cannot be used: {describe_first_error(error)}")
-            raise
-
-    def _laws(self) -> Switches:
-        text = self.file.attrs.get("switches")
-        self._require(isinstance(text, str) and len(text) <= LONGEST_ARM, "has no switches")
-        try:
-            return Switches.model_validate_json(text)
-        except ValidationError as error:
-            self._require(False, f"its switches cannot be used: {describe_first_error(error)}")
-            raise
-
-    def _arm(self) -> Arm:
-        text = self.file.attrs.get("arm")
-        self._require(isinstance(text, str) and len(text) <= LONGEST_ARM, "has no arm")
-        try:
-            return Arm.model_validate_json(text)
-        except ValidationError as error:
-            self._require(False, f"its arm cannot be used: {describe_first_error(error)}")
+            self._require(False, f"its {name} cannot be used: {describe_first_error(error)}")
             raise
 
 
