@@ -24,7 +24,7 @@ from crosscheck.file_types import AGREEMENT, JUNIT, PAGE, RECORD
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import is_robot
 from crosscheck.models.loading import load_selection
-from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.case import load_changed_robot
 from crosscheck.output import require_files, write_files
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.answers import format_agreement_json
@@ -48,10 +48,9 @@ def make_request(
 ) -> CrossCheckRequest:
     """What a command line asks to be cross-checked, an arm or a robot. Raises InputError."""
     if is_robot(arm):
-        for option, values in (("--scenario", scenarios), ("--set", settings)):
-            if values:
-                raise InputError(option, "", values[0], f"is for arms; {arm} is a robot")
-        return CrossCheckRequest(load_robot(arm), quick, seed)
+        if scenarios:
+            raise InputError("--scenario", "", scenarios[0], f"is for arms; {arm} is a robot")
+        return CrossCheckRequest(load_changed_robot(arm, settings or []), quick, seed)
     chosen = load_selection(arm, scenarios or [], settings or [])
     experiment_settings = chosen.scenarios, chosen.switches
     return CrossCheckRequest(

@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 import crosscheck as package
 from crosscheck.checks.robots import engines
 from crosscheck.checks.robots.states import sample_states
+from crosscheck.cli.commands import make_request
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning import robots
@@ -201,10 +202,13 @@ def test_a_file_of_another_kind_is_one_line(crosscheck, tmp_path, text, said, co
 
 
 def test_what_is_for_arms_is_refused(crosscheck, bob):
-    for option in (("--scenario", "pd"), ("--set", "arm.payload_mass_kg=1")):
+    for option, said in (
+        (("--scenario", "pd"), "is for arms"),
+        (("--set", "arm.payload_mass_kg=1"), "path beginning with robot"),
+    ):
         answer = crosscheck("validate", bob, *option)
         assert (answer.code, answer.err.count("\n")) == (2, 1)
-        assert "is for arms" in answer.err
+        assert said in answer.err
 
 
 def test_python_checks_a_robot(bob):
@@ -229,3 +233,9 @@ def test_random_mechanisms_raise_no_false_alarm():
 
 def test_every_question_to_a_model_has_a_size():
     assert {each.__name__ for each in engines.QUESTIONS} == {*engines.SIZE_WORDS}
+
+
+def test_settings_change_the_robot_that_is_checked():
+    given = ["robot.joints.tilt.mesh.backlash_m=7e-5"]
+    request = make_request("sliding", None, given, True, 0)
+    assert request.mechanism.meshes[0][1].backlash_m == 7e-5
