@@ -489,6 +489,8 @@ def build(
     if isinstance(arm, Robot):
         from crosscheck.robot_experiment import RobotExperiment
 
+        if switches is not None:
+            raise InputError("switches", "", None, "are of arms alone; a robot has none")
         engine, level = find_robot_model(name, arm)
         return RobotExperiment(build_robot_model(engine, arm, level), scenario)
     get_entry(name)

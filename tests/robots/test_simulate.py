@@ -186,3 +186,5 @@ def test_a_robot_in_an_experiment_is_asked_as_an_arm_is(level):
             assert value == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
     with pytest.raises(InputError, match="must be numbers of shape"):
         models[0].mass_matrix([0.0])
+    with pytest.raises(InputError, match="switches: are of arms alone"):
+        build(models[0].name, ROBOTS["staged"](), experiment("sinusoid"), switches())
