@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-import xarray as xr
+import numpy as np
 
 from crosscheck.findings import Agreement
 from crosscheck.models.arm.arm import Arm
@@ -41,6 +42,9 @@ from crosscheck.runner.progress_update import (
 )
 from crosscheck.runner.tasks import RunKey, Simulation
 from crosscheck.runner.workers import Workers
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 OutcomeCallback = Callable[[Any, Any], None]  # (a task's key, its outcome)
 
@@ -93,6 +97,7 @@ def make_plan(request: CrossCheckRequest, workers: Workers) -> Plan:
     """The whole cross-check of an arm or robot. Raises InputError, Unfinished."""
     if isinstance(request.mechanism, Robot):
         return plan_robot(request)
+    import_module("xarray")  # of all runs, before workers fork: they share it
     preparation = prepare_experiments(request, workers)
     comparisons = plan_comparisons(request, preparation)
     entries = partial(
@@ -159,5 +164,5 @@ def runs_by_key(results: Results) -> dict[RunKey, xr.Dataset | Failure]:
     return {
         key: outcome
         for key, outcome in results.outcomes.items()
-        if isinstance(key, RunKey) and isinstance(outcome, xr.Dataset | Failure)
+        if isinstance(key, RunKey) and not isinstance(outcome, np.ndarray)
     }

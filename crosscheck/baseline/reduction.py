@@ -12,10 +12,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, NamedTuple, cast, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, cast, get_args
 
 import numpy as np
-import xarray as xr
 from pydantic import ValidationError
 
 from crosscheck import __version__
@@ -36,6 +35,9 @@ from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 SAMPLED: tuple[str, ...] = get_args(record.SampledName)
 EXTREMES: tuple[str, ...] = get_args(record.ExtremesName)
 INTERVALS = 20
@@ -47,8 +49,6 @@ UNKNOWN, UNKNOWN_OF_SIZE = 1e-6, 1e-10
 # Where no second run tells what one rounding grows to.
 UNMEASURED_ROUNDINGS = 1000
 BY_ROUNDING = "the same steps again: rounding as it was measured to grow over the run"
-
-Datasets = dict[RunKey, xr.Dataset]
 
 
 class Bound(NamedTuple):
@@ -154,7 +154,7 @@ def is_recorded(key: RunKey) -> bool:
 
 def compute_bounds(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
     """How far a repetition of this run may move, by quantity."""
-    runs = {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
+    runs = {key: run for key, run in result.runs.items() if not isinstance(run, Failure)}
     case = result.cases[key]
     run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
     pair = _find_pair(key.experiment, runs)
@@ -178,7 +178,7 @@ def compute_bounds(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
     return bounds
 
 
-def _find_pair(experiment: str, runs: Datasets) -> Pair | None:
+def _find_pair(experiment: str, runs: dict[RunKey, xr.Dataset]) -> Pair | None:
     """The reference model's run of an experiment, and the one that started a rounding away.
 
     Their planets are counted as the experiment does, or free. None where there are no such two.

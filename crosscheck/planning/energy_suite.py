@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from crosscheck.checks import energy
 from crosscheck.checks.scales import geared_joints, largest_torques
@@ -24,7 +23,10 @@ from crosscheck.registry import (
 )
 from crosscheck.runner.tasks import RunKey, Simulation
 
-Judge = Callable[[Subject, xr.Dataset, Case], Finding]
+if TYPE_CHECKING:
+    import xarray as xr
+
+Judge = Callable[[Subject, Any, Case], Finding]
 STEPS, RECORDS = 2000, 50
 # Leaves 2e-11 of the work turned over where teeth meet, 1e-10 leaves 2e-8. One step in some
 # thousand may leap over an edge of play that its error estimate does not see, which costs 1e-8.
