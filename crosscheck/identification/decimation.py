@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from math import floor, log2
+from collections.abc import Iterable, Iterator
+from itertools import chain
+from math import ceil, floor, log2
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +19,8 @@ RESOLVED = 64.0
 # Before every second row is left out, what is beyond a quarter of their rate is taken away: six
 # digits of it, by a symmetric filter without phase.
 TAPS, WINDOW = 33, ("kaiser", 12.3)
+MOST_ROWS = 2**19  # of a recording that are kept: a longer one is halved while it is read
+EVEN = 1e-3  # of a step: times so near to even ones are taken for these
 
 
 class EvenSignals(NamedTuple):
@@ -38,7 +42,9 @@ class DecimatedSignals:
     """
 
     def __init__(self, recording: Recording, torque: np.ndarray) -> None:
-        self._levels = [_space_evenly(recording.time, recording.position, torque)]
+        given = recording.position, torque
+        even = (next(space_pieces([signal], recording.time)) for signal in given)
+        self._levels = [EvenSignals(recording.step, *even)]
 
     def select(self, bandwidth: float) -> EvenSignals:
         """The signals with the fewest rows that are enough for a bandwidth [Hz]."""
@@ -50,12 +56,54 @@ class DecimatedSignals:
         return self._levels[level]
 
 
+def condense(time: np.ndarray, pieces: Iterable[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Times and rows (rows, n) of signals that come in pieces, no more rows than are kept.
+
+    Rows of a long recording are at even times. No more than a piece is held at once beside what is
+    kept.
+    """
+    halvings = max(ceil(log2(len(time) / MOST_ROWS)), 0)
+    if halvings:
+        pieces = space_pieces(pieces, time)
+        time = _even_times(time)[:: 2**halvings]
+    for _ in range(halvings):
+        pieces = halve_pieces(pieces)
+    return time, np.concatenate(list(pieces))
+
+
 def halve_rows(signal: np.ndarray) -> np.ndarray:
     """Every second row of a signal (rows, n), the first among them, low-passed before."""
-    pad = min(TAPS // 2, len(signal) - 1)
-    taps = firwin(2 * pad + 1, 0.5, window=WINDOW)
-    filtered = upfirdn(taps, continue_signal(signal, pad, pad), down=2, axis=0)
-    return np.ascontiguousarray(filtered[pad : pad + (len(signal) + 1) // 2])
+    return np.concatenate(list(halve_pieces([signal])))
+
+
+def halve_pieces(pieces: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
+    """The same of a signal that comes in pieces (rows, n), the first longer than the taps."""
+    left = iter(pieces)
+    first, pad = next(left), TAPS // 2
+    taps = firwin(TAPS, 0.5, window=WINDOW)
+    rest = 2 * first[0] - first[pad:0:-1]  # turned about the end, as behind the last piece
+    for piece in chain([first], left, [None]):
+        behind = 2 * rest[-1] - rest[-2 : -pad - 2 : -1] if piece is None else piece
+        rest = np.concatenate([rest, behind])
+        count = (len(rest) - 2 * pad + 1) // 2
+        yield upfirdn(taps, rest, down=2, axis=0)[pad : pad + count]
+        rest = rest[2 * count :]
+
+
+def space_pieces(pieces: Iterable[np.ndarray], time: np.ndarray) -> Iterator[np.ndarray]:
+    """Signals (rows, n) at even times by lines between rows, as they are where times are even."""
+    even, step = _even_times(time), (time[-1] - time[0]) / (len(time) - 1)
+    if np.abs(even - time).max() < EVEN * step:
+        yield from pieces
+        return
+    kept: list[np.ndarray] = []  # the row before a piece, from which a line leads to it
+    row = done = 0
+    for piece in pieces:
+        known = np.concatenate([*kept, piece])
+        times = time[row : row + len(known)]
+        until = int(np.searchsorted(even, times[-1], side="right"))
+        yield np.column_stack([np.interp(even[done:until], times, each) for each in known.T])
+        kept, row, done = [piece[-1:]], row + len(known) - 1, until
 
 
 def continue_signal(signal: np.ndarray, before: int, behind: int) -> np.ndarray:
@@ -69,14 +117,6 @@ def continue_signal(signal: np.ndarray, before: int, behind: int) -> np.ndarray:
     )
 
 
-def _space_evenly(time: np.ndarray, position: np.ndarray, torque: np.ndarray) -> EvenSignals:
-    """The signals at even times, as they are where the times are even to 1e-3 of a step."""
-    step = float((time[-1] - time[0]) / (len(time) - 1))
-    even = time[0] + step * np.arange(len(time))
-    if np.abs(even - time).max() < 1e-3 * step:
-        return EvenSignals(step, position, torque)
-    signals = (
-        np.column_stack([np.interp(even, time, column) for column in signal.T])
-        for signal in (position, torque)
-    )
-    return EvenSignals(step, *signals)
+def _even_times(time: np.ndarray) -> np.ndarray:
+    """As many times from the first to the last, all the same time apart."""
+    return np.linspace(time[0], time[-1], len(time))

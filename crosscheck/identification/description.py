@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from crosscheck.identification.recording import Recording
+from crosscheck.identification.decimation import condense
+from crosscheck.identification.recording import Recording, require_even_enough
 from crosscheck.identification.refinement import Knowledge, Unknown
 from crosscheck.models.arm import quantities
 from crosscheck.models.arm.quantities import Data
@@ -16,7 +17,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot.robot import Robot
-from crosscheck.recordings.csv_table import CsvTable, read_table
+from crosscheck.recordings.csv_table import CsvTable, open_table
 
 Column = Annotated[str, quantities.PrintableText(200)]
 FileName = Annotated[str, quantities.PrintableText(400)]
@@ -157,34 +158,49 @@ def _require_lengths(description: RecordDescription, count: int, where: str) -> 
 def _read_recording(
     description: RecordDescription, files: RecordingFiles, turns: np.ndarray, where: Path
 ) -> Recording:
-    """One recording. Raises InputError."""
-    folder = where.parent
-    moving = read_table(folder / files.position)
-    pulling = read_table(folder / files.torque) if files.torque else moving
-    if len(pulling.values) != len(moving.values):
-        reason = f"has {len(pulling.values)} rows, {moving.where} has {len(moving.values)}"
-        raise InputError(pulling.where, "", None, reason)
-    given = description.position
-    factor = np.pi / 180 if given.unit == "deg" else 1.0
-    positions = factor * moving.select(given.columns)
+    """One recording; a long one is halved in rate while its rows are read. Raises InputError."""
+    moving = open_table(where.parent / files.position)
+    given, torques = description.position, (description.motor_torque, description.joint_torque)
+    pulled = tuple(name for each in torques if each is not None for name in each.columns)
+    if files.torque is None:
+        time = _read_times(description, moving)
+        pieces = moving.select_pieces((*given.columns, *pulled))
+    else:
+        pulling = open_table(where.parent / files.torque)
+        time, rows = _read_times(description, moving), _count_rows(pulling)
+        if rows != len(time):
+            reason = f"has {rows} rows, {moving.where} has {len(time)}"
+            raise InputError(pulling.where, "", None, reason)
+        both = moving.select_pieces(given.columns), pulling.select_pieces(pulled)
+        pieces = (np.hstack(pair) for pair in zip(*both, strict=True))
+    require_even_enough(moving.where, time)
+    recorded = len(time)
+    time, signals = condense(time, pieces)
+    count = len(given.columns)
+    positions = signals[:, :count] * (np.pi / 180 if given.unit == "deg" else 1.0)
     if given.shaft == "motor":
         positions = np.linalg.solve(turns, positions.T).T
     if given.zero is not None:
         positions = positions + np.array(given.zero)
-    if description.time is not None:
-        time = moving.select((description.time,))[:, 0]
-    else:
-        time = (description.step_s or 1.0) * np.arange(len(positions))
-    before = _select_torques(pulling, description.motor_torque, turns)
-    behind = _select_torques(pulling, description.joint_torque, turns)
-    return Recording(moving.where, time, positions, before, behind)
+    left = iter(np.split(signals[:, count:], len(pulled) // count, axis=1))
+    before, behind = (
+        None if each is None else _convert(next(left), each, turns) for each in torques
+    )
+    return Recording(moving.where, time, positions, before, behind, recorded)
 
 
-def _select_torques(
-    table: CsvTable, given: TorqueColumns | None, turns: np.ndarray
-) -> np.ndarray | None:
-    """Torques (rows, n) at the joints, None where there are none. Raises InputError."""
-    if given is None:
-        return None
-    values = table.select(given.columns) * np.array(given.gain or 1.0)
-    return values @ turns if given.shaft == "motor" else values
+def _read_times(description: RecordDescription, table: CsvTable) -> np.ndarray:
+    """Times [s] of all rows. Raises InputError."""
+    if description.time is None:
+        return (description.step_s or 1.0) * np.arange(_count_rows(table))
+    return np.concatenate(list(table.select_pieces((description.time,))))[:, 0]
+
+
+def _count_rows(table: CsvTable) -> int:
+    return sum(map(len, table.read_pieces()))
+
+
+def _convert(values: np.ndarray, given: TorqueColumns, turns: np.ndarray) -> np.ndarray:
+    """Numbers (rows, n) as torques at the joints."""
+    torques = values * np.array(given.gain or 1.0)
+    return torques @ turns if given.shaft == "motor" else torques

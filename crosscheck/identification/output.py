@@ -26,7 +26,7 @@ def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
     yield from messages.describe_answers(comparison)
     yield ""
     seconds = sum(float(each.time[-1] - each.time[0]) for each in comparison.recordings)
-    rows = sum(len(each.time) for each in comparison.recordings)
+    rows = sum(each.rows for each in comparison.recordings)
     yield f"{len(comparison.recordings)} recordings, {rows:,} rows, {seconds:.4g} s"
     for engine in comparison.engines:
         verdict = "agrees with" if engine.verdict == "agree" else "DIFFERS from"

@@ -18,7 +18,8 @@ class Recording:
     """A motion of a robot with its torques.
 
     time (rows,) [s]; position (rows, n) [rad or m]; motor_torque: before the gears, and
-    joint_torque: behind them, both (rows, n) at the joints [N m or N], None where not measured.
+    joint_torque: behind them, both (rows, n) at the joints [N m or N], None where not measured;
+    recorded: rows of a long recording before its rate was halved; None where all are here.
     """
 
     where: str
@@ -26,6 +27,7 @@ class Recording:
     position: np.ndarray
     motor_torque: np.ndarray | None
     joint_torque: np.ndarray | None
+    recorded: int | None = None
 
     def __post_init__(self) -> None:
         """Raise InputError for too few rows, times no filter can follow, or rows of nothing."""
@@ -34,17 +36,7 @@ class Recording:
             raise InputError(
                 self.where, "", None, f"has {rows} rows; must be at least {LEAST_ROWS}"
             )
-        steps = np.diff(self.time)
-        if not (steps > 0).all():
-            row = int(np.flatnonzero(~(steps > 0))[0]) + 2
-            field, value = f"time, row {row}", float(self.time[row - 1])
-            raise InputError(self.where, field, value, f"must be after {self.time[row - 2]:g}")
-        if steps.max() > LONGEST_GAP * self.step:
-            row = int(steps.argmax()) + 2
-            reason = (
-                f"is {steps.max():.3g} s after the row before; cut the record where it has gaps"
-            )
-            raise InputError(self.where, f"time, row {row}", float(self.time[row - 1]), reason)
+        require_even_enough(self.where, self.time)
         if np.ptp(self.position, axis=0).max() < LEAST_MOTION:
             allowed = f"is the same in every row; a joint must move by {LEAST_MOTION:g} at least"
             raise InputError(self.where, "position", None, allowed)
@@ -54,9 +46,27 @@ class Recording:
                 raise InputError(self.where, name, None, "is 0 in every row: not measured?")
 
     @property
+    def rows(self) -> int:
+        """How many were recorded."""
+        return self.recorded or len(self.time)
+
+    @property
     def step(self) -> float:
         """Mean time [s] between rows."""
         return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+
+
+def require_even_enough(where: str, time: np.ndarray) -> None:
+    """Raise InputError for times that fall or have gaps, which no filter can follow."""
+    steps = np.diff(time)
+    if not (steps > 0).all():
+        row = int(np.flatnonzero(~(steps > 0))[0]) + 2
+        field, value = f"time, row {row}", float(time[row - 1])
+        raise InputError(where, field, value, f"must be after {time[row - 2]:g}")
+    if steps.size and steps.max() > LONGEST_GAP * steps.mean():
+        row = int(steps.argmax()) + 2
+        reason = f"is {steps.max():.3g} s after the row before; cut the record where it has gaps"
+        raise InputError(where, f"time, row {row}", float(time[row - 1]), reason)
 
 
 def convert_record(record: Record) -> Recording:

@@ -14,7 +14,7 @@ import numpy as np
 
 from crosscheck.models.errors import InputError, format_install_command, format_line
 from crosscheck.models.inputs import input_size, read_input
-from crosscheck.recordings.csv_table import LARGEST_FILE, read_table
+from crosscheck.recordings.csv_table import LARGEST_FILE, open_table
 from crosscheck.runner.isolated_reading import read_arrays, read_in_subprocess
 
 READING_S, BAG_S = 60.0, 300.0
@@ -120,11 +120,12 @@ def _is_stated(kind: str, table: np.ndarray) -> bool:
 
 
 def _read_csv(path: Path) -> dict[str, np.ndarray]:
-    table = read_table(path)
+    table = open_table(path)
+    values = np.concatenate(list(table.read_pieces()))
     twice = [name for name, count in Counter(table.names).items() if count > 1]
     if twice:
         raise InputError(table.where, "line 1", twice[0], "is there twice")
-    return dict(zip(table.names, table.values.T, strict=True))
+    return dict(zip(table.names, values.T, strict=True))
 
 
 BagContent = tuple[dict[str, np.ndarray], int]  # columns by name; how many messages were skipped

@@ -288,6 +288,20 @@ def test_halving_rows_keeps_what_is_below_a_quarter_of_their_rate():
     assert np.abs(halved[inner, 1]).max() < 2e-6
 
 
+def test_a_long_recording_is_halved_while_its_rows_are_read(monkeypatch):
+    """Times uneven by a third of a step: as at once, whatever pieces the rows come in."""
+    rng = np.random.default_rng(0)
+    time = np.arange(2001.0) + rng.uniform(-0.15, 0.15, 2001)
+    signal = np.sin(2 * np.pi * np.outer(time, (0.004, 0.01)))
+    monkeypatch.setattr(decimation, "MOST_ROWS", 600)
+    few, kept = decimation.condense(time, np.array_split(signal, (70, 200, 201, 900)))
+    assert few == pytest.approx(time[0] + (time[-1] - time[0]) * np.arange(501) / 500)
+    at_once = halve_rows(halve_rows(next(decimation.space_pieces([signal], time))))
+    assert kept == pytest.approx(at_once, abs=1e-13)
+    inner, expected = slice(20, -20), np.sin(2 * np.pi * np.outer(few, (0.004, 0.01)))
+    assert kept[inner] == pytest.approx(expected[inner], abs=1e-3)  # lines between rows
+
+
 def test_rows_left_out_move_no_estimate(robot, monkeypatch):
     """By a fifth of a standard error in the mean, where half of the rows are taken: others are."""
     given = recording(robot, "coupled", seconds=10.0)
