@@ -40,6 +40,6 @@ def measure_residual(columns: np.ndarray, torque: np.ndarray, shown: np.ndarray)
         shown: Which of these say something (rows, n).
     """
     count, parameters = shown.sum(axis=0), columns.shape[2]
-    deviations = estimate_deviations(columns * shown[:, :, None], torque * shown, count)
+    deviations = estimate_deviations(columns, torque, shown)
     rows = int(count.sum())
     return float(np.exp(np.log(deviations).mean()) * np.sqrt(rows / max(rows - parameters, 1)))

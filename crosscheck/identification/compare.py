@@ -63,6 +63,7 @@ STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
     ("armature", ("armature",)),
     ("armature of shared motors", ("shared armature",)),
 )
+MOST_BANDS = 4  # whose samples are kept: fits ask for those of the last ones again
 FEWEST_ROWS = 4  # of torques for a parameter
 NOTHING_ELSE = Knowledge()
 # Chance that anything is named on a side which is not there.
@@ -296,13 +297,16 @@ class _BandSamples:
         self.measured = np.isfinite(torques[0]).all(axis=0)
         pairs = zip(recordings, torques, strict=True)
         self._signals = [
-            DecimatedSignals(each, np.where(self.measured, torque, 0.0)) for each, torque in pairs
+            DecimatedSignals(each, torque if self.measured.all() else np.nan_to_num(torque))
+            for each, torque in pairs
         ]
         self._samples: dict[float, BandSample] = {}
 
     def at(self, bandwidth: float) -> BandSample:
         """Rows of the recordings in a band [Hz], all joints."""
         if bandwidth not in self._samples:
+            for other in list(self._samples)[: 1 - MOST_BANDS]:
+                del self._samples[other]
             self._samples[bandwidth] = sample(self._signals, self.shared, bandwidth)
         return self._samples[bandwidth]
 
@@ -317,7 +321,12 @@ class _Problem:
         self.kinds = (*kinds, *(kind for _, added in STEPS for kind in added))
         anything = self._cut(build_columns(robot, self.shared, draw_samples(robot, self.shared)))
         self.basis: TermBasis = find_basis(anything, self.kinds)
-        self.terms = anything.select(self.basis.chosen).terms
+        # In the order of the steps: the columns of each are the first so many of all.
+        among = [anything.terms[number].kind for number in self.basis.chosen]
+        order = sorted(range(len(among)), key=lambda place: self.kinds.index(among[place]))
+        self.chosen = self.basis.chosen[order]
+        self.terms = anything.select(self.chosen).terms
+        self.every = anything.terms
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -339,11 +348,16 @@ class _Problem:
     ) -> tuple[BandSample, Regressor, np.ndarray, np.ndarray]:
         """Sampled motion; columns and torques of the measured joints, and which rows count."""
         samples = self.samples.at(bandwidth)
-        columns = self._cut(build_columns(self.robot, self.shared, samples))
-        columns = columns.select(self.basis.chosen)
+        # Columns of all terms, most of which are not asked for, would take several times as much.
+        values = np.empty((len(samples.q), int(self.measured.sum()), len(self.terms)))
+        for rows, piece in samples.pieces():
+            every = self._cut(build_columns(self.robot, self.shared, piece))
+            values[rows] = every.values[:, :, self.chosen]
+        columns = Regressor(self.terms, values)
         shown = samples.moving[:, self.measured]
-        reached = (columns.values * shown[:, :, None]).any(axis=(0, 1))
-        columns = columns.select(np.flatnonzero(reached))
+        reached = np.any([columns.values[on, at].any(axis=0) for at, on in enumerate(shown.T)], 0)
+        if not reached.all():
+            columns = columns.select(np.flatnonzero(reached))
         return samples, columns, samples.torque[:, self.measured], shown
 
     def choose_bandwidth(self) -> float:
@@ -369,6 +383,14 @@ def _judge_side(
     bandwidth: float,
     knowledge: Knowledge,
 ) -> SideResult:
+    # Before all else: their columns are gone where those of the bandwidth itself are made.
+    bands = []
+    for factor in (0.5, 2.0) if treatment != "scaled" else ():
+        if bandwidth * factor <= highest_bandwidth(problem.recordings):
+            _, other_columns, other = problem.fit(bandwidth * factor)
+            among = _select_estimates(problem, other_columns, other)
+            rotors_only = tuple(each for each in among if each.term.kind in ROTOR_KINDS)
+            bands.append(BandResult(bandwidth * factor, rotors_only))
     samples, columns, full = problem.fit(bandwidth)
     torque = samples.torque[:, problem.measured]
     steps, kinds = [], list(LINK_KINDS[treatment])
@@ -376,21 +398,14 @@ def _judge_side(
         if not columns.numbers(*added).size:
             continue
         kinds += added
-        part = columns.values[:, :, columns.numbers(*kinds)]
+        part = columns.values[:, :, : columns.numbers(*kinds).size]
         fit = fit_linear(
             part, torque, full.shown, samples.starts, sigma=full.sigma, edges=full.edges
         )
         weighted, predicted = fit.weighted_rms(full.sigma), fit.weighted_prediction_rms(full.sigma)
         steps.append(StepResult(name, part.shape[2], fit.rms, weighted, predicted))
-    estimates = _select_estimates(columns, full)
+    estimates = _select_estimates(problem, columns, full)
     named = sum(each.term.kind in NAMED_KINDS for each in estimates)
-    bands = []
-    for factor in (0.5, 2.0) if treatment != "scaled" else ():
-        if bandwidth * factor <= highest_bandwidth(problem.recordings):
-            _, other_columns, other = problem.fit(bandwidth * factor)
-            among = _select_estimates(other_columns, other)
-            rotors_only = tuple(each for each in among if each.term.kind in ROTOR_KINDS)
-            bands.append(BandResult(bandwidth * factor, rotors_only))
     concerned = _find_concerned(problem.terms, columns, full)
     return SideResult(
         side=side,
@@ -414,7 +429,7 @@ def _judge_side(
                 problem.robot,
                 samples.q,
                 problem.shared,
-                problem.basis.chosen,
+                problem.chosen,
                 problem.measured,
                 full.sigma,
             )
@@ -438,20 +453,23 @@ def _record_torque(problem: _Problem, samples: BandSample, full: LinearFit) -> R
         measured=problem.measured,
         shown=full.shown,
         residual=full.residual,
-        chosen=problem.basis.chosen,
+        chosen=problem.chosen,
         quantile=full.quantile((1 + CONFIDENCE) / 2),
     )
 
 
-def _select_estimates(columns: Regressor, fit: LinearFit) -> tuple[TermEstimate, ...]:
+def _select_estimates(
+    problem: _Problem, columns: Regressor, fit: LinearFit
+) -> tuple[TermEstimate, ...]:
     """Estimates of all terms but links, which are base parameters without a name of their own."""
-    return tuple(
+    estimates = [
         TermEstimate(term, float(value), float(error), float(half))
         for term, value, error, half in zip(
             columns.terms, fit.values, fit.errors, fit.half_widths, strict=True
         )
         if term.kind != "links"
-    )
+    ]
+    return tuple(sorted(estimates, key=lambda each: problem.every.index(each.term)))
 
 
 def _find_concerned(

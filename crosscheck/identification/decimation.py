@@ -56,11 +56,13 @@ class DecimatedSignals:
         return self._levels[level]
 
 
-def condense(time: np.ndarray, pieces: Iterable[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Times and rows (rows, n) of signals that come in pieces, no more rows than are kept.
+def condense(
+    time: np.ndarray, pieces: Iterable[np.ndarray], count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times and rows (rows, count) of signals that come in pieces, no more rows than are kept.
 
-    Rows of a long recording are at even times. No more than a piece is held at once beside what is
-    kept.
+    Rows of a long recording are at even times, and of single precision: 24 bits are more than
+    encoders tell. No more than a piece is held at once beside what is kept.
     """
     halvings = max(ceil(log2(len(time) / MOST_ROWS)), 0)
     if halvings:
@@ -68,12 +70,18 @@ def condense(time: np.ndarray, pieces: Iterable[np.ndarray]) -> tuple[np.ndarray
         time = _even_times(time)[:: 2**halvings]
     for _ in range(halvings):
         pieces = halve_pieces(pieces)
-    return time, np.concatenate(list(pieces))
+    kept = np.empty((len(time), count), dtype=np.float32 if halvings else float)
+    done = 0
+    for piece in pieces:
+        kept[done : done + len(piece)] = piece
+        done += len(piece)
+    return time, kept
 
 
 def halve_rows(signal: np.ndarray) -> np.ndarray:
     """Every second row of a signal (rows, n), the first among them, low-passed before."""
-    return np.concatenate(list(halve_pieces([signal])))
+    halves = np.concatenate(list(halve_pieces([signal])))
+    return halves.astype(signal.dtype, copy=False)
 
 
 def halve_pieces(pieces: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
@@ -99,11 +107,11 @@ def space_pieces(pieces: Iterable[np.ndarray], time: np.ndarray) -> Iterator[np.
     kept: list[np.ndarray] = []  # the row before a piece, from which a line leads to it
     row = done = 0
     for piece in pieces:
-        known = np.concatenate([*kept, piece])
-        times = time[row : row + len(known)]
+        signals = np.concatenate([*kept, piece])
+        times = time[row : row + len(signals)]
         until = int(np.searchsorted(even, times[-1], side="right"))
-        yield np.column_stack([np.interp(even[done:until], times, each) for each in known.T])
-        kept, row, done = [piece[-1:]], row + len(known) - 1, until
+        yield np.column_stack([np.interp(even[done:until], times, each) for each in signals.T])
+        kept, row, done = [piece[-1:]], row + len(signals) - 1, until
 
 
 def continue_signal(signal: np.ndarray, before: int, behind: int) -> np.ndarray:

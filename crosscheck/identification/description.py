@@ -174,15 +174,17 @@ def _read_recording(
         both = moving.select_pieces(given.columns), pulling.select_pieces(pulled)
         pieces = (np.hstack(pair) for pair in zip(*both, strict=True))
     require_even_enough(moving.where, time)
-    recorded = len(time)
-    time, signals = condense(time, pieces)
-    count = len(given.columns)
-    positions = signals[:, :count] * (np.pi / 180 if given.unit == "deg" else 1.0)
+    recorded, count = len(time), len(given.columns)
+    time, signals = condense(time, pieces, count + len(pulled))
+    positions, *tables = np.split(signals, len(signals[0]) // count, axis=1)
+    # In place: signals of a long recording are most of the memory.
+    if given.unit == "deg":
+        positions *= np.pi / 180
     if given.shaft == "motor":
-        positions = np.linalg.solve(turns, positions.T).T
+        positions[:] = np.linalg.solve(turns, positions.T).T
     if given.zero is not None:
-        positions = positions + np.array(given.zero)
-    left = iter(np.split(signals[:, count:], len(pulled) // count, axis=1))
+        positions += np.array(given.zero)
+    left = iter(tables)
     before, behind = (
         None if each is None else _convert(next(left), each, turns) for each in torques
     )
@@ -201,6 +203,8 @@ def _count_rows(table: CsvTable) -> int:
 
 
 def _convert(values: np.ndarray, given: TorqueColumns, turns: np.ndarray) -> np.ndarray:
-    """Numbers (rows, n) as torques at the joints."""
-    torques = values * np.array(given.gain or 1.0)
-    return torques @ turns if given.shaft == "motor" else torques
+    """Numbers (rows, n), in place, as torques at the joints."""
+    values *= np.array(given.gain or 1.0)
+    if given.shaft == "motor":
+        values[:] = values @ turns
+    return values

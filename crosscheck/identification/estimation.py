@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -15,6 +15,7 @@ CONFIDENCE = 0.95  # of an interval
 MOST_BLOCKS, FEWEST_BLOCKS = 100, 20
 # Blocks hold so many times for which residuals are alike: their sums are independent.
 CORRELATION_TIMES = 4.0
+TOGETHER = 1000  # rows of columns that are weighted at a time
 ALIKE = 1e6  # condition number of scaled columns up to which products of them are exact enough
 
 
@@ -87,27 +88,26 @@ def fit_linear(
         sigma: Weights' inverse (n,); by the residuals if left out.
         edges: First rows of the blocks, then the count of rows; by the residuals if left out.
     """
-    rows, n, p = columns.shape
-    columns, torque = columns * shown[:, :, None], torque * shown
-    count = shown.sum(axis=0)
+    torque, count = torque * shown, shown.sum(axis=0)
     weights = sigma
     if weights is None:
-        weights = estimate_deviations(columns, torque, count, WEIGHTINGS - 1)
-    scale = _column_sizes(columns)
-    weighted = (columns / (weights[:, None] * scale)).reshape(rows * n, p)
-    right = (torque / weights).ravel()
-    basis, triangle = factor_columns(weighted)
-    coefficients = basis.T @ right
-    remains = (right - basis @ coefficients).reshape(rows, n)
-    residual = remains * weights
+        weights = estimate_deviations(columns, torque, shown, WEIGHTINGS - 1)
+    scale = _column_sizes(columns, shown)
+    weighted = WeightedColumns(columns, shown / weights, scale)
+    triangle = factor_columns(weighted)
+    inverse = solve_triangular(triangle, np.eye(len(scale)))
+    right = torque / weights
+    coefficients = inverse.T @ weighted.project(right)
+    values = (inverse @ coefficients) / scale
+    residual = torque - (columns @ values) * shown
     edges = choose_blocks(residual, starts) if edges is None else edges
-    deviations, predicted = _leave_out_blocks(basis.reshape(rows, n, p), remains, edges)
+    deviations, predicted = _leave_out_blocks(weighted, inverse, residual / weights, edges)
     blocks = len(edges) - 1
     spread = (blocks - 1) / blocks * deviations.T @ deviations
-    inverse = solve_triangular(triangle, np.eye(p)) / scale[:, None]
+    inverse = inverse / scale[:, None]
     _, singular, directions = np.linalg.svd(triangle)
     return LinearFit(
-        values=inverse @ coefficients,
+        values=values,
         covariance=inverse @ spread @ inverse.T,
         freedom=max(blocks - 1, 1),
         shown=shown,
@@ -120,71 +120,116 @@ def fit_linear(
     )
 
 
+@dataclass(frozen=True)
+class WeightedColumns:
+    """Columns (rows, n, p) times weights (rows, n), of length 1 by their lengths scale (p,).
+
+    They are made a few rows at a time: all of them, once more, would be most of the memory.
+    """
+
+    columns: np.ndarray
+    weights: np.ndarray
+    scale: np.ndarray
+
+    def select(self, first: int, last: int) -> np.ndarray:
+        """These rows of all joints (rows n, p)."""
+        part = self.columns[first:last] * self.weights[first:last, :, None]
+        part /= self.scale
+        return part.reshape(-1, len(self.scale))
+
+    def pieces(self) -> Iterator[tuple[slice, np.ndarray]]:
+        """All rows, some at a time, and which."""
+        for first in range(0, len(self.columns), TOGETHER):
+            rows = slice(first, first + TOGETHER)
+            yield rows, self.select(rows.start, rows.stop)
+
+    def multiply(self, factor: np.ndarray) -> np.ndarray:
+        """Products (p, p) of the columns times a matrix (p, p) with themselves."""
+        total = np.zeros_like(factor)
+        for _, piece in self.pieces():
+            turned = piece @ factor
+            total += turned.T @ turned
+        return total
+
+    def project(self, right: np.ndarray) -> np.ndarray:
+        """Products (p,) of the columns with a right-hand side (rows, n)."""
+        return np.sum([piece.T @ right[rows].ravel() for rows, piece in self.pieces()], axis=0)
+
+
 def estimate_deviations(
-    columns: np.ndarray, torque: np.ndarray, count: np.ndarray, passes: int = WEIGHTINGS
+    columns: np.ndarray, torque: np.ndarray, shown: np.ndarray, passes: int = WEIGHTINGS
 ) -> np.ndarray:
     """Root mean squares (n,) of what a fit leaves at each joint, weighted by these themselves.
 
     Rows of a joint have one weight, so that their products are summed once for all weights.
 
     Args:
-        columns: Of the unknowns (rows, n, p), 0 in rows that do not count.
-        torque: What they shall make (rows, n), 0 there too.
-        count: How many rows of each joint count (n,).
+        columns: Of the unknowns (rows, n, p).
+        torque: What they shall make (rows, n).
+        shown: Which of these count (rows, n).
         passes: Of weights by residuals, the first by the torques.
     """
-    scale = _column_sizes(columns)
-    by_joint = [columns[:, joint] for joint in range(columns.shape[1])]
-    products = np.array([each.T @ each for each in by_joint]) / np.outer(scale, scale)
-    right = [each.T @ made / scale for each, made in zip(by_joint, torque.T, strict=True)]
-    deviations = joint_rms(torque, count)
+    count, scale = shown.sum(axis=0), _column_sizes(columns, shown)
+    products, right = [], []
+    for joint, counted in enumerate(shown.T):
+        rows = columns[counted, joint]
+        products.append(rows.T @ rows / np.outer(scale, scale))
+        right.append(rows.T @ torque[counted, joint] / scale)
+    deviations = joint_rms(torque * shown, count)
     for _ in range(passes):
         weights = deviations**-2
         values = np.linalg.lstsq(
-            np.tensordot(weights, products, 1), weights @ np.array(right), rcond=None
+            np.tensordot(weights, np.array(products), 1), weights @ np.array(right), rcond=None
         )[0]
-        deviations = joint_rms(torque - columns @ (values / scale), count)
+        deviations = joint_rms((torque - columns @ (values / scale)) * shown, count)
     return deviations
 
 
-def factor_columns(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """An orthonormal basis (rows, p) of columns, and the triangle (p, p) that makes them of it.
+def factor_columns(columns: WeightedColumns) -> np.ndarray:
+    """The triangle (p, p) that makes columns of an orthonormal basis of theirs.
 
     By Cholesky's factor of their products, twice (Yamamoto, Nakatsukasa, Yanagisawa and Fukaya,
     2015): as exact as reflections and several times as quick; by these where they are too alike.
     """
-    basis, triangle = columns, np.eye(columns.shape[1])
+    triangle = inverse = np.eye(len(columns.scale))
     for _ in range(2):
         try:
-            factor = cholesky(basis.T @ basis, check_finite=False)
+            factor = cholesky(columns.multiply(inverse), check_finite=False)
         except np.linalg.LinAlgError:
             return _reflect(columns)
         if np.linalg.cond(factor) > ALIKE:
             return _reflect(columns)
-        basis, triangle = basis @ np.linalg.inv(factor), factor @ triangle
-    return basis, triangle
+        triangle = factor @ triangle
+        inverse = solve_triangular(triangle, np.eye(len(triangle)))
+    return triangle
 
 
-def _reflect(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _reflect(columns: WeightedColumns) -> np.ndarray:
     """The same by Householder's reflections."""
-    basis, triangle = qr(columns, mode="economic", check_finite=False)
-    return basis, triangle
+    triangle = np.zeros((0, len(columns.scale)))
+    for _, piece in columns.pieces():
+        rows = np.concatenate([triangle, piece])
+        triangle = qr(rows, mode="r", check_finite=False)[0][: len(columns.scale)]
+    return triangle
 
 
 def find_condition(columns: np.ndarray, sigma: np.ndarray) -> float:
     """The condition number of columns (rows, n, p), each scaled to size 1, in weights 1 / sigma."""
-    scale = _column_sizes(columns)
+    scale = _column_sizes(columns, np.ones(columns.shape[:2], dtype=bool))
     weighted = (columns / scale / sigma[:, None]).reshape(-1, columns.shape[2])
     return float(np.linalg.cond(qr(weighted, mode="r", check_finite=False)[0][: len(scale)]))
 
 
 def _leave_out_blocks(
-    basis: np.ndarray, remains: np.ndarray, edges: np.ndarray
+    columns: WeightedColumns, inverse: np.ndarray, remains: np.ndarray, edges: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What leaving out each block changes of the coefficients; the errors of predicting it."""
+    """What leaving out each block changes of the coefficients; the errors of predicting it.
+
+    inverse (p, p): of the triangle, which makes the columns their orthonormal basis.
+    """
     deviations, predicted = [], np.empty_like(remains)
     for first, last in pairwise(edges):
-        part = basis[first:last].reshape(-1, basis.shape[2])
+        part = columns.select(first, last) @ inverse
         gram = part.T @ part
         change = np.linalg.lstsq(
             np.eye(len(gram)) - gram, part.T @ remains[first:last].ravel(), rcond=1e-10
@@ -231,9 +276,10 @@ def joint_rms(values: np.ndarray, count: np.ndarray) -> np.ndarray:
     return _positive(np.sqrt((values**2).sum(axis=0) / np.maximum(count, 1)))
 
 
-def _column_sizes(columns: np.ndarray) -> np.ndarray:
-    """Lengths (p,) of columns (rows, n, p); 1 for those of nothing but zeros."""
-    return _positive(np.sqrt(np.einsum("rnp,rnp->p", columns, columns)))
+def _column_sizes(columns: np.ndarray, shown: np.ndarray) -> np.ndarray:
+    """Lengths (p,) of columns (rows, n, p) in the rows that count; 1 for nothing but zeros."""
+    squares = [(columns[counted, joint] ** 2).sum(axis=0) for joint, counted in enumerate(shown.T)]
+    return _positive(np.sqrt(np.sum(squares, axis=0)))
 
 
 def _positive(values: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from crosscheck.identification.recording import Recording
 
 # Of the Butterworth filter that runs forth and back: its square in size, and no phase.
 ORDER = 4
+TOGETHER = 1000  # rows of which columns are made at a time
 MOST_ROWS = 20_000  # of a long record they stand further apart: estimates need no more
 # Shortest periods that a recording is continued by, turned about its ends: what is beyond them
 # weighs less than 1e-10 in the filter.
@@ -47,6 +48,15 @@ class BandSample:
     torque_rate: np.ndarray
     starts: tuple[int, ...]
     step: float
+
+    def pieces(self) -> Iterator[tuple[slice, BandSample]]:
+        """All rows, some at a time, and which: as of one recording each."""
+        for first in range(0, len(self.q), TOGETHER):
+            rows = slice(first, min(first + TOGETHER, len(self.q)))
+            signals = {
+                name: value[rows] for name, value in vars(self).items() if np.ndim(value) == 2
+            }
+            yield rows, replace(self, **signals, starts=(0, rows.stop - first))
 
 
 def sample(
@@ -111,6 +121,9 @@ def highest_bandwidth(recordings: Sequence[Recording]) -> float:
     return min(1 / (2 * ROWS * each.step) for each in recordings)
 
 
+Rows = np.ndarray | slice
+
+
 class _FilteredRecording(NamedTuple):
     """A recording in a band: its step [s], which rows are kept, and signals.
 
@@ -133,10 +146,8 @@ def _filter_recording(
     step, position, torque = signals
     edge = int(EDGE / (bandwidth * step))
     rows = np.arange(edge, len(position) - edge, spacing / step).astype(int)
-    # All rows of a single signal at a time: a long recording's take much memory.
-    motion = _filter(position, step, bandwidth, (0, 1, 2))
-    q, v, a = next(motion)[rows], next(motion), next(motion)[rows]
-    torque, slope = (each[rows] for each in _filter(torque, step, bandwidth, (0, 1)))
+    q, v, a = _filter(position, step, bandwidth, ((0, rows), (1, slice(None)), (2, rows)))
+    torque, slope = _filter(torque, step, bandwidth, ((0, rows), (1, rows)))
     return _FilteredRecording(step, rows, q, np.hstack([v, v @ shared.T]), a, torque, slope)
 
 
@@ -146,27 +157,36 @@ def _filter_direction(
     """Signs of the rates at the rows kept, between -1 and 1 where they are slow."""
     slow = SLOW * np.where(fastest > 0, fastest, 1.0)
     signs = np.clip(recording.rates / slow, -1.0, 1.0)
-    (direction,) = _filter(signs, recording.step, bandwidth, (0,))
-    return direction[recording.rows]
+    (direction,) = _filter(signs, recording.step, bandwidth, ((0, recording.rows),))
+    return direction
 
 
 def _filter(
-    signal: np.ndarray, step: float, bandwidth: float, orders: tuple[int, ...]
+    signals: np.ndarray, step: float, bandwidth: float, asked: Sequence[tuple[int, Rows]]
+) -> list[np.ndarray]:
+    """Derivatives of filtered signals (rows, n): each of an order, at the rows asked for.
+
+    One signal after the other: all of a long recording's at once would take much memory.
+    """
+    columns = [list(_filter_signal(each, step, bandwidth, asked)) for each in signals.T]
+    return [np.column_stack(parts) for parts in zip(*columns, strict=True)]
+
+
+def _filter_signal(
+    signal: np.ndarray, step: float, bandwidth: float, asked: Sequence[tuple[int, Rows]]
 ) -> Iterator[np.ndarray]:
-    """Derivatives of these orders of a filtered signal (rows, n)."""
+    """The same of a single signal (rows,)."""
     rows = len(signal)
     pad = min(int(PADDED / (bandwidth * step)), rows - 1)
     behind = min(next_fast_len(rows + 2 * pad, real=True) - rows - pad, rows - 1)
     long = continue_signal(signal, pad, behind)
     # Without the line from end to end, what the transform continues periodically has no step.
     slope = (long[-1] - long[0]) / ((len(long) - 1) * step)
-    line = long[0] + slope * (step * np.arange(len(long)))[:, None]
+    line = long[0] + slope * (step * np.arange(len(long)))
     frequency = rfftfreq(len(long), step)
-    passed = rfft((long - line).T)
-    passed /= 1 + (frequency / bandwidth) ** (2 * ORDER)
+    passed = rfft(long - line) / (1 + (frequency / bandwidth) ** (2 * ORDER))
     kept = slice(pad, pad + rows)
-    lines = {0: line[kept], 1: slope, 2: np.zeros_like(slope)}
-    for order in orders:
-        yield (
-            irfft(passed * (2j * np.pi * frequency) ** order, len(long))[:, kept].T + lines[order]
-        )
+    lines = {0: line[kept], 1: np.full(rows, slope), 2: np.zeros(rows)}
+    for order, at in asked:
+        turned = irfft(passed * (2j * np.pi * frequency) ** order, len(long))[kept]
+        yield turned[at] + lines[order][at]
