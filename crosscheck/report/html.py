@@ -43,6 +43,7 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
         maps=make_entry_maps(agreement.entries),
         wrong=find_wrong_entries(agreement.entries),
         questions=answers.outline.questions,
+        topics=answers.outline.topics,
         tips=find_tip_ends(agreement),
         quantities=answers.outline.quantities,
         cells=matrix_cells,

@@ -27,7 +27,8 @@ class ReportOutline:
 
     models: titles by name of the models that are compared with other engines', one a row; forms:
     those of them that are only measured; quantities: their names by that of a Finding, a column
-    each; questions: that it answers; levels: titles; finest: the model that levels are beside;
+    each; questions: that it answers; topics: what each is about, the title of its card; levels:
+    titles; finest: the model that levels are beside;
     truths: what single models are compared with; described: the mechanism in lines.
     """
 
@@ -37,6 +38,7 @@ class ReportOutline:
     forms: tuple[str, ...]
     quantities: Mapping[str, str]
     questions: tuple[str, str, str]
+    topics: tuple[str, str, str]
     levels: Mapping[str, str]
     finest: str
     truths: str
@@ -74,6 +76,7 @@ def _arm_outline(arm: Arm) -> ReportOutline:
             "How far is the rigid arm from the geared one?",
             TRUST,
         ),
+        topics=("Equations", "Rigid arm", "Checks"),
         levels=LEVELS,
         finest=reference_model(),
         truths="first principles, its own records or the arm's file",
@@ -100,6 +103,7 @@ def _robot_outline(robot: Robot) -> ReportOutline:
             "How far is each level from the most detailed one?",
             TRUST,
         ),
+        topics=("Engines", "Without rotors", "Checks"),
         levels=levels,
         finest=f"{reference_engine()}:{robot.levels[-1]}",
         truths="first principles",

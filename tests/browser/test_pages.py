@@ -18,6 +18,7 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import encode_netcdf, from_netcdf
+from crosscheck.planning import state_suite
 from crosscheck.planning.comparison import collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, Experiment
 from crosscheck.planning.run_suite import plan_experiment_comparisons
@@ -25,13 +26,14 @@ from crosscheck.provenance import record_provenance
 from crosscheck.recordings.output import comparison_page
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.html import render_report_page
-from crosscheck.report.plots.charts import Charts
+from crosscheck.report.plots.charts import Charts, Pictures
 from crosscheck.run import CrossCheck, cases_by_run, run_tasks, runs_by_key
 from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.runner.tasks import RunKey
 from crosscheck.runner.workers import Workers
 from crosscheck.view.trajectory_file import read_run
 from tests.arms import PAPER
+from tests.faults.robot_views import check_robot
 from tests.loops import require_items
 from tests.measured.records import compared, level, record_of
 
@@ -46,6 +48,21 @@ FAMILIES = ("same-step", "form", "deviation")
 HOSTILE = '</script><img src="nowhere" onerror="fail()"><b>'  # would ask for a file, and fail
 LOOKS = {"light": (1280, 390), "dark": (390,)}
 PAGES = ("report", "view", "compare", "cost")
+SCREENS = ((1280, 900), (390, 844))
+MOST_WORDS = 60  # of a report's first screen; cells of heat maps and drawings are pictures
+WORDS_IN_SIGHT = """() => {
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), words = [];
+  while (walker.nextNode()) {
+    const text = walker.currentNode, parent = text.parentElement;
+    if (parent.closest("script, style, svg, .heat td, .heat th")) continue;
+    const range = document.createRange();
+    range.selectNodeContents(text);
+    const places = [...range.getClientRects()].filter(r => r.width && r.height);
+    if (parent.checkVisibility() && places.some(r => r.top < innerHeight && r.bottom > 0))
+      words.push(...text.textContent.split(/\\s+/).filter(Boolean));
+  }
+  return words;
+}"""
 AXE = Path(__file__).with_name("axe.min.js")
 
 
@@ -68,15 +85,23 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     wanted = CrossCheckRequest(arm, quick=True)
     of_runs = plan_experiment_comparisons(Experiment("pd", Case(arm, scenario, switches())))
     asked = [each for each in of_runs if each.about.key.family in FAMILIES]
+    of_states = state_suite.plan_state_comparisons(arm, True, 0, "")
+    asked += [each for each in of_states if each.about.key.quantity == "mass_matrix"]
     charts = Charts()
     with Workers(1) as workers:
         results = run_tasks(workers, collect_tasks(asked), ignore_progress, charts.show)
-    agreement = Agreement(list(judge_comparisons(asked, results)), record_provenance(arm, 0, True))
+    agreement = Agreement(
+        list(judge_comparisons(asked, results)),
+        record_provenance(arm, 0, True),
+        entries=tuple(state_suite.compute_entry_differences(arm, True, 0, results)),
+    )
     checked = CrossCheck(wanted, agreement, cases_by_run(asked), runs_by_key(results))
     folder = tmp_path_factory.mktemp("pages")
     (folder / "report.html").write_text(
         render_report_page(checked, charts.build_pictures()), encoding="utf-8"
     )
+    robot = render_report_page(check_robot(), Pictures({}))
+    (folder / "robot.html").write_text(robot, encoding="utf-8")
     record = record_of(level(arm, "coupled"), rows=1000)
     (folder / "compare.html").write_text(comparison_page(compared(record, arm)), encoding="utf-8")
     cost = compute_costs(load_robot("sliding"), 0, QUICK, lambda *doing: None)
@@ -231,6 +256,17 @@ def test_findings_are_filtered_by_words_and_outcome(opened):
     page.locator("#findings input[value=agree]").uncheck()
     count = page.locator("#findings label.agree").inner_text().split()[0]
     assert page.locator("#matches").inner_text() == f"{total - int(count)} of {total} shown"
+
+
+@pytest.mark.parametrize("name", ["report", "robot"])
+def test_the_first_screen_answers_in_few_words(opened, name):
+    page = opened(name)
+    for width, height in require_items(SCREENS):
+        page.set_viewport_size({"width": width, "height": height})
+        words = page.evaluate(WORDS_IN_SIGHT)
+        assert page.locator(".answer").inner_text() in " ".join(words)
+        assert page.locator(".heat").first.is_visible()
+        assert len(words) <= MOST_WORDS, words
 
 
 def test_folds_open_and_paper_gets_the_still_picture(opened):
