@@ -22,6 +22,7 @@ LONGEST_BITS = 1000  # of a whole number; Python shows none of 4300 digits
 URDF = ".urdf"
 TOO_LONG = "a number of too many digits"
 EXPAND = "expand it first: xacro robot.urdf.xacro > robot.urdf"
+READ_AS_URDF = (XmlKind.URDF, XmlKind.XACRO, XmlKind.MJCF)
 DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
 
 
@@ -74,10 +75,13 @@ def is_robot(name: str) -> bool:
 
 
 def is_urdf(name: str) -> bool:
-    """Whether a robot's name is that of a URDF, whatever the file is called. Raises InputError."""
+    """Whether a robot's name is that of a URDF, or of MJCF, which is read as one.
+
+    Whatever the file is called. Raises InputError.
+    """
     if name in builtin_robots() or Path(name).suffix == URDF:
         return name not in builtin_robots()
-    return describe_xml_kind(_text(name, "robots")) in (XmlKind.URDF, XmlKind.XACRO)
+    return describe_xml_kind(_text(name, "robots")) in READ_AS_URDF
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -132,7 +136,7 @@ def _remedy(kind: XmlKind, folder: str) -> str:
     if folder == "robots":
         return f"must be a URDF, or a robot's TOML file{expand}"
     if folder == "arms":
-        its = "it" if kind is XmlKind.URDF else "a URDF"
+        its = "it" if kind in (XmlKind.URDF, XmlKind.MJCF) else "a URDF"
         return f"an arm's TOML file is expected; other commands take {its}{expand}"
     return "a TOML file is expected"
 

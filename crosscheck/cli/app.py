@@ -474,7 +474,8 @@ def init(
         bool, typer.Option("--direct", help="A plain arm: no gears, no friction, gravity.")
     ] = False,
     urdf: Annotated[
-        Path | None, typer.Option(help="A robot's file instead, for this URDF's joints.")
+        Path | None,
+        typer.Option(help="A robot's file instead, for this URDF or MJCF."),
     ] = None,
 ) -> None:
     """Write a commented file of an arm, or of a robot, to begin with; never over another file."""

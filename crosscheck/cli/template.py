@@ -293,7 +293,12 @@ def init_robot_command(path: Path, urdf: Path) -> None:
     """Write a file for the robot of a URDF. Raises InputError, also if the file exists."""
     from crosscheck.models.files import parse_toml
     from crosscheck.models.loading import validate_record
-    from crosscheck.models.robot.file import RobotFile, build_robot, read_text  # NumPy
+    from crosscheck.models.robot.file import (  # NumPy
+        RobotFile,
+        build_robot,
+        read_robot_file,
+        read_text,
+    )
     from crosscheck.models.robot.urdf_gears import read_gears
 
     require_new(path)
@@ -302,7 +307,8 @@ def init_robot_command(path: Path, urdf: Path) -> None:
         allowed = f"must have {PrintableText(400)} from the folder of {path}"
         raise InputError("--urdf", "", relative_path, allowed)
     name = path.stem if PrintableText(80).allows(path.stem) else "my-robot"
-    file = RobotFile(schema_version=1, name=name, urdf=relative_path)
+    content = {**read_robot_file(str(urdf)), "name": name, "urdf": relative_path}
+    file = validate_record(RobotFile, content, str(path))
     urdf_text = read_text(urdf)
     robot = build_robot(file, urdf_text, str(path), str(urdf))
     moving = {joint.name for joint in robot.joints}

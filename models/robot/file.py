@@ -15,10 +15,12 @@ from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
+from crosscheck.models.file_kind import XmlKind, describe_xml_kind
 from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, is_urdf, read_raw_robot
 from crosscheck.models.inputs import read_input
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot import robot
+from crosscheck.models.robot.mjcf import read_mjcf
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot
 from crosscheck.models.robot.tree import Tree, build_tree
 from crosscheck.models.robot.urdf import Urdf, read_urdf
@@ -118,8 +120,8 @@ def load_robot(name: str) -> Robot:
     """Load the robot of a built-in name, a TOML file, or a URDF alone, without rotors.
 
     Args:
-        name: A built-in name, or the path of a file; a URDF is recognised by its content, whatever
-            the file is called.
+        name: A built-in name, or the path of a file; a URDF and MJCF are recognised by their
+            content, whatever the file is called.
 
     Returns:
         The robot, with gravity (3,) [m/s^2] in the frame of its base, and joints in an order in
@@ -142,9 +144,14 @@ def load_urdf(name: str) -> tuple[Urdf, str]:
 
 def read_robot_file(name: str) -> dict[str, Any]:
     """What a robot's file holds, not validated, or what stands for it. Raises InputError."""
+    if not is_urdf(name):
+        return read_raw_robot(name)
     path = Path(name)
     alone = {"schema_version": 1, "name": path.stem, "urdf": path.name}
-    return alone if is_urdf(name) else read_raw_robot(name)
+    text = _read_xml(path)
+    if describe_xml_kind(text) is XmlKind.MJCF:
+        alone["gravity_m_per_s2"] = list(read_mjcf(path, text).gravity)
+    return alone
 
 
 def fill_masses(content: dict[str, Any], text: str, where: str) -> None:
@@ -272,7 +279,13 @@ def _default_tip(joints: Sequence[Joint], frames: Mapping[str, LinkFrame]) -> st
 
 
 def read_text(path: Path) -> str:
-    """The text of a URDF. Raises InputError."""
+    """The text of a URDF, or of the one that stands for an MJCF file. Raises InputError."""
+    text = _read_xml(path)
+    return read_mjcf(path, text).urdf if describe_xml_kind(text) is XmlKind.MJCF else text
+
+
+def _read_xml(path: Path) -> str:
+    """The text of a file that is not empty. Raises InputError."""
     try:
         text = read_input(path, LARGEST_FILE).decode("utf-8-sig")
     except UnicodeDecodeError:

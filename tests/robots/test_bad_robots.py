@@ -35,7 +35,6 @@ BAD_URDFS = {
     "no XML": ("schema_version = 1", "is not XML"),
     "cut off": (GOOD[:-20], "is not XML"),
     "another document": ("<html></html>", "robot"),
-    "MJCF": ("<mujoco/>", "mujoco", "is MJCF; must be a URDF"),
     "empty": (" ", "is empty"),
     "no link": (urdf(), "link", "there is none"),
     "nothing moves": (urdf(GROUND), "joint", "0 do"),
@@ -299,8 +298,6 @@ def test_a_urdf_is_one_by_what_it_holds(crosscheck, tmp_path):
         assert load_robot(str(tmp_path / name)).joints[0].name == "turn"
     (tmp_path / "arm.urdf.xacro").write_text(XACRO.format('<xacro:property name="L"/>'))
     assert_one_line(crosscheck("cost", tmp_path / "arm.urdf.xacro"), "xacro is left in it; expand")
-    (tmp_path / "arm.xml").write_text("<mujoco/>")
-    assert_one_line(crosscheck("cost", tmp_path / "arm.xml"), "is MJCF; must be a URDF")
 
 
 def test_a_number_of_400_digits_is_refused(crosscheck, tmp_path):

@@ -187,7 +187,6 @@ def test_a_record_is_accepted_and_kept_until_the_robot_changes(crosscheck, tmp_p
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("<mujoco><worldbody/></mujoco>", "is MJCF; must be a URDF"),
         ("<sdf version='1.6'/>", "is SDF; must be a URDF"),
         ('<robot name="a"><xacro:include filename="b"/></robot>', "xacro robot.urdf.xacro"),
     ],

@@ -77,7 +77,7 @@ XML_FILES = {
         "other commands take it",
     ),
     "xacro": ('<!DOCTYPE r><robot><a b="${c}"/></robot>', "is xacro", "expand it first"),
-    "MJCF": ("\n<mujoco/>", "is MJCF", "other commands take a URDF"),
+    "MJCF": ("\n<mujoco/>", "is MJCF", "other commands take it"),
     "SDF": ("<sdf version='1.7'>", "is SDF", "other commands take a URDF"),
     "another": ("<!-- without end", "is XML", "other commands take a URDF"),
 }

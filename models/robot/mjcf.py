@@ -1,0 +1,211 @@
+"""A robot in MuJoCo's format, MJCF, as a URDF: read by MuJoCo's own importer where it is installed.
+
+The importer resolves defaults, included files, orientations, and inertias of shapes. What it has
+compiled is written as links and joints, with gears and armatures where a URDF states them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree.ElementTree import Element, SubElement, tostring
+
+import numpy as np
+
+from crosscheck.models.errors import InputError, format_install_command
+from crosscheck.models.robot.robot import Placement
+
+UNLIMITED = 1e18  # of a sliding joint, as URDFs have it
+ITERATED = 1e-5  # of an inertia: MuJoCo finds principal axes by iteration, to some 1e-6
+
+
+class MjcfRobot(NamedTuple):
+    """What is taken of an MJCF file: the text of a URDF, and gravity [m/s^2]."""
+
+    urdf: str
+    gravity: tuple[float, ...]
+
+
+@lru_cache(maxsize=8)
+def read_mjcf(path: Path, text: str) -> MjcfRobot:
+    """The robot of an MJCF file, of which this is the text. Raises InputError."""
+    try:
+        import mujoco
+    except ImportError:
+        allowed = f"is MJCF, which MuJoCo reads: {format_install_command('mjcf')}"
+        raise InputError(str(path), "", None, allowed) from None
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+        model = spec.compile()
+    except (ValueError, TypeError, mujoco.FatalError) as error:
+        reason = " ".join(str(error).split())
+        raise InputError(str(path), "", None, f"MuJoCo cannot read it: {reason}") from None
+    return MjcfRobot(_Writer(mujoco, spec, model, str(path)).write(), tuple(model.opt.gravity))
+
+
+class _Writer:
+    """Writer of a compiled model as a URDF.
+
+    A link is turned as its body, and its origin is the anchor of the body's joint.
+    """
+
+    def __init__(self, mujoco: Any, spec: Any, model: Any, where: str) -> None:
+        self.mujoco, self.model, self.where = mujoco, model, where
+        self.stated = {body.id: np.array(body.fullinertia) for body in spec.bodies}
+        self.root = Element("robot", name=Path(where).stem)
+        self.names = [self._name("body", number) for number in range(model.nbody)]
+        self.anchors = [np.zeros(3)] * model.nbody  # of links, in the frames of their bodies
+
+    def write(self) -> str:
+        """The text of the URDF. Raises InputError."""
+        SubElement(self.root, "link", name=self.names[0])
+        for number in range(1, self.model.nbody):
+            self._write_body(number)
+        self._write_followers()
+        self._write_gears()
+        unused = {"tendon": self.model.ntendon, "spring": self.model.jnt_stiffness.any()}
+        for tag in (name for name, is_there in unused.items() if is_there):
+            SubElement(self.root, tag)  # of which the reader of URDFs says that it is not used
+        return tostring(self.root, encoding="unicode")
+
+    def _name(self, kind: str, number: int) -> str:
+        return getattr(self.model, kind)(number).name or f"{kind}_{number}"
+
+    def _write_body(self, number: int) -> None:
+        """A body as a link, and its joint. Raises InputError for several joints."""
+        model, name = self.model, self.names[number]
+        parent = int(model.body_parentid[number])
+        place = Placement(
+            self._rotation(model.body_quat[number]),
+            model.body_pos[number] - self.anchors[parent],
+        )
+        link = SubElement(self.root, "link", name=name)
+        first, count = int(model.body_jntadr[number]), int(model.body_jntnum[number])
+        if count > 1:
+            allowed = f"has {count} joints; must have one, for each joint needs a mass to move"
+            raise InputError(self.where, f"body {name}", None, allowed)
+        if count:
+            self.anchors[number] = model.jnt_pos[first]
+            joint = self._add_joint(self._name("joint", first), number, place, first)
+            self._describe_joint(joint, first)
+        else:
+            self._add_joint(f"to {name}", number, place).set("type", "fixed")
+        if model.body_mass[number]:
+            self._write_inertia(link, number)
+
+    def _place_at_zero(self, joint: int) -> Placement:
+        """How a joint places its link in the body's frame at coordinate 0.
+
+        As the file has it the coordinate is the joint's ref.
+        """
+        model = self.model
+        axis, ref = model.jnt_axis[joint], model.qpos0[model.jnt_qposadr[joint]]
+        if model.jnt_type[joint] == self.mujoco.mjtJoint.mjJNT_SLIDE:
+            return Placement(np.eye(3), model.jnt_pos[joint] - ref * axis)
+        turn = np.zeros(4)
+        self.mujoco.mju_axisAngle2Quat(turn, axis, -ref)
+        return Placement(self._rotation(turn), model.jnt_pos[joint])
+
+    def _add_joint(
+        self, name: str, number: int, outer: Placement, joint: int | None = None
+    ) -> Element:
+        """The joint of a body that is at ``outer`` in its parent's link."""
+        element = SubElement(self.root, "joint", name=name)
+        SubElement(element, "parent", link=self.names[int(self.model.body_parentid[number])])
+        SubElement(element, "child", link=self.names[number])
+        still = Placement(np.eye(3), np.zeros(3))
+        inner = still if joint is None else self._place_at_zero(joint)
+        turn = outer.rotation @ inner.rotation
+        pitch = np.arctan2(-turn[2, 0], np.hypot(turn[2, 1], turn[2, 2]))
+        roll, yaw = np.arctan2(turn[2, 1], turn[2, 2]), np.arctan2(turn[1, 0], turn[0, 0])
+        place = outer.position + outer.rotation @ inner.position
+        SubElement(element, "origin", xyz=_words(place), rpy=_words((roll, pitch, yaw)))
+        return element
+
+    def _describe_joint(self, element: Element, joint: int) -> None:
+        """Type, axis, limits and armature of a joint. Raises InputError for free ones and balls."""
+        model, kinds = self.model, self.mujoco.mjtJoint
+        kind = kinds(int(model.jnt_type[joint]))
+        is_limited = bool(model.jnt_limited[joint])
+        lower, upper = model.jnt_range[joint] if is_limited else (-UNLIMITED, UNLIMITED)
+        if kind == kinds.mjJNT_SLIDE:
+            element.set("type", "prismatic")
+        elif kind == kinds.mjJNT_HINGE:
+            element.set("type", "revolute" if is_limited else "continuous")
+        else:
+            allowed = "must be hinge or slide: the base of a robot does not move"
+            field = f"joint {element.get('name')}: type"
+            raise InputError(self.where, field, kind.name.removeprefix("mjJNT_").lower(), allowed)
+        SubElement(element, "axis", xyz=_words(model.jnt_axis[joint]))
+        ends = {"lower": repr(float(lower)), "upper": repr(float(upper))}
+        SubElement(element, "limit", {**ends, "velocity": "0", "effort": "0"})
+        row = model.jnt_dofadr[joint]
+        numbers = {
+            "damping": model.dof_damping[row].max(),
+            "friction": model.dof_frictionloss[row],
+            "armature": model.dof_armature[row],
+        }
+        SubElement(element, "dynamics", {key: repr(float(x)) for key, x in numbers.items()})
+
+    def _write_inertia(self, link: Element, number: int) -> None:
+        """Mass, centre and inertia of a body; the inertia that its file states, to all digits."""
+        model = self.model
+        turn = self._rotation(model.body_iquat[number])
+        tensor = turn @ np.diag(model.body_inertia[number]) @ turn.T
+        xx, yy, zz, xy, xz, yz = self.stated[number]
+        stated = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        if np.abs(stated - tensor).max() < ITERATED * np.abs(tensor).max():
+            tensor = stated
+        inertial = SubElement(link, "inertial")
+        SubElement(inertial, "origin", xyz=_words(model.body_ipos[number] - self.anchors[number]))
+        SubElement(inertial, "mass", value=repr(float(model.body_mass[number])))
+        places = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2)}
+        places |= {"iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+        SubElement(
+            inertial, "inertia", {key: repr(float(tensor[at])) for key, at in places.items()}
+        )
+
+    def _write_followers(self) -> None:
+        """Joints that follow another by an equality. Raises InputError for other equalities."""
+        model = self.model
+        joints = {each.get("name"): each for each in self.root.findall("joint")}
+        for number in range(model.neq):
+            name, data = self._name("equality", number), model.eq_data[number]
+            follower, leader = int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
+            is_of_joints = model.eq_type[number] == self.mujoco.mjtEq.mjEQ_JOINT
+            if not is_of_joints or leader < 0 or data[2:5].any():
+                allowed = "must make one joint follow another in proportion: only trees can be read"
+                raise InputError(self.where, f"equality {name}", None, allowed)
+            own, other = (model.qpos0[model.jnt_qposadr[each]] for each in (follower, leader))
+            SubElement(
+                joints[self._name("joint", follower)],
+                "mimic",
+                joint=self._name("joint", leader),
+                multiplier=repr(float(data[1])),
+                offset=repr(float(data[0] + own - data[1] * other)),
+            )
+
+    def _write_gears(self) -> None:
+        """The gear of each actuator of a joint; 1, which stands where none is stated, is none."""
+        model, kinds = self.model, self.mujoco.mjtTrn
+        of_joints = (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT)
+        for number in range(model.nu):
+            gear = float(model.actuator_gear[number, 0])
+            if model.actuator_trntype[number] in of_joints and abs(gear) not in (0, 1):
+                joint = self._name("joint", int(model.actuator_trnid[number, 0]))
+                name = self._name("actuator", number)
+                transmission = SubElement(self.root, "transmission", name=name)
+                SubElement(transmission, "joint", name=joint)
+                SubElement(transmission, "mechanicalReduction").text = repr(gear)
+
+    def _rotation(self, quaternion: np.ndarray) -> np.ndarray:
+        """Rotation (3, 3) of a quaternion."""
+        turn = np.zeros(9)
+        self.mujoco.mju_quat2Mat(turn, quaternion)
+        return turn.reshape(3, 3)
+
+
+def _words(numbers: Iterator[float] | np.ndarray | tuple[float, ...]) -> str:
+    return " ".join(repr(float(number)) for number in numbers)

@@ -1,0 +1,114 @@
+"""MJCF is read through MuJoCo: its own dynamics of the file are those of the robot made of it."""
+
+import sys
+
+import mujoco
+import numpy as np
+import pytest
+
+from crosscheck.models.robot import mjcf
+from crosscheck.models.robot.file import load_robot
+from crosscheck.runner.tasks import build_robot_model
+from tests.robots.test_bad_robots import assert_one_line
+
+ARM = """
+<mujoco>
+  <compiler angle="degree"/>
+  <option gravity="0 1 -5"/>
+  <worldbody>
+    <body name="upper" pos="0 .2 1" euler="10 20 30">
+      <joint name="turn" axis="0 1 .2" pos="0 .3 .1" ref="30" armature=".2" damping="1"/>
+      <inertial pos=".1 .2 .3" mass="3" diaginertia=".1 .2 .25" quat="1 .2 .3 .4"/>
+      <body name="plate" pos="0 .1 0"><geom type="box" size=".1 .2 .3" euler="10 10 20"/>
+        <body name="slider" pos=".5 0 0">
+          <joint name="slide" type="slide" axis="1 0 0" ref=".2" pos=".3 .2 .1"/>
+          <inertial pos=".1 0 0" mass="2" diaginertia=".1 .2 .25"/>
+        </body>
+      </body>
+      <body pos="0 .3 0">
+        <joint name="follow" axis="0 0 1" range="-90 90" ref="5"/>
+        <geom type="sphere" size=".1" pos=".2 0 0"/>
+      </body>
+    </body>
+  </worldbody>
+  <equality><joint joint1="follow" joint2="turn" polycoef=".1 2 0 0 0"/></equality>
+  <actuator><motor joint="turn" gear="100"/><motor joint="slide"/></actuator>
+</mujoco>
+"""
+BODY = '<mujoco><worldbody><body name="a">{}<geom size="1"/></body></worldbody>{}</mujoco>'
+REFUSED = {
+    "none moves": ("<mujoco/>", "must be 1 to 64 that move; 0 do"),
+    "no XML": ("<mujoco", "MuJoCo cannot read it: XML parse error"),
+    "no file": (BODY.format("<joint/><geom type='mesh' mesh='m'/>", ""), "MuJoCo cannot read it"),
+    "free": (BODY.format("<freejoint name='f'/>", ""), "joint f: type = 'free': must be hinge or"),
+    "ball": (BODY.format("<joint type='ball'/>", ""), "joint joint_0: type = 'ball': must be"),
+    "two joints": (BODY.format("<joint/><joint axis='1 0 0'/>", ""), "body a: has 2 joints"),
+    "loop": (
+        BODY.format("<joint/>", "<equality><connect body1='a' anchor='0 0 0'/></equality>"),
+        "equality equality_0: must make one joint follow another",
+    ),
+}
+
+
+@pytest.fixture
+def arm(tmp_path):
+    """The file of an arm with all that is read."""
+    file = tmp_path / "arm.xml"
+    file.write_text(ARM)
+    return file
+
+
+def test_the_robot_moves_as_mujocos_own_model(arm):
+    robot = load_robot(str(arm))
+    model = mujoco.MjModel.from_xml_path(str(arm))
+    data, derived = mujoco.MjData(model), build_robot_model("analytic", robot, "links")
+    rows = [model.joint(joint.name).dofadr[0] for joint in robot.joints]
+    factors, offsets = robot.joint_map
+    given = np.zeros((model.nv, len(robot.coordinates)))
+    given[rows] = factors
+    q, v = np.random.default_rng(0).uniform(-1, 1, (2, 5, 2))
+    for at, rate in zip(q, v, strict=True):
+        data.qpos[rows], data.qvel[:] = factors @ at + offsets, given @ rate
+        mujoco.mj_forward(model, data)
+        full = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, full, data.qM)
+        masses = given.T @ (full - np.diag(model.dof_armature)) @ given
+        torques = given.T @ data.qfrc_bias
+        own = derived.inverse_dynamics(at[None], rate[None], np.zeros((1, 2)))[0]
+        # The box is turned by a quaternion of single rounding errors; MuJoCo's own M has them too.
+        assert np.abs(derived.mass_matrix(at[None])[0] - masses).max() < 1e-11 * masses.max()
+        assert np.abs(own - torques).max() < 1e-11 * np.abs(torques).max()
+
+
+def test_an_inertia_that_the_file_states_keeps_its_digits(tmp_path):
+    """MuJoCo's principal axes would give some 1e-6 of it."""
+    stated = '<joint/><inertial pos="0 0 0" mass="1" fullinertia=".1 .2 .25 .01 .02 .03"/>'
+    (tmp_path / "arm.xml").write_text(BODY.format(stated, ""))
+    (body,) = load_robot(str(tmp_path / "arm.xml")).bodies
+    right = [[0.1, 0.01, 0.02], [0.01, 0.2, 0.03], [0.02, 0.03, 0.25]]
+    assert np.array_equal(body.inertia, right)
+
+
+def test_init_takes_gear_armature_and_gravity(crosscheck, tmp_path, arm):
+    answer = crosscheck("init", tmp_path / "arm.toml", "--urdf", arm)
+    assert answer.out.splitlines()[0].endswith("arm.toml: 2 joints, 1 geared as the URDF states")
+    robot = load_robot(str(tmp_path / "arm.toml"))
+    (rotor,) = robot.rotors
+    assert (robot.joints[rotor.joint].name, rotor.ratio) == ("turn", 100.0)
+    assert rotor.inertia == pytest.approx(0.2 / 100**2, rel=1e-15)
+    assert robot.gravity.tolist() == [0.0, 1.0, -5.0]
+    assert "damping of turn is not used" in robot.notes
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_no_robot_can_be_made_of_is_one_line(crosscheck, tmp_path, case):
+    text, said = REFUSED[case]
+    (tmp_path / "arm.xml").write_text(text)
+    assert_one_line(crosscheck("cost", tmp_path / "arm.xml"), said)
+
+
+def test_without_mujoco_one_line_says_what_to_do(crosscheck, monkeypatch, arm):
+    mjcf.read_mjcf.cache_clear()
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    said = "is MJCF, which MuJoCo reads: .venv/bin/pip install -e '.[mjcf]'"
+    assert_one_line(crosscheck("validate", arm), said)
