@@ -160,6 +160,8 @@ def answer_on_rigid_arm(agreement: Agreement) -> str:
 def answer_on_levels(agreement: Agreement) -> str:
     """How far the tip and the torques of each level of a robot are from its most detailed one."""
     deviations = [f for f in agreement.findings if f.about.key.family == "deviation"]
+    if deviations and all(finding.measured == 0 for finding in deviations):
+        return "All levels are the same: no joint is geared."
     by_model: dict[str, list[Finding]] = {}
     for finding in deviations:
         if finding.measured is not None:

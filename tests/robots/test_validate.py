@@ -59,6 +59,7 @@ def test_a_urdf_alone_is_validated_with_all_its_files(crosscheck, tmp_path, bob)
     assert answer.code == 0
     verdict = f"The equations agree with every engine ({len(checks)} of {len(checks)} checks)."
     assert answer.out.splitlines()[0] == answer.out.splitlines()[-1] == verdict
+    assert "All levels are the same: no joint is geared." in answer.out
     suite = ElementTree.parse(tmp_path / "a.xml").getroot()
     assert suite.get("tests") == str(len(checks))
     assert (data["provenance"]["arm"], data["provenance"]["robot"]["name"]) == (None, "bob")

@@ -16,7 +16,10 @@ def test_the_example_is_tried_and_its_error_named(tmp_path, monkeypatch, crossch
     (block,) = re.findall(r"```python\n(.*?)```", text, flags=re.S)
     (tmp_path / "my_model.py").write_text(block, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    (arguments, said) = re.findall(r"\$ \S*crosscheck (trial .*)\n((?:.+\n)+?)```", text)[0]
+    (made, arguments, said) = re.findall(
+        r"\$ \S*crosscheck (init .*?) +#.*\n\$ \S*crosscheck (trial .*)\n((?:.+\n)+?)```", text
+    )[0]
+    assert crosscheck(*made.split()).code == 0
     answer = crosscheck(*arguments.split())
     assert answer.code == 1
     out = " ".join(answer.out.split())
