@@ -26,7 +26,7 @@ LARGEST_SEED = 2**32 - 1
 _MODULES = {
     "Agreement": "crosscheck.findings",
     "Arm": "crosscheck.models.arm.arm",
-    "CheckResult": "crosscheck.report.check_result",
+    "CheckResult": "crosscheck.report.summary",
     "CannotDo": "crosscheck.models.errors",
     "Diverged": "crosscheck.models.errors",
     "Equations": "crosscheck.trial.input.equations",

@@ -18,7 +18,7 @@ from crosscheck.models.experiment.scenario import Switches as Switches
 from crosscheck.models.experiment.scenario import switches as switches
 from crosscheck.models.interface import Model as Model
 from crosscheck.models.robot.robot import Robot as Robot
-from crosscheck.report.check_result import CheckResult as CheckResult
+from crosscheck.report.summary import CheckResult as CheckResult
 from crosscheck.studies.api import sweep as sweep
 from crosscheck.testing import try_equations as try_equations
 from crosscheck.trial.input.equations import Equations as Equations

@@ -19,7 +19,7 @@ from crosscheck.registry import build
 if TYPE_CHECKING:
     import xarray as xr
 
-    from crosscheck.report.check_result import CheckResult
+    from crosscheck.report.summary import CheckResult
 
 
 __all__ = [
@@ -101,7 +101,7 @@ def check(
         Unfinished: Models that prepare the experiments do not answer.
     """
     from crosscheck.planning.plan import CrossCheckRequest
-    from crosscheck.report.check_result import make_check_result
+    from crosscheck.report.summary import make_check_result
     from crosscheck.run import run_cross_check
 
     if isinstance(arm, Robot) or (isinstance(arm, str) and is_robot(arm)):

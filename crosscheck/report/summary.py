@@ -1,7 +1,8 @@
-"""Results as a notebook shows them: a few lines, the heat map, a table of rows."""
+"""Results as a notebook shows them: a few lines, the heat map, a table of rows, a report."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,11 @@ import numpy as np
 
 from crosscheck.findings import MOST_LISTED, Agreement
 from crosscheck.output import write_files
-from crosscheck.report.answers import describe_verdict, find_wrong_entries
+from crosscheck.report.answers import (
+    describe_verdict,
+    find_wrong_entries,
+    format_agreement_json,
+)
 from crosscheck.report.formatting import (
     describe_outcome,
     describe_tally,
@@ -19,11 +24,48 @@ from crosscheck.report.formatting import (
 )
 from crosscheck.report.heat_map import PART_NAMES, make_entry_maps, make_trial_maps
 from crosscheck.report.rendering import render_page
+from crosscheck.run import CrossCheck
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from crosscheck.trial.trial import Trial
+
+
+@dataclass(frozen=True, repr=False)
+class CheckResult(Agreement):
+    """The Agreement of a cross-check, with its runs for the report."""
+
+    cross_check: CrossCheck | None = None
+
+    def __repr__(self) -> str:
+        """The verdict, the count, and the largest of what is wrong."""
+        return "\n".join(summarize_agreement(self))
+
+    def _repr_html_(self) -> str:
+        """The same with the heat map of the mass matrix, for a notebook."""
+        return render_agreement_summary(self)
+
+    def write_report(self, folder: Path | str) -> None:
+        """Write index.html and agreement.json, as `crosscheck run` does. Raises InputError."""
+        from crosscheck.report.html import render_report_page  # Matplotlib, for a page alone
+        from crosscheck.report.plots.charts import Charts
+
+        assert self.cross_check is not None  # as made by make_check_result
+        charts, target = Charts(), Path(folder)
+        for key, run in self.cross_check.runs.items():
+            charts.show(key, run)
+        page = render_report_page(self.cross_check, charts.build_pictures())
+        data = format_agreement_json(self, self.cross_check.mechanism)
+        write_files({target / "index.html": page, target / "agreement.json": data})
+
+
+def make_check_result(cross_check: CrossCheck) -> CheckResult:
+    """The result of a cross-check."""
+    agreement = cross_check.agreement
+    return CheckResult(
+        agreement.findings, agreement.provenance, entries=agreement.entries, cross_check=cross_check
+    )
 
 
 def summarize_agreement(agreement: Agreement) -> list[str]:
