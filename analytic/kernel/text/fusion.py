@@ -22,6 +22,12 @@ class _ProductFuser(ast.NodeTransformer):
     def visit_Subscript(self, node: ast.Subscript) -> ast.Subscript:
         return node  # whole numbers
 
+    def visit_Name(self, node: ast.Name) -> ast.Name:
+        return node  # most nodes are names and constants: no look inside, half of the time
+
+    def visit_Constant(self, node: ast.Constant) -> ast.Constant:
+        return node
+
     def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         left, right = self.visit(node.left), self.visit(node.right)
         subtracted = isinstance(node.op, ast.Sub)
