@@ -74,9 +74,18 @@ class TransformedModel:
 
     def bias(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         """h_x = J^T (h + M J' u), shape (n,)."""
+        return self.bias_at(x)(u)
+
+    def bias_at(self, x: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+        """The bias (n,) as a function of the rates u (n,), at one place."""
         q, jacobian = self.frame.position(x), self.frame.jacobian(x)
-        inertial = self.model.mass_matrix(q) @ self.frame.drift(x, u)
-        return jacobian.T @ (self.model.bias(q, jacobian @ u) + inertial)
+        if self.frame.matrix is not None:  # J' is 0
+            return lambda u: jacobian.T @ self.model.bias(q, jacobian @ u)
+        mass_matrix = self.model.mass_matrix(q)
+        return lambda u: (
+            jacobian.T
+            @ (self.model.bias(q, jacobian @ u) + mass_matrix @ self.frame.drift(x, u))
+        )
 
     def force_at(self, state: UserState) -> np.ndarray:
         """f_x = J^T f, shape (n,)."""
@@ -148,7 +157,12 @@ Answer = Callable[[Source, UserState, np.ndarray], np.ndarray]
 
 def _rate_terms(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
     steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
-    return rate_terms(partial(source.bias, state.x), state.x.size, steps)
+    at_rates = (
+        source.bias_at(state.x)
+        if isinstance(source, TransformedModel)
+        else partial(source.bias, state.x)
+    )
+    return rate_terms(at_rates, state.x.size, steps)
 
 
 def _christoffel(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
