@@ -194,7 +194,7 @@ def test_recording_grid_is_the_scenarios():
     ("scenario", "setting"),
     [
         ("constant-torque", "scenario.drive.torque_N_m=1e9"),
-        ("pd", "scenario.drive.derivative_N_m_s_per_rad=-4000.0"),
+        ("pd", "scenario.drive.derivative_N_m_s_per_rad=-40000.0"),
     ],
 )
 def test_a_run_away_is_reported_as_divergence(scenario, setting, level):
