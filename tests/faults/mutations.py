@@ -288,11 +288,15 @@ class Campaign:
         self.disagreeing = [f for f in findings if f.kind == "check" and f.verdict != "agree"]
 
     def findings(self, mutant: Mutant, patch: pytest.MonkeyPatch) -> Iterator[Finding]:
-        """All that the mutant has a part in, one by one."""
+        """All that the mutant has a part in, one by one; each task when the first one needs it."""
         touched, asked = self._concerned((mutant.model, mutant.method, mutant.laws))
-        changed = {task.key: self._performed(task, mutant, patch) for task in touched}
+        changed = dict[Any, Outcome]()
         results = Results(ChainMap(changed, self.outcomes))
-        yield from (comparison.finding(results) for comparison in asked)
+        for comparison in asked:
+            for task in touched:
+                if task in comparison.needs and task.key not in changed:
+                    changed[task.key] = self._performed(task, mutant, patch)
+            yield comparison.finding(results)
 
     def _concerned(self, asked: Asked) -> tuple[list[ModelTask], list[Comparison]]:
         """The tasks that call a method of a model, and the comparisons that need them."""
