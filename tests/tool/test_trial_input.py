@@ -116,10 +116,18 @@ def verdicts(trial, part: str) -> set[str]:
     return {f["verdict"] for f in found if f["quantity"] == part and f["kind"] == "check"}
 
 
+OF_ONE_ARM = """
+def f():
+    from crosscheck.models.loading import load_arm
+    return replace(two_link(load_arm("paper-labelled")), bias=bad)
+"""
+
+
 @pytest.mark.parametrize("case", BAD["misbehaving"])
 def test_a_part_that_fails_costs_itself_alone(judged, case):
+    """Of equations of one arm, so that no probe arms take the same time again."""
     source, said = BAD["misbehaving"][case]
-    answer, trial = judged(f"{source}\ndef f(arm): return replace(two_link(arm), bias=bad)")
+    answer, trial = judged(f"{source}\n{OF_ONE_ARM}")
     assert answer.code == 1
     assert answer.err == ""
     assert said in answer.out
