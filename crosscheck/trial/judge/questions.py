@@ -83,8 +83,7 @@ class TransformedModel:
             return lambda u: jacobian.T @ self.model.bias(q, jacobian @ u)
         mass_matrix = self.model.mass_matrix(q)
         return lambda u: (
-            jacobian.T
-            @ (self.model.bias(q, jacobian @ u) + mass_matrix @ self.frame.drift(x, u))
+            jacobian.T @ (self.model.bias(q, jacobian @ u) + mass_matrix @ self.frame.drift(x, u))
         )
 
     def force_at(self, state: UserState) -> np.ndarray:
