@@ -23,7 +23,7 @@ from crosscheck.models.arm.stiffness import (
     TableStiffness,
 )
 
-SAMPLE = 20
+SAMPLE = 10
 DRAWS = int(os.environ.get("CROSSCHECK_DRAWS", SAMPLE))
 TEETH = ("sun_teeth", "planet_teeth", "ring_teeth", "planet_count")
 GEARS = ("sun", "planet", "carrier")
