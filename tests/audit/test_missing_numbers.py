@@ -60,11 +60,11 @@ def _sources() -> tuple[PaperExperiment, ...]:
     return (*FULL.experiments(cell), WIDE_BEGINNING, BACKLASH(50), ERROR(5), STATIC, PLANTED)
 
 
-@settings(max_examples=4, print_blob=True, phases=(Phase.reuse, Phase.generate))
+@settings(max_examples=2, print_blob=True, phases=(Phase.reuse, Phase.generate))
 @given(seed=st.integers(0, 2**63))
 def test_every_claim_gets_a_verdict_whatever_is_missing(seed):
     generator = np.random.default_rng(seed)
-    cells = [Condition(law, zeta) for law in LAWS for zeta in (0.006, 0.05)]
+    cells = [Condition(law, zeta) for law in LAWS[:1] for zeta in (0.006, 0.05)]
     asked = [(cell, _known(generator)) for cell in cells]
     found = [ModelJudgement(claim, tuple(evaluate_claim(claim, asked))) for claim in CLAIMS]
     for judged in found:
