@@ -59,9 +59,9 @@ def crosscheck(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
 
 @pytest.fixture(scope="session", autouse=True)
 def few_states() -> Iterator[None]:
-    """Quick trials look at 20 states, not 150; those in processes of their own at all of them."""
+    """Quick trials look at 8 states, not 150; those in processes of their own at all of them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(trial, "QUICK_STATES", 20)
+        patch.setattr(trial, "QUICK_STATES", 8)
         yield
 
 
