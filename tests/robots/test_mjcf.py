@@ -9,6 +9,7 @@ import pytest
 from crosscheck.models.robot import mjcf
 from crosscheck.models.robot.file import load_robot
 from crosscheck.runner.tasks import build_robot_model
+from tests.loops import require_items
 from tests.robots.test_bad_robots import assert_one_line
 
 ARM = """
@@ -67,7 +68,7 @@ def test_the_robot_moves_as_mujocos_own_model(arm):
     given = np.zeros((model.nv, len(robot.coordinates)))
     given[rows] = factors
     q, v = np.random.default_rng(0).uniform(-1, 1, (2, 5, 2))
-    for at, rate in zip(q, v, strict=True):
+    for at, rate in require_items(zip(q, v, strict=True)):
         data.qpos[rows], data.qvel[:] = factors @ at + offsets, given @ rate
         mujoco.mj_forward(model, data)
         full = np.zeros((model.nv, model.nv))
