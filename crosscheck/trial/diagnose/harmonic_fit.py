@@ -161,8 +161,10 @@ class HarmonicBasis:
         )
 
 
-def _column(key: TermKey, angles: np.ndarray, signals: Mapping[str, np.ndarray]) -> np.ndarray:
-    angle = angles @ np.array(key.wave, dtype=float)
+def _column(
+    key: TermKey, angles: np.ndarray, signals: Mapping[str, np.ndarray], unit: float = 1.0
+) -> np.ndarray:
+    angle = unit * (angles @ np.array(key.wave, dtype=float))
     wave = np.sin(angle) if key.function == "sin" else np.cos(angle)
     return wave * signals[key.signal] if key.signal else wave
 
@@ -172,9 +174,14 @@ def evaluate_entry(
     values: Mapping[str, float],
     angles: np.ndarray,
     signals: Mapping[str, np.ndarray] | None = None,
+    unit: float = 1.0,
 ) -> np.ndarray:
-    """An entry's values (K,) at joint angles (K, joints), by an arm's quantities and signals."""
+    """An entry's values (K,) at joint angles (K, joints), by an arm's quantities and signals.
+
+    unit: by which the angle of every wave is multiplied, as 180/pi where it is read in degrees.
+    """
     total = np.zeros(len(angles))
     for product in entry:
-        total += product.monomial.value(values) * _column(product.key, angles, signals or {})
+        column = _column(product.key, angles, signals or {}, unit)
+        total += product.monomial.value(values) * column
     return total

@@ -40,8 +40,8 @@ def make_term_error(candidate: Candidate, terms: ReferenceTerms) -> TermError:
     )
     if candidate.kind == "angle" and candidate.key is not None:
         user_text, reference_text = (
-            _format_trig(candidate.key, terms),
-            _format_trig(candidate.products[0].key, terms),
+            format_wave(candidate.key, terms),
+            format_wave(candidate.products[0].key, terms),
         )
         user_text = user_text if candidate.by == 1.0 else f"-{user_text}"
     elif candidate.key is not None:
@@ -127,7 +127,8 @@ def _sort_powers(powers: Powers) -> list[tuple[str, int]]:
     return sorted(powers, key=order)
 
 
-def _format_trig(key: TermKey, terms: ReferenceTerms) -> str:
+def format_wave(key: TermKey, terms: ReferenceTerms) -> str:
+    """A wave as text: 1, or a sine or cosine of an angle sum in the user's coordinates."""
     sign, angle = format_angle_sum(key, terms)
     if not angle:
         return "1"

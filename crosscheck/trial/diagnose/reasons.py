@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import permutations
 
 import numpy as np
 import sympy as sp
@@ -12,6 +13,7 @@ import sympy as sp
 from crosscheck.planning.comparison import Results
 from crosscheck.trial.coordinates.differences import fold_rate_pairs
 from crosscheck.trial.coordinates.frame import Frame, UserState, build_frame
+from crosscheck.trial.diagnose.angle_units import SampledDifference, explain_by_unit
 from crosscheck.trial.diagnose.explain import (
     UNEXPLAINED,
     compute_bias_differences,
@@ -47,6 +49,7 @@ SAME = 1e-12  # of a row of a map: what two readings of it may differ by
 ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
 # Where each part is looked at entry by entry.
 BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
+OPPOSITE = 1e-9  # of two entries of which one has the other's term, what their sum may be
 FOLLOWS = "follows from the wrong M"
 QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
@@ -194,6 +197,13 @@ class EntryComparison:
         differences = self.user_values[quantity] - self.reference_values[quantity]
         return differences[(slice(None), *index)], float(self.sizes.entry_sizes(quantity)[index])
 
+    def sample_difference(self, place: EntryPlace) -> SampledDifference:
+        """The difference of an entry at every state, beside what its terms are made of there."""
+        difference, size = self.difference(place)
+        angles = np.array([state.q[self.frame.layout.theta] for state in self.states])
+        signals = self.forces.signals if place.part == "force" else {}
+        return SampledDifference(difference, size, self.numbers, angles, signals)
+
     def fit_difference(self, place: EntryPlace) -> HarmonicFit:
         """The difference of an entry, taken apart into waves and signals."""
         values, scale = self.difference(place)
@@ -256,7 +266,7 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
     """
     if probes and probes[0].symbolic is not None and _is_same_map(probes[0].symbolic, arm):
         arm = replace(arm, symbolic=probes[0].symbolic)  # equal numbers are no symbol's own
-    wrong_entries = list(_explain_arms(arm, probes))
+    wrong_entries = list(_name_moved_terms(arm, list(_explain_arms(arm, probes))))
     if arm.problem.equations.coordinates.matrix is None:
         return wrong_entries
     groups = {(wrong.place.part, wrong.shown_on) for wrong in wrong_entries if not wrong.notes}
@@ -283,6 +293,34 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
                     for wrong in wrong_entries
                 ]
     return wrong_entries
+
+
+def _name_moved_terms(
+    arm: EntryComparison, wrong_entries: Sequence[EntryMismatch]
+) -> Iterator[EntryMismatch]:
+    """The wrong entries, a term of the bias that stands before other rates than its own named so.
+
+    It is missing before its own rates, and the difference before the others is the opposite.
+    """
+    moved = dict[EntryPlace, Explanation]()
+    open_entries = [w for w in wrong_entries if w.place.rates and not (w.notes or w.shown_on)]
+    for here, there in permutations(open_entries, 2):
+        if here.explanation is None or here.place.row != there.place.row:
+            continue
+        error, *more = here.explanation.errors
+        if more or error.kind != "dropped":
+            continue
+        (left, size), (right, other) = map(arm.difference, (here.place, there.place))
+        if np.abs(left + right).max() <= OPPOSITE * max(np.abs(left).max(), size, other):
+            yours, belongs = (
+                entries.format_rates(place.rates or (0, 0), arm.frame.names)
+                for place in (there.place, here.place)
+            )
+            error = replace(error, kind="swapped", yours=yours, right=belongs)
+            explanation = replace(here.explanation, errors=(error,), others=())
+            moved |= {here.place: explanation, there.place: explanation}
+    for each in wrong_entries:
+        yield replace(each, explanation=moved.get(each.place, each.explanation))
 
 
 def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
@@ -385,6 +423,15 @@ def _explain_entry(
     quantity = QUANTITIES[wrong.place.part]
     more = [other.fit_difference(wrong.place) for other in others if quantity in other.user_values]
     observed = arm.fit_difference(wrong.place)
+    if observed.left_over > UNEXPLAINED:
+        samples = [
+            each.sample_difference(wrong.place)
+            for each in (arm, *others)
+            if quantity in each.user_values
+        ]
+        explanation = explain_by_unit(wrong.place, samples, arm.terms)
+        if explanation is not None:
+            return replace(wrong, explanation=explanation)
     if wrong.place.part == "force":
         values, scale = arm.difference(wrong.place)
         explanation = arm.forces.explain(wrong.place, values, scale, more)

@@ -279,10 +279,14 @@ def format_entry(place: EntryPlace, names: Sequence[str]) -> str:
         assert place.column is not None  # of a matrix
         return f"M[{row}, {names[place.column]}]"
     if place.rates is not None:
-        j, k = place.rates
-        rates = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
-        return f"bias[{row}] of {rates}"
+        return f"bias[{row}] of {format_rates(place.rates, names)}"
     return f"{place.part}[{row}]"
+
+
+def format_rates(rates: tuple[int, int], names: Sequence[str]) -> str:
+    """The product of the rates of two coordinates, such as phi_1' phi_2' or phi_1'^2."""
+    j, k = rates
+    return f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
 
 
 def format_wrong_entries(places: Sequence[EntryPlace], names: Sequence[str]) -> str:
