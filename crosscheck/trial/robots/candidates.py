@@ -31,6 +31,7 @@ PartKind = Literal["bodies", "joints", "rotors", "stages"]
 RobotPart = RobotBody | Joint | Rotor
 # Values of a number that somebody may have written by mistake, as parts of the right one.
 USUAL = {-1.0: "with the opposite sign", 0.0: "left out", 0.5: "half", 2.0: "twice"}
+AS_IT_STANDS = "its inertia as it stands, not turned by the rpy of its inertial frame"
 ALIKE = 1e-6  # of numbers that are the same one
 
 
@@ -227,6 +228,11 @@ def generate_frame_mistakes(robot: Robot, *, are_rotors_bodies: bool) -> Iterato
     )
     yield from _mimic_mistakes(robot)
     yield from _gravity_mistakes(robot)
+    if are_rotors_bodies:
+        words = "on the link before its joint, along the joint's axis"
+        usual_rotors = (_place_rotor_usually(robot, rotor) for rotor in robot.rotors)
+        confused = [iter([(words, usual)]) for usual in usual_rotors]
+        yield from _part_mistakes(robot, "rotors", "every rotor", names, confused)
     for number, rotor in enumerate(robot.rotors if are_rotors_bodies else ()):
         name = f"rotor of {robot.joints[rotor.joint].name}"
         seen = {robot.frames[rotor.stator].body}
@@ -241,6 +247,14 @@ def generate_frame_mistakes(robot: Robot, *, are_rotors_bodies: bool) -> Iterato
             rolled = _set_field(robot, "rotors", number, "axis", np.roll(rotor.axis, roll))
             yield FrameMistake(f"{name}: its axis in another order, {axis}", rolled)
     yield from _stage_mistakes(robot)
+
+
+def _place_rotor_usually(robot: Robot, rotor: Rotor) -> Rotor:
+    """The rotor where files have it that say nothing of its place."""
+    joint = robot.joints[rotor.joint]
+    parent = next(name for name, frame in robot.frames.items() if frame.body == joint.parent)
+    axis = joint.placement.rotation @ joint.axis
+    return replace(rotor, stator=parent, axis=robot.frames[parent].placement.rotation.T @ axis)
 
 
 def _stage_mistakes(robot: Robot) -> Iterator[FrameMistake]:
@@ -401,12 +415,19 @@ def _mimic_mistakes(robot: Robot) -> Iterator[FrameMistake]:
             yield FrameMistake(f"joint {joint.name}: {words}", changed)
 
 
-def generate_body_mistakes(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
-    """Words on what a body's numbers may be taken for, and the body so."""
+def generate_body_mistakes(
+    body: RobotBody, joint: Joint, axes: np.ndarray
+) -> Iterator[tuple[str, RobotBody]]:
+    """Words on what a link's numbers may be taken for, and the link so.
+
+    axes (3, 3): the rotation of those in which the file has its inertia.
+    """
     yield "left out", RobotBody(0.0, body.com, 0 * body.inertia)
     yield "twice", RobotBody(2 * body.mass, body.com, 2 * body.inertia)
     about = steiner(body.mass, body.com)
-    diagonal = np.diag(np.diag(body.inertia))
+    stated = axes.T @ body.inertia @ axes
+    diagonal = np.diag(np.diag(stated))
+    yield AS_IT_STANDS, replace(body, inertia=stated)
     yield (
         "its inertia about the joint, taken for that about the centre of mass",
         replace(body, inertia=body.inertia + about),
@@ -415,10 +436,10 @@ def generate_body_mistakes(body: RobotBody, joint: Joint) -> Iterator[tuple[str,
         "its inertia about the centre of mass, taken for that about the joint",
         replace(body, inertia=body.inertia - about),
     )
-    yield "all products of inertia left out", replace(body, inertia=diagonal)
+    yield "all products of inertia left out", replace(body, inertia=axes @ diagonal @ axes.T)
     yield (
         "all products of inertia with the opposite sign",
-        replace(body, inertia=2 * diagonal - body.inertia),
+        replace(body, inertia=axes @ (2 * diagonal - stated) @ axes.T),
     )
     for first, second in combinations(range(3), 2):
         com = body.com.copy()

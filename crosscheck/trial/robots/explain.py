@@ -37,6 +37,7 @@ MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
 MOST_SHOWN = 5  # terms of a sentence
 MISSING = "missing"
 MOST_OTHERS = 3  # causes that no state tells from the first one, of which some are named
+MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
 LEAST_ENTRIES = 3  # that are wrong, before six numbers together explain more than chance
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 
@@ -91,10 +92,12 @@ def diagnose(
     right = [part for part in right if all(entry.part != part for entry in entries)]
     notes = [*_self_notes(problem, level, entries, wrong), *_level_notes(problem, distances)]
     notes += _lone_part_notes(entries, wrong, right)
+    pieces = {} if explanations or links else _describe_wrong_pieces(problem, level, wrong)
+    notes += [words for each in pieces.values() for words in each]
     if "bias" in wrong:
         terms = rates()
-        causes = (*explanations, *links)
-        notes += [] if terms is None else _bias_notes(problem, level, terms, right, bool(causes))
+        explained = bool(explanations or links or pieces.get("bias"))
+        notes += [] if terms is None else _bias_notes(problem, level, terms, right, explained)
     if "acceleration" in wrong and not explanations and not links:
         rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
         notes += describe_accelerations(problem, level, rows)
@@ -106,16 +109,25 @@ def diagnose(
         difference = values - problem.reference_values[level]["gravity"]
         notes += describe_springs(difference, q, problem.stiffness, problem.names)
     if not explanations and not links:
-        for part in wrong:
-            pieces = list(describe_pieces(problem, level, part)) if part in SINGLE else []
-            if not pieces and part in SINGLE:
-                pieces = list(describe_coordinates(problem, level, part))
-            notes += pieces or _causes_within(searches[level], part, entries, alone=len(wrong) == 1)
+        for part in (part for part in wrong if not pieces.get(part)):
+            notes += _causes_within(searches[level], part, entries, alone=len(wrong) == 1)
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(cause.words for cause in explanations)
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
         words += tuple(each.words for each in find_readings(problem)[1])
     return RobotDiagnosis(level, tuple(entries), tuple(notes), words, links)
+
+
+def _describe_wrong_pieces(
+    problem: RobotProblem, level: Level, wrong: Sequence[str]
+) -> dict[str, list[str]]:
+    """Sentences on terms of Kane's sum, or else on a coordinate, by each part that they explain."""
+    described: dict[str, list[str]] = {}
+    for part in wrong:
+        if part in SINGLE:
+            pieces = list(describe_pieces(problem, level, part))
+            described[part] = pieces or list(describe_coordinates(problem, level, part))
+    return described
 
 
 def _diagnose_reading(problem: RobotProblem) -> RobotDiagnosis | None:
@@ -178,12 +190,18 @@ def _select_levels(
 ) -> list[LevelDistance]:
     """The levels at which one change may explain all.
 
-    At one where gravity, the bias or one entry alone is wrong nothing else of the level is, so that
-    an explanation at a level of more wrong entries would be chance.
+    Of levels that are alike the first. At one where gravity, the bias or one entry alone is wrong
+    nothing else of the level is, so that an explanation at a level of more wrong entries would be
+    chance.
     """
     nearest = distances[0]
     if problem.stated:
         return [nearest]
+    distances = [
+        each
+        for place, each in enumerate(distances)
+        if not any(problem.are_alike(each.level, other.level) for other in distances[:place])
+    ]
     wrong = {entry.part for entry in problem.entries(nearest.level)}
     alone = len(wrong) == 1 and len(problem.parts) > 1
     if not alone or ("mass_matrix" in wrong and nearest.entries > 1):
@@ -455,7 +473,8 @@ def _causes_within(
         yield from _describe_causes(causes, part)
         return
     # A row of the balance that accelerations are held in is no row of these.
-    for entry in within if part not in ("bias", "acceleration") else ():
+    rows = part in ("bias", "acceleration")
+    for entry in () if rows or len(within) > MOST_SEARCHED else within:
         if entry.remark.startswith(MISSING):
             continue  # whatever makes the entry nothing explains it
         causes = search.find_causes(search.select_places(entry=entry))

@@ -97,6 +97,11 @@ class RobotProblem:
             level: self.evaluate_model(AnalyticRobot(self.robot, level)) for level in self.sizes
         }
 
+    def are_alike(self, level: Level, other: Level) -> bool:
+        """Whether two levels say the same of each part, as of a robot without rotors."""
+        here, there = self.reference_values[level], self.reference_values[other]
+        return all(np.array_equal(here[part], there[part]) for part in self.parts)
+
     def evaluate_model(self, model: RobotModel) -> dict[str, np.ndarray]:
         """What a model says of each part of the equations, in their meaning."""
         q, v, a, torques = self.states

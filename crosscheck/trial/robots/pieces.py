@@ -14,13 +14,16 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.models.robot.robot import BASE, Level, Robot, RobotBody
+from crosscheck.models.robot.robot import BASE, Level, Placement, Robot, RobotBody
+from crosscheck.models.robot.urdf import read_urdf
 from crosscheck.trial.robots.candidates import ALIKE, get_link_name
 from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.rates import sample_bias_terms
 
 SIZABLE = 1e-9  # of an entry's size: a piece that is less cannot be told
 USUAL = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
+PLACE_INWARD = "the centripetal acceleration w x (w x r) of the place"
+PLACE_ALONG = "the acceleration w' x r of the place"
 Pieces = Mapping[str, np.ndarray]
 
 
@@ -44,11 +47,59 @@ class WorldBody(NamedTuple):
     inertia: np.ndarray
 
 
-class KaneSum:
-    """Kane's sum of a robot's bodies at states q, v (states, n)."""
+class BodyPart(NamedTuple):
+    """A link of the URDF as a part of a body.
 
-    def __init__(self, robot: Robot, q: np.ndarray, v: np.ndarray) -> None:
+    number: of the body; own: in the link's own axes; placement: of the link in the body's frame,
+    where fixed joints move it; turn (3, 3): of the axes in which the file has its inertia.
+    """
+
+    name: str
+    number: int
+    own: RobotBody
+    placement: Placement
+    turn: np.ndarray
+
+    @property
+    def body(self) -> RobotBody:
+        """The part in the body's frame."""
+        return self.carry(self.own)
+
+    def carry(self, own: RobotBody) -> RobotBody:
+        """A body in the link's own axes, in the body's frame."""
+        R, place = self.placement.rotation, self.placement.position
+        return RobotBody(own.mass, R @ own.com + place, R @ own.inertia @ R.T)
+
+
+def list_body_parts(robot: Robot) -> list[BodyPart]:
+    """The links of which the bodies are made, each as the URDF has it; else the bodies."""
+    parts, made = list[BodyPart](), np.zeros(len(robot.bodies))
+    for link in read_urdf(robot.urdf, robot.name).links:
+        frame = robot.frames.get(link.name)
+        if link.body is not None and frame is not None and frame.body != BASE:
+            parts.append(BodyPart(link.name, frame.body, link.body, frame.placement, link.turn))
+            made[frame.body] += link.body.mass
+    is_whole = np.allclose(made, [body.mass for body in robot.bodies])
+    return parts if is_whole else list_whole_bodies(robot)
+
+
+def list_whole_bodies(robot: Robot) -> list[BodyPart]:
+    """Each body as a part of itself."""
+    here = Placement(np.eye(3), np.zeros(3))
+    return [
+        BodyPart(get_link_name(robot, number), number, body, here, np.eye(3))
+        for number, body in enumerate(robot.bodies)
+    ]
+
+
+class KaneSum:
+    """Kane's sum of a robot's bodies, in parts, at states q, v (states, n)."""
+
+    def __init__(
+        self, robot: Robot, q: np.ndarray, v: np.ndarray, parts: Sequence[BodyPart] = ()
+    ) -> None:
         self.robot, self.v = robot, v
+        self.parts = parts or list_whole_bodies(robot)
         self.poses, self.rates = AnalyticRobot(robot, "links").frames(q, v)
 
     def place_body(self, number: int, body: RobotBody) -> WorldBody:
@@ -78,8 +129,8 @@ class KaneSum:
     def list_mass_pieces(self) -> dict[str, dict[str, np.ndarray]]:
         """What of M (states, n, n) is each body's, by kind and link."""
         moves, turns = dict[str, np.ndarray](), dict[str, np.ndarray]()
-        for number, body in enumerate(self.robot.bodies):
-            link, (mass, lever, inertia) = self._name_and_place(number, body)
+        for link, number, body in ((each.name, each.number, each.body) for each in self.parts):
+            mass, lever, inertia = self.place_body(number, body)
             moving, turning = self.move_point(number, lever), self.poses[number].angular_partials
             moves[link] = mass * moving.swapaxes(1, 2) @ moving
             turns[link] = turning.swapaxes(1, 2) @ inertia @ turning
@@ -87,20 +138,23 @@ class KaneSum:
 
     def list_gravity_pieces(self) -> dict[str, dict[str, np.ndarray]]:
         """What of gravity (states, n) is each body's weight."""
-        bodies = enumerate(self.robot.bodies)
-        placed = [(number, *self._name_and_place(number, body)) for number, body in bodies]
-        weights = {link: self.compute_terms(number, body).gravity for number, link, body in placed}
+        weights = {
+            link: self.compute_terms(number, self.place_body(number, body)).gravity
+            for link, number, body in ((each.name, each.number, each.body) for each in self.parts)
+        }
         return {"the weight": weights}
 
     def list_bias_pieces(self) -> dict[str, dict[str, np.ndarray]]:
         """What of the bias (states, n) is each acceleration's and each torque's, by kind."""
         kinds: dict[str, dict[str, np.ndarray]] = {}
-        for number, body in enumerate(self.robot.bodies):
-            link, (mass, lever, inertia) = self._name_and_place(number, body)
+        for part in self.parts:
+            link, number, body, place = part.name, part.number, part.body, part.placement.position
+            mass, lever, inertia = self.place_body(number, body)
             rate, turning = self.rates[number], self.poses[number].angular_partials
             w, dw, moving = rate.angular, rate.angular_rate, mass * self.move_point(number, lever)
-            inward = np.cross(w, np.cross(w, lever))
-            angular, centre = _apply(inertia, dw), _project(moving, np.cross(dw, lever) + inward)
+            at = self.poses[number].rotation @ place
+            inward = np.cross(w, np.cross(w, lever - at))
+            angular, centre = _apply(inertia, dw), _project(moving, _rotate_point(w, dw, lever))
             pieces = {
                 "the gyroscopic torque w x I w": np.cross(w, _apply(inertia, w)),
                 "the torque I w' of the angular acceleration": angular,
@@ -116,6 +170,9 @@ class KaneSum:
                 "the centripetal acceleration w x (w x c) of the centre": _project(moving, inward),
                 "the acceleration of the centre": centre + _project(moving, rate.acceleration),
             }
+            if place.any():
+                linear[PLACE_INWARD] = _project(moving, np.cross(w, np.cross(w, at)))
+                linear[PLACE_ALONG] = _project(moving, np.cross(dw, at))
             for kind, piece in linear.items():
                 kinds.setdefault(kind, {})[link] = piece
         for number, joint in enumerate(self.robot.joints):
@@ -132,9 +189,9 @@ class KaneSum:
         under = self.rates[joint.parent]
         at = pose.position - self.poses[joint.parent].position
         inward = np.cross(under.angular, np.cross(under.angular, at))
-        yield "the centripetal acceleration w x (w x r) of the place", self._load(number, inward)
+        yield PLACE_INWARD, self._load(number, inward)
         along = np.cross(under.angular_rate, at)
-        yield "the acceleration w' x r of the place", self._load(number, along)
+        yield PLACE_ALONG, self._load(number, along)
         extra = self.rates[number].acceleration - under.acceleration
         extra = extra - _rotate_point(under.angular, under.angular_rate, at)
         if joint.kind == "prismatic":
@@ -191,9 +248,6 @@ class KaneSum:
             words = "I in the link's own axes, not turned"
             changes[words] = changes.get(words, 0) + _project(turning, fixed - right)
         yield from changes.items()
-
-    def _name_and_place(self, number: int, body: RobotBody) -> tuple[str, WorldBody]:
-        return get_link_name(self.robot, number), self.place_body(number, body)
 
 
 def list_unturned_bodies(pose_rotation: np.ndarray, body: RobotBody) -> dict[str, WorldBody]:
@@ -280,7 +334,8 @@ def describe_wrong_kinds(
         unusual = all(abs(factor - by) > ALIKE for by in USUAL)
         if not names or np.ptp(list(factors.values())) > ALIKE or (are_usual and unusual):
             continue
-        whole = len(names) == len(pieces) > 1
+        sizable = [name for name, p in pieces.items() if np.abs(p).max() > SIZABLE * size]
+        whole = len(names) == len(sizable) > 1
         which = "every one" if whole else " and ".join(names)
         words = _describe_factor([f"{kind} of {which}"], factor)
         described.append((0 if whole else len(names), words))
@@ -308,15 +363,18 @@ def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, n
 def describe_pieces(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
     """Sentences on terms of Kane's sum that are wrong in M, the bias or gravity."""
     difference = problem.answers.values[part] - problem.reference_values[level][part]
-    kane, size = KaneSum(problem.robot, *problem.states[:2]), getattr(problem.sizes[level], part)
-    kinds = {
-        "mass_matrix": kane.list_mass_pieces,
-        "bias": kane.list_bias_pieces,
-        "gravity": kane.list_gravity_pieces,
-    }[part]()
-    described = list(
-        describe_wrong_kinds(difference.ravel(), kinds, float(size.max()), are_usual=part != "bias")
-    )
+    robot, size = problem.robot, float(getattr(problem.sizes[level], part).max())
+    described = list[str]()
+    for parts in (list_body_parts(robot), list_whole_bodies(robot)):
+        if described:
+            break
+        kane = KaneSum(robot, *problem.states[:2], parts)
+        kinds = {
+            "mass_matrix": kane.list_mass_pieces,
+            "bias": kane.list_bias_pieces,
+            "gravity": kane.list_gravity_pieces,
+        }[part]()
+        described += describe_wrong_kinds(difference.ravel(), kinds, size, are_usual=part != "bias")
     if not described and part == "bias":
         for words, change in kane.list_gyroscopic_changes():
             if np.abs(difference - change).max() <= ALIKE * np.abs(difference).max():

@@ -14,6 +14,7 @@ from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.models.robot.robot import Level, Robot, RobotBody
 from crosscheck.trial.robots.candidates import (
     ALIKE,
+    AS_IT_STANDS,
     USUAL,
     RobotNumber,
     generate_body_mistakes,
@@ -24,7 +25,14 @@ from crosscheck.trial.robots.candidates import (
     steiner,
 )
 from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
-from crosscheck.trial.robots.pieces import DynamicsTerms, KaneSum, list_unturned_bodies
+from crosscheck.trial.robots.pieces import (
+    BodyPart,
+    DynamicsTerms,
+    KaneSum,
+    list_body_parts,
+    list_unturned_bodies,
+    list_whole_bodies,
+)
 
 # What an explanation may leave of each entry's largest difference; and of its size, by rounding.
 LEFT, ROUNDING = 1e-5, 1e-12
@@ -132,27 +140,43 @@ class ChangeTable:
 
     @cached_property
     def _body_mistakes(self) -> list[MistakeEffect]:
-        rows: list[list[MistakeEffect]] = []
-        for number, (body, joint) in enumerate(
-            zip(self.robot.bodies, self.robot.joints, strict=True)
-        ):
-            link = get_link_name(self.robot, number)
-            changes = {
-                words: self.change_body(number, other)
-                for words, other in generate_body_mistakes(body, joint)
-            }
-            unturned = list_unturned_bodies(self.kane.poses[number].rotation, body)
-            changes |= {
-                words: self.kane.compute_terms(number, other).minus(self._placed[number])
-                for words, other in unturned.items()
-            }
-            rows.append([MistakeEffect(f"{link}: {w}", False, c) for w, c in changes.items()])
-        mistakes = [each for row in rows for each in row]
-        for together in zip(*rows, strict=True) if len(rows) > 1 else ():
-            words = together[0].words.partition(": ")[2]
-            change = add_terms(each.change for each in together)
-            mistakes.append(MistakeEffect(f"every link: {words}", True, change))
+        """Of each link as the URDF has it, then of bodies of which several links are fixed."""
+        parts, bodies = list_body_parts(self.robot), list_whole_bodies(self.robot)
+        mistakes = self._list_part_mistakes(parts, "")
+        if len(parts) > len(bodies):
+            mistakes += self._list_part_mistakes(bodies, ", with what is fixed to it")
         return mistakes
+
+    def _list_part_mistakes(self, parts: Sequence[BodyPart], merged: str) -> list[MistakeEffect]:
+        """Of each part, and the same of every one; merged: words on what the parts are."""
+        rows = [self._list_mistakes_of(part) for part in parts]
+        mistakes = [
+            MistakeEffect(f"{part.name}{merged}: {words}", False, change)
+            for part, row in zip(parts, rows, strict=True)
+            for words, change in row.items()
+            if words != AS_IT_STANDS or not _is_identity(part.turn)
+        ]
+        for words in rows[0] if len(rows) > 1 else ():
+            if words != AS_IT_STANDS or not all(_is_identity(part.turn) for part in parts):
+                change = add_terms(row[words] for row in rows)
+                mistakes.append(MistakeEffect(f"every link{merged}: {words}", True, change))
+        return mistakes
+
+    def _list_mistakes_of(self, part: BodyPart) -> dict[str, DynamicsTerms]:
+        """By words, what each mistake in a part does to the terms."""
+        joint, number, pose = self.robot.joints[part.number], part.number, self.kane.poses
+        is_moved = part.placement.position.any() or not _is_identity(part.placement.rotation)
+        before = replace(joint, placement=part.placement) if is_moved else joint
+        changed = {
+            words: self.kane.place_body(number, part.carry(other))
+            for words, other in generate_body_mistakes(part.own, before, part.turn)
+        }
+        turn = pose[number].rotation
+        shift = turn @ part.placement.position
+        unturned = list_unturned_bodies(turn @ part.placement.rotation, part.own)
+        changed |= {w: b._replace(lever=b.lever + shift) for w, b in unturned.items()}
+        right = self.kane.compute_terms(number, self.kane.place_body(number, part.body))
+        return {w: self.kane.compute_terms(number, b).minus(right) for w, b in changed.items()}
 
     def _base(self, level: Level) -> DynamicsTerms:
         if level not in self._bases:
@@ -478,6 +502,10 @@ def _find_root(left: Callable[[float], np.ndarray], begin: float, size: float) -
         if abs(by) < 1e-10 * size:
             break
     return value
+
+
+def _is_identity(turn: np.ndarray) -> bool:
+    return bool(np.allclose(turn, np.eye(3), rtol=0.0, atol=ALIKE))
 
 
 def _multiply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
