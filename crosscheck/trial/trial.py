@@ -334,6 +334,7 @@ def _judge_trial(
     perform: Perform,
 ) -> Trial:
     level, level_mismatches = _select_level(problem, results)
+    level = _select_alike_level(problem, probes, level, results)
     here = compare_entries(problem, level, list_entry_quantities(problem), results)
     reading_level, readings = "", list[Reading]()
     wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
@@ -419,6 +420,39 @@ def _select_level(
             LevelMismatch(level, count, float(relative_errors.max()), float(relative_errors.mean()))
         )
     return min(level_mismatches, key=lambda each: (each.entries, each.mean)).level, level_mismatches
+
+
+def _select_alike_level(
+    problem: VerificationProblem,
+    probes: Sequence[VerificationProblem],
+    level: str,
+    results: Results,
+) -> str:
+    """Of the levels that are alike on the arm, as without motors, that of the other arms.
+
+    There it is the one from which the fewest entries differ; of as many the given one.
+    """
+    if not level:
+        return level
+    quantities = list_entry_quantities(problem)
+    base = compare_entries(problem, level, quantities, results)
+    alike = [level]
+    for other in problem.levels:
+        values = compare_entries(problem, other, quantities, results).reference_values
+        differences = {
+            part: deviations(values[part], right, base.sizes.entry_sizes(part)).max()
+            for part, right in base.reference_values.items()
+        }
+        if other != level and all(
+            difference <= base.sizes.tolerance(part) for part, difference in differences.items()
+        ):
+            alike.append(other)
+
+    def count_wrong_entries(each: str) -> int:
+        comparisons = (compare_entries(probe, each, quantities, results) for probe in probes)
+        return sum(len(list(comparison.wrong_entries)) for comparison in comparisons)
+
+    return min(alike, key=count_wrong_entries) if len(alike) > 1 else level
 
 
 def _largest_difference(problem: VerificationProblem, results: Results, level: str) -> float:

@@ -6,7 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, TreeBuilder, tostring
 from xml.parsers import expat
 
@@ -32,12 +32,14 @@ NUMBER = re.compile(r"[ \t\n\v\f\r]*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]
 class UrdfLink:
     """A link of a URDF; body is None where it has no inertia.
 
-    six: its numbers ixx, ixy, ixz, iyy, iyz, izz [kg m^2] as they stand.
+    six: its numbers ixx, ixy, ixz, iyy, iyz, izz [kg m^2] as they stand; turn (3, 3): the rotation
+    of the axes in which they stand, by their rpy.
     """
 
     name: str
     body: RobotBody | None
     six: tuple[float, ...] = ()
+    turn: np.ndarray = field(default_factory=lambda: np.eye(3))
 
 
 @dataclass(frozen=True)
@@ -165,7 +167,8 @@ class _Reader:
         tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
         turned = placement.rotation @ tensor @ placement.rotation.T
         body = RobotBody(mass, placement.position, turned)
-        return UrdfLink(self.name, body if mass or tensor.any() else None, six)
+        there = body if mass or tensor.any() else None
+        return UrdfLink(self.name, there, six, placement.rotation)
 
     def joint(self) -> UrdfJoint:
         kind = self.element.get("type")

@@ -19,6 +19,7 @@ def two_links(
     elbow: Wave = np.cos,
     weight: Wave = np.sin,
     rates: Callable[[np.ndarray], float] = lambda v: 2 * v[0] * v[1] + v[1] ** 2,
+    elbow_rates: Callable[[np.ndarray], float] = lambda v: v[0] ** 2,
 ) -> Equations:
     """The textbook arm hanging along x; elbow: in M11; weight: of link 2, in row 1."""
     (m1, l1, d1, i1), (m2, _, d2, i2) = bodies_of(arm)
@@ -32,7 +33,7 @@ def two_links(
 
     def bias(q: np.ndarray, v: np.ndarray) -> np.ndarray:
         wave = m2 * l1 * d2 * np.sin(q[1])
-        return np.array([-wave * rates(v), wave * v[0] ** 2])
+        return np.array([-wave * rates(v), wave * elbow_rates(v)])
 
     def force(q: np.ndarray, torque: np.ndarray) -> np.ndarray:
         whole = q[0] + q[1]
@@ -62,6 +63,10 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
             "force[theta_1]: yours has sin(theta_1 + theta_2), its angle times pi/180, where"
             " sin(theta_1 + theta_2) belongs, in -m2 g_x d2 sin(theta_1 + theta_2)?",
         ],
+    ),
+    "Christoffel's symbols without the 1/2": (
+        lambda arm: two_links(arm, elbow_rates=lambda v: 2 * v[0] ** 2 + v[0] * v[1]),
+        ["the 1/2 of the last term is missing"],
     ),
 }
 

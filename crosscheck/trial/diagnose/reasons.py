@@ -49,6 +49,23 @@ SAME = 1e-12  # of a row of a map: what two readings of it may differ by
 ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
 # Where each part is looked at entry by entry.
 BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
+LEAST_WRONG = 2  # terms of a bias, before one rule by which they are made is looked for
+# A bias made of M by another rule than dM_ij/dx_k - 1/2 dM_jk/dx_i, and what that adds to it.
+CHRISTOFFEL_SLIPS = {
+    "your bias is (dM_ij/dx_k - dM_jk/dx_i) v_j v_k: the 1/2 of the last term is missing": (
+        0.0,
+        0.5,
+    ),
+    "your bias is dM_ij/dx_k v_j v_k: the last term, -1/2 dM_jk/dx_i v_j v_k, is missing": (
+        0.0,
+        -0.5,
+    ),
+    "your bias is (dM_ij/dx_k + 1/2 dM_jk/dx_i) v_j v_k: the last term has the wrong sign": (
+        0.0,
+        -1.0,
+    ),
+    "your bias is half as large as M demands, in every term": (-0.5, -0.25),
+}
 OPPOSITE = 1e-9  # of two entries of which one has the other's term, what their sum may be
 FOLLOWS = "follows from the wrong M"
 QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
@@ -267,6 +284,8 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
     if probes and probes[0].symbolic is not None and _is_same_map(probes[0].symbolic, arm):
         arm = replace(arm, symbolic=probes[0].symbolic)  # equal numbers are no symbol's own
     wrong_entries = list(_name_moved_terms(arm, list(_explain_arms(arm, probes))))
+    if note := _find_slip_of_christoffel(arm, wrong_entries):
+        return [replace(w, notes=(note,)) if w.place.rates else w for w in wrong_entries]
     if arm.problem.equations.coordinates.matrix is None:
         return wrong_entries
     groups = {(wrong.place.part, wrong.shown_on) for wrong in wrong_entries if not wrong.notes}
@@ -321,6 +340,33 @@ def _name_moved_terms(
             moved |= {here.place: explanation, there.place: explanation}
     for each in wrong_entries:
         yield replace(each, explanation=moved.get(each.place, each.explanation))
+
+
+def _find_slip_of_christoffel(arm: EntryComparison, wrong_entries: Sequence[EntryMismatch]) -> str:
+    """What is wrong in a bias that is made of the right M in another way than it must be; or ''."""
+    places = [wrong.place for wrong in wrong_entries if wrong.place.rates and not wrong.shown_on]
+    is_mass_wrong = any(wrong.place.part == "mass_matrix" for wrong in wrong_entries)
+    if arm.terms is None or is_mass_wrong or len(places) < LEAST_WRONG:
+        return ""
+    if "mass_matrix" not in arm.reference_values:
+        return ""
+    mass, sizes = arm.reference_values["mass_matrix"], arm.sizes.mass
+    waves = {
+        (i, j): arm.harmonic_basis.fit(
+            mass[:, i, j], float(sizes[i, j]), arm.numbers
+        ).significant_coefficients
+        for i, j in np.ndindex(sizes.shape)
+    }
+    fits = {place: arm.fit_difference(place) for place in places}
+    for words, by in CHRISTOFFEL_SLIPS.items():
+        made = compute_bias_differences(waves, arm.terms.angles, *by)
+        largest = {place: max(map(abs, wave.values())) for place, wave in made.items()}
+        there = {
+            place for place, size in largest.items() if size > ROUNDING * max(largest.values())
+        }
+        if there == set(places) and all(is_caused_by_mass(fits[p], made[p]) for p in places):
+            return words
+    return ""
 
 
 def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
