@@ -8,6 +8,7 @@ import pytest
 
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
+from tests.robots import chains
 from tests.robots.test_robot_slips_everywhere import diagnosis_of
 
 FILES = Path("models/robots")
@@ -50,3 +51,24 @@ def test_a_slip_in_the_file_s_own_numbers_is_named(slip, tmp_path):
     diagnosis = diagnosis_of(load_robot("six-joint"), six_joint(tmp_path, urdf, toml))
     assert any(words in each for each in diagnosis.explanations)
     assert diagnosis.level == "coupled"
+
+
+TREE = [chains.link("base")] + [
+    chains.link(name, chains.Solid(mass, (0.1, 0.02, 0.03), (0.02, 0, 0, 0.03, 0, 0.025)))
+    for name, mass in (("trunk", 3.0), ("left", 1.1), ("right", 1.4))
+]
+
+
+def tree(parent: str) -> Robot:
+    """A trunk with a left arm and a right one, which stands on a parent."""
+    joints = (
+        chains.joint("turn", "base", "trunk"),
+        chains.joint("l", "trunk", "left", axis=(0, 1, 0), at=(0, 0.2, 0.4)),
+        chains.joint("r", parent, "right", axis=(0, 1, 0), at=(0, -0.2, 0.4)),
+    )
+    return chains.robot(chains.urdf(*TREE, *joints), {}, gravity_m_per_s2=[0.0, 0.0, -9.81])
+
+
+def test_a_tree_taken_for_a_chain_is_named():
+    diagnosis = diagnosis_of(tree("trunk"), tree("left"))
+    assert diagnosis.explanations == ("joint r: on left, as in a chain",)

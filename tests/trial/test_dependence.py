@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.arm import Arm, Direct
 from crosscheck.models.errors import InputError
 from crosscheck.report.trial import describe_errors, describe_notes
 from crosscheck.testing import assert_agrees
@@ -124,6 +124,26 @@ def test_a_right_model_is_told_of_one_note_and_of_no_error(kind):
     assert {each.name for each in trial.ignored_numbers} == numbers
     (note,) = describe_notes(trial)
     assert all(name in note for name in numbers)
+
+
+def test_motors_that_the_arm_has_not_are_no_error():
+    """All levels are alike there; other arms, which have motors, tell which of them it is."""
+
+    def factory(arm: Arm) -> Equations:
+        (m1, l1, d1, i1), (m2, l2, d2, i2) = bodies_of(arm)
+        (_, rotor1), (motor, rotor2) = (
+            (joint.motor_mass_kg, joint.rotor_inertia_kg_m2)
+            for joint in arm.joints
+            if isinstance(joint, Direct)
+        )
+        both = m1 + motor
+        centre = (m1 * d1 + motor * l1) / both
+        about = i1 + rotor1 + m1 * d1**2 + motor * l1**2 - both * centre**2
+        bodies = (both, l1, centre, about), (m2, l2, d2, i2 + rotor2)
+        return pendulum(bodies, arm.gravity_m_per_s2[0], arm.payload_mass_kg)
+
+    trial = trial_of(factory, arm_of(*UNLIKE, payload=0.6))
+    assert (trial.exit_code, trial.wrong_entries, trial.hidden_entries) == (0, (), ())
 
 
 def test_a_pendulum_whose_mass_cancels_is_not_blamed():

@@ -226,6 +226,7 @@ def generate_frame_mistakes(robot: Robot, *, are_rotors_bodies: bool) -> Iterato
     yield from _part_mistakes(
         robot, "rotors", "every rotor", names, list(map(_rotor_mistakes, robot.rotors))
     )
+    yield from _chain_mistakes(robot)
     yield from _mimic_mistakes(robot)
     yield from _gravity_mistakes(robot)
     if are_rotors_bodies:
@@ -291,6 +292,19 @@ def _rotor_pair_mistakes(
     ):
         yield words, (replace(sun, ratio=ratios[0]), replace(planets, ratio=ratios[1]))
     yield "one planet for all", (sun, replace(planets, inertia=single_inertia))
+
+
+def _chain_mistakes(robot: Robot) -> Iterator[FrameMistake]:
+    """A tree taken for a chain: joints that begin a branch on the end of the branch before it."""
+    chained = list(robot.joints)
+    branches = [k for k, joint in enumerate(robot.joints) if joint.parent != k - 1]
+    for number in branches:
+        joint = chained[number] = replace(robot.joints[number], parent=number - 1)
+        words = f"joint {joint.name}: on {get_link_name(robot, number - 1)}, as in a chain"
+        yield FrameMistake(words, replace_part(robot, "joints", number, joint))
+    if len(branches) > 1:
+        words = "every joint: on the link before it, as in a chain"
+        yield FrameMistake(words, _replace_parts(robot, "joints", chained), several=True)
 
 
 def _gravity_mistakes(robot: Robot) -> Iterator[FrameMistake]:

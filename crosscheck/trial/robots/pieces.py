@@ -50,25 +50,25 @@ class WorldBody(NamedTuple):
 class BodyPart(NamedTuple):
     """A link of the URDF as a part of a body.
 
-    number: of the body; own: in the link's own axes; placement: of the link in the body's frame,
+    number: of the body; in_link: in the link's axes; placement: of the link in the body's frame,
     where fixed joints move it; turn (3, 3): of the axes in which the file has its inertia.
     """
 
     name: str
     number: int
-    own: RobotBody
+    in_link: RobotBody
     placement: Placement
     turn: np.ndarray
 
     @property
     def body(self) -> RobotBody:
         """The part in the body's frame."""
-        return self.carry(self.own)
+        return self.carry(self.in_link)
 
-    def carry(self, own: RobotBody) -> RobotBody:
-        """A body in the link's own axes, in the body's frame."""
+    def carry(self, body: RobotBody) -> RobotBody:
+        """A body in the link's axes, in the frame of the part's body."""
         R, place = self.placement.rotation, self.placement.position
-        return RobotBody(own.mass, R @ own.com + place, R @ own.inertia @ R.T)
+        return RobotBody(body.mass, R @ body.com + place, R @ body.inertia @ R.T)
 
 
 def list_body_parts(robot: Robot) -> list[BodyPart]:

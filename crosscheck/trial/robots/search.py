@@ -169,11 +169,11 @@ class ChangeTable:
         before = replace(joint, placement=part.placement) if is_moved else joint
         changed = {
             words: self.kane.place_body(number, part.carry(other))
-            for words, other in generate_body_mistakes(part.own, before, part.turn)
+            for words, other in generate_body_mistakes(part.in_link, before, part.turn)
         }
         turn = pose[number].rotation
         shift = turn @ part.placement.position
-        unturned = list_unturned_bodies(turn @ part.placement.rotation, part.own)
+        unturned = list_unturned_bodies(turn @ part.placement.rotation, part.in_link)
         changed |= {w: b._replace(lever=b.lever + shift) for w, b in unturned.items()}
         right = self.kane.compute_terms(number, self.kane.place_body(number, part.body))
         return {w: self.kane.compute_terms(number, b).minus(right) for w, b in changed.items()}
