@@ -77,3 +77,21 @@ def test_a_slip_of_one_term_is_named(slip):
     lines = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
     assert len(lines) == len(told)
     assert all(words in line for words, line in zip(told, lines, strict=True))
+
+
+def test_a_weight_that_an_acceleration_alone_leaves_out_is_named():
+    """Every row of the acceleration is wrong by it; M times that is wrong in one row."""
+
+    def factory(arm: Arm) -> Equations:
+        right, fore, g = two_links(arm), arm.links[1], arm.gravity_m_per_s2[0]
+
+        def accelerate(q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+            weight = fore.mass_kg * g * fore.com_m * np.sin(q[0] + q[1])
+            balance = right.force(q, torque) - right.bias(q, v) + [0.0, weight]
+            return np.linalg.solve(right.mass_matrix(q), balance)
+
+        return Equations(acceleration=accelerate)
+
+    (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
+    told = "missing term: -m2 g_x d2 sin(theta_1 + theta_2), in force[theta_2], which M x'' shows?"
+    assert told in line

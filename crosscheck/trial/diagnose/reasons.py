@@ -283,6 +283,8 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
     """
     if probes and probes[0].symbolic is not None and _is_same_map(probes[0].symbolic, arm):
         arm = replace(arm, symbolic=probes[0].symbolic)  # equal numbers are no symbol's own
+    if set(arm.user_values) == {"acceleration"} and arm.terms is not None:
+        return list(_explain_accelerations(arm, probes))
     wrong_entries = list(_name_moved_terms(arm, list(_explain_arms(arm, probes))))
     if note := _find_slip_of_christoffel(arm, wrong_entries):
         return [replace(w, notes=(note,)) if w.place.rates else w for w in wrong_entries]
@@ -312,6 +314,40 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
                     for wrong in wrong_entries
                 ]
     return wrong_entries
+
+
+def _explain_accelerations(
+    arm: EntryComparison, probes: Sequence[EntryComparison]
+) -> Iterator[EntryMismatch]:
+    """The wrong entries of accelerations alone: by what M times their difference is of the force.
+
+    That is told if every row of it is explained; a product of rates is none of its terms.
+    """
+    pushed = [_balance_accelerations(each) for each in (arm, *probes)]
+    rows = [each for each in _explain_arms(pushed[0], pushed[1:]) if not each.shown_on]
+    explanations = [each.explanation for each in rows if each.explanation]
+    wrong_entries = _explain_arms(arm, probes)
+    if not rows or len(explanations) < len(rows):
+        yield from wrong_entries
+        return
+    errors = {error_signature(error): error for each in explanations for error in each.errors}
+    where = ", ".join(entries.format_entry(each.place, arm.frame.names) for each in rows)
+    left = max(each.left_over for each in explanations)
+    told = Explanation(tuple(errors.values()), left, (), f"{where}, which M x'' shows")
+    for wrong in wrong_entries:
+        yield wrong if wrong.shown_on else replace(wrong, explanation=told)
+
+
+def _balance_accelerations(comparison: EntryComparison) -> EntryComparison:
+    """The comparison of the forces that M makes of accelerations, beside the right force."""
+    problem, level = comparison.problem, comparison.level
+    mass, force, _ = get_trusted_answers(problem, comparison.results, level)
+    if force is None:
+        return replace(comparison, user_values={}, reference_values={})
+    key = "acceleration"
+    difference = comparison.user_values[key] - comparison.reference_values[key]
+    pushed = force + np.einsum("sij,sj->si", mass, difference)
+    return replace(comparison, user_values={"force": pushed}, reference_values={"force": force})
 
 
 def _name_moved_terms(
