@@ -12,10 +12,7 @@ from pydantic import TypeAdapter
 from crosscheck.audit.claims.statements import section2, section3, section4
 from crosscheck.audit.judging.rule import Claim, ClaimCriteria
 
-SENTENCES = tuple(
-    Path(__file__).with_name("sentences") / f"{name}.toml"
-    for name in ("front", "section2", "section3", "control", "section4", "section5")
-)
+SENTENCES = Path(__file__).with_name("sentences.toml")
 STATEMENTS = Path(__file__).with_name("statements") / "statements.toml"
 
 

@@ -6,16 +6,14 @@ Captions and the table count as sentences.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
 from pydantic import TypeAdapter, model_validator
-from pydantic.dataclasses import dataclass as validated_dataclass
+from pydantic.dataclasses import dataclass
 
 
-@validated_dataclass(frozen=True)
+@dataclass(frozen=True)
 class Sentence:
     """A sentence of the paper.
 
@@ -42,16 +40,10 @@ class Sentence:
         return self
 
 
-@dataclass(frozen=True)
-class _SentenceFile:
-    sentences: tuple[Sentence, ...]
-
-
-def load_sentences(files: Iterable[Path]) -> list[Sentence]:
-    """Load all sentences of files in the paper's order.
+def load_sentences(file: Path) -> tuple[Sentence, ...]:
+    """All sentences of a file, in the paper's order.
 
     Raises ValueError for an entry that is not as ``Sentence`` says.
     """
-    adapter = TypeAdapter(_SentenceFile)
-    tables = (tomllib.loads(file.read_text(encoding="utf-8")) for file in files)
-    return [sentence for table in tables for sentence in adapter.validate_python(table).sentences]
+    table = tomllib.loads(file.read_text(encoding="utf-8"))
+    return TypeAdapter(tuple[Sentence, ...]).validate_python(table["sentences"])

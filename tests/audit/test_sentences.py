@@ -33,7 +33,7 @@ OF_THE_PAPER = {
 
 
 @pytest.fixture(scope="module")
-def table() -> list[Sentence]:
+def table() -> tuple[Sentence, ...]:
     return load_sentences(SENTENCES)
 
 

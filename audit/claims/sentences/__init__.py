@@ -1,1 +1,0 @@
-"""The paper's sentences as data, in the paper's order."""
