@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from functools import cache
 
 import numpy as np
 import sympy as sp
@@ -72,11 +73,12 @@ def _bias_terms(form: Form, exact: Numbers, angle_sums: AngleSums) -> TermCoeffi
     return coefficients
 
 
-def _angle_sum(argument: sp.Expr, q: Sequence[sp.Symbol]) -> list[float]:
+@cache  # a form has hundreds of terms and a handful of angles
+def _angle_sum(argument: sp.Expr, q: tuple[sp.Symbol, ...]) -> tuple[float, ...]:
     polynomial = sp.Poly(argument, *q)
     if polynomial.total_degree() > 1:
         raise ValueError(f"not linear in the coordinates: {argument}")
-    return [float(polynomial.coeff_monomial(coordinate)) for coordinate in q]
+    return tuple(float(polynomial.coeff_monomial(coordinate)) for coordinate in q)
 
 
 def _entries(matrix: sp.ImmutableMatrix) -> list[tuple[tuple[int, int], sp.Expr]]:
