@@ -109,7 +109,7 @@ def test_code_runs_only_where_that_is_allowed(tmp_path):
         ('experiment = "exact teeth"', 'experiment = "exact"', "allowed: exact teeth, plain"),
         ("above = 44.0", "", "nothing is judged"),
         ('errata = ["bias"]', 'errata = ["gravity_of_it"]', "is no part; allowed: mass_matrix"),
-        ('claims = ["3-01"]', 'claims = ["3-01"]\nnone = "both"', "or else a reason for none"),
+        ('claims = ["3-01"]', 'claims = ["3-01"], none = "both"', "or else a reason for none"),
     ],
 )
 def test_what_does_not_fit_is_told_in_one_line(tmp_path: Path, old, new, message):

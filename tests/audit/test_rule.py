@@ -168,13 +168,6 @@ def test_a_share_has_three_answers(yes, of, said):
     assert rule.state(Share(yes, of)) == said
 
 
-def test_the_interval_of_a_share_is_clopper_and_pearsons():
-    """Closed form at the ends: (alpha / 2)^(1 / n)."""
-    low, high = Share(32, 32).interval
-    assert low == pytest.approx(0.025 ** (1 / 32), rel=1e-9)
-    assert high == 1.0
-
-
 def _answer(values, low=10.0, law=paper_conditions.PRINTED, zeta=0.005):
     defined = tuple(sorted(v for v in values if math.isfinite(v)))
     return rule.Answer(

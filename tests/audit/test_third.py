@@ -30,6 +30,7 @@ def test_a_share_has_clopper_and_pearsons_interval():
     assert low == pytest.approx(beta.ppf(0.025, 3, 8))
     assert high == pytest.approx(beta.ppf(0.975, 4, 7))
     assert (Share(0, 8).interval[0], Share(8, 8).interval[1]) == (0.0, 1.0)
+    assert Share(32, 32).interval[0] == pytest.approx(0.025 ** (1 / 32), rel=1e-9)  # closed form
 
 
 def test_severe_has_two_sides():
