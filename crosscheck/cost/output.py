@@ -12,6 +12,7 @@ from crosscheck.checks.robots.sizes import SIZE_WORDS
 from crosscheck.cost.meshes import RESOLVED, GearedCost
 from crosscheck.cost.shortcuts import NEGLIGIBLE, ShortcutCosts
 from crosscheck.findings import Finding
+from crosscheck.models.robot.identity import find_identity_joints
 from crosscheck.models.robot.robot import LEVELS, Level, Robot
 from crosscheck.planning.springs import replace_stages_by_rotors
 from crosscheck.registry import engine_of
@@ -32,7 +33,6 @@ COLOURS: dict[Level, str] = {"coupled": "C0", "links": "C1", "armature": "C2"}
 COUNTS = {2: "Two", 3: "Three", 4: "Four", 5: "Five"}
 PREFIXES = {"k": 1e3, "": 1.0, "m": 1e-3, "\u00b5": 1e-6, "n": 1e-9}
 LEAST_PERCENT = 0.001
-PARALLEL = 1e-4  # sine of an angle that is but the rounding of printed ones, such as 1.5708
 
 
 def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
@@ -85,26 +85,6 @@ def _describe_identity(robot: Robot) -> Iterator[str]:
         " the joint, its axis along the joint's, so links identified with armature take up what it"
         " leaves out, though they may then be no possible bodies."
     )
-
-
-def find_identity_joints(robot: Robot) -> list[str]:
-    """Names of joints at which coupled is armature with other inertias of the two links.
-
-    J (w + N q')^2 = J (1 - N) w^2 + J N (w + q')^2 + J N (N - 1) q'^2, w the rate of the link
-    before about the joint's axis: the stator must be on that link, the rotor's axis along this one.
-    """
-    names = []
-    for rotor in robot.rotors:
-        joint, stator = robot.joints[rotor.joint], robot.frames[rotor.stator]
-        before = stator.placement.rotation @ rotor.axis
-        along = joint.placement.rotation @ joint.axis
-        if (
-            joint.kind == "revolute"
-            and stator.body == joint.parent
-            and np.linalg.norm(np.cross(before, along)) < PARALLEL
-        ):
-            names.append(joint.name)
-    return list(dict.fromkeys(names))
 
 
 def _describe_costs(costs: ShortcutCosts) -> Iterator[str]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from crosscheck.cost.motion import SineMotion, State, make_excitation
 from crosscheck.identification.estimation import find_condition
-from crosscheck.identification.sampling import SLOW, BandSample
+from crosscheck.identification.structure import make_sample
 from crosscheck.identification.terms import build_columns
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model, reference_engine
@@ -17,7 +17,6 @@ DRAWN = 100  # motions among which the best is suggested
 GRID = 200  # instants in a period: many times the parameters, and 40 in the fastest sine's period
 PERIODS = 10  # that are written: blocks of rows need many
 TABLE_ROWS = 2000  # in a period
-LEAST_RATE = 1e-12  # [rad/s or m/s]: of joints that cannot move the sign is 0
 
 
 @dataclass(frozen=True)
@@ -82,23 +81,7 @@ def suggest_excitation(
         q, v, a = motion.at(time)
         torque = model.inverse_dynamics(q, v, a)
         slope = (np.roll(torque, -1, axis=0) - np.roll(torque, 1, axis=0)) / (2 * time[1])
-        rates = np.hstack([v, v @ shared.T])
-        fastest = np.maximum(np.abs(rates).max(axis=0), LEAST_RATE)
-        direction = np.clip(rates / (SLOW * fastest), -1.0, 1.0)
-        count = q.shape[1]
-        samples = BandSample(
-            bandwidth=0.0,
-            q=q,
-            v=v,
-            a=a,
-            moving=np.ones(q.shape, dtype=bool),
-            direction=direction[:, :count],
-            shared_direction=direction[:, count:],
-            torque=torque,
-            torque_rate=slope,
-            starts=(0, GRID),
-            step=float(time[1]),
-        )
+        samples = make_sample((q, v, a), torque, slope, shared, float(time[1]))
         columns = build_columns(robot, shared, samples).select(chosen)
         return find_condition(columns.values[:, measured], sigma)
 

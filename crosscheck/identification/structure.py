@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import qr
 
-from crosscheck.identification.sampling import BandSample
+from crosscheck.identification.sampling import SLOW, BandSample
 from crosscheck.identification.terms import (
     Regressor,
     TermKind,
@@ -23,6 +23,7 @@ INDEPENDENT = 1e-4
 ROUNDED = 1e-12  # of the largest column: one so small is zero but for rounding
 MOTIONS = 200  # random ones: rows of torques are many times the parameters
 SEED = 0
+LEAST_RATE = 1e-14  # [rad/s or m/s]
 ASSUMED_RATIO = 50.0  # where files tell of no rotor; ranks are the same for any but 0 and 1
 
 
@@ -63,18 +64,34 @@ def draw_samples(robot: Robot, shared: np.ndarray) -> BandSample:
     rng = np.random.default_rng(SEED)
     shape = (MOTIONS, len(robot.coordinates))
     q, v, a = rng.uniform(-2, 2, shape), rng.uniform(-2, 2, shape), rng.uniform(-5, 5, shape)
+    return make_sample((q, v, a), np.zeros(shape), rng.uniform(-5, 5, shape), shared, step=1.0)
+
+
+def make_sample(
+    motion: tuple[np.ndarray, np.ndarray, np.ndarray],
+    torque: np.ndarray,
+    torque_rate: np.ndarray,
+    shared: np.ndarray,
+    step: float,
+) -> BandSample:
+    """Rows of a motion that is known without a filter; all (rows, n), step [s] between them."""
+    q, v, a = motion
+    rates = np.hstack([v, v @ shared.T])
+    # Of joints that cannot move the sign is 0.
+    slow = np.maximum(SLOW * np.abs(rates).max(axis=0), LEAST_RATE)
+    direction = np.clip(rates / slow, -1.0, 1.0)
     return BandSample(
         bandwidth=0.0,
         q=q,
         v=v,
         a=a,
-        moving=np.ones(shape, dtype=bool),
-        direction=np.sign(v),
-        shared_direction=np.sign(v @ shared.T),
-        torque=np.zeros(shape),
-        torque_rate=rng.uniform(-5, 5, shape),
-        starts=(0, MOTIONS),
-        step=1.0,
+        moving=np.ones(q.shape, dtype=bool),
+        direction=direction[:, : q.shape[1]],
+        shared_direction=direction[:, q.shape[1] :],
+        torque=torque,
+        torque_rate=torque_rate,
+        starts=(0, len(q)),
+        step=step,
     )
 
 
@@ -130,10 +147,9 @@ def assume_rotors(robot: Robot) -> list[Rotor]:
     rotors = []
     for number in robot.coordinates:
         joint = robot.joints[number]
-        stator, frame = next(
-            (name, frame) for name, frame in robot.frames.items() if frame.body == joint.parent
-        )
-        axis = frame.placement.rotation.T @ joint.placement.rotation @ joint.axis
+        # The first link of a body is that which its joint moves: its frame is the body's.
+        stator = next(name for name, frame in robot.frames.items() if frame.body == joint.parent)
+        axis = joint.placement.rotation @ joint.axis
         rotors.append(Rotor(number, ASSUMED_RATIO, 1.0, stator, axis))
     return rotors
 

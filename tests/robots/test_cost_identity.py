@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from crosscheck.cost.output import find_identity_joints
 from crosscheck.models.pinocchio.regressor import LinkRegressor
+from crosscheck.models.robot.identity import find_identity_joints
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model
 from tests.robots import chains
