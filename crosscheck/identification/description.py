@@ -69,6 +69,8 @@ class LinkPrior(Data):
 
     links: Annotated[float, quantities.NumberRange(1e-6, 10)]
     """Relative standard deviation of each link's mass and moments in the robot's file."""
+    bodies: Literal["any", "possible"] = "any"
+    """Whether links have to be possible bodies: of no negative mass anywhere."""
 
 
 class RecordDescription(Data):
@@ -104,8 +106,10 @@ def load_description(path: Path) -> RecordDescription:
 
 def find_knowledge(description: RecordDescription) -> Knowledge:
     """What a description says of links, and what else it asks for."""
-    links = None if description.prior is None else description.prior.links
-    return Knowledge(links, frozenset(description.estimate))
+    prior, unknown = description.prior, frozenset(description.estimate)
+    if prior is None:
+        return Knowledge(unknown=unknown)
+    return Knowledge(prior.links, unknown, prior.bodies == "possible")
 
 
 def read_recordings(

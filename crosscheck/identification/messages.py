@@ -15,8 +15,9 @@ from crosscheck.identification.compare import (
     SideResult,
 )
 from crosscheck.identification.excitation import DRAWN, Excitation
-from crosscheck.identification.refinement import Refinement
+from crosscheck.identification.refinement import PossibleBodies, Refinement
 from crosscheck.identification.terms import ROTOR_KINDS, TermEstimate
+from crosscheck.models.robot.robot import Level
 
 SIDE_WORDS: dict[Side, str] = {
     "motor": "torques of the motors",
@@ -114,12 +115,27 @@ def _describe_refinement(refinement: Refinement, where: str) -> Iterator[str]:
         return
     if links is not None:
         yield _describe_prior(refinement, links)
+        for fit in refinement.fits:
+            if fit.bodies is not None:
+                yield _describe_bodies(fit.level, fit.bodies)
     beside = [each for each in best.estimates if each.term.kind in ("gain", "zero")]
     if beside:
         yield f"By the {where}: {'; '.join(format_estimate(each) for each in beside)}."
     if best.contained:
         reason = "what else is unknown" if links is None else "anything"
         yield f"No zero of the encoder of {', '.join(best.contained)} is told from {reason}."
+
+
+def _describe_bodies(level: Level, bodies: PossibleBodies) -> str:
+    """Whether possible bodies explain the torques at a level, and which are at the border."""
+    border = f"; at the border: what {', '.join(bodies.border)} move" if bodies.border else ""
+    if bodies.explain:
+        return f"At {level} possible bodies explain the torques as well as any{border}."
+    return (
+        f"At {level} no possible bodies explain the torques: what"
+        f" {', '.join(bodies.impossible)} move would be none (possible ones leave"
+        f" {bodies.excess:.4g} more of chi squared{border})."
+    )
 
 
 def _describe_prior(refinement: Refinement, links: float) -> str:
@@ -129,8 +145,10 @@ def _describe_prior(refinement: Refinement, links: float) -> str:
     if refinement.is_surprising:
         return (
             f"{head} nothing fits: they would be further from the file (chi squared"
-            f" {best.surprise:.4g} of {best.links.size} parameters). No level is named."
+            f" {best.surprise:.4g} of {best.shown} parameters). No level is named."
         )
+    if refinement.is_impossible:
+        return f"{head} no level has possible bodies that explain the torques. None is named."
     rotors = [each for each in best.estimates if each.term.kind in ("rotors", *ROTOR_KINDS)]
     listed = "; ".join(format_estimate(each) for each in rotors)
     if len(refinement.fits) == 1:
@@ -186,7 +204,8 @@ def _describe_levels(comparison: RobotComparison) -> Iterator[str]:
         places = ", where stators are on the links before the joints" if ranks.assumed else ""
         yield (
             "Coupled and armature are the same model with other links"
-            f"{places}: no recording distinguishes them unless the links are known otherwise."
+            f"{places}: no recording distinguishes them unless the links are known otherwise, or"
+            " those of one are no possible bodies ([prior] bodies)."
         )
     else:
         yield (

@@ -120,6 +120,7 @@ def _refinement_content(side: SideResult) -> dict[str, object] | None:
     return {
         "links_known_to": side.refinement.knowledge.links,
         "estimated": sorted(side.refinement.knowledge.unknown),
+        "links_are_possible_bodies": side.refinement.knowledge.are_possible,
         "level": side.refinement.level,
         "links_too_far_from_file": side.refinement.is_surprising,
         "levels": [
@@ -129,6 +130,14 @@ def _refinement_content(side: SideResult) -> dict[str, object] | None:
                 "chi_squared_of_links": fit.surprise,
                 "settled": fit.settled,
                 "zeros_not_told": fit.contained,
+                "possible_bodies": None
+                if fit.bodies is None
+                else {
+                    "chi_squared_above_any_links": fit.bodies.excess,
+                    "explain": fit.bodies.explain,
+                    "impossible_otherwise": fit.bodies.impossible,
+                    "at_the_border": fit.bodies.border,
+                },
                 "estimates": [_estimate_content(each) for each in fit.estimates],
             }
             for fit in side.refinement.fits

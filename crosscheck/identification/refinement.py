@@ -3,6 +3,7 @@
 Torques y of joints are modelled as s (A(q + z) x) + d y', with x of links, friction and rotors, s
 and z of each joint's drive and encoder, d a delay. Rows of correlated errors weigh less, by the
 number for which these are alike; what a file says of links is more rows, one for each parameter.
+Links may be asked to be possible bodies (bodies.py).
 """
 
 from __future__ import annotations
@@ -15,6 +16,14 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 from scipy.special import chdtri
 
+from crosscheck.identification.bodies import (
+    BODY,
+    BORDER,
+    Solution,
+    find_scale,
+    find_thickness,
+    solve_bodies,
+)
 from crosscheck.identification.estimation import correlation_rows, joint_rms
 from crosscheck.identification.sampling import BandSample
 from crosscheck.identification.structure import draw_samples, find_basis
@@ -27,6 +36,7 @@ from crosscheck.identification.terms import (
     TorqueTerm,
     build_columns,
 )
+from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Level, Robot
 
 Unknown = Literal["gains", "zeros"]
@@ -39,18 +49,19 @@ SURPRISE = 0.001  # chance of links so far from their file, where its uncertaint
 NO_SLOPE = 1e-7  # of the largest slope: what is less is rounding
 ANGLE = 1e-5  # [rad or m] by which slopes in positions are taken: an error of 1e-10 of them
 PASSES, SETTLED = 20, 1e-7  # of standard errors: a last step of estimates
-BODY = 10  # parameters of a link
 
 
 class Knowledge(NamedTuple):
     """What is known and what is asked beyond a record.
 
     links: relative standard deviation of what the file says of each link, None where it is not
-    believed; unknown: whether gains of drives and zeros of encoders are estimated.
+    believed; unknown: whether gains of drives and zeros of encoders are estimated; are_possible:
+    whether links have to be possible bodies.
     """
 
     links: float | None = None
     unknown: frozenset[Unknown] = frozenset()
+    are_possible: bool = False
 
     @property
     def lacks_size(self) -> bool:
@@ -96,13 +107,32 @@ class RecordedTorque:
 
 
 @dataclass(frozen=True)
+class PossibleBodies:
+    """What it costs that links are possible bodies.
+
+    excess: of chi squared over links without this condition; impossible: joints that move bodies
+    which these would be no longer; border: joints whose bodies are at the border now.
+    """
+
+    excess: float
+    impossible: tuple[str, ...]
+    border: tuple[str, ...]
+
+    @property
+    def explain(self) -> bool:
+        """Whether possible bodies are not a hundred times less likely than any."""
+        return self.excess < LESS_LIKELY
+
+
+@dataclass(frozen=True)
 class LevelFit:
     """Estimates at a level.
 
-    chi_squared: of rows and of links against their file; surprise: the latter's part; links: those
-    of the ten parameters of each body on which torques depend, empty where base parameters alone
-    are estimated; contained: joints whose encoder's zero links or nothing make up; settled: whether
-    the estimates came to rest.
+    chi_squared: of rows and of links against their file; surprise: the latter's part; links: ten
+    parameters of each body, the file's where torques do not depend on them, empty where base
+    parameters alone are estimated; shown: on how many of them torques depend; contained: joints
+    whose encoder's zero links or nothing make up; settled: whether the estimates came to rest;
+    bodies: where links have to be possible.
     """
 
     level: Level
@@ -110,8 +140,10 @@ class LevelFit:
     surprise: float
     estimates: tuple[TermEstimate, ...]
     links: np.ndarray
+    shown: int
     contained: tuple[str, ...]
     settled: bool
+    bodies: PossibleBodies | None = None
 
 
 @dataclass(frozen=True)
@@ -130,21 +162,27 @@ class Refinement:
     def is_decided(self) -> bool:
         """Whether estimates came to rest, and one level is named where two were asked."""
         settled = all(fit.settled for fit in self.fits)
-        return settled and not self.is_surprising and (len(self.fits) == 1 or bool(self.level))
+        is_refuted = self.is_surprising or self.is_impossible
+        return settled and not is_refuted and (len(self.fits) == 1 or bool(self.level))
 
     @property
     def is_surprising(self) -> bool:
         """Whether links are further from their file than its uncertainty allows."""
-        return bool(self.best.links.size) and self.best.surprise > float(
-            chdtri(self.best.links.size, SURPRISE)
-        )
+        shown = self.best.shown
+        return bool(shown) and self.best.surprise > float(chdtri(shown, SURPRISE))
+
+    @property
+    def is_impossible(self) -> bool:
+        """Whether links have to be possible bodies, and such explain the torques at no level."""
+        return self.best.bodies is not None and not self.best.bodies.explain
 
     @property
     def level(self) -> Level | None:
         """The level that is a hundred times likelier than any other; None if there is none."""
         others = [fit.chi_squared for fit in self.fits if fit is not self.best]
         apart = min(others, default=self.best.chi_squared) - self.best.chi_squared
-        return self.best.level if apart > LESS_LIKELY and not self.is_surprising else None
+        is_refuted = self.is_surprising or self.is_impossible
+        return self.best.level if apart > LESS_LIKELY and not is_refuted else None
 
 
 def refine(record: RecordedTorque, knowledge: Knowledge) -> Refinement:
@@ -157,7 +195,7 @@ def refine(record: RecordedTorque, knowledge: Knowledge) -> Refinement:
     levels: list[Level] = ["armature"]
     if knowledge.links is not None and record.robot.rotors and not record.robot.stages:
         levels.append("coupled")
-    return Refinement(knowledge, tuple(_fit_level(record, knowledge, each) for each in levels))
+    return Refinement(knowledge, tuple(_judge_level(record, knowledge, each) for each in levels))
 
 
 def link_deviations(values: np.ndarray, share: float) -> np.ndarray:
@@ -197,7 +235,10 @@ class _LinearTerms:
             self._chosen = np.array(kept)
         first = self._compute(record.samples)
         shown = (first.values * record.shown[:, :, None]).any(axis=(0, 1))
-        self._shown = np.flatnonzero(shown)
+        is_link = np.array([term.kind == "links" for term in first.terms])
+        # A possible body has all its parameters, those that the motion does not show among them.
+        self._shown = np.flatnonzero(shown | is_link if knowledge.are_possible else shown)
+        self.is_shown = shown[self._shown]
         self.terms = first.select(self._shown).terms
         self.is_late = np.array([term.kind == "delay" for term in self.terms])
         self.is_link = np.array([term.kind == "links" for term in self.terms])
@@ -253,6 +294,23 @@ def _find_contained_zeros(terms: _LinearTerms) -> tuple[np.ndarray, np.ndarray]:
     return np.isin(np.arange(len(none)), contained), base
 
 
+def _judge_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> LevelFit:
+    """The estimates of a level; where links have to be possible, what this costs."""
+    found = _fit_level(record, knowledge, level)
+    if not knowledge.are_possible:
+        return found
+    free = _fit_level(record, knowledge._replace(are_possible=False), level)
+    regressor = LinkRegressor(record.robot)
+    scale = find_scale(regressor.values)
+    joints = np.array([name.removesuffix(": m") for name in regressor.names[::BODY]])
+    bodies = PossibleBodies(
+        excess=found.chi_squared - free.chi_squared,
+        impossible=tuple(joints[find_thickness(free.links, scale) <= 0].tolist()),
+        border=tuple(joints[find_thickness(found.links, scale) < BORDER].tolist()),
+    )
+    return replace(found, bodies=bodies)
+
+
 def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> LevelFit:
     """The estimates of a level, by Gauss and Newton's steps where gains or zeros are unknown."""
     terms = _LinearTerms(record, knowledge, level)
@@ -275,13 +333,14 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
     torque = record.samples.torque[:, record.measured]
     prior = np.hstack([precision, np.zeros((len(precision), len(state) - count))])
     expected = prior @ state
+    fixed = terms.compute(record.samples, np.zeros(len(names)))
 
     def linearize(state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Weighted residual, the links' rows last, and its slopes with the sign changed."""
         values, zeros = state[:count], np.zeros(len(names))
         zeros[is_free] = state[count + gains :]
         scales = state[count : count + gains] if gains else np.ones(torque.shape[1])
-        columns = terms.compute(record.samples, zeros)
+        columns = terms.compute(record.samples, zeros) if is_free.any() else fixed
         drawn = np.where(terms.is_late, 0.0, values)
         parts = [columns * np.where(terms.is_late, 1.0, scales[:, None])]
         left = torque - parts[0] @ values
@@ -294,20 +353,19 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
         right = np.concatenate([(left * weights).ravel(), expected - prior @ state])
         return right, np.vstack([slopes, prior])
 
-    settled = False
-    for _ in range(PASSES if gains or is_free.any() else 1):
+    is_link = np.append(terms.is_link, np.zeros(len(state) - count, dtype=bool))
+    is_linear, settled = not (gains or is_free.any()), False
+    for _ in range(1 if is_linear else PASSES):
         right, slopes = linearize(state)
-        size = np.sqrt((slopes**2).sum(axis=0))
-        basis, triangle = qr(slopes / size, mode="economic", check_finite=False)
-        step = solve_triangular(triangle, basis.T @ right) / size
-        inverse = solve_triangular(triangle, np.eye(len(state))) / size[:, None]
-        errors = np.sqrt((inverse**2).sum(axis=1))
-        state = state + step
-        settled = bool((np.abs(step) < SETTLED * errors).all())
+        if knowledge.are_possible:
+            found = solve_bodies(right, slopes, state, is_link)
+        else:
+            found = _solve(right, slopes, state)
+        step, state = found.state - state, found.state
+        settled = found.settled and (is_linear or (np.abs(step) < SETTLED * found.errors).all())
         if settled:
             break
-    if not (gains or is_free.any()):
-        settled, right = True, right - slopes @ step
+    right, _ = linearize(state)
     surprise = float((right[len(right) - len(prior) :] ** 2).sum())
     every = list(terms.terms)
     every += [
@@ -320,7 +378,7 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
     ]
     estimates = [
         _invert(term, value, error, record.quantile)
-        for term, value, error in zip(every, state.tolist(), errors.tolist(), strict=True)
+        for term, value, error in zip(every, state.tolist(), found.errors.tolist(), strict=True)
         if term.kind != "links"
     ]
     return LevelFit(
@@ -328,10 +386,29 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
         chi_squared=float((right**2).sum()),
         surprise=surprise,
         estimates=tuple(estimates),
-        links=state[:count][terms.is_link] if len(precision) else np.zeros(0),
+        links=_complete_links(terms, state) if len(precision) else np.zeros(0),
+        shown=int((terms.is_link & terms.is_shown).sum()) if len(precision) else 0,
         contained=tuple(names[~is_free].tolist()) if "zeros" in knowledge.unknown else (),
-        settled=settled,
+        settled=bool(settled),
     )
+
+
+def _solve(right: np.ndarray, slopes: np.ndarray, state: np.ndarray) -> Solution:
+    """Linear least squares: what is left at a state, and slopes of what the unknowns make."""
+    size = np.sqrt((slopes**2).sum(axis=0))
+    basis, triangle = qr(slopes / size, mode="economic", check_finite=False)
+    step = solve_triangular(triangle, basis.T @ right) / size
+    inverse = solve_triangular(triangle, np.eye(len(state))) / size[:, None]
+    return Solution(state + step, np.sqrt((inverse**2).sum(axis=1)), settled=True)
+
+
+def _complete_links(terms: _LinearTerms, state: np.ndarray) -> np.ndarray:
+    """Ten parameters of each body: the estimates, the file's of those that are none."""
+    regressor = LinkRegressor(terms.record.robot)
+    by_name = dict(zip(regressor.names, regressor.values.tolist(), strict=True))
+    values = zip(terms.terms, state.tolist(), strict=False)
+    by_name |= {term.name: value for term, value in values if term.kind == "links"}
+    return np.array(list(by_name.values()))
 
 
 def _weigh_links(record: RecordedTorque, terms: _LinearTerms, share: float) -> np.ndarray:

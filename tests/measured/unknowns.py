@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from crosscheck.identification import compare
 from crosscheck.identification.compare import RobotComparison, compare_robot
 from crosscheck.identification.recording import Recording
-from crosscheck.identification.refinement import Knowledge, Refinement
+from crosscheck.identification.refinement import Knowledge, Refinement, refine
 from crosscheck.identification.terms import TermEstimate
 from crosscheck.models.robot.robot import Robot
 from tests.measured.robots import recording
@@ -26,6 +27,15 @@ def refinement(robot: Robot, given: Recording, knowledge: Knowledge) -> Refineme
     found = ask(robot, given, knowledge).sides[0].refinement
     assert found is not None
     return found
+
+
+def refine_alone(robot: Robot, given: Recording, knowledge: Knowledge) -> tuple[float, Refinement]:
+    """The bandwidth, and the refinement of a recording of motors' torques, without all else."""
+    samples = compare._BandSamples([given], [given.motor_torque], np.zeros((0, 3)))
+    problem = compare._Problem(robot, samples, compare.LINK_KINDS["identified"])
+    bandwidth = problem.choose_bandwidth()
+    rows, _, full = problem.fit(bandwidth)
+    return bandwidth, refine(compare._record_torque(problem, rows, full), knowledge)
 
 
 def estimate_unknowns(robot: Robot, seed: int) -> list[tuple[TermEstimate, float]]:
