@@ -24,7 +24,7 @@ from crosscheck.identification.bodies import (
     find_thickness,
     solve_bodies,
 )
-from crosscheck.identification.estimation import correlation_rows, joint_rms
+from crosscheck.identification.estimation import count_alike_rows, joint_rms
 from crosscheck.identification.sampling import BandSample
 from crosscheck.identification.structure import draw_samples, find_basis
 from crosscheck.identification.terms import (
@@ -98,7 +98,7 @@ class RecordedTorque:
         """Standard deviations (measured,) that count a row by the number of rows alike."""
         alike = [
             max(
-                correlation_rows(self.residual[first:last], joint)
+                count_alike_rows(self.residual[first:last], joint)
                 for first, last in pairwise(self.samples.starts)
             )
             for joint in range(self.residual.shape[1])

@@ -1,8 +1,10 @@
 """Recordings made of robots: stated motions, an engine's torques, friction and noise."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 
 from crosscheck.identification.compare import RobotComparison, SideResult, compare_robot
 from crosscheck.identification.recording import Recording
@@ -16,14 +18,16 @@ POSITION_NOISE, TORQUE_NOISE = 1e-5, 0.2  # [rad], [N m]
 STEP = 2e-3
 
 
-def arm(text: str = "") -> Robot:
+SOLIDS = (
+    chains.Solid(8.0, (0.1, 0.02, 0.1), (0.1, 0, 0, 0.2, 0, 0.15)),
+    chains.Solid(5.0, (0.2, 0.01, 0.03), (0.03, 0, 0, 0.1, 0, 0.1)),
+    chains.Solid(2.0, (0.1, 0.02, 0.05), (0.01, 0, 0, 0.03, 0, 0.03)),
+)
+
+
+def arm(text: str = "", solids: Sequence[chains.Solid] = SOLIDS) -> Robot:
     """Three joints whose axes are not parallel, a rotor at each; text: of another URDF."""
-    links = [
-        chains.link("base"),
-        chains.link("a", chains.Solid(8.0, (0.1, 0.02, 0.1), (0.1, 0, 0, 0.2, 0, 0.15))),
-        chains.link("b", chains.Solid(5.0, (0.2, 0.01, 0.03), (0.03, 0, 0, 0.1, 0, 0.1))),
-        chains.link("c", chains.Solid(2.0, (0.1, 0.02, 0.05), (0.01, 0, 0, 0.03, 0, 0.03))),
-    ]
+    links = [chains.link("base"), *map(chains.link, "abc", solids)]
     joints = [
         chains.joint("j1", "base", "a"),
         chains.joint("j2", "a", "b", axis=(0, 1, 0), at=(0.2, 0, 0.3)),
@@ -31,6 +35,24 @@ def arm(text: str = "") -> Robot:
     ]
     rotors = {name: chains.geared(RATIO, ROTOR) for name in ("j1", "j2", "j3")}
     return chains.robot(text or chains.urdf(*links, *joints), rotors)
+
+
+def draw_arm(share: float, seed: int) -> Robot:
+    """An arm whose links' parameters are known to a share by the file of the arm itself.
+
+    Deviations are those that docs/how-to/compare-a-recording.md says of `[prior] links`.
+    """
+    rng = np.random.default_rng([seed, 1])
+    solids = []
+    for body in list(pin.buildModelFromXML(arm().urdf).inertias)[1:]:
+        values = body.toDynamicParameters()
+        moment = (values[4] + values[6] + values[9]) / 3
+        spread = [values[0], *[np.sqrt(values[0] * moment)] * 3, *[moment] * 6]
+        drawn = values + share * np.array(spread) * rng.normal(size=10)
+        own = pin.Inertia.FromDynamicParameters(drawn)
+        upper = own.inertia[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
+        solids.append(chains.Solid(float(own.mass), own.lever.tolist(), upper.tolist()))
+    return arm(solids=solids)
 
 
 def motion(time: np.ndarray, count: int, seed: int) -> tuple[np.ndarray, ...]:

@@ -68,12 +68,12 @@ def test_a_second_program_refines_the_same(robot, level, knowledge):
         assert spread == pytest.approx(error, rel=1e-6)
 
 
-def test_gains_and_zeros_are_found(robot):
+def test_gains_and_zeros_are_found():
     """Twice the 95 % intervals hold what is true, but for one of 15,000.
 
     How often the intervals do is counted by benchmarks/bench_refinement.py.
     """
-    for each, value in require_items(estimate_unknowns(robot, seed=0)):
+    for each, value in require_items(estimate_unknowns(seed=0)):
         assert abs(each.value - value) < 2 * each.half_width
         assert each.half_width < 0.1
 

@@ -10,9 +10,10 @@ from crosscheck.identification.recording import Recording
 from crosscheck.identification.refinement import Knowledge, Refinement, refine
 from crosscheck.identification.terms import TermEstimate
 from crosscheck.models.robot.robot import Robot
-from tests.measured.robots import recording
+from tests.measured.robots import RATIO, ROTOR, arm, draw_arm, recording
 
 SECONDS = 8.0
+SHARE = 0.02  # to which links are known
 ZEROS = np.array([0.0, 0.03, -0.05])  # the first joint's is shown by nothing
 TIMES = 1.25  # the stated torque of the true one: the gain is 0.8 of the stated one
 
@@ -38,15 +39,20 @@ def refine_alone(robot: Robot, given: Recording, knowledge: Knowledge) -> tuple[
     return bandwidth, refine(compare._record_torque(problem, rows, full), knowledge)
 
 
-def estimate_unknowns(robot: Robot, seed: int) -> list[tuple[TermEstimate, float]]:
-    """Estimates of gains and zeros of a recording, each with what is true."""
-    given = recording(robot, "armature", seed, seconds=SECONDS, gain=TIMES, friction=0.5)
+def estimate_unknowns(seed: int) -> list[tuple[TermEstimate, float]]:
+    """Estimates of gains, zeros and rotors of a recording, each with what is true.
+
+    The links that move are not the file's: they are drawn as the prior says.
+    """
+    true = draw_arm(SHARE, seed)
+    given = recording(true, "armature", seed, seconds=SECONDS, gain=TIMES, friction=0.5)
     given = replace(given, position=given.position - ZEROS)
-    knowledge = Knowledge(0.02, frozenset({"gains", "zeros"}))
-    fit = refinement(replace(robot, rotors=()), given, knowledge).best
+    knowledge = Knowledge(SHARE, frozenset({"gains", "zeros"}))
+    fit = refine_alone(replace(arm(), rotors=()), given, knowledge)[1].best
     assert fit.settled
     assert fit.contained == ("j1",)
-    true = {f"drive gain of j{joint}": 1 / TIMES for joint in (1, 2, 3)}
-    true |= {f"encoder zero of j{joint + 1}": float(ZEROS[joint]) for joint in (1, 2)}
+    right = {f"drive gain of j{joint}": 1 / TIMES for joint in (1, 2, 3)}
+    right |= {f"encoder zero of j{joint + 1}": float(ZEROS[joint]) for joint in (1, 2)}
+    right |= {f"armature of j{joint}": RATIO**2 * ROTOR for joint in (1, 2, 3)}
     by_name = {each.term.name: each for each in fit.estimates}
-    return [(by_name[name], value) for name, value in true.items()]
+    return [(by_name[name], value) for name, value in right.items()]
