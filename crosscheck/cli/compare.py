@@ -101,7 +101,7 @@ def _compare_robot(
         description = load_description(record)
         recordings = read_recordings(description, robot, record)
         transmission = transmission_matrix(description, count)
-        knowledge = find_knowledge(description)
+        knowledge = find_knowledge(description, robot, record)
     else:
         recordings = (convert_record(read_record(record, count, topic, joints)),)
         transmission, knowledge = np.eye(count), Knowledge()

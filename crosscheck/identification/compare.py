@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -44,6 +45,7 @@ from crosscheck.identification.terms import (
     shared_motors,
 )
 from crosscheck.models.errors import InputError
+from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.progress_update import CountCallback
 
@@ -251,7 +253,8 @@ def compare_robot(
     engines: list[Finding] = []
     for number, (side, treatment, torques) in enumerate(asked, 1):
         progress(f"estimating by torques of side {side}", number, len(asked) + 1)
-        samples = _BandSamples(recordings, torques, shared)
+        payloads = knowledge.payloads if treatment == "identified" else ()
+        samples = _BandSamples(robot, recordings, torques, shared, payloads)
         problem = _Problem(robot, samples, LINK_KINDS[treatment])
         bandwidth = problem.choose_bandwidth()
         if not engines:
@@ -288,12 +291,19 @@ class _BandSamples:
     Args:
         torques: Of each recording (rows, n); of no number where a joint's is not measured.
         shared: Rates of motors that several joints turn, for rates of joints (shared, n).
+        payloads: What each recording's adds to links' parameters; nothing if there are none.
     """
 
     def __init__(
-        self, recordings: Sequence[Recording], torques: Sequence[np.ndarray], shared: np.ndarray
+        self,
+        robot: Robot,
+        recordings: Sequence[Recording],
+        torques: Sequence[np.ndarray],
+        shared: np.ndarray,
+        payloads: Sequence[np.ndarray] = (),
     ) -> None:
         self.recordings, self.shared = recordings, shared
+        self._regressor, self._payloads = LinkRegressor(robot), payloads
         self.measured = np.isfinite(torques[0]).all(axis=0)
         pairs = zip(recordings, torques, strict=True)
         self._signals = [
@@ -303,12 +313,23 @@ class _BandSamples:
         self._samples: dict[float, BandSample] = {}
 
     def at(self, bandwidth: float) -> BandSample:
-        """Rows of the recordings in a band [Hz], all joints."""
+        """Rows of the recordings in a band [Hz], all joints; torques without payloads'."""
         if bandwidth not in self._samples:
             for other in list(self._samples)[: 1 - MOST_BANDS]:
                 del self._samples[other]
-            self._samples[bandwidth] = sample(self._signals, self.shared, bandwidth)
+            samples = sample(self._signals, self.shared, bandwidth)
+            torque = samples.torque - self.compute_known(samples)
+            self._samples[bandwidth] = replace(samples, torque=torque)
         return self._samples[bandwidth]
+
+    def compute_known(self, samples: BandSample) -> np.ndarray:
+        """Torques (rows, n) of the recordings' payloads."""
+        known = np.zeros(samples.q.shape)
+        for (first, last), added in zip(pairwise(samples.starts), self._payloads, strict=False):
+            if added.any():
+                motion = (each[first:last] for each in (samples.q, samples.v, samples.a))
+                known[first:last] = self._regressor.compute(*motion) @ added
+        return known
 
 
 class _Problem:
@@ -450,6 +471,7 @@ def _record_torque(problem: _Problem, samples: BandSample, full: LinearFit) -> R
         robot=problem.robot,
         shared=problem.shared,
         samples=samples,
+        known=problem.samples.compute_known(samples)[:, problem.measured],
         measured=problem.measured,
         shown=full.shown,
         residual=full.residual,

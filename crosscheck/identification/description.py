@@ -16,7 +16,8 @@ from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.pinocchio.regressor import BODY_PARAMETERS, LinkRegressor
+from crosscheck.models.robot.robot import BASE, Robot
 from crosscheck.recordings.csv_table import CsvTable, open_table
 
 Column = Annotated[str, quantities.PrintableText(200)]
@@ -55,6 +56,17 @@ class TorqueColumns(Data):
     """To which shaft the numbers are referred: the motors' are turned into joints' ones."""
 
 
+class Payload(Data):
+    """A known body that a link holds, small beside its way from the joints: a point mass."""
+
+    link: Column
+    """Of the URDF."""
+    mass_kg: Annotated[float, quantities.NumberRange(1e-9, 1e9, "kg")]
+    """Of the body."""
+    place_m: Annotated[tuple[Factor, Factor, Factor], Field(strict=False)]
+    """Its centre of mass in the link's frame [m]."""
+
+
 class RecordingFiles(Data):
     """The files of one recording; a single one if all columns are there."""
 
@@ -62,6 +74,8 @@ class RecordingFiles(Data):
     """CSV file with times and positions, from this file's folder."""
     torque: FileName | None = None
     """CSV file with the torques, row by row with the first; the same if left out."""
+    payload: Payload | None = None
+    """What the robot holds and its URDF does not."""
 
 
 class LinkPrior(Data):
@@ -104,12 +118,37 @@ def load_description(path: Path) -> RecordDescription:
     return validate_record(RecordDescription, read_toml(path), str(path))
 
 
-def find_knowledge(description: RecordDescription) -> Knowledge:
-    """What a description says of links, and what else it asks for."""
+def find_knowledge(description: RecordDescription, robot: Robot, where: Path) -> Knowledge:
+    """What a description says of links and payloads, and what else it asks for.
+
+    Raises InputError for a payload on no link that moves.
+    """
     prior, unknown = description.prior, frozenset(description.estimate)
+    held = [files.payload for files in description.recordings]
+    payloads = tuple(_compute_payload(each, robot, where) for each in held) if any(held) else ()
     if prior is None:
-        return Knowledge(unknown=unknown)
-    return Knowledge(prior.links, unknown, prior.bodies == "possible")
+        return Knowledge(unknown=unknown, payloads=payloads)
+    return Knowledge(prior.links, unknown, prior.bodies == "possible", payloads)
+
+
+def _compute_payload(payload: Payload | None, robot: Robot, where: Path) -> np.ndarray:
+    """What a payload adds to links' parameters, in the regressor's order. Raises InputError."""
+    names = LinkRegressor(robot).names
+    if payload is None:
+        return np.zeros(len(names))
+    frame = robot.frames.get(payload.link)
+    if frame is None or frame.body == BASE:
+        moving = ", ".join(name for name, each in robot.frames.items() if each.body != BASE)
+        raise InputError(
+            str(where), "recordings.payload.link", payload.link, f"must be one of {moving}"
+        )
+    place = frame.placement.rotation @ np.array(payload.place_m) + frame.placement.position
+    inertia = payload.mass_kg * (place @ place * np.eye(3) - np.outer(place, place))
+    moments = inertia[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    values = [payload.mass_kg, *(payload.mass_kg * place), *moments]
+    joint = robot.joints[frame.body].name
+    added = {f"{joint}: {key}": value for key, value in zip(BODY_PARAMETERS, values, strict=True)}
+    return np.array([added.get(name, 0.0) for name in names])
 
 
 def read_recordings(

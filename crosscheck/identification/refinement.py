@@ -56,37 +56,41 @@ class Knowledge(NamedTuple):
 
     links: relative standard deviation of what the file says of each link, None where it is not
     believed; unknown: whether gains of drives and zeros of encoders are estimated; are_possible:
-    whether links have to be possible bodies.
+    whether links have to be possible bodies; payloads: ten parameters of each body that a payload
+    adds, of each recording, nothing if there are none.
     """
 
     links: float | None = None
     unknown: frozenset[Unknown] = frozenset()
     are_possible: bool = False
+    payloads: tuple[np.ndarray, ...] = ()
 
     @property
     def lacks_size(self) -> bool:
         """Whether gains are asked for while nothing has a known size: any gain has its links."""
-        return "gains" in self.unknown and self.links is None
+        differ = any((each != self.payloads[0]).any() for each in self.payloads)
+        return "gains" in self.unknown and self.links is None and not differ
 
     @property
     def is_anything(self) -> bool:
         """Whether a refinement may say something."""
-        return self.links is not None or "zeros" in self.unknown
+        return self.links is not None or (bool(self.unknown) and not self.lacks_size)
 
 
 @dataclass(frozen=True)
 class RecordedTorque:
     """Torques of a side, and how their rows are weighed.
 
-    samples: all joints; measured (n,): joints whose torque is known; shown (rows, measured): rows
-    that count; residual (rows, measured): what the terms of identified links leave; chosen: numbers
-    of the columns that are independent over all motions; quantile: how many standard errors are
-    half of an interval.
+    samples: all joints, without known (rows, measured), the torques of payloads; measured (n,):
+    joints whose torque is known; shown (rows, measured): rows that count; residual (rows,
+    measured): what the terms of identified links leave; chosen: numbers of the columns that are
+    independent over all motions; quantile: how many standard errors are half of an interval.
     """
 
     robot: Robot
     shared: np.ndarray
     samples: BandSample
+    known: np.ndarray
     measured: np.ndarray
     shown: np.ndarray
     residual: np.ndarray
@@ -343,9 +347,9 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
         columns = terms.compute(record.samples, zeros) if is_free.any() else fixed
         drawn = np.where(terms.is_late, 0.0, values)
         parts = [columns * np.where(terms.is_late, 1.0, scales[:, None])]
-        left = torque - parts[0] @ values
+        left = torque - parts[0] @ values - (scales - 1) * record.known
         if gains:
-            parts.append((columns @ drawn)[:, :, None] * np.eye(gains))
+            parts.append((columns @ drawn + record.known)[:, :, None] * np.eye(gains))
         if is_free.any():
             slopes = terms.differentiate(record.samples, zeros, drawn, is_free)
             parts.append(slopes * scales[:, None])

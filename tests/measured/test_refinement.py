@@ -4,14 +4,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
+from crosscheck.identification.compare import compare_robot
+from crosscheck.identification.description import RecordDescription, find_knowledge
 from crosscheck.identification.refinement import Knowledge
 from crosscheck.models.robot.robot import Robot
 from tests.loops import require_items
-from tests.measured.robots import RATIO, ROTOR, arm, recording
+from tests.measured.robots import RATIO, ROTOR, SOLIDS, arm, recording
 from tests.measured.second_refinement import refine_again
-from tests.measured.unknowns import SECONDS, ask, estimate_unknowns, refinement
+from tests.measured.unknowns import SECONDS, TIMES, ask, estimate_unknowns, refinement
+from tests.robots import chains
 
 
 @pytest.fixture(scope="module")
@@ -95,6 +99,60 @@ def test_gains_without_anything_of_known_size_are_not_told(crosscheck, robot, tm
     assert "Gains of drives cannot be told" in answer.out
 
 
+HELD, PLACE = 1.5, (0.25, 0.1, 0.05)  # [kg] of a payload, and where in the frame of link c [m]
+
+
+def test_a_known_payload_tells_the_gains(robot):
+    """Bare and loaded: the difference has a known size, though no link of the file is believed."""
+    payload = pin.Inertia(HELD, np.array(PLACE), np.zeros((3, 3)))
+    links = pin.buildModelFromXML(robot.urdf).inertias
+    whole = links[3] + payload
+    upper = whole.inertia[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
+    solid = chains.Solid(float(whole.mass), whole.lever.tolist(), upper.tolist())
+    loaded = arm(solids=(*SOLIDS[:2], solid))
+    bare, full = (
+        recording(each, "armature", seed, seconds=SECONDS, gain=TIMES)
+        for seed, each in ((3, robot), (4, loaded))
+    )
+    held = np.concatenate([np.zeros(20), payload.toDynamicParameters()])
+    knowledge = Knowledge(None, frozenset({"gains"}), payloads=(0 * held, held))
+    wrong = arm(solids=[each._replace(mass=3 * each.mass) for each in SOLIDS])
+    side = compare_robot(wrong, [bare, full], np.eye(3), lambda *_: None, knowledge).sides[0]
+    gains = [each for each in side.refinement.best.estimates if each.term.kind == "gain"]
+    assert len(gains) == 3
+    for each in gains:
+        assert abs(each.value - 1 / TIMES) < 1.5 * each.half_width
+        assert each.half_width < 0.05
+
+
+def test_a_payload_on_a_fixed_link_is_part_of_the_body_that_carries_it(robot):
+    """In the frame of the joint, as Pinocchio moves an inertia."""
+    tool = chains.link("tool") + chains.joint(
+        "held", "c", "tool", "fixed", at=(0.3, -0.1, 0.2), rpy=(0.4, 0.5, -0.6), more=" "
+    )
+    robot = chains.robot(robot.urdf.replace("</robot>", f"{tool}</robot>"))
+    files = {"position": "r.csv", "payload": {"link": "tool", "mass_kg": HELD, "place_m": PLACE}}
+    stated = {"schema_version": 1, "recordings": [files], "position": {"columns": ["a"]}}
+    found = find_knowledge(RecordDescription.model_validate(stated), robot, Path("r.toml"))
+    model = pin.buildModelFromXML(robot.urdf)
+    place = model.frames[model.getFrameId("tool")].placement
+    right = place.act(pin.Inertia(HELD, np.array(PLACE), np.zeros((3, 3))))
+    assert found.payloads[0][:20] == pytest.approx(0.0)
+    assert found.payloads[0][20:] == pytest.approx(right.toDynamicParameters())
+
+
+def test_the_command_takes_a_payload(crosscheck, robot, tmp_path):
+    """Without a recording of another load links make it up; on the base it is refused."""
+    held = f'payload = {{ link = "c", mass_kg = {HELD}, place_m = {list(PLACE)} }}'
+    answer = run(crosscheck, robot, tmp_path, 'estimate = ["gains"]\n', "", held)
+    assert answer.code == 1
+    assert "Gains of drives cannot be told" in answer.out
+    answer = run(crosscheck, robot, tmp_path, "", "", held.replace('"c"', '"base"'))
+    assert (answer.code, len(answer.err.splitlines())) == (2, 1)
+    assert "payload.link" in answer.err
+    assert "must be one of a, b, c" in answer.err
+
+
 def test_the_command_takes_a_prior(crosscheck, robot, tmp_path):
     answer = run(crosscheck, robot, tmp_path, "", "\n[prior]\nlinks = 0.05\n")
     assert answer.code == 0, answer.out + answer.err
@@ -106,15 +164,16 @@ def test_the_command_takes_a_prior(crosscheck, robot, tmp_path):
     assert (answer.code, len(answer.err.splitlines()), "estimate" in answer.err) == (2, 1, True)
 
 
-def run(crosscheck, robot: Robot, folder: Path, top: str, bottom: str):
-    """The answer to a record of armature's torques; top, bottom: more of its description."""
+def run(crosscheck, robot: Robot, folder: Path, top: str, bottom: str, held: str = ""):
+    """The answer to a record of armature's torques; top, bottom, held: more of its description."""
     given = recording(robot, "armature", seconds=SECONDS)
     names = ["t", "q1", "q2", "q3", "i1", "i2", "i3"]
     rows = np.column_stack([given.time, given.position, given.motor_torque])
     np.savetxt(folder / "r.csv", rows, delimiter=",", header=",".join(names), comments="")
     (folder / "robot.urdf").write_text(robot.urdf)
+    files = ", ".join(filter(None, ('position = "r.csv"', held)))
     (folder / "record.toml").write_text(
-        f'schema_version = 1\ntime = "t"\n{top}recordings = [{{ position = "r.csv" }}]\n'
+        f'schema_version = 1\ntime = "t"\n{top}recordings = [{{ {files} }}]\n'
         '[position]\ncolumns = ["q1", "q2", "q3"]\n'
         f'[motor_torque]\ncolumns = ["i1", "i2", "i3"]\n{bottom}'
     )

@@ -32,7 +32,7 @@ def refinement(robot: Robot, given: Recording, knowledge: Knowledge) -> Refineme
 
 def refine_alone(robot: Robot, given: Recording, knowledge: Knowledge) -> tuple[float, Refinement]:
     """The bandwidth, and the refinement of a recording of motors' torques, without all else."""
-    samples = compare._BandSamples([given], [given.motor_torque], np.zeros((0, 3)))
+    samples = compare._BandSamples(robot, [given], [given.motor_torque], np.zeros((0, 3)))
     problem = compare._Problem(robot, samples, compare.LINK_KINDS["identified"])
     bandwidth = problem.choose_bandwidth()
     rows, _, full = problem.fit(bandwidth)

@@ -137,7 +137,7 @@ def planted(own: Robot, seed: int) -> FrameMistake:
     rng, among = np.random.default_rng(seed), list[RobotNumber | FrameMistake](list_numbers(own))
     among += generate_frame_mistakes(own, are_rotors_bodies=True)
     for number, (body, joint) in enumerate(zip(own.bodies, own.joints, strict=True)):
-        for words, other in generate_body_mistakes(body, joint):
+        for words, other in generate_body_mistakes(body, joint, np.eye(3)):
             robot = replace_part(own, "bodies", number, other)
             among.append(FrameMistake(f"{get_link_name(own, number)}: {words}", robot))
     chosen = among[rng.integers(len(among))]
