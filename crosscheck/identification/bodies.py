@@ -59,8 +59,10 @@ def find_scale(values: np.ndarray) -> BodyScale:
     mass = np.where(mass > 0, mass, LIGHTEST * mass.mean())
     moments = np.trace(_centre(pseudo_inertias(values)), axis1=1, axis2=2)
     radius = np.sqrt(np.maximum(moments, 0.0) / mass)
-    known = radius > 0
-    return BodyScale(mass, np.where(known, radius, radius[known].mean() if known.any() else 1.0))
+    has_size = radius > 0
+    return BodyScale(
+        mass, np.where(has_size, radius, radius[has_size].mean() if has_size.any() else 1.0)
+    )
 
 
 def find_thickness(values: np.ndarray, scale: BodyScale) -> np.ndarray:
@@ -138,7 +140,7 @@ def solve_bodies(
         curvature = changes.T @ changes + compute_curvature(sizes * scaled, along)
         return curvature * np.outer(sizes, sizes)
 
-    found = minimize(
+    least = minimize(
         measure,
         _find_logarithms(state[is_link], scale) / sizes,
         jac=True,
@@ -151,19 +153,19 @@ def solve_bodies(
             "max_trust_radius": LARGEST_STEP,
         },
     )
-    values, turns = compute_parameters(sizes * found.x)
+    values, turns = compute_parameters(sizes * least.x)
     new, errors = state.copy(), np.empty(len(state))
     new[is_link] = values
     upper = triangle[:others, :others]
     coupling = triangle[:others, others:]
     new[~is_link] += solve_triangular(upper, made[:others] - coupling @ values)
-    curvatures, ways = np.linalg.eigh(bend(found.x))
+    curvatures, ways = np.linalg.eigh(bend(least.x))
     able = curvatures > ROUNDED * curvatures[-1]
     spread = turns @ (sizes[:, None] * ways[:, able]) / np.sqrt(curvatures[able])
     errors[is_link] = np.sqrt((spread**2).sum(axis=1))
     alone = solve_triangular(upper, np.hstack([np.eye(others), coupling @ spread]))
     errors[~is_link] = np.sqrt((alone**2).sum(axis=1))
-    return Solution(new, errors, bool(found.success))
+    return Solution(new, errors, bool(least.success))
 
 
 def _centre(pseudo: np.ndarray) -> np.ndarray:

@@ -318,18 +318,18 @@ class _BandSamples:
             for other in list(self._samples)[: 1 - MOST_BANDS]:
                 del self._samples[other]
             samples = sample(self._signals, self.shared, bandwidth)
-            torque = samples.torque - self.compute_known(samples)
+            torque = samples.torque - self.compute_held(samples)
             self._samples[bandwidth] = replace(samples, torque=torque)
         return self._samples[bandwidth]
 
-    def compute_known(self, samples: BandSample) -> np.ndarray:
+    def compute_held(self, samples: BandSample) -> np.ndarray:
         """Torques (rows, n) of the recordings' payloads."""
-        known = np.zeros(samples.q.shape)
+        held = np.zeros(samples.q.shape)
         for (first, last), added in zip(pairwise(samples.starts), self._payloads, strict=False):
             if added.any():
                 motion = (each[first:last] for each in (samples.q, samples.v, samples.a))
-                known[first:last] = self._regressor.compute(*motion) @ added
-        return known
+                held[first:last] = self._regressor.compute(*motion) @ added
+        return held
 
 
 class _Problem:
@@ -471,7 +471,7 @@ def _record_torque(problem: _Problem, samples: BandSample, full: LinearFit) -> R
         robot=problem.robot,
         shared=problem.shared,
         samples=samples,
-        known=problem.samples.compute_known(samples)[:, problem.measured],
+        held=problem.samples.compute_held(samples)[:, problem.measured],
         measured=problem.measured,
         shown=full.shown,
         residual=full.residual,

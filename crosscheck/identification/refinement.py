@@ -81,7 +81,7 @@ class Knowledge(NamedTuple):
 class RecordedTorque:
     """Torques of a side, and how their rows are weighed.
 
-    samples: all joints, without known (rows, measured), the torques of payloads; measured (n,):
+    samples: all joints, without held (rows, measured), the torques of payloads; measured (n,):
     joints whose torque is known; shown (rows, measured): rows that count; residual (rows,
     measured): what the terms of identified links leave; chosen: numbers of the columns that are
     independent over all motions; quantile: how many standard errors are half of an interval.
@@ -90,7 +90,7 @@ class RecordedTorque:
     robot: Robot
     shared: np.ndarray
     samples: BandSample
-    known: np.ndarray
+    held: np.ndarray
     measured: np.ndarray
     shown: np.ndarray
     residual: np.ndarray
@@ -300,19 +300,19 @@ def _find_contained_zeros(terms: _LinearTerms) -> tuple[np.ndarray, np.ndarray]:
 
 def _judge_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> LevelFit:
     """The estimates of a level; where links have to be possible, what this costs."""
-    found = _fit_level(record, knowledge, level)
+    fit = _fit_level(record, knowledge, level)
     if not knowledge.are_possible:
-        return found
+        return fit
     free = _fit_level(record, knowledge._replace(are_possible=False), level)
     regressor = LinkRegressor(record.robot)
     scale = find_scale(regressor.values)
     joints = np.array([name.removesuffix(": m") for name in regressor.names[::BODY]])
     bodies = PossibleBodies(
-        excess=found.chi_squared - free.chi_squared,
+        excess=fit.chi_squared - free.chi_squared,
         impossible=tuple(joints[find_thickness(free.links, scale) <= 0].tolist()),
-        border=tuple(joints[find_thickness(found.links, scale) < BORDER].tolist()),
+        border=tuple(joints[find_thickness(fit.links, scale) < BORDER].tolist()),
     )
-    return replace(found, bodies=bodies)
+    return replace(fit, bodies=bodies)
 
 
 def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> LevelFit:
@@ -347,9 +347,9 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
         columns = terms.compute(record.samples, zeros) if is_free.any() else fixed
         drawn = np.where(terms.is_late, 0.0, values)
         parts = [columns * np.where(terms.is_late, 1.0, scales[:, None])]
-        left = torque - parts[0] @ values - (scales - 1) * record.known
+        left = torque - parts[0] @ values - (scales - 1) * record.held
         if gains:
-            parts.append((columns @ drawn + record.known)[:, :, None] * np.eye(gains))
+            parts.append((columns @ drawn + record.held)[:, :, None] * np.eye(gains))
         if is_free.any():
             slopes = terms.differentiate(record.samples, zeros, drawn, is_free)
             parts.append(slopes * scales[:, None])
@@ -362,11 +362,12 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
     for _ in range(1 if is_linear else PASSES):
         right, slopes = linearize(state)
         if knowledge.are_possible:
-            found = solve_bodies(right, slopes, state, is_link)
+            solution = solve_bodies(right, slopes, state, is_link)
         else:
-            found = _solve(right, slopes, state)
-        step, state = found.state - state, found.state
-        settled = found.settled and (is_linear or (np.abs(step) < SETTLED * found.errors).all())
+            solution = _solve(right, slopes, state)
+        step, state = solution.state - state, solution.state
+        at_rest = is_linear or (np.abs(step) < SETTLED * solution.errors).all()
+        settled = solution.settled and bool(at_rest)
         if settled:
             break
     right, _ = linearize(state)
@@ -382,7 +383,7 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
     ]
     estimates = [
         _invert(term, value, error, record.quantile)
-        for term, value, error in zip(every, state.tolist(), found.errors.tolist(), strict=True)
+        for term, value, error in zip(every, state.tolist(), solution.errors.tolist(), strict=True)
         if term.kind != "links"
     ]
     return LevelFit(
@@ -393,7 +394,7 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
         links=_complete_links(terms, state) if len(precision) else np.zeros(0),
         shown=int((terms.is_link & terms.is_shown).sum()) if len(precision) else 0,
         contained=tuple(names[~is_free].tolist()) if "zeros" in knowledge.unknown else (),
-        settled=bool(settled),
+        settled=settled,
     )
 
 

@@ -1,0 +1,79 @@
+"""Limits of what recordings are said to tell, just within and just beyond; ends of signals."""
+
+import numpy as np
+import pytest
+
+from crosscheck.identification import bodies, engines
+from crosscheck.identification.decimation import continue_signal
+from crosscheck.identification.refinement import (
+    Knowledge,
+    LevelFit,
+    PossibleBodies,
+    Refinement,
+)
+from crosscheck.identification.structure import draw_samples
+from tests.measured.robots import arm
+from tests.robots import chains
+
+LIKELIER = 9.21034  # twice the logarithm of 100
+UNUSUAL = 29.588  # of chi squared with 10 degrees of freedom: one in a thousand is above (tables)
+
+
+def test_a_line_goes_on_as_a_line():
+    """Turned about its ends a signal keeps value and slope there, so no filter sees a step."""
+    time = np.arange(-3.0, 14.0)[:, None]
+    lines = np.hstack([time, 5 - 2 * time])
+    assert continue_signal(lines[3:-4], 3, 4) == pytest.approx(lines)
+
+
+def level_fit(level: str, chi_squared: float, surprise: float = 0.0, excess: float = 0.0):
+    """A fit of ten links' parameters that came to rest."""
+    possible = PossibleBodies(excess, (), ())
+    return LevelFit(level, chi_squared, surprise, (), np.ones(10), 10, (), True, possible)
+
+
+@pytest.mark.parametrize(
+    ("apart", "surprise", "excess", "level"),
+    [
+        (LIKELIER + 0.01, 0.0, 0.0, "coupled"),
+        (LIKELIER - 0.01, 0.0, 0.0, None),
+        (20.0, UNUSUAL - 0.01, LIKELIER - 0.01, "coupled"),
+        (20.0, UNUSUAL + 0.01, 0.0, None),
+        (20.0, 0.0, LIKELIER + 0.01, None),
+    ],
+)
+def test_a_level_is_named_where_it_is_a_hundred_times_likelier(apart, surprise, excess, level):
+    fits = (level_fit("armature", 500 + apart), level_fit("coupled", 500, surprise, excess))
+    found = Refinement(Knowledge(0.5, are_possible=True), fits)
+    assert found.level == level
+    assert found.is_decided == (level is not None)
+
+
+def test_bodies_without_mass_and_thin_ones_are_at_the_border():
+    """A cube of 12 kg and 1 m has second moments of 1 kg m^2 along each axis, and three in all."""
+    cube = np.array([12.0, 0, 0, 0, 2.0, 0, 2.0, 0, 0, 2.0])
+    scale = bodies.find_scale(np.tile(cube, 3))
+    sheet = np.array([12.0, 0, 0, 0, 1.0, 0, 1.0, 0, 0, 2.0])
+    worse = np.array([12.0, 0, 0, 0, 1.0, 0, 1.0, 0, 0, 2.3])
+    found = bodies.find_thickness(np.concatenate([cube, sheet, worse]), scale)
+    assert found == pytest.approx([1 / 3, 0.0, -0.05])
+    light = np.concatenate([0.1 * cube, 0 * cube, cube])
+    light[0] = 0.12
+    assert bodies.find_thickness(light, scale)[:2] == pytest.approx([0.01, 0.0])
+
+
+def test_a_regressor_that_is_wrong_is_told():
+    torque = np.random.default_rng(0).normal(size=(30, 3))
+    links = np.stack([torque, np.abs(torque)])
+    about = next(engines.plan_engines(arm(), draw_samples(arm(), np.zeros((0, 3))))).about
+    for factor, verdict in ((1 + 1e-12, "agree"), (1 + 1e-9, "differ")):
+        other = np.stack([factor * torque, np.abs(torque)])
+        assert engines._judge(about, links, torque, other).verdict == verdict
+
+
+def test_engines_are_asked_along_the_whole_recording():
+    robot = chains.robot(chains.BOB)
+    samples = draw_samples(robot, np.zeros((0, 1)))
+    for comparison in engines.plan_engines(robot, samples):
+        for task in comparison.needs:
+            assert task.motion[0] == pytest.approx(samples.q)
