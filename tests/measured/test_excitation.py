@@ -8,6 +8,7 @@ import pinocchio as pin
 import pytest
 
 from crosscheck.cost.motion import find_exceeded_limits
+from crosscheck.identification import excitation
 from crosscheck.identification.compare import EXCITED, STEPS, SideResult
 from crosscheck.identification.excitation import PERIODS, TABLE_ROWS, Excitation, format_excitation
 from crosscheck.identification.recording import Recording
@@ -163,3 +164,25 @@ def test_the_command_writes_the_motion(crosscheck, robot, tmp_path):
     assert (tmp_path / "excitation.csv").read_text().startswith("t_s,theta_1_rad,")
     answer = crosscheck("cost", tmp_path / "robot.urdf", "--motion", tmp_path / "excitation.csv")
     assert answer.code == 0, answer.err
+
+
+def test_of_more_motions_the_best_is_no_worse(robot, monkeypatch):
+    """Seed 5 stands for 0, which is good: among ever more the condition number never rises."""
+    first = excitation.make_excitation
+    monkeypatch.setattr(
+        excitation, "make_excitation", lambda model, seed, *grid: first(model, seed or 5, *grid)
+    )
+    samples = draw_samples(robot, SHARED)
+    columns = build_columns(robot, SHARED, samples)
+    chosen = find_basis(columns, ("links", "offset", "viscous", "coulomb")).chosen
+    found = []
+    for drawn in (1, 3, 8):
+        monkeypatch.setattr(excitation, "DRAWN", drawn)
+        found.append(
+            excitation.suggest_excitation(
+                robot, samples.q, SHARED, chosen, np.ones(3, dtype=bool), np.ones(3)
+            )
+        )
+    conditions = [each.condition for each in found]
+    assert conditions == sorted(conditions, reverse=True)
+    assert conditions[-1] < conditions[0]
