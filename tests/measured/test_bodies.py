@@ -8,6 +8,7 @@ from crosscheck.identification import bodies, messages
 from crosscheck.identification.refinement import Knowledge
 from crosscheck.models.robot.identity import find_identity_joints
 from crosscheck.models.robot.robot import Robot
+from tests.loops import require_items
 from tests.measured.robots import RATIO, ROTOR, arm, recording
 from tests.measured.second_bodies import fit_possible, pseudo_inertia
 from tests.measured.test_refinement import run
@@ -100,10 +101,9 @@ def test_a_second_program_has_the_same_bodies(armature, level):
 
 
 def test_rotors_of_possible_bodies_are_those_of_truth(armature):
-    own = armature[3].best
-    for each in own.estimates:
-        if each.term.kind == "armature":
-            assert abs(each.value - RATIO**2 * ROTOR) < 1.5 * each.half_width
+    estimates = armature[3].best.estimates
+    for each in require_items(one for one in estimates if one.term.kind == "armature"):
+        assert abs(each.value - RATIO**2 * ROTOR) < 1.5 * each.half_width
 
 
 def test_the_command_takes_possible_bodies(crosscheck, tmp_path):

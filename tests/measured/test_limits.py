@@ -12,6 +12,7 @@ from crosscheck.identification.refinement import (
     Refinement,
 )
 from crosscheck.identification.structure import draw_samples
+from tests.loops import require_items
 from tests.measured.robots import arm
 from tests.robots import chains
 
@@ -74,6 +75,6 @@ def test_a_regressor_that_is_wrong_is_told():
 def test_engines_are_asked_along_the_whole_recording():
     robot = chains.robot(chains.BOB)
     samples = draw_samples(robot, np.zeros((0, 1)))
-    for comparison in engines.plan_engines(robot, samples):
-        for task in comparison.needs:
-            assert task.motion[0] == pytest.approx(samples.q)
+    comparisons = engines.plan_engines(robot, samples)
+    for task in require_items(task for each in comparisons for task in each.needs):
+        assert task.motion[0] == pytest.approx(samples.q)
