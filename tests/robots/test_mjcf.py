@@ -27,13 +27,13 @@ ARM = """
         </body>
       </body>
       <body pos="0 .3 0">
-        <joint name="follow" axis="0 0 1" range="-90 90" ref="5"/>
+        <joint name="follow" axis="0 0 1" range="-90 45" ref="5"/>
         <geom type="sphere" size=".1" pos=".2 0 0"/>
       </body>
     </body>
   </worldbody>
   <equality><joint joint1="follow" joint2="turn" polycoef=".1 2 0 0 0"/></equality>
-  <actuator><motor joint="turn" gear="100"/><motor joint="slide"/></actuator>
+  <actuator><motor joint="slide"/><motor joint="turn" gear="-100"/></actuator>
 </mujoco>
 """
 BODY = '<mujoco><worldbody><body name="a">{}<geom size="1"/></body></worldbody>{}</mujoco>'
@@ -81,6 +81,14 @@ def test_the_robot_moves_as_mujocos_own_model(arm):
         assert np.abs(own - torques).max() < 1e-11 * np.abs(torques).max()
 
 
+def test_limits_are_those_of_the_file(arm):
+    """In radians, of the coordinate as the file counts it."""
+    limits = {joint.name: joint.limits for joint in load_robot(str(arm)).joints}
+    follow, slide = limits["follow"], limits["slide"]
+    assert (follow.lower, follow.upper) == pytest.approx((-np.pi / 2, np.pi / 4), rel=1e-15)
+    assert slide.upper == -slide.lower == 1e18  # as URDFs have what is not limited
+
+
 def test_an_inertia_that_the_file_states_keeps_its_digits(tmp_path):
     """MuJoCo's principal axes would give some 1e-6 of it."""
     stated = '<joint/><inertial pos="0 0 0" mass="1" fullinertia=".1 .2 .25 .01 .02 .03"/>'
@@ -95,7 +103,7 @@ def test_init_takes_gear_armature_and_gravity(crosscheck, tmp_path, arm):
     assert answer.out.splitlines()[0].endswith("arm.toml: 2 joints, 1 geared as the URDF states")
     robot = load_robot(str(tmp_path / "arm.toml"))
     (rotor,) = robot.rotors
-    assert (robot.joints[rotor.joint].name, rotor.ratio) == ("turn", 100.0)
+    assert (robot.joints[rotor.joint].name, rotor.ratio) == ("turn", -100.0)
     assert rotor.inertia == pytest.approx(0.2 / 100**2, rel=1e-15)
     assert robot.gravity.tolist() == [0.0, 1.0, -5.0]
     assert "damping of turn is not used" in robot.notes

@@ -7,14 +7,15 @@ import pytest
 
 from crosscheck.api import simulate
 from crosscheck.models.errors import Diverged, InputError
-from crosscheck.models.experiment.scenario import Scenario, switches
+from crosscheck.models.experiment.scenario import PdDrive, Scenario, switches
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import RobotSource, load_robot
+from crosscheck.models.robot.robot import LEVELS
 from crosscheck.models.trajectory import read_netcdf
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build
 from tests.faults.robots import ROBOTS
-from tests.robots import chains
+from tests.robots import chains, two_link
 
 PLANETARY = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
 DRIVES = {
@@ -56,7 +57,7 @@ def experiment(drive: str = "pd", joints: int = 3, **changes: object) -> Scenari
 
 
 @pytest.mark.parametrize("drive", DRIVES)
-@pytest.mark.parametrize("level", ["links", "armature", "coupled", "geared"])
+@pytest.mark.parametrize("level", LEVELS)
 def test_engines_run_alike(drive, level):
     """The same steps: they differ by rounding, that teeth as stiff as these enlarge."""
     robot, scenario = ROBOTS["unlike"](), experiment(drive)
@@ -73,11 +74,38 @@ def test_the_papers_arm_as_a_robot_runs_as_its_planar_model():
     """Other coordinates, other equations: over absolute angles, with the gears' own spins."""
     scenario = experiment("constant", joints=2)
     laws = switches(damping="contact", mesh_work="conservative")
-    planar = build("analytic:physical", load_arm("paper-labelled"), scenario, laws).simulate()
-    robot = simulate(build("analytic:geared", load_robot(PLANETARY), scenario))
+    arm = build("analytic:physical", load_arm("paper-labelled"), scenario, laws)
+    model = build("analytic:geared", load_robot(PLANETARY), scenario)
+    planar, robot = arm.simulate(), simulate(model)
     for name in ("theta", "theta_dot", "x_sp", "x_pr", "F_sp", "F_pr", "kinetic_energy"):
         size = np.abs(planar[name].values).max()
         assert robot[name].values == pytest.approx(planar[name].values, abs=1e-9 * size)
+    assert model.largest_stable_step() == pytest.approx(arm.largest_stable_step(), rel=1e-9)
+
+
+def test_rates_and_accelerations_of_a_run_are_slopes():
+    """By differences over 2 us, which teeth that swing with 1e5 rad/s leave 0.5 % of."""
+    run = simulate(build("analytic:geared", ROBOTS["staged"](), experiment(step_s=1e-6)))
+    for name in ("theta", "theta_dot", "x_mesh", "x_sp", "x_pr"):
+        slope = run[name].differentiate("time").values[1:-1]
+        rate = run["theta_ddot" if name == "theta_dot" else f"{name}_dot"].values[1:-1]
+        size = np.nanmax(np.abs(rate))
+        assert slope == pytest.approx(rate, abs=0.01 * size, nan_ok=True)
+
+
+def test_a_step_is_stable_at_every_quarter_of_a_turn():
+    """A controller that damps alone, on M in closed form: Runge-Kutta ends at 2.785 / rate."""
+    damping = [300.0, 500.0]
+    law = {"proportional_N_m_per_rad": 0.0, "derivative_N_m_s_per_rad": damping}
+    drive = PdDrive(kind="pd", target_rad=0.0, **law)
+    started = experiment(joints=2, start={"theta_rad": [0.3, 1.5]})
+    scenario = started.model_copy(update={"drive": drive})
+    rates = [
+        np.linalg.eigvals(np.linalg.solve(two_link.mass_matrix((0.0, elbow)), np.diag(damping)))
+        for elbow in np.pi / 2 * np.arange(4)
+    ]
+    step = build("analytic:armature", two_link.robot(), scenario).largest_stable_step()
+    assert step == pytest.approx(2.7853 / np.max(rates), rel=5e-4)  # tried in thousandths
 
 
 def test_a_precise_run_is_where_smaller_steps_lead():
@@ -161,11 +189,14 @@ def test_every_engine_counts_the_same_energy():
     assert other == pytest.approx(first, rel=1e-8)
 
 
-@pytest.mark.parametrize("level", ["links", "armature", "coupled", "geared"])
-def test_a_robot_in_an_experiment_is_asked_as_an_arm_is(level):
+@pytest.mark.parametrize(
+    ("level", "robot"),
+    [*((level, "staged") for level in LEVELS), ("geared", "unlike")],  # of a ratio below 0
+)
+def test_a_robot_in_an_experiment_is_asked_as_an_arm_is(level, robot):
     """M a + bias = f at one state, by the drive of the scenario; engines agree on all four."""
     models = [
-        build(f"{engine}:{level}", ROBOTS["staged"](), experiment("sinusoid"))
+        build(f"{engine}:{level}", ROBOTS[robot](), experiment("sinusoid"))
         for engine in chains.ENGINES
     ]
     q, v = models[0].start()
