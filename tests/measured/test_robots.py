@@ -19,6 +19,7 @@ from crosscheck.identification.terms import build_columns, build_rotor_columns, 
 from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.robot import Robot
+from crosscheck.recordings import csv_table
 from crosscheck.registry import build_robot_model
 from tests.measured.robots import (
     COULOMB,
@@ -223,6 +224,13 @@ def test_a_wrong_description_is_one_line(crosscheck, record_folder, tmp_path, ca
     assert len(answer.err.splitlines()) == 1
     for part in parts:
         assert part in answer.err
+
+
+def test_rows_are_counted_over_all_pieces_of_a_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(csv_table, "PIECE", 3)
+    (tmp_path / "long.csv").write_text("a,b\n" + 7 * "1,2\n" + "3,nan\n" + 4 * "1,2\n" + "3,nan\n")
+    with pytest.raises(InputError, match="b, row 8: must be a number"):
+        list(csv_table.open_table(tmp_path / "long.csv").select_pieces(("b",)))
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,12 @@ import crosscheck
 from crosscheck.api import simulate
 from crosscheck.models.robot.case import load_robot_case
 from crosscheck.models.robot.file import load_robot
-from crosscheck.registry import build
+from crosscheck.registry import build, engine_of, reference_model
 from crosscheck.studies.batches.batch import run_batch, run_check
 from crosscheck.studies.definition.files import read_study
+from crosscheck.studies.members.cases import RobotMemberCase
+from tests.faults.robots import ROBOTS
+from tests.robots.test_simulate import experiment
 from tests.tool.test_bad_input import assert_one_line
 
 ROOT = Path(__file__).parents[2]
@@ -44,6 +47,11 @@ signal = "theta_dot"
 kind = "peak"
 signal = "F_sp"
 joint = 2
+
+[[quantities]]
+kind = "peak"
+signal = "F_pr"
+joint = 2
 """
 MESH = {"pinion_base_radius_m": 0.01, "stiffness_N_per_m": 1e7, "backlash_m": 1e-5}
 
@@ -65,10 +73,11 @@ def test_members_are_the_runs_of_simulate(tmp_path):
             varied.append(f"robot.links.fore.mass_kg={mass}")
             case = load_robot_case(ARM, "pd", settings + varied)
             run = simulate(build("analytic:geared", *case))
-            # Bit for bit the same kernel; F_sp of a run is evaluated by other formulas.
+            # Bit for bit the same kernel; forces of a run are evaluated by other formulas.
             assert np.array_equal(numbers["theta_dot_final"][member], run["theta_dot"].values[-1])
-            peak = np.abs(run["F_sp"].values[:, 1, 0]).max()
-            assert numbers["F_sp_peak_joint2"][member] == pytest.approx(peak, rel=1e-10)
+            for name in ("F_sp", "F_pr"):
+                peak = np.abs(run[name].values[:, 1, 0]).max()
+                assert numbers[f"{name}_peak_joint2"][member] == pytest.approx(peak, rel=1e-10)
             member += 1
     assert len(set(numbers["theta_dot_final"][:, 1])) == 4  # every value counts
 
@@ -92,6 +101,13 @@ def test_a_second_engine_and_the_rigid_model_are_where_they_must_be(tmp_path):
         assert np.abs(ours[name] - theirs[name]).max() < 1e-10
     # The run is itself of the rigid level, which is integrated again by steps 10 times as long.
     assert ours["theta_rigid_deviation_coupled"].max() < 1e-9
+
+
+def test_a_joint_that_follows_has_a_target_and_another_engine_checks():
+    """The target is by the mimic's own multiplier and offset, -0.5 and 0.3."""
+    member = RobotMemberCase(ROBOTS["unlike"](), "links", experiment())
+    assert member.targets() == pytest.approx([0.5, -0.3, 0.2, -0.5 * -0.3 + 0.3])
+    assert member.second_engine != engine_of(reference_model())
 
 
 def test_rotors_meshes_and_python(tmp_path):

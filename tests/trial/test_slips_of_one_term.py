@@ -68,6 +68,18 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
         lambda arm: two_links(arm, elbow_rates=lambda v: 2 * v[0] ** 2 + v[0] * v[1]),
         ["the 1/2 of the last term is missing"],
     ),
+    "Christoffel's symbols with the other sign of the last term": (
+        lambda arm: two_links(arm, elbow_rates=lambda v: -(v[0] ** 2) - 2 * v[0] * v[1]),
+        ["the last term has the wrong sign"],
+    ),
+    "half of the bias": (
+        lambda arm: two_links(
+            arm,
+            rates=lambda v: v[0] * v[1] + v[1] ** 2 / 2,
+            elbow_rates=lambda v: v[0] ** 2 / 2,
+        ),
+        ["your bias is half as large as M demands, in every term"],
+    ),
 }
 
 
