@@ -20,11 +20,17 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning import robots
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest
-from crosscheck.planning.robots import find_plans, make_cases, sample_models
+from crosscheck.planning.robots import (
+    compute_robot_entries,
+    find_plans,
+    make_cases,
+    sample_models,
+)
 from crosscheck.provenance import ROOT
 from crosscheck.runner import tasks
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.loops import require_items
+from tests.robots import two_link
 from tests.robots.chains import BOB, LIMIT, Solid, joint, link, random_chain, robot, urdf
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
@@ -239,3 +245,19 @@ def test_settings_change_the_robot_that_is_checked():
     given = ["robot.joints.tilt.mesh.backlash_m=7e-5"]
     request = make_request("sliding", None, given, True, 0)
     assert request.mechanism.meshes[0][1].backlash_m == 7e-5
+
+
+def test_entries_are_the_largest_differences_from_any_engine():
+    """Of what engines answer for M: one is a fifth of an entry's size off, another no number."""
+    pendulum = two_link.robot()
+    models = sample_models(make_cases(pendulum, sample_states(pendulum, 3, 0), 10))
+    first, second, third = (each for each in models if each.case.level == "coupled")
+    answers = np.zeros((3, 3, 2, 2))
+    answers[1, 1, 0, 1] = 0.2
+    answers[2, 2, 1, 1] = np.nan
+    answers *= first.case.sizes.mass_matrix
+    asked = zip((first, second, third), answers, strict=True)
+    results = Results({each.ask(engines.mass_matrix).key: answer for each, answer in asked})
+    (entries,) = compute_robot_entries(models, results)
+    assert entries.engines == ("pinocchio:coupled", "exudyn:coupled")
+    assert np.array(entries.relative) == pytest.approx(np.array([[0.0, 0.2], [0.0, np.inf]]))
