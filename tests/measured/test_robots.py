@@ -55,6 +55,9 @@ def test_a_second_program_estimates_the_same(robot):
         assert second.errors[name] == pytest.approx(each.error, rel=1e-8)
     rms = np.sqrt((side.residual**2).sum(axis=0) / side.shown.sum(axis=0))
     assert rms == pytest.approx(second.rms, rel=1e-8)
+    # Torques were made with a rotor and without a delay, whose step comes before.
+    left = {step.name: step.weighted for step in side.steps}
+    assert left["delay"] > 10 * left["armature"]
 
 
 def test_links_alone_are_named_where_there_is_no_rotor(robot):
