@@ -6,7 +6,6 @@ compiled is written as links and joints, with gears and armatures where a URDF s
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,6 +15,7 @@ import numpy as np
 
 from crosscheck.models.errors import InputError, format_install_command
 from crosscheck.models.robot.robot import Placement
+from crosscheck.models.robot.urdf import roll_pitch_yaw
 
 UNLIMITED = 1e18  # of a sliding joint, as URDFs have it
 ITERATED = 1e-5  # of an inertia: MuJoCo finds principal axes by iteration, to some 1e-6
@@ -118,10 +118,8 @@ class _Writer:
         still = Placement(np.eye(3), np.zeros(3))
         inner = still if joint is None else self._place_at_zero(joint)
         turn = outer.rotation @ inner.rotation
-        pitch = np.arctan2(-turn[2, 0], np.hypot(turn[2, 1], turn[2, 2]))
-        roll, yaw = np.arctan2(turn[2, 1], turn[2, 2]), np.arctan2(turn[1, 0], turn[0, 0])
         place = outer.position + outer.rotation @ inner.position
-        SubElement(element, "origin", xyz=_words(place), rpy=_words((roll, pitch, yaw)))
+        SubElement(element, "origin", xyz=_words(place), rpy=_words(roll_pitch_yaw(turn)))
         return element
 
     def _describe_joint(self, element: Element, joint: int) -> None:
@@ -207,5 +205,5 @@ class _Writer:
         return turn.reshape(3, 3)
 
 
-def _words(numbers: Iterator[float] | np.ndarray | tuple[float, ...]) -> str:
+def _words(numbers: np.ndarray) -> str:
     return " ".join(repr(float(number)) for number in numbers)

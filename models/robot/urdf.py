@@ -285,6 +285,19 @@ def _axis_rotation(axis: int, angle: float) -> np.ndarray:
     return turned
 
 
+def roll_pitch_yaw(rotation: np.ndarray) -> np.ndarray:
+    """The rpy (3,) [rad] of a rotation (3, 3), as URDFs state it.
+
+    Yaw is that of the rotation with its roll undone: so where the pitch is a right angle, and only
+    a sum of roll and yaw counts, whatever rounding makes of the roll is made up for.
+    """
+    roll = math.atan2(rotation[2, 1], rotation[2, 2])
+    pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[2, 1], rotation[2, 2]))
+    (_, x, y), (_, u, w) = rotation[0], rotation[1]
+    c, s = math.cos(roll), math.sin(roll)
+    return np.array([roll, pitch, math.atan2(s * y - c * x, c * u - s * w)])
+
+
 def _mechanism(root: Element) -> str:
     """Text of a URDF's links and joints alone, each link with its inertial at most.
 

@@ -5,9 +5,11 @@ import sys
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from crosscheck.models.robot import mjcf
 from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.urdf import roll_pitch_yaw
 from crosscheck.runner.tasks import build_robot_model
 from tests.loops import require_items
 from tests.robots.test_bad_robots import assert_one_line
@@ -87,6 +89,38 @@ def test_limits_are_those_of_the_file(arm):
     follow, slide = limits["follow"], limits["slide"]
     assert (follow.lower, follow.upper) == pytest.approx((-np.pi / 2, np.pi / 4), rel=1e-15)
     assert slide.upper == -slide.lower == 1e18  # as URDFs have what is not limited
+
+
+ACROSS = """<mujoco><worldbody><body quat="{0}"><joint axis="0 0 1"/>
+<inertial pos=".1 .2 .3" mass="3" fullinertia=".3 .3 .35 .01 .02 .03"/>
+<body pos=".1 .2 .3" quat="{0}"><joint axis="1 0 0"/>
+<inertial pos=".1 .2 .1" mass="2" fullinertia=".3 .3 .35 .01 .02 .03"/>
+</body></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("pitch", [90.0, -90.0, 90.0 - 1e-7, 20.0])
+@pytest.mark.parametrize("roll", [0.25, 1.3, -2.0])
+def test_a_frame_that_stands_on_end_is_the_same(tmp_path, pitch, roll):
+    """Roll and yaw are one angle where a frame's pitch is a right one."""
+    turn = Rotation.from_euler("xyz", [roll, np.deg2rad(pitch), 0.7])
+    file = tmp_path / "arm.xml"
+    file.write_text(ACROSS.format(" ".join(map(repr, turn.as_quat(scalar_first=True).tolist()))))
+    model = mujoco.MjModel.from_xml_path(str(file))
+    data, robot = mujoco.MjData(model), load_robot(str(file))
+    data.qpos[:] = q = np.array([0.3, 0.5])
+    mujoco.mj_forward(model, data)
+    weights = build_robot_model("analytic", robot, "links").inverse_dynamics(
+        q[None], np.zeros((1, 2)), np.zeros((1, 2))
+    )
+    assert weights[0] == pytest.approx(data.qfrc_bias, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("pitch", [np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-9, 0.4])
+def test_rpy_makes_the_rotation_again(pitch):
+    for roll, yaw in require_items(np.random.default_rng(0).uniform(-np.pi, np.pi, (20, 2))):
+        turn = Rotation.from_euler("xyz", [roll, pitch, yaw]).as_matrix()
+        again = Rotation.from_euler("xyz", roll_pitch_yaw(turn)).as_matrix()
+        assert np.abs(again - turn).max() < 1e-14  # some roundings
 
 
 def test_an_inertia_that_the_file_states_keeps_its_digits(tmp_path):

@@ -19,6 +19,7 @@ from crosscheck.models.robot.robot import (
     RobotBody,
     Rotor,
 )
+from crosscheck.models.robot.urdf import roll_pitch_yaw
 from crosscheck.planning.springs import stage_rotors
 
 AXES = "xyz"
@@ -134,7 +135,7 @@ def _factors(robot: Robot) -> Iterator[RobotNumber]:
 def _curved_numbers(robot: Robot, number: int, joint: Joint) -> Iterator[RobotNumber]:
     """Angles of a joint's frame, a sliding axis' length, and how a joint follows another."""
     name, placement = f"joint {joint.name}", joint.placement
-    angles = _roll_pitch_yaw(placement.rotation)
+    angles = roll_pitch_yaw(placement.rotation)
     for place, angle in enumerate(("roll", "pitch", "yaw")):
 
         def turn(value: float, place: int = place) -> Robot:
@@ -356,7 +357,7 @@ def _joint_mistakes(joint: Joint) -> Iterator[tuple[str, Joint]]:
         ("its frame not turned", np.eye(3)),
         (
             "its rpy turned in the other order, about x last",
-            _rotate_by(_roll_pitch_yaw(turn), (2, 1, 0)),
+            _rotate_by(roll_pitch_yaw(turn), (2, 1, 0)),
         ),
     ):
         yield words, replace(joint, placement=Placement(other, position))
@@ -364,13 +365,6 @@ def _joint_mistakes(joint: Joint) -> Iterator[tuple[str, Joint]]:
         "its place turned with its frame",
         replace(joint, placement=Placement(turn, turn @ position)),
     )
-
-
-def _roll_pitch_yaw(turn: np.ndarray) -> np.ndarray:
-    """Roll, pitch and yaw (3,) [rad] of a rotation."""
-    pitch = -np.arcsin(np.clip(turn[2, 0], -1.0, 1.0))
-    roll, yaw = np.arctan2(turn[2, 1], turn[2, 2]), np.arctan2(turn[1, 0], turn[0, 0])
-    return np.array([roll, pitch, yaw])
 
 
 def _rotate_by(angles: np.ndarray, order: Sequence[int]) -> np.ndarray:
