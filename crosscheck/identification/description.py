@@ -17,7 +17,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.models.pinocchio.regressor import BODY_PARAMETERS, LinkRegressor
-from crosscheck.models.robot.robot import BASE, Robot
+from crosscheck.models.robot.robot import BASE, Robot, compute_point_inertia
 from crosscheck.recordings.csv_table import CsvTable, open_table
 
 Column = Annotated[str, quantities.PrintableText(200)]
@@ -143,7 +143,7 @@ def _compute_payload(payload: Payload | None, robot: Robot, where: Path) -> np.n
             str(where), "recordings.payload.link", payload.link, f"must be one of {moving}"
         )
     place = frame.placement.rotation @ np.array(payload.place_m) + frame.placement.position
-    inertia = payload.mass_kg * (place @ place * np.eye(3) - np.outer(place, place))
+    inertia = compute_point_inertia(payload.mass_kg, place)
     moments = inertia[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
     values = [payload.mass_kg, *(payload.mass_kg * place), *moments]
     joint = robot.joints[frame.body].name

@@ -46,6 +46,15 @@ class RobotBody:
     inertia: np.ndarray
 
 
+def compute_point_inertia(mass: float, place: np.ndarray) -> np.ndarray:
+    """Inertia (3, 3) [kg m^2] about the origin of a point mass [kg] at a place (3,) [m].
+
+    By it a body's inertia about another point follows from that about its centre of mass
+    (parallel axis theorem).
+    """
+    return mass * (place @ place * np.eye(3) - np.outer(place, place))
+
+
 @dataclass(frozen=True)
 class Mimic:
     """How a joint follows another: its coordinate is multiplier times that one's, plus offset."""

@@ -9,7 +9,15 @@ import numpy as np
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.inertias import InertiaDoubt, find_inertia_doubts
-from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Mimic, Placement, RobotBody
+from crosscheck.models.robot.robot import (
+    BASE,
+    Joint,
+    LinkFrame,
+    Mimic,
+    Placement,
+    RobotBody,
+    compute_point_inertia,
+)
 from crosscheck.models.robot.urdf import Urdf, UrdfJoint
 
 MOST_JOINTS = 64
@@ -156,8 +164,7 @@ def _merge_bodies(
     com = sum((part.mass * part.com for part in parts), np.zeros(3)) / mass
     inertia = np.zeros((3, 3))
     for part in parts:
-        away = part.com - com
-        inertia += part.inertia + part.mass * (away @ away * np.eye(3) - np.outer(away, away))
+        inertia += part.inertia + compute_point_inertia(part.mass, part.com - com)
     return RobotBody(mass, com, inertia)
 
 

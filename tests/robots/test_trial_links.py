@@ -4,10 +4,13 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+import pinocchio as pin
 import pytest
 
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
+from crosscheck.trial.robots.pieces import KaneSum, list_body_parts
 from tests.robots import chains
 from tests.robots.test_robot_slips_everywhere import diagnosis_of
 
@@ -72,3 +75,25 @@ def tree(parent: str) -> Robot:
 def test_a_tree_taken_for_a_chain_is_named():
     diagnosis = diagnosis_of(tree("trunk"), tree("left"))
     assert diagnosis.explanations == ("joint r: on left, as in a chain",)
+
+
+def test_the_centripetal_term_of_a_fixed_link_is_about_that_link_s_own_origin():
+    """m Jv' (w x (w x c)), c from the origin of the link that the file has, by Pinocchio's frames."""
+    robot, link = load_robot("six-joint"), "tool"
+    rng = np.random.default_rng(5)
+    q, v = rng.uniform(-1, 1, (2, 1, 6))
+    pieces = KaneSum(robot, q, v, list_body_parts(robot)).list_bias_pieces()
+    centripetal = pieces["the centripetal acceleration w x (w x c) of the centre"][link]
+
+    model = pin.buildModelFromUrdf(str(FILES / "six-joint.urdf"))
+    data, frame = model.createData(), model.getFrameId(link, pin.FrameType.BODY)
+    pose = pin.integrate(model, pin.neutral(model), q[0])  # a joint without limits has two numbers
+    J = pin.computeFrameJacobian(model, data, pose, frame, pin.LOCAL_WORLD_ALIGNED)
+    (part,) = [each for each in list_body_parts(robot) if each.name == link]
+    c = pin.updateFramePlacement(model, data, frame).rotation @ part.in_link.com
+    w = J[3:] @ v[0]
+    moving = J[:3] + np.cross(J[3:], c, axis=0)
+    right = part.in_link.mass * moving.T @ np.cross(w, np.cross(w, c))
+    # Both are sums of some twenty products of order 1.
+    np.testing.assert_allclose(centripetal[0], right, rtol=0, atol=1e-14)
+    assert np.abs(right).max() > 1e-4

@@ -18,6 +18,7 @@ from crosscheck.models.robot.robot import (
     Robot,
     RobotBody,
     Rotor,
+    compute_point_inertia,
 )
 from crosscheck.models.robot.urdf import roll_pitch_yaw
 from crosscheck.planning.springs import stage_rotors
@@ -317,11 +318,6 @@ def _gravity_mistakes(robot: Robot) -> Iterator[FrameMistake]:
             yield FrameMistake(words, replace(robot, gravity=gravity))
 
 
-def steiner(mass: float, com: np.ndarray) -> np.ndarray:
-    """Inertia (3, 3) that a point mass [kg] at com [m] has about the origin."""
-    return mass * (com @ com * np.eye(3) - np.outer(com, com))
-
-
 def _part_mistakes(
     robot: Robot,
     kind: PartKind,
@@ -432,7 +428,7 @@ def generate_body_mistakes(
     """
     yield "left out", RobotBody(0.0, body.com, 0 * body.inertia)
     yield "twice", RobotBody(2 * body.mass, body.com, 2 * body.inertia)
-    about = steiner(body.mass, body.com)
+    about = compute_point_inertia(body.mass, body.com)
     stated = axes.T @ body.inertia @ axes
     diagonal = np.diag(np.diag(stated))
     yield AS_IT_STANDS, replace(body, inertia=stated)

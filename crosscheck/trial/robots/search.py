@@ -11,7 +11,7 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import TOLERANCE
-from crosscheck.models.robot.robot import Level, Robot, RobotBody
+from crosscheck.models.robot.robot import Level, Robot, RobotBody, compute_point_inertia
 from crosscheck.trial.robots.candidates import (
     ALIKE,
     AS_IT_STANDS,
@@ -22,7 +22,6 @@ from crosscheck.trial.robots.candidates import (
     get_link_name,
     is_physical,
     list_numbers,
-    steiner,
 )
 from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
 from crosscheck.trial.robots.pieces import (
@@ -536,7 +535,7 @@ def _solve_step(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) 
 def _vary_parameters(body: RobotBody) -> Iterator[RobotBody]:
     """The body with more of each of the ten parameters on which equations depend linearly."""
     moments = body.mass * body.com
-    about = body.inertia + steiner(body.mass, body.com)
+    about = body.inertia + compute_point_inertia(body.mass, body.com)
     size, inertia = 0.1 * body.mass, 0.1 * float(np.trace(about))
     for number in range(10):
         mass, first, second = body.mass, moments.copy(), about.copy()
@@ -547,4 +546,4 @@ def _vary_parameters(body: RobotBody) -> Iterator[RobotBody]:
         else:
             second += inertia * _symmetric_unit(number - 4)
         com = first / mass
-        yield RobotBody(mass, com, second - steiner(mass, com))
+        yield RobotBody(mass, com, second - compute_point_inertia(mass, com))
