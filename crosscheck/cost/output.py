@@ -136,12 +136,15 @@ def _describe_engines(costs: ShortcutCosts) -> list[str]:
     ]
 
 
-def _describe_agreement(costs: ShortcutCosts) -> str:
-    names = _describe_engines(costs)
+def _describe_digits(costs: ShortcutCosts) -> str:
+    count = len(_describe_engines(costs))
     digits = digits_of(max(each.measured or 0.0 for each in costs.agreement))
-    count = COUNTS.get(len(names), str(len(names)))
+    return f"{COUNTS.get(count, str(count))} programs agree on this robot to {digits} digits"
+
+
+def _describe_agreement(costs: ShortcutCosts) -> str:
     return (
-        f"{count} programs agree on this robot to {digits} digits: {join_names(names)}, on"
+        f"{_describe_digits(costs)}: {join_names(_describe_engines(costs))}, on"
         f" {len(SIZE_WORDS)} quantities, {len(costs.robot.levels)} levels and"
         f" {costs.extent.states} states."
     )
@@ -361,6 +364,7 @@ def cost_page(costs: ShortcutCosts) -> str:
         "cost",
         found=costs,
         answers=list(describe_answers(costs)),
+        digits=_describe_digits(costs),
         motion=describe_motion(costs),
         notes=[*describe_direct_joints(costs), *costs.robot.notes],
         levels={level: LEVELS[level] for level in costs.robot.levels},

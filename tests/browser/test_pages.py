@@ -27,6 +27,7 @@ from crosscheck.recordings.output import comparison_page
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.html import render_report_page
 from crosscheck.report.plots.charts import Charts, Pictures
+from crosscheck.report.trial_page import render_trial_page
 from crosscheck.run import CrossCheck, cases_by_run, run_tasks, runs_by_key
 from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.runner.tasks import RunKey
@@ -36,6 +37,7 @@ from tests.arms import PAPER
 from tests.faults.robot_views import check_robot
 from tests.loops import require_items
 from tests.measured.records import compared, level, record_of
+from tests.trial.trial_views import kept_arm
 
 pytestmark = pytest.mark.slow
 
@@ -47,14 +49,14 @@ DURATION_S = 0.02
 FAMILIES = ("same-step", "form", "deviation")
 HOSTILE = '</script><img src="nowhere" onerror="fail()"><b>'  # would ask for a file, and fail
 LOOKS = {"light": 390, "dark": 1280}
-PAGES = ("report", "view", "compare", "cost")
+PAGES = ("report", "view", "compare", "cost", "trial")
 SCREENS = ((1280, 900), (390, 844))
-MOST_WORDS = 60  # of a report's first screen; cells of heat maps and drawings are pictures
+MOST_WORDS = 60  # of a first screen; heat maps, drawings and the user's own lines are pictures
 WORDS_IN_SIGHT = """() => {
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), words = [];
   while (walker.nextNode()) {
     const text = walker.currentNode, parent = text.parentElement;
-    if (parent.closest("script, style, svg, .heat td, .heat th")) continue;
+    if (parent.closest("script, style, svg, pre, .heat td, .heat th")) continue;
     const range = document.createRange();
     range.selectNodeContents(text);
     const places = [...range.getClientRects()].filter(r => r.width && r.height);
@@ -106,6 +108,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     (folder / "compare.html").write_text(comparison_page(compared(record, arm)), encoding="utf-8")
     cost = compute_costs(load_robot("sliding"), 0, QUICK, lambda *doing: None)
     (folder / "cost.html").write_text(cost_page(cost), encoding="utf-8")
+    (folder / "trial.html").write_text(render_trial_page(kept_arm()), encoding="utf-8")
     run = charts.runs[RunKey("pd", REFERENCE)]
     (folder / "run.nc").write_bytes(encode_netcdf(run))
     (folder / "view.html").write_text(view_page(read_run(folder / "run.nc")), encoding="utf-8")
@@ -258,14 +261,17 @@ def test_findings_are_filtered_by_words_and_outcome(opened):
     assert page.locator("#matches").inner_text() == f"{total - int(count)} of {total} shown"
 
 
-@pytest.mark.parametrize("name", ["report", "robot"])
-def test_the_first_screen_answers_in_few_words(opened, name):
+@pytest.mark.parametrize(
+    ("name", "picture"),
+    [("report", ".heat"), ("robot", ".heat"), ("trial", ".heat"), ("cost", ".first svg")],
+)
+def test_the_first_screen_answers_in_few_words(opened, name, picture):
     page = opened(name)
     for width, height in require_items(SCREENS):
         page.set_viewport_size({"width": width, "height": height})
         words = page.evaluate(WORDS_IN_SIGHT)
-        assert page.locator(".answer").inner_text() in " ".join(words)
-        assert page.locator(".heat").first.is_visible()
+        assert page.locator(".answer").first.inner_text() in " ".join(words)
+        assert page.locator(picture).first.is_visible()
         assert len(words) <= MOST_WORDS, words
 
 

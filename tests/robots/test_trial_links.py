@@ -78,7 +78,7 @@ def test_a_tree_taken_for_a_chain_is_named():
 
 
 def test_the_centripetal_term_of_a_fixed_link_is_about_that_link_s_own_origin():
-    """m Jv' (w x (w x c)), c from the origin of the link that the file has, by Pinocchio's frames."""
+    """m Jv' (w x (w x c)), c from the origin of the link of the file, by Pinocchio's frames."""
     robot, link = load_robot("six-joint"), "tool"
     rng = np.random.default_rng(5)
     q, v = rng.uniform(-1, 1, (2, 1, 6))
