@@ -2,51 +2,106 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
-from pydantic import TypeAdapter
+from pydantic import ConfigDict, TypeAdapter
+from pydantic.dataclasses import dataclass
 
-from crosscheck.audit.claims.statements import section2, section3, section4
-from crosscheck.audit.judging.rule import Claim, ClaimCriteria
+from crosscheck.audit.claims.claim_quantities import QUANTITIES, restrict_to_third
+from crosscheck.audit.claims.measured import CASES, pd, static, torque
+from crosscheck.audit.judging.quantities import Choices, Quantity
+from crosscheck.audit.judging.rule import PLOT, READ_OFF, Claim, Limits
+from crosscheck.audit.measures import thresholds
 
-SENTENCES = Path(__file__).with_name("sentences.toml")
-STATEMENTS = Path(__file__).with_name("statements") / "statements.toml"
+SENTENCES, STATEMENTS = (
+    Path(__file__).with_name(f"{name}.toml") for name in ("sentences", "statements")
+)
+Threshold = float | Literal["SEVERE", "EVIDENT", "MINOR"]
 
 
-class Statement(NamedTuple):
-    """What the paper says in one claim, and which figure shows it."""
+@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+class LimitsText:
+    """Limits as statements.toml has them."""
 
-    statement: str
+    above: Threshold = -math.inf
+    below: Threshold = math.inf
+    around: float | None = None
+    within: float = READ_OFF
+    because: str = PLOT
+
+    def build_limits(self) -> Limits:
+        """The limits in numbers."""
+        if self.around is not None:
+            low, high = (self.around * (1 + side * self.within) for side in (-1, 1))
+            return Limits(low, high, self.because)
+        low, high = (
+            getattr(thresholds, end) if isinstance(end, str) else end
+            for end in (self.above, self.below)
+        )
+        return Limits(low, high, self.because)
+
+
+@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+class Statement(LimitsText):
+    """What the paper says in one claim, which figure shows it, and what decides it."""
+
+    statement: str = ""
     figure: int | None = None
+    pd: str = ""
+    torque: str = ""
+    static: str = ""
+    cases: str = ""
+    where_third: bool = False
+    limits: str = ""
 
 
 class Statements(NamedTuple):
     """The statements' texts by claim id, fields as in ``Claim``; retired: why an id is not used."""
 
     said: Mapping[str, Statement]
+    limits: Mapping[str, LimitsText]
     free: Mapping[str, str]
     reading: Mapping[str, str]
     retired: Mapping[str, str]
 
 
-_TEXTS = TypeAdapter(Statements).validate_python(
+TEXTS = TypeAdapter(Statements).validate_python(
     tomllib.loads(STATEMENTS.read_text(encoding="utf-8"))
 )
-SECTIONS = (section2, section3, section4)
-_DECIDED: ClaimCriteria = {name: how for part in SECTIONS for name, how in part.DECIDED.items()}
+
+
+def find_quantity(name: str, said: Statement) -> Quantity | Choices:
+    """The quantity that decides a statement. Raises KeyError if nothing does."""
+    quantity = QUANTITIES.get(name)
+    for find_number, number in ((pd, said.pd), (torque, said.torque), (static, said.static)):
+        if said.cases and number:
+            cases = CASES[said.cases]
+            return {str(*case.values()): find_number(number.format(**case)) for case in cases}
+        quantity = find_number(number) if number else quantity
+    if quantity is None:
+        raise KeyError(name)
+    return (
+        restrict_to_third(quantity)
+        if isinstance(quantity, Quantity) and said.where_third
+        else quantity
+    )
+
+
 CLAIMS = tuple(
     Claim(
         name,
         said.figure,
         said.statement,
-        *_DECIDED[name],
-        free=_TEXTS.free.get(name, ""),
-        reading=_TEXTS.reading.get(name, ""),
+        find_quantity(name, said),
+        (TEXTS.limits[said.limits] if said.limits else said).build_limits(),
+        free=TEXTS.free.get(name, ""),
+        reading=TEXTS.reading.get(name, ""),
     )
-    for name, said in _TEXTS.said.items()
+    for name, said in TEXTS.said.items()
 )
-RETIRED = tuple(_TEXTS.retired)
+RETIRED = tuple(TEXTS.retired)
 BY_ID = {claim.id: claim for claim in CLAIMS}

@@ -28,7 +28,7 @@ class StudyPlan:
     """What is simulated where. zetas: of all experiments but those of ``shaken``; sizes in um.
 
     shaken: of back and forth, the square wave, two planets, 3 s with b = 3000 um, links that turn
-    back, preloaded constant torque, neighbouring motions, exact teeth in the elbow, and neither
+    back, preloaded constant torque, exact teeth in the elbow, and neither
     backlash nor tooth error;
     variants: whether VARIANTS, other planets, other waves and planted errors are asked too. The
     second reading of Table I sweeps b and E at every second zeta. back: of Fig. 15, to which the
@@ -70,7 +70,7 @@ class StudyPlan:
                 yield from (run.TWO_PLANETS, run.TWO_SOFTER)
             for size_um in (*self.back, run.CHAOTIC_UM, 1e6 * run.WIDE_M):
                 yield from (run.BACK(size_um), run.BACK_EVEN(size_um))
-            yield from (run.WIDE, run.TURNING, run.CONSTANT_PRELOADED, run.NEIGHBOURS)
+            yield from (run.WIDE, run.TURNING, run.CONSTANT_PRELOADED)
             yield run.EXACT_ELBOW
             yield run.BACKLASH_NO_ERROR(0.0)
             yield from (run.SQUARE, run.CONSTANT_SQUARE) if self.variants else ()

@@ -9,7 +9,6 @@ import numpy as np
 
 from crosscheck.audit.experiments import ensembles
 from crosscheck.audit.experiments.ensembles import EnsembleNumbers, EnsembleQuestion
-from crosscheck.audit.experiments.lyapunov import LyapunovQuestion
 from crosscheck.audit.experiments.paper_conditions import Condition
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.models.interface import Model
@@ -134,12 +133,6 @@ TURNING = replace(
     kind="turning back, b = 3000 um",
     words="at b = 3000 µm, links turning back",
     settings=(f"scenario.start.theta_dot_rad_per_s={TURNING_RAD_PER_S!r}",),
-)
-NEIGHBOURS = PaperExperiment(
-    "neighbouring motions, b = 1000 um",
-    "at b = 1000 µm",
-    question_class=LyapunovQuestion,
-    meshes=((_BACKLASH, 1e-6 * CHAOTIC_UM),),
 )
 STATIC = PaperExperiment("static", question_class=None)  # follows from the arm's data alone
 PLANTED = PaperExperiment("planted slips", question_class=None)  # likewise

@@ -11,13 +11,10 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from crosscheck.analytic.kernel.batch import Batch
-from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.model import AnalyticModel, PhysicalModel
-from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.audit.experiments.paper_conditions import PRINTED, REPAIRED_RATE, Condition, Law
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.measures.rigid import rigid_arm
-from crosscheck.models.loading import Case
 from crosscheck.studies.members.starts import perturb_start
 
 CHUNK = 2000  # records at a time, which stay in a processor's cache
@@ -51,32 +48,6 @@ class RecordedMotion(NamedTuple):
     def shoulder(self) -> np.ndarray:
         """The shoulder's acceleration [rad/s^2], (times, members)."""
         return self.a[:, self.theta[0]]
-
-
-class ContinuedModel(PhysicalModel):
-    """A model that starts from any state q, v (n,), and runs by other equations if given."""
-
-    def __init__(
-        self, case: Case, q: np.ndarray, v: np.ndarray, equations: TermEquations | None = None
-    ) -> None:
-        super().__init__(*case)
-        self.state = q, v
-        if equations is not None:
-            self.equations, self.drive = equations, equations.drive
-
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.state
-
-
-class ContinuedPrintedModel(PrintedModel):
-    """The printed equations from any state q, v (n,)."""
-
-    def __init__(self, case: Case, q: np.ndarray, v: np.ndarray) -> None:
-        super().__init__(*case)
-        self.state = q, v
-
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.state
 
 
 def simulate_motion(models: Sequence[AnalyticModel], clock_s: float = 0.0) -> RecordedMotion:

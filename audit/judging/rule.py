@@ -55,26 +55,6 @@ class Limits:
         return f"> {self.low:g}" if math.isinf(self.high) else f"{self.low:g} to {self.high:g}"
 
 
-def limits_above(low: float, because: str) -> Limits:
-    """Limits that a value supports if it is larger."""
-    return Limits(low=low, because=because)
-
-
-def limits_below(high: float, because: str) -> Limits:
-    """Limits that a value supports if it is smaller."""
-    return Limits(high=high, because=because)
-
-
-def limits_around(value: float, share: float, because: str) -> Limits:
-    """Limits within this share of a printed value."""
-    return Limits(value * (1 - share), value * (1 + share), because)
-
-
-def limits_from_plot(value: float) -> Limits:
-    """Limits within which a plot tells no difference from a value."""
-    return limits_around(value, READ_OFF, PLOT)
-
-
 @dataclass(frozen=True)
 class Claim:
     """A statement of the paper, and the number that decides it.
@@ -106,9 +86,6 @@ class Claim:
     def static(self) -> bool:
         """Whether the claim follows from the arm's data alone: no starts, laws or damping then."""
         return all(quantity.static for quantity in self.choices.values())
-
-
-ClaimCriteria = Mapping[str, tuple[Quantity | Choices, Limits]]  # by the ids of claims
 
 
 class State(StrEnum):

@@ -9,6 +9,8 @@ from functools import cache
 
 import numpy as np
 
+from crosscheck.analytic.kernel.equations import TermEquations
+from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.pd import measure_whole_pd
 from crosscheck.audit.experiments.torque import (
     measure_back_and_forth,
@@ -18,7 +20,7 @@ from crosscheck.audit.experiments.torque import (
 from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
-from crosscheck.models.loading import load_case
+from crosscheck.models.loading import Case, load_case
 from crosscheck.registry import RIGID_LEVELS
 
 PD_CASE = load_case("paper-labelled", "pd", {"phase": "omega_t"}, [])
@@ -220,3 +222,18 @@ def pools() -> dict[str, Sample]:
 def third(*sizes: float) -> ThirdFluctuation:
     """The third fluctuation of starts of these sizes [rad/s^2]."""
     return ThirdFluctuation(np.array(sizes))
+
+
+class ContinuedModel(PhysicalModel):
+    """A model that starts from any state q, v (n,), and runs by other equations if given."""
+
+    def __init__(
+        self, case: Case, q: np.ndarray, v: np.ndarray, equations: TermEquations | None = None
+    ) -> None:
+        super().__init__(*case)
+        self.state = q, v
+        if equations is not None:
+            self.equations, self.drive = equations, equations.drive
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.state

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED, SECTIONS
+from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED, TEXTS
+from crosscheck.audit.claims.claim_quantities import QUANTITIES
 from crosscheck.audit.claims.measured import MEASURED
 from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.experiments.experiments import (
@@ -145,8 +146,9 @@ def test_what_claims_ask_of_the_widest_backlash_ends_before_the_short_run():
 
 
 def test_every_statement_is_decided_once_and_nothing_else_is():
-    decided = [name for part in SECTIONS for name in part.DECIDED]
-    assert sorted(decided) == sorted(IDS)
+    decided = [name for name, said in TEXTS.said.items() if said.pd or said.torque or said.static]
+    assert sorted([*decided, *QUANTITIES]) == sorted(IDS)
+    assert {said.limits for said in TEXTS.said.values()} == {"", *TEXTS.limits}
 
 
 def test_figures_are_the_papers():

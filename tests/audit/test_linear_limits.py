@@ -7,10 +7,10 @@ from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.stability import contact_eigenvalues
-from crosscheck.audit.experiments.motion import ContinuedModel
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.findings import linear_limits
 from crosscheck.audit.findings.linear_limits import SUN, Point, Threshold
+from tests.audit.planted_runs import ContinuedModel
 
 
 @pytest.mark.parametrize("zeta", [0.003, 0.05])

@@ -233,18 +233,6 @@ def test_a_preloaded_start_under_constant_torque_does_not_ring():
     assert loaded < 0.1 * at_rest
 
 
-def test_neighbouring_motions_part_under_the_clock_and_not_under_the_integral():
-    """b = 1000 um; 10 per second is the noise of a finite window."""
-    rates = [
-        experiments.build_question(experiments.NEIGHBOURS, Condition(law, zeta), (1,))
-        .answer()
-        .numbers["lyapunov_per_s"][0]
-        for law, zeta in ((PRINTED, 0.005), (INTEGRAL, 0.05))
-    ]
-    assert rates[0] > 100
-    assert rates[1] < 0
-
-
 def numbers_of_starts(**values: list[float | None]) -> EnsembleNumbers:
     return EnsembleNumbers(dict(values), [None] * 8, 8)
 

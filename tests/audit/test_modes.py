@@ -8,7 +8,6 @@ import pytest
 
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.motion import (
-    ContinuedModel,
     build_models,
     build_pd_variant,
     simulate_motion,
@@ -32,7 +31,7 @@ from crosscheck.audit.findings.stability import ONSET_WITHIN, Onset
 from crosscheck.audit.judging.rule import State
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
-from tests.audit.planted_runs import third
+from tests.audit.planted_runs import ContinuedModel, third
 from tests.loops import require_items
 
 SHORT = Variant(zeta=0.02, phase="omega_t", ring_rate="corrected", duration_s=0.02)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.statements.section2 import relative_change
+from crosscheck.audit.claims.claim_quantities import relative_change
 from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.experiments.ensembles import (
     ConstantTorqueQuestion,
@@ -26,7 +26,6 @@ from crosscheck.audit.experiments.experiments import (
     DEFAULT_B_UM,
     DEFAULT_E_UM,
     ERROR,
-    NEIGHBOURS,
     WIDE_BEGINNING,
     PaperExperiment,
     build_question,
@@ -39,8 +38,6 @@ from tests.audit.planted_runs import pools
 
 WORLDS = 3000
 CELL = Condition(PRINTED, FULL.shaken[0], planets="lumped")
-# Of motions that do not part and of such that do, as the measure finds them: test_measures.
-PARTING = {"lyapunov_per_s": np.array([-3.0, 300.0])}
 
 
 def _kind(source: PaperExperiment) -> str:
@@ -86,16 +83,12 @@ def worlds() -> ConditionResults:
         for source, runs in zip(own, _members(generator, sample, len(own)), strict=True):
             made[source] = _taken(sample, runs)
     for source in sources:
-        if source == NEIGHBOURS:
-            made[source] = Sample(
-                {name: generator.choice(v, WORLDS) for name, v in PARTING.items()}, _no_run()
-            )
-        elif source not in made:
+        if source not in made:
             sample = pools()[_kind(source)]
             made[source] = _taken(sample, generator.integers(sample.diverged.size, size=WORLDS))
     # In a third of the worlds an experiment changes nothing.
     for source in made:
-        if source.size_um is None and source != NEIGHBOURS:
+        if source.size_um is None:
             same = generator.random(WORLDS) < 1 / 3
             plain = _plain(made, source)
             for name, values in made[source].numbers.items():
@@ -170,6 +163,6 @@ def _made(source: PaperExperiment) -> Quantity:
 
 
 def test_every_experiment_of_the_page_has_made_up_runs():
-    assert {
-        type(build_question(s, CELL, (1,))) for s in FULL.experiments(CELL) if s != NEIGHBOURS
-    } <= set(EnsembleNumbersQuestion.__subclasses__())
+    assert {type(build_question(s, CELL, (1,))) for s in FULL.experiments(CELL)} <= set(
+        EnsembleNumbersQuestion.__subclasses__()
+    )

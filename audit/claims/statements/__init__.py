@@ -1,1 +1,0 @@
-"""The paper's claims as data, section by section."""
