@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from operator import attrgetter
 
 from crosscheck.audit.claims.model_judgement import ModelJudgement, VariantVerdict, model_of
 from crosscheck.audit.claims.study_plan import StudyPlan, plan_of
@@ -23,9 +22,8 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.judging import rule
 from crosscheck.audit.judging.judgement import CLOSE
 from crosscheck.audit.judging.rule import Answer, Verdict, VerdictKind
-from crosscheck.audit.measures.undefined import JsonObject, float_or_none
+from crosscheck.audit.measures.undefined import JsonObject, float_or_none, to_json
 from crosscheck.audit.page.chapter import AuditChapter
-from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.context import AuditContext
 from crosscheck.audit.page.labels import LAW_NAMES
 from crosscheck.audit.page.text import render_template
@@ -165,38 +163,27 @@ def _answer_id(answer: Answer) -> str:
     return "/".join(part for part in parts if part)
 
 
-def _model_field(field: str) -> Callable[[Answer], str | None]:
-    """A field of the model of the gears that an answer was found with, as a column."""
-
-    def find(answer: Answer) -> str | None:
-        model = model_of(answer.place)
-        return None if model is None else attrgetter(field)(model)
-
-    return find
-
-
-ANSWERS = Columns[Answer](
-    _answer_id,
-    (
-        TableColumn("law", "law", _model_field("law.id")),
-        TableColumn("planets", "planets", _model_field("planets")),
-        TableColumn("equations", "equations", _model_field("equations")),
-        TableColumn("arm", "arm", lambda a: str(a.place.value_of(READING))),
-        TableColumn("zeta", "zeta", lambda a: a.place.value_of(DAMPING), "g"),
-        TableColumn("choice", "choice", lambda a: a.place.choice or None),
-        TableColumn("state", "state", lambda a: a.state.value),
-        TableColumn("yes", "yes", lambda a: a.share.yes if a.share else None),
-        TableColumn("share", "share", lambda a: a.share.value if a.share else None),
-        TableColumn(
-            "share_95",
-            "95 % interval",
-            lambda a: a.share.interval if a.share and model_of(a.place) else None,
-        ),
-        TableColumn("quantiles", "quantiles"),
-        TableColumn("starts", "starts"),
-        TableColumn("undefined", "undefined"),
-    ),
-)
+def build_answer_record(answer: Answer) -> JsonObject:
+    """An answer with the setting where it was found, as JSON."""
+    model, share = model_of(answer.place), answer.share
+    return to_json(
+        {
+            "id": _answer_id(answer),
+            "law": model and model.law.id,
+            "planets": model and model.planets,
+            "equations": model and model.equations,
+            "arm": answer.place.value_of(READING),
+            "zeta": answer.place.value_of(DAMPING),
+            "choice": answer.place.choice or None,
+            "state": answer.state.value,
+            "yes": share and share.yes,
+            "share": share and share.value,
+            "share_95": share and model and share.interval,
+            "quantiles": answer.quantiles,
+            "starts": answer.starts,
+            "undefined": answer.undefined,
+        }
+    )
 
 
 def build_claim_record(
@@ -235,7 +222,7 @@ def build_claim_record(
             for variant in variants
         },
         "quantile_parts": list(rule.PARTS),
-        "settings": ANSWERS.json(judgement.answers),
+        "settings": [build_answer_record(answer) for answer in judgement.answers],
     }
 
 

@@ -107,52 +107,25 @@ class EnsembleNumbersQuestion(EnsembleQuestion[EnsembleNumbers]):
         return (*super().model_names, *(rigid.model for rigid in self.rigid_variants()))
 
     def answer(self) -> EnsembleNumbers:
-        first_numbers, count = self._measure_starts(self.seeds[:FIRST]), len(self.seeds)
-        if count <= FIRST or are_alike(first_numbers):  # they stand for all, in turns
-            turns = [place % first_numbers.ran for place in range(count)]
-            numbers = {
-                n: [values[place] for place in turns] for n, values in first_numbers.numbers.items()
-            }
-            return EnsembleNumbers(
-                numbers, [first_numbers.diverged_s[place] for place in turns], first_numbers.ran
-            )
-        other_numbers = self._measure_starts(self.seeds[FIRST:])
-        numbers = {  # where one part has no numbers at all, all of its runs diverged
-            name: [
-                x
-                for part in (first_numbers, other_numbers)
-                for x in part.numbers.get(name, [None] * part.ran)
-            ]
-            for name in dict.fromkeys((*first_numbers.numbers, *other_numbers.numbers))
-        }
-        return EnsembleNumbers(
-            numbers,
-            [*first_numbers.diverged_s, *other_numbers.diverged_s],
-            first_numbers.ran + other_numbers.ran,
-        )
+        starts = self._measure_starts(self.seeds[:FIRST])
+        if len(self.seeds) > FIRST and not are_alike(collect_numbers(starts, len(starts))):
+            starts += self._measure_starts(self.seeds[FIRST:])
+        return collect_numbers(starts, len(self.seeds))
 
-    def _measure_starts(self, seeds: Sequence[int]) -> EnsembleNumbers:
+    def _measure_starts(self, seeds: Sequence[int]) -> list[Numbers | Diverged]:
         """Numbers of all starts with these seeds, each of which is run."""
         rigid_courses: tuple[RunSignals, ...] | None = None
-        run_numbers: list[Numbers] = []
-        diverged: list[float | None] = []
+        starts = list[Numbers | Diverged]()
         for run in self._runs(seeds):
             if isinstance(run, Diverged):
-                run_numbers.append({})
-                diverged.append(run.time_s)
+                starts.append(run)
                 continue
             if rigid_courses is None:
                 rigid_courses = tuple(
                     rigid.at(run.time) for rigid in map(rigid_course, self.rigid_variants())
                 )
-            run_numbers.append(self.numbers(run, rigid_courses))
-            diverged.append(None)
-        names = dict.fromkeys(name for numbers in run_numbers for name in numbers)
-        return EnsembleNumbers(
-            {n: [start_numbers.get(n) for start_numbers in run_numbers] for n in names},
-            diverged,
-            len(seeds),
-        )
+            starts.append(self.numbers(run, rigid_courses))
+        return starts
 
     def rigid_variants(self) -> tuple[Variant, ...]:
         """The variants of the rigid arms that the runs are compared with."""
@@ -161,6 +134,19 @@ class EnsembleNumbersQuestion(EnsembleQuestion[EnsembleNumbers]):
     def numbers(self, run: RunSignals, rigid: tuple[RunSignals, ...]) -> Numbers:
         """Numbers that are measured of a run beside the rigid arms' runs."""
         return type(self).measure(run, *rigid)
+
+
+def collect_numbers(starts: Sequence[Numbers | Diverged], count: int) -> EnsembleNumbers:
+    """The numbers of so many starts, for which those that were run stand in turns."""
+    numbers = [{} if isinstance(start, Diverged) else start for start in starts]
+    diverged = [start.time_s if isinstance(start, Diverged) else None for start in starts]
+    turns = [place % len(starts) for place in range(count)]
+    names = dict.fromkeys(name for own in numbers for name in own)
+    return EnsembleNumbers(
+        {name: [numbers[turn].get(name) for turn in turns] for name in names},
+        [diverged[turn] for turn in turns],
+        len(starts),
+    )
 
 
 def are_alike(ensemble_numbers: EnsembleNumbers) -> bool:

@@ -9,8 +9,8 @@ compliance. What each level adds takes every deviation apart.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,7 +25,6 @@ from crosscheck.audit.measures.rigid import rigid_model
 from crosscheck.audit.measures.undefined import (
     JsonObject,
     extreme_value,
-    propagate_undefined,
     quotient,
     to_json,
 )
@@ -71,7 +70,6 @@ _SWITCHED_BY = {
 CLAIMS = {"theta_1": "3.1-01", "theta_2": "3.1-02", "tip": "3.1-04"}
 IN_UNIT_OF_CLAIM = {"theta_1": 1.0, "theta_2": 1.0, "tip": 1e3}  # the tip's is in mm
 NEARLY_ALL = 0.9  # of a deviation
-Span = tuple[float, float]
 
 
 def find_claims() -> dict[str, Claim]:
@@ -107,36 +105,18 @@ def iterate_features() -> Iterator[frozenset[str]]:
         yield frozenset(ORDER[:count])
 
 
-@dataclass(frozen=True)
-class LevelAblation:
-    """What every level adds to the deviation of the detailed arm from a rigid one.
-
-    level: the rigid one that it begins at; names: of its levels, upwards; steps
-    (levels, times, quantities) [rad, rad, m].
-    """
-
-    arm: str
-    level: str
-    names: tuple[str, ...]
-    steps: np.ndarray
-
-    def start_at_level(self, level: str) -> LevelAblation:
-        """What a baseline of a level leaves: the rigid levels are the lowest."""
-        first = RIGID_LEVELS.index(level)
-        return replace(self, level=level, names=self.names[first:], steps=self.steps[first:])
-
-
-def run_ablation(study: Study, arm: str, scale: Scale) -> LevelAblation:
-    """The ablation of an arm. Raises Diverged."""
+def run_ablation(study: Study, arm: str, scale: Scale) -> np.ndarray:
+    """What every feature of ORDER adds, (features, times, quantities). Raises Diverged."""
     chain = [scale.cut(build_variant(features, arm)) for features in iterate_features()]
     runs = study.run_variants(chain, f"rigid baselines, {arm}", select_angles)
     geometry = chain[0].case().arm
     # theta_1, theta_2 [rad] and the tip's x, y [m], (times, 4).
-    places = [
-        np.hstack([runs[each]["theta"].values, tip_position(runs[each], geometry).values])
-        for each in chain
-    ]
-    return LevelAblation(arm, RIGID_LEVELS[0], ORDER, compute_contributions(places))
+    return compute_contributions(
+        [
+            np.hstack([runs[each]["theta"].values, tip_position(runs[each], geometry).values])
+            for each in chain
+        ]
+    )
 
 
 def compute_contributions(places: list[np.ndarray]) -> np.ndarray:
@@ -154,107 +134,48 @@ def compute_contributions(places: list[np.ndarray]) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Deviation:
-    """The detailed arm's largest deviation from a rigid level.
-
-    total [rad or m]; shares: each group's signed part of it, nan if the total is 0.
-    """
-
-    quantity: str
-    total: float
-    shares: Mapping[str, float]
-
-    @property
-    def fits(self) -> bool:
-        """Whether the deviation's size is what the paper says."""
-        size = abs(self.total) * IN_UNIT_OF_CLAIM[self.quantity]
-        return bool(find_claims()[self.quantity].limits.contains(np.array([size]))[0])
-
-
-@dataclass(frozen=True)
 class RigidResidual:
-    """A rigid baseline's largest deviations under constant torque, by quantity."""
+    """A rigid baseline's largest deviations under constant torque.
+
+    totals: by quantity [rad, m]; shares: by quantity, each group's signed part, nan of a total 0.
+    """
 
     arm: str
     level: str
-    deviations: Mapping[str, Deviation]
+    totals: Mapping[str, float]
+    shares: Mapping[str, Mapping[str, float]]
 
     @property
     def fits(self) -> dict[str, bool]:
         """Whether each deviation is what the paper says, by quantity."""
-        return {name: deviation.fits for name, deviation in self.deviations.items()}
+        claims = find_claims()
+        sizes = {name: abs(total) * IN_UNIT_OF_CLAIM[name] for name, total in self.totals.items()}
+        return {name: claims[name].limits.count_inside([size]) == 1 for name, size in sizes.items()}
 
     def to_dict(self) -> JsonObject:
         """The baseline as a JSON object."""
-        sizes = {f"{name}_{QUANTITIES[name]}": abs(x.total) for name, x in self.deviations.items()}
+        sizes = {f"{name}_{QUANTITIES[name]}": abs(total) for name, total in self.totals.items()}
         where = f"finding/baseline/{self.arm}/{self.level}"
         return {"id": where, **to_json(sizes), "as_in_the_paper": to_json(self.fits)}
 
 
-def measure_residual(ablation: LevelAblation) -> RigidResidual:
-    """What the baseline that an ablation begins at leaves."""
-    deviations = {}
+def measure_residual(arm: str, level: str, steps: np.ndarray) -> RigidResidual:
+    """What a rigid level leaves of what all features add: those above it, the lowest are its own.
+
+    steps (features, times, quantities).
+    """
+    first = RIGID_LEVELS.index(level)
+    left, totals, shares = steps[first:], dict[str, float](), dict[str, dict[str, float]]()
     for number, quantity in enumerate(QUANTITIES):
-        total = ablation.steps[:, :, number].sum(axis=0)
-        index = int(np.argmax(np.abs(total)))
-        at = dict(zip(ablation.names, map(float, ablation.steps[:, index, number]), strict=True))
-        whole = sum(at.values())
-        shares = {
-            group: quotient(sum(at.get(name, 0.0) for name in members), whole)
+        course = left[:, :, number].sum(axis=0)
+        at = left[:, int(np.argmax(np.abs(course))), number]
+        by_feature = dict(zip(ORDER[first:], map(float, at), strict=True))
+        totals[quantity] = sum(by_feature.values())
+        shares[quantity] = {
+            group: quotient(sum(by_feature.get(name, 0.0) for name in members), totals[quantity])
             for group, members in GROUPS.items()
         }
-        deviations[quantity] = Deviation(quantity, float(total[index]), shares)
-    return RigidResidual(ablation.arm, ablation.level, deviations)
-
-
-@dataclass(frozen=True)
-class AblationVerdict:
-    """What the baselines that leave the paper's theta_2 in all readings leave.
-
-    fitting: their levels; rest: smallest and largest share of every group of changes.
-    """
-
-    fitting: tuple[str, ...]
-    rest: Mapping[str, Span]
-
-    @property
-    def holds(self) -> bool | None:
-        """Whether nearly all of it is reflected inertia."""
-        return _nearly_all(self.rest[INERTIA][0])
-
-    @property
-    def most_meshes(self) -> float:
-        """Largest share of all the meshes' effects in it."""
-        return max(map(abs, self.rest[MESHES]))
-
-
-@propagate_undefined
-def _nearly_all(share: float) -> bool:
-    return share >= NEARLY_ALL
-
-
-def judge_ablation(residuals: Sequence[RigidResidual]) -> AblationVerdict:
-    """The verdict on what the baselines of all readings leave."""
-    by_level = {
-        level: [residual for residual in residuals if residual.level == level]
-        for level in RIGID_LEVELS
-    }
-    fitting = tuple(
-        level
-        for level, of_level in by_level.items()
-        if of_level and all(residual.fits["theta_2"] for residual in of_level)
-    )
-    rest = [x for level in fitting for item in by_level[level] for x in item.deviations.values()]
-    return AblationVerdict(fitting, _find_spans(rest))
-
-
-def _find_spans(deviations: Collection[Deviation]) -> dict[str, Span]:
-    """The smallest and largest share of every group of levels."""
-    shares = {group: [deviation.shares[group] for deviation in deviations] for group in GROUPS}
-    return {
-        group: (extreme_value(some, min), extreme_value(some, max))
-        for group, some in shares.items()
-    }
+    return RigidResidual(arm, level, totals, shares)
 
 
 @dataclass(frozen=True)
@@ -264,9 +185,28 @@ class BaselineFinding:
     residuals: tuple[RigidResidual, ...]
 
     @property
-    def verdict(self) -> AblationVerdict:
-        """What the fitting baselines leave."""
-        return judge_ablation(self.residuals)
+    def fitting(self) -> tuple[str, ...]:
+        """The levels that leave the paper's theta_2 in all readings."""
+        fits = [(residual.level, residual.fits["theta_2"]) for residual in self.residuals]
+        return tuple(
+            level for level in RIGID_LEVELS if {f for at, f in fits if at == level} == {True}
+        )
+
+    def list_shares(self, group: str) -> list[float]:
+        """The shares of a group of features in all that the fitting levels leave."""
+        fitting = [residual for residual in self.residuals if residual.level in self.fitting]
+        return [shares[group] for residual in fitting for shares in residual.shares.values()]
+
+    @property
+    def holds(self) -> bool | None:
+        """Whether nearly all that fitting levels leave is reflected inertia; None if undefined."""
+        least = extreme_value(self.list_shares(INERTIA), min)
+        return None if np.isnan(least) else least >= NEARLY_ALL
+
+    @property
+    def most_meshes(self) -> float:
+        """Largest share of all the meshes' effects in it."""
+        return extreme_value(map(abs, self.list_shares(MESHES)), max)
 
     @property
     def nearest(self) -> RigidResidual | None:
@@ -282,13 +222,14 @@ class BaselineFinding:
 def compare_baselines(study: Study, scale: Scale) -> BaselineFinding:
     """The finding on the rigid baselines; quick: of the labelled reading alone."""
     arms = [LABELLED] if scale.quick else list(READINGS)
-    ablations = [run_ablation(study, arm, scale) for arm in arms]
-    residuals = [
-        measure_residual(ablation.start_at_level(level))
-        for ablation in ablations
-        for level in RIGID_LEVELS
-    ]
-    return BaselineFinding(tuple(residuals))
+    steps_by_arm = {arm: run_ablation(study, arm, scale) for arm in arms}
+    return BaselineFinding(
+        tuple(
+            measure_residual(arm, level, steps)
+            for arm, steps in steps_by_arm.items()
+            for level in RIGID_LEVELS
+        )
+    )
 
 
 def draw_baselines(residuals: Sequence[RigidResidual]) -> str:
@@ -299,7 +240,7 @@ def draw_baselines(residuals: Sequence[RigidResidual]) -> str:
         axes.axvspan(limits[name].low, limits[name].high, color="#999999", alpha=0.3, label="paper")
         for arm, marker, colour in zip(READINGS, "os", COLOURS, strict=False):
             arm_residuals = [residual for residual in residuals if residual.arm == arm]
-            sizes = [factor * abs(residual.deviations[name].total) for residual in arm_residuals]
+            sizes = [factor * abs(residual.totals[name]) for residual in arm_residuals]
             rows = [RIGID_LEVELS.index(residual.level) for residual in arm_residuals]
             axes.plot(sizes, rows, marker, color=colour, ms=5, label=READINGS[arm])
         unit = "mm" if name == "tip" else "rad"

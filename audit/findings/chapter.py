@@ -89,7 +89,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         ),
         "inertia": (
             "is what the nearest rigid arm leaves reflected inertia",
-            format_answer(baselines.verdict.holds),
+            format_answer(baselines.holds),
         ),
         **{
             f"accumulation-{drive}": (

@@ -160,39 +160,6 @@ def _bias_by_v(terms: Terms, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     return out
 
 
-def jacobian_error(plant: Plant, base: BaseMotion, samples: int) -> float:
-    """Largest error of ``jacobian`` along the motion against central differences.
-
-    Relative to the largest derivative with respect to the same coordinate; the differences keep
-    within contact and use the fourth-order formula.
-    """
-    worst = 0.0
-    for k in np.linspace(1, base.time.size - 1, samples).astype(int):
-        t, q, v = float(base.time[k]), base.q[k], base.v[k]
-        given = jacobian(plant, t, q, v)[q.size :]
-        measured = _differences(plant, t, q, v)
-        size = np.abs(measured).max(axis=0)
-        size[size == 0] = 1.0
-        worst = max(worst, float((np.abs(given - measured) / size).max()))
-    return worst
-
-
-def _differences(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """The derivative d q'' / d(q, v) by fourth-order central differences, (n, 2 n)."""
-    n = q.size
-    steps = np.full(2 * n, 1e-6)  # rad and rad/s; phi = 99 theta needs 1e-4 rad to change by 1 %
-    steps[plant.gears.x_index] = 1e-9  # far less than the 1e-5 m by which a mesh is pressed in
-    columns = []
-    for i, h in enumerate(steps):
-        sums = np.zeros(n)
-        for place, weight in ((-2, 1 / 12), (-1, -8 / 12), (1, 8 / 12), (2, -1 / 12)):
-            state = np.concatenate((q, v))
-            state[i] += place * h
-            sums += weight * plant.states.evaluate(t, state[:n], state[n:]).acceleration
-        columns.append(sums / h)
-    return np.array(columns).T
-
-
 class Modes(NamedTuple):
     """Frozen mesh modes followed along the motion, (times, modes): growth [1/s], frequency [Hz]."""
 

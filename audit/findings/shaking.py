@@ -28,7 +28,6 @@ from crosscheck.audit.measures.undefined import (
     JsonObject,
     combine_answers,
     float_or_none,
-    propagate_undefined,
     quotient,
 )
 from crosscheck.models.errors import Diverged
@@ -228,6 +227,7 @@ def is_rigid_sensitivity(
     error_growth: float | None, rigid_growth: float | None, misfit: float | None
 ) -> bool | None:
     """Whether the rigid arm foretells the backlash error and both grow at one rate [1/s]."""
-    same_rate = propagate_undefined(lambda rates: abs(rates - 1) <= SAME_RATE)
-    same_size = propagate_undefined(lambda size: size <= SAME_SIZE)
-    return combine_answers((same_rate(quotient(error_growth, rigid_growth)), same_size(misfit)))
+    rates = quotient(error_growth, rigid_growth)
+    same_rate = None if not np.isfinite(rates) else bool(abs(rates - 1) <= SAME_RATE)
+    same_size = None if misfit is None or not np.isfinite(misfit) else misfit <= SAME_SIZE
+    return combine_answers((same_rate, same_size))

@@ -29,7 +29,6 @@ DURATION_S = THIRD_S[1]
 BEGIN_S = 0.45  # after the teeth have changed sides; from here on contact is assumed
 BETWEEN_MODES_HZ = 3000.0  # each joint has a mesh mode below and one above
 ENVELOPE_S = 4e-3  # window of the running maximum
-SAMPLES = 12  # of the Jacobian's comparison with differences
 STARTS = 8  # a block of the kernel
 EVERY, QUICK_EVERY = 5, 20  # of the base motion's steps
 RUNS_EVERY = 2  # 50 kHz: what grows from 1e-13 rad/s^2 must not be another frequency's alias
@@ -64,12 +63,11 @@ class LinearisationResult:
     """What linear theory says of a setting, and what its starts do.
 
     largest: None for a run that ends before; onsets: of every start that does not diverge and lasts
-    long enough; jacobian_error: against differences, relative.
+    long enough.
     """
 
     largest: LargestGrowth | None
     onsets: tuple[Onset, ...]
-    jacobian_error: float
 
     @property
     def as_predicted(self) -> Share | None:
@@ -103,11 +101,7 @@ class Linearisation(EnsembleQuestion[LinearisationResult]):
             mode = int(np.argmax(modes.growth[peak]))
             numbers = modes.largest_growth[peak], base.time[peak], modes.frequency[peak, mode]
             largest = LargestGrowth(*map(float, numbers))
-        return LinearisationResult(
-            largest,
-            tuple(onset for onset in onsets if onset is not None),
-            linear.jacobian_error(plant, base, SAMPLES),
-        )
+        return LinearisationResult(largest, tuple(filter(None, onsets)))
 
 
 def find_onset(
@@ -179,7 +173,6 @@ class Stability:
                 "frequency_Hz": item.largest and item.largest.frequency_Hz,
                 "begins": str(item.begins),
                 "as_predicted": str(item.as_predicted),
-                "jacobian_error": item.jacobian_error,
             }
             for cell, item in self.cells.items()
         ]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import wraps
 from typing import overload
 
 import numpy as np
@@ -18,22 +17,6 @@ from crosscheck.audit.experiments.variant import Numbers
 
 UNDEFINED = "undefined"
 JsonObject = dict[str, JsonValue]
-Quantity = float | np.floating | np.ndarray | Sequence[float | None] | None
-
-
-def is_defined(*values: Quantity) -> bool:
-    """Whether all numbers, alone or in sequences, are there and finite."""
-    return all(bool(np.isfinite(np.asarray(value, dtype=float)).all()) for value in values)
-
-
-def propagate_undefined(decide: Callable[..., bool]) -> Callable[..., bool | None]:
-    """The decision, made to give None without asking if a number that it rests on is undefined."""
-
-    @wraps(decide)
-    def decide_if_defined(*numbers: Quantity) -> bool | None:
-        return bool(decide(*numbers)) if is_defined(*numbers) else None
-
-    return decide_if_defined
 
 
 def combine_answers(answers: Iterable[bool | None]) -> bool | None:

@@ -10,13 +10,11 @@ from crosscheck.audit.findings.baselines import (
     GROUPS,
     ORDER,
     BaselineFinding,
-    LevelAblation,
     RigidResidual,
     build_variant,
     compute_contributions,
     find_claims,
     iterate_features,
-    judge_ablation,
     measure_residual,
 )
 from crosscheck.audit.judging.rule import State
@@ -50,17 +48,15 @@ def test_contributions_close_on_the_whole_deviation():
 def _residuals(values: dict[str, float]) -> list[RigidResidual]:
     """What every level leaves if the changes of the model add this much to every quantity."""
     steps = np.array([values.get(name, 0.0) for name in ORDER])[:, None, None] * np.ones((1, 2, 3))
-    whole = LevelAblation("paper-labelled", "links", ORDER, steps)
-    return [measure_residual(whole.start_at_level(level)) for level in RIGID_LEVELS]
+    return [measure_residual("paper-labelled", level, steps) for level in RIGID_LEVELS]
 
 
 def test_what_a_level_leaves_is_the_changes_above_it():
     found = _residuals({"masses": 3.0, "diagonal": 0.5, "coupling": 0.25, "error": 0.125})
-    left = {one.level: one.deviations["theta_1"] for one in found}
-    assert {level: one.total for level, one in left.items()} == {
+    assert {one.level: one.totals["theta_1"] for one in found} == {
         "links": 3.875, "carriers": 0.875, "armature": 0.375, "coupled": 0.125
     }  # fmt: skip
-    assert all(sum(one.shares.values()) == pytest.approx(1) for one in left.values())
+    assert all(sum(one.shares["theta_1"].values()) == pytest.approx(1) for one in found)
 
 
 @pytest.mark.parametrize(
@@ -85,14 +81,14 @@ def test_the_tip_is_held_against_its_claim_in_millimetres():
     ],
 )
 def test_the_verdict_is_about_what_the_fitting_level_leaves(rest, inertia, meshes):
-    verdict = judge_ablation(_residuals({"masses": 1.0, **rest}))
+    verdict = BaselineFinding(tuple(_residuals({"masses": 1.0, **rest})))
     assert verdict.fitting[0] in ("carriers", "armature", "coupled")
     assert "links" not in verdict.fitting
     assert (verdict.holds, verdict.most_meshes) == (inertia, meshes)
 
 
 def test_nothing_is_decided_where_no_level_fits():
-    verdict = judge_ablation(_residuals({"masses": 1.0}))
+    verdict = BaselineFinding(tuple(_residuals({"masses": 1.0})))
     assert (verdict.fitting, verdict.holds) == ((), None)
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crosscheck.audit.claims.chapter import ANSWERS, describe_verdict
+from crosscheck.audit.claims.chapter import build_answer_record, describe_verdict
 from crosscheck.audit.claims.model_judgement import ModelJudgement, model_of
 from crosscheck.audit.experiments import paper_conditions
 from crosscheck.audit.experiments.experiments import NO_ERROR, PD
@@ -293,9 +293,7 @@ def test_an_answer_says_how_many_of_its_starts_were_run():
     )
     for quantity, ran in ((one, 8), (other, 32), (ratio(one, other), 32)):
         claim = rule.Claim("3.2-29", 14, "made up", quantity, rule.Limits(low=0.0))
-        (record,) = ANSWERS.json(
-            rule.evaluate_claim(
-                claim, [(paper_conditions.Condition(paper_conditions.PRINTED, 0.005), known)]
-            )
-        )
+        setting = paper_conditions.Condition(paper_conditions.PRINTED, 0.005), known
+        (answer,) = rule.evaluate_claim(claim, [setting])
+        record = build_answer_record(answer)
         assert (record["starts"], record["share_95"][0]) == (ran, Share(ran, ran).interval[0])
