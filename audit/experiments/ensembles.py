@@ -92,7 +92,7 @@ class EnsembleQuestion(Question[ResultT]):
         """The runs from the starts with these seeds, AT_ONCE of them in memory at a time."""
         models = self.models(seeds)
         for first in range(0, len(models), AT_ONCE):
-            yield from _run_side_by_side(models[first : first + AT_ONCE])
+            yield from run_side_by_side(models[first : first + AT_ONCE])
 
 
 class EnsembleNumbersQuestion(EnsembleQuestion[EnsembleNumbers]):
@@ -203,13 +203,13 @@ class SwingQuestion(EnsembleNumbersQuestion):
 @lru_cache(maxsize=16)
 def rigid_course(variant: Variant) -> RunSignals:
     """The course of a rigid arm's run. Raises Diverged."""
-    (run,) = _run_side_by_side([build(variant.model, *variant.case())])
+    (run,) = run_side_by_side([build(variant.model, *variant.case())])
     if isinstance(run, Diverged):
         raise run
     return run
 
 
-def _run_side_by_side(models: Sequence[Model]) -> list[RunSignals | Diverged]:
+def run_side_by_side(models: Sequence[Model]) -> list[RunSignals | Diverged]:
     """Runs of models of one kind, in their order, or why there is none."""
     analytic = [model for model in models if isinstance(model, AnalyticModel)]
     if analytic:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar, get_type_hints
 
-from pydantic import BaseModel
+from pydantic import BaseModel, TypeAdapter
 
 Answer = TypeVar("Answer", covariant=True)
 Records = Iterable[BaseModel]
@@ -16,7 +17,8 @@ class Question(ABC, Generic[Answer]):
     """A question, answered once and kept; a subclass is a frozen dataclass of a module.
 
     The answer, of the type that ``answer`` is annotated with (records, numbers, lists of them), is
-    kept as JSON. Besides code it depends on the fields and on ``records``. cost: estimated [s].
+    kept as JSON unless ``encode`` says otherwise. Besides code it depends on the fields and on
+    ``records``. cost: estimated [s].
     """
 
     @property
@@ -31,7 +33,7 @@ class Question(ABC, Generic[Answer]):
     @property
     def inputs(self) -> str:
         """All that the answer depends on besides code, as text."""
-        return describe_inputs(self.records(), repr(self))
+        return "\n".join([repr(self), *(record.model_dump_json() for record in self.records())])
 
     @abstractmethod
     def records(self) -> Records:
@@ -40,7 +42,15 @@ class Question(ABC, Generic[Answer]):
     @abstractmethod
     def answer(self) -> Answer: ...
 
+    def encode(self, answer: Any) -> bytes:
+        """The answer as it is kept."""
+        return json.dumps(self._adapter.dump_python(answer), allow_nan=False).encode()
 
-def describe_inputs(records: Records, *more: str) -> str:
-    """What a result depends on as text, a line each: records with all their fields, and more."""
-    return "\n".join([*more, *(record.model_dump_json() for record in records)])
+    def decode(self, content: bytes) -> Answer:
+        """The answer from what was kept. Raises ValueError or KeyError if that is none."""
+        answer: Answer = self._adapter.validate_python(json.loads(content))
+        return answer
+
+    @property
+    def _adapter(self) -> TypeAdapter[Any]:
+        return TypeAdapter(get_type_hints(type(self).answer)["return"])

@@ -100,11 +100,11 @@ def measure_back_and_forth(run: RunSignals, rigid: RunSignals, shifted: RunSigna
 def _deviations(run: RunSignals, levels: Mapping[str, RunSignals]) -> dict[str, float]:
     """Numbers of detailed less rigid, at every level: joints [rad], tip [mm], late over early."""
     arm, half = run.case.arm, run.time.size // 2
-    tip = _tip(run.theta, arm)
+    tip = find_tip(run.theta, arm)
     numbers: dict[str, float] = {}
     for level, rigid in levels.items():
         gap = np.abs(run.theta - rigid.theta)
-        distance = np.abs(tip - _tip(rigid.theta, arm))
+        distance = np.abs(tip - find_tip(rigid.theta, arm))
         numbers |= {
             f"deviation_1_{level}_rad": gap[:, 0].max(),
             f"deviation_2_{level}_rad": gap[:, 1].max(),
@@ -117,7 +117,7 @@ def _deviations(run: RunSignals, levels: Mapping[str, RunSignals]) -> dict[str, 
     return numbers
 
 
-def _tip(theta: np.ndarray, arm: Arm) -> np.ndarray:
+def find_tip(theta: np.ndarray, arm: Arm) -> np.ndarray:
     """The last link's end [m] (times,) as complex numbers, from relative angles (times, joints)."""
     lengths = np.array([link.length_m for link in arm.links])
     along = np.exp(1j * np.cumsum(theta, axis=1))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
@@ -12,7 +11,6 @@ from typing import Literal
 import xarray as xr
 
 from crosscheck.models.arm.meshes import replace_by_square_wave, replace_damping
-from crosscheck.models.errors import Diverged
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import Case, load_case
 from crosscheck.registry import build
@@ -93,16 +91,4 @@ def _case(variant: Variant, *files: tuple[int, ...] | None) -> Case:
 
 def simulate(variant: Variant) -> xr.Dataset:
     """The variant's trajectory. Raises InputError and Diverged."""
-    (run,) = simulate_together([variant])
-    if isinstance(run, Diverged):
-        raise run
-    return run
-
-
-def simulate_together(variants: Sequence[Variant]) -> list[xr.Dataset | Diverged]:
-    """The trajectories of variants of one model, side by side if it can, or why there is none.
-
-    Raises InputError.
-    """
-    models = [build(variant.model, *variant.case()) for variant in variants]
-    return type(models[0]).simulate_together(models)
+    return build(variant.model, *variant.case()).simulate()

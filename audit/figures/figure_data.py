@@ -9,10 +9,9 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
-import xarray as xr
-
 from crosscheck.audit.claims.study_plan import StudyPlan, plan_of
 from crosscheck.audit.experiments.bands import BandsQuestion, ShoulderBands
+from crosscheck.audit.experiments.courses import simulate_courses
 from crosscheck.audit.experiments.experiments import (
     DEFAULTS,
     PD,
@@ -29,9 +28,8 @@ from crosscheck.audit.experiments.paper_conditions import (
 )
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.judging.sample import Sample
-from crosscheck.audit.measures.reading import select_first_planets
 from crosscheck.audit.measures.rigid import rigid_model
-from crosscheck.audit.measures.run_signals import RunSignals, extract_signals
+from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.page.context import AuditContext
 
 # The paper gives no damping. At the smaller value its third fluctuation shows under its own law.
@@ -47,7 +45,6 @@ class FigureData:
     """The page's material as figures need it; each run is read once."""
 
     context: AuditContext
-    run_cache: dict[Variant, xr.Dataset] = field(default_factory=dict)
     course_cache: dict[Variant, RunSignals] = field(default_factory=dict)
 
     @property
@@ -60,21 +57,12 @@ class FigureData:
         """The plan, which says what sizes are swept."""
         return plan_of(self.context.scale)
 
-    def load_runs(self, variants: Mapping[Name, Variant], number: int) -> dict[Name, xr.Dataset]:
+    def load_courses(self, variants: Mapping[Name, Variant], number: int) -> dict[Name, RunSignals]:
         """The variants' runs, cut to the scale, for a figure. Raises Diverged."""
         cut_variants = {name: self.context.scale.cut(variant) for name, variant in variants.items()}
-        missing = [variant for variant in cut_variants.values() if variant not in self.run_cache]
-        self.run_cache |= self.context.study.run_variants(
-            missing, f"figure {number}", select_first_planets
-        )
-        return {name: self.run_cache[cut] for name, cut in cut_variants.items()}
-
-    def load_courses(self, variants: Mapping[Name, Variant], number: int) -> dict[Name, RunSignals]:
-        """The variants' runs as measures read them, for a figure. Raises Diverged."""
-        for name, run in self.load_runs(variants, number).items():
-            if variants[name] not in self.course_cache:
-                self.course_cache[variants[name]] = extract_signals(run)
-        return {name: self.course_cache[variant] for name, variant in variants.items()}
+        missing = [cut for cut in cut_variants.values() if cut not in self.course_cache]
+        self.course_cache |= simulate_courses(self.context.study, missing, f"figure {number}")
+        return {name: self.course_cache[cut] for name, cut in cut_variants.items()}
 
     def courses_by_law(
         self, number: int, experiment: PaperExperiment, zeta: float
@@ -90,24 +78,17 @@ class FigureData:
         self, number: int, series: ExperimentSeries, zeta: float
     ) -> dict[Law, dict[float, RunSignals]]:
         """The courses of a family's members from the drawn start under every law, by size [um]."""
-        courses = self.load_courses(self.series_variants(series, zeta), number)
-        return {
-            law: {
-                size: course for (course_law, size), course in courses.items() if course_law == law
-            }
-            for law in LAWS
-        }
-
-    def series_variants(
-        self, series: ExperimentSeries, zeta: float
-    ) -> dict[tuple[Law, float], Variant]:
-        """A family's variants from the drawn start, by law and size [um]."""
-        return {
+        variants = {
             (law, member.size_um or 0.0): make_start_variant(
                 member, make_condition(law, zeta), self.seed
             )
             for law in LAWS
             for member in self.members(series)
+        }
+        courses = self.load_courses(variants, number)
+        return {
+            law: {size: course for (drawn, size), course in courses.items() if drawn == law}
+            for law in LAWS
         }
 
     def members(self, series: ExperimentSeries) -> list[PaperExperiment]:

@@ -15,12 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.audit.claims.catalogue import BY_ID
+from crosscheck.audit.experiments.courses import simulate_courses
 from crosscheck.audit.experiments.paper_conditions import LABELLED, READINGS
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.torque import find_tip
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.judging.rule import Claim
-from crosscheck.audit.measures.reading import select_angles
 from crosscheck.audit.measures.rigid import rigid_model
 from crosscheck.audit.measures.undefined import (
     JsonObject,
@@ -28,7 +29,6 @@ from crosscheck.audit.measures.undefined import (
     quotient,
     to_json,
 )
-from crosscheck.checks.trajectories import tip_position
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import draw_legend, make_figure, to_svg
@@ -108,14 +108,11 @@ def iterate_features() -> Iterator[frozenset[str]]:
 def run_ablation(study: Study, arm: str, scale: Scale) -> np.ndarray:
     """What every feature of ORDER adds, (features, times, quantities). Raises Diverged."""
     chain = [scale.cut(build_variant(features, arm)) for features in iterate_features()]
-    runs = study.run_variants(chain, f"rigid baselines, {arm}", select_angles)
-    geometry = chain[0].case().arm
+    runs = simulate_courses(study, chain, f"rigid baselines, {arm}")
     # theta_1, theta_2 [rad] and the tip's x, y [m], (times, 4).
+    tips = {each: find_tip(runs[each].theta, runs[each].case.arm) for each in chain}
     return compute_contributions(
-        [
-            np.hstack([runs[each]["theta"].values, tip_position(runs[each], geometry).values])
-            for each in chain
-        ]
+        [np.column_stack([runs[each].theta, tips[each].real, tips[each].imag]) for each in chain]
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
@@ -12,8 +13,9 @@ import xarray as xr
 
 from crosscheck.analytic.ensemble import Chunk, Group, group_models
 from crosscheck.analytic.model import AnalyticModel
-from crosscheck.audit.measures.reading import read_case
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded_times
 
@@ -58,7 +60,12 @@ class RunSignals:
 
 def extract_signals(run: xr.Dataset) -> RunSignals:
     """The course of a trajectory, as any model gives it."""
-    case = read_case(run)
+    arm, scenario, switches = (json.loads(run.attrs[name]) for name in Case._fields)
+    case = Case(
+        Arm.model_validate(arm),
+        Scenario.model_validate(scenario),
+        Switches.model_validate(switches),
+    )
     joints = [run[name].values for name in JOINT_SIGNALS]
     if "x_sp" not in run:
         return RunSignals(case, run["time"].values, *joints, *_NO_MESHES)

@@ -1,6 +1,6 @@
 """Everything that is published, made for real from runs of a few milliseconds."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -29,20 +29,13 @@ def few_settings(*readings: str) -> Iterator[None]:
 
 @dataclass
 class Noting(Study):
-    """A study that notes whose code its keys hang on: kinds of questions, reductions."""
+    """A study that notes whose code its keys hang on: kinds of questions."""
 
     names: set[Name] = field(default_factory=set)
 
-    def note(self, makers: Iterable[Callable[..., object]]) -> None:
-        self.names |= {(one.__module__, one.__qualname__.partition(".")[0]) for one in makers}
-
     def answer_questions(self, questions, what):
-        self.note(type(question) for question in questions)
+        self.names |= {(type(one).__module__, type(one).__qualname__) for one in questions}
         return super().answer_questions(questions, what)
-
-    def run_variants(self, variants, what="runs", keep=None):
-        self.note([] if keep is None else [keep])
-        return super().run_variants(variants, what, keep)
 
 
 class Published(NamedTuple):

@@ -1,32 +1,26 @@
 """Simulations are kept by everything that they depend on, and by nothing else."""
 
 import pickle
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from crosscheck.audit.experiments import study as study_module
+from crosscheck.audit.experiments.courses import SIGNALS, CoursesQuestion, simulate_courses
 from crosscheck.audit.experiments.question import Question, Records
-from crosscheck.audit.experiments.study import AuditTask, Study, plan_integrations, run_key
-from crosscheck.audit.experiments.variant import Variant, simulate, simulate_together
-from crosscheck.audit.measures.reading import select_first_planets
+from crosscheck.audit.experiments.study import Study, question_key
+from crosscheck.audit.experiments.variant import Variant, simulate
+from crosscheck.audit.measures.run_signals import extract_signals
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
-from crosscheck.registry import MODELS
+from crosscheck.registry import MODELS, build
 from crosscheck.runner.outcomes import Failure
 
 SHORT = Variant(scenario="constant-torque", duration_s=0.002)
-
-
-def ends(run: xr.Dataset) -> xr.Dataset:
-    """Its last record."""
-    return run.isel(time=[-1])
 
 
 @pytest.fixture
@@ -34,19 +28,17 @@ def study(tmp_path: Path) -> Study:
     return Study(tmp_path)
 
 
-def test_a_finished_simulation_is_found_again(study):
-    first = study.run_variants([SHORT], keep=ends)[SHORT]
-    second = study.run_variants([SHORT], keep=ends)[SHORT]
-    assert first.identical(second)
-    assert (study.computed_count, study.cached_count) == (1, 1)
-
-
 def test_an_interrupted_study_makes_only_what_is_missing(study, tmp_path):
-    study.run_variants([SHORT])
-    other = Variant(scenario="constant-torque", duration_s=0.002, zeta=0.02)
+    first = simulate_courses(study, [SHORT], "runs")[SHORT]
     resumed = Study(tmp_path)
-    resumed.run_variants([SHORT, other])
+    again = simulate_courses(resumed, [SHORT], "runs")[SHORT]
+    simulate_courses(resumed, [replace(SHORT, zeta=0.02)], "runs")
     assert (resumed.computed_count, resumed.cached_count) == (1, 1)
+    assert again.case == first.case
+    fresh = extract_signals(simulate(SHORT))
+    for name in SIGNALS:
+        assert np.array_equal(getattr(first, name), getattr(again, name))
+    assert np.array_equal(again.theta, fresh.theta)
 
 
 @pytest.mark.parametrize(
@@ -65,17 +57,14 @@ def test_an_interrupted_study_makes_only_what_is_missing(study, tmp_path):
 )
 def test_every_input_is_part_of_the_key(change):
     changed = Variant(**{"scenario": "constant-torque", "duration_s": 0.002, **change})
-    assert run_key(changed) != run_key(SHORT)
-
-
-def test_what_is_kept_of_a_run_is_part_of_the_key():
-    assert len({run_key(SHORT, keep) for keep in (None, ends, select_first_planets)}) == 3
+    assert question_key(CoursesQuestion((changed,))) != question_key(CoursesQuestion((SHORT,)))
 
 
 def test_code_and_versions_are_part_of_the_key(monkeypatch):
-    before = run_key(SHORT)
+    asked = CoursesQuestion((SHORT,))
+    before = question_key(asked)
     monkeypatch.setattr(study_module, "compute_code_hash", lambda *names: "changed")
-    changed_code = run_key(SHORT)
+    changed_code = question_key(asked)
     monkeypatch.undo()
     seen: list[str] = []
 
@@ -84,57 +73,25 @@ def test_code_and_versions_are_part_of_the_key(monkeypatch):
         return ("numpy 0.0",)
 
     monkeypatch.setattr(study_module, "_versions", versions)
-    assert len({before, changed_code, run_key(SHORT)}) == 3
+    assert len({before, changed_code, question_key(asked)}) == 3
     assert set(seen) >= {"numpy", "llvmlite", "xarray"}
-    assert "exudyn" not in seen  # which has no part in an analytic run
 
 
-def test_a_kept_run_is_the_run(study):
-    kept = study.run_variants([SHORT])[SHORT]
-    again = study.run_variants([SHORT])[SHORT]
-    fresh = simulate(SHORT)
-    for run in (kept, again):
-        assert np.array_equal(run["theta"].values, fresh["theta"].values)
-
-
-def test_runs_side_by_side_are_those_that_run_alone(study):
+def test_runs_side_by_side_are_those_that_run_alone():
     """Whatever stands beside a run, be it one that diverges; bit for bit."""
     starts = [replace(SHORT, seed=seed, zeta=0.01 * seed) for seed in range(1, 11)]
     wild = replace(SHORT, meshes=("arm.joints.*.*_mesh.stiffness.mean_N_per_m=1e12",))
     beside = [*starts, wild, replace(starts[0], record_every=5)]
-    assert len(tasks(beside, study)) == 1
-    *together, diverged, seldom = simulate_together(beside)
+    models = [build(variant.model, *variant.case()) for variant in beside]
+    *together, diverged, seldom = type(models[0]).simulate_together(models)
     assert isinstance(diverged, Diverged)
     for variant, found in zip([*starts, beside[-1]], [*together, seldom], strict=True):
         assert simulate(variant).identical(found)
 
 
-def tasks(variants: Sequence[Variant], study: Study, jobs: int = 1) -> list[AuditTask]:
-    return plan_integrations({repr(one): one for one in variants}, None, study.store, jobs)
-
-
-def test_side_by_side_is_what_has_one_model_law_grid_and_drive(study):
-    others = [
-        replace(SHORT, phase="omega_t"),
-        replace(SHORT, duration_s=0.003),
-        replace(SHORT, planets="free"),
-        replace(SHORT, model="analytic:coupled"),
-        replace(SHORT, scenario="pd"),
-    ]
-    variants = [SHORT, replace(SHORT, zeta=0.1), *others]
-    assert [len(task.keys) for task in tasks(variants, study)] == [2, 1, 1, 1, 1, 1]
-    assert [len(task.keys) for task in tasks(variants, study, jobs=2)] == [1] * 7
-
-
-def test_no_task_holds_more_records_than_fit(study, monkeypatch):
-    monkeypatch.setattr(study_module, "MOST_AT_ONCE", 250)  # SHORT has 101
-    variants = [replace(SHORT, zeta=0.01 * k) for k in range(1, 6)]
-    assert [len(task.keys) for task in tasks(variants, study)] == [2, 2, 1]
-
-
-def test_a_longer_run_of_a_slower_model_costs_more(study):
+def test_a_longer_run_of_a_slower_model_costs_more():
     slow = replace(SHORT, model="exudyn:tree")
-    costs = [tasks([one], study)[0].cost for one in (SHORT, slow)]
+    costs = [CoursesQuestion((one,)).cost for one in (SHORT, slow)]
     assert costs == [200 * MODELS[one.model].call_s for one in (SHORT, slow)]
 
 
@@ -142,10 +99,10 @@ def test_a_diverging_run_is_raised_after_all_others_are_kept(study):
     settings = ("scenario.step_s=1e-3",)
     wild = Variant("constant-torque", duration_s=0.1, settings=settings, record_every=1)
     with pytest.raises(Diverged) as raised:
-        study.run_variants([wild, SHORT])
+        study.answer_questions([CoursesQuestion((one,)) for one in (wild, SHORT)], "runs")
     assert 0 < raised.value.time_s <= 0.1
     again = Study(study.folder)
-    again.run_variants([SHORT])
+    simulate_courses(again, [SHORT], "runs")
     assert (again.computed_count, again.cached_count) == (0, 1)
 
 
@@ -235,8 +192,8 @@ def test_a_worker_that_died_is_one_clear_error(study, monkeypatch):
         return {task.key: Failure("Died", "ended by SIGKILL") for task in tasks}
 
     monkeypatch.setattr(study_module, "perform_all", died)
-    with pytest.raises(Unfinished, match=r"^runs: analytic:physical: Died: ended by SIGKILL$"):
-        study.run_variants([SHORT])
+    with pytest.raises(Unfinished, match=r"^runs: CoursesQuestion: Died: ended by SIGKILL$"):
+        simulate_courses(study, [SHORT], "runs")
 
 
 @pytest.mark.parametrize("error", [InputError("file", "field", 1, "allowed"), Diverged("m", 1.0)])

@@ -27,7 +27,6 @@ PAPER = "crosscheck.audit"
 # What cuts a measure or a question to milliseconds: constants of modules, (module, name) -> value.
 CUTS: dict[tuple[str, str], Any] = {
     (f"{PAPER}.measures.events", "THIRD_S"): (0.0, 2e-3),
-    (f"{PAPER}.findings.stability", "SAMPLES"): 2,
     (f"{PAPER}.statics.teeth", "HARMONICS"): 2,
 }
 called: set[str] = set()
@@ -35,22 +34,9 @@ builtins.called_files = called  # type: ignore[attr-defined]
 Result = tuple[Callable[[], str], Callable[[], object]]
 
 
-def run(keep: str | None = None, **variant: Any) -> Callable[[], Result]:
-    """A simulation, or what a function makes of it."""
-
-    def result() -> Result:
-        studies = importlib.import_module("crosscheck.audit.experiments.study")
-        variants = importlib.import_module("crosscheck.audit.experiments.variant")
-        one = variants.Variant(**(SHORT | variant))
-        function = found(keep) if keep is not None else None
-
-        def made() -> object:
-            this = variants.simulate(one)
-            return this if function is None else function(this)
-
-        return partial(studies.run_key, one, function), made
-
-    return result
+def run(**given: Any) -> Callable[[], Result]:
+    """A simulation."""
+    return lambda: question("experiments.courses.CoursesQuestion", (variant(**given),))()
 
 
 def question(kind: str, *values: Any) -> Callable[[], Result]:
@@ -69,9 +55,9 @@ def found(name: str) -> Any:
     return getattr(importlib.import_module(f"{PAPER}.{module}"), attribute)
 
 
-def variant() -> Any:
+def variant(**given: Any) -> Any:
     """The shortest."""
-    return importlib.import_module("crosscheck.audit.experiments.variant").Variant(**SHORT)
+    return importlib.import_module("crosscheck.audit.experiments.variant").Variant(**SHORT | given)
 
 
 def cell() -> Any:
@@ -80,44 +66,27 @@ def cell() -> Any:
     return conditions.Condition(conditions.PRINTED, 0.005)
 
 
-def exudyn_starts() -> Result:
-    studies = importlib.import_module("crosscheck.audit.experiments.variant")
-    one = studies.Variant(**SHORT, model="exudyn:tree", planets="free")
-    return question("experiments.ensembles.TransientPdQuestion", one, (1,))()
-
-
-def back_and_forth() -> Result:
-    return question("experiments.ensembles.SwingQuestion", variant(), (1, 2))()
-
-
-def clock() -> Result:
-    return question("findings.clock.ClockTest", cell().law, 2e-3, (1,))()
-
-
-def followed() -> Result:
-    return question("findings.stability.Linearisation", variant(), (1,), 5)()
-
-
-def bands() -> Result:
-    return question("experiments.bands.BandsQuestion", variant(), (1, 2), 20)()
+def of_variant(kind: str, *values: Any, **given: Any) -> Callable[[], Result]:
+    """An answer about the shortest variant."""
+    return lambda: question(kind, variant(**given), *values)()
 
 
 RESULTS: dict[str, Callable[[], Result]] = {
     "analytic run": run(),
     "rigid run": run(model="analytic:coupled"),
-    "printed run, one planet": run(
-        "measures.reading.select_first_planets", model="analytic:printed"
-    ),
+    "printed run": run(model="analytic:printed"),
     "exudyn run": run(model="exudyn:tree"),
     "pinocchio run": run(model="pinocchio:coupled"),
-    "starts of exudyn": exudyn_starts,
-    "bands of all starts": bands,
-    "back and forth beside rigid arms": back_and_forth,
+    "starts of exudyn": of_variant(
+        *("experiments.ensembles.TransientPdQuestion", (1,)), model="exudyn:tree", planets="free"
+    ),
+    "bands of all starts": of_variant("experiments.bands.BandsQuestion", (1, 2), 20),
+    "back and forth beside rigid arms": of_variant("experiments.ensembles.SwingQuestion", (1, 2)),
     "errata": question("errata.finder.ErrataQuestion", "paper-labelled", 1e-4),
     "statics": question("statics.statics.Statics", "paper-labelled"),
     "back and forth": question("findings.shaking.ShakingQuestion", "time", 0.05, (1,), 1e-3),
-    "clock test": clock,
-    "modes": followed,
+    "clock test": lambda: question("findings.clock.ClockTest", cell().law, 2e-3, (1,))(),
+    "modes": of_variant("findings.stability.Linearisation", (1,), 5),
 }
 
 
