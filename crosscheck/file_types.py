@@ -71,24 +71,7 @@ ROBOT_TRIAL = FileType(
 PICTURE = FileType("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
 
 
-FILE_TYPES = (
-    *(
-        AGREEMENT,
-        TRIAL,
-        RECORD,
-        ERRATA,
-        CLAIMS,
-        VERDICTS,
-        JUNIT,
-        PAGE,
-        TRIAL_PAGE,
-        PAPER_PAGE,
-        SHEET,
-    ),
-    *(SHEET, VIEW, TRAJECTORY, C_FILE, FMU_FILE, PICTURE, MEASURED, MEASURED_PAGE),
-    *(COST, COST_PAGE, ROBOT_TRIAL, ROBOT_JUNIT, IDENTIFIED, IDENTIFIED_PAGE),
-    EXCITATION,
-)
+FILE_TYPES = tuple(each for each in list(globals().values()) if isinstance(each, FileType))
 
 
 def identify_file_type(content: bytes) -> FileType | None:

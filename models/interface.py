@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["STATE_ABILITIES", "Model", "require_finite"]
 
-STATE_METHODS = ("mass_matrix", "bias", "generalized_force", "acceleration")
-
 
 class Model(ABC):
     """Equations of motion M(q) a + bias(q, v) = f(t, q, v) of an arm in one experiment.
@@ -50,7 +48,7 @@ class Model(ABC):
     def __init_subclass__(cls, **options: Any) -> None:
         """Have every model take lists as well as arrays, and refuse what is no state."""
         super().__init_subclass__(**options)
-        for name in set(STATE_METHODS) & set(vars(cls)):
+        for name in set(STATE_ABILITIES) & set(vars(cls)):
             setattr(cls, name, _take_states(vars(cls)[name]))
 
     def __init__(

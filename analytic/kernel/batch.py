@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import sqrt
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -21,9 +20,7 @@ from crosscheck.models.experiment.drive import TABLE, DriveData, table_torques
 from crosscheck.models.experiment.scenario import Scenario
 
 BLOCK_LANES = 8  # lanes of a block: as many numbers as the widest registers hold
-CACHE_LINE = (
-    64  # bytes at whose multiples blocks begin, so that no load spans two lines of the cache
-)
+CACHE_LINE = 64  # bytes at whose multiples blocks begin: no load spans two lines of the cache
 
 
 class Records(NamedTuple):
@@ -134,29 +131,6 @@ class Batch:
             yield self.advance(part, stride)
             records -= part
         yield self.advance(1, 0)
-
-    def run_stages(self, steps: int) -> np.ndarray:
-        """Run so many steps: the states q, v that their four stages were evaluated at.
-
-        Shape (steps, 4, blocks, 2 n, lanes), in the kernel's coordinates.
-        """
-        program, h, drive = self.program, self.step_s, self.models[0].drive
-        n, blocks = len(self.structure.coordinates), len(self.work)
-        rows = self.work.reshape(blocks, program.rows, program.lanes)
-        now, ahead = rows[:, : 2 * n], rows[:, 2 * n : 4 * n]  # q, v; stage_q, stage_v
-        out = np.empty((steps, 4, *now.shape))
-        stages = [self.code[f"{name}_stage"] for name in ("first", "middle", "middle", "last")]
-        parts = (0.5, 0.5, 1.0, 1.0)
-        addresses = [part.ctypes.data for part in self.work]
-        for step in range(steps):
-            begun = (self.step_count + step) * h
-            for k, t in enumerate((begun, begun + h / 2, begun + h / 2, begun + h)):
-                out[step, k] = ahead if k else now
-                table = look_up_torques(drive, t)
-                for address in addresses:
-                    stages[k](address, t, sqrt(t), table.ctypes.data, h, parts[k])
-        self.step_count += steps
-        return out
 
 
 def number_rows(program: Program, numbers: Numbers) -> list[np.ndarray]:

@@ -195,10 +195,7 @@ def build_steps_program(structure: Structure, record_map: RecordMap, lanes: int)
     record = record_text(record_map, begin, range(len(STATE) * n, leading_rows))
     text = LOOK_UP + _STEPS.format(at_t=lookup_line("t", structure), record=record, **stages)
     pointers = (POINTER, POINTER, WHOLE, POINTER, POINTER)
-    functions = (
-        ("advance", (POINTER, WHOLE, WHOLE, WHOLE, WHOLE, NUMBER, *pointers)),
-        *((f"{name}_stage", STAGE_ARGUMENTS) for name in stages),
-    )
+    functions = (("advance", (POINTER, WHOLE, WHOLE, WHOLE, WHOLE, NUMBER, *pointers)),)
     return rows.program(text, constants, lanes, RUNS, functions)
 
 

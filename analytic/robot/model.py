@@ -97,17 +97,12 @@ class AnalyticRobot(RobotModel):
 
     def __init__(self, robot: Robot, level: Level) -> None:
         super().__init__(robot, level)
-        count, free = len(robot.joints), robot.coordinates
+        free = robot.coordinates
         meshes = robot.meshes if level == "geared" else ()
         stages = robot.stages if level == "geared" else ()
         size = len(free) + len(meshes) + 2 * len(stages)
-        self._share, self._offset = np.zeros((count, size)), np.zeros(count)
-        for number, joint in enumerate(robot.joints):
-            if joint.mimic is None:
-                self._share[number, free.index(number)] = 1.0
-            else:
-                self._share[number, free.index(joint.mimic.joint)] = joint.mimic.multiplier
-                self._offset[number] = joint.mimic.offset
+        factors, self._offset = robot.joint_map
+        self._share = np.pad(factors, ((0, 0), (0, size - len(free))))
         self._axes = [_skew_matrix(joint.axis) for joint in robot.joints]
         self._meshes = [mesh for _, mesh in meshes]
         self._spinning_bodies: list[SpinningBody] = []

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.cost.motion import RobotMotion, State
-from crosscheck.cost.runs import tip_distances
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning.springs import mesh_rates, tooth_springs
@@ -102,6 +101,13 @@ def _compute_distances(
         steps,
     )
     return tip_distances(geared, ends, coupled.tip(motion.at(starts + 1.0)[0]))
+
+
+def tip_distances(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> np.ndarray:
+    """Distances (runs,) [m] of the end effector from its plan (runs, 3), infinite where it left."""
+    distances, alive = np.full(len(ends), np.inf), np.isfinite(ends).all(axis=1)
+    distances[alive] = np.linalg.norm(model.tip(ends[alive]) - planned[alive], axis=1)
+    return distances
 
 
 def _forces(coupled: RobotModel, geared: RobotModel, state: State) -> np.ndarray:

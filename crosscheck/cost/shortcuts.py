@@ -8,9 +8,8 @@ import numpy as np
 
 from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.checks.robots.states import sample_states
-from crosscheck.cost.meshes import GearedCost, compute_geared_cost
+from crosscheck.cost.meshes import GearedCost, compute_geared_cost, tip_distances
 from crosscheck.cost.motion import RobotMotion, State, find_exceeded_limits, make_excitation
-from crosscheck.cost.runs import tip_distances
 from crosscheck.findings import Finding
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 
 from crosscheck.models.errors import InputError
-from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.outcomes import DIED, Failure
 from crosscheck.runner.workers import perform_all
 
 SIGNATURE, USER_BLOCK = b"\x89HDF\r\n\x1a\n", 512  # of HDF5, at the beginning or behind this
@@ -43,16 +43,19 @@ def read_in_subprocess(
     *arguments: Any,
     within_s: float = 0.0,
     fails: str = "cannot be read",
+    dies: str = "",
 ) -> Any:
     """The value that read(*arguments) returns, in another process.
 
     within_s [s]: limit of its work; 0 sets none. Raises the InputError that it raises, and one of
-    ``where`` that begins with ``fails`` for whatever else ends it.
+    ``where`` that begins with ``fails`` for whatever else ends it; dies: what to say of a process
+    that a file has ended, in place of how.
     """
     task = _ReadTask(partial(read, *arguments), within_s)
     (result,) = perform_all([task], 1, lambda key: None).values()
     if isinstance(result, Failure):
-        raise InputError(where, "", None, f"{fails}: {result}")
+        reason = dies if dies and result.kind == DIED else result
+        raise InputError(where, "", None, f"{fails}: {reason}")
     if isinstance(result, InputError):
         raise result
     return result

@@ -26,17 +26,11 @@ class LinkRegressor:
         self._tree = pin.buildModelFromXML(robot.urdf)
         self._tree.gravity.linear = robot.gravity
         self._data, self._home = self._tree.createData(), pin.neutral(self._tree)
-        places = {
-            joint.name: self._tree.joints[self._tree.getJointId(joint.name)].idx_v
-            for joint in robot.joints
-        }
+        numbers = map(self._tree.getJointId, [joint.name for joint in robot.joints])
+        places = [self._tree.joints[number].idx_v for number in numbers]
         self._shares = np.zeros((self._tree.nv, len(robot.coordinates)))
         self._offset = np.zeros(self._tree.nv)
-        for number, joint in enumerate(robot.joints):
-            leads = joint.mimic.joint if joint.mimic else number
-            place, column = places[joint.name], robot.coordinates.index(leads)
-            self._shares[place, column] = joint.mimic.multiplier if joint.mimic else 1.0
-            self._offset[place] = joint.mimic.offset if joint.mimic else 0.0
+        self._shares[places], self._offset[places] = robot.joint_map
         bodies = self._tree.names[1:]
         self.names = tuple(f"{body}: {name}" for body in bodies for name in BODY_PARAMETERS)
         self.values = np.concatenate(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from crosscheck.cost import output
-from crosscheck.cost.runs import tip_distances
+from crosscheck.cost.meshes import tip_distances
 from crosscheck.cost.shortcuts import ShortcutCosts
 from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import build_robot_model

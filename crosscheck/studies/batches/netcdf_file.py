@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 import signal
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +19,7 @@ import xarray as xr
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import input_size
-from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.workers import perform_all
+from crosscheck.runner.isolated_reading import read_in_subprocess
 from crosscheck.studies.batches.result_file import SCHEMA_VERSION, STUDY, VERSION
 
 LONGEST = 2000  # characters of a name or an attribute that is looked at
@@ -44,35 +42,21 @@ def use_file(path: Path, use: Use, form: type[NetcdfFile] | None = None) -> Any:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise InputError(str(path), "", None, f"cannot be read: {reason}") from None
-    reading = _UseTask(path, use, form, OPENING_S + size / READING_BYTES_PER_S)
-    (result,) = perform_all([reading], 1, lambda key: None).values()
-    if isinstance(result, InputError):
-        raise result
-    if isinstance(result, Failure):
-        reason = "HDF5 cannot read it" if result.kind == "Died" else str(result)
-        raise InputError(str(path), "", None, f"is no {form.description}: {reason}") from None
-    return result
+    return read_in_subprocess(
+        str(path),
+        _open_and_use,
+        path,
+        use,
+        form,
+        within_s=OPENING_S + size / READING_BYTES_PER_S,
+        fails=f"is no {form.description}",
+        dies="HDF5 cannot read it",
+    )
 
 
-@dataclass(frozen=True)
-class _UseTask:
-    """A worker's task: open a file and use it; within_s [s]: of work until all is read."""
-
-    path: Path
-    use: Use
-    form: type[NetcdfFile]
-    within_s: float
-    key: str = "reading"
-    cost = 1.0  # rough seconds
-
-    def perform(self) -> Any:
-        """What ``use`` returns for the opened file, or an InputError."""
-        signal.setitimer(signal.ITIMER_PROF, self.within_s)  # which ends the process
-        try:
-            with h5py.File(self.path, "r", locking=False) as file:
-                return self.use(self.form(self.path, file))
-        except InputError as error:
-            return error
+def _open_and_use(path: Path, use: Use, form: type[NetcdfFile]) -> Any:
+    with h5py.File(path, "r", locking=False) as file:
+        return use(form(path, file))
 
 
 class NetcdfFile:

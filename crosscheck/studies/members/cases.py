@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import PdDrive, Scenario, Switches, expand_to_joints
+from crosscheck.models.experiment.scenario import PdDrive, Scenario, expand_to_joints
 from crosscheck.models.loading import (
     Case,
     require_fitting,
@@ -22,14 +22,9 @@ from crosscheck.models.robot.case import require_robot_fit
 from crosscheck.models.robot.file import RobotFile, RobotSource
 from crosscheck.models.robot.robot import RIGID, Level, Robot
 from crosscheck.models.trajectory import build_trajectory
-from crosscheck.registry import (
-    RIGID_LEVELS,
-    build,
-    find_level_engines,
-    second_engine,
-)
+from crosscheck.registry import RIGID_LEVELS, build, find_level_engines, second_engine
 from crosscheck.studies.definition.quantities import ARM_SIGNALS, SIGNALS
-from crosscheck.studies.members.starts import PERTURBATION_M, perturb_offsets, perturb_start
+from crosscheck.studies.members.starts import perturb_offsets, perturb_start
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,63 +32,6 @@ if TYPE_CHECKING:
     from crosscheck.studies.definition.definition import Definition
 
 Raw = dict[str, Any]  # by section, what the files of a mechanism and a scenario hold
-
-
-class MemberCase(Protocol):
-    """What a study asks of a member, an arm's or a robot's."""
-
-    @property
-    def mechanism(self) -> Arm | Robot:
-        """The arm or robot."""
-
-    @property
-    def scenario(self) -> Scenario:
-        """The experiment."""
-
-    @property
-    def switches(self) -> Switches | None:
-        """Laws of an arm's gear model."""
-
-    @property
-    def planet_counts(self) -> Sequence[int]:
-        """Number of planets of each joint of the run, 0 without a stage."""
-
-    @property
-    def mesh_count(self) -> int:
-        """How many meshes are worked out in a step."""
-
-    @property
-    def signals(self) -> tuple[str, ...]:
-        """Names of the signals that its runs can have."""
-
-    @property
-    def rigid_levels(self) -> tuple[str, ...]:
-        """Levels of rigid models that its runs can be compared with."""
-
-    @property
-    def second_engine(self) -> str:
-        """Name of the engine that runs spot checks."""
-
-    def targets(self) -> np.ndarray:
-        """Targets (joints,) of a PD drive [rad], [m]."""
-
-    def perturb(self, seed: int, size_m: float = PERTURBATION_M) -> Self:
-        """The case from a start whose mesh displacements differ by up to ``size_m``, by a seed."""
-
-    def make_run(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> xr.Dataset:
-        """The Dataset of a run with these signals over time [s]."""
-
-    def simulate_second(self) -> xr.Dataset:
-        """The run by the second engine. Raises Diverged."""
-
-    @classmethod
-    def build(
-        cls, data: Raw, definition: Definition, previous: Self | None, changed: Collection[str]
-    ) -> Self:
-        """The case of a study's data; only sections that changed are read again.
-
-        Raises InputError.
-        """
 
 
 class ArmCase(Case):
@@ -136,7 +74,7 @@ class ArmCase(Case):
         """Targets (joints,) of a PD drive [rad]."""
         return _free_targets(self.scenario, len(self.arm.joints))
 
-    def perturb(self, seed: int, size_m: float = PERTURBATION_M) -> ArmCase:
+    def perturb(self, seed: int, size_m: float) -> ArmCase:
         """The case from a start whose mesh displacements differ by up to ``size_m``, by a seed."""
         return ArmCase(*perturb_start(self, seed, size_m))
 
@@ -216,7 +154,7 @@ class RobotMemberCase:
         factors, offsets = self.robot.joint_map
         return factors @ _free_targets(self.scenario, factors.shape[1]) + offsets
 
-    def perturb(self, seed: int, size_m: float = PERTURBATION_M) -> RobotMemberCase:
+    def perturb(self, seed: int, size_m: float) -> RobotMemberCase:
         """The case from a start whose mesh displacements differ by up to ``size_m``, by a seed."""
         start = self.scenario.start
         free = len(self.robot.coordinates)
@@ -257,6 +195,9 @@ class RobotMemberCase:
             scenario = previous.scenario
         require_robot_fit(scenario, robot, definition.scenario)
         return RobotMemberCase(robot, level, scenario)
+
+
+MemberCase = ArmCase | RobotMemberCase  # which have the same names for all that a study asks
 
 
 def require_level(robot: Robot, level: Level | None, where: str) -> Level:
