@@ -25,23 +25,40 @@ def describe_angle_sum(difference: np.ndarray, q: np.ndarray, robot: Robot) -> s
     size = float(np.abs(difference).max())
     if len(turning) > MOST_ANGLES or not size:
         return ""
-    for signs in _signs(len(turning)):
-        angle = q[:, turning] @ signs
-        for name, factor in factors.items():
-            columns = np.stack([factor * np.cos(angle), factor * np.sin(angle)], axis=1)
-            fit, *_ = np.linalg.lstsq(columns, difference, rcond=1e-12)
-            if np.abs(difference - columns @ fit).max() <= FITS * size:
-                return _format_wave(
-                    fit, _format_sum(signs, [joints[n].name for n in turning]), name
-                )
+    signs = _list_signs(len(turning))
+    angles = signs @ q[:, turning].T
+    waves = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    columns = np.stack([factor * waves for factor in factors.values()], axis=1)
+    near = np.sqrt(len(q)) * 10 * FITS * size  # no wave further off fits, whatever the rounding
+    for wave, place in np.argwhere(_measure_rest(difference, columns) <= near).tolist():
+        fit, *_ = np.linalg.lstsq(columns[wave, place].T, difference, rcond=1e-12)
+        if np.abs(difference - fit @ columns[wave, place]).max() <= FITS * size:
+            angle = _format_sum(signs[wave], [joints[n].name for n in turning])
+            return _format_wave(fit, angle, list(factors)[place])
     return ""
 
 
-def _signs(count: int) -> Sequence[np.ndarray]:
-    """Signs of angles in a sum, the sums of the fewest first; of two opposite ones there is one."""
-    sign_vectors = [np.array(each, float) for each in product((0, 1, -1), repeat=count)]
-    sign_vectors = [each for each in sign_vectors if not each.any() or each[each != 0][0] > 0]
-    return sorted(sign_vectors, key=lambda each: np.abs(each).sum())
+def _measure_rest(difference: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """The norm of what two columns (..., 2, states) leave of a difference (states,), together."""
+    first, second = columns[..., 0, :], columns[..., 1, :]
+    rest = _remove_part(np.broadcast_to(difference, first.shape), first)
+    norm: np.ndarray = np.linalg.norm(_remove_part(rest, _remove_part(second, first)), axis=-1)
+    return norm
+
+
+def _remove_part(values: np.ndarray, column: np.ndarray) -> np.ndarray:
+    """The values (..., states) less their part along a column, which may be 0."""
+    square = (column * column).sum(axis=-1, keepdims=True)
+    part: np.ndarray = (values * column).sum(axis=-1, keepdims=True) / np.where(square, square, 1)
+    return values - part * column
+
+
+def _list_signs(count: int) -> np.ndarray:
+    """Signs of angles in a sum, those of the fewest first; of two opposite ones there is one."""
+    signs = np.array(list(product((0.0, 1.0, -1.0), repeat=count))).reshape(3**count, count)
+    first = np.take_along_axis(signs, (signs != 0).argmax(axis=1)[:, None], 1) if count else signs
+    signs = signs[(first >= 0).all(axis=1)]
+    return signs[np.argsort(np.abs(signs).sum(axis=1), kind="stable")]
 
 
 def _format_sum(signs: np.ndarray, names: Sequence[str]) -> str:

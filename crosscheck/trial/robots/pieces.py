@@ -364,11 +364,12 @@ def describe_pieces(problem: RobotProblem, level: Level, part: str) -> Iterator[
     """Sentences on terms of Kane's sum that are wrong in M, the bias or gravity."""
     difference = problem.answers.values[part] - problem.reference_values[level][part]
     robot, size = problem.robot, float(getattr(problem.sizes[level], part).max())
-    described = list[str]()
-    for parts in (list_body_parts(robot), list_whole_bodies(robot)):
+    described, parts, bodies = list[str](), list_body_parts(robot), list_whole_bodies(robot)
+    merged = len(parts) > len(bodies) or any(part.placement.position.any() for part in parts)
+    for each in (parts, bodies) if merged else (parts,):
         if described:
             break
-        kane = KaneSum(robot, *problem.states[:2], parts)
+        kane = KaneSum(robot, *problem.states[:2], each)
         kinds = {
             "mass_matrix": kane.list_mass_pieces,
             "bias": kane.list_bias_pieces,
@@ -386,14 +387,20 @@ def describe_coordinates(problem: RobotProblem, level: Level, part: str) -> Iter
     """Sentences on a coordinate that M, bias or gravity leaves out or takes with the other sign."""
     right, user_values = problem.reference_values[level][part], problem.answers.values[part]
     difference, model = user_values - right, AnalyticRobot(problem.robot, level)
-    for number, name in enumerate(problem.names):
-        for words, factor in (("left out", 0.0), ("with the opposite sign", -1.0)):
-            q = problem.states.q.copy()
-            q[:, number] *= factor
-            terms = DynamicsTerms(*model.terms(q, problem.states.v))
-            left = np.abs(getattr(terms, part) - user_values).max()
-            if left <= ALIKE * np.abs(difference).max():
-                yield f"{part}: {name} is {words} in it"
+    changes = [
+        (number, words, factor)
+        for number in range(len(problem.names))
+        for words, factor in (("left out", 0.0), ("with the opposite sign", -1.0))
+    ]
+    q = np.repeat(problem.states.q[None], len(changes), axis=0)
+    for place, (number, _, factor) in enumerate(changes):
+        q[place, :, number] *= factor
+    v = np.broadcast_to(problem.states.v, q.shape)
+    terms = DynamicsTerms(*model.terms(*(each.reshape(-1, q.shape[2]) for each in (q, v))))
+    answers = getattr(terms, part).reshape(len(changes), *right.shape)
+    for (number, words, _), answer in zip(changes, answers, strict=True):
+        if np.abs(answer - user_values).max() <= ALIKE * np.abs(difference).max():
+            yield f"{part}: {problem.names[number]} is {words} in it"
 
 
 def describe_accelerations(
