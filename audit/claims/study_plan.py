@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from crosscheck.audit.errata.planted_faults import PlantedFaultQuestion, detecta
 from crosscheck.audit.experiments import experiments as run
 from crosscheck.audit.experiments import paper_conditions
 from crosscheck.audit.experiments.paper_conditions import Condition, GearModel
-from crosscheck.audit.experiments.samples import collect_samples
+from crosscheck.audit.experiments.samples import SampleRequest, collect_samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers
@@ -104,19 +105,13 @@ def run_experiments(
         for condition in conditions
         for experiment in plan.experiments(condition)
     ]
-    samples_by_request = collect_samples(study, scale, requests, label)
+    results_by_condition = _collect_results(study, scale, requests, label)
     static = {run.STATIC: sample_statics(study, plan.readings)}
     if plan.variants:
         static[run.PLANTED] = sample_planted_faults(study, plan.readings)
-    results_by_condition = {}
-    for condition in conditions:
+    for condition, results in results_by_condition.items():
         place = plan.readings.index(condition.arm)
-        results_by_condition[condition] = ConditionResults(
-            {experiment: by_arm[place] for experiment, by_arm in static.items()}
-        )
-    for (condition, experiment), sample in samples_by_request.items():
-        results_by_condition[condition][experiment] = sample
-    for results in results_by_condition.values():
+        results.update({experiment: by_arm[place] for experiment, by_arm in static.items()})
         results.update(dict.fromkeys(run.DEFAULTS, results[run.PD]))
         if run.WIDE in results and run.WIDE_BEGINNING.size in plan.backlashes:
             results[run.WIDE_BEGINNING] = results[run.WIDE]
@@ -126,30 +121,26 @@ def run_experiments(
 def run_model_variants(study: Study, scale: Scale) -> dict[GearModel, ResultsByCondition]:
     """The settings of each of VARIANTS with what is asked there; none if the plan has none."""
     plan = plan_of(scale)
-    conditions_by_model = (
-        {model: plan.model_conditions(model) for model in paper_conditions.VARIANTS}
-        if plan.variants
-        else {}
-    )
+    models = paper_conditions.VARIANTS if plan.variants else ()
+    by_model = {model: plan.model_conditions(model) for model in models}
     requests = [
         (condition, experiment)
-        for conditions in conditions_by_model.values()
-        for condition in conditions
+        for condition in chain.from_iterable(by_model.values())
         for experiment in VARIED
     ]
-    samples_by_request = collect_samples(study, scale, requests, "claims, variants")
-    return {
-        model: [
-            (
-                condition,
-                ConditionResults(
-                    {experiment: samples_by_request[condition, experiment] for experiment in VARIED}
-                ),
-            )
-            for condition in conditions
-        ]
-        for model, conditions in conditions_by_model.items()
-    }
+    results = _collect_results(study, scale, requests, "claims, variants")
+    return {model: [(each, results[each]) for each in by_model[model]] for model in by_model}
+
+
+def _collect_results(
+    study: Study, scale: Scale, requests: Sequence[SampleRequest], label: str
+) -> dict[Condition, ConditionResults]:
+    """The samples of experiments by their settings."""
+    results: dict[Condition, ConditionResults] = defaultdict(ConditionResults)
+    samples = collect_samples(study, scale, requests, label)
+    for condition, experiment in requests:
+        results[condition][experiment] = samples[condition, experiment]
+    return results
 
 
 def sample_statics(study: Study, arms: Sequence[str]) -> list[Sample]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 from markupsafe import Markup
@@ -65,17 +65,12 @@ def build_errata_sheet(
         duration_s=duration_s,
         arm=first,
         whole=whole,
-        tables={
-            kind: to_markup(BY_CLASS[kind].html(_errata_of_class(first_errata, kind)))
-            for kind in CLASSES
-        },
-        headings=HEADINGS,
-        contradictions_heading=CONTRADICTIONS_HEADING,
-        gaps_heading=GAPS_HEADING,
+        sections=[
+            (level, heading, to_markup(table.html(rows) if rows else ""))
+            for level, heading, table, rows in _list_sections(first_errata)[: None if whole else 1]
+        ],
         counts=count_errata(first_errata),
         apart=_reading_specific_places(by_arm),
-        contradictions=to_markup(CONTRADICTIONS.html(noted.contradictions)),
-        gaps=to_markup(GAPS.html(noted.gaps)),
     )
     notes_json = [*CONTRADICTIONS.json(noted.contradictions), *GAPS.json(noted.gaps)]
     records = [*WHOLE.json(rows), *notes_json]
@@ -108,28 +103,27 @@ def _reading_specific_places(
 
 def format_markdown(errata: Sequence[SimulatedErratum]) -> str:
     """The sheet as Markdown, formulas as TeX; the errata are the chapter's."""
-    noted = load_notes()
-    parts = [
-        "# Errata sheet",
-        PAPER.format_citation(),
-        EXTENT_READ,
-        render_template("errata/introduction", counts=count_errata(errata)).strip(),
-    ]
-    by_class = {kind: BY_CLASS[kind].markdown(_errata_of_class(errata, kind)) for kind in CLASSES}
-    parts += [
-        f"## {HEADINGS['equation']}",
-        by_class["equation"],
-        "## Statements",
-        f"### {HEADINGS['statement']}",
-        by_class["statement"],
-        f"### {CONTRADICTIONS_HEADING}",
-        CONTRADICTIONS.markdown(noted.contradictions),
-        f"### {HEADINGS['notation']}",
-        by_class["notation"],
-        f"### {GAPS_HEADING}",
-        GAPS.markdown(noted.gaps),
-    ]
+    introduction = render_template("errata/introduction", counts=count_errata(errata))
+    parts = ["# Errata sheet", PAPER.format_citation(), EXTENT_READ, introduction]
+    for level, heading, table, rows in _list_sections(errata):
+        parts += [f"{'#' * level} {heading}", *([table.markdown(rows)] if rows else [])]
     return "\n\n".join(parts) + "\n"
+
+
+def _list_sections(
+    errata: Sequence[SimulatedErratum],
+) -> list[tuple[int, str, Columns[Any], Sequence[object]]]:
+    """Levels, headings, columns and rows of the sheet's tables; of a part without rows no table."""
+    noted = load_notes()
+    rows = {kind: _errata_of_class(errata, kind) for kind in CLASSES}
+    return [
+        (2, HEADINGS["equation"], WHOLE, rows["equation"]),
+        (2, "Statements", WHOLE, []),
+        (3, HEADINGS["statement"], BY_CLASS["statement"], rows["statement"]),
+        (3, CONTRADICTIONS_HEADING, CONTRADICTIONS, noted.contradictions),
+        (3, HEADINGS["notation"], BY_CLASS["notation"], rows["notation"]),
+        (3, GAPS_HEADING, GAPS, noted.gaps),
+    ]
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,11 @@ from crosscheck.audit.errata import transcript
 from crosscheck.audit.errata.erratum import Erratum
 from crosscheck.audit.measures.rigid import RIGID_STEP_S
 from crosscheck.audit.measures.stage import PaperStage, paper_stage
+from crosscheck.audit.statics.statics import thickness_share, tip_shift
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import PdDrive
 from crosscheck.models.loading import load_scenario
 
-EXTREME_M = 6e-3  # Section 4.1's largest clearance
 CONSIDERABLE = 0.05  # overshoot of a step; a well damped loop (damping ratio 0.7) has 4.6 %
 NEARLY_ALWAYS = 0.95
 
@@ -40,8 +40,7 @@ def find_statement_errata(arm: Arm) -> Iterator[Erratum]:
     if link.cross_section_m2:  # I_i of a slender rod against that of a square bar
         share = link.cross_section_m2 / link.length_m**2
         yield Erratum("rod-or-bar", size=share, quoted={"percent": 100 * share})
-    # 6 mm over the thickness of a tooth at the pitch circle, half a pitch.
-    share = EXTREME_M / (math.pi * stage.joint.module_m / 2)
+    share = thickness_share(stage)
     if not math.isclose(share, transcript.THICKNESS_SHARE, rel_tol=0.1):
         size = share - transcript.THICKNESS_SHARE
         yield Erratum("six-millimetres", size=size, quoted={"share": share})
@@ -110,7 +109,7 @@ def find_tip_errata(arm: Arm) -> Iterator[Erratum]:
     """Erratum if 0.02 and 0.01 rad, carried to the tip of the straight arm, are not 0.03 m."""
     inner, outer = (link.length_m for link in arm.links)
     first, second = transcript.DEVIATIONS_RAD
-    straight, bent = (abs(first * inner + (first + second) * outer * turn) for turn in (1, 1j))
+    straight, bent = (tip_shift(arm, bend_deg) for bend_deg in (0.0, 90.0))
     if not math.isclose(straight, transcript.TIP_M, rel_tol=0.1):
         own = 1e3 * (first * inner + second * outer)
         numbers = {"straight": 1e3 * straight, "bent": 1e3 * bent, "own": own}

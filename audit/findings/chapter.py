@@ -64,48 +64,46 @@ def build_chapter(context: AuditContext) -> AuditChapter:
     engine = None if scale.quick else compare_engines(study, scale)
     drives = {drive: shaking.judge_drive(results) for drive, results in shaken.items()}
     cured = linear_limits.is_cured_at_sun(limits)
-    verdicts: dict[str, tuple[str, str]] = {  # by the finding's id: question, answer
-        "printed": ("do the printed equations agree with an engine", format_answer(printed.agrees)),
-        "clock": ("do the paper's teeth depend on the time", format_answer(clocks.supports)),
-        "third": ("does the third fluctuation need the clock", format_answer(third.needs_clock)),
-        **{
-            f"presence-{level}": (
+
+    def decide(name: str, question: str, answer: bool | None) -> tuple[str, str, str]:
+        return name, question, format_answer(answer)
+
+    verdicts = [  # the finding's id, question, answer
+        decide("printed", "do the printed equations agree with an engine", printed.agrees),
+        decide("clock", "do the paper's teeth depend on the time", clocks.supports),
+        decide("third", "does the third fluctuation need the clock", third.needs_clock),
+        *(
+            (
+                f"presence-{level}",
                 f"laws with a {level} third fluctuation by tooth error",
                 str(laws),
             )
             for level, laws in presence.items()
-        },
-        "stability": (
-            "does linear theory foretell the third fluctuation",
-            format_answer(linearised.supports),
         ),
-        "engine": (
-            "has a second engine it, under the clock alone",
-            format_answer(engine.supports if engine else None),
+        decide(
+            *("stability", "does linear theory foretell the third fluctuation"), linearised.supports
         ),
-        "baseline": (
-            "does one rigid arm give the numbers of Fig. 6",
-            format_answer(baselines.gives_all),
+        decide(
+            *("engine", "has a second engine it, under the clock alone"),
+            engine.supports if engine else None,
         ),
-        "inertia": (
-            "is what the nearest rigid arm leaves reflected inertia",
-            format_answer(baselines.holds),
+        decide("baseline", "does one rigid arm give the numbers of Fig. 6", baselines.gives_all),
+        decide(
+            *("inertia", "is what the nearest rigid arm leaves reflected inertia"), baselines.holds
         ),
-        **{
-            f"accumulation-{drive}": (
+        *(
+            (
+                f"accumulation-{drive}",
                 f"is the growth of Fig. 15 the rigid arm's own, argument {drive}",
                 str(verdict or "depends on the damping"),
             )
             for drive, verdict in drives.items()
-        },
-        "limit": (
-            "does sensing at the sun cure the controller's instability",
-            format_answer(cured),
         ),
-    }
+        decide("limit", "does sensing at the sun cure the controller's instability", cured),
+    ]
     records: list[JsonObject] = [
         {"id": f"verdict/{name}", "question": question, "verdict": answer}
-        for name, (question, answer) in verdicts.items()
+        for name, question, answer in verdicts
     ]
     records += [
         printed.to_dict(),

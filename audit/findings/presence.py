@@ -22,13 +22,8 @@ LEVELS = {"visible": VISIBLE, "severe": LARGE}
 
 def shares_p(first: Share, second: Share) -> float:
     """Chance of shares at least as unlike if one probability is behind both (Fisher, exact)."""
-    table = [[first.yes, first.of - first.yes], [second.yes, second.of - second.yes]]
+    table = [[share.yes, share.of - share.yes] for share in (first, second)]
     return float(fisher_exact(table).pvalue)
-
-
-def is_significant(p: float) -> bool:
-    """Whether a p tells two samples apart."""
-    return p < SIGNIFICANT
 
 
 class ToothErrorEffect(NamedTuple):
@@ -46,12 +41,8 @@ class ToothErrorEffect(NamedTuple):
     @property
     def state(self) -> State:
         """Whether the error makes it; bistable counts as no if the test tells no difference."""
-        share_state = state(self.share)
-        return (
-            State.NO
-            if share_state == State.BISTABLE and not is_significant(self.p)
-            else share_state
-        )
+        told = state(self.share)
+        return State.NO if told == State.BISTABLE and self.p >= SIGNIFICANT else told
 
 
 def compute_error_effect(
@@ -92,14 +83,12 @@ def find_presence(states: Mapping[str, Sequence[State]]) -> Presence:
     Present where one setting says yes or that the start decides; unknown if a law has no setting
     that says anything.
     """
-    if any(all(state == State.UNDEFINED for state in law_states) for law_states in states.values()):
+    if any(set(law_states) <= {State.UNDEFINED} for law_states in states.values()):
         return Presence.UNKNOWN
-    present = {
-        phase: {State.YES, State.BISTABLE} & set(law_states) for phase, law_states in states.items()
-    }
-    if present["omega_t"]:
-        return Presence.BOTH if present["angle"] else Presence.PRINTED
-    return Presence.INTEGRATED if present["angle"] else Presence.NEITHER
+    clock, angle = (bool({State.YES, State.BISTABLE} & set(states[phase])) for phase in PHASES)
+    if clock == angle:
+        return Presence.BOTH if clock else Presence.NEITHER
+    return Presence.PRINTED if clock else Presence.INTEGRATED
 
 
 def find_presence_by_level(settings: ResultsByCondition) -> dict[str, Presence]:

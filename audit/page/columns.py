@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from operator import attrgetter
+from typing import Generic, TypeVar
 
 from markupsafe import Markup
 from pydantic import JsonValue
@@ -22,9 +23,8 @@ NONE = "-"
 class TableColumn(Generic[Row]):
     """A column. name: in JSON; title: above a table, with its unit; None: not shown there.
 
-    of: a row's value, None or not finite for what is undefined; or its path in the row,
-    ``setting.cell.zeta`` or ``gains.0``, undefined where a part of it is None; empty: the column's
-    name.
+    of: a row's value, None or not finite for what is undefined; or its path in the row; empty: the
+    column's name.
     form: how a number is written.
     """
 
@@ -35,7 +35,9 @@ class TableColumn(Generic[Row]):
 
     def value(self, row: Row) -> Value:
         """The value of a row in this column."""
-        return resolve_path(row, self.of or self.name) if isinstance(self.of, str) else self.of(row)
+        of = attrgetter(self.of or self.name) if isinstance(self.of, str) else self.of
+        value: Value = of(row)
+        return value
 
     def json(self, row: Row) -> JsonValue:
         """The value for JSON; None for what is undefined."""
@@ -54,27 +56,17 @@ class TableColumn(Generic[Row]):
         return self.text(row).replace("|", r"\|")
 
 
-def resolve_path(row: object, path: str) -> Value:
-    """The value to which a path of attributes and places leads from a row; None if one is None."""
-    value: Any = row
-    for name in path.split("."):
-        if value is not None:
-            value = value[int(name)] if name.isdecimal() else getattr(value, name)
-    return value
-
-
 @dataclass(frozen=True)
 class Columns(Generic[Row]):
-    """The columns of a table. id: a row's name in JSON, or its format, the row being ``{0}``."""
+    """The columns of a table. id: a row's name in JSON."""
 
-    id: Callable[[Row], str] | str
+    id: Callable[[Row], str]
     columns: Sequence[TableColumn[Row]]
 
     def json(self, rows: Iterable[Row]) -> list[JsonObject]:
         """The rows as JSON, a record for each."""
-        named = self.id.format if isinstance(self.id, str) else self.id
         return [
-            {"id": named(row), **{column.name: column.json(row) for column in self.columns}}
+            {"id": self.id(row), **{column.name: column.json(row) for column in self.columns}}
             for row in rows
         ]
 

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
+import xarray as xr
 
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.measures.stage import PaperStage
-from crosscheck.audit.statics.flights import (
-    EVERY,
-    arm_mass,
-    simulate_fixed_base,
-    tip_error,
-)
 from crosscheck.audit.statics.teeth import virtual_work
 from crosscheck.checks.first_principles.weights import joint_mass, link_mass
+from crosscheck.checks.trajectories import tip_position
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive
 from crosscheck.models.loading import Case, load_case, load_scenario
 from crosscheck.models.pinocchio.floating import FloatingBase, PinocchioFloating
+from crosscheck.registry import build
 
+EVERY = "scenario.record_every=1000"  # 10 ms
+FIXED_TOLERANCE = 1e-10  # relative, of the fixed arm's run
 BASE_MASSES = ("5", "50", "500", "5000")  # over the arm's mass
 CONSTANT = "constant-torque"
 # The Earth's gravity parameter [m^3/s^2], and a low orbit's radius [m], 400 km up.
@@ -39,11 +38,25 @@ def compute_base_errors(arm: str) -> Numbers:
 
 def _tip_errors_m(case: Case) -> list[float]:
     """The largest error of the tip [m] for every mass of the base."""
-    fixed = simulate_fixed_base(case)
+    fixed = build("pinocchio:coupled", *case).reference(FIXED_TOLERANCE)
     carried = arm_mass(case)
     bases = [FloatingBase(carried * float(ratio)) for ratio in BASE_MASSES]
     flights = (PinocchioFloating(case.arm, case.scenario, base).simulate() for base in bases)
     return [float(tip_error(flight, fixed, case).max()) for flight in flights]
+
+
+def arm_mass(case: Case) -> float:
+    """Mass [kg] of all that the base carries."""
+    return PinocchioFloating(case.arm, case.scenario, FloatingBase(1.0)).arm_mass_kg
+
+
+def tip_error(free: xr.Dataset, fixed: xr.Dataset, case: Case) -> np.ndarray:
+    """Distance [m] (times,) in the inertial frame between the tips on the two bases."""
+    local = tip_position(free, case.arm).values
+    x, y, angle = free["base"].values.T
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    flying = np.column_stack([x, y]) + np.einsum("ijt,tj->ti", turn, local)
+    return np.linalg.norm(flying - tip_position(fixed, case.arm).values, axis=1)
 
 
 def compute_neglected_torques(arm: Arm, stage: PaperStage) -> Numbers:

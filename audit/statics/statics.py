@@ -59,19 +59,29 @@ def compute_statics(arm: Arm) -> Numbers:
 
 def compute_data_numbers(arm: Arm, stage: PaperStage) -> Numbers:
     """Numbers on sizes that Table I and the text give, and what follows from them at once."""
-    joint, (inner, outer) = stage.joint, (link.length_m for link in arm.links)
+    joint = stage.joint
     sun_pitch_m = joint.module_m * joint.sun_teeth / 2
     gyration_m = stage.geometry.r_s * math.sqrt(stage.sun_equivalent_mass_kg / joint.sun_mass_kg)
-    # What 0.02 rad at the shoulder and 0.01 rad at the elbow move the tip by [m].
-    forearms = {angle: outer * np.exp(1j * math.radians(float(angle))) for angle in BENDS}
-    shifts = {angle: 0.02 * (inner + x) + 0.01 * x for angle, x in forearms.items()}
     return {
         "gyration_over_pitch": gyration_m / sun_pitch_m,
         "initial_values": float(len(transcript.INITIAL_VALUES)),
-        "tooth_thickness_share": EXTREME_M / (math.pi * joint.module_m / 2),
+        "tooth_thickness_share": thickness_share(stage),
         "error_over_backlash": stage.tooth_error_m / stage.backlash_m,
-        **{f"bent_{angle}_mm": float(1e3 * abs(shift)) for angle, shift in shifts.items()},
+        **{f"bent_{angle}_mm": 1e3 * tip_shift(arm, float(angle)) for angle in BENDS},
     }
+
+
+def thickness_share(stage: PaperStage) -> float:
+    """Section 4.1's 6 mm over the thickness of a tooth at the pitch circle, half a pitch."""
+    return EXTREME_M / (math.pi * stage.joint.module_m / 2)
+
+
+def tip_shift(arm: Arm, bend_deg: float) -> float:
+    """How far [m] Section 3.1's deviations move the tip, with the elbow bent so far."""
+    inner, outer = (link.length_m for link in arm.links)
+    forearm = outer * np.exp(1j * math.radians(bend_deg))
+    first, second = transcript.DEVIATIONS_RAD
+    return float(abs(first * (inner + forearm) + second * forearm))
 
 
 def compare_equations(arm: Arm) -> Numbers:

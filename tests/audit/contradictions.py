@@ -1,13 +1,12 @@
 """What two places of a page say of one quantity in one setting, where both cannot be."""
 
-import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import combinations, permutations
+from itertools import permutations
 
 from crosscheck.audit.errata.erratum import Erratum
 from crosscheck.audit.judging.rule import Limits, State, VerdictKind
-from tests.audit.stated import Said, StatedNumber, Taught
+from tests.audit.stated import Said, Taught
 
 HOLDING = (VerdictKind.HOLDS, VerdictKind.WHERE_DEFINED)
 
@@ -21,19 +20,6 @@ def contradictions(said: Iterable[Said]) -> list[str]:
     for one in said:
         groups[one.quantity, *one.place._replace(choice="")].append(one)
     return sorted({text for group in groups.values() for text in _within(group)})
-
-
-def two_values(numbers: Iterable[StatedNumber]) -> list[str]:
-    """Pairs of places that give one quantity in one setting different values, rounding aside."""
-    groups: dict[tuple[str, str], list[StatedNumber]] = defaultdict(list)
-    for one in numbers:
-        groups[one.quantity, one.setting].append(one)
-    return sorted(
-        f"{one.quantity}, {one.setting}: {one.value} in {one.where}, {other.value} in {other.where}"
-        for group in groups.values()
-        for one, other in combinations(group, 2)
-        if not _same_value(one.value, other.value)
-    )
 
 
 def held_and_denied(errata: Iterable[Erratum], kinds: Mapping[str, VerdictKind]) -> list[str]:
@@ -54,13 +40,6 @@ def taught_otherwise(findings: Iterable[Taught], kinds: Mapping[str, VerdictKind
         if one.is_true is not None
         if kinds[one.claim] in ((VerdictKind.FAILS,) if one.is_true else HOLDING)
     ]
-
-
-def _same_value(one: float | None, other: float | None) -> bool:
-    """Two ways to work out one number may differ by some roundings."""
-    if one is None or other is None:
-        return one is other
-    return math.isclose(one, other, rel_tol=1e-12) or (math.isnan(one) and math.isnan(other))
 
 
 def _within(group: list[Said]) -> Iterator[str]:

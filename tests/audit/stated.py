@@ -1,11 +1,10 @@
 """What the page's chapters state of one quantity, each for itself: answers and numbers."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from crosscheck.audit.claims.measured import pd
 from crosscheck.audit.errata.engine_comparison import EngineComparison
-from crosscheck.audit.errata.sheet import ArmErratum
 from crosscheck.audit.experiments.paper_conditions import MODELS, PRINTED, Condition
 from crosscheck.audit.findings.baselines import ZETA, RigidResidual
 from crosscheck.audit.judging.judgement import ClaimJudgement
@@ -22,19 +21,6 @@ class Said:
     limits: Limits
     place: Place
     state: State
-
-
-@dataclass(frozen=True)
-class StatedNumber:
-    """A number that a sentence states: one quantity in one setting has one value everywhere.
-
-    where: the chapter; quantity and setting: named in words that all chapters use alike.
-    """
-
-    where: str
-    quantity: str
-    setting: str
-    value: float | None
 
 
 @dataclass(frozen=True)
@@ -88,12 +74,3 @@ def of_ladder(found: Iterable[RigidResidual], claims: Mapping[str, Claim]) -> li
         for one in found
         for name, fits in one.fits.items()
     ]
-
-
-def of_sheet(rows: Iterable[ArmErratum]) -> Iterator[StatedNumber]:
-    """Sizes of errata, and what their words quote."""
-    for row in rows:
-        erratum = row.simulated_erratum.erratum
-        for name, value in (("size", erratum.size), *erratum.quoted.items()):
-            if isinstance(value, float):
-                yield StatedNumber("errata", f"{erratum.id}, {name}", row.arm, value)

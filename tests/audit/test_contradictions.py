@@ -5,15 +5,14 @@ from dataclasses import replace
 import pytest
 
 from crosscheck.audit.errata.erratum import Erratum
-from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS, Condition
+from crosscheck.audit.experiments.paper_conditions import LAWS, Condition
 from crosscheck.audit.judging.rule import Limits, Place, State, VerdictKind
 from tests.audit.contradictions import (
     contradictions,
     held_and_denied,
     taught_otherwise,
-    two_values,
 )
-from tests.audit.stated import Said, StatedNumber, Taught
+from tests.audit.stated import Said, Taught
 
 ONE = Said(
     "here",
@@ -53,21 +52,6 @@ def test_a_contradiction_is_seen(other, found):
 def test_a_free_parameters_choice_is_part_of_the_quantity():
     other = replace(ONE, place=ONE.place._replace(choice="first"), state=State.NO)
     assert len(contradictions([ONE, other])) == 1
-
-
-@pytest.mark.parametrize(
-    ("other", "found"),
-    [
-        (0.0128, 0),
-        (0.0128 * (1 + 1e-14), 0),  # another order of the same sum
-        (0.0116, 1),
-        (None, 1),
-    ],
-)
-def test_one_quantity_has_one_value(other, found):
-    one = StatedNumber("here", "theta_2 left by carriers", LABELLED, 0.0128)
-    assert len(two_values([one, replace(one, where="there", value=other)])) == found
-    assert two_values([one, replace(one, setting="swapped", value=other)]) == []
 
 
 @pytest.mark.parametrize(

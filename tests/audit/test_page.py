@@ -12,9 +12,7 @@ import pytest
 from crosscheck.audit.errata.sheet import format_markdown
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.page.chapter import AuditChapter
-from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.command import run_paper_command
 from crosscheck.audit.page.published_paper import PAPER
 from crosscheck.audit.page.report import format_records, render_page
@@ -89,23 +87,6 @@ def test_a_citation_names_what_is_known_and_nothing_else():
     citation = known.format_citation()
     assert citation.startswith("A. One and B. Two: Joint dynamic")
     assert citation.endswith(f"{PAPER.published}, volume 3, pages 1-9, DOI 10.1/x.")
-
-
-def test_a_column_follows_its_path_in_a_row_and_is_undefined_where_a_part_is_missing():
-    """By name, by place, by attributes."""
-    sizes = Columns[ThirdFluctuation](
-        "of {0.severe_count}",
-        [
-            TableColumn("severe_count", "severe starts"),
-            TableColumn("median", "median", "quantiles.1", ".1f"),
-            TableColumn("interval", None, "share.interval"),
-        ],
-    )
-    rows = [ThirdFluctuation(np.full(4, size)) for size in (5.0, np.nan)]
-    known, unknown = sizes.json(rows)
-    assert (known["id"], known["median"], known["interval"][0]) == ("of 0", 5.0, 0.0)
-    assert (unknown["median"], unknown["interval"]) == (None, None)
-    assert "<td>5.0</td>" in sizes.html(rows)
 
 
 def test_records_are_identical_but_for_the_provenance(tmp_path):

@@ -12,7 +12,6 @@ from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.study_plan import QUICK as PLAN
 from crosscheck.audit.claims.study_plan import run_experiments
 from crosscheck.audit.errata.engine_comparison import PrintedEquationsQuestion
-from crosscheck.audit.errata.sheet import ArmErratum
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import (
     INTEGRAL,
@@ -32,13 +31,11 @@ from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.page import report
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.context import AuditContext
-from crosscheck.audit.statics.statics import Statics
 from tests.audit import stated
 from tests.audit.contradictions import (
     contradictions,
     held_and_denied,
     taught_otherwise,
-    two_values,
 )
 from tests.audit.markup import page_problems, strict_json
 
@@ -74,14 +71,6 @@ def _baselines(material: AuditContext) -> BaselineFinding:
     return compare_baselines(material.study, material.scale)
 
 
-def _numbers(material: AuditContext) -> Iterator[stated.StatedNumber]:
-    """What claims and the sheet state."""
-    yield from stated.of_sheet(ArmErratum(LABELLED, one) for one in material.errata[LABELLED])
-    (statics,) = material.study.answer_questions([Statics(LABELLED)], "statics")
-    for name, quoted in QUOTED_TOO.items():
-        yield stated.StatedNumber("claims", quoted, LABELLED, statics[name])
-
-
 def test_the_page_contradicts_itself_nowhere(material):
     said = list(_said(material))
     told = Counter((one.quantity, *one.place._replace(choice="")) for one in said)
@@ -99,20 +88,6 @@ def _findings(material: AuditContext) -> list[stated.Taught]:
     shaken = run_shaking(material.study, material.scale)
     drives = {drive: judge_drive(results) for drive, results in shaken.items()}
     return stated.of_findings(printed, drives)
-
-
-# What claims measure and the errata sheet quotes: names of the one and of the other.
-QUOTED_TOO = {
-    "bent_0_mm": "thirty-millimetres, straight",
-    "bent_90_mm": "thirty-millimetres, bent",
-}
-
-
-def test_no_number_of_page_and_sheet_has_two_values(material):
-    numbers = list(_numbers(material))
-    told = Counter((one.quantity, one.setting) for one in numbers)
-    assert sum(count > 1 for count in told.values()) >= len(QUOTED_TOO)
-    assert two_values(numbers) == []
 
 
 def test_the_page_is_well_formed(material, chapters):

@@ -1,7 +1,6 @@
 """What a kept result depends on: each file that it runs, and no view."""
 
 import json
-import shutil
 import sys
 from pathlib import Path, PurePath
 
@@ -17,17 +16,13 @@ from tests.processes import command_line
 
 SCRIPT = Path(traced_results.__file__)
 Files = dict[str, dict[str, set[str]]]
-EXUDYN = {f"crosscheck/models/exudyn/{name}.py" for name in ("tree/tree", "tree/mesh", "engine")}
+EXUDYN = {f"models/exudyn/{name}.py" for name in ("tree/tree", "tree/mesh", "engine")}
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> Files:
+def files() -> Files:
     """Result -> files that its key is made of; files that ran or were read."""
-    copy = tmp_path_factory.mktemp("copy")
-    without = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ROOT / sources.PACKAGE, copy / sources.PACKAGE, ignore=without)
-    env = {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
-    answer = command_line(copy, python=(str(SCRIPT),), env=env, timeout=300)
+    answer = command_line(python=(str(SCRIPT),), timeout=300)
     assert answer.returncode == 0, answer.stderr
     found = json.loads(answer.stdout)
     return {name: {kind: set(f) for kind, f in kinds.items()} for name, kinds in found.items()}
@@ -52,19 +47,19 @@ def test_every_engine_stands_for_itself(files):
     some_exudyn = {name for name, looked in files.items() if looked["counts"] & EXUDYN}
     assert exudyn == some_exudyn == {"exudyn run", "starts of exudyn"}
     # The measure runs the rigid arm, which nothing but a string names.
-    assert "crosscheck/analytic/derivation/rigid.py" in files["starts of exudyn"]["counts"]
-    assert "crosscheck/analytic/paper/printed.py" in files["printed run"]["counts"]
-    assert "crosscheck/analytic/paper/printed.py" not in files["analytic run"]["counts"]
+    assert "analytic/derivation/rigid.py" in files["starts of exudyn"]["counts"]
+    assert "analytic/paper/printed.py" in files["printed run"]["counts"]
+    assert "analytic/paper/printed.py" not in files["analytic run"]["counts"]
 
 
 def test_arms_and_experiments_count_where_they_are_read_and_nowhere_else(files):
-    pd, torque = (f"crosscheck/models/scenarios/{name}.toml" for name in ("pd", "constant-torque"))
-    labelled = "crosscheck/models/arms/paper-labelled.toml"
+    pd, torque = (f"models/scenarios/{name}.toml" for name in ("pd", "constant-torque"))
+    labelled = "models/arms/paper-labelled.toml"
     data = {
         name: {file for file in looked["counts"] if file.endswith(".toml")}
         for name, looked in files.items()
     }
-    swings = "crosscheck/models/scenarios/back-and-forth.toml"
+    swings = "models/scenarios/back-and-forth.toml"
     assert data["errata"] == {labelled, pd, torque, swings}  # which it reads by itself
     assert data["exudyn run"] == {labelled, torque}
 

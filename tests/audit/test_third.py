@@ -91,8 +91,3 @@ def test_two_samples_are_told_apart_or_not():
     """Fisher's by hand: 5 of 5 against 0 of 5 is one table of 252, either way."""
     assert presence.shares_p(Share(5, 5), Share(0, 5)) == pytest.approx(2 / 252)
     assert presence.shares_p(Share(5, 5), Share(5, 5)) == pytest.approx(1.0)
-
-
-def test_significance_has_two_sides():
-    assert presence.is_significant(BELOW * presence.SIGNIFICANT)
-    assert not presence.is_significant(ABOVE * presence.SIGNIFICANT)

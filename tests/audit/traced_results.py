@@ -1,27 +1,26 @@
 """Which files a kept result hangs on, and which of the project's were called while it was made.
 
-Run in a copy of the project, ``python traced_results.py ROOT``; prints JSON: for every result in
-RESULTS the files of code that its key is made of, with the data whose edit changes it, and those
-that were read or had a function that ran while it was made.
+``python traced_results.py`` prints JSON: for every result in RESULTS the files of code
+that its key is made of, with the data that it names, and those that were read or had a function
+that ran while it was made.
 """
 
-import ast
-import builtins
 import ctypes
 import gc
 import importlib
-import importlib.machinery
 import importlib.util
+import inspect
 import json
 import os
 import sys
 from collections.abc import Callable
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
+from types import CodeType, FrameType
 from typing import Any
 
-ROOT = Path(sys.argv[1] if __name__ == "__main__" else __file__)
-OWN = "crosscheck"
+ROOT = Path(__file__).parents[2]
+OWN = [ROOT / name for name in ("crosscheck", "models", "analytic", "audit")]
 SHORT = {"scenario": "constant-torque", "duration_s": 2e-3, "record_every": 1}
 PAPER = "crosscheck.audit"
 # What cuts a measure or a question to milliseconds: constants of modules, (module, name) -> value.
@@ -29,25 +28,18 @@ CUTS: dict[tuple[str, str], Any] = {
     (f"{PAPER}.measures.events", "THIRD_S"): (0.0, 2e-3),
     (f"{PAPER}.statics.teeth", "HARMONICS"): 2,
 }
-called: set[str] = set()
-builtins.called_files = called  # type: ignore[attr-defined]
-Result = tuple[Callable[[], str], Callable[[], object]]
+called: set[CodeType] = set()
+read: set[Path] = set()
 
 
-def run(**given: Any) -> Callable[[], Result]:
+def run(**given: Any) -> Callable[[], Any]:
     """A simulation."""
     return lambda: question("experiments.courses.CoursesQuestion", (variant(**given),))()
 
 
-def question(kind: str, *values: Any) -> Callable[[], Result]:
+def question(kind: str, *values: Any) -> Callable[[], Any]:
     """An answer."""
-
-    def result() -> Result:
-        asked = found(kind)(*values)
-        studies = importlib.import_module("crosscheck.audit.experiments.study")
-        return partial(studies.question_key, asked), asked.answer
-
-    return result
+    return lambda: found(kind)(*values)
 
 
 def found(name: str) -> Any:
@@ -66,12 +58,12 @@ def cell() -> Any:
     return conditions.Condition(conditions.PRINTED, 0.005)
 
 
-def of_variant(kind: str, *values: Any, **given: Any) -> Callable[[], Result]:
+def of_variant(kind: str, *values: Any, **given: Any) -> Callable[[], Any]:
     """An answer about the shortest variant."""
     return lambda: question(kind, variant(**given), *values)()
 
 
-RESULTS: dict[str, Callable[[], Result]] = {
+RESULTS: dict[str, Callable[[], Any]] = {
     "analytic run": run(),
     "rigid run": run(model="analytic:coupled"),
     "printed run": run(model="analytic:printed"),
@@ -90,24 +82,6 @@ RESULTS: dict[str, Callable[[], Result]] = {
 }
 
 
-class Traced(importlib.machinery.SourceFileLoader):
-    """Loads the project's files so that every function notes its file when it is called."""
-
-    def get_code(self, fullname: str) -> Any:
-        return noting(Path(self.get_filename(fullname)))
-
-
-@cache
-def noting(path: Path) -> Any:
-    """The code of one of the project's files, with the note in every function."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    note = ast.parse(f"called_files.add({str(path.relative_to(ROOT))!r})").body
-    for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef):
-            node.body[:0] = note
-    return compile(ast.fix_missing_locations(tree), str(path), "exec")
-
-
 def traced() -> dict[str, dict[str, list[str]]]:
     """Files called and files of the key, result by result, each in a process of its own."""
     for library in ("xarray", "sympy", "scipy.signal", "scipy.optimize", "numba", "pydantic",
@@ -121,21 +95,8 @@ def traced() -> dict[str, dict[str, list[str]]]:
     pointer = partial(ctypes.cast, typ=ctypes.POINTER(ctypes.c_double))
     numba.extending.intrinsic = lambda typed: pointer
     numba.njit, numba.vectorize = uncompiled, lambda **_: importlib.import_module("numpy").vectorize
-    sys.path_hooks.insert(0, finder)
-    sys.path_importer_cache.clear()
-    for path in (ROOT / OWN).rglob("*.py"):  # compiled once for all children
-        noting(path)
-    for result in RESULTS.values():  # nor is what describes them imported in each
-        result()
-    return {name: in_child(partial(looked_at, result)) for name, result in RESULTS.items()}
-
-
-def finder(folder: str) -> Any:
-    """For the project's folders alone."""
-    if ROOT not in (Path(folder), *Path(folder).parents):
-        raise ImportError
-    suffixes = importlib.machinery.SOURCE_SUFFIXES
-    return importlib.machinery.FileFinder(folder, (Traced, suffixes))
+    results = {name: result() for name, result in RESULTS.items()}
+    return {name: in_child(partial(looked_at, asked)) for name, asked in results.items()}
 
 
 def uncompiled(*given: Any, **_: Any) -> Any:
@@ -148,8 +109,7 @@ def uncompiled(*given: Any, **_: Any) -> Any:
     return left(given[0]) if given and callable(given[0]) else left
 
 
-def looked_at(result: Callable[[], Result]) -> dict[str, list[str]]:
-    key, make = result()
+def looked_at(asked: Any) -> dict[str, list[str]]:
     for (module, name), value in CUTS.items():
         if module in sys.modules:
             assert hasattr(sys.modules[module], name)
@@ -159,29 +119,29 @@ def looked_at(result: Callable[[], Result]) -> dict[str, list[str]]:
     modules: list[str] = []
     studies.compute_code_hash = lambda *names: modules.extend(names) or "code"  # type: ignore[func-returns-value]
     sys.addaudithook(note_data)
-    before = key()
-    code = [str(path.relative_to(ROOT)) for path in sources.find_source_files(*modules)]
-    called.difference_update([file for file in called if file.endswith(".py")])  # by the key alone
-    make()
-    ran = sorted(called)
-    data = [file for file in ran if file.endswith(".toml") and edited_key(file, key) != before]
-    return {"called": ran, "counts": code + data}
+    studies.question_key(asked)
+    sys.setprofile(note_call)
+    asked.answer()
+    sys.setprofile(None)
+    functions = {Path(code.co_filename) for code in called if not code.co_name.startswith("<")}
+    every = {path.resolve() for path in functions | read}
+    ran = {path for path in every if any(path.is_relative_to(folder) for folder in OWN)}
+    data = {path for path in ran if path.suffix == ".toml" and f'"{path.stem}"' in asked.inputs}
+    counts = {*sources.find_source_files(*modules), *data}
+    return {
+        name: sorted(path.relative_to(ROOT).as_posix() for path in paths)
+        for name, paths in (("called", ran), ("counts", counts))
+    }
 
 
-def edited_key(file: str, key: Callable[[], str]) -> str:
-    """The key while a file of data has another title."""
-    text = (ROOT / file).read_text(encoding="utf-8")
-    edited = text.replace('title = "', 'title = "edited ', 1)
-    assert edited != text
-    (ROOT / file).write_text(edited, encoding="utf-8")
-    other = key()
-    (ROOT / file).write_text(text, encoding="utf-8")
-    return other
+def note_call(frame: FrameType, event: str, argument: object) -> None:
+    if event == "call" and frame.f_code.co_flags & inspect.CO_OPTIMIZED:  # no class's body
+        called.add(frame.f_code)
 
 
 def note_data(event: str, arguments: tuple[Any, ...]) -> None:
     if event == "open" and str(arguments[0]).endswith(".toml"):
-        called.add(str(Path(arguments[0]).relative_to(ROOT)))
+        read.add(Path(arguments[0]))
 
 
 def in_child(work: Callable[[], Any]) -> Any:
