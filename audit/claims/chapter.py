@@ -126,7 +126,7 @@ def render_claims(claim_rows: Sequence[ClaimRow], plan: StudyPlan, scale: Scale)
             (r.judged.claim.id, entry)
             for r in claim_rows
             for entry in r.variants
-            if entry.is_different
+            if entry.kind != entry.base_kind
         ],
         colours=COLOURS,
         model_words=describe_model,
@@ -152,28 +152,19 @@ def describe_model(model: GearModel) -> str:
     return f"{LAW_NAMES[model.law]}, planets {model.planets}, equations {model.equations}"
 
 
-def _answer_id(answer: Answer) -> str:
-    model, zeta = model_of(answer.place), answer.place.value_of(DAMPING)
-    parts = (
-        model.id if model else "",
-        str(answer.place.value_of(READING)),
-        "" if zeta is None else f"{zeta:g}",
-        answer.place.choice,
-    )
-    return "/".join(part for part in parts if part)
-
-
 def build_answer_record(answer: Answer) -> JsonObject:
     """An answer with the setting where it was found, as JSON."""
     model, share = model_of(answer.place), answer.share
+    arm, zeta = (answer.place.value_of(name) for name in (READING, DAMPING))
+    parts = model and model.id, arm, zeta and f"{zeta:g}", answer.place.choice
     return to_json(
         {
-            "id": _answer_id(answer),
+            "id": "/".join(filter(None, parts)),
             "law": model and model.law.id,
             "planets": model and model.planets,
             "equations": model and model.equations,
-            "arm": answer.place.value_of(READING),
-            "zeta": answer.place.value_of(DAMPING),
+            "arm": arm,
+            "zeta": zeta,
             "choice": answer.place.choice or None,
             "state": answer.state.value,
             "yes": share and share.yes,

@@ -42,8 +42,3 @@ class VariantVerdict:
     model: GearModel
     kind: VerdictKind
     base_kind: VerdictKind
-
-    @property
-    def is_different(self) -> bool:
-        """Whether the variant's verdict is of another kind than that model's."""
-        return self.kind != self.base_kind

@@ -39,13 +39,6 @@ class SignalEnvelope(NamedTuple):
     low: tuple[float, ...]
     high: tuple[float, ...]
 
-    @classmethod
-    def from_signal(cls, time: np.ndarray, values: np.ndarray) -> SignalEnvelope:
-        """The envelope of values (times,) at times [s]; empty without any."""
-        if not time.size:
-            return cls((), (), ())
-        return cls(*(tuple(map(float, part)) for part in envelope(time, values, BINS)))
-
 
 @dataclass(frozen=True)
 class DelayResult:
@@ -89,8 +82,11 @@ class ClockTest(Question[list[DelayResult]]):
             excess = shoulder_excess(self.run, run.elapsed_s, run.shoulder)[part]
             sizes = tuple(float_or_none(signals.amplitude(start)) for start in excess.T)
             same = bool(np.array_equal(run.shoulder, runs[0].shoulder))
-            band = SignalEnvelope.from_signal(run.elapsed_s[part], run.shoulder[part, 0])
-            delays.append(DelayResult(clock, sizes, same, band))
+            parts = [()] * 3
+            if run.elapsed_s[part].size:
+                band = envelope(run.elapsed_s[part], run.shoulder[part, 0], BINS)
+                parts = [tuple(map(float, values)) for values in band]
+            delays.append(DelayResult(clock, sizes, same, SignalEnvelope(*parts)))
         return delays
 
 

@@ -45,12 +45,6 @@ class DampingFit:
         return float(self.counts.mean())
 
 
-def fit_conditions(settings: ResultsByCondition) -> list[DampingFit]:
-    """The fits of settings of the claims."""
-    claims = [catalogue.BY_ID[name] for name in NUMBERS]
-    return [fit_condition(condition, results, claims) for condition, results in settings]
-
-
 def fit_condition(
     cell: Condition, results: quantities.ConditionResults, claims: Sequence[rule.Claim]
 ) -> DampingFit:
@@ -109,7 +103,9 @@ class SettingsSummary:
 
 def summarize_best_fits(settings: ResultsByCondition) -> SettingsSummary:
     """The span of the settings that explain the printed numbers equally well."""
-    chosen = select_best_fits(fit_conditions(settings))
+    claims = [catalogue.BY_ID[name] for name in NUMBERS]
+    fits = [fit_condition(condition, results, claims) for condition, results in settings]
+    chosen = select_best_fits(fits)
     cells = [fit.cell for fit in chosen]
     zetas = [cell.zeta for cell in cells]
     return SettingsSummary(

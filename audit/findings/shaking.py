@@ -202,12 +202,8 @@ def growth_rate(time: np.ndarray, values: np.ndarray) -> float:
     part = (time >= SMALL_S[0]) & (time < SMALL_S[1])
     if part.sum() < 2:
         return np.nan
-    return float(np.polyfit(time[part], np.log(running_maximum(values)[part]), 1)[0])
-
-
-def running_maximum(values: np.ndarray) -> np.ndarray:
-    """The largest magnitude so far at every time, never 0."""
-    return np.maximum.accumulate(np.abs(values)) + 1e-300
+    largest = np.maximum.accumulate(np.abs(values)) + 1e-300  # so far at every time, never 0
+    return float(np.polyfit(time[part], np.log(largest[part]), 1)[0])
 
 
 def rigid_prediction(time: np.ndarray, error: np.ndarray, sensitivity: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ from crosscheck.audit.experiments.paper_conditions import (
 from crosscheck.audit.experiments.samples import SampleRequest, collect_samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.judging.rule import Claim, evaluate_claim
+from crosscheck.audit.judging.rule import evaluate_claim
 from crosscheck.audit.judging.sample import Sample
 
 QUICK_S = 0.05
@@ -72,13 +72,8 @@ class AuditContext:
     @cached_property
     def judged_claims(self) -> Mapping[str, ModelJudgement]:
         """The claims with their answers in all settings, by id."""
-        return {claim.id: self.judge_claim(claim) for claim in CLAIMS}
-
-    def judge_claim(self, claim: Claim) -> ModelJudgement:
-        """A claim with its answers in every setting of every model of the gears."""
-        return ModelJudgement(
-            claim, tuple(evaluate_claim(claim, [*self.as_modelled, *self.settings]))
-        )
+        settings = [*self.as_modelled, *self.settings]
+        return {c.id: ModelJudgement(c, tuple(evaluate_claim(c, settings))) for c in CLAIMS}
 
     def samples(self, requests: Iterable[SampleRequest], what: str) -> dict[SampleRequest, Sample]:
         """Samples of experiments in any settings, also the claims', from the scale's starts."""
