@@ -118,7 +118,7 @@ def accumulation(
 
 def self_accumulation(series: run.ExperimentSeries, seconds: str) -> Quantity:
     """The smaller of the error's accumulation and half its growth over the rigid arm's own."""
-    error, own = (
+    error, rigid = (
         ratio(
             *(
                 measure(series(run.DEFAULT_B_UM), f"{kind}_{when}")
@@ -128,7 +128,7 @@ def self_accumulation(series: run.ExperimentSeries, seconds: str) -> Quantity:
         for kind in ("error", "own")
     )
     return minimum(
-        accumulation(series, seconds), q.scaled_quantity(ratio(error, own), 1 / DOUBLED, "1")
+        accumulation(series, seconds), q.scaled_quantity(ratio(error, rigid), 1 / DOUBLED, "1")
     )
 
 

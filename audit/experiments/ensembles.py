@@ -141,7 +141,7 @@ def collect_numbers(starts: Sequence[Numbers | Diverged], count: int) -> Ensembl
     numbers = [{} if isinstance(start, Diverged) else start for start in starts]
     diverged = [start.time_s if isinstance(start, Diverged) else None for start in starts]
     turns = [place % len(starts) for place in range(count)]
-    names = dict.fromkeys(name for own in numbers for name in own)
+    names = dict.fromkeys(name for start in numbers for name in start)
     return EnsembleNumbers(
         {name: [numbers[turn].get(name) for turn in turns] for name in names},
         [diverged[turn] for turn in turns],

@@ -82,11 +82,10 @@ class ClockTest(Question[list[DelayResult]]):
             excess = shoulder_excess(self.run, run.elapsed_s, run.shoulder)[part]
             sizes = tuple(float_or_none(signals.amplitude(start)) for start in excess.T)
             same = bool(np.array_equal(run.shoulder, runs[0].shoulder))
-            parts = [()] * 3
-            if run.elapsed_s[part].size:
-                band = envelope(run.elapsed_s[part], run.shoulder[part, 0], BINS)
-                parts = [tuple(map(float, values)) for values in band]
-            delays.append(DelayResult(clock, sizes, same, SignalEnvelope(*parts)))
+            inside = run.elapsed_s[part], run.shoulder[part, 0]
+            band = envelope(*inside, BINS) if inside[0].size else [np.empty(0)] * 3
+            drawn = SignalEnvelope(*(tuple(map(float, values)) for values in band))
+            delays.append(DelayResult(clock, sizes, same, drawn))
         return delays
 
 
