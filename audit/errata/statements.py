@@ -19,8 +19,7 @@ from crosscheck.analytic.paper.energies import JOINTS
 from crosscheck.audit.errata import transcript
 from crosscheck.audit.errata.erratum import Erratum
 from crosscheck.audit.measures.rigid import RIGID_STEP_S
-from crosscheck.audit.measures.stage import PaperStage, paper_stage
-from crosscheck.audit.statics.statics import thickness_share, tip_shift
+from crosscheck.audit.measures.stage import PaperStage, paper_stage, thickness_share, tip_shift
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import PdDrive
 from crosscheck.models.loading import load_scenario

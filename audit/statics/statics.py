@@ -12,7 +12,7 @@ from crosscheck.analytic.paper.model import EnergiesModel, PrintedModel
 from crosscheck.audit.errata import transcript
 from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.variant import Numbers
-from crosscheck.audit.measures.stage import PaperStage, paper_stage
+from crosscheck.audit.measures.stage import PaperStage, paper_stage, thickness_share, tip_shift
 from crosscheck.audit.statics.base_and_gravity import compute_base_errors, compute_neglected_torques
 from crosscheck.audit.statics.teeth import (
     compare_stiffness_wave,
@@ -25,7 +25,6 @@ from crosscheck.models.loading import load_arm, load_scenario
 
 SCENARIO = "constant-torque"  # in which equations are compared
 POSES, SEED = 20, 20150401
-EXTREME_M = 6e-3  # Section 4.1's largest clearance
 BENDS = ("0", "45", "90", "135")  # elbow angle [deg] at which joint errors are taken to the tip
 
 
@@ -69,19 +68,6 @@ def compute_data_numbers(arm: Arm, stage: PaperStage) -> Numbers:
         "error_over_backlash": stage.tooth_error_m / stage.backlash_m,
         **{f"bent_{angle}_mm": 1e3 * tip_shift(arm, float(angle)) for angle in BENDS},
     }
-
-
-def thickness_share(stage: PaperStage) -> float:
-    """Section 4.1's 6 mm over the thickness of a tooth at the pitch circle, half a pitch."""
-    return EXTREME_M / (math.pi * stage.joint.module_m / 2)
-
-
-def tip_shift(arm: Arm, bend_deg: float) -> float:
-    """How far [m] Section 3.1's deviations move the tip, with the elbow bent so far."""
-    inner, outer = (link.length_m for link in arm.links)
-    forearm = outer * np.exp(1j * math.radians(bend_deg))
-    first, second = transcript.DEVIATIONS_RAD
-    return float(abs(first * (inner + forearm) + second * forearm))
 
 
 def compare_equations(arm: Arm) -> Numbers:
