@@ -17,14 +17,25 @@ CURRENT, INITIAL = exudyn.ConfigurationType.Current, exudyn.ConfigurationType.In
 UserFunction = Callable[[object, float, int, list[float], list[float]], list[float]]
 
 
-class TreeBody(NamedTuple):
-    """A body of the tree: planar inertia [kg m^2] about its com, com and joint in [m]."""
+class TreePart(NamedTuple):
+    """A body of a tree, with its joint's place in the parent's frame; the joint is about its z."""
 
+    joint: Any
     parent: int
-    joint_at: tuple[float, float]
+    rotation: np.ndarray
+    position: np.ndarray
     mass: float
-    com_x: float
-    inertia: float
+    com: np.ndarray
+    inertia: np.ndarray
+
+
+def make_planar_part(
+    parent: int, joint_at: tuple[float, float], mass: float, com_x: float, inertia: float
+) -> TreePart:
+    """A body in the plane: inertia [kg m^2] about its com, com along x and joint in [m]."""
+    at, com = np.array([*joint_at, 0.0]), np.array([com_x, 0.0, 0.0])
+    turning = exudyn.JointType.RevoluteZ
+    return TreePart(turning, parent, np.eye(3), at, mass, com, np.diag([0, 0, inertia]))
 
 
 def quiet_settings() -> Any:
@@ -104,12 +115,14 @@ class Engine(System):
 
     def __init__(
         self,
-        bodies: Sequence[TreeBody],
+        bodies: Sequence[TreePart],
         force: UserFunction | None,
         clock: list[float],
         gravity: tuple[float, float],
     ) -> None:
-        super().__init__(len(bodies), lambda node: [_tree(node, bodies, force, gravity)])
+        super().__init__(
+            len(bodies), lambda node: [build_tree(node, bodies, [*gravity, 0.0], force)]
+        )
         self.clock = clock
 
     def place(self, t: float, q: np.ndarray, v: np.ndarray) -> None:
@@ -144,18 +157,23 @@ def _settings() -> Any:
     return settings
 
 
-def _tree(
-    node: int, bodies: Sequence[TreeBody], force: UserFunction | None, gravity: tuple[float, float]
+def build_tree(
+    node: int,
+    parts: Sequence[TreePart],
+    gravity: Sequence[float],
+    force: UserFunction | None = None,
 ) -> Any:
+    """The engine's tree of these bodies, on a node; gravity [m/s^2]: along the base's axes."""
+    matrices, vectors = exudyn.Matrix3DList, exudyn.Vector3DList
     return items.ObjectKinematicTree(
         nodeNumber=node,
-        jointTypes=[exudyn.JointType.RevoluteZ] * len(bodies),
-        linkParents=[body.parent for body in bodies],
-        jointTransformations=exudyn.Matrix3DList([np.eye(3)] * len(bodies)),
-        jointOffsets=exudyn.Vector3DList([np.array([*body.joint_at, 0.0]) for body in bodies]),
-        linkInertiasCOM=exudyn.Matrix3DList([np.diag([0, 0, body.inertia]) for body in bodies]),
-        linkCOMs=exudyn.Vector3DList([np.array([body.com_x, 0.0, 0.0]) for body in bodies]),
-        linkMasses=[body.mass for body in bodies],
-        gravity=[*gravity, 0.0],
+        jointTypes=[part.joint for part in parts],
+        linkParents=[part.parent for part in parts],
+        jointTransformations=matrices([part.rotation for part in parts]),
+        jointOffsets=vectors([part.position for part in parts]),
+        linkInertiasCOM=matrices([part.inertia for part in parts]),
+        linkCOMs=vectors([part.com for part in parts]),
+        linkMasses=[part.mass for part in parts],
+        gravity=list(gravity),
         forceUserFunction=force or 0,  # 0: none
     )

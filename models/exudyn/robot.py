@@ -14,7 +14,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.models.experiment.scenario import switches
-from crosscheck.models.exudyn.engine import System, UserFunction, exudyn, items
+from crosscheck.models.exudyn.engine import (
+    System,
+    TreePart,
+    UserFunction,
+    build_tree,
+    exudyn,
+    items,
+)
 from crosscheck.models.exudyn.tree import mesh as tree_mesh
 from crosscheck.models.exudyn.tree.laws import Side, base_radius, build_mesh_law, inertia
 from crosscheck.models.exudyn.tree.mesh import MeshLaw
@@ -32,18 +39,6 @@ SENSOR_VARIABLES = (
 )
 SIDES: tuple[Side, Side] = ("sun", "ring")
 TURNING, SLIDING = exudyn.JointType.RevoluteZ, exudyn.JointType.PrismaticZ
-
-
-class RobotPart(NamedTuple):
-    """A link of the tree, with its joint's place in the parent's turned frame."""
-
-    joint: Any
-    parent: int
-    rotation: np.ndarray
-    position: np.ndarray
-    mass: float
-    com: np.ndarray
-    inertia: np.ndarray
 
 
 class ElasticStage(NamedTuple):
@@ -245,14 +240,14 @@ class ExudynRobot(RobotModel):
             forces.append(-system.right_hand_side() @ self._rows)
         return np.array(forces)
 
-    def _link(self, number: int) -> RobotPart:
+    def _link(self, number: int) -> TreePart:
         joint, body, axis_rotation = (
             self.robot.joints[number],
             self.robot.bodies[number],
             self._axis_rotations[number],
         )
         rotation, position = self._pose_in_body(LinkFrame(joint.parent, joint.placement))
-        return RobotPart(
+        return TreePart(
             SLIDING if joint.kind == "prismatic" else TURNING,
             joint.parent,
             rotation @ axis_rotation,
@@ -267,9 +262,9 @@ class ExudynRobot(RobotModel):
         body: int,
         rotation: np.ndarray,
         inertia: float,
-        parts: list[RobotPart],
+        parts: list[TreePart],
         has_shaft: bool,
-    ) -> list[RobotPart]:
+    ) -> list[TreePart]:
         """Parts that let a link spin on a body: the link, before it the shaft that springs ask for.
 
         placed (3, 3): its frame in the body's turned one. That body gets lighter.
@@ -281,7 +276,7 @@ class ExudynRobot(RobotModel):
             com = stator.com
             parts[body] = stator._replace(mass=stator.mass - count * mass)
         spinning, at = np.diag([0.0, 0.0, inertia]), np.zeros(3)
-        rotor = RobotPart(TURNING, body, rotation, com, mass, at, spinning)
+        rotor = TreePart(TURNING, body, rotation, com, mass, at, spinning)
         if not has_shaft:
             return [rotor]
         shaft = rotor._replace(inertia=0 * spinning)
@@ -348,25 +343,13 @@ def _mesh_torque_function(
 
 def _tree(
     node: int,
-    parts: list[RobotPart],
+    parts: list[TreePart],
     gravity: np.ndarray,
     diagonal: np.ndarray,
     teeth: UserFunction | None = None,
 ) -> list[Any]:
     """The tree, and an object that adds to the diagonal of its mass matrix and pushes rotors."""
-    matrices, vectors = exudyn.Matrix3DList, exudyn.Vector3DList
-    tree = items.ObjectKinematicTree(
-        nodeNumber=node,
-        jointTypes=[part.joint for part in parts],
-        linkParents=[part.parent for part in parts],
-        jointTransformations=matrices([part.rotation for part in parts]),
-        jointOffsets=vectors([part.position for part in parts]),
-        linkInertiasCOM=matrices([part.inertia for part in parts]),
-        linkCOMs=vectors([part.com for part in parts]),
-        linkMasses=[part.mass for part in parts],
-        gravity=list(gravity),
-    )
     added = items.ObjectGenericODE2(
         nodeNumbers=[node], massMatrix=np.diag(diagonal), forceUserFunction=teeth or 0
     )
-    return [tree, added]
+    return [build_tree(node, parts, gravity.tolist()), added]

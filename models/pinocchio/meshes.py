@@ -11,7 +11,7 @@ import numpy as np
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.scenario import Switches
-from crosscheck.models.pinocchio.stiffness import MeshStiffness, build_curve, build_mesh_stiffness
+from crosscheck.models.pinocchio.stiffness import build_curve, build_mesh_stiffness
 from crosscheck.models.pinocchio.tree import TreeStage, base_radii, equivalent_masses
 
 BODIES = ("central", "planet", "link")  # those fields of Meshes that are no numbers but bodies
@@ -79,7 +79,7 @@ class MeshForces:
 
     def __init__(self, contacts: list[Contact], chosen: Switches) -> None:
         self.meshes = build_meshes(contacts, chosen)
-        self._stiffness = build_stiffness(contacts)
+        self._stiffness = build_mesh_stiffness([contact.mesh.stiffness for contact in contacts])
         self._switches = chosen
 
     def engage(self, phase: np.ndarray, x: np.ndarray) -> Engagement:
@@ -169,11 +169,6 @@ def _mesh(contact: Contact, chosen: Switches) -> dict[str, float]:
         "sharpness": mesh.tanh_sharpness_per_m,
         "damping": _stage_damping(contact) / joint.planet_count,
     }
-
-
-def build_stiffness(contacts: list[Contact]) -> MeshStiffness:
-    """k of every mesh, in the contacts' order."""
-    return build_mesh_stiffness([contact.mesh.stiffness for contact in contacts])
 
 
 def _phase_from_teeth(contact: Contact) -> float:

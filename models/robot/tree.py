@@ -44,7 +44,9 @@ def build_tree(urdf: Urdf, where: str) -> Tree:
     for doubt in doubts:
         if doubt.is_fatal:
             raise InputError(where, f"link {doubt.link}: inertia", None, doubt.reason)
-    _require_regular(joints, bodies, _moved_links(urdf, joints), where)
+    children = {joint.name: joint.child for joint in urdf.joints}
+    moved_links = [f"link {children[joint.name]}" for joint in joints]
+    _require_regular(joints, bodies, moved_links, where)
     notes = [f"link {doubt.link}: {doubt.reason}" for doubt in doubts]
     return Tree(joints, bodies, frames, (*notes, *_find_held_root(urdf, frames, joints)))
 
@@ -80,12 +82,6 @@ def _assemble(
         for joint in moving
     )
     return frames, joints, bodies, list(find_inertia_doubts(urdf.links, frames, joints, bodies))
-
-
-def _moved_links(urdf: Urdf, joints: Sequence[Joint]) -> list[str]:
-    """The link that each joint moves, as messages name it."""
-    children = {joint.name: joint.child for joint in urdf.joints}
-    return [f"link {children[joint.name]}" for joint in joints]
 
 
 def compose(outer: Placement, inner: Placement) -> Placement:

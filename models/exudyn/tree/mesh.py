@@ -56,10 +56,6 @@ class MeshLaw(NamedTuple):
         """The fields as float64, those of the curve from place CURVE on."""
         return np.concatenate([self[:CURVE], self.curve.array])
 
-    def has_same_variation(self, other: MeshLaw) -> bool:
-        """Whether both have the same stiffness and error at every time and angle."""
-        return np.array_equal(self.array[ERROR:], other.array[ERROR:])
-
 
 _FIELDS = {name: place for place, name in enumerate(MeshLaw._fields)}
 WHEEL_RADIUS, PLANET_RADIUS = _FIELDS["wheel_radius"], _FIELDS["planet_radius"]
@@ -219,7 +215,9 @@ def build_gearing(gears: Sequence[GearStage], conservative: bool) -> Gearing:
 
 
 def _are_new(laws: Sequence[MeshLaw]) -> list[bool]:
-    return [True, *(not law.has_same_variation(before) for before, law in pairwise(laws))]
+    """Whether each law's stiffness and error vary otherwise than those of the law before it."""
+    variations = [law.array[ERROR:] for law in laws]
+    return [True, *(not np.array_equal(*pair) for pair in pairwise(variations))]
 
 
 def _rows(arrays: Sequence[np.ndarray]) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm, Link, Planetary
 from crosscheck.models.arm.layout import Layout
-from crosscheck.models.exudyn.engine import TreeBody
+from crosscheck.models.exudyn.engine import TreePart, make_planar_part
 from crosscheck.models.exudyn.tree.laws import base_radius, inertia
 from crosscheck.models.exudyn.tree.mesh import StageCoordinates
 
@@ -31,14 +31,14 @@ def build_stages(arm: Arm) -> list[StageCoordinates]:
     return stages
 
 
-def build_bodies(arm: Arm) -> list[TreeBody]:
+def build_bodies(arm: Arm) -> list[TreePart]:
     """Every body of the arm in the order of the tree coordinates."""
     bodies, parent, axis = [], -1, (0.0, 0.0)
     for place, (stage, joint) in enumerate(zip(build_stages(arm), arm.joints, strict=True)):
-        bodies.append(TreeBody(parent, axis, *_composite(_link_parts(arm, place))))
+        bodies.append(make_planar_part(parent, axis, *_composite(_link_parts(arm, place))))
         if isinstance(joint, Planetary):
             mass = joint.sun_mass_kg or NO_MASS
-            bodies.append(TreeBody(parent, axis, mass, 0.0, inertia(joint, "sun")))
+            bodies.append(make_planar_part(parent, axis, mass, 0.0, inertia(joint, "sun")))
             bodies += _planets(joint, stage.link)
         parent, axis = stage.link, (arm.links[place].length_m, 0.0)
     return bodies
@@ -81,13 +81,15 @@ def _far_end(arm: Arm, place: int) -> PartOfBody:
     return outer.motor_mass_kg, at, 0.0
 
 
-def _planets(joint: Planetary, carrier: int) -> list[TreeBody]:
+def _planets(joint: Planetary, carrier: int) -> list[TreePart]:
     radius = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
     planet_inertia = inertia(joint, "planet")
     angles = 2 * np.pi * np.arange(joint.planet_count) / joint.planet_count
     mass = joint.planet_mass_kg or NO_MASS
     return [
-        TreeBody(carrier, (radius * np.cos(a), radius * np.sin(a)), mass, 0.0, planet_inertia)
+        make_planar_part(
+            carrier, (radius * np.cos(a), radius * np.sin(a)), mass, 0.0, planet_inertia
+        )
         for a in angles
     ]
 
