@@ -38,8 +38,8 @@ class TermEquations:
     @cached_property
     def structure(self) -> TermStructure:
         """Structure of the terms, which the kernel's text depends on."""
-        parts = self.arm, self.layout, self.gears, self.drive, self.terms
-        return build_term_structure(*parts, self.sensor)
+        parts = self.layout, self.gears, self.drive, self.terms, self.sensor
+        return build_term_structure(*parts)
 
     @cached_property
     def numbers(self) -> Numbers:

@@ -12,7 +12,6 @@ from crosscheck.analytic.paper.kinematics import StageGeometry, stage_geometry
 from crosscheck.audit.errata import transcript
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.mesh import Mesh
-from crosscheck.models.arm.meshes import change_meshes
 from crosscheck.models.arm.planets import find_unlike_planets
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
@@ -97,8 +96,3 @@ def _strip_phase_and_damping(mesh: Mesh) -> Mesh:
     return mesh.model_copy(
         update={"phase_rad": 0.0, "damping_ratio": None, "damping_N_s_per_m": None}
     )
-
-
-def remove_backlash(arm: Arm) -> Arm:
-    """The arm whose teeth leave no clearance in any mesh."""
-    return change_meshes(arm, lambda mesh: mesh.model_copy(update={"backlash_m": 0.0}))

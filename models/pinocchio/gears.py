@@ -54,7 +54,7 @@ class PinocchioGears(Model):
         contacts = find_contacts((j, stage) for j, stage in geared if isinstance(j, Planetary))
         self._mesh_law = MeshForces(contacts, self.switches)
         self._meshes = self._mesh_law.meshes
-        self._to_tree = tree.map_to_tree(arm, self._stages, self.layout)
+        self.to_tree = tree.map_to_tree(arm, self._stages, self.layout)
         self._links = [stage.link - 1 for stage in self._stages]
         self._driven = [stage.driven - 1 for stage in self._stages]
         self._ratios = [tree.sun_turns(j) if isinstance(j, Planetary) else 1.0 for j in arm.joints]
@@ -62,36 +62,32 @@ class PinocchioGears(Model):
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q), shape (n, n): the tree's, seen along the layout's coordinates."""
-        upper = np.triu(pin.crba(self._tree, self._data, self._to_tree @ q))
-        return self._to_tree.T @ (upper + np.triu(upper, 1).T) @ self._to_tree
+        upper = np.triu(pin.crba(self._tree, self._data, self.to_tree @ q))
+        return self.to_tree.T @ (upper + np.triu(upper, 1).T) @ self.to_tree
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Coriolis and centrifugal force, shape (n,)."""
-        angles, rates = self._to_tree @ q, self._to_tree @ v
-        return self._to_tree.T @ pin.nle(self._weightless, self._data, angles, rates)
+        angles, rates = self.to_tree @ q, self.to_tree @ v
+        return self.to_tree.T @ pin.nle(self._weightless, self._data, angles, rates)
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Drive, contacts, friction and gravity at time t [s], (n,); on x [N], on theta [N m]."""
-        angles, rates = self._to_tree @ q, self._to_tree @ v
+        angles, rates = self.to_tree @ q, self.to_tree @ v
         contacts = self._local_forces(self.contact_wrenches(t, q, v))
         still = np.zeros(self._tree.nv)
         # At rest, what the joints must hold is what contacts and weights exert.
         held = pin.rnea(self._tree, self._data, angles, still, still, contacts)
-        return self._to_tree.T @ (self._joint_torques(t, angles, rates) - held)
+        return self.to_tree.T @ (self._joint_torques(t, angles, rates) - held)
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """q'' at time t [s], shape (n,), by the articulated body algorithm on the whole tree.
 
         Raises ArithmeticError if lumped planets of a stage do not move alike.
         """
-        angles, rates = self._to_tree @ q, self._to_tree @ v
+        angles, rates = self.to_tree @ q, self.to_tree @ v
         contacts = self._local_forces(self.contact_wrenches(t, q, v))
         torques = self._joint_torques(t, angles, rates)
         return self.from_tree(pin.aba(self._tree, self._data, angles, rates, torques, contacts))
-
-    def to_tree(self, q: np.ndarray) -> np.ndarray:
-        """Joint angles of the tree [rad], or their derivatives, from the layout's coordinates."""
-        return self._to_tree @ q
 
     def from_tree(self, angles: np.ndarray) -> np.ndarray:
         """The layout's coordinates, or their derivatives, from the tree's joint angles.
@@ -131,7 +127,7 @@ class PinocchioGears(Model):
 
         Columns: force along the base's x and y [N], moment about the body's own joint [N m].
         """
-        angles, rates = self._to_tree @ q, self._to_tree @ v
+        angles, rates = self.to_tree @ q, self.to_tree @ v
         approaching = _approach(self._meshes, rates)
         force = self._mesh_law.forces(self._engagement(t, angles, rates), approaching)
         origins = self.body_positions(q)
@@ -149,7 +145,7 @@ class PinocchioGears(Model):
 
     def body_positions(self, q: np.ndarray) -> np.ndarray:
         """x and y [m] of each body's own joint in the base's frame, shape (bodies, 2)."""
-        pin.forwardKinematics(self._tree, self._data, self._to_tree @ q)
+        pin.forwardKinematics(self._tree, self._data, self.to_tree @ q)
         return np.array([pose.translation[:2] for pose in self._data.oMi])
 
     def _engagement(self, t: float, angles: np.ndarray, rates: np.ndarray) -> Engagement:

@@ -38,10 +38,11 @@ from crosscheck.audit.errata.erratum import (
     run_model,
 )
 from crosscheck.audit.errata.lines import format_errata
-from crosscheck.audit.measures.stage import paper_stage, remove_backlash
+from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.models.arm.meshes import change_meshes
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
+from crosscheck.planning.plan import remove_backlash
 from tests.arms import arm_of
 
 ENTRIES = [

@@ -52,13 +52,13 @@ def test_the_map_of_coordinates_has_an_inverse(moving):
     arm, q, _ = moving
     model = gears(arm)
     # Displacements are differences of arcs of up to 3 rad on radii of up to 0.15 m.
-    np.testing.assert_allclose(model.from_tree(model.to_tree(q)), q, rtol=0, atol=20 * EPS)
+    np.testing.assert_allclose(model.from_tree(model.to_tree @ q), q, rtol=0, atol=20 * EPS)
 
 
 def test_gears_turn_as_in_the_paper():
     """Eqs. 2 and 3; the planet counts against the carrier, and all relative to link 1."""
     model, q = PinocchioGears(*paper_case()), np.array([1e-4, -2e-4, 0.3, 3e-4, 5e-5, -0.8])
-    tree = dict(zip(model.bodies[1:], model.to_tree(q), strict=True))
+    tree = dict(zip(model.bodies[1:], model.to_tree @ q, strict=True))
     for joint, (x_sp, x_pr, theta) in require_items(enumerate(q.reshape(2, 3), 1)):
         theta_s = tree[f"sun_{joint}"]
         theta_p = -(tree[f"planet_{joint}_2"] + theta)
@@ -69,7 +69,7 @@ def test_gears_turn_as_in_the_paper():
 
 def test_planets_of_a_stage_must_move_alike():
     model = PinocchioGears(*paper_case())
-    tree = model.to_tree(np.ones(6))
+    tree = model.to_tree @ np.ones(6)
     tree[2] += 1e-3
     with pytest.raises(ArithmeticError, match="planets of one stage move differently"):
         model.from_tree(tree)

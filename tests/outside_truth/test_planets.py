@@ -439,7 +439,7 @@ def test_pinocchios_map_of_free_coordinates_has_an_inverse(arm, seed):
     model = gear_tree(arm)
     [(q, _)] = random_states(model.layout, 1, seed)
     # Displacements are differences of arcs of up to 5 rad on radii of up to 0.4 m.
-    np.testing.assert_allclose(model.from_tree(model.to_tree(q)), q, rtol=0, atol=50 * EPS)
+    np.testing.assert_allclose(model.from_tree(model.to_tree @ q), q, rtol=0, atol=50 * EPS)
 
 
 def every_mesh(model: ExudynBodies) -> list[GearPair]:

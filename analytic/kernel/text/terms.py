@@ -23,7 +23,6 @@ from crosscheck.analytic.kernel.text.meshes import (
     stiffness_and_error,
     torque,
 )
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.experiment.drive import DriveData
 
@@ -81,7 +80,6 @@ class TermStructure(Structure):
 
 
 def build_term_structure(
-    arm: Arm,
     layout: Layout,
     gears: Gears,
     drive: DriveData,

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 from itertools import islice
 from queue import SimpleQueue
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from crosscheck import __version__
 from crosscheck.models.errors import InputError, Unfinished, format_install_command
@@ -45,6 +45,15 @@ class FunctionTask:
     key: str
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
+    cost: ClassVar[float] = BATCH_S
+
+    def perform(self) -> Any:
+        """The function's result in a process of this machine, or the error that it raised."""
+        prepare_worker()
+        try:
+            return self.function(*self.arguments)
+        except Exception as error:
+            return _TaskError(error)
 
 
 # Gives each task with its result, as they come. Raises what a task raised, and Unfinished for one
@@ -60,27 +69,6 @@ def open_local_executor(jobs: int) -> Iterator[BatchExecutor]:
 
 
 @dataclass(frozen=True)
-class _WorkerTask:
-    """A task for a worker of this machine."""
-
-    task: FunctionTask
-    cost = BATCH_S
-
-    @property
-    def key(self) -> str:
-        """The task's key."""
-        return self.task.key
-
-    def perform(self) -> Any:
-        """The function's result, or the error that it raised."""
-        prepare_worker()
-        try:
-            return self.task.function(*self.task.arguments)
-        except Exception as error:
-            return _TaskError(error)
-
-
-@dataclass(frozen=True)
 class _TaskError:
     error: Exception
 
@@ -89,14 +77,14 @@ class _TaskQueue:
     """Tasks not yet begun, and those to be tried again, which come first."""
 
     def __init__(self, tasks: Iterable[FunctionTask]) -> None:
-        self.tasks, self.retries = iter(tasks), list[_WorkerTask]()
-        self.running: dict[str, _WorkerTask] = {}
+        self.tasks, self.retries = iter(tasks), list[FunctionTask]()
+        self.running: dict[str, FunctionTask] = {}
 
-    def __iter__(self) -> Iterator[_WorkerTask]:
+    def __iter__(self) -> Iterator[FunctionTask]:
         return self
 
-    def __next__(self) -> _WorkerTask:
-        work = self.retries.pop() if self.retries else _WorkerTask(next(self.tasks))
+    def __next__(self) -> FunctionTask:
+        work = self.retries.pop() if self.retries else next(self.tasks)
         self.running[work.key] = work
         return work
 
@@ -117,7 +105,7 @@ def _run_by_workers(
                 raise Unfinished(f"a batch came to no end: {reason}; --resume goes on")
             waiting.retries.append(work)
             continue
-        yield work.task, result
+        yield work, result
 
 
 class Future(Protocol):
