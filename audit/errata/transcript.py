@@ -53,7 +53,7 @@ MADE_OF = {
 ENTRIES = ("M_si", "M_pi", "a_1i", "a_2", "a_3", "a_4", "r_cip", "r_si", "theta_2", "T_i", "F_i")
 BACKLASHES_UM = (5.0, 10.0, 25.0, 50.0, 500.0, 1000.0, 3000.0)  # Section 4.1
 TOOTH_ERRORS_UM = (1.6, 3.2, 5.0, 6.3)  # Section 4.2
-QUIET_UM, SEPARATE_UM = 1.0, 500.0  # what Sections 4.2 and 4.1 say of 1 and 500 um
+QUIET_UM = 1.0  # what Section 4.2 says of 1 um
 THICKNESS_SHARE = 1 / 3  # of the tooth that 6 mm are said to be nearly
 # Section 3.1: what both joints deviate by, and what that is said to make at the tip.
 DEVIATIONS_RAD, TIP_M = (0.02, 0.01), 0.03

@@ -121,11 +121,7 @@ class TrajectoryFile(NetcdfFile):
         try:
             return record.model_validate_json(text)
         except ValidationError as error:
-            self._require(False, f"its {name} cannot be used: {describe_first_error(error)}")
+            first = error.errors()[0]
+            why = f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
+            self._require(False, f"its {name} cannot be used: {why}")
             raise
-
-
-def describe_first_error(error: ValidationError) -> str:
-    """The first thing that is wrong with a record: its field, and why."""
-    first = error.errors()[0]
-    return f"{'.'.join(map(str, first['loc']))}: {first['msg']}"

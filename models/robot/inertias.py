@@ -111,7 +111,8 @@ def _find_repair(link: UrdfLink, links: Sequence[UrdfLink]) -> str:
     for name in _find_twins(link.name):
         twin = by_name.get(name)
         if twin is not None and twin.body is not None and _is_body(twin.six):
-            return f"its twin {name} has {_format_six(twin.six)}, which a body has"
+            six_of_twin = (f"{slot} {value:g}" for slot, value in zip(SLOTS, twin.six, strict=True))
+            return f"its twin {name} has {', '.join(six_of_twin)}, which a body has"
     for order, slots in ORDERS.items():
         if any(six[[1, 2, 4]]) and _is_body(six[list(slots)]):
             return f"a body has them if they are {order}"
@@ -135,10 +136,6 @@ def _find_twins(name: str) -> Iterator[str]:
             twin = re.sub(pattern, other, name)
             if twin != name:
                 yield twin
-
-
-def _format_six(six: Sequence[float]) -> str:
-    return ", ".join(f"{slot} {value:g}" for slot, value in zip(SLOTS, six, strict=True))
 
 
 def _find_unit(mass: float, radius: float) -> str:

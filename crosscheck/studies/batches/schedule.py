@@ -229,19 +229,12 @@ def compute_digest(*parts: object) -> str:
     return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:32]
 
 
-def describe_difference(local_fingerprint: str, worker_fingerprint: str) -> str:
-    """What two fingerprints have unlike, in words."""
-    pairs = zip(local_fingerprint.split(", "), worker_fingerprint.split(", "), strict=False)
-    return "; ".join(f"{a} here, {b} there" for a, b in pairs if a != b) or "another one"
-
-
 def require_same_version(local_fingerprint: str, worker_fingerprint: str, worker: str) -> None:
     """Raise InputError unless a worker's fingerprint is the one that is expected."""
     if local_fingerprint != worker_fingerprint:
-        allowed = (
-            f"runs another version: {describe_difference(local_fingerprint, worker_fingerprint)}"
-        )
-        raise InputError("--scheduler", "", worker, allowed)
+        pairs = zip(local_fingerprint.split(", "), worker_fingerprint.split(", "), strict=False)
+        unlike = "; ".join(f"{a} here, {b} there" for a, b in pairs if a != b) or "another one"
+        raise InputError("--scheduler", "", worker, f"runs another version: {unlike}")
 
 
 def run_with_version(expected: str, function: Callable[..., Any], *arguments: Any) -> Any:
