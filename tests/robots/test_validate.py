@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import crosscheck as package
-from crosscheck.checks.robots import engines
+from crosscheck.checks.robots import engines, simulations
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.cli.commands import make_request
 from crosscheck.models.robot.file import load_robot
@@ -235,6 +235,20 @@ def test_random_mechanisms_raise_no_false_alarm():
         findings = judge_comparisons(comparisons, Results(outcomes))
         wrong = [each for each in findings if each.verdict not in ("agree", "measured")]
         assert wrong == [], seed
+
+
+def test_one_torque_for_many_joints_flings_none_of_them():
+    """With the first joint's the light ones turned by 1e18 rad, and rounding decided the rest."""
+    own = random_chain(3104002622, 12)
+    case = make_cases(own, sample_states(own, 4, 0), 10)[0]
+    assert case.level == "links"
+    assert case.free > simulations.LISTED
+    first, second = (
+        simulations.simulation(tasks.build_robot_model(name, own, "links"), case)
+        for name in ("analytic", "pinocchio")
+    )
+    assert 1e-3 < np.abs(first - first[0]).max() < np.pi
+    np.testing.assert_allclose(first, second, rtol=0, atol=1e-12)
 
 
 def test_every_question_to_a_model_has_a_size():

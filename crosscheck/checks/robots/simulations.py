@@ -40,14 +40,13 @@ def make_scenario(case: RobotLevel) -> Scenario:
     """A run of so many steps from the first state's joints, all recorded.
 
     Torques are so large that joints would have about the state's accelerations alone. Of a robot
-    with more joints than a scenario lists, all have the values of the first.
+    with more joints than a scenario lists, all have the first's start, and the least torque: the
+    first joint's carries the whole robot, and would fling the last ones out of any motion.
     """
     q, v, a, _ = (each[0, : case.free] for each in case.states)
     torques = np.diagonal(case.sizes.mass_matrix[0])[: case.free] * a
-
-    def spread(values: np.ndarray) -> float | tuple[float, ...]:
-        return tuple(values.tolist()) if case.free <= LISTED else float(values[0])
-
+    if case.free > LISTED:
+        q, v, torques = q[0], v[0], min(torques, key=abs)
     return Scenario(
         schema_version=1,
         name="brief",
@@ -55,12 +54,12 @@ def make_scenario(case: RobotLevel) -> Scenario:
         step_s=case.run_s / STEPS,
         record_every=1,
         start=Start(
-            theta_rad=spread(q),
-            theta_dot_rad_per_s=spread(v),
+            theta_rad=q.tolist(),
+            theta_dot_rad_per_s=v.tolist(),
             sun_planet_offset_m=DEPTH,
             planet_ring_offset_m=DEPTH,
         ),
-        drive=ConstantDrive(kind="constant", torque_N_m=spread(torques)),
+        drive=ConstantDrive(kind="constant", torque_N_m=torques.tolist()),
     )
 
 
