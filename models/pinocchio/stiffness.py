@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import cos, pi, sin
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
 
 from crosscheck.models.arm import stiffness as stiffness_laws
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,8 @@ def build_mesh_stiffness(laws: Sequence[stiffness_laws.StiffnessLaw]) -> MeshSti
 def build_curve(law: stiffness_laws.StiffnessLaw) -> StiffnessWaves | Spline:
     """A stiffness law as waves or a spline, which evaluate it."""
     if isinstance(law, stiffness_laws.TableStiffness):
+        from scipy.interpolate import make_interp_spline  # for tables alone
+
         spline = make_interp_spline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
         return Spline(spline)
     if isinstance(law, stiffness_laws.SquareStiffness):

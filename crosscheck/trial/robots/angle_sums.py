@@ -29,8 +29,9 @@ def describe_angle_sum(difference: np.ndarray, q: np.ndarray, robot: Robot) -> s
     angles = signs @ q[:, turning].T
     waves = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     columns = np.stack([factor * waves for factor in factors.values()], axis=1)
+    rest = measure_rest(difference, columns[..., 0, :], columns[..., 1, :])
     near = np.sqrt(len(q)) * 10 * FITS * size  # no wave further off fits, whatever the rounding
-    for wave, place in np.argwhere(_measure_rest(difference, columns) <= near).tolist():
+    for wave, place in np.argwhere(rest <= near).tolist():
         fit, *_ = np.linalg.lstsq(columns[wave, place].T, difference, rcond=1e-12)
         if np.abs(difference - fit @ columns[wave, place]).max() <= FITS * size:
             angle = _format_sum(signs[wave], [joints[n].name for n in turning])
@@ -38,9 +39,8 @@ def describe_angle_sum(difference: np.ndarray, q: np.ndarray, robot: Robot) -> s
     return ""
 
 
-def _measure_rest(difference: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """The norm of what two columns (..., 2, states) leave of a difference (states,), together."""
-    first, second = columns[..., 0, :], columns[..., 1, :]
+def measure_rest(difference: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """The norm of what two columns (..., states) together leave of a difference (states,)."""
     rest = _remove_part(np.broadcast_to(difference, first.shape), first)
     norm: np.ndarray = np.linalg.norm(_remove_part(rest, _remove_part(second, first)), axis=-1)
     return norm

@@ -39,6 +39,7 @@ MISSING = "missing"
 MOST_OTHERS = 3  # causes that no state tells from the first one, of which some are named
 MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
 LEAST_ENTRIES = 3  # that are wrong, before six numbers together explain more than chance
+UNFOUNDED = "bias does not follow from mass_matrix, which is right"
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 
 
@@ -95,9 +96,11 @@ def diagnose(
     pieces = {} if explanations or links else _describe_wrong_pieces(problem, level, wrong)
     notes += [words for each in pieces.values() for words in each]
     if "bias" in wrong:
-        terms = rates()
-        explained = bool(explanations or links or pieces.get("bias"))
-        notes += [] if terms is None else _bias_notes(problem, level, terms, right, explained)
+        unfounded = "mass_matrix" in right and "bias" not in problem.self_differences
+        if explanations or links or pieces.get("bias"):  # then it is a sum of products of rates
+            notes += [UNFOUNDED] if unfounded else []
+        elif (terms := rates()) is not None:
+            notes += _bias_notes(problem, level, terms, unfounded=unfounded)
     if "acceleration" in wrong and not explanations and not links:
         rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
         notes += describe_accelerations(problem, level, rows)
@@ -320,15 +323,11 @@ def _is_or_are(names: Sequence[str]) -> str:
 
 
 def _bias_notes(
-    problem: RobotProblem,
-    level: Level,
-    terms: BiasTerms,
-    right: Sequence[str],
-    explained: bool,
+    problem: RobotProblem, level: Level, terms: BiasTerms, *, unfounded: bool
 ) -> Iterator[str]:
     """Sentences on a bias that is wrong: what is no product of two rates, then wrong terms.
 
-    right: parts that are right; explained: whether something explains all, which says more.
+    unfounded: whether M is right, from which it should follow, and nothing says so yet.
     """
     sizes, few = problem.sizes[level], slice(len(terms.rest))
     states = RandomStates(*(each[few] for each in problem.states))
@@ -348,10 +347,9 @@ def _bias_notes(
     else:
         yield from _linear_notes(terms, size, names)
     wrong = list(_wrong_products(problem, level, terms, sample_bias_terms(model.bias, states)))
-    if wrong and "mass_matrix" in right and "bias" not in problem.self_differences:
-        yield "bias does not follow from mass_matrix, which is right"
-    if not explained:
-        yield from wrong
+    if wrong and unfounded:
+        yield UNFOUNDED
+    yield from wrong
 
 
 def _describe_rest(

@@ -12,6 +12,7 @@ import numpy as np
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.models.robot.robot import Level, Robot, RobotBody, compute_point_inertia
+from crosscheck.trial.robots.angle_sums import measure_rest
 from crosscheck.trial.robots.candidates import (
     ALIKE,
     AS_IT_STANDS,
@@ -270,9 +271,14 @@ class CauseSearch:
         return np.concatenate(places)
 
     @cached_property
-    def _effects(self) -> list[tuple[NumberEffect, np.ndarray, np.ndarray]]:
+    def _effects(self) -> tuple[list[NumberEffect], np.ndarray, np.ndarray]:
+        """Effects, and what of a row (effects, places) each makes: linear in it, by its square."""
         effects = self.table.list_number_effects(self.level)
-        return [(each, self.row(each.linear), self.row(each.square)) for each in effects]
+        linear, square = (
+            np.array([self.row(change) for change in changes])
+            for changes in zip(*(each[1:] for each in effects), strict=True)
+        )
+        return effects, linear, square
 
     @cached_property
     def _mistakes(self) -> list[tuple[MistakeEffect, np.ndarray]]:
@@ -290,12 +296,15 @@ class CauseSearch:
         return causes
 
     def _number_causes(self, places: Places) -> Iterator[tuple[RobotNumber, Cause]]:
-        for effect, linear, square in self._effects:
-            number = effect.number
-            wrong = self.difference[places]
-            by = _solve_step(linear[places], square[places], wrong)
-            left = wrong - linear[places] * by - square[places] * by**2
-            if by and np.linalg.norm(left) <= CLOSE * np.linalg.norm(wrong):
+        effects, *changes = self._effects
+        wrong, (linear, square) = self.difference[places], (each[:, places] for each in changes)
+        allowed = CLOSE * np.linalg.norm(wrong)
+        near = measure_rest(wrong, linear, square) <= 2 * allowed  # by any two factors
+        for place in np.flatnonzero(near):
+            number = effects[place].number
+            by = _solve_step(linear[place], square[place], wrong)
+            left = wrong - linear[place] * by - square[place] * by**2
+            if by and np.linalg.norm(left) <= allowed:
                 value = number.value + by * number.step
                 if not self._is_possible(number, value) or not self._holds(number, value, places):
                     continue
@@ -342,7 +351,7 @@ class CauseSearch:
         states, values = self.problem.states, self.problem.answers.values["acceleration"][:, row]
         base = DynamicsTerms(*AnalyticRobot(self.problem.robot, self.level).terms(*states[:2]))
         size = self.problem.sizes[self.level].acceleration[:, row]
-        for effect, *_ in self._effects:
+        for effect in self.table.list_number_effects(self.level):
             number = effect.number
 
             def left(by: float, effect: NumberEffect = effect) -> np.ndarray:
