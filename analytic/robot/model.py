@@ -30,6 +30,8 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, WITH_ROTORS, JointStage, Level, Robot
 
+NEXT, LAST = np.array([1, 2, 0]), np.array([2, 0, 1])  # axes after x, y, z, and after these
+
 
 class FramePoses(NamedTuple):
     """Pose of a frame in every state, and its partial velocities.
@@ -260,7 +262,7 @@ class AnalyticRobot(RobotModel):
             inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
             force = body.mass * _point_acceleration(rate, pose.com_lever)
             moment = _multiply(inertia, rate.angular_rate)
-            moment += _cross(rate.angular, _multiply(inertia, rate.angular))
+            moment += cross(rate.angular, _multiply(inertia, rate.angular))
             total += _project(pose.com_partials, force)
             total += _project(pose.angular_partials, moment)
         for spinner in self._spinning_bodies:
@@ -270,7 +272,7 @@ class AnalyticRobot(RobotModel):
             rate = rates[spinner.body]
             speed = (spin * v).sum(axis=1, keepdims=True)
             growth = (axis * rate.angular_rate).sum(axis=1, keepdims=True)
-            turned = _project(poses[spinner.body].angular_partials, _cross(rate.angular, axis))
+            turned = _project(poses[spinner.body].angular_partials, cross(rate.angular, axis))
             total += spinner.inertia * (growth * spin + speed * turned)
         return total
 
@@ -326,13 +328,13 @@ class AnalyticRobot(RobotModel):
                     + (1 - np.cos(value))[:, None, None] * (crossing @ crossing)
                 )
                 rotation = rotation @ turn
-                moving = under.origin_partials + _cross(turning, at)
+                moving = under.origin_partials + cross(turning, at)
                 turning = turning + along
             else:
                 at = at + value[:, None] * axis
-                moving = under.origin_partials + _cross(turning, at) + along
+                moving = under.origin_partials + cross(turning, at) + along
             arm = rotation @ body.com
-            carrying = moving + _cross(turning, arm)
+            carrying = moving + cross(turning, arm)
             poses.append(FramePoses(rotation, under.position + at, turning, moving, arm, carrying))
         return poses
 
@@ -350,7 +352,7 @@ class AnalyticRobot(RobotModel):
             at = pose.position if on_base else pose.position - poses[joint.parent].position
             relative = speed[:, None] * (pose.rotation @ joint.axis)
             acceleration = _point_acceleration(under, at)
-            turned = _cross(under.angular, relative)
+            turned = cross(under.angular, relative)
             if joint.kind == "revolute":
                 rate = FrameRates(
                     under.angular + relative, under.angular_rate + turned, acceleration
@@ -376,8 +378,8 @@ def _point_acceleration(rate: FrameRates, arm: np.ndarray) -> np.ndarray:
     """Acceleration (states, 3) of a point of a body, arm (states, 3) from its origin."""
     return (
         rate.acceleration
-        + _cross(rate.angular_rate, arm)
-        + _cross(rate.angular, _cross(rate.angular, arm))
+        + cross(rate.angular_rate, arm)
+        + cross(rate.angular, cross(rate.angular, arm))
     )
 
 
@@ -387,12 +389,11 @@ def _skew_matrix(vector: np.ndarray) -> np.ndarray:
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
-def _cross(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+def cross(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """one x other (states, 3); of one (states, 3, n), for each of its columns."""
-    a, b, c = (left[:, axis] for axis in range(3))
-    x, y, z = (right[:, axis].reshape(-1, *[1] * (left.ndim - 2)) for axis in range(3))
-    product = np.empty_like(left)
-    product[:, 0], product[:, 1], product[:, 2] = b * z - c * y, c * x - a * z, a * y - b * x
+    right = right if left.ndim == right.ndim else right[:, :, None]
+    product: np.ndarray = left.take(NEXT, axis=1) * right.take(LAST, axis=1)
+    product -= left.take(LAST, axis=1) * right.take(NEXT, axis=1)
     return product
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.analytic.robot.model import AnalyticRobot, cross
 from crosscheck.models.robot.robot import BASE, Level, Placement, Robot, RobotBody
 from crosscheck.models.robot.urdf import read_urdf
 from crosscheck.trial.robots.candidates import ALIKE, get_link_name
@@ -113,7 +113,7 @@ class KaneSum:
         moving, turning = self.move_point(number, body.lever), pose.angular_partials
         centre = rate.acceleration + _rotate_point(rate.angular, rate.angular_rate, body.lever)
         moment = _apply(body.inertia, rate.angular_rate)
-        moment = moment + np.cross(rate.angular, _apply(body.inertia, rate.angular))
+        moment = moment + cross(rate.angular, _apply(body.inertia, rate.angular))
         mass = body.mass * moving.swapaxes(1, 2) @ moving
         return DynamicsTerms(
             mass + turning.swapaxes(1, 2) @ body.inertia @ turning,
@@ -124,7 +124,7 @@ class KaneSum:
     def move_point(self, number: int, lever: np.ndarray) -> np.ndarray:
         """The velocity (states, 3, n) per rate of a point of a body, lever from its origin."""
         pose = self.poses[number]
-        return pose.origin_partials + np.cross(pose.angular_partials, lever[:, :, None], axis=1)
+        return pose.origin_partials + cross(pose.angular_partials, lever)
 
     def list_mass_pieces(self) -> dict[str, dict[str, np.ndarray]]:
         """What of M (states, n, n) is each body's, by kind and link."""
@@ -153,10 +153,10 @@ class KaneSum:
             rate, turning = self.rates[number], self.poses[number].angular_partials
             w, dw, moving = rate.angular, rate.angular_rate, mass * self.move_point(number, lever)
             at = self.poses[number].rotation @ place
-            inward = np.cross(w, np.cross(w, lever - at))
+            inward = cross(w, cross(w, lever - at))
             angular, centre = _apply(inertia, dw), _project(moving, _rotate_point(w, dw, lever))
             pieces = {
-                "the gyroscopic torque w x I w": np.cross(w, _apply(inertia, w)),
+                "the gyroscopic torque w x I w": cross(w, _apply(inertia, w)),
                 "the torque I w' of the angular acceleration": angular,
             }
             for kind, torque in pieces.items():
@@ -171,8 +171,8 @@ class KaneSum:
                 "the acceleration of the centre": centre + _project(moving, rate.acceleration),
             }
             if place.any():
-                linear[PLACE_INWARD] = _project(moving, np.cross(w, np.cross(w, at)))
-                linear[PLACE_ALONG] = _project(moving, np.cross(dw, at))
+                linear[PLACE_INWARD] = _project(moving, cross(w, cross(w, at)))
+                linear[PLACE_ALONG] = _project(moving, cross(dw, at))
             for kind, piece in linear.items():
                 kinds.setdefault(kind, {})[link] = piece
         for number, joint in enumerate(self.robot.joints):
@@ -188,9 +188,9 @@ class KaneSum:
             return
         under = self.rates[joint.parent]
         at = pose.position - self.poses[joint.parent].position
-        inward = np.cross(under.angular, np.cross(under.angular, at))
+        inward = cross(under.angular, cross(under.angular, at))
         yield PLACE_INWARD, self._load(number, inward)
-        along = np.cross(under.angular_rate, at)
+        along = cross(under.angular_rate, at)
         yield PLACE_ALONG, self._load(number, along)
         extra = self.rates[number].acceleration - under.acceleration
         extra = extra - _rotate_point(under.angular, under.angular_rate, at)
@@ -217,7 +217,7 @@ class KaneSum:
             centre = linear
             if angular is not None:
                 away = self.poses[number].position - self.poses[first].position + lever
-                centre = centre + np.cross(angular, away)
+                centre = centre + cross(angular, away)
                 turning = self.poses[number].angular_partials
                 total += _project(turning, _apply(inertia, angular))
             total += mass * _project(self.move_point(number, lever), centre)
@@ -233,7 +233,7 @@ class KaneSum:
             before = np.zeros_like(w) if parent == BASE else self.rates[parent].angular
             relative = w - before if revolute[number] else np.zeros_like(w)
             inertia = self.place_body(number, body).inertia
-            right = np.cross(w, _apply(inertia, w))
+            right = cross(w, _apply(inertia, w))
             turning = self.poses[number].angular_partials
             for words, left_rate, right_rate in (
                 ("I w of the first link's rate", w, first),
@@ -242,9 +242,9 @@ class KaneSum:
                 ("I w of the joint's own rate", w, relative),
                 ("the rate of the link before for w", before, before),
             ):
-                wrong = np.cross(left_rate, _apply(inertia, right_rate))
+                wrong = cross(left_rate, _apply(inertia, right_rate))
                 changes[words] = changes.get(words, 0) + _project(turning, wrong - right)
-            fixed = np.cross(w, w @ body.inertia)
+            fixed = cross(w, w @ body.inertia)
             words = "I in the link's own axes, not turned"
             changes[words] = changes.get(words, 0) + _project(turning, fixed - right)
         yield from changes.items()
@@ -430,7 +430,7 @@ def describe_accelerations(
 
 def _rotate_point(w: np.ndarray, dw: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """The acceleration (states, 3) of the end of an arm by turning about its begin."""
-    turned: np.ndarray = np.cross(dw, arm) + np.cross(w, np.cross(w, arm))
+    turned: np.ndarray = cross(dw, arm) + cross(w, cross(w, arm))
     return turned
 
 
