@@ -11,7 +11,7 @@ import numpy as np
 from crosscheck.checks.robots.sizes import RobotSizes
 from crosscheck.checks.robots.states import RandomStates
 
-MOST_CALLS, LEAST_STATES = 1000, 3
+MOST_CALLS, LEAST_STATES = 600, 3
 
 
 @dataclass(frozen=True)
@@ -35,17 +35,16 @@ class BiasTerms:
 def select_rate_states(states: RandomStates) -> RandomStates:
     """The first states, so many that their terms take some MOST_CALLS answers; a few at least."""
     size = states.q.shape[1]
-    count = max(LEAST_STATES, MOST_CALLS // (1 + size * (size + 1)))
+    count = max(LEAST_STATES, MOST_CALLS // (1 + size * (size + 3) // 2))
     return RandomStates(*(each[:count] for each in states))
 
 
 def make_rate_states(states: RandomStates) -> list[RandomStates]:
-    """The states at the rates that terms_of needs: none, each alone, two together, both ways."""
+    """The states at the rates that terms_of needs: none, each alone both ways, two together."""
     size = states.q.shape[1]
     units = np.eye(size)
-    sums = [units[j] + units[k] for j, k in combinations(range(size), 2)]
-    rates = [np.zeros(size)]
-    rates += [sign * rate for rate in (*units, *sums) for sign in (1, -1)]
+    rates = [np.zeros(size), *(sign * unit for unit in units for sign in (1, -1))]
+    rates += [units[j] + units[k] for j, k in combinations(range(size), 2)]
     still = 0 * states.a
     return [states._replace(v=np.tile(rate, (len(states.q), 1)), a=still) for rate in rates]
 
@@ -55,13 +54,13 @@ def compute_bias_terms(answers: Sequence[np.ndarray]) -> BiasTerms:
     rest, *moving = answers
     states, size = rest.shape
     linear, products = np.zeros((states, size, size)), np.zeros((states, size, size, size))
-    pairs = list(zip(moving[::2], moving[1::2], strict=True))
-    for j, (forward, backward) in enumerate(pairs[:size]):
+    for j in range(size):
+        forward, backward = moving[2 * j : 2 * j + 2]
         linear[:, :, j] = (forward - backward) / 2
         products[:, :, j, j] = (forward + backward) / 2 - rest
-    for (j, k), (forward, backward) in zip(combinations(range(size), 2), pairs[size:], strict=True):
-        alone = products[:, :, j, j] + products[:, :, k, k]
-        products[:, :, j, k] = (forward + backward) / 2 - rest - alone
+    for (j, k), together in zip(combinations(range(size), 2), moving[2 * size :], strict=True):
+        alone = sum(linear[:, :, each] + products[:, :, each, each] for each in (j, k))
+        products[:, :, j, k] = together - rest - alone
     return BiasTerms(rest, linear, products)
 
 
