@@ -54,6 +54,11 @@ def few_states(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
 
 
+@pytest.fixture(autouse=True)
+def trial_in_this_process() -> None:
+    """Units are binaries, some of which abort or hang here: workers ask them."""
+
+
 def exported(arm: str, name: str, *changes: tuple[str, str]) -> bytes:
     """The program's own FMU of a model, its C changed before it is compiled."""
     model = build_model(arm, name, [])
