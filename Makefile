@@ -20,6 +20,9 @@ EDITABLE := $(PIP) install --quiet --no-deps --no-build-isolation --no-index -e 
 TEST := $(PY) -m pytest -rs -n auto --dist loadscope --no-loadscope-reorder
 DRAWS ?= 1000
 
+# Python keeps what it compiles: without, each process of the suite compiles all of it anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: run test test-fast test-system fuzz octave coverage lint bench paper docs lock clean
 .DELETE_ON_ERROR:
 
