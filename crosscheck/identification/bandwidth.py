@@ -3,43 +3,60 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.identification.estimation import estimate_deviations
+from crosscheck.identification.estimation import LinearFit
+from crosscheck.identification.sampling import ROWS
 
 RAISED = 2.0**0.5  # from a tried bandwidth to the next
-# Of the least residual in narrower bands: a band that leaves more adds what no model of rigid links
-# explains (elastic gears, noise of derivatives).
-GROWN = 1.2
+# White noise grows by 1.19 from one to the next. A residual that grows by more is of what no model
+# of rigid links explains: elastic gears, noise of accelerations, which makes armatures too small.
+GROWN = 1.25
+GAIN = 0.98  # of errors: a band that makes them no less has no information of its own
 
 
-def choose_bandwidth(measure: Callable[[float], float], lowest: float, highest: float) -> float:
-    """The largest bandwidth [Hz] before the residual grows.
+class BandQuality(NamedTuple):
+    """Geometric means of the joints' residuals and of the estimates' standard errors in a band."""
+
+    residual: float
+    error: float
+
+
+def choose_bandwidth(
+    measure: Callable[[float], BandQuality], lowest: float, highest: float
+) -> float:
+    """The bandwidth [Hz] beyond which errors fall no more, or the residual grows too much.
 
     Args:
-        measure: What a fit leaves of all that is below a bandwidth.
+        measure: What a fit below a bandwidth leaves.
         lowest: The first one tried [Hz].
         highest: None beyond it is tried.
     """
     chosen, least = lowest, measure(lowest)
     while (tried := chosen * RAISED) <= highest:
-        left = measure(tried)
-        if left > GROWN * least:
+        quality = measure(tried)
+        if has_grown(least.residual, quality.residual, 1) or quality.error > GAIN * least.error:
             break
-        chosen, least = tried, min(least, left)
+        chosen, least = tried, quality
     return chosen
 
 
-def measure_residual(columns: np.ndarray, torque: np.ndarray, shown: np.ndarray) -> float:
-    """Geometric mean over the joints of the residuals' deviations, parameters counted.
+def has_grown(residual: float, wider: float, steps: int) -> bool:
+    """Whether a residual of a band so many steps wider is more than noise makes it."""
+    return wider > GROWN**steps * residual
 
-    Args:
-        columns: Of the parameters (rows, n, p).
-        torque: What they shall make (rows, n).
-        shown: Which of these say something (rows, n).
-    """
-    count, parameters = shown.sum(axis=0), columns.shape[2]
-    deviations = estimate_deviations(columns, torque, shown)
-    rows = int(count.sum())
-    return float(np.exp(np.log(deviations).mean()) * np.sqrt(rows / max(rows - parameters, 1)))
+
+def measure_fit(fit: LinearFit) -> BandQuality:
+    """Of the fit of all terms in a band, parameters counted; what has no error counts for none."""
+    free = count_freedom(fit.shown, len(fit.values))
+    left = fit.sigma * np.sqrt((free + len(fit.values)) / free)
+    errors = fit.errors[fit.errors > 0]
+    logarithms = np.log(left), np.log(errors if errors.size else np.ones(1))
+    return BandQuality(*(float(np.exp(each.mean())) for each in logarithms))
+
+
+def count_freedom(shown: np.ndarray, parameters: int) -> float:
+    """Independent rows of those that count (rows, n) less parameters: two in a shortest period."""
+    return max(2 / ROWS * float(shown.sum()) - parameters, 1.0)

@@ -10,7 +10,12 @@ from typing import Literal
 import numpy as np
 
 from crosscheck.findings import Finding
-from crosscheck.identification.bandwidth import choose_bandwidth, measure_residual
+from crosscheck.identification.bandwidth import (
+    choose_bandwidth,
+    count_freedom,
+    has_grown,
+    measure_fit,
+)
 from crosscheck.identification.decimation import DecimatedSignals
 from crosscheck.identification.engines import compare_engines
 from crosscheck.identification.estimation import CONFIDENCE, LinearFit, fit_linear
@@ -42,6 +47,7 @@ from crosscheck.identification.terms import (
     TermKind,
     TorqueTerm,
     build_columns,
+    filter_columns,
     shared_motors,
 )
 from crosscheck.models.errors import InputError
@@ -66,7 +72,7 @@ STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
     ("armature of shared motors", ("shared armature",)),
 )
 MOST_BANDS = 4  # whose samples are kept: fits ask for those of the last ones again
-FEWEST_ROWS = 4  # of torques for a parameter
+FEWEST_ROWS = 16  # of torques for a parameter, half of them independent
 NOTHING_ELSE = Knowledge()
 # Chance that anything is named on a side which is not there.
 SIGNIFICANT = 0.001
@@ -168,9 +174,14 @@ class SideResult:
             if each.term.kind == "scale" and abs(each.value - 1) > self.threshold * each.error
         )
 
+    @property
+    def freedom(self) -> float:
+        """Independent rows that count, less parameters: what is left grows with its root."""
+        return count_freedom(self.shown, self.steps[-1].parameters)
+
     def find_worse_joints(self, other: SideResult) -> dict[str, float]:
         """Joints at which this leaves more than another treatment of links, and how many times."""
-        ratios = self.steps[-1].rms / other.steps[-1].rms
+        ratios = self.steps[-1].rms / other.steps[-1].rms * np.sqrt(other.freedom / self.freedom)
         pairs = zip(self.measured, ratios.tolist(), strict=True)
         return {name: ratio for name, ratio in pairs if ratio > LEFT_MORE}
 
@@ -318,18 +329,20 @@ class _BandSamples:
             for other in list(self._samples)[: 1 - MOST_BANDS]:
                 del self._samples[other]
             samples = sample(self._signals, self.shared, bandwidth)
-            torque = samples.torque - self.compute_held(samples)
+            torque = samples.torque - self.compute_payload_torques(samples)
             self._samples[bandwidth] = replace(samples, torque=torque)
         return self._samples[bandwidth]
 
-    def compute_held(self, samples: BandSample) -> np.ndarray:
+    def compute_payload_torques(self, samples: BandSample) -> np.ndarray:
         """Torques (rows, n) of the recordings' payloads."""
-        held = np.zeros(samples.q.shape)
+        torques = np.zeros(samples.q.shape)
         for (first, last), added in zip(pairwise(samples.starts), self._payloads, strict=False):
             if added.any():
-                motion = (each[first:last] for each in (samples.q, samples.v, samples.a))
-                held[first:last] = self._regressor.compute(*motion) @ added
-        return held
+                for rows, piece in samples.select(slice(first, last)).pieces():
+                    motion = piece.motion.q, piece.motion.v, piece.motion.a
+                    loaded = self._regressor.compute(*motion) @ added
+                    torques[first:last][rows] = piece.filter(loaded)
+        return torques
 
 
 class _Problem:
@@ -355,31 +368,19 @@ class _Problem:
         return tuple(np.array(self.robot.coordinate_names)[self.measured].tolist())
 
     def fit(self, bandwidth: float) -> tuple[BandSample, Regressor, LinearFit]:
-        """Sampled motion, columns, and the fit of all terms."""
-        samples, columns, torque, shown = self._select_rows(bandwidth)
-        return samples, columns, fit_linear(columns.values, torque, shown, samples.starts)
-
-    def measure(self, bandwidth: float) -> float:
-        """What the fit of all terms leaves."""
-        _, columns, torque, shown = self._select_rows(bandwidth)
-        return measure_residual(columns.values, torque, shown)
-
-    def _select_rows(
-        self, bandwidth: float
-    ) -> tuple[BandSample, Regressor, np.ndarray, np.ndarray]:
-        """Sampled motion; columns and torques of the measured joints, and which rows count."""
+        """Sampled motion, columns of the measured joints, and the fit of all terms."""
         samples = self.samples.at(bandwidth)
-        # Columns of all terms, most of which are not asked for, would take several times as much.
-        values = np.empty((len(samples.q), int(self.measured.sum()), len(self.terms)))
-        for rows, piece in samples.pieces():
-            every = self._cut(build_columns(self.robot, self.shared, piece))
-            values[rows] = every.values[:, :, self.chosen]
-        columns = Regressor(self.terms, values)
+        columns = filter_columns(samples, self._compute_columns)
         shown = samples.moving[:, self.measured]
         reached = np.any([columns.values[on, at].any(axis=0) for at, on in enumerate(shown.T)], 0)
         if not reached.all():
             columns = columns.select(np.flatnonzero(reached))
-        return samples, columns, samples.torque[:, self.measured], shown
+        torque = samples.torque[:, self.measured]
+        return samples, columns, fit_linear(columns.values, torque, shown, samples.starts)
+
+    def _compute_columns(self, samples: BandSample) -> Regressor:
+        """Of the terms that are asked for, at measured joints."""
+        return self._cut(build_columns(self.robot, self.shared, samples)).select(self.chosen)
 
     def choose_bandwidth(self) -> float:
         """The bandwidth [Hz] of the fits. Raises InputError."""
@@ -390,7 +391,7 @@ class _Problem:
         if lowest > highest:
             allowed = f"holds too few rows for {len(self.terms)} parameters; record more"
             raise InputError(self.recordings[0].where, "", None, allowed)
-        return choose_bandwidth(self.measure, lowest, highest)
+        return choose_bandwidth(lambda band: measure_fit(self.fit(band)[2]), lowest, highest)
 
     def _cut(self, columns: Regressor) -> Regressor:
         """The columns at measured joints alone."""
@@ -405,14 +406,20 @@ def _judge_side(
     knowledge: Knowledge,
 ) -> SideResult:
     # Before all else: their columns are gone where those of the bandwidth itself are made.
-    bands = []
+    bands, others = [], []
     for factor in (0.5, 2.0) if treatment != "scaled" else ():
         if bandwidth * factor <= highest_bandwidth(problem.recordings):
             _, other_columns, other = problem.fit(bandwidth * factor)
             among = _select_estimates(problem, other_columns, other)
             rotors_only = tuple(each for each in among if each.term.kind in ROTOR_KINDS)
             bands.append(BandResult(bandwidth * factor, rotors_only))
+            others.append((factor, measure_fit(other).residual, among))
     samples, columns, full = problem.fit(bandwidth)
+    left = measure_fit(full).residual
+    # What a wider band has beyond noise is missing in its model, and says nothing of this one's.
+    sound = [
+        among for factor, wider, among in others if factor < 1 or not has_grown(left, wider, 2)
+    ]
     torque = samples.torque[:, problem.measured]
     steps, kinds = [], list(LINK_KINDS[treatment])
     for name, added in STEPS:
@@ -425,7 +432,7 @@ def _judge_side(
         )
         weighted, predicted = fit.weighted_rms(full.sigma), fit.weighted_prediction_rms(full.sigma)
         steps.append(StepResult(name, part.shape[2], fit.rms, weighted, predicted))
-    estimates = _select_estimates(problem, columns, full)
+    estimates = _add_systematic(_select_estimates(problem, columns, full), sound)
     named = sum(each.term.kind in NAMED_KINDS for each in estimates)
     concerned = _find_concerned(problem.terms, columns, full)
     return SideResult(
@@ -471,7 +478,7 @@ def _record_torque(problem: _Problem, samples: BandSample, full: LinearFit) -> R
         robot=problem.robot,
         shared=problem.shared,
         samples=samples,
-        held=problem.samples.compute_held(samples)[:, problem.measured],
+        payload_torque=problem.samples.compute_payload_torques(samples)[:, problem.measured],
         measured=problem.measured,
         shown=full.shown,
         residual=full.residual,
@@ -492,6 +499,32 @@ def _select_estimates(
         if term.kind != "links"
     ]
     return tuple(sorted(estimates, key=lambda each: problem.every.index(each.term)))
+
+
+def _add_systematic(
+    estimates: tuple[TermEstimate, ...], others: Sequence[tuple[TermEstimate, ...]]
+) -> tuple[TermEstimate, ...]:
+    """Estimates whose errors hold what other bands' are apart beyond the errors of both.
+
+    Blocks of rows tell of noise alone: what a filter or friction's sign does is alike in all.
+    """
+    widened = []
+    for each in estimates:
+        there = [other for among in others for other in among if other.term == each.term]
+        excess = [
+            (other.value - each.value) ** 2 - other.error**2 - each.error**2 for other in there
+        ]
+        systematic = max([0.0, *excess]) ** 0.5
+        error = float(np.hypot(each.error, systematic))
+        widened.append(
+            replace(
+                each,
+                error=error,
+                half_width=each.half_width * error / each.error if each.error else 0.0,
+                systematic=systematic,
+            )
+        )
+    return tuple(widened)
 
 
 def _find_concerned(

@@ -12,10 +12,9 @@ from scipy.signal import firwin, upfirdn
 
 from crosscheck.identification.recording import Recording
 
-# Rows in the shortest period of a band, at least: signals filtered to the band then have less than
-# 1e-11 of their amplitude at the highest frequency that rows resolve, and when a joint's direction
-# turns is told to a 64th of the period.
-RESOLVED = 64.0
+# Rows in the shortest period of a band of motions, at least: signals filtered to the band then have
+# 1e-9 of their amplitude at the highest frequency that rows resolve.
+RESOLVED = 32.0
 # Before every second row is left out, what is beyond a quarter of their rate is taken away: six
 # digits of it, by a symmetric filter without phase.
 TAPS, WINDOW = 33, ("kaiser", 12.3)
@@ -45,6 +44,11 @@ class DecimatedSignals:
         given = recording.position, torque
         even = (next(space_pieces([signal], recording.time)) for signal in given)
         self._levels = [EvenSignals(recording.step, *even)]
+
+    @property
+    def step(self) -> float:
+        """Time [s] between the rows given."""
+        return self._levels[0].step
 
     def select(self, bandwidth: float) -> EvenSignals:
         """The signals with the fewest rows that are enough for a bandwidth [Hz]."""

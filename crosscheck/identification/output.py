@@ -49,7 +49,8 @@ def _describe_side(side: SideResult) -> Iterator[str]:
             f" {step.predicted:.3f} as predicted; {messages.format_row(step.rms)} N m rms"
         )
     for estimate in side.estimates:
-        yield f"  {messages.format_estimate(estimate)}"
+        part = f", {estimate.systematic / estimate.error:.0%} of its error by other bands"
+        yield f"  {messages.format_estimate(estimate)}{part if estimate.systematic else ''}"
     for band in side.bands:
         listed = "; ".join(messages.format_estimate(each) for each in band.estimates)
         yield f"  up to {band.bandwidth:.3g} Hz: {listed or 'no rotor to estimate'}"
@@ -168,6 +169,7 @@ def _estimate_content(each: TermEstimate) -> dict[str, object]:
         "estimate": each.value,
         "standard_error": each.error,
         "half_of_95_percent_interval": each.half_width,
+        "systematic_part_of_standard_error": each.systematic,
     }
 
 

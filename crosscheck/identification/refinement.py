@@ -35,6 +35,7 @@ from crosscheck.identification.terms import (
     TermKind,
     TorqueTerm,
     build_columns,
+    filter_columns,
 )
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Level, Robot
@@ -81,8 +82,8 @@ class Knowledge(NamedTuple):
 class RecordedTorque:
     """Torques of a side, and how their rows are weighed.
 
-    samples: all joints, without held (rows, measured), the torques of payloads; measured (n,):
-    joints whose torque is known; shown (rows, measured): rows that count; residual (rows,
+    samples: all joints, without payload_torque (rows, measured); measured (n,): joints whose
+    torque is known; shown (rows, measured): rows that count; residual (rows,
     measured): what the terms of identified links leave; chosen: numbers of the columns that are
     independent over all motions; quantile: how many standard errors are half of an interval.
     """
@@ -90,7 +91,7 @@ class RecordedTorque:
     robot: Robot
     shared: np.ndarray
     samples: BandSample
-    held: np.ndarray
+    payload_torque: np.ndarray
     measured: np.ndarray
     shown: np.ndarray
     residual: np.ndarray
@@ -248,6 +249,9 @@ class _LinearTerms:
         self.is_link = np.array([term.kind == "links" for term in self.terms])
 
     def _compute(self, samples: BandSample) -> Regressor:
+        return filter_columns(samples, self._compute_motion)
+
+    def _compute_motion(self, samples: BandSample) -> Regressor:
         record = self.record
         columns = build_columns(record.robot, record.shared, samples).select(self._chosen)
         if self._rotors is not None:
@@ -258,8 +262,7 @@ class _LinearTerms:
 
     def compute(self, samples: BandSample, zeros: np.ndarray) -> np.ndarray:
         """Columns (rows, measured, terms) where encoders read too little by zeros (n,)."""
-        moved = replace(samples, q=samples.q + zeros)
-        return self._compute(moved).select(self._shown).values
+        return self._compute(samples.turn(zeros)).select(self._shown).values
 
     def differentiate(
         self, samples: BandSample, zeros: np.ndarray, values: np.ndarray, is_free: np.ndarray
@@ -347,9 +350,9 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
         columns = terms.compute(record.samples, zeros) if is_free.any() else fixed
         drawn = np.where(terms.is_late, 0.0, values)
         parts = [columns * np.where(terms.is_late, 1.0, scales[:, None])]
-        left = torque - parts[0] @ values - (scales - 1) * record.held
+        left = torque - parts[0] @ values - (scales - 1) * record.payload_torque
         if gains:
-            parts.append((columns @ drawn + record.held)[:, :, None] * np.eye(gains))
+            parts.append((columns @ drawn + record.payload_torque)[:, :, None] * np.eye(gains))
         if is_free.any():
             slopes = terms.differentiate(record.samples, zeros, drawn, is_free)
             parts.append(slopes * scales[:, None])

@@ -4,27 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
+from scipy.sparse import block_diag, csr_array
 
 from crosscheck.identification.decimation import DecimatedSignals, EvenSignals, continue_signal
 from crosscheck.identification.recording import Recording
 
 # Of the Butterworth filter that runs forth and back: its square in size, and no phase.
 ORDER = 4
+# Torques are no linear functions of motions: what a filter takes from a motion is missing in their
+# products far below the band. So motions pass so many times the band, are put into the columns, and
+# these pass the band itself by the same weights as the torques: that leaves any linear model true.
+MOTION_BAND = 4.0
 TOGETHER = 1000  # rows of which columns are made at a time
 MOST_ROWS = 20_000  # of a long record they stand further apart: estimates need no more
 # Shortest periods that a recording is continued by, turned about its ends: what is beyond them
 # weighs less than 1e-10 in the filter.
 PADDED = 10.0
 ROWS = 4.0  # in the shortest period of the band
-EDGE = 1.0  # shortest periods that each end loses, where the filter has data of one side alone
+DENSE = 2  # rows of motion from a row to the next: twice in the motion's own shortest period
+REACH = 1.0  # shortest periods before and behind a row that count in it
+# Shortest periods of the motion's band that each end loses: what follows after them is missing.
+EDGE = 2.0
 # Below this share of its fastest rate a joint stands: friction may then hold any torque.
 SLOW = 0.01
+# Below this share of it a direction is told in parts: less, and signs of rounding count; more, and
+# a joint that turns slowly has its friction too late.
+RAMP = 0.001
+LEAST_CHANGE = 1e-3  # of such a rate from row to row: less, and the row's own sign is as good
 # Of the power of a joint's motion: in a band that holds less, edges and noise are what is left.
 MOTION_SHARE = 0.9
+LEAST_PERIODS = 20.0  # of a band in a recording
 
 
 @dataclass(frozen=True)
@@ -34,7 +48,8 @@ class BandSample:
     q, v, a (rows, n): motion; moving (rows, n): whether a joint does not stand; direction (rows,
     n): of joints' rates; shared_direction (rows, shared): of motors that several joints turn;
     torque (rows, n), and torque_rate, its slope in time; starts: the first row of each recording,
-    then the count of rows; step [s]: between rows.
+    then the count of rows; step [s]: between rows; dense: denser rows of the wider band of motions,
+    and weights (rows, dense rows) that make a row of these, None where nothing was filtered.
     """
 
     bandwidth: float
@@ -48,15 +63,48 @@ class BandSample:
     torque_rate: np.ndarray
     starts: tuple[int, ...]
     step: float
+    dense: BandSample | None = None
+    weights: csr_array | None = None
+
+    @property
+    def motion(self) -> BandSample:
+        """Rows to make columns of, which `filter` then makes the rows of the band."""
+        return self if self.dense is None else self.dense
+
+    def filter(self, values: np.ndarray) -> np.ndarray:
+        """Values (rows of motion, ...) in the band, as the torques are."""
+        if self.weights is None:
+            return values
+        filtered = self.weights @ values.reshape(len(values), -1)
+        return filtered.reshape(-1, *values.shape[1:])
+
+    def select(self, rows: slice) -> BandSample:
+        """These rows, as of one recording."""
+        signals = {name: value[rows] for name, value in vars(self).items() if name in SIGNALS}
+        selected = replace(self, **signals, starts=(0, len(self.q[rows])))
+        if self.dense is None or self.weights is None:
+            return selected
+        weights = self.weights[rows]
+        reached = slice(int(weights.indices.min()), int(weights.indices.max()) + 1)
+        dense = self.dense.select(reached)
+        return replace(selected, dense=dense, weights=weights[:, reached])
 
     def pieces(self) -> Iterator[tuple[slice, BandSample]]:
         """All rows, some at a time, and which: as of one recording each."""
         for first in range(0, len(self.q), TOGETHER):
             rows = slice(first, min(first + TOGETHER, len(self.q)))
-            signals = {
-                name: value[rows] for name, value in vars(self).items() if np.ndim(value) == 2
-            }
-            yield rows, replace(self, **signals, starts=(0, rows.stop - first))
+            yield rows, self.select(rows)
+
+    def turn(self, zeros: np.ndarray) -> BandSample:
+        """The same with other zeros (n,) of the positions."""
+        dense = None if self.dense is None else self.dense.turn(zeros)
+        return replace(self, q=self.q + zeros, dense=dense)
+
+
+SIGNALS = (
+    *("q", "v", "a", "moving", "direction", "shared_direction"),
+    *("torque", "torque_rate"),
+)
 
 
 def sample(
@@ -69,41 +117,69 @@ def sample(
         shared: Rates of motors that several joints turn, for rates of joints (shared, n).
         bandwidth: Where the filter, forth and back, lets half of an amplitude pass [Hz].
     """
-    signals = [each.select(bandwidth) for each in recordings]
+    wide = min(MOTION_BAND, *(1 / (ROWS * bandwidth * each.step) for each in recordings))
+    signals = [each.select(wide * bandwidth) for each in recordings]
     seconds = sum(each.step * (len(each.position) - 1) for each in signals)
-    spacing = max(1 / (ROWS * bandwidth), seconds / MOST_ROWS)
-    filtered = [_filter_recording(each, shared, bandwidth, spacing) for each in signals]
+    spacing = 1 / (DENSE * ROWS * bandwidth)
+    every = max(DENSE, ceil(seconds / (MOST_ROWS * spacing)))
+    filtered = [_filter_recording(each, shared, wide * bandwidth, spacing) for each in signals]
     fastest = np.max([np.abs(each.rates).max(axis=0) for each in filtered], axis=0)
-    parts, starts = [], [0]
+    parts, weights, starts = [], [], [0]
     for each in filtered:
-        direction = _filter_direction(each, fastest, bandwidth)
+        direction = _filter_direction(each, fastest, wide * bandwidth)
         count = each.q.shape[1]
         v = each.rates[each.rows, :count]
         sides = direction[:, :count], direction[:, count:]
         parts.append((each.q, v, each.a, *sides, each.torque, each.torque_rate))
-        starts.append(starts[-1] + len(each.rows))
-    q, v, a, direction, shared_direction, torque, slope = (
-        np.concatenate(each) for each in zip(*parts, strict=True)
-    )
-    moving = np.abs(v) > SLOW * fastest[: v.shape[1]]
+        weights.append(_weigh_rows(bandwidth * each.step * each.rows, every))
+        starts.append(starts[-1] + weights[-1].shape[0])
+    names = [name for name in SIGNALS if name != "moving"]
+    dense = dict(zip(names, map(np.concatenate, zip(*parts, strict=True)), strict=True))
+    together = csr_array(block_diag(weights))
+    rows = {name: together @ value for name, value in dense.items()}
+    slow = SLOW * fastest[: rows["v"].shape[1]]
+    whole = (0, len(dense["v"]))
     return BandSample(
         bandwidth=bandwidth,
-        q=q,
-        v=v,
-        a=a,
-        moving=moving,
-        direction=direction,
-        shared_direction=shared_direction,
-        torque=torque,
-        torque_rate=slope,
+        **rows,
+        moving=np.abs(rows["v"]) > slow,
         starts=tuple(starts),
-        step=spacing,
+        step=every * spacing,
+        dense=BandSample(
+            bandwidth=wide * bandwidth,
+            **dense,
+            moving=np.abs(dense["v"]) > slow,
+            starts=whole,
+            step=spacing,
+        ),
+        weights=together,
     )
+
+
+def _weigh_rows(times: np.ndarray, every: int) -> csr_array:
+    """Weights (rows, times) of a low-pass without phase, a row at one of so many times.
+
+    A sinc function in Hamming's window, 1 in sum: half of an amplitude passes at frequency 1.
+
+    Args:
+        times: In shortest periods of the band.
+    """
+    inside = (times - times[0] > REACH) & (times[-1] - times > REACH)
+    centres = times[np.flatnonzero(inside)[::every]]
+    first = np.searchsorted(times, centres - REACH)
+    last = np.searchsorted(times, centres + REACH, side="right")
+    counts = last - first
+    ends = np.concatenate([[0], np.cumsum(counts)])
+    places = np.arange(ends[-1]) + np.repeat(first - ends[:-1], counts)
+    apart = times[places] - np.repeat(centres, counts)
+    values = np.sinc(2 * apart) * (0.54 + 0.46 * np.cos(np.pi * apart / REACH))
+    values /= np.repeat(np.add.reduceat(values, ends[:-1]), counts)
+    return csr_array((values, places, ends), shape=(len(centres), len(times)))
 
 
 def lowest_bandwidth(recordings: Sequence[Recording]) -> float:
     """The least bandwidth [Hz] that holds the motion, and whose edges leave most of a recording."""
-    edges = (20 * EDGE / float(each.time[-1] - each.time[0]) for each in recordings)
+    edges = (LEAST_PERIODS / float(each.time[-1] - each.time[0]) for each in recordings)
     return max(*edges, *map(motion_bandwidth, recordings))
 
 
@@ -154,11 +230,26 @@ def _filter_recording(
 def _filter_direction(
     recording: _FilteredRecording, fastest: np.ndarray, bandwidth: float
 ) -> np.ndarray:
-    """Signs of the rates at the rows kept, between -1 and 1 where they are slow."""
-    slow = SLOW * np.where(fastest > 0, fastest, 1.0)
-    signs = np.clip(recording.rates / slow, -1.0, 1.0)
+    """Signs of the rates at the rows kept, between -1 and 1 where they are slow.
+
+    Each is a mean over the time from midway to the row before to midway to the row behind.
+    """
+    slow = RAMP * np.where(fastest > 0, fastest, 1.0)
+    rates = recording.rates / slow
+    between = (rates[1:] + rates[:-1]) / 2
+    signs = np.clip(rates, -1.0, 1.0)
+    change = np.diff(between, axis=0)
+    turned = np.abs(change) > LEAST_CHANGE
+    mean = np.diff(_integrate_clip(between), axis=0) / np.where(turned, change, 1.0)
+    signs[1:-1] = np.where(turned, mean, signs[1:-1])
     (direction,) = _filter(signs, recording.step, bandwidth, ((0, recording.rows),))
     return direction
+
+
+def _integrate_clip(rates: np.ndarray) -> np.ndarray:
+    """The integral from 0 of what is cut to -1 and 1."""
+    size = np.abs(rates)
+    return np.where(size < 1, size**2 / 2, size - 0.5)
 
 
 def _filter(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal
@@ -48,12 +48,16 @@ class TorqueTerm:
 
 @dataclass(frozen=True)
 class TermEstimate:
-    """An estimated term: value with its standard error and half of its 95 % interval."""
+    """An estimated term: value with its standard error and half of its 95 % interval.
+
+    systematic: the part of the standard error that blocks do not show, by other bands.
+    """
 
     term: TorqueTerm
     value: float
     error: float
     half_width: float
+    systematic: float = 0.0
 
     @property
     def t(self) -> float:
@@ -106,6 +110,20 @@ def build_columns(robot: Robot, shared: np.ndarray, samples: BandSample) -> Regr
         terms.append(term)
         parts.append(column[:, :, None])
     return Regressor(tuple(terms), np.concatenate(parts, axis=2))
+
+
+def filter_columns(samples: BandSample, compute: Callable[[BandSample], Regressor]) -> Regressor:
+    """Columns of motions, filtered as torques are: a few rows at a time, for they are many.
+
+    Args:
+        compute: The columns at rows of motion.
+    """
+    values, terms = [], ()
+    for _, piece in samples.pieces():
+        columns = compute(piece.motion)
+        terms = columns.terms
+        values.append(piece.filter(columns.values))
+    return Regressor(terms, np.concatenate(values))
 
 
 class RotorRegressor:

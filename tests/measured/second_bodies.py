@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from crosscheck.identification.recording import Recording
 from tests.measured.second_refinement import add_rotors, find_deviations, prior_rows
-from tests.measured.second_robot import rows_of, sample_rows
+from tests.measured.second_robot import sample_rows
 
 PENALTY, PASSES, AT_REST = 300.0, 20_000, 1e-10
 
@@ -35,7 +35,7 @@ def fit_possible(
     signals = sample_rows(urdf, given.time, given.position, given.motor_torque, bandwidth)
     model, count = signals.model, signals.q.shape[1]
     weights = signals.moving / find_deviations(signals)
-    table = rows_of(model, *signals[1:6])
+    table = signals.table()
     if ratios:
         table = add_rotors(model, table, ratios)
     precision, mean = prior_rows(model, share)

@@ -16,7 +16,6 @@ from tests.measured.second_robot import (
     WEIGHTINGS,
     Signals,
     identifiable,
-    rows_of,
     sample_rows,
     solve,
     spread_of,
@@ -27,7 +26,7 @@ STEP = 1e-3
 
 def find_deviations(signals: Signals) -> np.ndarray:
     """Of each joint's rows, counted by the number of those alike."""
-    table, moving = rows_of(signals.model, *signals[1:6]), signals.moving
+    table, moving = signals.table(), signals.moving
     sigma = spread_of(signals.torque, moving)
     for _ in range(WEIGHTINGS):
         values = solve((table / sigma[:, None])[moving], (signals.torque / sigma)[moving])
@@ -105,7 +104,7 @@ def refine_again(
         mean = state.copy()
 
     def table_at(zeros: np.ndarray) -> np.ndarray:
-        table = rows_of(model, signals.q + zeros, *signals[2:6])
+        table = signals.table(zeros)
         return add_rotors(model, table, ratios) if ratios else table
 
     for _ in range(8 if gains or turned else 1):

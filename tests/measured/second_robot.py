@@ -1,8 +1,9 @@
 """A second program for what `compare` estimates of a robot: NumPy and Pinocchio, no crosscheck.
 
-It filters by a full Fourier matrix's sums, takes accelerations from the same transform, estimates
-with singular values of all columns (not base parameters), and leaves out every block by fitting
-anew. What links contain is found by the null space of the columns, not by elimination.
+It filters by a full Fourier matrix's sums, takes accelerations from the same transform, makes rows
+of the band by a matrix of weights, row by row, and signs' means by lengths of their parts,
+estimates with singular values of all columns (not base parameters), and leaves out every block by
+fitting anew. What links contain is found by the null space of the columns, not by elimination.
 """
 
 from itertools import pairwise
@@ -11,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-ORDER, PADDED, ROWS, EDGE, SLOW = 4, 10, 4, 1, 0.01
+ORDER, PADDED, ROWS, SLOW, RAMP = 4, 10, 4, 0.01, 0.001
+WIDE, DENSE, EDGE, REACH = 4, 2, 2, 1
 RANK = 1e-4  # of a singular value of scaled columns over random motions
 WEIGHTINGS = 3
 
@@ -84,7 +86,10 @@ def solve(table: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 class Signals(NamedTuple):
-    """Rows of a recording in a band; torque, and which joints move (rows, n)."""
+    """Rows of a recording in a band: torque, and which joints move (rows, n).
+
+    Its motion is in a wider band, at denser rows; weights (rows, dense rows) make the rows of it.
+    """
 
     model: pin.Model
     q: np.ndarray
@@ -94,6 +99,12 @@ class Signals(NamedTuple):
     slope: np.ndarray
     torque: np.ndarray
     moving: np.ndarray
+    weights: np.ndarray
+
+    def table(self, zeros: np.ndarray | float = 0.0) -> np.ndarray:
+        """Columns (rows, n, parameters) where positions are so much more."""
+        dense = rows_of(self.model, self.q + zeros, self.v, self.a, self.direction, self.slope)
+        return np.tensordot(self.weights, dense, 1)
 
 
 def sample_rows(
@@ -103,15 +114,40 @@ def sample_rows(
     model = pin.buildModelFromXML(urdf)
     model.gravity.linear = np.array([0.0, 0.0, -9.81])
     step = (time[-1] - time[0]) / (len(time) - 1)
-    q, v, a = low_pass(position, step, bandwidth)
-    slow = SLOW * np.abs(v).max(axis=0)
-    direction = low_pass(np.minimum(1, np.maximum(-1, v / slow)), step, bandwidth)[0]
-    torque, slope, _ = low_pass(torque, step, bandwidth)
-    edge = int(EDGE / (bandwidth * step))
-    rows = np.arange(edge, len(q) - edge, 1 / (ROWS * bandwidth * step)).astype(int)
-    moving = np.abs(v[rows]) > slow
-    kept = (each[rows] for each in (q, v, a, direction, slope, torque))
-    return Signals(model, *kept, moving)
+    wide = bandwidth * min(WIDE, 1 / (ROWS * bandwidth * step))
+    q, v, a = low_pass(position, step, wide)
+    fastest = np.abs(v).max(axis=0)
+    direction = low_pass(mean_signs(v / (RAMP * fastest)), step, wide)[0]
+    torque, slope, _ = low_pass(torque, step, wide)
+    edge = int(EDGE / (wide * step))
+    rows = np.arange(edge, len(q) - edge, 1 / (DENSE * ROWS * bandwidth * step)).astype(int)
+    periods = bandwidth * step * rows
+    inside = (periods - periods[0] > REACH) & (periods[-1] - periods > REACH)
+    weights = []
+    for centre in periods[inside][::DENSE]:
+        apart = periods - centre
+        window = 0.54 + 0.46 * np.cos(np.pi * apart / REACH)
+        weight = np.where(np.abs(apart) <= REACH, np.sinc(2 * apart) * window, 0.0)
+        weights.append(weight / weight.sum())
+    matrix = np.array(weights)
+    moving = np.abs(matrix @ v[rows]) > SLOW * fastest
+    dense = (each[rows] for each in (q, v, a, direction, slope))
+    return Signals(model, *dense, matrix @ torque[rows], moving, matrix)
+
+
+def mean_signs(rates: np.ndarray) -> np.ndarray:
+    """Means of rates, cut to -1 and 1, from midway to the row before to midway to that behind."""
+    signs = np.minimum(1, np.maximum(-1, rates))
+    between = (rates[1:] + rates[:-1]) / 2
+    least, most = np.minimum(between[1:], between[:-1]), np.maximum(between[1:], between[:-1])
+    length = most - least
+    above = np.maximum(most - np.maximum(least, 1), 0)
+    below = np.maximum(np.minimum(most, -1) - least, 0)
+    low, high = np.clip(least, -1, 1), np.clip(most, -1, 1)
+    total = above - below + (high - low) * (high + low) / 2
+    told = length > 1e-3
+    signs[1:-1][told] = total[told] / length[told]
+    return signs
 
 
 def estimate(
@@ -120,7 +156,7 @@ def estimate(
     """Estimates of a recording in SI units at even times."""
     signals = sample_rows(urdf, time, position, torque, bandwidth)
     model, count, moving, torque = signals.model, signals.q.shape[1], signals.moving, signals.torque
-    table = rows_of(model, *signals[1:6])
+    table = signals.table()
     sigma = spread_of(torque, moving)
     for _ in range(WEIGHTINGS):
         values = solve((table / sigma[:, None])[moving], (torque / sigma)[moving])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from crosscheck.identification.bandwidth import choose_bandwidth
+from crosscheck.identification.bandwidth import BandQuality, choose_bandwidth
 from crosscheck.identification.decimation import DecimatedSignals
 from crosscheck.identification.estimation import LinearFit, fit_linear
 from crosscheck.identification.recording import Recording
@@ -26,9 +26,21 @@ def test_an_interval_is_of_students_distribution():
     assert fit.half_widths == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize(("growth", "chosen"), [(1.15, 4.0), (1.25, 2.0)])
-def test_a_band_ends_before_the_residual_grows_by_a_fifth(growth, chosen):
-    found = choose_bandwidth(lambda bandwidth: growth if bandwidth > 2.5 else 1.0, 1.0, 4.1)
+@pytest.mark.parametrize(
+    ("residual", "error", "chosen"),
+    [
+        (1.1, 0.9, 4.0),  # as white noise, and worth it
+        (1.2, 0.9, 2.0),  # more than noise grows
+        (1.1, 0.99, 2.0),  # errors hardly fall
+    ],
+)
+def test_a_band_ends_where_the_residual_grows_or_errors_fall_no_more(residual, error, chosen):
+    def measure(bandwidth: float) -> BandQuality:
+        steps = round(2 * np.log2(bandwidth))
+        further = max(steps - 2, 0)
+        return BandQuality(1.1**steps * residual**further, 0.8**steps * (error / 0.8) ** further)
+
+    found = choose_bandwidth(measure, 1.0, 4.1)
     assert found == pytest.approx(chosen)
 
 

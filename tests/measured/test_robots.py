@@ -316,7 +316,7 @@ def test_a_long_recording_is_halved_while_its_rows_are_read(monkeypatch):
 def test_rows_left_out_move_no_estimate(robot, monkeypatch):
     """By a fifth of a standard error in the mean, where half of the rows are taken: others are."""
     given = recording(robot, "coupled", seconds=10.0)
-    monkeypatch.setattr(compare, "choose_bandwidth", lambda *given: 2.9)
+    monkeypatch.setattr(compare, "choose_bandwidth", lambda *given: 1.9)
     few = first_side(robot, given).estimates
     monkeypatch.setattr(decimation, "RESOLVED", 1e9)
     every = first_side(robot, given).estimates
