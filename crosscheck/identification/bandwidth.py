@@ -37,7 +37,8 @@ def choose_bandwidth(
     chosen, least = lowest, measure(lowest)
     while (tried := chosen * RAISED) <= highest:
         quality = measure(tried)
-        if has_grown(least.residual, quality.residual, 1) or quality.error > GAIN * least.error:
+        is_better = quality.error < GAIN * least.error
+        if not is_better or has_grown(least.residual, quality.residual, 1):
             break
         chosen, least = tried, quality
     return chosen
@@ -50,13 +51,13 @@ def has_grown(residual: float, wider: float, steps: int) -> bool:
 
 def measure_fit(fit: LinearFit) -> BandQuality:
     """Of the fit of all terms in a band, parameters counted; what has no error counts for none."""
-    free = count_freedom(fit.shown, len(fit.values))
-    left = fit.sigma * np.sqrt((free + len(fit.values)) / free)
+    rows = float(count_independent(fit.shown).sum())
+    left = fit.sigma * np.sqrt(rows / max(rows - len(fit.values), 1.0))
     errors = fit.errors[fit.errors > 0]
     logarithms = np.log(left), np.log(errors if errors.size else np.ones(1))
     return BandQuality(*(float(np.exp(each.mean())) for each in logarithms))
 
 
-def count_freedom(shown: np.ndarray, parameters: int) -> float:
-    """Independent rows of those that count (rows, n) less parameters: two in a shortest period."""
-    return max(2 / ROWS * float(shown.sum()) - parameters, 1.0)
+def count_independent(shown: np.ndarray) -> np.ndarray:
+    """Independent ones (n,) of rows that count (rows, n): two in a band's shortest period."""
+    return np.maximum(2 / ROWS * shown.sum(axis=0), 1.0)

@@ -8,11 +8,13 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+from scipy.special import chdtri
 
 from crosscheck.findings import Finding
 from crosscheck.identification.bandwidth import (
+    BandQuality,
     choose_bandwidth,
-    count_freedom,
+    count_independent,
     has_grown,
     measure_fit,
 )
@@ -72,7 +74,7 @@ STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
     ("armature of shared motors", ("shared armature",)),
 )
 MOST_BANDS = 4  # whose samples are kept: fits ask for those of the last ones again
-FEWEST_ROWS = 16  # of torques for a parameter, half of them independent
+FEWEST_ROWS = 8  # of torques for a parameter, half of them independent
 NOTHING_ELSE = Knowledge()
 # Chance that anything is named on a side which is not there.
 SIGNIFICANT = 0.001
@@ -174,16 +176,22 @@ class SideResult:
             if each.term.kind == "scale" and abs(each.value - 1) > self.threshold * each.error
         )
 
-    @property
-    def freedom(self) -> float:
-        """Independent rows that count, less parameters: what is left grows with its root."""
-        return count_freedom(self.shown, self.steps[-1].parameters)
-
     def find_worse_joints(self, other: SideResult) -> dict[str, float]:
-        """Joints at which this leaves more than another treatment of links, and how many times."""
-        ratios = self.steps[-1].rms / other.steps[-1].rms * np.sqrt(other.freedom / self.freedom)
-        pairs = zip(self.measured, ratios.tolist(), strict=True)
-        return {name: ratio for name, ratio in pairs if ratio > LEFT_MORE}
+        """Joints at which this leaves more than another treatment of links, and how many times.
+
+        More than the other's further parameters take away by chance, whichever joint they fit.
+        """
+        ratios = self.steps[-1].rms / other.steps[-1].rms
+        further = max(other.steps[-1].parameters - self.steps[-1].parameters, 1)
+        chance = chdtri(further, SIGNIFICANT / len(ratios))
+        least = np.sqrt(1 + chance / count_independent(self.shown))
+        return {
+            name: ratio
+            for name, ratio, needed in zip(
+                self.measured, ratios.tolist(), least.tolist(), strict=True
+            )
+            if ratio > max(LEFT_MORE, needed)
+        }
 
     @property
     def impossible(self) -> tuple[TermEstimate, ...]:
@@ -382,16 +390,27 @@ class _Problem:
         """Of the terms that are asked for, at measured joints."""
         return self._cut(build_columns(self.robot, self.shared, samples)).select(self.chosen)
 
-    def choose_bandwidth(self) -> float:
-        """The bandwidth [Hz] of the fits. Raises InputError."""
+    @property
+    def lowest_bandwidth(self) -> float:
+        """The least [Hz] that holds the motion, and rows enough for all parameters."""
         seconds = sum(float(each.time[-1] - each.time[0]) for each in self.recordings)
         rate = FEWEST_ROWS * len(self.terms) / (int(self.measured.sum()) * seconds)
-        lowest = max(lowest_bandwidth(self.recordings), rate / 4)
+        return max(lowest_bandwidth(self.recordings), rate / 4)
+
+    def choose_bandwidth(self) -> float:
+        """The bandwidth [Hz] of the fits. Raises InputError."""
+        lowest = self.lowest_bandwidth
         highest = highest_bandwidth(self.recordings)
         if lowest > highest:
             allowed = f"holds too few rows for {len(self.terms)} parameters; record more"
             raise InputError(self.recordings[0].where, "", None, allowed)
-        return choose_bandwidth(lambda band: measure_fit(self.fit(band)[2]), lowest, highest)
+        return choose_bandwidth(self.measure, lowest, highest)
+
+    def measure(self, bandwidth: float) -> BandQuality:
+        """What a band is worth; errors of what the motion hardly shows are no measure."""
+        _, _, fit = self.fit(bandwidth)
+        quality = measure_fit(fit)
+        return quality if fit.condition <= EXCITED else quality._replace(error=np.inf)
 
     def _cut(self, columns: Regressor) -> Regressor:
         """The columns at measured joints alone."""
@@ -416,9 +435,13 @@ def _judge_side(
             others.append((factor, measure_fit(other).residual, among))
     samples, columns, full = problem.fit(bandwidth)
     left = measure_fit(full).residual
-    # What a wider band has beyond noise is missing in its model, and says nothing of this one's.
+    # A narrower band may hold too little of the motion, and what a wider one has beyond noise is
+    # missing in its model: neither says anything of this one.
+    lowest = problem.lowest_bandwidth
     sound = [
-        among for factor, wider, among in others if factor < 1 or not has_grown(left, wider, 2)
+        among
+        for factor, wider, among in others
+        if bandwidth * factor >= lowest and not (factor > 1 and has_grown(left, wider, 2))
     ]
     torque = samples.torque[:, problem.measured]
     steps, kinds = [], list(LINK_KINDS[treatment])

@@ -138,20 +138,26 @@ def sample(
     together = csr_array(block_diag(weights))
     rows = {name: together @ value for name, value in dense.items()}
     slow = SLOW * fastest[: rows["v"].shape[1]]
-    whole = (0, len(dense["v"]))
-    return BandSample(
-        bandwidth=bandwidth,
-        **rows,
-        moving=np.abs(rows["v"]) > slow,
+
+    def gather(signals: dict[str, np.ndarray], band: float, step: float) -> BandSample:
+        return BandSample(
+            bandwidth=band,
+            q=signals["q"],
+            v=signals["v"],
+            a=signals["a"],
+            moving=np.abs(signals["v"]) > slow,
+            direction=signals["direction"],
+            shared_direction=signals["shared_direction"],
+            torque=signals["torque"],
+            torque_rate=signals["torque_rate"],
+            starts=(0, len(signals["v"])),
+            step=step,
+        )
+
+    return replace(
+        gather(rows, bandwidth, every * spacing),
         starts=tuple(starts),
-        step=every * spacing,
-        dense=BandSample(
-            bandwidth=wide * bandwidth,
-            **dense,
-            moving=np.abs(dense["v"]) > slow,
-            starts=whole,
-            step=spacing,
-        ),
+        dense=gather(dense, wide * bandwidth, spacing),
         weights=together,
     )
 

@@ -118,7 +118,8 @@ def filter_columns(samples: BandSample, compute: Callable[[BandSample], Regresso
     Args:
         compute: The columns at rows of motion.
     """
-    values, terms = [], ()
+    values: list[np.ndarray] = []
+    terms: tuple[TorqueTerm, ...] = ()
     for _, piece in samples.pieces():
         columns = compute(piece.motion)
         terms = columns.terms
