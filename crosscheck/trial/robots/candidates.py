@@ -140,8 +140,8 @@ def _curved_numbers(robot: Robot, number: int, joint: Joint) -> Iterator[RobotNu
     for place, angle in enumerate(("roll", "pitch", "yaw")):
 
         def turn(value: float, place: int = place) -> Robot:
-            turned = _set_entry(angles, (place,), value)
-            frame = Placement(_rotate_by(turned, (0, 1, 2)), placement.position)
+            turned = set_entry(angles, (place,), value)
+            frame = Placement(rotate_by(turned, (0, 1, 2)), placement.position)
             return _set_field(robot, "joints", number, "placement", frame)
 
         value = float(angles[place])
@@ -185,7 +185,7 @@ def _body_numbers(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotN
 
     def put_entry(field: str, place: tuple[int, ...], value: float) -> Robot:
         """The robot with another entry in the body's centre or inertia."""
-        return put(field, _set_entry(getattr(body, field), place, value))
+        return put(field, set_entry(getattr(body, field), place, value))
 
     here = (number,)
     yield RobotNumber(
@@ -353,7 +353,7 @@ def _joint_mistakes(joint: Joint) -> Iterator[tuple[str, Joint]]:
         ("its frame not turned", np.eye(3)),
         (
             "its rpy turned in the other order, about x last",
-            _rotate_by(roll_pitch_yaw(turn), (2, 1, 0)),
+            rotate_by(roll_pitch_yaw(turn), (2, 1, 0)),
         ),
     ):
         yield words, replace(joint, placement=Placement(other, position))
@@ -363,7 +363,7 @@ def _joint_mistakes(joint: Joint) -> Iterator[tuple[str, Joint]]:
     )
 
 
-def _rotate_by(angles: np.ndarray, order: Sequence[int]) -> np.ndarray:
+def rotate_by(angles: np.ndarray, order: Sequence[int]) -> np.ndarray:
     """The rotation by roll, pitch and yaw about fixed axes, in an order of these."""
     rotation = np.eye(3)
     for axis in order:
@@ -454,7 +454,7 @@ def generate_body_mistakes(
         for first_key, second_key in combinations(keys, 2):
             inertia = body.inertia
             for key, source in ((first_key, second_key), (second_key, first_key)):
-                inertia = _set_entry(inertia, INERTIA[key], float(body.inertia[INERTIA[source]]))
+                inertia = set_entry(inertia, INERTIA[key], float(body.inertia[INERTIA[source]]))
             yield f"I{first_key} and I{second_key} exchanged", replace(body, inertia=inertia)
     for words, turn in (
         ("the frame of the link before it", joint.placement.rotation),
@@ -514,9 +514,7 @@ def _replace_parts(robot: Robot, kind: PartKind, parts: Sequence[RobotPart]) -> 
 def _move_joint(robot: Robot, number: int, axis: int, value: float) -> Robot:
     """The robot with another coordinate of a joint's place on the link before it."""
     old_placement = robot.joints[number].placement
-    placement = Placement(
-        old_placement.rotation, _set_entry(old_placement.position, (axis,), value)
-    )
+    placement = Placement(old_placement.rotation, set_entry(old_placement.position, (axis,), value))
     return _set_field(robot, "joints", number, "placement", placement)
 
 
@@ -528,10 +526,10 @@ def _set_field(robot: Robot, kind: PartKind, number: int, field: str, value: obj
 
 
 def _set_gravity(robot: Robot, axis: int, value: float) -> Robot:
-    return replace(robot, gravity=_set_entry(robot.gravity, (axis,), value))
+    return replace(robot, gravity=set_entry(robot.gravity, (axis,), value))
 
 
-def _set_entry(values: np.ndarray, place: tuple[int, ...], value: float) -> np.ndarray:
+def set_entry(values: np.ndarray, place: tuple[int, ...], value: float) -> np.ndarray:
     """The values with another at a place; of a symmetric matrix at its mirror image too."""
     changed = values.copy()
     changed[place] = changed[place[::-1]] = value

@@ -180,7 +180,7 @@ def _find_rarer_explanations(
         search = searches[each.level]
         if each.entries > distances[0].entries:
             break
-        causes = list(search.find_curved_causes())
+        causes = list(search.find_joint_moves()) or list(search.find_curved_causes())
         if not causes and each.entries >= LEAST_ENTRIES and "mass_matrix" in search.problem.parts:
             causes = list(search.find_inertia_causes())
         if causes:
@@ -465,6 +465,8 @@ def _causes_within(
         return
     places = search.select_places(part)
     causes = [cause for cause in search.find_causes(places) if alone or cause.usual]
+    if not causes and alone:
+        causes = list(search.find_joint_moves(places))
     if not causes and alone and part == "mass_matrix" and len(within) >= LEAST_ENTRIES:
         causes = list(search.find_inertia_causes(places))
     if causes:

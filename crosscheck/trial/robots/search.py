@@ -17,12 +17,19 @@ from crosscheck.trial.robots.candidates import (
     ALIKE,
     AS_IT_STANDS,
     USUAL,
+    FrameMistake,
     RobotNumber,
     generate_body_mistakes,
     generate_frame_mistakes,
     get_link_name,
     is_physical,
     list_numbers,
+)
+from crosscheck.trial.robots.exchanges import (
+    generate_joint_moves,
+    list_piece_changes,
+    list_rotor_effects,
+    list_unit_bodies,
 )
 from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
 from crosscheck.trial.robots.pieces import (
@@ -40,6 +47,8 @@ CLOSE = 1e-4  # of a difference's norm that a number's effect may leave before i
 PROMISING = 0.9  # of a difference's norm that a curved number's first step may leave
 STEPS = 12  # of Newton's method
 NEAR = 1e-4  # of a curved number's step: over which its slope is taken
+MATRICES = ("mass_matrix", "gravity")  # parts of q alone, by which robots are screened
+MOST_SCREENED = 64  # places of a row, those of the largest differences, at which all are screened
 Places = np.ndarray | slice  # of a row
 
 
@@ -87,6 +96,22 @@ class ChangeTable:
             self.kane.compute_terms(number, self.kane.place_body(number, body))
             for number, body in enumerate(self.robot.bodies)
         ]
+
+    @cached_property
+    def piece_changes(self) -> tuple[np.ndarray, list[str]]:
+        """Changes of the parameters of bodies and rotors (changes, parameters), and their words."""
+        parts, bodies = list_body_parts(self.robot), list_whole_bodies(self.robot)
+        changes = list(list_piece_changes(self.robot, parts))
+        if len(parts) > len(bodies):
+            changes += list_piece_changes(self.robot, bodies)
+        by_words = {each.words: each.change for each in reversed(changes) if each.change.any()}
+        size = len(changes[0].change) if changes else 0
+        return np.reshape(list(by_words.values())[::-1], (-1, size)), list(by_words)[::-1]
+
+    @cached_property
+    def joint_moves(self) -> list[FrameMistake]:
+        """Robots with joints whose places, axes or frames are exchanged or in another order."""
+        return list(generate_joint_moves(self.robot))
 
     def change_body(self, number: int, body: RobotBody) -> DynamicsTerms:
         """What another body in the place of one does."""
@@ -291,6 +316,8 @@ class CauseSearch:
         plain = [cause for number, cause in numbers if not number.factor]
         numbers_alone = plain or [cause for _, cause in numbers]  # a factor says no more than one
         causes = [*numbers_alone, *self._mistake_causes(places)]
+        if not any(cause.usual for cause in causes):
+            causes += self._piece_causes(places)
         if isinstance(places, slice) and self.level == "coupled":
             causes += self._missing_pairs()
         return causes
@@ -429,6 +456,52 @@ class CauseSearch:
         ]
         single = [each for each in mistakes if not each.several]
         return [Cause(each.words, usual=True) for each in single or mistakes]
+
+    @cached_property
+    def _piece_rows(self) -> np.ndarray:
+        """What each parameter of a body and of a rotor makes of the row (parameters, places)."""
+        kane, rows = self.table.kane, list[np.ndarray]()
+        for number in range(len(self.problem.robot.bodies)):
+            first, *others = (
+                self.row(kane.compute_terms(number, kane.place_body(number, body)))
+                for body in list_unit_bodies()
+            )
+            rows += [first, *(each - first for each in others)]
+        for effects in list_rotor_effects(self.problem.robot, self.level, self.problem.states):
+            rows += map(self.row, effects)
+        return np.stack(rows)
+
+    def _piece_causes(self, places: Places) -> Iterator[Cause]:
+        """Numbers of links and rotors that are exchanged, shifted or in another order."""
+        changes, words = self.table.piece_changes
+        inside = np.arange(self.difference.size)[places]
+        largest = np.argsort(-np.abs(self.difference[inside]))[:MOST_SCREENED]
+        screened = inside[largest]
+        left = np.abs(changes @ self._piece_rows[:, screened] - self.difference[screened])
+        for number in np.flatnonzero((left <= 2 * self.allowed[screened]).all(axis=1)):
+            if self.can_explain(changes[number] @ self._piece_rows, places):
+                yield Cause(words[number], usual=True)
+
+    def find_joint_moves(self, places: Places = slice(None)) -> Iterator[Cause]:
+        """Places, axes and frames of joints that are exchanged, or in another order."""
+        wrong = np.zeros(self.difference.size, bool)
+        wrong[places] = np.abs(self.difference[places]) > self.allowed[places]
+        part = next((p for p in MATRICES if wrong[self.select_places(p)].any()), "")
+        for move in self.table.joint_moves:
+            if part and not self._agrees_at_first_state(move.robot, part):
+                continue
+            if self.can_explain(self.row(self.table.change_robot(move.robot, self.level)), places):
+                yield Cause(move.words, usual=True)
+
+    def _agrees_at_first_state(self, robot: Robot, part: str) -> bool:
+        """Whether another robot has the user's M or gravity at the first state."""
+        q, user_value = self.problem.states.q[:1], self.problem.answers.values[part][0]
+        least = LEFT * np.abs(user_value - self.problem.reference_values[self.level][part][0]).max()
+        moved = getattr(AnalyticRobot(robot, self.level), part)(q)[0]
+        if part == "gravity":
+            moved = moved + self.problem.spring_torques[0]
+        rounding = TOLERANCE * np.abs(user_value).max()
+        return bool(np.abs(moved - user_value).max() <= least + rounding)
 
     def _missing_pairs(self) -> Iterator[Cause]:
         """Couplings of two joints by a rotor or stage, if M lacks one of these and nothing else."""

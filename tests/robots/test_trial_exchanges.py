@@ -1,0 +1,122 @@
+"""Two numbers of a robot's file exchanged, shifted or in another order: the cause is named.
+
+Each is planted into the numbers that the project's own derivation takes.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from crosscheck.models.robot.robot import Placement, Robot
+from crosscheck.trial.robots.trial import run_robot_trial
+from tests.robots import chains
+from tests.robots.test_trial import equations
+
+Change = Callable[[Robot], Robot]
+
+
+@pytest.fixture(scope="module")
+def tree() -> Robot:
+    """A trunk with two arms and rotors, no number of it twice."""
+    solids = [
+        chains.Solid(m, com, (a, 0.1 * a, -0.05 * a, 1.2 * a, 0.07 * a, 1.5 * a))
+        for m, com, a in (
+            (9.0, (0.02, 0.01, 0.2), 0.3),
+            (2.2, (0.01, 0.12, -0.013), 0.02),
+            (2.4, (0.012, -0.11, -0.015), 0.023),
+        )
+    ]
+    names = "trunk", "left", "right"
+    rotors = {"turn": (100.0, 2e-4), "l": (80.0, 9e-5), "r": (-60.0, 7e-5)}
+    return chains.robot(
+        chains.urdf(
+            chains.link("base"),
+            *map(chains.link, names, solids),
+            chains.joint("turn", "base", "trunk", at=(0.1, 0.05, 0.4)),
+            chains.joint("l", "trunk", "left", axis=(0.6, 0, 0.8), at=(0.02, 0.2, 0.35)),
+            chains.joint("r", "trunk", "right", axis=(0, 1, 0), at=(0.03, -0.21, 0.36)),
+        ),
+        {
+            name: {"kind": "geared", "ratio": ratio, "rotor_inertia_kg_m2": inertia}
+            for name, (ratio, inertia) in rotors.items()
+        },
+    )
+
+
+def exchange(kind: str, field: str) -> Change:
+    """A field of the last two parts of a kind."""
+
+    def change(own: Robot) -> Robot:
+        first, left, right = getattr(own, kind)
+        pair = (
+            replace(part, **{field: getattr(other, field)})
+            for part, other in ((left, right), (right, left))
+        )
+        changed: dict[str, Any] = {kind: (first, *pair)}
+        return replace(own, **changed)
+
+    return change
+
+
+def put(kind: str, **fields: Callable[[Any], object]) -> Change:
+    """Other values in the last part of a kind."""
+
+    def change(own: Robot) -> Robot:
+        *others, last = getattr(own, kind)
+        new = {name: function(getattr(last, name)) for name, function in fields.items()}
+        changed: dict[str, Any] = {kind: (*others, replace(last, **new))}
+        return replace(own, **changed)
+
+    return change
+
+
+def shift_masses(own: Robot) -> Robot:
+    moved = own.bodies[1:] + own.bodies[:1]
+    bodies = (replace(b, mass=n.mass) for b, n in zip(own.bodies, moved, strict=True))
+    return replace(own, bodies=tuple(bodies))
+
+
+def order_place(placement: Placement) -> Placement:
+    return replace(placement, position=placement.position[[1, 2, 0]])
+
+
+EXCHANGES: dict[str, Change] = {
+    "l and r: ratio exchanged": exchange("rotors", "ratio"),
+    "l and r: rotor's inertia exchanged": exchange("rotors", "inertia"),
+    "left and right: mass exchanged": exchange("bodies", "mass"),
+    "left and right: centre of mass exchanged": exchange("bodies", "com"),
+    "left and right: inertia exchanged": exchange("bodies", "inertia"),
+    "joint l and joint r: axis exchanged": exchange("joints", "axis"),
+    "every part has the mass of the next": shift_masses,
+    "right: its centre of mass in another order, y, z, x": put(
+        "bodies", com=lambda com: com[[1, 2, 0]]
+    ),
+    "right: its six inertias read in the order xx, yy, zz, xy, xz, yz": put(
+        "bodies",
+        inertia=lambda given: np.array(
+            [
+                [given[0, 0], given[1, 1], given[1, 2]],
+                [given[1, 1], given[0, 1], given[2, 2]],
+                [given[1, 2], given[2, 2], given[0, 2]],
+            ]
+        ),
+    ),
+    "joint r: its place in another order, y, z, x": put("joints", placement=order_place),
+}
+
+
+@pytest.mark.parametrize("words", EXCHANGES)
+def test_what_is_exchanged_is_named(tree, words):
+    found = run_robot_trial(equations(EXCHANGES[words](tree)), tree).diagnosis
+    assert found.level == "coupled"
+    assert words in found.explanations
+
+
+def test_what_is_exchanged_in_one_part_alone_is_named(tree):
+    own, wrong = equations(tree), equations(EXCHANGES["left and right: mass exchanged"](tree))
+    found = run_robot_trial(replace(own, gravity=wrong.gravity), tree).diagnosis
+    assert found.explanations == ()
+    assert any("left and right: mass exchanged" in note for note in found.notes)
