@@ -17,7 +17,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.models.robot.robot import Level, Placement, Robot, RobotBody, Rotor
+from crosscheck.models.robot.robot import (
+    Level,
+    Placement,
+    Robot,
+    RobotBody,
+    Rotor,
+    compute_point_inertia,
+)
 from crosscheck.models.robot.urdf import roll_pitch_yaw
 from crosscheck.planning.springs import stage_rotors
 from crosscheck.trial.robots.candidates import (
@@ -27,7 +34,6 @@ from crosscheck.trial.robots.candidates import (
     replace_part,
     rotate_by,
     set_entry,
-    steiner,
 )
 from crosscheck.trial.robots.pieces import BodyPart, DynamicsTerms
 
@@ -74,7 +80,7 @@ def list_unit_bodies() -> Iterator[RobotBody]:
     """
     yield RobotBody(1.0, np.zeros(3), np.zeros((3, 3)))
     for com in np.eye(3):
-        yield RobotBody(1.0, com, -steiner(1.0, com))
+        yield RobotBody(1.0, com, -compute_point_inertia(1.0, com))
     for i, j in zip(*UPPER, strict=True):
         yield RobotBody(1.0, np.zeros(3), set_entry(np.zeros((3, 3)), (int(i), int(j)), 1.0))
 
@@ -133,7 +139,7 @@ def list_piece_changes(robot: Robot, parts: Sequence[BodyPart]) -> Iterator[Piec
 
 
 def _body_parameters(body: RobotBody) -> np.ndarray:
-    about = body.inertia + steiner(body.mass, body.com)
+    about = body.inertia + compute_point_inertia(body.mass, body.com)
     return np.array([body.mass, *body.mass * body.com, *about[UPPER]])
 
 
