@@ -120,3 +120,14 @@ def test_what_is_exchanged_in_one_part_alone_is_named(tree):
     found = run_robot_trial(replace(own, gravity=wrong.gravity), tree).diagnosis
     assert found.explanations == ()
     assert any("left and right: mass exchanged" in note for note in found.notes)
+
+
+def test_exchanged_rows_and_rates_are_named(tree):
+    own, order = equations(tree), [0, 2, 1]
+    gravity, bias = own.gravity, own.bias
+    for part, wrong, words in (
+        ("gravity", lambda q: gravity(q)[order], "gravity: the rows of l and r"),
+        ("bias", lambda q, v: bias(q, v[order]), "bias: the rates of l and r"),
+    ):
+        found = run_robot_trial(replace(own, **{part: wrong}), tree).diagnosis
+        assert f"{words} are exchanged in it" in found.notes

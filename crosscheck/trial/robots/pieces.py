@@ -401,6 +401,32 @@ def describe_coordinates(problem: RobotProblem, level: Level, part: str) -> Iter
     for (number, words, _), answer in zip(changes, answers, strict=True):
         if np.abs(answer - user_values).max() <= ALIKE * np.abs(difference).max():
             yield f"{part}: {problem.names[number]} is {words} in it"
+    yield from _describe_exchanges(problem, level, part)
+
+
+def _describe_exchanges(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
+    """Sentences on two coordinates whose rows, or whose values, a part has exchanged."""
+    right, user_values = problem.reference_values[level][part], problem.answers.values[part]
+    q, v = problem.states[:2]
+    least = ALIKE * np.abs(user_values - right).max()
+    model = AnalyticRobot(problem.robot, level)
+    for i, j in combinations(range(len(problem.names)), 2):
+        order = np.arange(len(problem.names))
+        order[[i, j]] = j, i
+        rows = right[:, order]
+        exchanged = {"rows": rows}
+        if part == "mass_matrix":
+            exchanged |= {"columns": right[:, :, order], "rows and columns": rows[:, :, order]}
+            exchanged["coordinates"] = model.mass_matrix(q[:, order])
+        elif part == "gravity":
+            exchanged["coordinates"] = model.gravity(q[:, order]) + problem.spring_torques
+        else:
+            exchanged["coordinates"] = model.bias(q[:, order], v)
+            exchanged["rates"] = model.bias(q, v[:, order])
+        for what, values in exchanged.items():
+            if np.abs(values - user_values).max() <= least:
+                pair = f"{problem.names[i]} and {problem.names[j]}"
+                yield f"{part}: the {what} of {pair} are exchanged in it"
 
 
 def describe_accelerations(
