@@ -33,6 +33,15 @@ PartKind = Literal["bodies", "joints", "rotors", "stages"]
 RobotPart = RobotBody | Joint | Rotor
 # Values of a number that somebody may have written by mistake, as parts of the right one.
 USUAL = {-1.0: "with the opposite sign", 0.0: "left out", 0.5: "half", 2.0: "twice"}
+# Factors between units: of a screw's ratio, or of any number.
+UNITS = {
+    1e3: "1000 times as large: another unit?",
+    1e-3: "1/1000 of it: another unit?",
+    2 * np.pi: "2 pi times as large: turns taken for radians?",
+    0.5 / np.pi: "1/(2 pi) of it: turns taken for radians?",
+    np.pi / 180: "pi/180 of it: degrees taken for radians?",
+    180 / np.pi: "180/pi times as large: radians taken for degrees?",
+}
 AS_IT_STANDS = "its inertia as it stands, not turned by the rpy of its inertial frame"
 ALIKE = 1e-6  # of numbers that are the same one
 
@@ -62,7 +71,15 @@ class RobotNumber:
             near = [words for usual, words in USUAL.items() if abs(shown - usual) < ALIKE]
             return f"{self.name} {near[0] if near else f'{shown:.6g} times as large'}"
         file_value = f"{self.value:.6g} {self.unit}".rstrip()
-        return f"{self.name} = {shown:.6g} {self.unit}".rstrip() + f" (file: {file_value})"
+        words = f"{self.name} = {shown:.6g} {self.unit}".rstrip()
+        unit = self.describe_unit(shown)
+        return f"{words} (file: {file_value}){unit and f', {unit}'}"
+
+    def describe_unit(self, value: float) -> str:
+        """Words on a value that is the number in another unit; '' for none."""
+        right = self.value
+        near = (w for by, w in UNITS.items() if right and abs(value / (by * right) - 1) < ALIKE)
+        return next(near, "")
 
 
 @dataclass(frozen=True)

@@ -432,7 +432,8 @@ class CauseSearch:
 
     def _is_usual(self, number: RobotNumber, value: float) -> bool:
         usual = any(abs(value - by * number.value) < ALIKE * number.step for by in USUAL)
-        return usual or bool(self._equal_number_name(number, value))
+        of_unit = bool(number.describe_unit(value))
+        return usual or of_unit or bool(self._equal_number_name(number, value))
 
     def _equal_number_name(self, number: RobotNumber, value: float) -> str:
         """The name of another number of the file that the value is, with its unit; '' for none."""
