@@ -272,6 +272,7 @@ def compare_robot(
     engines: list[Finding] = []
     for number, (side, treatment, torques) in enumerate(asked, 1):
         progress(f"estimating by torques of side {side}", number, len(asked) + 1)
+        # Payloads are on both sides of the gears: what lies between these has none.
         payloads = knowledge.payloads if treatment == "identified" else ()
         samples = _BandSamples(robot, recordings, torques, shared, payloads)
         problem = _Problem(robot, samples, LINK_KINDS[treatment])

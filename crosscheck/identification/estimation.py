@@ -236,7 +236,7 @@ def _leave_out_blocks(
             np.eye(len(gram)) - gram, part.T @ remains[first:last].ravel(), rcond=1e-10
         )[0]
         deviations.append(-change)
-        predicted[first:last] = remains[first:last] + (part @ change).reshape(last - first, -1)
+        predicted[first:last] = remains[first:last] + (part @ change).reshape(-1, remains.shape[1])
     return np.array(deviations), predicted
 
 

@@ -1,0 +1,51 @@
+"""Records of next to no noise: what a filter or friction's sign does would be seen in estimates."""
+
+import numpy as np
+import pytest
+
+from crosscheck.identification import compare, sampling
+from tests.measured import robots
+from tests.measured.robots import COULOMB, RATIO, ROTOR, VISCOUS, arm, first_side, recording
+
+SEEDS = range(4)
+BAND = 2.0  # [Hz]
+
+
+def find_misses() -> np.ndarray:
+    """Errors of friction and rotor in their standard errors (seeds, 7)."""
+    right = {f"coulomb of j{n}": value for n, value in enumerate(COULOMB, 1)}
+    right |= {f"viscous of j{n}": value for n, value in enumerate(VISCOUS, 1)}
+    right["armature of j3"] = RATIO**2 * ROTOR
+    misses = []
+    for seed in SEEDS:
+        side = first_side(arm(), recording(arm(), "armature", seed, seconds=10.0))
+        by_name = {each.term.name: each for each in side.estimates}
+        misses.append([(by_name[n].value - value) / by_name[n].error for n, value in right.items()])
+    return np.array(misses)
+
+
+@pytest.fixture
+def quiet(monkeypatch):
+    """Recordings of a twentieth of the noise."""
+    monkeypatch.setattr(robots, "TORQUE_NOISE", 0.01)
+    monkeypatch.setattr(robots, "POSITION_NOISE", 1e-7)
+
+
+def test_estimates_miss_by_their_standard_errors(quiet):
+    """28 misses of Student's distribution have a mean square of 1.1 +- 0.3."""
+    assert np.sqrt((find_misses() ** 2).mean()) < 1.5
+
+
+def test_a_sign_that_is_cut_where_joints_turn_slowly_is_seen(quiet, monkeypatch):
+    monkeypatch.setattr(sampling, "RAMP", 0.1)
+    assert np.sqrt((find_misses() ** 2).mean()) > 1.5
+
+
+@pytest.mark.parametrize(("wider", "is_explained"), [(4.0, True), (1.0, False)])
+def test_a_band_amid_the_motion_leaves_noise_alone(quiet, monkeypatch, wider, is_explained):
+    """Of white noise the share of the band; filtered motions alone would not explain torques."""
+    monkeypatch.setattr(compare, "choose_bandwidth", lambda *given: BAND)
+    monkeypatch.setattr(sampling, "MOTION_BAND", wider)
+    side = first_side(arm(), recording(arm(), "armature", seconds=10.0, friction=0.0))
+    noise = robots.TORQUE_NOISE * np.sqrt(2 * BAND * robots.STEP)
+    assert bool((side.steps[-1].rms < 1.2 * noise).all()) == is_explained
