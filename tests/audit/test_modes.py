@@ -151,7 +151,7 @@ def test_jacobian_is_that_of_the_equations(law):
     base = linear.compute_base_motion(case, plant, 100)
     steps = np.full(2 * base.q.shape[1], 1e-6)
     steps[plant.gears.x_index] = 1e-9
-    for k in np.linspace(1, base.time.size - 1, 6).astype(int):
+    for k in require_items(np.linspace(1, base.time.size - 1, 6).astype(int)):
         state = np.concatenate([base.q[k], base.v[k]])
 
         def acceleration(state, t=float(base.time[k])):
