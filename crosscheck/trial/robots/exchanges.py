@@ -270,7 +270,7 @@ def move_values(
     """Values of a field of several parts: exchanged, taken from another one, shifted by one."""
     count = len(names)
     for m, n in combinations(range(count), 2):
-        if not _are_equal(values[m], values[n]):
+        if not _share_any(values[m], values[n]):
             yield f"{names[m]} and {names[n]}: {what} exchanged", {m: values[n], n: values[m]}
             yield f"{names[m]}: {what} of {names[n]}", {m: values[n]}
             yield f"{names[n]}: {what} of {names[m]}", {n: values[m]}
@@ -281,9 +281,9 @@ def move_values(
         yield f"{what} of all in the opposite order", dict(enumerate(values[::-1]))
 
 
-def _are_equal(left: Any, right: Any) -> bool:
-    """Whether two lists of numbers or arrays are the same."""
-    return all(np.array_equal(a, b) for a, b in zip(left, right, strict=True))
+def _share_any(left: Any, right: Any) -> bool:
+    """Whether two lists share a number or array: fewer fields then say as much."""
+    return any(np.array_equal(a, b) for a, b in zip(left, right, strict=True))
 
 
 def generate_joint_moves(robot: Robot) -> Iterator[FrameMistake]:

@@ -316,10 +316,10 @@ class CauseSearch:
         plain = [cause for number, cause in numbers if not number.factor]
         numbers_alone = plain or [cause for _, cause in numbers]  # a factor says no more than one
         causes = [*numbers_alone, *self._mistake_causes(places)]
-        if not any(cause.usual for cause in causes):
-            causes += self._piece_causes(places)
         if isinstance(places, slice) and self.level == "coupled":
             causes += self._missing_pairs()
+        if not any(cause.usual for cause in causes):
+            causes += self._piece_causes(places)
         return causes
 
     def _number_causes(self, places: Places) -> Iterator[tuple[RobotNumber, Cause]]:
