@@ -457,6 +457,10 @@ def generate_body_mistakes(
         "its inertia about the centre of mass, taken for that about the joint",
         replace(body, inertia=body.inertia - about),
     )
+    yield (
+        "the parallel axis term m (c'c 1 - c c') with the opposite sign",
+        replace(body, inertia=body.inertia - 2 * about),
+    )
     yield "all products of inertia left out", replace(body, inertia=axes @ diagonal @ axes.T)
     yield (
         "all products of inertia with the opposite sign",
@@ -469,9 +473,10 @@ def generate_body_mistakes(
         yield words, replace(body, com=com)
     for keys in (MOMENTS, PRODUCTS):
         for first_key, second_key in combinations(keys, 2):
-            inertia = body.inertia
+            exchanged = stated
             for key, source in ((first_key, second_key), (second_key, first_key)):
-                inertia = set_entry(inertia, INERTIA[key], float(body.inertia[INERTIA[source]]))
+                exchanged = set_entry(exchanged, INERTIA[key], float(stated[INERTIA[source]]))
+            inertia = axes @ exchanged @ axes.T
             yield f"I{first_key} and I{second_key} exchanged", replace(body, inertia=inertia)
     for words, turn in (
         ("the frame of the link before it", joint.placement.rotation),

@@ -24,7 +24,9 @@ from crosscheck.trial.robots.judge import (
 )
 from crosscheck.trial.robots.pieces import (
     describe_accelerations,
+    describe_christoffel,
     describe_coordinates,
+    describe_friction,
     describe_pieces,
 )
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
@@ -100,13 +102,18 @@ def diagnose(
         if explanations or links or pieces.get("bias"):  # then it is a sum of products of rates
             notes += [UNFOUNDED] if unfounded else []
         elif (terms := rates()) is not None:
-            notes += _bias_notes(problem, level, terms, unfounded=unfounded)
+            described = list(describe_christoffel(problem, level))
+            notes += described or _bias_notes(problem, level, terms, unfounded=unfounded)
+            notes += describe_pieces(problem, level, "bias", are_usual=False)
     if "acceleration" in wrong and not explanations and not links:
         rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
+        notes += describe_pieces(problem, level, "acceleration")
         notes += describe_accelerations(problem, level, rows)
         for row in rows:
             row_causes = list(searches[level].find_acceleration_causes(row))
             notes += _describe_causes(row_causes, problem.entry_name("acceleration", [row]))
+    if "force" in wrong and problem.friction.any():
+        notes += describe_friction(problem, level)
     if "gravity" in wrong and not explanations:
         values, q = problem.answers.values["gravity"], problem.states.q
         difference = values - problem.reference_values[level]["gravity"]

@@ -20,6 +20,8 @@ from crosscheck.trial.robots.candidates import ALIKE, get_link_name
 from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.rates import sample_bias_terms
 
+SLOPE_STEP = 1e-5  # [rad, m], over which slopes of M are taken
+LEAST_SHARE = 1e-5  # of a difference, which these slopes may leave
 SIZABLE = 1e-9  # of an entry's size: a piece that is less cannot be told
 USUAL = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
 PLACE_INWARD = "the centripetal acceleration w x (w x r) of the place"
@@ -223,6 +225,39 @@ class KaneSum:
             total += mass * _project(self.move_point(number, lever), centre)
         return total
 
+    def describe_left_out(self, difference: np.ndarray, part: str, size: float) -> Iterator[str]:
+        """What some links make of the entries of a part that are wrong, in words: by one factor."""
+        wrong = np.abs(difference).max(axis=0)
+        is_wrong = wrong > ALIKE * wrong.max()
+        pieces = {}
+        for each in self.parts:
+            terms = self.compute_terms(each.number, self.place_body(each.number, each.body))
+            pieces[each.name] = getattr(terms, part)[:, is_wrong]
+        factors = find_factors(difference[:, is_wrong].ravel(), pieces, size)
+        factor = next(iter(factors.values()), 1.0)
+        is_usual = any(abs(factor - by) <= ALIKE for by in USUAL)
+        if is_usual and np.ptp(list(factors.values())) <= ALIKE:
+            yield f"{_describe_factor(list(factors), factor)}, in the entries that are wrong"
+
+    def list_weight_changes(self) -> Iterator[tuple[str, np.ndarray]]:
+        """Changes of gravity (states, n) by a link's weight in other axes, in words."""
+        whole = dict[str, np.ndarray]()
+        for each in self.parts:
+            mass, lever, _ = self.place_body(each.number, each.body)
+            R = self.poses[each.number].rotation
+            moving, g = self.move_point(each.number, lever), self.robot.gravity
+            for words, pull in (
+                ("in the link's own axes, not turned", R @ g),
+                ("turned the other way", R @ R @ g),
+                ("turned as from the link's axes to the base's", R.swapaxes(1, 2) @ g),
+            ):
+                change = -mass * ((pull - g)[:, None] @ moving)[:, 0]
+                whole[words] = whole.get(words, 0) + change
+                yield f"gravity's direction for {each.name}: {words}", change
+        yield from (
+            (f"gravity's direction for every link: {words}", whole[words]) for words in whole
+        )
+
     def list_gyroscopic_changes(self) -> Iterator[tuple[str, np.ndarray]]:
         """Changes of the bias (states, n) by another rate in every gyroscopic torque, in words."""
         revolute = [joint.kind == "revolute" for joint in self.robot.joints]
@@ -247,7 +282,8 @@ class KaneSum:
             fixed = cross(w, w @ body.inertia)
             words = "I in the link's own axes, not turned"
             changes[words] = changes.get(words, 0) + _project(turning, fixed - right)
-        yield from changes.items()
+        for words, change in changes.items():
+            yield f"in every gyroscopic torque w x I w: {words}", change
 
 
 def list_unturned_bodies(pose_rotation: np.ndarray, body: RobotBody) -> dict[str, WorldBody]:
@@ -360,9 +396,19 @@ def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, n
     return {name: np.einsum("sij,sj->si", inverse, each) for name, each in forces.items()}
 
 
-def describe_pieces(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
-    """Sentences on terms of Kane's sum that are wrong in M, the bias or gravity."""
+def describe_pieces(
+    problem: RobotProblem, level: Level, part: str, *, are_usual: bool = True
+) -> Iterator[str]:
+    """Sentences on terms of Kane's sum that are wrong in M, the bias or gravity.
+
+    Of an acceleration, in the bias that it comes from.
+
+    are_usual: whether by usual factors alone.
+    """
     difference = problem.answers.values[part] - problem.reference_values[level][part]
+    if part == "acceleration":
+        mass = AnalyticRobot(problem.robot, level).mass_matrix(problem.states.q)
+        difference, part = -np.einsum("sij,sj->si", mass, difference), "bias"
     robot, size = problem.robot, float(getattr(problem.sizes[level], part).max())
     described, parts, bodies = list[str](), list_body_parts(robot), list_whole_bodies(robot)
     merged = len(parts) > len(bodies) or any(part.placement.position.any() for part in parts)
@@ -375,12 +421,53 @@ def describe_pieces(problem: RobotProblem, level: Level, part: str) -> Iterator[
             "bias": kane.list_bias_pieces,
             "gravity": kane.list_gravity_pieces,
         }[part]()
-        described += describe_wrong_kinds(difference.ravel(), kinds, size, are_usual=part != "bias")
-    if not described and part == "bias":
-        for words, change in kane.list_gyroscopic_changes():
+        described += describe_wrong_kinds(difference.ravel(), kinds, size, are_usual=are_usual)
+        described = described or list(kane.describe_left_out(difference, part, size))
+    changes = {"bias": kane.list_gyroscopic_changes, "gravity": kane.list_weight_changes}
+    if not described and part in changes:
+        for words, change in changes[part]():
             if np.abs(difference - change).max() <= ALIKE * np.abs(difference).max():
-                described.append(f"in every gyroscopic torque w x I w: {words}")
+                described.append(words)
     yield from (f"{part}, {words}" for words in described)
+
+
+def describe_christoffel(problem: RobotProblem, level: Level) -> Iterator[str]:
+    """Sentences on a bias that is M' v and d(v' M v)/dq with other factors than 1 and -1/2."""
+    q, v = problem.states[:2]
+    model = AnalyticRobot(problem.robot, level)
+    slopes = np.stack(
+        [
+            (model.mass_matrix(q + step) - model.mass_matrix(q - step)) / (2 * SLOPE_STEP)
+            for step in SLOPE_STEP * np.eye(q.shape[1])
+        ]
+    )
+    change = np.einsum("ksij,sk,sj->si", slopes, v, v)
+    gradient = np.einsum("isjk,sj,sk->si", slopes, v, v)
+    user_values = problem.answers.values["bias"]
+    allowed = LEAST_SHARE * np.abs(user_values - problem.reference_values[level]["bias"]).max()
+    for words, values in (
+        ("without -1/2 d(v' M v)/dq: M' v alone", change),
+        ("with +1/2 d(v' M v)/dq for -1/2", change + gradient / 2),
+        ("with d(v' M v)/dq without its factor 1/2", change - gradient),
+        ("without M' v: -1/2 d(v' M v)/dq alone", -gradient / 2),
+        ("with M' v half as large", (change - gradient) / 2),
+    ):
+        if np.abs(values - user_values).max() <= allowed:
+            yield f"bias is M' v - 1/2 d(v' M v)/dq; yours is {words}"
+
+
+def describe_friction(problem: RobotProblem, level: Level) -> Iterator[str]:
+    """Sentences on the friction of a joint that a force has wrong, and nothing else of the row."""
+    difference = problem.answers.values["force"] - problem.reference_values[level]["force"]
+    size = problem.sizes[level].entry_sizes("force")
+    for row, name in enumerate(problem.names):
+        friction, wrong = problem.friction[:, row], difference[:, row]
+        least = SIZABLE * float(np.broadcast_to(size, difference.shape)[:, row].max())
+        if np.abs(wrong).max() <= least or np.abs(friction).max() <= least:
+            continue
+        share = float(wrong @ friction / (friction @ friction))
+        if np.abs(wrong - share * friction).max() <= ALIKE * np.abs(wrong).max():
+            yield f"force[{name}], {_describe_factor([f'the friction of {name}'], 1 - share)}"
 
 
 def describe_coordinates(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:

@@ -1,0 +1,136 @@
+"""Terms of one part alone that are wrong in a way that people derive them: each is named."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.models.robot.robot import Robot
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.robots.explain import RobotDiagnosis
+from crosscheck.trial.robots.trial import run_robot_trial
+from tests.robots import chains
+from tests.robots.test_trial_links import tree
+
+STEP = 1e-5
+ROBOT = tree("trunk")
+MODEL = AnalyticRobot(ROBOT, "links")
+Vector = np.ndarray
+
+
+def mass(q: Vector) -> Vector:
+    return MODEL.mass_matrix(q[None])[0]
+
+
+def bias(q: Vector, v: Vector) -> Vector:
+    return MODEL.bias(q[None], v[None])[0]
+
+
+def gravity(q: Vector) -> Vector:
+    return MODEL.gravity(q[None])[0]
+
+
+def change_of_mass(q: Vector, v: Vector) -> Vector:
+    """M' v, by differences."""
+    return (mass(q + STEP * v) - mass(q - STEP * v)) @ v / (2 * STEP)
+
+
+def of_links(robot: Robot, numbers: tuple[int, ...]) -> AnalyticRobot:
+    """The robot of which only these bodies have mass."""
+    bodies = [
+        body if number in numbers else replace(body, mass=0.0, inertia=0 * body.inertia)
+        for number, body in enumerate(robot.bodies)
+    ]
+    return AnalyticRobot(replace(robot, bodies=tuple(bodies)), "links")
+
+
+def without_arms_in_the_first_entry(q: Vector) -> Vector:
+    arms = of_links(ROBOT, (1, 2)).mass_matrix(q[None])[0]
+    return mass(q) - arms * np.diag([1.0, 0, 0])
+
+
+def with_one_weight_not_turned(q: Vector) -> Vector:
+    """The weight of `left` by a gravity that is turned as the link is."""
+    turn = MODEL.frames(q[None], np.zeros((1, 3)))[0][1].rotation[0]
+    pulled = replace(ROBOT, gravity=turn @ ROBOT.gravity)
+    own, other = (of_links(robot, (1,)).gravity(q[None])[0] for robot in (ROBOT, pulled))
+    return gravity(q) - own + other
+
+
+def diagnosis(**parts: Callable) -> RobotDiagnosis:
+    right = {"mass_matrix": mass, "bias": bias, "gravity": gravity}
+    return run_robot_trial(Equations(**(right | parts)), ROBOT).diagnosis
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        (
+            {"bias": change_of_mass},
+            "bias is M' v - 1/2 d(v' M v)/dq; yours is without -1/2 d(v' M v)/dq: M' v alone",
+        ),
+        (
+            {"mass_matrix": without_arms_in_the_first_entry},
+            "mass_matrix, what left and right make: missing, in the entries that are wrong",
+        ),
+        (
+            {"gravity": with_one_weight_not_turned},
+            "gravity, gravity's direction for left: in the link's own axes, not turned",
+        ),
+    ],
+    ids=["M' v", "branch", "weight"],
+)
+def test_a_wrong_term_of_one_part_is_named(parts, words):
+    assert words in diagnosis(**parts).notes
+
+
+def test_one_product_of_rates_comes_before_an_unusual_factor():
+    def own(q: Vector, v: Vector) -> Vector:
+        mixed = bias(q, v) - bias(q, v * [1, -1, 1])  # products of the first two rates, twice
+        return bias(q, v) - mixed * [1, 0, 0]
+
+    notes = diagnosis(bias=own).notes
+    assert "bias[turn] of turn' l': with the opposite sign" in notes
+
+
+def test_friction_of_the_other_sign_in_a_force_is_named():
+    damping = np.array([0.3, 0.0, 0.2])
+    own = Equations(
+        force=lambda t, q, v, torque: torque - gravity(q) - damping * v * [1, 1, -1],
+        viscous_friction=damping,
+    )
+    notes = run_robot_trial(own, ROBOT).diagnosis.notes
+    assert "force[r], what the friction of r makes: with the opposite sign" in notes
+
+
+def test_gyroscopic_torques_missing_in_accelerations_are_named():
+    def own(q: Vector, v: Vector, torque: Vector) -> Vector:
+        pose, rate = MODEL.frames(q[None], v[None])
+        gyroscopic = np.zeros(3)
+        for number, body in enumerate(ROBOT.bodies):
+            R, w = pose[number].rotation[0], rate[number].angular[0]
+            moment = np.cross(w, R @ body.inertia @ R.T @ w)
+            gyroscopic += pose[number].angular_partials[0].T @ moment
+        return np.linalg.solve(mass(q), torque - bias(q, v) + gyroscopic - gravity(q))
+
+    notes = run_robot_trial(Equations(acceleration=own), ROBOT).diagnosis.notes
+    assert "bias, what the gyroscopic torque w x I w of every one makes: missing" in notes
+
+
+def test_products_of_inertia_are_exchanged_as_the_file_has_them():
+    """In the axes of the inertial frame, which rpy turns against the link's."""
+    solid = chains.Solid(2.0, (0.1, 0.02, 0.03), (0.02, 0.003, 0.001, 0.03, -0.002, 0.025))
+
+    def robot(order: tuple[int, ...]) -> Robot:
+        parts = [chains.link("base"), chains.link("trunk", chains.Solid())]
+        inertia = tuple(solid.inertia[k] for k in order)
+        parts.append(chains.link("arm", solid._replace(inertia=inertia, rpy=(0.3, -0.2, 0.5))))
+        parts.append(chains.joint("a", "base", "trunk"))
+        parts.append(chains.joint("b", "trunk", "arm", axis=(0, 1, 0), at=(0, 0.1, 0.2)))
+        return chains.robot(chains.urdf(*parts), {}, gravity_m_per_s2=[0.0, 0.0, -9.81])
+
+    right, used = robot((0, 1, 2, 3, 4, 5)), AnalyticRobot(robot((0, 4, 2, 3, 1, 5)), "links")
+    own = Equations(mass_matrix=lambda q: used.mass_matrix(q[None])[0])
+    assert "arm: Ixy and Iyz exchanged" in run_robot_trial(own, right).diagnosis.explanations
