@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.models.robot import inertias
 from crosscheck.models.robot.robot import (
     Level,
     Placement,
@@ -40,12 +41,6 @@ from crosscheck.trial.robots.pieces import BodyPart, DynamicsTerms
 BODY_SIZE, ROTOR_SIZE = 10, 3  # parameters of each
 UPPER = np.triu_indices(3)
 ORDERS = [order for order in permutations(range(3)) if order != (0, 1, 2)]
-# Orders in which the six inertias may be read, beside the URDF's xx, xy, xz, yy, yz, zz.
-SIX = {
-    "xx, yy, zz, xy, xz, yz": (0, 3, 4, 1, 5, 2),
-    "xx, yy, zz, xy, yz, xz": (0, 3, 5, 1, 4, 2),
-    "xx, xy, yy, xz, yz, zz": (0, 1, 3, 2, 4, 5),
-}
 Changed = Mapping[int, Any]  # values of a field by the number of the part that has them
 
 
@@ -211,7 +206,8 @@ def _list_orders_within(body: RobotBody) -> Iterator[tuple[str, RobotBody]]:
         inertia = body.inertia[np.ix_(order, order)]
         yield f"the axes of its inertia in another order, {listed}", replace(body, inertia=inertia)
     numbers = body.inertia[UPPER]
-    for listed, order in SIX.items():
+    for order in inertias.ORDERS.values():
+        listed = ", ".join(inertias.SLOTS[slot][1:] for slot in np.argsort(order))
         inertia = np.zeros((3, 3))
         inertia[UPPER] = numbers[list(order)]
         inertia.T[UPPER] = inertia[UPPER]
