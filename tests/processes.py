@@ -3,11 +3,12 @@
 import atexit
 import json
 import os
+import resource
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,13 +38,26 @@ def command_line(
     *arguments: object,
     env: dict[str, str] | None = None,
     python: tuple[str, ...] = ("-m", "crosscheck"),
+    largest: int | None = None,
     **more: object,
 ) -> subprocess.CompletedProcess[str]:
-    """``python -m crosscheck *arguments``; ``env`` changes the environment, "" removes."""
+    """``python -m crosscheck *arguments``; ``env`` changes the environment, "" removes.
+
+    ``largest`` is how many bytes a file may have, as on a full disk. Python then keeps none of what
+    it compiles: it would leave its files cut short, and all later processes would fail on them.
+    """
     around = {name: value for name, value in (os.environ | (env or {})).items() if value}
     options: dict[str, object] = {"capture_output": True, "text": True, "timeout": 120}
+    if largest is not None:
+        around["PYTHONDONTWRITEBYTECODE"] = "1"
+        options["preexec_fn"] = partial(limit_files, largest)
     command = [sys.executable, *python, *map(str, arguments)]
     return subprocess.run(command, env=around, check=False, **(options | more))  # type: ignore[call-overload]
+
+
+def limit_files(largest: int) -> None:
+    """Let this process write no file of more than so many bytes."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
 
 
 @cache

@@ -16,7 +16,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.output import draft
 from crosscheck.studies.batches.result_file import PAGE, ResultFile, _Sparse
 from crosscheck.studies.measures.columns import list_columns
-from tests.processes import command_line, in_child
+from tests.processes import command_line, in_child, limit_files
 from tests.studies.studies import study
 
 AXES = [
@@ -92,12 +92,9 @@ def test_a_study_of_one_member_has_its_numbers_too(tmp_path):
 def test_a_disk_that_is_full_is_one_line(tmp_path, kilobytes):
     (tmp_path / "study.toml").write_text(STUDY)
 
-    def small_disk() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (1000 * kilobytes, 1000 * kilobytes))
-
     out = tmp_path / "out.nc"
     arguments = ("sweep", tmp_path / "study.toml", "--out", out, "--jobs", 1)
-    answer = command_line(*arguments, preexec_fn=small_disk)
+    answer = command_line(*arguments, largest=1000 * kilobytes)
     assert (answer.returncode, answer.stdout, answer.stderr.count("\n")) == (2, "", 1)
     assert "File too large" in answer.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
@@ -124,7 +121,7 @@ def test_memory_that_runs_out_is_one_line(error):
 
 def test_room_is_taken_before_anything_is_written(tmp_path):
     def refused() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+        limit_files(5000)
         with draft(tmp_path) as new, pytest.raises(OSError, match="too large"):
             new.reserve(5001)
         with draft(tmp_path) as new:

@@ -2,7 +2,6 @@
 
 import errno
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -21,15 +20,11 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.trajectory import encode_netcdf, read_netcdf
 from crosscheck.output import draft, require_file, write_files, write_text
 from crosscheck.runner.interruption import cleanup_callbacks
-from tests.processes import command_line, in_child, reachable
+from tests.processes import command_line, in_child, limit_files, reachable
 from tests.tool.test_bad_input import assert_one_line
 
 LARGEST = 20_000  # bytes that a file may have on the "full disk"
 SIMULATE = ("simulate", "paper-labelled", "--model", "analytic:links", "--scenario", "pd")
-
-
-def small_disk() -> None:
-    resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST, LARGEST))
 
 
 @pytest.fixture
@@ -155,7 +150,7 @@ def test_several_files_appear_together_or_not_at_all(tmp_path):
     (tmp_path / "old").write_text("old")
 
     def both_refused() -> None:
-        small_disk()
+        limit_files(LARGEST)
         with pytest.raises(InputError, match="large: cannot be written: File too large"):
             write_files({tmp_path / "old": "new", tmp_path / "large": bytes(LARGEST + 1)})
 
@@ -171,7 +166,7 @@ def test_a_trajectory_survives_a_full_disk_as_one_line(crosscheck, tmp_path):
     assert crosscheck(*arguments).code == 0  # and all kernels are compiled
     assert out.stat().st_size > LARGEST
     out.unlink()
-    answer = command_line(*arguments, preexec_fn=small_disk)
+    answer = command_line(*arguments, largest=LARGEST)
     assert (answer.returncode, answer.stdout) == (2, "")
     assert answer.stderr == f"crosscheck: {out}: cannot be written: File too large\n"
     assert list(tmp_path.iterdir()) == []
