@@ -63,6 +63,7 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (trial, "run_trial"),
     ):
         monkeypatch.setattr(module, work, None)
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)  # as Python is if nobody says otherwise
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -166,11 +166,14 @@ def _load_module(text: str, module: str, folder: Path) -> ModuleType:
 
 @contextmanager
 def _make_importable(folder: Path) -> Iterator[None]:
-    """Make what stands in a folder importable, after everything else."""
+    """Make what stands in a folder importable, after all else; nothing compiled is left in it."""
+    before = sys.dont_write_bytecode
     sys.path.append(str(folder))
+    sys.dont_write_bytecode = True
     try:
         yield
     finally:
+        sys.dont_write_bytecode = before
         sys.path.remove(str(folder))
 
 
