@@ -19,6 +19,7 @@ import numpy as np
 import pinocchio as pin
 
 from benchmarks.suite.c_reference import SOURCES, find_compiler
+from benchmarks.suite.robot_states import RobotStates
 from benchmarks.suite.rows import Row
 from benchmarks.suite.timing import (
     Times,
@@ -31,7 +32,6 @@ from benchmarks.suite.timing import (
 from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.robot.runs import RobotMember
-from crosscheck.analytic.robot.states import RobotStates
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.kernel import program
-from crosscheck.analytic.robot import states, structure
+from crosscheck.analytic.robot import structure
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots import engines
 from crosscheck.checks.robots.case import SampledRobot
@@ -174,7 +174,7 @@ def named_verdict(name: str, harmed: str, quantity: str) -> str:
     return verdict
 
 
-def forget_texts(modules: Sequence[ModuleType] = (program, states, structure)) -> None:
+def forget_texts(modules: Sequence[ModuleType] = (program, structure)) -> None:
     """Kernels are traced and translated anew, since another fault is another text."""
     for module in modules:
         for function in vars(module).values():

@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from benchmarks.suite.robot_states import RobotStates
 from crosscheck.analytic.kernel import expressions
 from crosscheck.analytic.kernel.expressions import (
     ExpressionGraph,
@@ -14,7 +15,6 @@ from crosscheck.analytic.kernel.expressions import (
 )
 from crosscheck.analytic.robot.algorithms import MovingTree, solve
 from crosscheck.analytic.robot.mechanism import build_mechanism, name_numbers, replace_names
-from crosscheck.analytic.robot.states import RobotStates
 from crosscheck.analytic.robot.structure import trace_forward_dynamics
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot

@@ -1,4 +1,4 @@
-"""Quantities of many states of a robot by machine code, as many at a time as a block has lanes."""
+"""M and accelerations of many states of a robot by its kernel's traced text, in lanes."""
 
 from __future__ import annotations
 
