@@ -40,15 +40,6 @@ def describe_fields(record: type[Data]) -> tuple[FieldDescription, ...]:
     )
 
 
-def list_records_below(record: type[Data]) -> list[type[Data]]:
-    """The record and all records that it holds, each once, those above first."""
-    records = [record]
-    for holder in records:
-        below = dict.fromkeys(inner for field in describe_fields(holder) for inner in field.records)
-        records += [inner for inner in below if inner not in records]
-    return records
-
-
 def _describe_field(name: str, info: FieldInfo, hint: Any) -> FieldDescription:
     units = [limit.unit for limit in _parts(hint) if isinstance(limit, NumberRange)]
     types = [part for part in _parts(hint) if isinstance(part, type)]

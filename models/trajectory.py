@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import io
 import json
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import Model
 
@@ -119,20 +117,3 @@ def encode_netcdf(dataset: xr.Dataset) -> bytes:
     content = io.BytesIO()
     dataset.to_netcdf(content, engine="h5netcdf", encoding=packed)
     return content.getvalue()
-
-
-def read_netcdf(path: Path) -> xr.Dataset:
-    """Read a trajectory wholly into memory. Raises InputError."""
-    try:
-        return from_netcdf(path.read_bytes())
-    except (OSError, ValueError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(str(path), "", None, f"is not a readable trajectory: {reason}") from None
-
-
-def from_netcdf(content: bytes) -> xr.Dataset:
-    """The trajectory in the content of a NetCDF file, wholly in memory."""
-    import xarray as xr
-
-    with xr.open_dataset(io.BytesIO(content), engine="h5netcdf") as dataset:
-        return dataset.load()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,7 +17,15 @@ from matplotlib.patches import Annulus, Arc, Circle, FancyArrowPatch, Polygon
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.loading import load_arm
 from crosscheck.output import write_files
-from crosscheck.view.mesh_geometry import SIDES, MeshGeometry, Side, Wheel, mesh_geometry, teeth
+from crosscheck.view.mesh_geometry import (
+    SIDES,
+    THICKNESS,
+    MeshGeometry,
+    Side,
+    Wheel,
+    mesh_geometry,
+    tooth,
+)
 
 DOCS = Path(__file__).parents[1] / "docs" / "explanation"
 ARM = "paper-labelled"
@@ -78,6 +87,39 @@ def draw_mesh(side: Side) -> str:
     return stream.getvalue()
 
 
+def push_direction(geometry: MeshGeometry) -> complex:
+    """Unit vector of a positive F on the planet, along the line of action.
+
+    Forward, and away from the sun or inwards from the ring.
+    """
+    outward = math.sin(geometry.pressure_angle_rad)
+    forward = math.cos(geometry.pressure_angle_rad)
+    return complex(outward if geometry.side == "sun" else -outward, forward)
+
+
+def tangent_point(geometry: MeshGeometry, wheel: Wheel) -> complex:
+    """The point at which the line of action touches a wheel's base circle."""
+    push = push_direction(geometry)
+    along = (np.conj(push) * (wheel.centre - geometry.pitch_point)).real
+    return complex(geometry.pitch_point + along * push)
+
+
+def outline_teeth(geometry: MeshGeometry, wheel: Wheel, beside: int) -> list[np.ndarray]:
+    """Outlines of the tooth that carries and of so many on either side of it, (points,) each.
+
+    The carrying flank goes through the pitch point.
+    """
+    at = float(np.angle(geometry.pitch_point - wheel.centre))
+    # The wheel's flank looks forward, the planet's back; a planet counts round its own centre.
+    forward = wheel is geometry.wheel
+    counter_clockwise = forward if abs(at) < 1 else not forward
+    thickness = 2 * math.pi / wheel.teeth * THICKNESS
+    other = at - thickness if counter_clockwise else at + thickness
+    outline = tooth(wheel, min(at, other), max(at, other))
+    turns = 2 * math.pi / wheel.teeth * np.arange(-beside, beside + 1)
+    return [wheel.centre + np.exp(1j * turn) * outline for turn in turns]
+
+
 def _draw_stage(axes: Axes, geometry: MeshGeometry) -> None:
     """Both wheels, the line of centres, the line of action and the angles counted positive."""
     _set_frame(axes, STAGES[geometry.side])
@@ -88,7 +130,7 @@ def _draw_stage(axes: Axes, geometry: MeshGeometry) -> None:
     _draw_radius(axes, geometry, geometry.planet, PLANET, "$r_p$")
     if geometry.side == "sun":
         _draw_radius(axes, geometry, geometry.wheel, WHEEL, "$r_s$")
-    _draw_arrow(axes, geometry.pitch_point, 33 / MILLI * geometry.push, ACTION)
+    _draw_arrow(axes, geometry.pitch_point, 33 / MILLI * push_direction(geometry), ACTION)
     for at, colour in ((0j, WHEEL), (geometry.planet.centre, PLANET)):
         _draw_dot(axes, at, colour)
     _draw_dot(axes, geometry.pitch_point, "black")
@@ -112,7 +154,7 @@ def _write_stage_names(axes: Axes, geometry: MeshGeometry) -> None:
     planet, at = geometry.planet, geometry.pitch_point
     _draw_word(axes, planet.centre + (12 + 26j) / MILLI, "planet", PLANET)
     _draw_word(axes, planet.centre * 0.62 - 6j / MILLI, "carrier, $r_c$", CARRIER)
-    _draw_word(axes, at + 38 / MILLI * geometry.push, "$x, F > 0$", ACTION)
+    _draw_word(axes, at + 38 / MILLI * push_direction(geometry), "$x, F > 0$", ACTION)
     if geometry.side == "sun":
         _draw_word(axes, -10j / MILLI, "sun", WHEEL)
     else:
@@ -128,8 +170,8 @@ def _draw_wheel(
     body = Annulus((x, 0), foot + 8, 8) if wheel.internal else Circle((x, 0), foot)
     body.set(facecolor=colour, edgecolor="none", alpha=alpha)
     axes.add_patch(body)
-    for tooth in teeth(geometry, wheel, min(beside, (wheel.teeth - 1) // 2)):
-        axes.add_patch(Polygon(_xy(tooth), closed=True, fc=colour, ec="none", alpha=alpha))
+    for single in outline_teeth(geometry, wheel, min(beside, (wheel.teeth - 1) // 2)):
+        axes.add_patch(Polygon(_xy(single), closed=True, fc=colour, ec="none", alpha=alpha))
     for radius, style in ((wheel.pitch_radius, "--"), (wheel.base_radius, "-")):
         circle = Circle((x, 0), radius * MILLI, fill=False, ec=colour, ls=style, lw=0.9)
         axes.add_patch(circle)
@@ -137,7 +179,7 @@ def _draw_wheel(
 
 def _draw_radius(axes: Axes, geometry: MeshGeometry, wheel: Wheel, colour: str, text: str) -> None:
     """From a wheel's centre to where the line of action touches its base circle."""
-    end = geometry.tangent_point(wheel)
+    end = tangent_point(geometry, wheel)
     _draw_line(axes, (wheel.centre, end), colour, "-", 1.0)
     _draw_dot(axes, end, ACTION)
     _draw_word(axes, 0.55 * end + 0.45 * wheel.centre, text, colour)
@@ -152,7 +194,7 @@ def _draw_contact(axes: Axes, geometry: MeshGeometry) -> None:
     _draw_line(axes, (at - 11j / MILLI, at + 11j / MILLI), "0.3", ":", 1.2)
     _draw_line_of_action(axes, geometry, 2.0)
     for sign, colour, name in ((1, PLANET, "planet"), (-1, WHEEL, geometry.side)):
-        along = 6.0 / MILLI * sign * geometry.push
+        along = 6.0 / MILLI * sign * push_direction(geometry)
         _draw_arrow(axes, at, along, colour)
         force = "$F$" if sign > 0 else "$-F$"
         aside = -1 if geometry.side == "sun" else 1
@@ -166,7 +208,7 @@ def _draw_contact(axes: Axes, geometry: MeshGeometry) -> None:
 def _draw_pressure_angle(axes: Axes, geometry: MeshGeometry) -> None:
     """alpha between the common tangent and the line of action."""
     at = geometry.pitch_point * MILLI
-    bounds = sorted((90.0, float(np.degrees(np.angle(geometry.push)))))
+    bounds = sorted((90.0, float(np.degrees(np.angle(push_direction(geometry))))))
     axes.add_patch(Arc((at.real, at.imag), 19, 19, theta1=bounds[0], theta2=bounds[1], color="0.2"))
     middle = at + 9.5 * np.exp(1j * np.radians(np.mean(bounds)))
     _draw_word(axes, middle / MILLI, r"$\alpha$", "0.2")
@@ -175,8 +217,8 @@ def _draw_pressure_angle(axes: Axes, geometry: MeshGeometry) -> None:
 def _draw_line_of_action(axes: Axes, geometry: MeshGeometry, part: float) -> None:
     """Through the pitch point, so many times as far as the farther tangent point either way."""
     at = geometry.pitch_point
-    points = [geometry.tangent_point(wheel) - at for wheel in (geometry.wheel, geometry.planet)]
-    reach = part * max(abs(point) for point in points) * geometry.push
+    points = [tangent_point(geometry, wheel) - at for wheel in (geometry.wheel, geometry.planet)]
+    reach = part * max(abs(point) for point in points) * push_direction(geometry)
     _draw_line(axes, (at - reach, at + reach), ACTION, "-.", 1.1)
 
 

@@ -28,7 +28,7 @@ from crosscheck.models.robot.file import DirectDrive as DirectTransmission
 from crosscheck.models.robot.file import Geared, LinkChange, RobotFile
 from crosscheck.models.robot.robot import RotorMesh
 from crosscheck.output import write_files
-from crosscheck.schema import FieldDescription, describe_fields, list_records_below
+from crosscheck.schema import FieldDescription, describe_fields
 from crosscheck.studies.definition.definition import (
     Definition,
     GridAxis,
@@ -119,6 +119,15 @@ def renew_tables(name: str) -> str:
 def format_field_tables(top: type[Data]) -> str:
     """A table of the fields of a record, and of each that it holds."""
     return "".join(f"{line}\n" for record in list_records_below(top) for line in _section(record))
+
+
+def list_records_below(record: type[Data]) -> list[type[Data]]:
+    """The record and all records that it holds, each once, those above first."""
+    records = [record]
+    for holder in records:
+        below = dict.fromkeys(inner for field in describe_fields(holder) for inner in field.records)
+        records += [inner for inner in below if inner not in records]
+    return records
 
 
 def _section(record: type[Data]) -> Iterator[str]:

@@ -53,21 +53,6 @@ class MeshGeometry:
         """The point at which the pitch circles touch, on the line of centres."""
         return complex(self.wheel.pitch_radius, 0.0)
 
-    @property
-    def push(self) -> complex:
-        """Unit vector of a positive F on the planet, along the line of action.
-
-        Forward, and away from the sun or inwards from the ring.
-        """
-        outward = math.sin(self.pressure_angle_rad)
-        forward = math.cos(self.pressure_angle_rad)
-        return complex(outward if self.side == "sun" else -outward, forward)
-
-    def tangent_point(self, wheel: Wheel) -> complex:
-        """The point at which the line of action touches a wheel's base circle."""
-        along = (np.conj(self.push) * (wheel.centre - self.pitch_point)).real
-        return complex(self.pitch_point + along * self.push)
-
 
 def mesh_geometry(joint: Planetary, side: Side) -> MeshGeometry:
     """The mesh of a planet with sun or ring, from the joint's own numbers."""
@@ -81,22 +66,6 @@ def mesh_geometry(joint: Planetary, side: Side) -> MeshGeometry:
     sun, ring = wheel(joint.sun_teeth), wheel(joint.ring_teeth, internal=True)
     planet = wheel(joint.planet_teeth, complex(carrier, 0.0))
     return MeshGeometry(side, sun if side == "sun" else ring, planet, alpha)
-
-
-def teeth(geometry: MeshGeometry, wheel: Wheel, beside: int) -> list[np.ndarray]:
-    """Outlines of the tooth that carries and of so many on either side of it, (points,) each.
-
-    The carrying flank goes through the pitch point.
-    """
-    at = float(np.angle(geometry.pitch_point - wheel.centre))
-    # The wheel's flank looks forward, the planet's back; a planet counts round its own centre.
-    forward = wheel is geometry.wheel
-    counter_clockwise = forward if abs(at) < 1 else not forward
-    thickness = 2 * math.pi / wheel.teeth * THICKNESS
-    other = at - thickness if counter_clockwise else at + thickness
-    outline = tooth(wheel, min(at, other), max(at, other))
-    turns = 2 * math.pi / wheel.teeth * np.arange(-beside, beside + 1)
-    return [wheel.centre + np.exp(1j * turn) * outline for turn in turns]
 
 
 def flank(wheel: Wheel, at: float, counter_clockwise: bool) -> np.ndarray:

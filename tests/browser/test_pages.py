@@ -17,7 +17,7 @@ from crosscheck.findings import Agreement
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.models.robot.file import load_robot
-from crosscheck.models.trajectory import encode_netcdf, from_netcdf
+from crosscheck.models.trajectory import encode_netcdf
 from crosscheck.planning import state_suite
 from crosscheck.planning.comparison import collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, Experiment
@@ -112,7 +112,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     run = charts.runs[RunKey("pd", REFERENCE)]
     (folder / "run.nc").write_bytes(encode_netcdf(run))
     (folder / "view.html").write_text(view_page(read_run(folder / "run.nc")), encoding="utf-8")
-    return Made(folder, from_netcdf((folder / "run.nc").read_bytes()))
+    return Made(folder, xr.load_dataset(folder / "run.nc", engine="h5netcdf"))
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from crosscheck.api import simulate
 from crosscheck.models.errors import Diverged, InputError
@@ -11,7 +12,6 @@ from crosscheck.models.experiment.scenario import PdDrive, Scenario, switches
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import RobotSource, load_robot
 from crosscheck.models.robot.robot import LEVELS
-from crosscheck.models.trajectory import read_netcdf
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build
 from tests.faults.robots import ROBOTS
@@ -148,7 +148,7 @@ def test_a_file_says_what_was_run(crosscheck, tmp_path):
         answer = crosscheck("simulate", "sliding", *rest, *settings)
         assert (answer.code, answer.err) == (0, "")
     assert "slide 9.6986" in answer.out
-    run = read_netcdf(out)
+    run = xr.load_dataset(out, engine="h5netcdf")
     assert dict(run.sizes) == {"time": 11, "joint": 3}
     assert json.loads(run.attrs["joints"]) == ["swivel", "slide", "tilt"]
     assert json.loads(run.attrs["kinds"]) == ["revolute", "prismatic", "revolute"]

@@ -17,7 +17,7 @@ from crosscheck.audit.errata import command as errata
 from crosscheck.audit.page import command as paper
 from crosscheck.cli import commands, simulation
 from crosscheck.models.errors import InputError
-from crosscheck.models.trajectory import encode_netcdf, read_netcdf
+from crosscheck.models.trajectory import encode_netcdf
 from crosscheck.output import draft, require_file, write_files, write_text
 from crosscheck.runner.interruption import cleanup_callbacks
 from tests.processes import command_line, in_child, limit_files, reachable
@@ -185,15 +185,7 @@ def test_netcdf_is_read_as_it_was_written(tmp_path):
     values = np.array([[0.1, np.nan], [1e-300, -np.inf]])
     run = xr.Dataset({"theta": (("time", "joint"), values, {"units": "rad"})}, attrs={"arm": "ä"})
     write_files({tmp_path / "run.nc": encode_netcdf(run)})
-    assert read_netcdf(tmp_path / "run.nc").identical(run)
-
-
-@pytest.mark.parametrize("content", [b"", b"no HDF5", None])
-def test_what_is_no_trajectory_is_one_line(tmp_path, content):
-    whole = encode_netcdf(xr.Dataset({"theta": ("time", np.arange(1000.0))}))
-    (tmp_path / "run.nc").write_bytes(whole[: len(whole) // 2] if content is None else content)
-    with pytest.raises(InputError, match=r"run\.nc: is not a readable trajectory: .+"):
-        read_netcdf(tmp_path / "run.nc")
+    assert xr.load_dataset(tmp_path / "run.nc", engine="h5netcdf").identical(run)
 
 
 def test_what_a_killed_process_left_is_removed_and_what_a_living_one_writes_is_not(tmp_path):

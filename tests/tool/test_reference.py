@@ -8,11 +8,18 @@ import pytest
 from crosscheck.models.files import read_raw_robot
 from crosscheck.models.loading import load_arm, load_scenario, validate_record
 from crosscheck.models.robot.file import RobotFile
-from crosscheck.schema import describe_fields, list_records_below
+from crosscheck.schema import describe_fields
 from crosscheck.studies.definition.files import read_study
 from tests.loops import require_items
 from tools import reference
-from tools.reference import DOCS, FILES, HEADINGS, renew_tables, write_reference
+from tools.reference import (
+    DOCS,
+    FILES,
+    HEADINGS,
+    list_records_below,
+    renew_tables,
+    write_reference,
+)
 
 LOAD = {
     "arm-file.md": load_arm,

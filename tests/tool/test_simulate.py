@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 
 from crosscheck.models.loading import load_case
-from crosscheck.models.trajectory import read_netcdf
 
 UNITS = {
     "theta": "rad",
@@ -25,7 +24,7 @@ MESH = {"x_sp", "x_pr", "F_sp", "F_pr"}
 def written(folder) -> xr.Dataset:
     """The trajectory, which must be all that a command left in its folder."""
     assert [path.name for path in folder.iterdir()] == ["run.nc"]
-    return read_netcdf(folder / "run.nc")
+    return xr.load_dataset(folder / "run.nc", engine="h5netcdf")
 
 
 @pytest.mark.parametrize("model", ["analytic:physical", "exudyn:tree"])

@@ -12,9 +12,10 @@ from crosscheck.cli.template import example_arm, template
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
-from crosscheck.schema import describe_fields, list_records_below
+from crosscheck.schema import describe_fields
 from tests.processes import HEAVY, modules_loaded_by
 from tests.tool.test_bad_input import assert_one_line
+from tools.reference import list_records_below
 
 # Fields in whose place the template has another.
 OTHER_FORMS = {
