@@ -14,7 +14,7 @@ from importlib.util import find_spec
 import pytest
 from hypothesis import settings
 
-from crosscheck.cli.app import main
+from crosscheck.cli.app import build_commands, main
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
 from crosscheck.registry import BUILT_IN, load_model_class
@@ -33,6 +33,7 @@ settings.load_profile("fuzz" if "CROSSCHECK_DRAWS" in os.environ else "suite")
 # installed, xarray imports it for every run that it keeps.
 for model in BUILT_IN:
     load_model_class(model)
+build_commands()
 for package in ("dask.array", "distributed"):
     if find_spec(package.partition(".")[0]):
         import_module(package)

@@ -13,6 +13,7 @@ import sys
 from typing import Any
 
 import crosscheck
+from crosscheck.cli.app import build_own_commands
 from crosscheck.registry import BUILT_IN, load_model_class
 
 
@@ -39,6 +40,7 @@ def become(command: dict[str, Any]) -> None:
 
 if __name__ == "__main__":
     import_all()
+    build_own_commands()
     gc.collect()
     gc.freeze()  # what is shared by forks stays so
     for line in sys.stdin:

@@ -8,10 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, get_args
 
-import typer
-
 from benchmarks.suite.report import format_markdown, read
-from crosscheck.cli.app import add_installed_commands, app
+from crosscheck.cli.app import build_commands
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.trajectory import VARIABLES, meaning_of, unit_of
 from crosscheck.output import write_files
@@ -32,9 +30,8 @@ def write_pages(folder: Path) -> None:
 
 def describe_commands() -> str:
     """Every command with its arguments and options, as the program has them."""
-    add_installed_commands()
     lines: list[str] = ["# Commands and options\n"]
-    for name, command in sorted(_list_commands(typer.main.get_command(app), "crosscheck")):
+    for name, command in sorted(_list_commands(build_commands(), "crosscheck")):
         lines.append(f"## {name}\n\n{inspect.cleandoc(command.help or '')}\n")
         rows = [
             [f"`{_format_parameter(each)}`", getattr(each, "help", None) or "", _default(each)]

@@ -516,25 +516,31 @@ PARSERS_INTERRUPTED = 130  # its own way to say that there was a KeyboardInterru
 
 
 @lru_cache
-def add_installed_commands() -> None:
-    """Add the commands of installed packages, once.
+def build_own_commands() -> Any:
+    """The program's own commands as Typer's parser takes them: a twentieth of a second."""
+    return typer.main.get_command(app)
 
-    Each command is a function as Typer takes it, which imports nothing heavy before it is called.
-    Raises InputError for one that cannot be used.
+
+@lru_cache
+def build_commands() -> Any:
+    """The program's own commands and those of installed packages.
+
+    Each of the latter is a function as Typer takes it, which imports nothing heavy before it is
+    called. Raises InputError for one that cannot be used.
     """
-    group: Any = typer.main.get_command(app)
+    group, installed = build_own_commands(), {}
     for offer in sorted(entry_points(group=COMMANDS), key=lambda each: each.name):
-        if offer.name in group.commands:
+        if offer.name in group.commands or offer.name in installed:
             raise entry_point_error(offer, "a command of this name exists already")
-        command = load_command(offer, USAGE_ERRORS)
         alone = typer.Typer(add_completion=False)
-        alone.command(offer.name)(command)
+        alone.command(offer.name)(load_command(offer, USAGE_ERRORS))
         try:
-            typer.main.get_command(alone)
+            installed[offer.name] = typer.main.get_command(alone)
         except Exception as error:  # whatever Typer makes of its arguments
             reason = f"is no function that Typer takes: {describe_error(error)}"
             raise entry_point_error(offer, reason) from None
-        app.command(offer.name)(command)
+    group.commands.update(installed)
+    return group
 
 
 def is_completion() -> bool:
@@ -549,8 +555,7 @@ def main() -> NoReturn:
     """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (no verdict), 130, 143."""
     try:
         prepare()
-        add_installed_commands()
-        code: Any = app(standalone_mode=False)
+        code: Any = build_commands()(standalone_mode=False)
     except (typer.Abort, KeyboardInterrupt):
         code = PARSERS_INTERRUPTED
     except Exception as error:

@@ -3,9 +3,8 @@
 from typing import Any
 
 import pytest
-import typer.main
 
-from crosscheck.cli.app import app
+from crosscheck.cli.app import build_commands
 from crosscheck.models.errors import LONGEST_LINE, Diverged, InputError, format_line
 from crosscheck.models.files import HERE, is_robot
 from crosscheck.models.loading import load_arm, load_case
@@ -166,7 +165,7 @@ def help_texts(command: Any, path: str = "") -> dict[str, list[str]]:
     return found
 
 
-HELP = help_texts(typer.main.get_command(app))
+HELP = help_texts(build_commands())
 
 
 @pytest.mark.parametrize("command", [command for command, texts in HELP.items() if texts])

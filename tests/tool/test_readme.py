@@ -34,11 +34,9 @@ def test_it_is_short():
 
 
 def test_every_command_of_the_readme_exists():
-    from crosscheck.cli.app import add_installed_commands, app
+    from crosscheck.cli.app import build_commands
 
-    add_installed_commands()
-    known = {command.name or command.callback.__name__ for command in app.registered_commands}
-    known |= {group.name for group in app.registered_groups}
+    known = set(build_commands().commands)
     named = re.findall(r"\.venv/bin/crosscheck (\w+)", README.read_text(encoding="utf-8"))
     assert named
     assert set(named) <= known

@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 
-from crosscheck.cli.app import add_installed_commands, app
+from crosscheck.cli.app import build_commands
 from crosscheck.provenance import ROOT
 
 # Each with the word to use in its place (docs/project/glossary.md).
@@ -77,8 +76,7 @@ def helps(command: Any, name: str) -> dict[str, str]:
 
 
 def test_help_has_no_private_words():
-    add_installed_commands()
-    told = helps(typer.main.get_command(app), "crosscheck")
+    told = helps(build_commands(), "crosscheck")
     assert {name: unclear(text) for name, text in told.items() if unclear(text)} == {}
 
 
