@@ -65,17 +65,22 @@ def record(w: array, out: array, width: int):
 '''
 
 _STEPS = '''
-def first_stage(w: rows, t, root_t, table: array, h, part):
-    """A step's first stage, at time t [s]; accelerations and forces are left in their rows."""
+def accelerate(w: rows, t, root_t, table: array):
+    """Accelerations and mesh forces of the stage's state at time t [s], left in their rows."""
+{accelerate}
+
+
+def first_stage(w: rows, h, part):
+    """What a step's first stage leaves: sums, and the state of the next one."""
 {first}
 
 
-def middle_stage(w: rows, t, root_t, table: array, h, part):
+def middle_stage(w: rows, h, part):
     """The second, and with part = 1 the third: the next one is a part of h [s] further."""
 {middle}
 
 
-def last_stage(w: rows, t, root_t, table: array, h, part):
+def last_stage(w: rows, h, part):
     """The fourth, and the step's end."""
 {last}
 
@@ -105,23 +110,28 @@ def advance(
             t = step * h
             {at_t}
             for block in range(blocks):
-                first_stage(at(w, block * BLOCK), t, sqrt(t), table, h, 0.5)
+                accelerate(at(w, block * BLOCK), t, sqrt(t), table)
             if k == 0:
                 for block in range(blocks):
                     place_of = (place * RECORD * blocks + block) * LANES
                     record(at(w, block * BLOCK), at(out, place_of), blocks * LANES)
             if stride == 0:
                 return
+            for block in range(blocks):
+                first_stage(at(w, block * BLOCK), h, 0.5)
             t = step * h + h / 2.0
             {at_t}
             for block in range(blocks):
-                middle_stage(at(w, block * BLOCK), t, sqrt(t), table, h, 0.5)
+                accelerate(at(w, block * BLOCK), t, sqrt(t), table)
+                middle_stage(at(w, block * BLOCK), h, 0.5)
             for block in range(blocks):
-                middle_stage(at(w, block * BLOCK), t, sqrt(t), table, h, 1.0)
+                accelerate(at(w, block * BLOCK), t, sqrt(t), table)
+                middle_stage(at(w, block * BLOCK), h, 1.0)
             t = step * h + h
             {at_t}
             for block in range(blocks):
-                last_stage(at(w, block * BLOCK), t, sqrt(t), table, h, 1.0)
+                accelerate(at(w, block * BLOCK), t, sqrt(t), table)
+                last_stage(at(w, block * BLOCK), h, 1.0)
             step += 1
 '''
 
@@ -183,17 +193,16 @@ def build_steps_program(structure: Structure, record_map: RecordMap, lanes: int)
         "RECORD": 3 * n + meshes,
         "JOINTS": len(structure.driven_joints),
     }
-    stages = {
-        name: rows.function(*_stage(structure, read, left))
-        for name, read, left in (
-            ("first", "", _FIRST),
-            ("middle", "stage_", _MIDDLE),
-            ("last", "stage_", _LAST),
-        )
-    }
+    state, forces = _state_rows(structure), range(len(STATE) * n, leading_rows)
+    loads = [f"{block}_{x} = {state[x]['stage_' + block]}" for block in "qv" for x in state]
+    stores = [f"{row['a']} = a_{x}" for x, row in state.items()]
+    stores += [f"w[{k}] = each_{m}" for k, m in zip(forces, structure.meshes, strict=True)]
+    accelerate = rows.function(loads, stores)
+    stages = {name: _stage(state, left) for name, left in _STAGES.items()}
     begin = [STATE.index(name) * n for name in ("q", "v", "a")]
-    record = record_text(record_map, begin, range(len(STATE) * n, leading_rows))
-    text = LOOK_UP + _STEPS.format(at_t=lookup_line("t", structure), record=record, **stages)
+    record = record_text(record_map, begin, forces)
+    parts = {"at_t": lookup_line("t", structure), "record": record, **stages}
+    text = LOOK_UP + _STEPS.format(accelerate=accelerate, **parts)
     pointers = (POINTER, POINTER, WHOLE, POINTER, POINTER)
     functions = (("advance", (POINTER, WHOLE, WHOLE, WHOLE, WHOLE, NUMBER, *pointers)),)
     return rows.program(text, constants, lanes, RUNS, functions)
@@ -327,9 +336,8 @@ def find_free_names(
     return tuple(names)
 
 
-# What a stage leaves of every coordinate x, in the rows of STATE.
+# What a stage leaves of every coordinate x, in the rows of STATE: its own state is q_x and v_x.
 _FIRST = {
-    "a": "a_{x}",
     "sum_q": "v_{x}",
     "sum_v": "a_{x}",
     "stage_q": "q_{x} + h / 2.0 * v_{x}",
@@ -341,23 +349,29 @@ _MIDDLE = {
     "stage_q": "{q} + part * h * v_{x}",
     "stage_v": "{v} + part * h * a_{x}",
 }
-_LAST = {"q": "{q} + h / 6.0 * ({sum_q} + v_{x})", "v": "{v} + h / 6.0 * ({sum_v} + a_{x})"}
+_LAST = {
+    "q": "{q} + h / 6.0 * ({sum_q} + v_{x})",
+    "v": "{v} + h / 6.0 * ({sum_v} + a_{x})",
+    "stage_q": "{q}",
+    "stage_v": "{v}",
+}
+_STAGES = {"first": _FIRST, "middle": _MIDDLE, "last": _LAST}
 
 
-def _stage(structure: Structure, read: str, left: dict[str, str]) -> tuple[list[str], list[str]]:
-    """Loads and stores of a stage. read: which state the stage is of; left: see above."""
-    names, n = list(enumerate(structure.coordinates)), len(structure.coordinates)
+def _state_rows(structure: Structure) -> dict[str, dict[str, str]]:
+    """Of each coordinate, the rows of STATE."""
+    n = len(structure.coordinates)
+    return {
+        x: {name: f"w[{k * n + place}]" for k, name in enumerate(STATE)}
+        for place, x in enumerate(structure.coordinates)
+    }
 
-    def rows(place: int) -> dict[str, str]:
-        return {name: f"w[{k * n + place}]" for k, name in enumerate(STATE)}
 
-    loads = [f"{block}_{x} = {rows(k)[read + block]}" for block in ("q", "v") for k, x in names]
-    stores = [
-        f"{rows(k)[block]} = {value.format(x=x, **rows(k))}"
-        for k, x in names
-        for block, value in left.items()
-    ]
-    if "a" in left:
-        first = len(STATE) * n
-        stores += [f"w[{first + k}] = each_{mesh}" for k, mesh in enumerate(structure.meshes)]
-    return loads, stores
+def _stage(state: dict[str, dict[str, str]], left: dict[str, str]) -> str:
+    """The body of a stage's function. state: rows by coordinate; left: see above."""
+    loads = {"q": "stage_q", "v": "stage_v", "a": "a"}
+    lines = []
+    for x, row in state.items():
+        lines += [f"{name}_{x} = {row[block]}" for name, block in loads.items()]
+        lines += [f"{row[block]} = {value.format(x=x, **row)}" for block, value in left.items()]
+    return indent("\n".join(lines), "    ")

@@ -91,7 +91,7 @@ class Workers:
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
         self.crew: list[_Worker] = []
-        self.looks = 0.0  # when those at work are looked at next
+        self.looks = time.monotonic() + cpu_limit.LOOK_S  # when those at work are looked at next
 
     def __enter__(self) -> Self:
         cleanup_callbacks.append(self._dismiss)

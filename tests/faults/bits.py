@@ -62,6 +62,7 @@ def by_python(
     numbers = batch.work.reshape(-1, lanes)[batch.program.leading_rows :]
     numbers *= 1 + 1e-3 * np.arange(lanes)
     state[:] = np.where(angular, 1.0, 1e-4)[:, None] * draw.normal(size=state.shape)
+    batch.work.reshape(-1, lanes)[len(state) : 2 * len(state)] = state  # of the first stage
     program = build_steps_program(batch.structure, batch.models[0].equations.record_map(), lanes)
     times, torques = contiguous_table(batch.models[0].drive)
     given = (1, 700, 1, 1, 1e-5, times, torques, times.size, np.zeros(len(torques)))
