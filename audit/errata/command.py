@@ -37,12 +37,7 @@ def run_errata_command(
         print(line)
     if json_file is None and out is None:
         return
-    from crosscheck.audit.errata.sheet import (
-        WHOLE,
-        ArmErratum,
-        build_errata_sheet,
-        format_markdown,
-    )
+    from crosscheck.audit.errata.sheet import build_errata_sheet, build_record, format_markdown
     from crosscheck.audit.page.report import render_chapters
     from crosscheck.provenance import record_provenance
 
@@ -51,7 +46,7 @@ def run_errata_command(
     if json_file is not None:
         document = {
             "schema_version": SCHEMA_VERSION,
-            "errata": WHOLE.json(ArmErratum(arm.name, erratum) for erratum in errata),
+            "errata": [build_record(arm.name, erratum) for erratum in errata],
             "provenance": record,
         }
         contents[json_file] = json.dumps(document, indent=1, allow_nan=False) + "\n"

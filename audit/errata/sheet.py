@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import matplotlib as mpl
 from markupsafe import Markup
@@ -20,12 +20,13 @@ from crosscheck.audit.errata.errata_texts import (
     count_errata,
     load_notes,
 )
-from crosscheck.audit.errata.erratum import CLASSES, ErratumClass, SimulatedErratum
-from crosscheck.audit.experiments.paper_conditions import LABELLED
+from crosscheck.audit.errata.erratum import CLASSES, SimulatedErratum
+from crosscheck.audit.measures.undefined import JsonObject, to_json
 from crosscheck.audit.page.chapter import AuditChapter
-from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.page.columns import Columns, format_cells, list_titles
 from crosscheck.audit.page.published_paper import EXTENT_READ, PAPER
 from crosscheck.audit.page.text import render_template, to_markup
+from crosscheck.report.fragments import render_table
 from crosscheck.report.plots.figures import to_svg
 
 if TYPE_CHECKING:
@@ -53,47 +54,28 @@ def build_errata_sheet(
 
     duration_s: of the runs behind their effects; whole: with all but errors of equations too.
     """
-    first, noted = next(iter(by_arm)), load_notes()
-    first_errata = by_arm[first]
-    rows = [
-        ArmErratum(arm, simulated_erratum)
-        for arm, errata in by_arm.items()
-        for simulated_erratum in errata
-    ]
+    (first, errata), *_ = by_arm.items()
+    counts, sections, noted = count_errata(errata), list_sections(errata), load_notes()
     page = render_template(
         "errata/sheet",
         duration_s=duration_s,
         arm=first,
         whole=whole,
-        sections=[
-            (level, heading, to_markup(table.html(rows) if rows else ""))
-            for level, heading, table, rows in _list_sections(first_errata)[: None if whole else 1]
-        ],
-        counts=count_errata(first_errata),
+        sections=sections if whole else sections[:1],
+        counts=counts,
         apart=_reading_specific_places(by_arm),
     )
-    notes_json = [*CONTRADICTIONS.json(noted.contradictions), *GAPS.json(noted.gaps)]
-    records = [*WHOLE.json(rows), *notes_json]
-    outcome = render_template("errata/outcome", counts=count_errata(first_errata))
-    return ErrataSheet(ID, TITLE, page, records, outcome, tuple(first_errata))
-
-
-def _errata_of_class(errata: Sequence[SimulatedErratum], kind: ErratumClass) -> list[ArmErratum]:
-    return [
-        ArmErratum(LABELLED, simulated_erratum)
-        for simulated_erratum in errata
-        if simulated_erratum.erratum.kind == kind
-    ]
+    records = [build_record(arm, entry) for arm in by_arm for entry in by_arm[arm]]
+    records += [build_note_record(note) for note in (*noted.contradictions, *noted.gaps)]
+    outcome = render_template("errata/outcome", counts=counts)
+    return ErrataSheet(ID, TITLE, page, records, outcome, tuple(errata))
 
 
 def _reading_specific_places(
     by_arm: Mapping[str, Sequence[SimulatedErratum]],
 ) -> dict[str, list[str]]:
     """The places of the errata that one reading of Table I has and no other, by reading."""
-    places = {
-        arm: {simulated_erratum.erratum.where for simulated_erratum in errata}
-        for arm, errata in by_arm.items()
-    }
+    places = {arm: {entry.erratum.where for entry in errata} for arm, errata in by_arm.items()}
     return {
         arm: sorted(arm_places.difference(*(p for other, p in places.items() if other != arm)))
         for arm, arm_places in places.items()
@@ -105,53 +87,125 @@ def format_markdown(errata: Sequence[SimulatedErratum]) -> str:
     """The sheet as Markdown, formulas as TeX; the errata are the chapter's."""
     introduction = render_template("errata/introduction", counts=count_errata(errata))
     parts = ["# Errata sheet", PAPER.format_citation(), EXTENT_READ, introduction]
-    for level, heading, table, rows in _list_sections(errata):
-        parts += [f"{'#' * level} {heading}", *([table.markdown(rows)] if rows else [])]
+    for section in list_sections(errata):
+        parts.append(f"{'#' * section.level} {section.heading}")
+        if section.records:
+            head = list_titles(section.columns)
+            body = section.list_rows(lambda text: text.replace("|", r"\|"), "${}$".format)
+            lines = [head, ["---"] * len(head), *body]
+            parts.append("\n".join("| " + " | ".join(cells) + " |" for cells in lines))
     return "\n\n".join(parts) + "\n"
 
 
-def _list_sections(
-    errata: Sequence[SimulatedErratum],
-) -> list[tuple[int, str, Columns[Any], Sequence[object]]]:
-    """Levels, headings, columns and rows of the sheet's tables; of a part without rows no table."""
+def build_record(arm: str, entry: SimulatedErratum) -> JsonObject:
+    """An erratum with its size and effects for an arm, as JSON."""
+    erratum = entry.erratum
+    torque, pd = (entry.effects.get(name) for name in ("constant-torque", "pd"))
+    return to_json(
+        {
+            "id": f"erratum/{arm}/{erratum.id}",
+            "class": erratum.kind,
+            "printed_tex": erratum.printed_tex,
+            "derived_tex": erratum.derived_tex,
+            "constant_torque_impulse_N_s": torque and torque.impulse_N_s,
+            "pd_force_N": pd and pd.mesh_force_N,
+            "where": erratum.where,
+            "printed": erratum.printed,
+            "derived": erratum.derived,
+            "remark": erratum.remark,
+            "denies": ", ".join(erratum.denies),
+            "size": erratum.size,
+            "unit": erratum.unit,
+            "relative": erratum.relative,
+            "constant_torque_theta_rad": torque and torque.theta_rad,
+            "constant_torque_force_N": torque and torque.mesh_force_N,
+            "pd_theta_rad": pd and pd.theta_rad,
+            "pd_impulse_N_s": pd and pd.impulse_N_s,
+        }
+    )
+
+
+def build_note_record(note: Contradiction | Gap) -> JsonObject:
+    """A contradiction or a gap as JSON."""
+    return {**asdict(note), "id": f"{type(note).__name__.lower()}/{note.id}"}
+
+
+NOTATION = {
+    "where": ("where", ""),
+    "printed": ("printed", ""),
+    "derived": ("should read", ""),
+    "remark": ("remark", ""),
+}
+STATEMENT = NOTATION | {
+    "denies": ("against claim", ""),
+    "size": ("size", ".3g"),
+    "unit": ("in", ""),
+}
+EQUATION = STATEMENT | {
+    "relative": ("over its own size", ".3g"),
+    "constant_torque_theta_rad": ("effect under 100 N m: angle [rad]", ".2g"),
+    "constant_torque_force_N": ("mesh force [N]", ".2g"),
+    "pd_theta_rad": ("effect under PD control: angle [rad]", ".2g"),
+    "pd_impulse_N_s": ("impulse of a mesh [N s]", ".2g"),
+}
+CONTRADICTION = {
+    "first": ("here", ""),
+    "first_says": ("it says", ""),
+    "second": ("there", ""),
+    "second_says": ("it says", ""),
+}
+GAP = {
+    "quantity": ("not given in the text", ""),
+    "needed_for": ("needed for", ""),
+    "here": ("here", ""),
+}
+
+
+class SheetSection(NamedTuple):
+    """A heading of the sheet, with the table of its records, if there are any."""
+
+    level: int
+    heading: str
+    columns: Columns
+    records: Sequence[JsonObject] = ()
+
+    @property
+    def html(self) -> Markup:
+        """The table as it is on the page, formulas drawn; nothing without records."""
+        table = render_table(list_titles(self.columns), self.list_rows(str, _draw_formula))
+        return to_markup(table if self.records else "")
+
+    def list_rows(
+        self, write_text: Callable[[str], str], write_formula: Callable[[str], str]
+    ) -> list[list[str]]:
+        """The rows; a cell is written as a formula where the record has its TeX."""
+        return [
+            [
+                write_formula(str(tex)) if (tex := record.get(f"{name}_tex")) else write_text(text)
+                for name, text in zip(self.columns, format_cells(self.columns, record), strict=True)
+            ]
+            for record in self.records
+        ]
+
+
+def list_sections(errata: Sequence[SimulatedErratum]) -> list[SheetSection]:
+    """The sheet's sections, errors of equations first."""
     noted = load_notes()
-    rows = {kind: _errata_of_class(errata, kind) for kind in CLASSES}
+    equations, statements, notation = (
+        [build_record("", entry) for entry in errata if entry.erratum.kind == kind]
+        for kind in CLASSES
+    )
+    contradictions, gaps = (
+        [build_note_record(note) for note in notes] for notes in (noted.contradictions, noted.gaps)
+    )
     return [
-        (2, HEADINGS["equation"], WHOLE, rows["equation"]),
-        (2, "Statements", WHOLE, []),
-        (3, HEADINGS["statement"], BY_CLASS["statement"], rows["statement"]),
-        (3, CONTRADICTIONS_HEADING, CONTRADICTIONS, noted.contradictions),
-        (3, HEADINGS["notation"], BY_CLASS["notation"], rows["notation"]),
-        (3, GAPS_HEADING, GAPS, noted.gaps),
+        SheetSection(2, HEADINGS["equation"], EQUATION, equations),
+        SheetSection(2, "Statements", {}),
+        SheetSection(3, HEADINGS["statement"], STATEMENT, statements),
+        SheetSection(3, CONTRADICTIONS_HEADING, CONTRADICTION, contradictions),
+        SheetSection(3, HEADINGS["notation"], NOTATION, notation),
+        SheetSection(3, GAPS_HEADING, GAP, gaps),
     ]
-
-
-@dataclass(frozen=True)
-class ArmErratum:
-    """An erratum with its size and effects for one arm."""
-
-    arm: str
-    simulated_erratum: SimulatedErratum
-
-
-@dataclass(frozen=True)
-class FormulaColumn(TableColumn[ArmErratum]):
-    """A column of what is printed or derived: a formula where there is one, else words."""
-
-    def value(self, row: ArmErratum) -> str:
-        words: str = getattr(row.simulated_erratum.erratum, self.name)
-        return words
-
-    def tex(self, row: ArmErratum) -> str:
-        """The formula as TeX; empty where there is none."""
-        formula: str = getattr(row.simulated_erratum.erratum, f"{self.name}_tex")
-        return formula
-
-    def html(self, row: ArmErratum) -> str:
-        return _draw_formula(self.tex(row)) if self.tex(row) else self.text(row)
-
-    def markdown(self, row: ArmErratum) -> str:
-        return f"${self.tex(row)}$" if self.tex(row) else super().markdown(row)
 
 
 @lru_cache
@@ -166,78 +220,3 @@ def _draw_formula(tex: str) -> Markup:
         figure.set_size_inches((box.width + 8) / figure.dpi, (box.height + 8) / figure.dpi)
         drawn.set_position((4 / (box.width + 8), 4 / (box.height + 8) - box.y0 / (box.height + 8)))
         return Markup(to_svg(figure))  # of this package's own
-
-
-def _erratum_column(name: str, title: str | None, attribute: str = "") -> TableColumn[ArmErratum]:
-    """A column of an erratum's attribute, which has the column's name unless another is given."""
-    return TableColumn(name, title, f"simulated_erratum.erratum.{attribute or name}")
-
-
-def _effect_column(
-    name: str, title: str | None, scenario: str, part: str
-) -> TableColumn[ArmErratum]:
-    """A column of one part of an erratum's effect in a scenario; None without that effect."""
-
-    def effect_value(row: ArmErratum) -> float | None:
-        effect = row.simulated_erratum.effects.get(scenario)
-        return None if effect is None else getattr(effect, part)
-
-    return TableColumn(name, title, effect_value, ".2g")
-
-
-_TEXTS = (
-    _erratum_column("where", "where"),
-    FormulaColumn("printed", "printed"),
-    FormulaColumn("derived", "should read"),
-    _erratum_column("remark", "remark"),
-)
-_DENIES = TableColumn[ArmErratum](
-    "denies", "against claim", lambda row: ", ".join(row.simulated_erratum.erratum.denies)
-)
-_SIZES = (_erratum_column("size", "size"), _erratum_column("unit", "in"))
-_TORQUE, _PD = "effect under 100 N m: angle [rad]", "effect under PD control: angle [rad]"
-_EFFECTS = (
-    _erratum_column("relative", "over its own size"),
-    _effect_column("constant_torque_theta_rad", _TORQUE, "constant-torque", "theta_rad"),
-    _effect_column("constant_torque_force_N", "mesh force [N]", "constant-torque", "mesh_force_N"),
-    _effect_column("pd_theta_rad", _PD, "pd", "theta_rad"),
-    _effect_column("pd_impulse_N_s", "impulse of a mesh [N s]", "pd", "impulse_N_s"),
-)
-_UNSEEN = (
-    _erratum_column("class", None, "kind"),
-    _erratum_column("printed_tex", None),
-    _erratum_column("derived_tex", None),
-    _effect_column("constant_torque_impulse_N_s", None, "constant-torque", "impulse_N_s"),
-    _effect_column("pd_force_N", None, "pd", "mesh_force_N"),
-)
-
-
-def _id(row: ArmErratum) -> str:
-    return f"erratum/{row.arm}/{row.simulated_erratum.erratum.id}"
-
-
-WHOLE = Columns[ArmErratum](
-    _id, (*_UNSEEN, *_TEXTS, _DENIES, *_SIZES, *_EFFECTS)
-)  # all of an erratum
-BY_CLASS: dict[ErratumClass, Columns[ArmErratum]] = {
-    "equation": WHOLE,
-    "statement": Columns(_id, (*_TEXTS, _DENIES, *_SIZES)),
-    "notation": Columns(_id, _TEXTS),
-}
-CONTRADICTIONS = Columns[Contradiction](
-    lambda row: f"contradiction/{row.id}",
-    (
-        TableColumn("first", "here"),
-        TableColumn("first_says", "it says"),
-        TableColumn("second", "there"),
-        TableColumn("second_says", "it says"),
-    ),
-)
-GAPS = Columns[Gap](
-    lambda row: f"gap/{row.id}",
-    (
-        TableColumn("quantity", "not given in the text"),
-        TableColumn("needed_for", "needed for"),
-        TableColumn("here", "here"),
-    ),
-)

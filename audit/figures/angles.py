@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,7 +21,8 @@ from crosscheck.audit.figures.plotting import Curve, Panel, describe_run, draw_p
 from crosscheck.audit.measures import events
 from crosscheck.audit.measures.rigid import COUPLED
 from crosscheck.audit.measures.run_signals import RunSignals
-from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.measures.undefined import to_json
+from crosscheck.audit.page.columns import render_records
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import make_figure, to_svg
@@ -94,27 +94,14 @@ def draw_figure_15(data: FigureData) -> PaperFigure:
     return PaperFigure(15, [Drawing(svg, caption)], ZETA, data.seed)
 
 
-class StepResponse(NamedTuple):
-    """A joint's step with gains: overshoot over the step, when [s] within BANDS for good."""
-
-    proportional: float
-    derivative: float
-    joint: int
-    overshoot: float
-    within_s: tuple[float | None, ...]
-
-
-GAIN_COLUMNS = Columns[StepResponse](
-    lambda row: f"P {row.proportional:g} D {row.derivative:g} joint {row.joint}",
-    (
-        TableColumn("proportional", "P [N m/rad]", form="g"),
-        TableColumn("derivative", "D [N m s/rad]", form="g"),
-        TableColumn("joint", "joint"),
-        TableColumn("overshoot_percent", "overshoot [%]", lambda row: 100 * row.overshoot, ".1f"),
-        TableColumn("within_2_s", "within 2 % from [s]", lambda row: row.within_s[0], ".2f"),
-        TableColumn("within_1_s", "within 1 % from [s]", lambda row: row.within_s[1], ".2f"),
-    ),
-)
+GAIN_COLUMNS = {
+    "proportional": ("P [N m/rad]", "g"),
+    "derivative": ("D [N m s/rad]", "g"),
+    "joint": ("joint", ""),
+    "overshoot_percent": ("overshoot [%]", ".1f"),
+    "within_2_s": ("within 2 % from [s]", ".2f"),
+    "within_1_s": ("within 1 % from [s]", ".2f"),
+}
 
 
 def draw_figure_10(data: FigureData) -> PaperFigure:
@@ -131,24 +118,27 @@ def draw_figure_10(data: FigureData) -> PaperFigure:
         )
         variants[gain] = replace(paper, settings=settings)
     runs = data.load_courses(variants, 10)
-    rows = [
-        StepResponse(
-            *gain,
-            joint,
-            max(0.0, events.overshoot(angle, TARGET_RAD)),
-            tuple(events.settling_time(run.time, angle, TARGET_RAD, band) for band in BANDS),
-        )
-        for gain, run in runs.items()
-        for joint, angle in enumerate(run.theta.T, start=1)
-    ]
+    records = []
+    for (p, d), run in runs.items():
+        for joint, angle in enumerate(run.theta.T, start=1):
+            within = (events.settling_time(run.time, angle, TARGET_RAD, band) for band in BANDS)
+            record = {
+                "id": f"P {p:g} D {d:g} joint {joint}",
+                "proportional": p,
+                "derivative": d,
+                "joint": joint,
+                "overshoot_percent": 100 * max(0.0, events.overshoot(angle, TARGET_RAD)),
+                **dict(zip(("within_2_s", "within_1_s"), within, strict=True)),
+            }
+            records.append(to_json(record))
     caption = describe_run(runs[GAINS], data.seed, "Other gains as in the legend.")
     return PaperFigure(
         10,
         [Drawing(_draw_gains(runs), caption)],
         ZETA,
         data.seed,
-        {"gains": list(GAIN_COLUMNS.json(rows))},
-        {"gains": GAIN_COLUMNS.html(rows)},
+        {"gains": list(records)},
+        {"gains": render_records(GAIN_COLUMNS, records)},
     )
 
 

@@ -7,7 +7,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from crosscheck.audit.errata.erratum import Effect, Erratum, ErratumPair, attach_effects
-from crosscheck.audit.errata.sheet import WHOLE, ArmErratum
+from crosscheck.audit.errata.sheet import build_record
 from crosscheck.audit.findings.stability import LinearisationResult, Onset
 
 FOLLOWED = LinearisationResult(None, (Onset(1.0, None), Onset(None, None)))
@@ -26,6 +26,6 @@ def test_a_record_survives_being_kept(record):
 def test_a_tried_erratum_has_no_trial_left_and_no_infinite_size():
     assert TRIED.erratum.trial is None
     assert TRIED.erratum.size is None
-    (record,) = WHOLE.json([ArmErratum("paper-labelled", TRIED)])
+    record = build_record("paper-labelled", TRIED)
     assert record["id"] == "erratum/paper-labelled/eq1"
     assert (record["size"], record["pd_force_N"]) == (None, 5.0)
