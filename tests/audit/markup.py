@@ -3,11 +3,12 @@
 import json
 import re
 import xml.etree.ElementTree as ET
-from html.parser import HTMLParser
-from itertools import pairwise
-from typing import Any
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
 
-VOID = frozenset({"br", "hr", "img", "input", "link", "meta"})
+import numpy as np
+
 _BLOCKS = """address article aside blockquote details div dl figcaption figure footer form h1 h2 h3
 h4 h5 h6 header hr main nav ol p pre section summary table ul"""
 BLOCKS = frozenset(_BLOCKS.split())
@@ -16,162 +17,111 @@ PURE = ("ζ", "zeta", "t / T", "base mass / arm mass", "rms misfit", "statements
 SVG = re.compile(r"<svg\b.*?</svg>", re.DOTALL)
 
 
-class _Page(HTMLParser):
-    """Tags must close in order, and no block may stand in a paragraph."""
+def read_page(html: str) -> ET.Element:
+    """A page as a tree with the drawings' comments. Raises ET.ParseError for tags out of order.
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.ids: list[str] = []
-        self.links: list[str] = []
-        self.found: list[str] = []
-        self.captioned: list[bool] = []  # of every open figure
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.handle_startendtag(tag, attrs)
-        if tag not in VOID:
-            self.open.append(tag)
-        if tag == "figure":
-            self.captioned.append(False)
-        if tag == "figcaption":
-            self.captioned[-1:] = [True]
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if "p" in self.open and tag in BLOCKS:
-            self._note(f"<{tag}> in a <p>")
-        if tag == "svg" and not {"figure", "td"} & set(self.open):
-            self._note("a drawing outside of a <figure>")
-        for name, value in attrs:
-            if name == "id":
-                self.ids.append(value or "")
-            if name == "href" and (value or "").startswith("#"):
-                self.links.append((value or "")[1:])
-
-    def handle_endtag(self, tag: str) -> None:
-        if not self.open or self.open[-1] != tag:
-            self._note(f"</{tag}> closes {self.open[-1:]}")
-            return
-        self.open.pop()
-        if tag == "figure" and not self.captioned.pop():
-            self._note("a <figure> without a caption")
-
-    def _note(self, what: str) -> None:
-        self.found.append(f"line {self.getpos()[0]}: {what}")
+    Scripts, tags that need no end and attributes that need no value are all that is no XML.
+    """
+    text = re.sub(r"(?is)<!doctype[^>]*>|<(script|style)\b.*?</\1>", "", html)
+    text = re.sub(r"<((?:br|hr|img|input|link|meta)\b[^<>]*?)/?>", r"<\1/>", text)
+    text = re.sub(r"(<\w[^<>]*) (open|hidden|checked)(?=[ />])", r'\1 \2=""', text)
+    parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
+    return ET.fromstring(f"<page>{text}</page>", parser)
 
 
 def page_problems(html: str) -> list[str]:
-    """Everything wrong with a page's structure; drawings must be XML by themselves."""
-    page = _Page()
-    page.feed(html)
-    page.close()
-    twice = {name for name in page.ids if page.ids.count(name) > 1} if _repeats(page.ids) else set()
-    return [
-        *page.found,
-        *(f"<{tag}> is never closed" for tag in page.open),
-        *(f"id {name} is not unique" for name in sorted(twice)),
-        *(f"#{name} leads nowhere" for name in sorted(set(page.links) - set(page.ids))),
-        *(f"{word} in the text" for word in ("nan", "None", "inf") if _says(html, word)),
-        *(problem for svg in SVG.findall(html) for problem in _not_xml(svg)),
-    ]
-
-
-def _repeats(names: list[str]) -> bool:
-    return len(set(names)) < len(names)
-
-
-def _says(html: str, word: str) -> bool:
-    """A Python value that slipped into a text; drawings apart, whose letters are paths."""
-    text = re.sub(r"<[^>]*>", " ", SVG.sub(" ", html))
-    return re.search(rf"(?<![\w.-]){word}(?![\w-])", text) is not None
-
-
-def _not_xml(svg: str) -> list[str]:
+    """Everything wrong with a page's structure, or with its text outside of drawings."""
     try:
-        ET.fromstring(svg)
+        page = read_page(html)
     except ET.ParseError as error:
-        return [f"a drawing is not XML: {error}"]
-    return []
+        return [f"not XML: {error}"]
+    ids = Counter(node.get("id") for node in page.iter() if node.get("id"))
+    links = {node.get("href", "") for node in page.iter() if node.get("href", "").startswith("#")}
+    framed = {svg for tag in ("figure", "td") for frame in page.iter(tag) for svg in _svgs(frame)}
+    text = re.sub(r"<[^>]*>", " ", SVG.sub(" ", html))
+    return [
+        *(f"<{node.tag}> in a <p>" for p in page.iter("p") for node in p.findall(".//*")
+          if node.tag in BLOCKS),
+        *("a drawing outside of a <figure>" for svg in _svgs(page) if svg not in framed),
+        *("a <figure> without a caption" for figure in page.iter("figure")
+          if figure.find(".//figcaption") is None),
+        *(f"id {name} is not unique" for name, count in ids.items() if count > 1),
+        *(f"{name} leads nowhere" for name in sorted(links) if name[1:] not in ids),
+        # Python's values that slipped in.
+        *(f"{word} in the text" for word in ("nan", "None", "inf")
+          if re.search(rf"(?<![\w.-]){word}(?![\w-])", text)),
+    ]  # fmt: skip
 
 
-def axis_problems(svg: str) -> list[str]:
-    """Axes of a drawing with numbers at their ticks and no label with a unit.
-
-    A label may be shared: below the same column, or left of the same row.
-    """
-    parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
-    root = ET.fromstring(svg, parser)
-    axes = [group for group in root.iter(_G) if _named(group, "axes_")]
-    problems = []
-    for direction in (0, 1):
-        labelled = [_place(one, direction) for one in axes if _has_unit(_axis(one, direction))]
-        for one in axes:
-            axis = _axis(one, direction)
-            place = _place(one, direction)
-            if _counts(axis) and not any(_near(place, other) for other in labelled):
-                problems.append(f"{one.get('id')}: {'xy'[direction]} axis, labels {_labels(axis)}")
-    return problems
-
-
-_G = "{http://www.w3.org/2000/svg}g"
-
-
-def _named(group: ET.Element, start: str) -> bool:
-    return re.match(rf"(s\d+-)?{re.escape(start)}\d+$", group.get("id", "")) is not None
-
-
-def _axis(axes: ET.Element, direction: int) -> ET.Element | None:
-    found = [group for group in axes.findall(_G) if _named(group, "matplotlib.axis_")]
-    return found[direction] if direction < len(found) else None
-
-
-def _texts(group: ET.Element) -> list[str]:
-    return [(node.text or "").strip() for node in group.iter(ET.Comment)]
-
-
-def _labels(axis: ET.Element | None) -> list[str]:
-    """Texts of an axis that stand at no tick."""
-    if axis is None:
-        return []
-    return [text for group in axis.findall(_G) if _named(group, "text_") for text in _texts(group)]
-
-
-def _counts(axis: ET.Element | None) -> bool:
-    """Whether an axis has numbers at its ticks, or marks without."""
-    if axis is None:
-        return False
-    ticks = [g for g in axis.findall(_G) if re.match(r"(s\d+-)?[xy]tick_", g.get("id", ""))]
-    texts = [text for tick in ticks for text in _texts(tick)]
-    return bool(ticks) and (not texts or any(re.search(r"\d", text) for text in texts[:3]))
-
-
-def _has_unit(axis: ET.Element | None) -> bool:
-    return any("[" in text or text in PURE for text in _labels(axis))
-
-
-def _place(axes: ET.Element, direction: int) -> tuple[float, float]:
-    """Extent of the axes' background: horizontal for a shared x label, vertical for a shared y."""
-    background = next(group for group in axes.findall(_G) if _named(group, "patch_"))
-    path = background.find("{http://www.w3.org/2000/svg}path")
-    assert path is not None
-    numbers = [float(number) for number in re.findall(r"-?[\d.]+", path.get("d", ""))]
-    along = numbers[direction::2]
-    return min(along), max(along)
-
-
-def _near(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    return all(abs(left - right) < 2.0 for left, right in zip(one, other, strict=True))
+def _svgs(node: ET.Element) -> Iterator[ET.Element]:
+    return node.iterfind(".//{*}svg")
 
 
 def uneven_tables(html: str) -> list[str]:
     """Tables whose rows have different numbers of cells."""
-    tables = re.findall(r"<table>(.*?)</table>", SVG.sub("", html), re.DOTALL)
-    counts = [[row.count("<t") - row.count("<table") for row in t.split("<tr")[1:]] for t in tables]
-    return [
-        f"table {number}: {one} and {other} cells"
-        for number, rows in enumerate(counts, start=1)
-        for one, other in pairwise(rows)
-        if one != other
+    widths = [
+        {sum(int(cell.get("colspan", "1")) for cell in row) for row in table.iter("tr")}
+        for table in read_page(html).iter("table")
     ]
+    return [f"table {n}: {each} cells" for n, each in enumerate(widths, 1) if len(each) > 1]
+
+
+class Axis(NamedTuple):
+    """An axis of a drawing; extent: of its axes' background along it."""
+
+    name: str
+    labels: list[str]
+    ticks: list[list[str]]
+    extent: tuple[float, float]
+
+    @property
+    def is_numbered(self) -> bool:
+        """Whether it has numbers at its ticks, or marks without."""
+        texts = [text for tick in self.ticks for text in tick]
+        return bool(self.ticks) and (not texts or any(re.search(r"\d", x) for x in texts[:3]))
+
+    @property
+    def has_unit(self) -> bool:
+        return any("[" in text or text in PURE for text in self.labels)
+
+
+def axis_problems(html: str) -> list[str]:
+    """Axes of a page's drawings with numbers at their ticks and no label with a unit.
+
+    A label may be shared: below the same column, or left of the same row.
+    """
+    problems = []
+    for svg in _svgs(read_page(html)):
+        for direction in (0, 1):
+            axes = [axis for group in _groups(svg.iter(), "axes_")
+                    for axis in _axes(group, direction)]  # fmt: skip
+            shared = [axis.extent for axis in axes if axis.has_unit]
+            for axis in axes:
+                near = [np.abs(np.subtract(axis.extent, other)).max() < 2 for other in shared]
+                if axis.is_numbered and not any(near):
+                    problems.append(f"{axis.name}: {'xy'[direction]} axis, labels {axis.labels}")
+    return problems
+
+
+def _axes(group: ET.Element, direction: int) -> Iterator[Axis]:
+    """The horizontal (0) or vertical (1) axis of Matplotlib's axes, if there is one."""
+    for axis in _groups(group, "matplotlib.axis_")[direction : direction + 1]:
+        labels = [text for one in _groups(axis, "text_") for text in _texts(one)]
+        ticks = [_texts(tick) for tick in _groups(axis, "[xy]tick_")]
+        background = _groups(group, "patch_")[0].find("{*}path")
+        assert background is not None
+        along = re.findall(r"-?[\d.]+", background.get("d", ""))[direction::2]
+        ends = sorted(map(float, along))
+        yield Axis(group.get("id", ""), labels, ticks, (ends[0], ends[-1]))
+
+
+def _groups(nodes: Iterable[ET.Element], name: str) -> list[ET.Element]:
+    return [node for node in nodes if re.fullmatch(rf"(s\d+-)?{name}\d+", node.get("id", ""))]
+
+
+def _texts(group: ET.Element) -> list[str]:
+    """The texts of a drawing, whose letters are paths: it has them as comments."""
+    return [(node.text or "").strip() for node in group.iter(ET.Comment)]
 
 
 def strict_json(text: str) -> dict[str, Any]:
