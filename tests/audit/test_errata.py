@@ -66,15 +66,12 @@ def _entries(printed: Form, derived: Form) -> set[tuple[str, int, int]]:
 
 
 @pytest.mark.parametrize(("matrix", "row", "column"), ENTRIES)
-def test_a_corrupted_entry_is_reported_and_no_other(matrix, row, column):
-    clean = build_energies_form()
-    assert _entries(_corrupted(clean, matrix, row, column), clean) == {(matrix, row, column)}
-
-
-@pytest.mark.parametrize(("matrix", "row", "column"), ENTRIES)
-def test_a_corrupted_entry_adds_itself_to_the_papers_own_errors(matrix, row, column):
-    known = _entries(build_printed_form(), build_energies_form())
-    found = _entries(_corrupted(build_printed_form(), matrix, row, column), build_energies_form())
+@pytest.mark.parametrize("build_form", [build_energies_form, build_printed_form])
+def test_a_corrupted_entry_adds_itself_and_no_other(build_form, matrix, row, column):
+    """Clean equations have no errors, the printed ones their own."""
+    known = _entries(build_form(), build_energies_form())
+    assert (known == set()) == (build_form == build_energies_form)
+    found = _entries(_corrupted(build_form(), matrix, row, column), build_energies_form())
     assert found == known | {(matrix, row, column)}
 
 
@@ -87,21 +84,11 @@ def test_correcting_every_difference_leaves_none():
 
 def test_energies_and_bodies_differ_where_the_forms_do():
     """Adding what the energies leave out turns `energies` into `physical`."""
-    missing = sp.Add(
-        *(difference.missing_energy for difference in energy.find_energy_differences())
-    )
-    mass = sp.Matrix(build_energies_form().mass_matrix) + sp.hessian(
-        missing, build_energies_form().v
-    )
-    chain = build_symbolic_chain([True, True])
-    target = mass_matrix(
-        build_mass_terms(build_bodies(chain), chain.angles[1:]), build_energies_form().q
-    )
-    gaps = [
-        entry_differences.are_equal_entries(one, other)
-        for one, other in zip(mass, target, strict=True)
-    ]
-    assert all(gaps)
+    form, chain = build_energies_form(), build_symbolic_chain([True, True])
+    missing = sp.Add(*(found.missing_energy for found in energy.find_energy_differences()))
+    mass = sp.Matrix(form.mass_matrix) + sp.hessian(missing, form.v)
+    target = mass_matrix(build_mass_terms(build_bodies(chain), chain.angles[1:]), form.q)
+    assert all(map(entry_differences.are_equal_entries, mass, target))
 
 
 @pytest.mark.parametrize("equation", sorted(kinetic_energies()))
@@ -123,34 +110,30 @@ def test_an_energy_of_no_body_is_reported(monkeypatch):
     assert ("Eq. 16", "no body") in {(d.where, d.body) for d in energy.find_energy_differences()}
 
 
-def test_statement_errata_vanish_when_the_paper_is_put_right(monkeypatch):
-    twelve = ("b", "b", "0", "b", "b", "0", *["0"] * 6)
-    monkeypatch.setattr(transcript, "INITIAL_VALUES", twelve)
-    assert list(statements.find_initial_value_errata()) == []
-    unique = tuple(
-        transcript.SymbolDefinition(f"s{number}", f"quantity {number}", "here")
-        for number in range(5)
-    )
-    monkeypatch.setattr(transcript, "DEFINITIONS", unique)
-    assert list(statements.find_ambiguous_symbols()) == []
-    monkeypatch.setattr(transcript, "BACKLASHES_UM", (50.0, 100.0, 200.0, 300.0, 500.0))
-    monkeypatch.setattr(transcript, "TOOTH_ERRORS_UM", (0.8, 1.6, 3.2))
-    assert list(statements.find_extrapolation_errata()) == []
-    monkeypatch.setattr(transcript, "ENTRIES", tuple(transcript.MADE_OF))
-    assert list(statements.find_unused_abbreviations()) == []
-
-
-def test_statements_about_the_motion_vanish_where_they_are_true(labelled, monkeypatch):
-    """Deviations of 30 mm; limits on the other side of what the rigid arm does."""
-    monkeypatch.setattr(transcript, "DEVIATIONS_RAD", (0.015, 0.00643))
-    monkeypatch.setattr(statements, "CONSIDERABLE", 0.09)
-    monkeypatch.setattr(statements, "NEARLY_ALWAYS", 0.5)
-    for found in (
-        statements.find_tip_errata,
-        statements.find_overshoot_errata,
-        statements.find_speed_errata,
+def test_statement_errata_vanish_when_the_paper_is_put_right(labelled, monkeypatch):
+    """Limits lie on the other side of what the rigid arm does; deviations make 30 mm."""
+    numbered = (transcript.SymbolDefinition(f"s{n}", f"quantity {n}", "here") for n in range(5))
+    for module, name, right in (
+        (transcript, "INITIAL_VALUES", ("b", "b", "0", "b", "b", *["0"] * 7)),
+        (transcript, "DEFINITIONS", tuple(numbered)),
+        (transcript, "BACKLASHES_UM", (50.0, 100.0, 200.0, 300.0, 500.0)),
+        (transcript, "TOOTH_ERRORS_UM", (0.8, 1.6, 3.2)),
+        (transcript, "ENTRIES", tuple(transcript.MADE_OF)),
+        (transcript, "DEVIATIONS_RAD", (0.015, 0.00643)),
+        (statements, "CONSIDERABLE", 0.09),
+        (statements, "NEARLY_ALWAYS", 0.5),
     ):
-        assert list(found(labelled)) == []
+        monkeypatch.setattr(module, name, right)
+    for errata_left in (
+        statements.find_initial_value_errata(),
+        statements.find_ambiguous_symbols(),
+        statements.find_extrapolation_errata(),
+        statements.find_unused_abbreviations(),
+        statements.find_tip_errata(labelled),
+        statements.find_overshoot_errata(labelled),
+        statements.find_speed_errata(labelled),
+    ):
+        assert list(errata_left) == []
 
 
 def test_two_errors_reach_the_tip_as_vectors(labelled):
